@@ -1,0 +1,38 @@
+"""What a pair sum is: a function of plain scalars, and what is done with the values that it returns."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+Reduction = Literal["central", "sum", "max", "outer"]
+
+
+@dataclass(frozen=True)
+class Output:
+    """One result of a pair term and how it is gathered over the partners j of particle i.
+
+    how = "central": -sum_j m_j q (x_i - x_j)/r, shape (N, 3); q symmetric in i and j conserves momentum.
+    how = "sum":      sum_j m_j q, the particle itself included, shape (N,).
+    how = "max":      the largest q >= 0 over other particles within reach, shape (N,).
+    how = "outer":    sum_j m_j q (F_i - F_j) (x) (x_i - x_j)/r with F = fields[of], shape (N, 3, 3).
+    """
+
+    name: str
+    how: Reduction
+    of: str | None = None
+
+
+@dataclass(frozen=True)
+class PairTerm:
+    """A pair function, written once for every engine, and its outputs.
+
+    `pair(xp, ...)` names its scalars: `r`, `h_i`, `W_i`, `dW_i`, `phi_i`, `dphi_i` (and `_j`), `v_r` = v_ij.x_ij/r, or
+    any per-particle field with the suffix `_i` or `_j`. It is branch-free and finite at r = 0, uses only arithmetic and
+    xp.where, maximum, minimum, abs and sqrt, and returns one scalar for each output, without the factor m_j.
+    `far`, for sums over all pairs, is what `pair` becomes beyond the support of both kernels.
+    """
+
+    effect: str
+    pair: Callable[..., tuple]
+    outputs: tuple[Output, ...]
+    far: Callable[..., tuple] | None = None
