@@ -1,0 +1,151 @@
+"""The ledger of 3x3 matrices: how a kick and a drift change the moments of a body, and which effect did it.
+
+With positions x and velocities v relative to the centre of mass,
+
+    Q = sum m x (x) x      P = sum m x (x) v      K = sum m v (x) v      V_e = sum m x (x) a_e,
+
+a drift by dt adds dt (P + P^T) + dt^2 K to Q and dt K to P; a kick leaves Q alone, adds sum m x (x) dv_e to P and
+changes K by sum m (v' (x) v' - v (x) v). Both statements are exact, so the ledger follows a kick-drift-kick integration
+to round-off. Sources: Chandrasekhar (1969), Ellipsoidal Figures of Equilibrium, sections 9-11, for the moments.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+
+Array = Any
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Compensated:
+    """A sum that carries its own rounding error (Knuth's two-sum): `total` is good to one rounding."""
+
+    value: Array
+    carry: Array
+
+    def add(self, increment: Array) -> "Compensated":
+        """Add an increment of the same shape."""
+        value = self.value + increment
+        part = value - self.value
+        lost = (self.value - (value - part)) + (increment - part)
+        return Compensated(value, self.carry + lost)
+
+    @property
+    def total(self) -> Array:
+        """The sum."""
+        return self.value + self.carry
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Ledger:
+    """Moments of a body, integrated beside its particles, and the share of each effect (leading axis E).
+
+    second_moment, mixed_moment, kinetic_tensor: (3, 3), about the centre of mass.
+    mixed_impulse (E, 3, 3): what each effect has added to P; impulse (E, 3): to the momentum; work (E,): to the kinetic
+    energy; heating (E,): to the internal energy. largest_inertia: the largest norm of I so far.
+    """
+
+    second_moment: Compensated
+    mixed_moment: Compensated
+    kinetic_tensor: Compensated
+    mixed_impulse: Compensated
+    impulse: Compensated
+    work: Compensated
+    heating: Compensated
+    largest_inertia: Array
+
+    def inertia_tensor(self, xp: Any) -> Array:
+        """I = tr(Q) 1 - Q as the ledger has it, (3, 3)."""
+        return inertia_from_second_moment(xp, self.second_moment.total)
+
+
+def inertia_from_second_moment(xp: Any, second_moment: Array) -> Array:
+    """I = tr(Q) 1 - Q, (3, 3)."""
+    return xp.trace(second_moment) * xp.eye(3) - second_moment
+
+
+def weighted_outer(mass: Array, left: Array, right: Array) -> Array:
+    """sum_n m_n left_n (x) right_n for (N,), (N, 3), (N, 3): (3, 3)."""
+    return (mass[:, None] * left).T @ right
+
+
+def centre_of_mass(mass: Array, vector: Array) -> Array:
+    """Mass-weighted mean of (N, 3): (3,)."""
+    return (mass @ vector) / mass.sum()
+
+
+def moments(mass: Array, position: Array, velocity: Array) -> tuple[Array, Array, Array]:
+    """Q, P and K of particles about their centre of mass, each (3, 3), by direct summation."""
+    position = position - centre_of_mass(mass, position)
+    velocity = velocity - centre_of_mass(mass, velocity)
+    return (
+        weighted_outer(mass, position, position),
+        weighted_outer(mass, position, velocity),
+        weighted_outer(mass, velocity, velocity),
+    )
+
+
+def open_ledger(xp: Any, mass: Array, position: Array, velocity: Array, effects: int) -> Ledger:
+    """The ledger of a body at the start, with nothing yet entered for any of `effects` effects."""
+    second, mixed, kinetic = moments(mass, position, velocity)
+
+    def empty(*shape: int) -> Compensated:
+        return Compensated(xp.zeros(shape), xp.zeros(shape))
+
+    return Ledger(
+        *(Compensated(tensor, xp.zeros((3, 3))) for tensor in (second, mixed, kinetic)),
+        mixed_impulse=empty(effects, 3, 3),
+        impulse=empty(effects, 3),
+        work=empty(effects),
+        heating=empty(effects),
+        largest_inertia=xp.sqrt((inertia_from_second_moment(xp, second) ** 2).sum()),
+    )
+
+
+def after_drift(xp: Any, ledger: Ledger, dt: Array) -> Ledger:
+    """The ledger after free motion over dt: Q += dt (P + P^T) + dt^2 K, P += dt K."""
+    mixed, kinetic = ledger.mixed_moment.total, ledger.kinetic_tensor.total
+    second_moment = ledger.second_moment.add(dt * (mixed + mixed.T) + dt**2 * kinetic)
+    size = xp.sqrt((inertia_from_second_moment(xp, second_moment.total) ** 2).sum())
+    return _replace(
+        ledger,
+        second_moment=second_moment,
+        mixed_moment=ledger.mixed_moment.add(dt * kinetic),
+        largest_inertia=xp.maximum(ledger.largest_inertia, size),
+    )
+
+
+def after_kick(
+    xp: Any, ledger: Ledger, mass: Array, position: Array, before: Array, after: Array, increments: list[Array]
+) -> Ledger:
+    """The ledger after velocities changed from `before` to `after` (N, 3), with the increment of each effect.
+
+    The increments (one (N, 3) for each effect) add up to after - before; work_e = sum m dv_e . (before + after)/2 then
+    adds up exactly to the change of the kinetic energy.
+    """
+    relative = position - centre_of_mass(mass, position)
+    old, new = before - centre_of_mass(mass, before), after - centre_of_mass(mass, after)
+    change, total = new - old, new + old
+    half = 0.5 * weighted_outer(mass, change, total)
+    middle = 0.5 * (before + after)
+    mixed = xp.stack([weighted_outer(mass, relative, increment) for increment in increments])
+    return _replace(
+        ledger,
+        mixed_moment=ledger.mixed_moment.add(mixed.sum(axis=0)),
+        kinetic_tensor=ledger.kinetic_tensor.add(half + half.T),
+        mixed_impulse=ledger.mixed_impulse.add(mixed),
+        impulse=ledger.impulse.add(xp.stack([mass @ increment for increment in increments])),
+        work=ledger.work.add(xp.stack([(mass[:, None] * increment * middle).sum() for increment in increments])),
+    )
+
+
+def after_heating(ledger: Ledger, energy: Array) -> Ledger:
+    """The ledger after each effect added `energy` (E,) to the internal energy."""
+    return _replace(ledger, heating=ledger.heating.add(energy))
+
+
+def _replace(ledger: Ledger, **changes: Any) -> Ledger:
+    return Ledger(**{**{name: getattr(ledger, name) for name in ledger.__dataclass_fields__}, **changes})

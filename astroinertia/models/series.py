@@ -1,0 +1,152 @@
+"""One row of the headline series: what a run records of its state, in code units, under the dataset's names."""
+
+from typing import Any
+
+import numpy as np
+
+from astroinertia.effects.effect import Effect
+from astroinertia.inertia.ledger import inertia_from_second_moment, moments, weighted_outer
+from astroinertia.integrate.leapfrog import State
+from astroinertia.models.sph import Problem, effect_accelerations, internal_energy, potential_energies, virial_tensors
+
+RADIUS_BINS = 32
+MODES = (1, 2, 3, 4)
+
+
+def series_record(problem: Problem, arrangement: Any, state: State, opening_energy: float | None) -> dict[str, Any]:
+    """The record of a state; `opening_energy` is the static part of the energy at time 0 (None in the first record).
+
+    virial_tensor is each effect's own route (pair loop or closed form); virial_mismatch is its distance from
+    sum m x (x) a_e over sum m |x| |a_e|.
+    """
+    names = problem.effect_names
+    mass, position, velocity = (np.asarray(a) for a in (state.mass, state.position, state.velocity))
+    total_mass = mass.sum()
+    centre, drift = (mass @ position) / total_mass, (mass @ velocity) / total_mass
+    relative = position - centre
+    second, mixed, kinetic = moments(mass, position, velocity)
+    ledger = state.ledger
+    direct, evolved = inertia_from_second_moment(np, second), np.asarray(ledger.inertia_tensor(problem.engine.xp))
+    tensors = virial_tensors(problem, arrangement, state.rates.fluid)
+    virial = np.stack([np.asarray(tensors[name]) for name in names])
+    accelerations = [np.asarray(a) for a in effect_accelerations(problem.engine.xp, state.rates)]
+    mismatch = [
+        _ratio(
+            np.abs(tensor - weighted_outer(mass, relative, a)).max(),
+            (mass * np.linalg.norm(relative, axis=1) * np.linalg.norm(a, axis=1)).sum(),
+        )
+        for tensor, a in zip(virial, accelerations, strict=True)
+    ]
+    energies = energy_budget(problem, state)
+    work, heating = np.asarray(ledger.work.total), np.asarray(ledger.heating.total)
+    potential = sum(energies["potential"].values())
+    opening = potential if opening_energy is None else opening_energy
+    inside = np.array([not _loses(problem, effect, energies["potential"]) for effect in problem.effects])
+    return {
+        "time": float(state.time),
+        "step": int(state.step),
+        "mass": total_mass,
+        "centre_of_mass": centre,
+        "momentum": mass @ velocity,
+        "angular_momentum": antisymmetric_vector(mixed),
+        "second_moment": second,
+        "mixed_moment": mixed,
+        "kinetic_tensor": kinetic,
+        "virial_tensor": virial,
+        "virial_mismatch": np.array(mismatch),
+        "inertia_tensor": direct,
+        "inertia_tensor_evolved": evolved,
+        "ledger_closure": np.linalg.norm(evolved - direct) / float(ledger.largest_inertia),
+        "mixed_impulse": np.asarray(ledger.mixed_impulse.total),
+        "torque": np.stack([antisymmetric_vector(tensor) for tensor in virial]),
+        "force": np.stack([mass @ a for a in accelerations]),
+        "impulse": np.asarray(ledger.impulse.total),
+        "work": work,
+        "heating": heating,
+        "kinetic_energy": energies["kinetic"],
+        "internal_energy": energies["internal"] if "pressure" in names else np.nan,
+        "gravitational_energy": energies["potential"].get("gravity", np.nan),
+        "potential_energy": potential,
+        "total_energy": energies["total"],
+        "integration_energy_error": float((work + heating)[inside].sum() + potential - opening),
+        "density_max": float(np.max(state.rates.fluid.density)),
+        "timestep": float(state.rates.timestep),
+        **_profiles(mass, relative, velocity - drift, np.asarray(state.rates.fluid.density)),
+        **_modes(mass, relative),
+    }
+
+
+def energy_budget(problem: Problem, state: State) -> dict[str, Any]:
+    """Kinetic, internal, potential (by effect) and total energy, by direct summation."""
+    kinetic = 0.5 * float((np.asarray(state.mass)[:, None] * np.asarray(state.velocity) ** 2).sum())
+    internal = float(internal_energy(problem, state))
+    potential = {kind: float(energy) for kind, energy in potential_energies(problem, state).items()}
+    return {
+        "kinetic": kinetic,
+        "internal": internal,
+        "potential": potential,
+        "total": kinetic + internal + sum(potential.values()),
+    }
+
+
+def _loses(problem: Problem, effect: Effect, potentials: dict[str, float]) -> bool:
+    # What an effect does is not found again in the fluid's energies if it works from outside without a static
+    # potential, or if it heats a fluid that has no thermal content.
+    heats = any(output.name == "heating" for term in effect.neighbour_terms for output in term.outputs)
+    return (effect.external and effect.kind not in potentials) or (heats and not problem.equation_of_state.thermal)
+
+
+def antisymmetric_vector(tensor: np.ndarray) -> np.ndarray:
+    """eps_ijk T_jk, (3,): the angular momentum in P, the torque in V_e."""
+    return np.array([tensor[1, 2] - tensor[2, 1], tensor[2, 0] - tensor[0, 2], tensor[0, 1] - tensor[1, 0]])
+
+
+def snapshot_record(state: State) -> dict[str, Any]:
+    """Per-particle arrays in the order of the particles' identities."""
+    order = np.argsort(np.asarray(state.identity))
+    fluid = state.rates.fluid
+    arrays = {
+        "position": state.position,
+        "velocity": state.velocity,
+        "mass": state.mass,
+        "density": fluid.density,
+        "smoothing_length": state.smoothing_length,
+        "internal_energy": fluid.internal_energy,
+        "entropy": state.entropy,
+        "pressure": fluid.pressure,
+    }
+    return {"time": float(state.time), **{name: np.asarray(array)[order] for name, array in arrays.items()}}
+
+
+def _profiles(mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, density: np.ndarray) -> dict[str, Any]:
+    # Shells of equal mass about the centre of mass; rotation about z.
+    radius = np.linalg.norm(position, axis=1)
+    order = np.argsort(radius, kind="stable")
+    share = np.cumsum(mass[order]) / mass.sum()
+    shell = np.minimum((share - 1e-9) * RADIUS_BINS, RADIUS_BINS - 1).astype(int)
+    m, x, v = mass[order], position[order], velocity[order]
+
+    def total(values: np.ndarray) -> np.ndarray:
+        return np.bincount(shell, weights=values, minlength=RADIUS_BINS)
+
+    weight = total(m)
+    weight = np.where(weight > 0, weight, np.nan)
+    spin = total(m * (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]))
+    moment = total(m * (x[:, 0] ** 2 + x[:, 1] ** 2))
+    return {
+        "radius_profile": total(m * radius[order]) / weight,
+        "density_profile": total(m * density[order]) / weight,
+        "rotation_profile": spin / np.where(moment > 0, moment, np.nan),
+        "specific_angular_momentum_profile": spin / weight,
+    }
+
+
+def _modes(mass: np.ndarray, position: np.ndarray) -> dict[str, Any]:
+    # sum m exp(i k phi) / M about the z axis through the centre of mass.
+    phase = np.arctan2(position[:, 1], position[:, 0])
+    modes = [(mass * np.exp(1j * k * phase)).sum() / mass.sum() for k in MODES]
+    return {"mode_amplitude": np.abs(modes), "mode_phase": np.angle(modes)}
+
+
+def _ratio(error: float, scale: float) -> float:
+    return float(error / scale) if scale > 0 else float(error)

@@ -1,0 +1,287 @@
+"""The particle fluid: what a step of smoothed-particle hydrodynamics evaluates, and how a run advances.
+
+The equations are those that follow from a Lagrangian with variable smoothing lengths (Springel & Hernquist 2002, MNRAS
+333, 649; Price & Monaghan 2007, MNRAS 374, 1347): the thermal variable is the entropy function A in
+P = P_cold(rho) + A rho^gamma, constant but for dissipation.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import jax
+
+from astroinertia.effects.effect import Effect
+from astroinertia.inertia.ledger import after_heating, open_ledger
+from astroinertia.integrate import leapfrog, timestep
+from astroinertia.integrate.leapfrog import Rates, State
+from astroinertia.sph.fluid import Fluid
+
+Array = Any
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Problem:
+    """The physics and the numerics of a particle run, in code units.
+
+    eta sets h = eta (m/rho)^(1/3); smoothing_tolerance is the relative error allowed in h. The time step is the least of
+    courant times the effects' own limits, acceleration_factor sqrt(h/|a|), energy_factor u/|du/dt| and max_timestep.
+    """
+
+    effects: tuple[Effect, ...]
+    equation_of_state: Any
+    eta: float
+    courant: float
+    acceleration_factor: float
+    energy_factor: float
+    max_timestep: float
+    engine: Any = field(metadata={"static": True})
+    kernel: str = field(metadata={"static": True})
+    smoothing_tolerance: float = field(metadata={"static": True})
+
+    @property
+    def effect_names(self) -> tuple[str, ...]:
+        """The kinds of the effects, in the order of the ledger's rows."""
+        return tuple(effect.kind for effect in self.effects)
+
+
+def initial_state(problem: Problem, mass: Array, position: Array, velocity: Array, entropy: Array) -> tuple[State, Any]:
+    """The state at time 0 with its rates, and the arrangement of its particles (N,), (N, 3), (N, 3), (N,)."""
+    engine, xp = problem.engine, problem.engine.xp
+    count = mass.shape[0]
+    spread = xp.sqrt(((position - position.mean(axis=0)) ** 2).sum(axis=1).mean())
+    guess = xp.full(count, problem.eta * 2.0 * float(spread) / count ** (1 / 3))
+    order, arrangement = engine.arrange(position, guess)
+    identity = xp.arange(count)
+    identity, mass, position = identity[order], mass[order], position[order]
+    velocity, entropy, guess = velocity[order], entropy[order], guess[order]
+    nothing = (None,) * len(problem.effects)
+    state = State(
+        time=xp.zeros(()),
+        step=xp.zeros((), dtype=int),
+        identity=identity,
+        mass=mass,
+        position=position,
+        velocity=velocity,
+        entropy=entropy,
+        smoothing_length=guess,
+        memory={},
+        ledger=open_ledger(xp, mass, position, velocity, len(problem.effects)),
+        rates=Rates(nothing, nothing, nothing, xp.zeros(count), xp.zeros(()), None),  # type: ignore[arg-type]
+    )
+    order, arrangement = rearranged(problem, state_with_lengths(problem, arrangement, state))
+    return evaluated(problem, arrangement, order, xp.zeros(())), arrangement
+
+
+def state_with_lengths(problem: Problem, arrangement: Any, state: State) -> State:
+    """The state with its smoothing lengths solved for, so that particles can be arranged by them."""
+    solved = _density(problem, arrangement, state)
+    return replace(state, smoothing_length=solved.smoothing_length)
+
+
+def rearranged(problem: Problem, state: State) -> tuple[State, Any]:
+    """The state with its particles sorted anew into leaves, and the arrangement."""
+    order, arrangement = problem.engine.arrange(state.position, state.smoothing_length)
+    count = state.mass.shape[0]
+
+    def sort(array: Array) -> Array:
+        return array[order] if getattr(array, "ndim", 0) and array.shape[0] == count else array
+
+    return replace(jax.tree.map(sort, replace(state, ledger=None)), ledger=state.ledger), arrangement
+
+
+def step(problem: Problem, arrangement: Any, state: State, dt: Array) -> State:
+    """One kick-drift-kick step of length dt."""
+    xp = problem.engine.xp
+    return leapfrog.step(xp, state, dt, lambda moved, length: evaluated(problem, arrangement, moved, length))
+
+
+def advance(problem: Problem, arrangement: Any, state: State, steps: int) -> State:
+    """`steps` steps, each as long as the state allows; reverse-differentiable with the xla engine."""
+    if problem.engine.name != "xla":
+        for _ in range(steps):
+            state = step(problem, arrangement, state, state.rates.timestep)
+        return state
+
+    def one(carried: State, _: None) -> tuple[State, None]:
+        return step(problem, arrangement, carried, carried.rates.timestep), None
+
+    return jax.lax.scan(jax.checkpoint(one), state, None, length=steps)[0]
+
+
+def evaluated(problem: Problem, arrangement: Any, state: State, dt: Array) -> State:
+    """The state with densities, smoothing lengths, memories and rates for its positions; dt is the step under way."""
+    xp, eos, effects = problem.engine.xp, problem.equation_of_state, problem.effects
+    solved = _density(problem, arrangement, state)
+    first = state.rates.fluid is None
+    velocity = state.velocity if first else leapfrog.predicted_velocity(xp, state, dt / 2)
+    entropy = state.entropy + dt / 2 * state.rates.entropy_rate
+    acceleration = xp.zeros_like(velocity) if first else total_acceleration(xp, state.rates, velocity)
+    fluid = Fluid(
+        time=state.time,
+        mass=state.mass,
+        position=state.position,
+        velocity=velocity,
+        entropy=entropy,
+        smoothing_length=solved.smoothing_length,
+        density=solved.density,
+        grad_h=solved.grad_h,
+        zeta=solved.zeta,
+        pressure=eos.pressure(xp, solved.density, entropy),
+        sound_speed=eos.sound_speed(xp, solved.density, entropy),
+        internal_energy=eos.internal_energy(xp, solved.density, entropy),
+        thermal_energy=eos.internal_energy(xp, solved.density, entropy)
+        - eos.internal_energy(xp, solved.density, xp.zeros_like(entropy)),
+        acceleration=acceleration,
+        memory=state.memory,
+        kernel=problem.kernel,
+    )
+    if first:
+        for effect in effects:
+            fluid = replace(fluid, memory={**fluid.memory, **effect.initial_memory(xp, fluid)})
+    fluid = _with_gradients(problem, arrangement, fluid)
+    for effect in effects:
+        fluid = replace(fluid, memory={**fluid.memory, **effect.remember(xp, fluid, dt)})
+    fluid = replace(fluid, sums=pair_sums(problem, arrangement, fluid))
+    rates = _rates(problem, fluid)
+    ledger = state.ledger
+    if "pressure" in problem.effect_names and not first:
+        ledger = after_heating(ledger, _compression(problem, state, solved.density))
+    return replace(state, smoothing_length=solved.smoothing_length, memory=fluid.memory, ledger=ledger, rates=rates)
+
+
+def pair_sums(problem: Problem, arrangement: Any, fluid: Fluid, virial: bool = False) -> dict[str, dict[str, Array]]:
+    """Sums over pairs of every effect, {effect: {output: array}}; with `virial` also each one's V_e, (3, 3)."""
+    engine, fields = problem.engine, _fields(problem, fluid)
+    sums: dict[str, dict[str, Array]] = {}
+    for terms, gather in (
+        (_terms(problem, "neighbour_terms"), engine.neighbour_sums),
+        (_terms(problem, "all_pair_terms"), engine.all_pair_sums),
+    ):
+        if terms:
+            for effect, outputs in gather(arrangement, problem.kernel, terms, fields, virial=virial).items():
+                mine = sums.setdefault(effect, {})
+                for name, array in outputs.items():
+                    mine[name] = mine[name] + array if name in mine else array
+    return sums
+
+
+def virial_tensors(problem: Problem, arrangement: Any, fluid: Fluid) -> dict[str, Array]:
+    """V_e of every effect by its own route, (3, 3): in the pair loop, or from the effect's closed form."""
+    xp = problem.engine.xp
+    sums = pair_sums(problem, arrangement, fluid, virial=True)
+    tensors = {}
+    for effect in problem.effects:
+        own = effect.virial(xp, fluid)
+        paired = sums.get(effect.kind, {}).get("virial")
+        parts = [part for part in (own, paired) if part is not None]
+        tensors[effect.kind] = sum(parts[1:], start=parts[0]) if parts else xp.zeros((3, 3))
+    return tensors
+
+
+def effect_accelerations(xp: Any, rates: Rates) -> tuple[Array, ...]:
+    """The acceleration of each effect, drag at the fluid's velocity included, (N, 3)."""
+    velocity = rates.fluid.velocity
+    return tuple(
+        (xp.zeros_like(velocity) if a is None else a) + (0.0 if matrix is None else velocity @ matrix.T)
+        for a, matrix in zip(rates.acceleration, rates.drag, strict=True)
+    )
+
+
+def total_acceleration(xp: Any, rates: Rates, velocity: Array) -> Array:
+    """The sum over effects at the given velocity, (N, 3)."""
+    total = xp.zeros_like(velocity)
+    for a, matrix in zip(rates.acceleration, rates.drag, strict=True):
+        total = total if a is None else total + a
+        total = total if matrix is None else total + velocity @ matrix.T
+    return total
+
+
+def internal_energy(problem: Problem, state: State) -> Array:
+    """sum m u at the present entropies, a scalar; zero where no pressure acts."""
+    xp = problem.engine.xp
+    if "pressure" not in problem.effect_names:
+        return xp.zeros(())
+    return state.mass @ problem.equation_of_state.internal_energy(xp, state.rates.fluid.density, state.entropy)
+
+
+def potential_energies(problem: Problem, state: State) -> dict[str, Array]:
+    """The potential energy of each effect that has one."""
+    xp = problem.engine.xp
+    energies = {effect.kind: effect.potential_energy(xp, state.rates.fluid) for effect in problem.effects}
+    return {kind: energy for kind, energy in energies.items() if energy is not None}
+
+
+def _density(problem: Problem, arrangement: Any, state: State) -> Any:
+    softening = any(effect.needs_zeta for effect in problem.effects)
+    return problem.engine.density(
+        arrangement, problem.kernel, state.position, state.mass, state.smoothing_length,
+        problem.eta, problem.smoothing_tolerance, softening,
+    )  # fmt: skip
+
+
+def _terms(problem: Problem, name: str) -> tuple:
+    return tuple(term for effect in problem.effects for term in getattr(effect, name))
+
+
+def _fields(problem: Problem, fluid: Fluid) -> dict[str, Array]:
+    fields = _shared_fields(fluid)
+    for effect in problem.effects:
+        fields.update(effect.fields(problem.engine.xp, fluid))
+    return fields
+
+
+def _shared_fields(fluid: Fluid) -> dict[str, Array]:
+    return {name: getattr(fluid, name) for name in ("mass", "position", "velocity", "smoothing_length")}
+
+
+def _with_gradients(problem: Problem, arrangement: Any, fluid: Fluid) -> Fluid:
+    terms = _terms(problem, "gradient_terms")
+    if not terms:
+        return fluid
+    fields = _shared_fields(fluid)
+    for effect in problem.effects:
+        fields.update(effect.gradient_fields(problem.engine.xp, fluid))
+    return replace(fluid, gradients=problem.engine.neighbour_sums(arrangement, problem.kernel, terms, fields))
+
+
+def _rates(problem: Problem, fluid: Fluid) -> Rates:
+    xp, eos, effects = problem.engine.xp, problem.equation_of_state, problem.effects
+    acceleration = tuple(
+        _added(fluid.sums.get(effect.kind, {}).get("acceleration"), effect.acceleration(xp, fluid))
+        for effect in effects
+    )
+    # A barotropic fluid has no thermal content: what is dissipated leaves it, and only the work shows.
+    heating = tuple(fluid.sums.get(e.kind, {}).get("heating") if eos.thermal else None for e in effects)
+    rates = Rates(
+        acceleration=acceleration,
+        drag=tuple(effect.drag(fluid) for effect in effects),
+        heating=heating,
+        entropy_rate=xp.zeros_like(fluid.entropy),
+        timestep=xp.zeros(()),
+        fluid=fluid,
+    )
+    limits = [xp.asarray(problem.max_timestep)]
+    limits += [problem.courant * limit for e in effects if (limit := e.timestep(xp, fluid)) is not None]
+    total = total_acceleration(xp, rates, fluid.velocity)
+    limits.append(problem.acceleration_factor * timestep.acceleration_limit(xp, fluid.smoothing_length, total))
+    present = [q for q in heating if q is not None]
+    if present:
+        heat = sum(present[1:], start=present[0])
+        limits.append(problem.energy_factor * timestep.energy_limit(xp, fluid, heat, total))
+        rates = replace(rates, entropy_rate=eos.entropy_rate(xp, fluid.density, heat))
+    return replace(rates, timestep=timestep.shortest(xp, limits))
+
+
+def _compression(problem: Problem, state: State, density: Array) -> Array:
+    # What pressure did during the drift: the change of internal energy at fixed entropy.
+    xp, eos = problem.engine.xp, problem.equation_of_state
+    old = eos.internal_energy(xp, state.rates.fluid.density, state.entropy)
+    gain = state.mass @ (eos.internal_energy(xp, density, state.entropy) - old)
+    return xp.stack([gain if name == "pressure" else xp.zeros(()) for name in problem.effect_names])
+
+
+def _added(one: Array | None, other: Array | None) -> Array | None:
+    if one is None or other is None:
+        return other if one is None else one
+    return one + other

@@ -1,0 +1,49 @@
+"""What the effects see: the particles and everything that follows from them at one instant."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import jax
+
+Array = Any
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Fluid:
+    """The fluid at one instant, in code units, one row a particle.
+
+    velocity is the one predicted for this instant where a step is under way. grad_h is Omega and zeta the softening
+    correction of Price & Monaghan (2007, MNRAS 374, 1347), None where nothing is softened. acceleration is the total of
+    the evaluation before. internal_energy is specific, thermal_energy its part above the cold curve. gradients and sums hold {effect: {output: array}} of the passes made so far; memory holds what
+    effects evolve for themselves.
+    """
+
+    time: Array
+    mass: Array
+    position: Array
+    velocity: Array
+    entropy: Array
+    smoothing_length: Array
+    density: Array
+    grad_h: Array
+    zeta: Array | None
+    pressure: Array
+    sound_speed: Array
+    internal_energy: Array
+    thermal_energy: Array
+    acceleration: Array
+    memory: dict[str, Array]
+    kernel: str = field(metadata={"static": True})
+    gradients: dict[str, dict[str, Array]] = field(default_factory=dict)
+    sums: dict[str, dict[str, Array]] = field(default_factory=dict)
+
+    @property
+    def centre(self) -> Array:
+        """Centre of mass, (3,)."""
+        return (self.mass @ self.position) / self.mass.sum()
+
+    @property
+    def centre_velocity(self) -> Array:
+        """Velocity of the centre of mass, (3,)."""
+        return (self.mass @ self.velocity) / self.mass.sum()
