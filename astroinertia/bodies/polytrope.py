@@ -1,0 +1,234 @@
+"""Polytropes: the Lane-Emden equation for 0 <= n < 5, and the sphere of given mass and radius that it describes.
+
+    theta'' + 2 theta'/xi + theta^n = 0,    rho = rho_c theta^n,    P = K rho^(1 + 1/n),    r = R xi/xi_1
+
+Source: Chandrasekhar 1939, An Introduction to the Study of Stellar Structure, ch. IV. Tests: tests/unit/test_polytrope.py.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+_SERIES_END = 0.04  # xi up to which six terms of the series at the centre are exact to round-off
+_HANDOVER = 1.0  # xi at which theta takes over as the independent variable (theta is 0.83 to 0.86 there)
+_RELATIVE, _ABSOLUTE = 2.3e-14, 1e-20
+
+
+@dataclass(frozen=True, eq=False)
+class LaneEmden:
+    """The solution of index n from the centre to the first zero xi_1.
+
+    surface_mass = -xi_1^2 theta'(xi_1); moment_ratio = I/(M R^2); central_to_mean = rho_c over the mean density.
+    """
+
+    index: float
+    xi_1: float
+    surface_mass: float
+    moment_ratio: float
+    central_to_mean: float
+    xi: np.ndarray  # nodes, ascending from 0 to xi_1
+    theta: np.ndarray
+    mass: np.ndarray  # -xi^2 theta'
+
+    def theta_at(self, xi) -> np.ndarray:
+        """Return theta at any xi (to 1e-11), zero beyond xi_1."""
+        xi = np.asarray(xi, dtype=float)
+        return np.where(xi < self.xi_1, np.clip(_interpolate(self, xi)[0], 0.0, 1.0), 0.0)
+
+    def mass_at(self, xi) -> np.ndarray:
+        """Return the mass -xi^2 theta' at any xi (to 1e-10), constant beyond xi_1."""
+        xi = np.asarray(xi, dtype=float)
+        return np.where(xi < self.xi_1, np.clip(_interpolate(self, xi)[1], 0.0, self.surface_mass), self.surface_mass)
+
+
+def _series(n: float, xi):
+    """theta, -xi^2 theta' and the integral of theta^n xi^4 near the centre, to xi^10.
+
+    theta = sum a_k xi^2k, with theta^n = sum b_k xi^2k from J.C.P. Miller's recurrence and
+    a_(k+1) = -b_k / ((2k + 2)(2k + 3)).
+    """
+    xi = np.asarray(xi, dtype=float)
+    a, b = [1.0], [1.0]
+    for k in range(5):
+        a.append(-b[k] / ((2 * k + 2) * (2 * k + 3)))
+        b.append(sum((n * i - (k + 1 - i)) * a[i] * b[k + 1 - i] for i in range(1, k + 2)) / (k + 1))
+    theta = sum(a_k * xi ** (2 * k) for k, a_k in enumerate(a))
+    mass = sum(-2 * k * a_k * xi ** (2 * k + 1) for k, a_k in enumerate(a))
+    moment = sum(b_k * xi ** (2 * k + 5) / (2 * k + 5) for k, b_k in enumerate(b[:-1]))
+    return theta, mass, moment
+
+
+def _solve(start: float, end: float, nodes: np.ndarray, slope, values):
+    solution = solve_ivp(slope, (start, end), values, method="DOP853", t_eval=nodes, rtol=_RELATIVE, atol=_ABSOLUTE,
+                         max_step=abs(end - start) / 128)  # fmt: skip
+    if not solution.success:
+        raise ArithmeticError(f"Lane-Emden integration failed: {solution.message}")
+    return solution.y
+
+
+@lru_cache(maxsize=64)
+def lane_emden(index: float) -> LaneEmden:
+    """Return the Lane-Emden solution of `index`, accurate to about 1e-14; ValueError outside 0 <= n < 5.
+
+    From a series at the centre the integration goes outwards in xi, then inwards in t with theta = t^4: the surface is
+    the end point t = 0, no root needs to be found, and theta^n is smooth enough there for fractional n as well.
+    """
+    n = float(index)
+    if not 0 <= n < 5:
+        raise ValueError(f"a polytrope of finite radius needs an index 0 <= n < 5, not {index!r}")
+
+    def outwards(xi, y):
+        theta_n = y[0] ** n
+        return [-y[1] / xi**2, xi**2 * theta_n, xi**4 * theta_n]
+
+    def inwards(t, y):
+        xi, mass = y[0], y[1]
+        dxi = -4 * t**3 * xi**2 / mass
+        theta_n = t ** (4 * n)
+        return [dxi, xi**2 * theta_n * dxi, xi**4 * theta_n * dxi]
+
+    inner = np.linspace(0.0, _SERIES_END, 9)
+    theta_0, mass_0, moment_0 = _series(n, inner)
+    middle = np.linspace(_SERIES_END, _HANDOVER, 257)
+    theta_1, mass_1, moment_1 = _solve(
+        _SERIES_END, _HANDOVER, middle, outwards, [theta_0[-1], mass_0[-1], moment_0[-1]]
+    )
+    t_start = theta_1[-1] ** 0.25
+    t = t_start * np.linspace(1.0, 0.0, 1025)
+    xi_2, mass_2, moment_2 = _solve(t_start, 0.0, t, inwards, [_HANDOVER, mass_1[-1], moment_1[-1]])
+    xi_1, surface = float(xi_2[-1]), float(mass_2[-1])
+    return LaneEmden(
+        index=n,
+        xi_1=xi_1,
+        surface_mass=surface,
+        moment_ratio=float(2 * moment_2[-1] / (3 * surface * xi_1**2)),
+        central_to_mean=xi_1**3 / (3 * surface),
+        xi=np.concatenate([inner[:-1], middle[:-1], xi_2]),
+        theta=np.concatenate([theta_0[:-1], theta_1[:-1], t**4]),
+        mass=np.concatenate([mass_0[:-1], mass_1[:-1], mass_2]),
+    )
+
+
+def _interpolate(solution: LaneEmden, xi):
+    """Cubic Hermite interpolation of theta and mass, with the slopes that the equation itself gives."""
+    nodes = solution.xi
+    safe = np.where(nodes > 0, nodes, 1.0)
+    slopes = (
+        np.where(nodes > 0, -solution.mass / safe**2, 0.0),
+        nodes**2 * np.maximum(solution.theta, 0) ** solution.index,
+    )
+    cell = np.clip(np.searchsorted(nodes, xi, side="right") - 1, 0, len(nodes) - 2)
+    width = nodes[cell + 1] - nodes[cell]
+    s = (xi - nodes[cell]) / width
+    results = []
+    for value, slope in zip((solution.theta, solution.mass), slopes, strict=True):
+        left, right = value[cell], value[cell + 1]
+        d_left, d_right = slope[cell] * width, slope[cell + 1] * width
+        cubic = (1 - s) ** 2 * ((1 + 2 * s) * left + s * d_left) + s**2 * ((3 - 2 * s) * right + (s - 1) * d_right)
+        results.append(cubic)
+    return results
+
+
+@dataclass(frozen=True)
+class Polytrope:
+    """The polytrope of index n with a given mass and radius, in units with the given G."""
+
+    index: float
+    mass: float = 1.0
+    radius: float = 1.0
+    gravitational_constant: float = 1.0
+
+    @property
+    def solution(self) -> LaneEmden:
+        return lane_emden(float(self.index))
+
+    @property
+    def gamma(self) -> float:
+        """1 + 1/n, infinite for n = 0."""
+        return math.inf if self.index == 0 else 1 + 1 / self.index
+
+    @property
+    def central_density(self) -> float:
+        return self.solution.central_to_mean * 3 * self.mass / (4 * math.pi * self.radius**3)
+
+    @property
+    def central_pressure(self) -> float:
+        """4 pi G rho_c^2 (R/xi_1)^2/(n + 1)."""
+        scale = self.radius / self.solution.xi_1
+        return 4 * math.pi * self.gravitational_constant * self.central_density**2 * scale**2 / (self.index + 1)
+
+    @property
+    def constant(self) -> float:
+        """K of P = K rho^(1 + 1/n); ValueError for n = 0, where P does not follow from rho."""
+        if self.index == 0:
+            raise ValueError("a polytrope of index 0 is incompressible: it has no polytropic constant")
+        return self.central_pressure / self.central_density**self.gamma
+
+    @property
+    def gravitational_energy(self) -> float:
+        """W = -3 G M^2/((5 - n) R)."""
+        return -3 * self.gravitational_constant * self.mass**2 / ((5 - self.index) * self.radius)
+
+    @property
+    def moment_of_inertia(self) -> float:
+        """I about any axis through the centre, (2/3) of the integral of rho r^2."""
+        return self.solution.moment_ratio * self.mass * self.radius**2
+
+    def density(self, r) -> np.ndarray:
+        """Density at radius r, zero outside."""
+        r = np.asarray(r, dtype=float)
+        theta = self.solution.theta_at(r * self.solution.xi_1 / self.radius)
+        return np.where(r < self.radius, self.central_density * theta**self.index, 0.0)
+
+    def pressure(self, r) -> np.ndarray:
+        """Pressure at radius r, zero outside."""
+        theta = self.solution.theta_at(np.asarray(r, dtype=float) * self.solution.xi_1 / self.radius)
+        return self.central_pressure * theta ** (self.index + 1)
+
+    def enclosed_mass(self, r) -> np.ndarray:
+        """Mass inside radius r."""
+        xi = np.asarray(r, dtype=float) * self.solution.xi_1 / self.radius
+        return self.mass * self.solution.mass_at(xi) / self.solution.surface_mass
+
+    @cached_property
+    def _inverse_guess(self) -> tuple[np.ndarray, np.ndarray]:
+        solution = self.solution
+        keep = np.concatenate([[True], np.diff(solution.mass) > 0])
+        return np.cbrt(solution.mass[keep] / solution.surface_mass), solution.xi[keep] / solution.xi_1
+
+    def radius_enclosing(self, mass) -> np.ndarray:
+        """Radius inside which a given mass lies: bisection on the cumulative mass, to round-off."""
+        fraction = np.clip(np.asarray(mass, dtype=float) / self.mass, 0.0, 1.0)
+        cube_root, radius = self._inverse_guess
+        cell = np.clip(np.searchsorted(cube_root, np.cbrt(fraction), side="right") - 1, 0, len(cube_root) - 2)
+        low, high = radius[cell], radius[cell + 1]
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            below = self.enclosed_mass(middle * self.radius) < fraction * self.mass
+            low, high = np.where(below, middle, low), np.where(below, high, middle)
+        inside = np.where(fraction <= 0.0, 0.0, 0.5 * (low + high) * self.radius)
+        return np.where(fraction >= 1.0, self.radius, inside)
+
+    def entropy_function(self, mass, gamma: float) -> np.ndarray:
+        """A(m) = P/rho^gamma on the shell that encloses `mass`: what holds the same body up with another gamma.
+
+        With gamma above 1 + 1/n the entropy rises outwards and the body is stably stratified. It diverges at the surface
+        when gamma > 1 + 1/n, so shells at the surface itself are not asked for.
+        """
+        r = self.radius_enclosing(mass)
+        return self.pressure(r) / self.density(r) ** gamma
+
+
+def polytrope_radius(index: float, mass: float, constant: float, gravitational_constant: float = 1.0) -> float:
+    """Return the radius of the polytrope of given mass and K; ValueError for n = 0, 1e-9-near 3 and n outside (0, 5).
+
+    K = G N_n M^((n-1)/n) R^((3-n)/n) with N_n that of the unit sphere; for n = 1 the radius does not depend on the mass,
+    and for n = 3 only one mass is in equilibrium.
+    """
+    if abs(index - 3) < 1e-9:
+        raise ValueError("a polytrope of index 3 has any radius: its mass, not its radius, follows from K")
+    unit = Polytrope(index).constant * gravitational_constant
+    return (constant / (unit * mass ** ((index - 1) / index))) ** (index / (3 - index))

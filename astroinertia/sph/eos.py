@@ -1,0 +1,264 @@
+"""Equations of state: P = P_cold(rho) + A rho^gamma, with A the entropy function that each particle carries.
+
+Without dissipation A is constant, so that the internal energy depends on positions alone and the equations of motion
+are Hamiltonian (Springel & Hernquist 2002, MNRAS 333, 649). Barotropic equations of state have the cold part only;
+what dissipation heats is then radiated.
+
+Every class is a frozen pytree whose numbers are leaves. Methods take the array namespace `xp` (numpy or jax.numpy),
+densities `rho` > 0 and entropy functions `A` >= 0 of one shape, and work in any consistent units:
+
+    pressure(xp, rho, A)           P
+    internal_energy(xp, rho, A)    u, specific; P = rho^2 du/drho at constant A
+    sound_speed(xp, rho, A)        c, from c^2 = dP/drho at constant A
+    entropy(xp, rho, u)            A of matter with specific internal energy u (zero where barotropic)
+    entropy_rate(xp, rho, q)       dA/dt from specific heating q = du/dt at constant density (zero where barotropic)
+
+`thermal` says whether A matters. Tests: tests/unit/test_eos.py.
+"""
+
+import math
+from dataclasses import dataclass, fields
+from itertools import pairwise
+from typing import ClassVar
+
+from jax.tree_util import register_dataclass
+
+
+def _pytree(cls):
+    return register_dataclass(cls, data_fields=[field.name for field in fields(cls)], meta_fields=[])
+
+
+def check(**named: float) -> None:
+    """Raise ValueError unless every named number is finite and positive; gammas must be above 1 as well."""
+    for name, value in named.items():
+        if not (math.isfinite(value) and value > 0):
+            raise ValueError(f"equation of state: {name} must be positive and finite, not {value!r}")
+        if name.startswith("gamma") and value <= 1:
+            raise ValueError(f"equation of state: {name} must be above 1, not {value!r} (1 is kind 'isothermal')")
+
+
+@_pytree
+@dataclass(frozen=True)
+class Ideal:
+    """Ideal gas, P = A rho^gamma = (gamma - 1) rho u."""
+
+    gamma: float
+    thermal: ClassVar[bool] = True
+
+    def pressure(self, xp, rho, A):
+        return A * rho**self.gamma
+
+    def internal_energy(self, xp, rho, A):
+        return A * rho ** (self.gamma - 1) / (self.gamma - 1)
+
+    def sound_speed(self, xp, rho, A):
+        return xp.sqrt(self.gamma * A * rho ** (self.gamma - 1))
+
+    def entropy(self, xp, rho, u):
+        return (self.gamma - 1) * u * rho ** (1 - self.gamma)
+
+    def entropy_rate(self, xp, rho, q):
+        return (self.gamma - 1) * q * rho ** (1 - self.gamma)
+
+
+class _Barotropic:
+    """What a fluid without a thermal part shares: the entropy function is zero and stays so."""
+
+    thermal: ClassVar[bool] = False
+
+    def entropy(self, xp, rho, u):
+        return xp.zeros_like(rho)
+
+    def entropy_rate(self, xp, rho, q):
+        return xp.zeros_like(rho)
+
+
+@_pytree
+@dataclass(frozen=True)
+class Isothermal(_Barotropic):
+    """P = c^2 rho; the "internal energy" is the free energy c^2 ln(rho/reference_density), up to a constant."""
+
+    speed: float
+    reference_density: float = 1.0
+
+    def pressure(self, xp, rho, A):
+        return self.speed**2 * rho
+
+    def internal_energy(self, xp, rho, A):
+        return self.speed**2 * xp.log(rho / self.reference_density)
+
+    def sound_speed(self, xp, rho, A):
+        return self.speed * xp.ones_like(rho)
+
+
+@_pytree
+@dataclass(frozen=True)
+class Polytropic(_Barotropic):
+    """P = K rho^gamma with one constant K for the whole body."""
+
+    gamma: float
+    constant: float
+
+    def pressure(self, xp, rho, A):
+        return self.constant * rho**self.gamma
+
+    def internal_energy(self, xp, rho, A):
+        return self.constant * rho ** (self.gamma - 1) / (self.gamma - 1)
+
+    def sound_speed(self, xp, rho, A):
+        return xp.sqrt(self.gamma * self.constant * rho ** (self.gamma - 1))
+
+
+@_pytree
+@dataclass(frozen=True)
+class PiecewisePolytropic(_Barotropic):
+    """P = K_i rho^gamma_i between the densities, with P and u continuous and K_0 = constant.
+
+    `gammas` has one number more than `densities`, which ascend. Source: Read et al. 2009, PRD 79, 124032, eqs. 1-7
+    (here without the rest mass).
+    """
+
+    densities: tuple[float, ...]
+    gammas: tuple[float, ...]
+    constant: float
+
+    def _pieces(self):
+        """Yield (density where the piece begins, gamma, K, constant of integration of u)."""
+        start, gamma, constant, offset = 0.0, self.gammas[0], self.constant, 0.0
+        yield start, gamma, constant, offset
+        for start, following in zip(self.densities, self.gammas[1:], strict=True):
+            specific = constant * start ** (gamma - 1)
+            offset = offset + specific / (gamma - 1) - specific / (following - 1)
+            constant = constant * start ** (gamma - following)
+            gamma = following
+            yield start, gamma, constant, offset
+
+    def _choose(self, xp, rho, formula):
+        result = None
+        for start, gamma, constant, offset in self._pieces():
+            value = formula(gamma, constant, offset)
+            result = value if result is None else xp.where(rho >= start, value, result)
+        return result
+
+    def pressure(self, xp, rho, A):
+        return self._choose(xp, rho, lambda gamma, constant, offset: constant * rho**gamma)
+
+    def internal_energy(self, xp, rho, A):
+        return self._choose(
+            xp, rho, lambda gamma, constant, offset: constant * rho ** (gamma - 1) / (gamma - 1) + offset
+        )
+
+    def squared_sound_speed(self, xp, rho):
+        return self._choose(xp, rho, lambda gamma, constant, offset: gamma * constant * rho ** (gamma - 1))
+
+    def sound_speed(self, xp, rho, A):
+        return xp.sqrt(self.squared_sound_speed(xp, rho))
+
+
+@_pytree
+@dataclass(frozen=True)
+class Hybrid:
+    """Cold matter that stiffens at nuclear density, and a thermal part that shocks fill.
+
+    P = K rho^gamma_1 below nuclear_density and K_2 rho^gamma_2 above it (P and u continuous), plus A rho^gamma_thermal.
+    Source: Janka, Zwerger & Mueller 1993, A&A 268, 360; Zwerger & Mueller 1997, A&A 320, 209; Dimmelmeier, Font &
+    Mueller 2002, A&A 388, 917, sect. 2.2.
+    """
+
+    nuclear_density: float
+    gamma_1: float
+    gamma_2: float
+    gamma_thermal: float
+    constant: float
+    thermal: ClassVar[bool] = True
+
+    def _cold(self) -> PiecewisePolytropic:
+        return PiecewisePolytropic((self.nuclear_density,), (self.gamma_1, self.gamma_2), self.constant)
+
+    def _hot(self) -> Ideal:
+        return Ideal(self.gamma_thermal)
+
+    def pressure(self, xp, rho, A):
+        return self._cold().pressure(xp, rho, A) + self._hot().pressure(xp, rho, A)
+
+    def internal_energy(self, xp, rho, A):
+        return self._cold().internal_energy(xp, rho, A) + self._hot().internal_energy(xp, rho, A)
+
+    def sound_speed(self, xp, rho, A):
+        hot = self.gamma_thermal * A * rho ** (self.gamma_thermal - 1)
+        return xp.sqrt(self._cold().squared_sound_speed(xp, rho) + hot)
+
+    def entropy(self, xp, rho, u):
+        """A of matter with internal energy u; matter colder than the cold part has none."""
+        excess = u - self._cold().internal_energy(xp, rho, 0.0)
+        return self._hot().entropy(xp, rho, xp.maximum(excess, 0.0))
+
+    def entropy_rate(self, xp, rho, q):
+        return self._hot().entropy_rate(xp, rho, q)
+
+
+EquationOfState = Ideal | Isothermal | Polytropic | PiecewisePolytropic | Hybrid
+
+# Newtonian core collapse: relativistic degenerate electrons at an electron fraction of one half, in SI.
+# K = 4.897e14 in cgs, whatever gamma_1: the pressure at 1 g/cm^3 is 4.897e14 dyn/cm^2. A gamma_1 below 4/3 at the same
+# K is the pressure deficit that starts the collapse (Zwerger & Mueller 1997; Dimmelmeier et al. 2002, sect. 2.2 and 3).
+CORE_COLLAPSE = {
+    "reference_density": 1.0e3,  # kg/m^3
+    "reference_pressure": 4.897e13,  # Pa
+    "nuclear_density": 2.0e17,  # kg/m^3
+    "gamma_1": 1.325,  # 1.28 to 1.325 in the papers
+    "gamma_2": 2.5,
+    "gamma_thermal": 1.5,
+}
+
+
+def polytropic_constant(density: float, pressure: float, gamma: float) -> float:
+    """Return K of P = K rho^gamma through one point; `constant`s are so carried between systems of units."""
+    return pressure * density**-gamma
+
+
+def ideal(gamma: float) -> Ideal:
+    """Return the ideal gas of adiabatic index gamma; ValueError unless gamma > 1."""
+    check(gamma=gamma)
+    return Ideal(float(gamma))
+
+
+def isothermal(sound_speed: float, reference_density: float = 1.0) -> Isothermal:
+    """Return the isothermal gas of one sound speed; ValueError unless it is positive."""
+    check(sound_speed=sound_speed, reference_density=reference_density)
+    return Isothermal(float(sound_speed), float(reference_density))
+
+
+def polytropic(gamma: float, constant: float) -> Polytropic:
+    """Return the barotrope P = constant rho^gamma; ValueError unless gamma > 1 and constant > 0."""
+    check(gamma=gamma, constant=constant)
+    return Polytropic(float(gamma), float(constant))
+
+
+def piecewise_polytropic(densities, gammas, constant: float) -> PiecewisePolytropic:
+    """Return the barotrope with gammas[i] above densities[i-1]; ValueError if lengths, order or signs are wrong."""
+    densities, gammas = tuple(map(float, densities)), tuple(map(float, gammas))
+    check(constant=constant)
+    for density in densities:
+        check(densities=density)
+    for gamma in gammas:
+        check(gammas=gamma)
+    if len(gammas) != len(densities) + 1:
+        raise ValueError(
+            f"equation of state: {len(densities)} densities need {len(densities) + 1} gammas, not {len(gammas)}"
+        )
+    if any(b <= a for a, b in pairwise(densities)):
+        raise ValueError("equation of state: densities must ascend")
+    return PiecewisePolytropic(densities, gammas, float(constant))
+
+
+def hybrid(nuclear_density: float, gamma_1: float, gamma_2: float, gamma_thermal: float, constant: float) -> Hybrid:
+    """Return the core-collapse equation of state; ValueError unless gammas exceed 1 and the rest is positive."""
+    check(
+        nuclear_density=nuclear_density,
+        gamma_1=gamma_1,
+        gamma_2=gamma_2,
+        gamma_thermal=gamma_thermal,
+        constant=constant,
+    )
+    return Hybrid(float(nuclear_density), float(gamma_1), float(gamma_2), float(gamma_thermal), float(constant))
