@@ -1,0 +1,226 @@
+"""Every effect that a scene can list: its options, where it lives and what it costs, as plain data.
+
+A scene never names code: it names a kind, which is looked up here, and only that kind's module is imported.
+"""
+
+import importlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+Cost = Literal["particles", "neighbours", "all pairs"]
+
+
+class Required:
+    """The default of an option that has none."""
+
+    def __repr__(self) -> str:
+        return "required"
+
+
+REQUIRED = Required()
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option: its dimension ("choice" for one of `choices`), default in code units and meaning.
+
+    A default of None means that what the option describes is absent. `shape` is () for a number, (3,) for a vector and
+    (3, 3) for a matrix; `minimum` and `maximum` bound a number, and are themselves allowed unless `exclusive`.
+    """
+
+    dimension: str
+    default: Any
+    text: str
+    shape: tuple[int, ...] = ()
+    choices: tuple[str, ...] = ()
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    exclusive: bool = False
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One effect: its module and class, one line on what it is, its options, the loop it needs and its source."""
+
+    module: str
+    class_name: str
+    text: str
+    options: Mapping[str, Option]
+    cost: Cost
+    source: str
+
+
+# Exponents of (mass, length, time) of every dimension that an option may have.
+DIMENSIONS: Mapping[str, tuple[int, int, int]] = {
+    "dimensionless": (0, 0, 0),
+    "mass": (1, 0, 0),
+    "length": (0, 1, 0),
+    "time": (0, 0, 1),
+    "velocity": (0, 1, -1),
+    "acceleration": (0, 1, -2),
+    "angular_velocity": (0, 0, -1),
+    "angular_acceleration": (0, 0, -2),
+    "inverse_time_squared": (0, 0, -2),
+}
+
+
+def positive(dimension: str, default: Any, text: str) -> Option:
+    return Option(dimension, default, text, minimum=0.0, exclusive=True)
+
+
+def not_negative(dimension: str, default: Any, text: str) -> Option:
+    return Option(dimension, default, text, minimum=0.0)
+
+
+AXIS = (0.0, 0.0, 1.0)
+
+CATALOGUE: Mapping[str, Entry] = {
+    "gravity": Entry(
+        "astroinertia.effects.gravity",
+        "Gravity",
+        "self-gravity of the fluid, softened by its own kernel",
+        {},
+        "all pairs",
+        "Price & Monaghan 2007",
+    ),
+    "pressure": Entry(
+        "astroinertia.effects.pressure",
+        "Pressure",
+        "pressure gradient of the fluid",
+        {},
+        "neighbours",
+        "Springel & Hernquist 2002",
+    ),
+    "viscosity": Entry(
+        "astroinertia.effects.viscosity",
+        "Viscosity",
+        "artificial viscosity, which captures shocks",
+        {
+            "alpha_max": positive("dimensionless", 1.0, "linear coefficient in a shock"),
+            "alpha_min": not_negative("dimensionless", 0.0, "linear coefficient far from shocks"),
+            "beta": not_negative("dimensionless", 2.0, "quadratic coefficient, as a multiple of the linear one"),
+            "decay_length": positive("dimensionless", 10.0, "smoothing lengths over which the coefficient decays"),
+            "switch": Option(
+                "choice",
+                "cullen_dehnen",
+                "how the coefficient follows the flow: with shocks, or constant at alpha_max",
+                choices=("cullen_dehnen", "none"),
+            ),
+            "limiter": Option(
+                "choice", "balsara", "what suppresses viscosity in shear and rotation", choices=("balsara", "none")
+            ),
+        },
+        "neighbours",
+        "Cullen & Dehnen 2010; Monaghan 1997; Balsara 1995",
+    ),
+    "conduction": Entry(
+        "astroinertia.effects.conduction",
+        "Conduction",
+        "artificial conduction, which smooths jumps of thermal energy",
+        {
+            "coefficient": not_negative("dimensionless", 1.0, "strength of the exchange of thermal energy"),
+            "signal": Option(
+                "choice",
+                "relative_velocity",
+                "speed of the exchange: relative_velocity leaves a star in equilibrium alone, pressure_jump is for "
+                "contact discontinuities without gravity",
+                choices=("relative_velocity", "pressure_jump"),
+            ),
+        },
+        "neighbours",
+        "Price 2008; Wadsley, Veeravalli & Couchman 2008",
+    ),
+    "damping": Entry(
+        "astroinertia.effects.damping",
+        "Damping",
+        "drag towards rest or rigid rotation, for relaxation",
+        {
+            "time_scale": positive("time", REQUIRED, "time over which velocities decay by a factor e"),
+            "rate": Option("angular_velocity", None, "rotation rate that velocities decay to; to rest without it"),
+            "axis": Option("dimensionless", AXIS, "axis of that rotation", shape=(3,)),
+            "until": not_negative("time", None, "when the damping ends; never without it"),
+            "frame": Option(
+                "choice",
+                "centre_of_mass",
+                "what the velocities are relative to",
+                choices=("centre_of_mass", "inertial"),
+            ),
+        },
+        "particles",
+        "Gingold & Monaghan 1977",
+    ),
+    "rotating_frame": Entry(
+        "astroinertia.effects.rotating_frame",
+        "RotatingFrame",
+        "centrifugal, Coriolis and Euler forces of a frame that rotates about its origin",
+        {
+            "rate": Option("angular_velocity", REQUIRED, "rotation rate of the frame at time 0"),
+            "rate_change": Option("angular_acceleration", None, "constant change of that rate with time"),
+            "axis": Option("dimensionless", AXIS, "axis of the rotation", shape=(3,)),
+        },
+        "particles",
+        "Landau & Lifshitz 1976, Mechanics, eq. 39.7",
+    ),
+    "tide": Entry(
+        "astroinertia.effects.tide",
+        "Tide",
+        "a point mass nearby, fixed or on a Kepler orbit about the origin",
+        {
+            "mass": positive("mass", REQUIRED, "mass of the perturber"),
+            "position": Option("length", REQUIRED, "where it is: fixed, or at its pericentre", shape=(3,)),
+            "period": positive("time", None, "orbital period; without it the perturber stays where it is"),
+            "eccentricity": Option("dimensionless", 0.0, "of the orbit", minimum=0.0, maximum=0.99),
+            "normal": Option("dimensionless", AXIS, "normal of the orbit", shape=(3,)),
+            "mean_anomaly": Option("dimensionless", 0.0, "at time 0, in radians from the pericentre"),
+            "softening": not_negative("length", 0.0, "Plummer softening of the perturber"),
+            "frame": Option(
+                "choice",
+                "tidal",
+                "tidal: relative to the acceleration of the origin, which falls freely; direct: the whole attraction",
+                choices=("tidal", "direct"),
+            ),
+        },
+        "particles",
+        "Murray & Dermott 1999, chapter 2",
+    ),
+    "external_field": Entry(
+        "astroinertia.effects.external_field",
+        "ExternalField",
+        "a given gravitational field: uniform, quadratic, logarithmic or of a softened point mass, or their sum",
+        {
+            "uniform": Option("acceleration", None, "uniform acceleration g", shape=(3,)),
+            "quadratic": Option(
+                "inverse_time_squared", None, "symmetric matrix A of the potential (x - o).A.(x - o)/2", shape=(3, 3)
+            ),
+            "circular_speed": positive("velocity", None, "v of the potential v^2/2 ln(|x - o|^2 + core^2)"),
+            "core": positive("length", None, "core radius of that potential"),
+            "point_mass": positive("mass", None, "M of the potential -M/sqrt(|x - o|^2 + softening^2)"),
+            "softening": positive("length", None, "softening of that potential"),
+            "origin": Option("length", (0.0, 0.0, 0.0), "origin o of all of them", shape=(3,)),
+        },
+        "particles",
+        "Binney & Tremaine 2008, sections 2.2 and 2.3",
+    ),
+}
+
+
+def load(kind: str) -> type:
+    """The class of an effect, importing its module and no other effect's; KeyError for an unknown kind."""
+    entry = CATALOGUE[kind]
+    return getattr(importlib.import_module(entry.module), entry.class_name)
+
+
+def build(kind: str, options: Mapping[str, Any] | None = None) -> Any:
+    """The effect from options in code units, defaults filled in; ValueError where options are missing or contradict."""
+    given = dict(options or {})
+    values = {}
+    for name, option in CATALOGUE[kind].options.items():
+        value = given.pop(name, option.default)
+        if value is REQUIRED:
+            raise ValueError(f"effect {kind} needs the option {name}: {option.text}")
+        values[name] = value
+    if given:
+        raise ValueError(f"effect {kind} has no option {next(iter(given))}")
+    return load(kind).from_options(values)

@@ -1,0 +1,57 @@
+"""Drag towards rest or towards rigid rotation, for relaxing a body to equilibrium."""
+
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import jax
+
+from astroinertia.effects.effect import Effect, cross_matrix, moments
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Damping(Effect):
+    """a = -(v - v_frame - Omega x (x - c))/tau, with c the centre of mass, until a given time.
+
+    v_frame is the velocity of the centre of mass, so that the damping exerts no net force, or zero (frame "inertial").
+    With a target rotation rate the body relaxes to rigid rotation, by being turned from outside; without, to rest.
+    """
+
+    time_scale: Any
+    rate: Any = None
+    axis: Any = (0.0, 0.0, 1.0)
+    until: Any = None
+    frame: str = field(default="centre_of_mass", metadata={"static": True})
+
+    kind: ClassVar[str] = "damping"
+    external: ClassVar[bool] = True
+
+    def strength(self, xp, fluid):
+        """1/tau while the damping lasts, then 0."""
+        if self.until is None:
+            return xp.asarray(1.0 / self.time_scale)
+        return xp.where(fluid.time < self.until, 1.0 / self.time_scale, 0.0)
+
+    def target_rotation(self, xp):
+        axis = xp.asarray(self.axis)
+        return cross_matrix(xp, self.rate * axis / xp.sqrt(xp.sum(axis**2)))
+
+    def drag(self, xp, fluid):
+        return -self.strength(xp, fluid) * xp.eye(3)
+
+    def acceleration(self, xp, fluid):
+        target = xp.zeros_like(fluid.position)
+        if self.frame == "centre_of_mass":
+            target = target + fluid.centre_velocity
+        if self.rate is not None:
+            target = target + (fluid.position - fluid.centre) @ self.target_rotation(xp).T
+        return self.strength(xp, fluid) * target
+
+    def virial(self, xp, fluid):
+        """(Q [Omega]^T - P)/tau; uniform velocities have no moment about the centre of mass."""
+        second, mixed = moments(xp, fluid)
+        target = 0.0 if self.rate is None else second @ self.target_rotation(xp).T
+        return self.strength(xp, fluid) * (target - mixed)
+
+    def timestep(self, xp, fluid):
+        return 1.0 / xp.maximum(self.strength(xp, fluid), 1e-30)

@@ -1,0 +1,105 @@
+"""What an effect is: the parts of the equations of motion that a scene can call for, one at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+from astroinertia.engines.terms import PairTerm
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """One force or energy exchange, with an acceleration of its own, so that its virial tensor can be taken (G = 1).
+
+    A subclass is a frozen dataclass registered as a pytree; numbers are leaves, choices are static, and an option that
+    is None is absent from what is compiled. It overrides what it has and leaves the rest. One evaluation runs
+
+        gradient_fields -> gradient pass (fluid.gradients) -> remember (fluid.memory) -> fields
+        -> neighbour and all-pairs passes (fluid.sums) -> acceleration, drag, potential_energy, virial, timestep
+
+    `fluid` has time, mass (N,), position (N, 3), velocity (N, 3), entropy (N,), smoothing_length (N,), density (N,),
+    grad_h (N,), zeta (N,) where softening is adaptive, pressure (N,), sound_speed (N,), internal_energy (N,) (of unit
+    mass), thermal_energy (N,) (its part above the cold curve), acceleration (N, 3) (total of the previous evaluation,
+    zero on the first), gradients and sums {kind: {output: array}}, memory {name: array}, kernel (a name), centre (3,)
+    and centre_velocity (3,) of mass. Pair outputs: "acceleration" (central), "heating" (sum, du/dt), "potential" (sum),
+    "signal" (max, a speed that must not cross a smoothing length within the time step).
+    """
+
+    kind: ClassVar[str]
+    external: ClassVar[bool] = False
+    """Exchanges momentum or energy with the outside of the fluid."""
+    central: ClassVar[bool] = False
+    """Acts between particles along their separation: no net force, symmetric virial tensor."""
+    needs_zeta: ClassVar[bool] = False
+    """Needs fluid.zeta, the response of the softened potential to the smoothing length."""
+
+    @classmethod
+    def from_options(cls, options: dict[str, Any]) -> Self:
+        """The effect from its options in code units; raises ValueError, in one sentence, where they contradict."""
+        return cls(**options)
+
+    @property
+    def gradient_terms(self) -> tuple[PairTerm, ...]:
+        """Pair terms of the pass before the forces, over neighbours."""
+        return ()
+
+    @property
+    def neighbour_terms(self) -> tuple[PairTerm, ...]:
+        """Pair terms of the force pass over neighbours."""
+        return ()
+
+    @property
+    def all_pair_terms(self) -> tuple[PairTerm, ...]:
+        """Pair terms over all pairs."""
+        return ()
+
+    def gradient_fields(self, xp: Any, fluid: Any) -> dict[str, Any]:
+        """Per-particle fields that gradient_terms name, beyond mass, position, velocity and smoothing_length."""
+        return {}
+
+    def fields(self, xp: Any, fluid: Any) -> dict[str, Any]:
+        """Per-particle fields that neighbour_terms and all_pair_terms name."""
+        return {}
+
+    def initial_memory(self, xp: Any, fluid: Any) -> dict[str, Any]:
+        """State of the effect's own, one array (N,) a name, before the first evaluation."""
+        return {}
+
+    def remember(self, xp: Any, fluid: Any, interval: Any) -> dict[str, Any]:
+        """That state, `interval` after it was last brought up to date (0 on the first evaluation)."""
+        return {}
+
+    def acceleration(self, xp: Any, fluid: Any) -> Any | None:
+        """Per-particle acceleration (N, 3) that does not depend on the particle's own velocity."""
+        return None
+
+    def drag(self, xp: Any, fluid: Any) -> Any | None:
+        """Matrix M (3, 3) of an acceleration M v, taken at the mean velocity of a kick."""
+        return None
+
+    def potential_energy(self, xp: Any, fluid: Any) -> Any | None:
+        """Scalar whose gradient is the effect's force, where there is one."""
+        return None
+
+    def virial(self, xp: Any, fluid: Any) -> Any | None:
+        """V (3, 3) = sum m (x - centre) (x) a of a per-particle effect, drag included, by a route of its own."""
+        return None
+
+    def timestep(self, xp: Any, fluid: Any) -> Any | None:
+        """The effect's own shortest time (scalar); the integrator multiplies it by its Courant factor."""
+        return None
+
+
+def moments(xp: Any, fluid: Any) -> tuple[Any, Any]:
+    """Second moment Q = sum m x (x) x and mixed moment P = sum m x (x) v about the centre of mass, each (3, 3)."""
+    position = fluid.position - fluid.centre
+    weighted = (fluid.mass[:, None] * position).T
+    return weighted @ position, weighted @ (fluid.velocity - fluid.centre_velocity)
+
+
+def cross_matrix(xp: Any, vector: Any) -> Any:
+    """The matrix [w] with [w] x = w cross x, shape (3, 3)."""
+    zero = xp.zeros_like(vector[0])
+    x, y, z = vector[0], vector[1], vector[2]
+    return xp.stack([xp.stack([zero, -z, y]), xp.stack([z, zero, -x]), xp.stack([-y, x, zero])])

@@ -1,0 +1,47 @@
+"""The fluid's own gravity, softened by its kernel."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import jax
+
+from astroinertia.effects.effect import Effect
+from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.gravity.direct import DIRECT_GRAVITY
+
+
+def softening_pair(xp, dW_i, dW_j, zeta_over_omega_i, zeta_over_omega_j):
+    return (0.5 * (zeta_over_omega_i * dW_i + zeta_over_omega_j * dW_j),)
+
+
+SOFTENING = PairTerm("gravity", softening_pair, (Output("acceleration", "central"),))
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Gravity(Effect):
+    """Sum over all pairs with kernel softening, and the term that keeps energy when the softening adapts.
+
+    a_i = -sum_j m_j (phi'(r, h_i) + phi'(r, h_j))/2 rhat
+          - 1/2 sum_j m_j [zeta_i/Omega_i dW_i + zeta_j/Omega_j dW_j] rhat,
+    the exact gradient of 1/2 sum_i sum_j m_i m_j (phi(r, h_i) + phi(r, h_j))/2, self pairs included
+    (Price & Monaghan 2007, eqs. 13 to 24).
+    """
+
+    kind: ClassVar[str] = "gravity"
+    central: ClassVar[bool] = True
+    needs_zeta: ClassVar[bool] = True
+
+    @property
+    def neighbour_terms(self):
+        return (SOFTENING,)
+
+    @property
+    def all_pair_terms(self):
+        return (DIRECT_GRAVITY,)
+
+    def fields(self, xp, fluid):
+        return {"zeta_over_omega": fluid.zeta / fluid.grad_h}
+
+    def potential_energy(self, xp, fluid):
+        return 0.5 * xp.sum(fluid.mass * fluid.sums["gravity"]["potential"])

@@ -1,0 +1,40 @@
+"""Pressure of the fluid on itself."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import jax
+
+from astroinertia.effects.effect import Effect
+from astroinertia.engines.terms import Output, PairTerm
+
+
+def pressure_pair(xp, dW_i, dW_j, pressure_weight_i, pressure_weight_j):
+    return (pressure_weight_i * dW_i + pressure_weight_j * dW_j,)
+
+
+PRESSURE = PairTerm("pressure", pressure_pair, (Output("acceleration", "central"),))
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Pressure(Effect):
+    """a_i = -sum_j m_j [P_i/(Omega_i rho_i^2) dW_i + P_j/(Omega_j rho_j^2) dW_j] rhat.
+
+    Springel & Hernquist 2002, eq. 18. It follows from the Lagrangian with u(rho, A): its potential is the internal energy, which the model keeps.
+    """
+
+    kind: ClassVar[str] = "pressure"
+    central: ClassVar[bool] = True
+
+    @property
+    def neighbour_terms(self):
+        return (PRESSURE,)
+
+    def fields(self, xp, fluid):
+        return {"pressure_weight": fluid.pressure / (fluid.grad_h * fluid.density**2)}
+
+    def timestep(self, xp, fluid):
+        """Sound crosses the smoothing length: min h/c."""
+        # Cold gas has no sound to wait for; the reciprocal keeps it finite.
+        return 1.0 / xp.maximum(xp.max(fluid.sound_speed / fluid.smoothing_length), 1e-30)

@@ -1,0 +1,16 @@
+"""Gravity as a sum over all pairs (G = 1)."""
+
+from astroinertia.engines.terms import Output, PairTerm
+
+
+def direct_pair(xp, dphi_i, dphi_j, phi_i, phi_j):
+    return 0.5 * (dphi_i + dphi_j), 0.5 * (phi_i + phi_j)
+
+
+def direct_far(xp, r):
+    return 1.0 / (r * r), -1.0 / r
+
+
+DIRECT_GRAVITY = PairTerm(
+    "gravity", direct_pair, (Output("acceleration", "central"), Output("potential", "sum")), far=direct_far
+)
