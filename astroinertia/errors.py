@@ -1,0 +1,51 @@
+"""The errors that the package raises on purpose; each carries one clear sentence for a person to read."""
+
+
+class AstroinertiaError(Exception):
+    """Base of every error that the package raises on purpose."""
+
+
+class SceneError(AstroinertiaError):
+    """A scene, or an argument that stands for part of one, is wrong: what, where, and what would be right."""
+
+
+class ArchiveError(AstroinertiaError):
+    """A run directory, segment, checkpoint or dataset file cannot be read, written or continued."""
+
+
+class NumericalError(AstroinertiaError):
+    """A calculation left the numbers it can trust.
+
+    effect: kind of the effect whose result is wrong, if one is to blame; time: of the state, in the units the caller
+    works in; particle: identity of the first particle concerned.
+    """
+
+    def __init__(
+        self, message: str, effect: str | None = None, time: float | None = None, particle: int | None = None
+    ) -> None:
+        self.message = message
+        self.effect = effect
+        self.time = time
+        self.particle = particle
+        super().__init__(message, effect, time, particle)  # all of them, so that the error survives pickling
+
+    def __str__(self) -> str:
+        parts = [
+            None if self.effect is None else f"effect {self.effect}",
+            None if self.time is None else f"time {self.time:.6g}",
+            None if self.particle is None else f"particle {self.particle}",
+        ]
+        told = ", ".join(part for part in parts if part)
+        return f"{self.message} ({told})" if told else self.message
+
+
+class RunInterrupted(AstroinertiaError):
+    """A run was asked to stop; everything is sealed, and `resume` on its folder goes on."""
+
+    def __init__(self, folder: object, time: float, end: float) -> None:
+        self.folder = folder
+        self.share = time / end
+        super().__init__(folder, time, end)
+
+    def __str__(self) -> str:
+        return f"the run stopped on request at {100 * self.share:.1f}% and is sealed in {self.folder}"
