@@ -4,8 +4,9 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import jax
+import numpy as np
 
-from astroinertia.effects.effect import Effect, cross_matrix, moments
+from astroinertia.effects.effect import Effect, angular_velocity_matrix, moments
 
 
 @jax.tree_util.register_dataclass
@@ -26,32 +27,30 @@ class Damping(Effect):
     kind: ClassVar[str] = "damping"
     external: ClassVar[bool] = True
 
-    def strength(self, xp, fluid):
+    def strength(self, fluid):
         """1/tau while the damping lasts, then 0."""
-        if self.until is None:
-            return xp.asarray(1.0 / self.time_scale)
-        return xp.where(fluid.time < self.until, 1.0 / self.time_scale, 0.0)
+        lasts = 1.0 if self.until is None else (fluid.time < self.until)
+        return lasts / self.time_scale
 
-    def target_rotation(self, xp):
-        axis = xp.asarray(self.axis)
-        return cross_matrix(xp, self.rate * axis / xp.sqrt(xp.sum(axis**2)))
+    def target_rotation(self):
+        return angular_velocity_matrix(self.rate, self.axis)
 
-    def drag(self, xp, fluid):
-        return -self.strength(xp, fluid) * xp.eye(3)
+    def drag(self, fluid):
+        return -self.strength(fluid) * np.eye(3)
 
     def acceleration(self, xp, fluid):
         target = xp.zeros_like(fluid.position)
         if self.frame == "centre_of_mass":
             target = target + fluid.centre_velocity
         if self.rate is not None:
-            target = target + (fluid.position - fluid.centre) @ self.target_rotation(xp).T
-        return self.strength(xp, fluid) * target
+            target = target + (fluid.position - fluid.centre) @ self.target_rotation().T
+        return self.strength(fluid) * target
 
     def virial(self, xp, fluid):
         """(Q [Omega]^T - P)/tau; uniform velocities have no moment about the centre of mass."""
-        second, mixed = moments(xp, fluid)
-        target = 0.0 if self.rate is None else second @ self.target_rotation(xp).T
-        return self.strength(xp, fluid) * (target - mixed)
+        second, mixed = moments(fluid)
+        target = 0.0 if self.rate is None else second @ self.target_rotation().T
+        return self.strength(fluid) * (target - mixed)
 
     def timestep(self, xp, fluid):
-        return 1.0 / xp.maximum(self.strength(xp, fluid), 1e-30)
+        return 1.0 / xp.maximum(self.strength(fluid), 1e-30)

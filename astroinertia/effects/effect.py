@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
+import numpy as np
+
 from astroinertia.engines.terms import PairTerm
 
 
@@ -74,7 +76,7 @@ class Effect:
         """Per-particle acceleration (N, 3) that does not depend on the particle's own velocity."""
         return None
 
-    def drag(self, xp: Any, fluid: Any) -> Any | None:
+    def drag(self, fluid: Any) -> Any | None:
         """Matrix M (3, 3) of an acceleration M v, taken at the mean velocity of a kick."""
         return None
 
@@ -91,15 +93,25 @@ class Effect:
         return None
 
 
-def moments(xp: Any, fluid: Any) -> tuple[Any, Any]:
+def moments(fluid: Any) -> tuple[Any, Any]:
     """Second moment Q = sum m x (x) x and mixed moment P = sum m x (x) v about the centre of mass, each (3, 3)."""
     position = fluid.position - fluid.centre
     weighted = (fluid.mass[:, None] * position).T
     return weighted @ position, weighted @ (fluid.velocity - fluid.centre_velocity)
 
 
-def cross_matrix(xp: Any, vector: Any) -> Any:
-    """The matrix [w] with [w] x = w cross x, shape (3, 3)."""
-    zero = xp.zeros_like(vector[0])
-    x, y, z = vector[0], vector[1], vector[2]
-    return xp.stack([xp.stack([zero, -z, y]), xp.stack([z, zero, -x]), xp.stack([-y, x, zero])])
+# Generators of the rotations: (GENERATORS[k])[i, j] = -epsilon_kij, so that a rotation about axis k turns i towards j.
+GENERATORS = np.array(
+    [
+        [[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
+        [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]],
+        [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
+    ]
+)
+
+
+def angular_velocity_matrix(rate: Any, axis: Any) -> Any:
+    """The matrix [w] with [w] x = w cross x for w = rate * axis/|axis|, shape (3, 3)."""
+    x, y, z = axis[0], axis[1], axis[2]
+    generator = x * GENERATORS[0] + y * GENERATORS[1] + z * GENERATORS[2]
+    return generator * (rate / (x * x + y * y + z * z) ** 0.5)
