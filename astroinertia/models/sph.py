@@ -69,8 +69,8 @@ def initial_state(problem: Problem, mass: Array, position: Array, velocity: Arra
         ledger=open_ledger(xp, mass, position, velocity, len(problem.effects)),
         rates=Rates(nothing, nothing, nothing, xp.zeros(count), xp.zeros(()), None),  # type: ignore[arg-type]
     )
-    order, arrangement = rearranged(problem, state_with_lengths(problem, arrangement, state))
-    return evaluated(problem, arrangement, order, xp.zeros(())), arrangement
+    state, arrangement = rearranged(problem, state_with_lengths(problem, arrangement, state))
+    return evaluated(problem, arrangement, state, xp.zeros(())), arrangement
 
 
 def state_with_lengths(problem: Problem, arrangement: Any, state: State) -> State:
