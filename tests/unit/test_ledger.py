@@ -1,0 +1,109 @@
+"""The ledger follows particles to round-off, and says which effect did what."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import jax
+import numpy as np
+import pytest
+
+from astroinertia.inertia import ledger as books
+from astroinertia.integrate import leapfrog
+
+REFERENCE = Path(__file__).parent.parent / "reference"
+
+
+def body(seed: int = 3, count: int = 40) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    random = np.random.default_rng(seed)
+    mass = random.uniform(0.5, 1.5, count) / count
+    return mass, random.normal(size=(count, 3)) + [3.0, 0.0, 1.0], random.normal(size=(count, 3)) + [0.3, -0.2, 0.1]
+
+
+def test_a_thousand_kicks_and_drifts_close_to_round_off() -> None:
+    """Variable steps, a moving centre of mass, three effects of which one pushes the whole body."""
+    mass, position, velocity = body()
+    random = np.random.default_rng(7)
+    entry = books.open_ledger(np, mass, position, velocity, 3)
+    kinetic_at_start = 0.5 * (mass[:, None] * velocity**2).sum()
+    mixed_at_start = books.moments(mass, position, velocity)[1]
+    elapsed = 0.0
+    for _ in range(1000):
+        dt = random.uniform(0.0005, 0.002)
+        pull = -(position - books.centre_of_mass(mass, position))
+        increments = [dt * pull, dt * 0.3 * random.normal(size=position.shape), dt * np.ones_like(position)]
+        after = velocity + sum(increments)
+        entry = books.after_kick(np, entry, mass, position, velocity, after, increments)
+        velocity = after
+        position = position + dt * velocity
+        entry = books.after_drift(np, entry, dt)
+        elapsed += dt
+    second, mixed, kinetic = books.moments(mass, position, velocity)
+    largest = float(entry.largest_inertia)
+    direct = books.inertia_from_second_moment(np, second)
+    assert np.abs(entry.inertia_tensor(np) - direct).max() < 5e-14 * largest
+    assert np.abs(entry.mixed_moment.total - mixed).max() < 5e-14 * np.abs(mixed).max()
+    assert np.abs(entry.kinetic_tensor.total - kinetic).max() < 5e-14 * np.abs(kinetic).max()
+    gain = 0.5 * (mass[:, None] * velocity**2).sum() - kinetic_at_start
+    assert entry.work.total.sum() == pytest.approx(gain, rel=1e-12)
+    # Effects change the antisymmetric part of P, the angular momentum; free motion does not.
+    turned = entry.mixed_impulse.total.sum(axis=0)
+    spin = mixed - mixed_at_start
+    assert np.allclose(turned - turned.T, spin - spin.T, atol=1e-13)
+    assert np.allclose(entry.impulse.total[2], mass.sum() * elapsed, rtol=1e-13)
+
+
+def test_each_effect_is_entered_in_its_own_row() -> None:
+    mass, position, velocity = body()
+    entry = books.open_ledger(np, mass, position, velocity, 2)
+    increments = [np.zeros_like(position), 0.1 * position]
+    entry = books.after_kick(np, entry, mass, position, velocity, velocity + increments[1], increments)
+    assert not entry.mixed_impulse.total[0].any() and entry.work.total[0] == 0.0
+    relative = position - books.centre_of_mass(mass, position)
+    assert np.allclose(entry.mixed_impulse.total[1], 0.1 * books.weighted_outer(mass, relative, relative))
+
+
+def test_a_compensated_sum_keeps_what_a_plain_one_loses() -> None:
+    total = books.Compensated(np.float64(1.0), np.float64(0.0))
+    for _ in range(10000):
+        total = total.add(np.float64(1e-17))
+    assert total.value == 1.0
+    assert total.total - 1.0 == pytest.approx(1e-13, rel=1e-2)
+
+
+def test_rate_of_inertia_is_its_derivative_along_the_motion() -> None:
+    """dI/dt = tr(P + P^T) 1 - (P + P^T) equals the JVP of I along v, and the independent value for five particles."""
+    case = json.loads((REFERENCE / "inertia_rate.json").read_text())
+    position, velocity = np.array(case["inputs"]["X"]), np.array(case["inputs"]["V"])
+    mass = np.array(case["inputs"].get("M", case["inputs"].get("m")), dtype=float)
+    with jax.enable_x64(True):
+
+        def inertia(x: jax.Array) -> jax.Array:
+            import jax.numpy as jnp
+
+            second = (mass[:, None] * x).T @ x
+            return books.inertia_from_second_moment(jnp, second)
+
+        value, rate = jax.jvp(inertia, (position,), (velocity,))
+    mixed = books.weighted_outer(mass, position, velocity)
+    ours = books.inertia_from_second_moment(np, mixed + mixed.T)
+    assert np.allclose(ours, rate, rtol=0, atol=1e-14)
+    assert np.allclose(value, case["value"]["Theta"], rtol=1e-12)
+
+
+def rates(acceleration: list, drag: list, count: int) -> leapfrog.Rates:
+    nothing = SimpleNamespace()
+    return leapfrog.Rates(tuple(acceleration), tuple(drag), (None,) * len(drag), np.zeros(count), np.zeros(()), nothing)  # type: ignore[arg-type]
+
+
+def test_a_coriolis_matrix_does_no_work_and_damping_is_midpoint() -> None:
+    mass, _, velocity = body()
+    turn = np.array([[0.0, 2.0, -0.4], [-2.0, 0.0, 1.0], [0.4, -1.0, 0.0]])
+    push = np.random.default_rng(2).normal(size=velocity.shape)
+    dt = 0.7
+    both = leapfrog.velocity_increments(np, rates([push, None], [None, turn], len(mass)), velocity, dt)
+    after = velocity + both[0] + both[1]
+    assert np.abs(both[1] - dt * 0.5 * (velocity + after) @ turn.T).max() < 1e-14
+    assert abs((mass[:, None] * both[1] * (velocity + after)).sum()) < 1e-15 * np.abs(both[1]).sum()
+    slowed = leapfrog.velocity_increments(np, rates([None], [-np.eye(3) / 2.0], len(mass)), velocity, dt)[0]
+    assert np.allclose(velocity + slowed, velocity * (1 - dt / 4) / (1 + dt / 4), rtol=1e-14)
