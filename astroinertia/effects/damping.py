@@ -39,6 +39,8 @@ class Damping(Effect):
         return -self.strength(fluid) * np.eye(3)
 
     def acceleration(self, xp, fluid):
+        if self.rate is None and self.frame == "inertial":
+            return None
         target = xp.zeros_like(fluid.position)
         if self.frame == "centre_of_mass":
             target = target + fluid.centre_velocity
