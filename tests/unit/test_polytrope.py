@@ -39,12 +39,13 @@ def test_closed_forms_inside():
     np.testing.assert_allclose(lane_emden(0.0).theta_at(xi), 1 - xi**2 / 6, rtol=0, atol=1e-10)
 
 
-@pytest.mark.parametrize("index", [0.0, 0.1, 0.7, 1.0, 2.2, 3.0, 4.9])
+@pytest.mark.parametrize("index", [0.0, 0.1, 0.7, 1.0, 2.2, 3.0, 4.0])
 def test_gravitational_energy_is_the_integral(index):
     """W = -3GM^2/((5-n)R) is a theorem; the integral of -G m dm/r over the profile does not know it."""
     body = Polytrope(index, mass=2.0, radius=3.0)
-    nodes, weights = np.polynomial.legendre.leggauss(4000)
-    r, weights = body.radius * (nodes + 1) / 2, weights * body.radius / 2
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+    depth = (nodes + 1) / 2  # r = R (1 - depth^6): the density of a small index is singular at the surface
+    r, weights = body.radius * (1 - depth**6), weights / 2 * body.radius * 6 * depth**5
     integrand = body.enclosed_mass(r) * body.density(r) * 4 * np.pi * r
     assert -integrand @ weights == pytest.approx(body.gravitational_energy, rel=3e-7)
     assert (body.density(r) * 8 * np.pi / 3 * r**4) @ weights == pytest.approx(body.moment_of_inertia, rel=3e-7)
