@@ -1,0 +1,93 @@
+"""Field types of a scene: quantity strings on the way in, SI floats once validated.
+
+Each type is a float to its reader. What may be written for it depends on the scene: a string with a unit, or, where the
+scene says `units = "code"`, a plain number. The validation context carries that choice as "code".
+"""
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, ValidationInfo
+
+from astroinertia.errors import SceneError
+from astroinertia.units import Dimension, plain_number_hint, quantity, shown
+
+LARGEST_NUMBER = 1e200  # products of a few such numbers must not overflow
+
+
+def number(value: Any) -> float:
+    """A finite plain number; ValueError says what else it is."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"must be a number, not {described(value)}.")
+    if not -LARGEST_NUMBER <= value <= LARGEST_NUMBER:  # false for nan too; an int may be too large for a float
+        raise ValueError("must be a finite number, and no larger than 1e200.")
+    return float(value)
+
+
+def dimensional(value: Any, dimension: str | Dimension, code: bool) -> float:
+    """The value of a dimensional quantity: SI from a string, or a plain number in code units."""
+    if isinstance(value, str):
+        if code:
+            raise ValueError(
+                f"must be a plain number, for the scene is in code units (units = \"code\"), not '{shown(value)}'."
+            )
+        try:
+            result = quantity(value, dimension)
+        except SceneError as error:
+            raise ValueError(str(error)) from None
+        return number(result)
+    result = number(value)
+    if not code and dimension not in ("dimensionless",):
+        raise ValueError(f"must have a unit: {plain_number_hint(dimension)}.")
+    return result
+
+
+def checked(value: float, sign: str) -> float:
+    """The value, if it has the sign that is asked for ("positive", "not negative" or "any")."""
+    if sign == "positive" and not value > 0.0:
+        raise ValueError(f"must be positive, not {value:g}.")
+    if sign == "not negative" and not value >= 0.0:
+        raise ValueError(f"must not be negative, as {value:g} is.")
+    return value
+
+
+def described(value: Any) -> str:
+    """What a TOML value is, for a message."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return f"the text '{shown(value)}'"
+    if isinstance(value, list | tuple):
+        return "a list"
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, int | float):
+        return shown(f"{value:g}") if math.isfinite(value) else "a number that is not finite"
+    return "a date or time"
+
+
+def _validator(dimension: str, sign: str) -> Callable[[Any, ValidationInfo], float]:
+    def validate(value: Any, info: ValidationInfo) -> float:
+        code = bool(info.context and info.context.get("code"))
+        return checked(dimensional(value, dimension, code), sign)
+
+    return validate
+
+
+def _quantity_type(dimension: str, sign: str) -> Any:
+    return BeforeValidator(_validator(dimension, sign))
+
+
+Mass = Annotated[float, _quantity_type("mass", "positive")]
+Length = Annotated[float, _quantity_type("length", "positive")]
+Duration = Annotated[float, _quantity_type("time", "positive")]
+Speed = Annotated[float, _quantity_type("velocity", "positive")]
+Density = Annotated[float, _quantity_type("density", "positive")]
+AngularVelocity = Annotated[float, _quantity_type("angular_velocity", "any")]
+AngularMomentum = Annotated[float, _quantity_type("angular_momentum", "any")]
+SpecificEnergy = Annotated[float, _quantity_type("specific_energy", "not negative")]
+VelocityGradient = Annotated[float, _quantity_type("velocity_gradient", "any")]
+Number = Annotated[float, BeforeValidator(number)]
+PositiveNumber = Annotated[float, BeforeValidator(lambda value: checked(number(value), "positive"))]
+Fraction = Annotated[float, BeforeValidator(lambda value: checked(number(value), "not negative"))]

@@ -1,0 +1,382 @@
+"""The scene: what a person may ask for, validated and frozen.
+
+Every quantity is a float in SI units once validated (in code units, G = 1, where the scene says `units = "code"`). The
+field descriptions are what `astroinertia new` writes as comments. Effects are checked in load.py, against the plain
+data of effects/catalogue.py, so that no effect that a scene does not list is imported.
+"""
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+
+from astroinertia.scene.quantities import (
+    AngularMomentum,
+    AngularVelocity,
+    Density,
+    Duration,
+    Fraction,
+    Length,
+    Mass,
+    Number,
+    PositiveNumber,
+    SpecificEnergy,
+    Speed,
+    VelocityGradient,
+    checked,
+    dimensional,
+)
+from astroinertia.units import pressure_constant_dimension, shown
+
+MOST_PARTICLES = 50_000_000
+
+
+class Part(BaseModel):
+    """Base of every part of a scene: frozen, unknown keys refused, no silent conversions."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+def _as_tuple(value: Any) -> Any:
+    return tuple(_as_tuple(item) for item in value) if isinstance(value, list) else value
+
+
+def _vector_type(item: Any) -> Any:
+    return Annotated[tuple[item, item, item], BeforeValidator(_as_tuple)]
+
+
+Vector = _vector_type(Number)
+Axes = _vector_type(PositiveNumber)
+GradientMatrix = _vector_type(_vector_type(VelocityGradient))
+Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]
+FROM_BODY = "from body"
+
+
+class Rotation(Part):
+    """How the body turns at the start; exactly one of rate, period, angular_momentum and t_over_w."""
+
+    law: Literal["rigid", "j_constant"] = Field(
+        "rigid",
+        description="rigid: one rate everywhere; j_constant: rate_c / (1 + s^2/scale^2) with cylindrical radius s",
+    )
+    rate: AngularVelocity | None = Field(None, description="angular velocity (at the axis, for j_constant)")
+    period: Duration | None = Field(None, description="rotation period (at the axis, for j_constant)")
+    angular_momentum: AngularMomentum | None = Field(None, description="total angular momentum")
+    t_over_w: Annotated[float, Field(ge=0.0, lt=0.5)] | None = Field(
+        None, description="rotational kinetic over absolute gravitational energy, T/|W|"
+    )
+    axis: Vector = Field((0.0, 0.0, 1.0), description="direction of the rotation axis, any length")
+    scale: Length | None = Field(None, description="length over which a j_constant law falls off")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        names = ("rate", "period", "angular_momentum", "t_over_w")
+        given = [name for name in names if getattr(self, name) is not None]
+        if len(given) != 1:
+            told = "none is given" if not given else f"{' and '.join(given)} are given"
+            raise ValueError(f"needs exactly one of {', '.join(names[:-1])} and {names[-1]}, but {told}.")
+        if self.law == "j_constant" and self.scale is None:
+            raise ValueError("needs a scale, for its law is j_constant.")
+        if self.law == "rigid" and self.scale is not None:
+            raise ValueError("has a scale, which only the law j_constant uses.")
+        if sum(component**2 for component in self.axis) == 0.0:
+            raise ValueError("has an axis of zero length.")
+        return self
+
+
+class Body(Part):
+    """What every body has, whatever its kind."""
+
+    placement: Literal["glass", "lattice", "random"] = Field(
+        "glass",
+        description="how particles are laid out: glass (low noise, no grid), lattice, or random (Poisson noise)",
+    )
+    seed: Seed = Field(1, description="seed of everything random in the placement")
+    relax: bool = Field(True, description="settle the particles to equilibrium before the start")
+    specific_internal_energy: SpecificEnergy | None = Field(
+        None, description="thermal energy per mass, uniform, instead of that of equilibrium"
+    )
+    entropy: float | None = Field(
+        None, description="entropy function A = P / rho^gamma (thermal part), uniform, instead of that of equilibrium"
+    )
+    pressure_fraction: Annotated[float, Field(gt=0.0, le=100.0)] | None = Field(
+        None, description="pressure as a fraction of that of equilibrium; below 1 the body collapses"
+    )
+    velocity_gradient: GradientMatrix | None = Field(
+        None, description="matrix G of a linear velocity field v = G x, added to the rotation"
+    )
+    rotation: Rotation | None = Field(None, description="rotation at the start; without it the body is at rest")
+
+    @field_validator("entropy", mode="before")
+    @classmethod
+    def _entropy(cls, value: Any, info: ValidationInfo) -> float | None:
+        if value is None:
+            return None
+        gamma = (info.context or {}).get("gamma_thermal")
+        if gamma is None:
+            raise ValueError("needs an equation of state with a thermal part (ideal or hybrid).")
+        code = bool((info.context or {}).get("code"))
+        return checked(dimensional(value, pressure_constant_dimension(gamma), code), "not negative")
+
+    @model_validator(mode="after")
+    def _one_thermal_choice(self) -> Self:
+        names = ("specific_internal_energy", "entropy", "pressure_fraction")
+        given = [name for name in names if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise ValueError(f"may have only one of {', '.join(names)}, but has {' and '.join(given)}.")
+        return self
+
+
+class _Sized(Body):
+    particles: Annotated[int, Field(ge=16, le=MOST_PARTICLES)] = Field(description="number of particles")
+    mass: Mass = Field(description="total mass")
+    radius: Length = Field(description="radius before the axes stretch it; semi-axes are radius * axes")
+    axes: Axes = Field((1.0, 1.0, 1.0), description="stretch along x, y and z")
+
+
+class PolytropeBody(_Sized):
+    """A polytrope (Lane-Emden), stretched along its axes."""
+
+    kind: Literal["polytrope"]
+    index: Annotated[float, Field(ge=0.0, lt=5.0)] = Field(description="polytropic index n: P ~ rho^(1 + 1/n)")
+
+
+class UniformBody(_Sized):
+    """A sphere or ellipsoid of uniform density."""
+
+    kind: Literal["uniform"]
+
+
+class PowerLawBody(_Sized):
+    """A sphere or ellipsoid with rho ~ r^-exponent (Evrard's cloud has 1)."""
+
+    kind: Literal["power_law"]
+    exponent: Annotated[float, Field(ge=0.0, lt=3.0)] = Field(description="exponent of rho ~ r^-exponent")
+
+
+class DysonBody(_Sized):
+    """Dyson's isentropic gas ellipsoid: rho ~ (1 - s^2)^(1/(gamma-1)), s^2 = sum (x/a)^2."""
+
+    kind: Literal["dyson"]
+    gamma: Annotated[float, Field(gt=1.0, le=10.0)] = Field(description="adiabatic exponent of the profile")
+
+
+class TableBody(Body):
+    """The user's own particles."""
+
+    kind: Literal["table"]
+    file: Annotated[str, Field(min_length=1, max_length=512)] = Field(
+        description="particle table, relative to the scene: columns x y z vx vy vz mass [specific_internal_energy]"
+    )
+    relax: bool = Field(False, description="settle the particles to equilibrium before the start")
+
+
+AnyBody = Annotated[PolytropeBody | UniformBody | PowerLawBody | DysonBody | TableBody, Field(discriminator="kind")]
+
+Gamma = Annotated[float, Field(gt=1.0, le=10.0)]
+
+
+def _pressure_constant(value: Any, gamma: float | None, info: ValidationInfo) -> float | str:
+    if value == FROM_BODY:
+        return FROM_BODY
+    if isinstance(value, str) and not any(character.isdigit() for character in value):
+        raise ValueError(f"must be \"from body\" or a quantity, not '{shown(value)}'.")
+    if gamma is None:
+        raise ValueError("cannot be read without a valid exponent.")
+    code = bool((info.context or {}).get("code"))
+    return checked(dimensional(value, pressure_constant_dimension(gamma), code), "positive")
+
+
+class IdealGas(Part):
+    """P = A rho^gamma with an entropy A of each particle that only dissipation raises."""
+
+    kind: Literal["ideal"]
+    gamma: Gamma = Field(5.0 / 3.0, description="adiabatic exponent")
+
+
+class IsothermalGas(Part):
+    """P = sound_speed^2 rho."""
+
+    kind: Literal["isothermal"]
+    sound_speed: Speed = Field(description="isothermal sound speed")
+
+
+class PolytropicFluid(Part):
+    """P = K rho^gamma, one K everywhere and for ever."""
+
+    kind: Literal["polytropic"]
+    gamma: Gamma = Field(description="exponent")
+    constant: float | str = Field(FROM_BODY, description='K, or "from body": the K that holds the body in equilibrium')
+
+    @field_validator("constant", mode="before")
+    @classmethod
+    def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
+        return _pressure_constant(value, info.data.get("gamma"), info)
+
+
+class PiecewisePolytropicFluid(Part):
+    """P = K_k rho^gamma_k between dividing densities; P and u are continuous."""
+
+    kind: Literal["piecewise_polytropic"]
+    densities: Annotated[tuple[Density, ...], BeforeValidator(_as_tuple), Field(min_length=1, max_length=20)] = Field(
+        description="dividing densities, rising"
+    )
+    gammas: Annotated[tuple[Gamma, ...], BeforeValidator(_as_tuple), Field(min_length=2, max_length=21)] = Field(
+        description="exponents of the pieces, one more than there are densities"
+    )
+    constant: float | str = Field(FROM_BODY, description='K of the first piece, or "from body"')
+
+    @field_validator("constant", mode="before")
+    @classmethod
+    def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
+        gammas = info.data.get("gammas")
+        return _pressure_constant(value, gammas[0] if gammas else None, info)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if len(self.gammas) != len(self.densities) + 1:
+            raise ValueError(
+                f"needs one more of gammas than of densities, but has {len(self.gammas)} and {len(self.densities)}."
+            )
+        if any(b <= a for a, b in zip(self.densities, self.densities[1:], strict=False)):
+            raise ValueError("needs densities that rise.")
+        return self
+
+
+class HybridFluid(Part):
+    """Cold part that stiffens at nuclear density, and a thermal part for what shocks heat.
+
+    Janka, Zwerger & Moenchmeyer 1993, A&A 268, 360; Dimmelmeier, Font & Mueller 2002, A&A 388, 917.
+    """
+
+    kind: Literal["hybrid"]
+    gamma_1: Gamma = Field(1.31, description="exponent of the cold part below nuclear density (below 4/3 collapses)")
+    gamma_2: Gamma = Field(2.5, description="exponent of the cold part above nuclear density")
+    gamma_thermal: Gamma = Field(1.5, description="exponent of the thermal part")
+    nuclear_density: Density = Field(description="density at which the cold part stiffens")
+    constant: float | str = Field(
+        FROM_BODY,
+        description='K below nuclear density, or "from body": the K that gives the body its own central pressure',
+    )
+
+    @field_validator("constant", mode="before")
+    @classmethod
+    def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
+        return _pressure_constant(value, info.data.get("gamma_1"), info)
+
+
+AnyEquationOfState = Annotated[
+    IdealGas | IsothermalGas | PolytropicFluid | PiecewisePolytropicFluid | HybridFluid, Field(discriminator="kind")
+]
+
+
+class Numerics(Part):
+    """How it is computed: engine, precision, kernel and time-step factors."""
+
+    engine: Literal["numba_cpu", "xla"] = Field(
+        "numba_cpu", description="numba_cpu: threaded loops; xla: dense tiles, for GPUs and gradients"
+    )
+    precision: Literal["float64", "mixed"] = Field(
+        "float64", description="mixed: pair sums in float32, state in float64"
+    )
+    kernel: Literal["cubic", "quartic", "quintic", "wendland_c2", "wendland_c4", "wendland_c6"] = Field(
+        "wendland_c2", description="smoothing kernel"
+    )
+    eta: Annotated[float, Field(ge=0.8, le=3.0)] | None = Field(
+        None, description="smoothing length over particle spacing; without it, what is recommended for the kernel"
+    )
+    neighbours: Annotated[float, Field(ge=20.0, le=1000.0)] | None = Field(
+        None, description="mean number of neighbours, another way to give eta"
+    )
+    smoothing_tolerance: Annotated[float, Field(ge=1e-15, le=1e-2)] = Field(
+        1e-8, description="relative tolerance of the smoothing lengths"
+    )
+    courant: Annotated[float, Field(gt=0.0, le=1.0)] = Field(
+        0.3, description="time step over smoothing length / signal speed (Monaghan 1992: 0.3)"
+    )
+    acceleration_factor: Annotated[float, Field(gt=0.0, le=2.0)] = Field(
+        0.25, description="time step over sqrt(smoothing length / acceleration) (Monaghan 1989: 0.25)"
+    )
+    energy_factor: Annotated[float, Field(gt=0.0, le=2.0)] = Field(
+        0.25, description="time step over internal energy / its rate of change"
+    )
+    max_timestep: Duration | None = Field(None, description="the time step never exceeds this")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.eta is not None and self.neighbours is not None:
+            raise ValueError("has both eta and neighbours, which say the same thing; keep one.")
+        return self
+
+
+class TimeSpan(Part):
+    """From time 0 to the end."""
+
+    end: Duration = Field(description="the run ends here")
+    max_steps: Annotated[int, Field(ge=1, le=10**12)] | None = Field(None, description="or after so many steps")
+
+
+class Output(Part):
+    """What is written and how often; without any of them, 200 records and 10 snapshots a run."""
+
+    series_every: Duration | None = Field(None, description="time between records of the series")
+    series_steps: Annotated[int, Field(ge=1, le=10**9)] | None = Field(
+        None, description="steps between records, instead of series_every"
+    )
+    snapshot_every: Duration | None = Field(None, description="time between snapshots of all particles")
+    align: bool = Field(
+        False, description="shorten time steps to meet each record; otherwise the first step past its time is recorded"
+    )
+    checkpoint_seconds: Annotated[float, Field(ge=0.0, le=1e6)] = Field(
+        60.0, description="seconds of wall time between checkpoints"
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.series_every is not None and self.series_steps is not None:
+            raise ValueError("has both series_every and series_steps; keep one.")
+        return self
+
+
+class Units(Part):
+    """Code units (G = 1) that the run uses inside; without them, the body's mass and radius."""
+
+    mass: Mass = Field(description="unit of mass")
+    length: Length = Field(description="unit of length")
+
+
+class Scene(Part):
+    """A whole scene. `source` and `overrides` are the text it came from and the --set arguments, for the record."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_\-]{0,63}$")] = Field(
+        description="short name: letters, digits, _ and -; names the run's folder"
+    )
+    description: Annotated[str, Field(max_length=2000)] = Field("", description="what the scene is for")
+    model: Literal["sph"] = Field("sph", description="which model answers the scene")
+    units: Literal["code"] | Units | None = Field(
+        None, description='"code": plain numbers with G = 1 everywhere; or a table with mass and length'
+    )
+    body: AnyBody
+    equation_of_state: AnyEquationOfState
+    effects: dict[str, dict[str, Any]] = Field(description="kind of each effect called for, with all its options")
+    numerics: Numerics = Field(default_factory=lambda: Numerics())
+    time: TimeSpan
+    output: Output = Field(default_factory=lambda: Output())
+    source: str = ""
+    overrides: tuple[str, ...] = ()
+    origin: str | None = None
+
+    @property
+    def dimensionless(self) -> bool:
+        """Whether the scene is in code units, with G = 1 and no conversion at either end."""
+        return self.units == "code"
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        longest = self.time.end
+        for table, key in (("output", "series_every"), ("output", "snapshot_every"), ("numerics", "max_timestep")):
+            value = getattr(getattr(self, table), key)
+            if value is not None and value < 1e-9 * longest:
+                raise ValueError(f"[{table}] {key} is less than a billionth of the run, which would never end.")
+        if self.body.kind == "table" and self.units is None:
+            raise ValueError('[units] with mass and length (or units = "code") is needed for a body of kind table.')
+        return self

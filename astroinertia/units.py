@@ -1,0 +1,249 @@
+"""Units, at the two ends of the program only: quantity strings to SI, and SI to code units with G = 1.
+
+The only importer of astropy.units and astropy.constants.
+"""
+
+import math
+import re
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+from astropy import constants
+from astropy import units as astropy_units
+
+from astroinertia.errors import SceneError
+
+GRAVITATIONAL_CONSTANT = float(constants.G.si.value)  # m3 kg-1 s-2, CODATA 2018
+SPEED_OF_LIGHT = float(constants.c.si.value)  # m s-1, exact
+SOLAR_MASS = float(constants.M_sun.si.value)  # kg, IAU 2015 nominal GM over CODATA 2018 G
+SOLAR_RADIUS = float(constants.R_sun.si.value)  # m, IAU 2015 nominal
+PARSEC = float(constants.pc.si.value)  # m
+
+LONGEST_QUANTITY = 80  # characters; no honest quantity is longer, and the unit parser need not see more
+LARGEST_EXPONENT = 99  # astropy takes m**1000000, and numbers far beyond
+
+
+class Dimension(NamedTuple):
+    """Exponents of mass, length and time."""
+
+    mass: float
+    length: float
+    time: float
+
+
+DIMENSIONS: dict[str, Dimension] = {
+    "dimensionless": Dimension(0, 0, 0),
+    "angle": Dimension(0, 0, 0),
+    "mass": Dimension(1, 0, 0),
+    "length": Dimension(0, 1, 0),
+    "time": Dimension(0, 0, 1),
+    "velocity": Dimension(0, 1, -1),
+    "acceleration": Dimension(0, 1, -2),
+    "angular_velocity": Dimension(0, 0, -1),
+    "angular_acceleration": Dimension(0, 0, -2),
+    "rate": Dimension(0, 0, -1),
+    "velocity_gradient": Dimension(0, 0, -1),
+    "inverse_time_squared": Dimension(0, 0, -2),
+    "density": Dimension(1, -3, 0),
+    "pressure": Dimension(1, -1, -2),
+    "momentum": Dimension(1, 1, -1),
+    "force": Dimension(1, 1, -2),
+    "energy": Dimension(1, 2, -2),
+    "power": Dimension(1, 2, -3),
+    "specific_energy": Dimension(0, 2, -2),
+    "specific_angular_momentum": Dimension(0, 2, -1),
+    "angular_momentum": Dimension(1, 2, -1),
+    "moment_of_inertia": Dimension(1, 2, 0),
+    "viscosity": Dimension(0, 2, -1),
+}
+"""Names of dimensions. `viscosity` is kinematic; `rate` is one over a time without an angle (a decay, a growth)."""
+
+EXAMPLES = {
+    "angle": "30 deg",
+    "mass": "1.4 Msun",
+    "length": "1500 km",
+    "time": "33 ms",
+    "velocity": "10 km/s",
+    "acceleration": "9.8 m/s2",
+    "angular_velocity": "3 rad/s",
+    "angular_acceleration": "0.1 rad/s2",
+    "rate": "0.1 1/s",
+    "velocity_gradient": "0.1 1/s",
+    "inverse_time_squared": "0.1 1/s2",
+    "density": "2e14 g/cm3",
+    "pressure": "1e28 Pa",
+    "momentum": "1e30 kg m/s",
+    "force": "1e20 N",
+    "energy": "1e44 J",
+    "power": "1e30 W",
+    "specific_energy": "1e12 J/kg",
+    "specific_angular_momentum": "1e12 m2/s",
+    "angular_momentum": "1e41 kg m2/s",
+    "moment_of_inertia": "1e38 kg m2",
+    "viscosity": "1e6 m2/s",
+}
+
+_ANGULAR = {"angle", "angular_velocity", "angular_acceleration"}
+_QUANTITY = re.compile(
+    r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)(?:\s+|(?=[A-Za-zµÅ/(%]))(\S.*?)\s*", re.ASCII
+)
+_WORDS_FOR_NO_NUMBER = re.compile(r"\s*[+-]?(nan|inf|infinity)\b", re.IGNORECASE)
+
+
+def pressure_constant_dimension(gamma: float) -> Dimension:
+    """Dimension of K in P = K rho^gamma."""
+    return Dimension(1.0 - gamma, 3.0 * gamma - 1.0, -2.0)
+
+
+def dimension_of(name: str | Dimension) -> Dimension:
+    """The dimension itself, from its name or as given; SceneError for a name that is not in the table."""
+    if isinstance(name, Dimension):
+        return name
+    if name not in DIMENSIONS:
+        raise SceneError(f"there is no dimension named '{name}'.")
+    return DIMENSIONS[name]
+
+
+def si_unit(dimension: str | Dimension) -> str:
+    """The SI unit as astropy, xarray and people read it, such as "kg m2 s-2"; "1" without dimension."""
+    exponents = dimension_of(dimension)
+    parts = [
+        symbol if power == 1 else f"{symbol}{power:g}"
+        for symbol, power in zip(("kg", "m", "s"), exponents, strict=True)
+        if power != 0
+    ]
+    return " ".join(parts) if parts else "1"
+
+
+def quantity(text: str, dimension: str | Dimension) -> float:
+    """The SI value of a quantity string such as "1500 km".
+
+    Angles count as radians where the dimension is angular; Hz is refused there, for it does not say whether it counts
+    turns or radians. Raises SceneError for anything that is not one finite number and one unit of that dimension.
+    """
+    hint = _hint(dimension)
+    if len(text) > LONGEST_QUANTITY:
+        raise SceneError(f"a quantity of {len(text)} characters is longer than the {LONGEST_QUANTITY} allowed.")
+    if _WORDS_FOR_NO_NUMBER.match(text):
+        raise SceneError(f"'{shown(text)}' is not a finite number.")
+    found = _QUANTITY.fullmatch(text)
+    if found is None:
+        raise SceneError(f"'{shown(text)}' is not a number and a unit{hint}.")
+    number, unit = found.groups()
+    scale, exponents, radians = _unit(unit)
+    expected = dimension_of(dimension)
+    angular = dimension in _ANGULAR
+    if not _same(exponents, expected) or (radians != 0 and not angular):
+        raise SceneError(f"'{shown(text)}' is not {_phrase(dimension)}{hint}.")
+    if angular and dimension != "angle" and re.search(r"Hz|Bq|Ci", unit):
+        raise SceneError(f"'{shown(text)}' leaves open whether it counts radians or turns; write rad/s or cycle/s.")
+    if dimension == "angle" and radians != 1:
+        raise SceneError(f"'{shown(text)}' is not {_phrase(dimension)}{hint}.")
+    value = float(number) * scale
+    if not math.isfinite(value):
+        raise SceneError(f"'{shown(text)}' is not a finite number.")
+    if value == 0.0 and re.search(r"[1-9]", re.split("[eE]", number)[0]):
+        raise SceneError(f"'{shown(text)}' is too small to be told from zero.")
+    return value
+
+
+def shown(text: str, longest: int = 40) -> str:
+    """Text as it may be repeated in a message: one line, printable, cut where it is long."""
+    clean = "".join(character if character.isprintable() else "?" for character in text)
+    return clean if len(clean) <= longest else clean[: longest - 3] + "..."
+
+
+@lru_cache(maxsize=512)
+def _unit(text: str) -> tuple[float, Dimension, float]:
+    """SI scale, dimension and power of the radian of a unit."""
+    powers = [int(digits) for digits in re.findall(r"(?:\*\*|\^|[A-Za-z)])\s*\(?\s*[+-]?(\d+)", text)]
+    if any(power > LARGEST_EXPONENT for power in powers):
+        raise SceneError(f"the unit '{shown(text)}' has an exponent beyond {LARGEST_EXPONENT}.")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # astropy warns where it guesses at a unit
+            unit = astropy_units.Unit(text).decompose()
+            bases = {base.name: float(power) for base, power in zip(unit.bases, unit.powers, strict=True)}
+            scale = float(unit.scale)
+    except Exception:  # ValueError, TypeError, AttributeError and OverflowError have all been seen
+        raise SceneError(f"'{shown(text)}' is not a unit that is known here.") from None
+    if not math.isfinite(scale) or scale <= 0.0:
+        raise SceneError(f"the unit '{shown(text)}' has no finite size.")
+    radians = bases.pop("rad", 0.0)
+    dimension = Dimension(bases.pop("kg", 0.0), bases.pop("m", 0.0), bases.pop("s", 0.0))
+    if bases:
+        raise SceneError(f"'{shown(text)}' is not a unit of mechanics (it contains {', '.join(sorted(bases))}).")
+    return scale, dimension, radians
+
+
+def _same(one: Sequence[float], other: Sequence[float]) -> bool:
+    # exponents such as 5/3 - 1 reach here by different roads, hence a tolerance
+    return all(abs(a - b) < 1e-9 for a, b in zip(one, other, strict=True))
+
+
+def _phrase(dimension: str | Dimension) -> str:
+    if isinstance(dimension, Dimension):
+        return f"a quantity in {si_unit(dimension)}"
+    words = dimension.replace("_", " ")
+    return f"an {words}" if words[0] in "aeiou" else f"a {words}"
+
+
+def _hint(dimension: str | Dimension) -> str:
+    if isinstance(dimension, Dimension):
+        return f"; its SI unit is {si_unit(dimension)}"
+    example = EXAMPLES.get(dimension)
+    return f'; write for example "{example}"' if example else ""
+
+
+def plain_number_hint(dimension: str | Dimension) -> str:
+    """What to write instead of a plain number, as the end of a sentence."""
+    if isinstance(dimension, Dimension):
+        return f"write it as a string with its unit (in SI: {si_unit(dimension)})"
+    return f'write it as a string with its unit, for example "{EXAMPLES.get(dimension, "1 m")}"'
+
+
+@dataclass(frozen=True)
+class CodeUnits:
+    """Code units with G = 1, fixed by a unit of mass (kg) and one of length (m).
+
+    `gravitational_constant` is G in the units that mass and length are given in: SI unless the scene is dimensionless,
+    where it is 1 and all units are 1. The unit of time is sqrt(length^3 / (G mass)).
+    """
+
+    mass: float
+    length: float
+    gravitational_constant: float = GRAVITATIONAL_CONSTANT
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "length", "gravitational_constant"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise SceneError(f"the code unit of {name.replace('_', ' ')} is {value:g}, but must be positive.")
+        if not (math.isfinite(self.time) and self.time > 0.0):
+            raise SceneError(f"code units of {self.mass:g} kg and {self.length:g} m leave no finite unit of time.")
+
+    @property
+    def time(self) -> float:
+        """The unit of time in seconds."""
+        # the roots are taken first: length^3 overflows where the result does not
+        return self.length * math.sqrt(self.length / self.mass) / math.sqrt(self.gravitational_constant)
+
+    def unit(self, dimension: str | Dimension) -> float:
+        """The code unit of a dimension, in SI."""
+        exponents = dimension_of(dimension)
+        return self.mass**exponents.mass * self.length**exponents.length * self.time**exponents.time
+
+    def to_code(self, value, dimension: str | Dimension):
+        """SI number or array to code units."""
+        return value / self.unit(dimension)
+
+    def to_si(self, value, dimension: str | Dimension):
+        """Number or array in code units to SI."""
+        return value * self.unit(dimension)
+
+
+DIMENSIONLESS = CodeUnits(mass=1.0, length=1.0, gravitational_constant=1.0)
+"""The units of a scene with `units = "code"`: every conversion is the identity, G = 1."""
