@@ -1,0 +1,103 @@
+"""Radial mass profiles of the unit sphere of unit mass, by which particles are placed.
+
+s is the distance from the centre over the radius; the mass inside s is `enclosed(s)`. Stretched into an ellipsoid, s
+labels the similar surfaces. Tests: tests/unit/test_initial.py.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import betainc, betaincinv, elliprf, roots_jacobi
+
+from astroinertia.bodies.polytrope import Polytrope
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A mass profile, M = R = 1.
+
+    enclosed(s) and its inverse radius(m), density(s); second_moment is the mean of x^2 (so I = 2 second_moment) and
+    gravitational_energy the W of the sphere with G = 1. `name` identifies the profile for caches.
+    """
+
+    name: str
+    enclosed: Callable[[np.ndarray], np.ndarray]
+    radius: Callable[[np.ndarray], np.ndarray]
+    density: Callable[[np.ndarray], np.ndarray]
+    second_moment: float
+    gravitational_energy: float
+
+
+def polytrope(index: float) -> Profile:
+    """Return the profile of the polytrope of `index`; ValueError outside 0 <= n < 5."""
+    body = Polytrope(float(index))
+    return Profile(
+        name=f"polytrope {body.index!r}",
+        enclosed=body.enclosed_mass,
+        radius=body.radius_enclosing,
+        density=body.density,
+        second_moment=body.moment_of_inertia / 2,
+        gravitational_energy=body.gravitational_energy,
+    )
+
+
+def uniform() -> Profile:
+    """Return the profile of constant density."""
+    return power_law(0.0)
+
+
+def power_law(exponent: float) -> Profile:
+    """Return rho ~ s^-exponent, truncated at the surface (Evrard 1988: exponent 1); ValueError unless 0 <= p < 2.5.
+
+    From 2.5 on the sphere's gravitational energy diverges.
+    """
+    p = float(exponent)
+    if not 0 <= p < 2.5:
+        raise ValueError(f"a power-law sphere rho ~ r^-p of finite binding energy needs 0 <= p < 2.5, not {exponent!r}")
+    return Profile(
+        name=f"power_law {p!r}",
+        enclosed=lambda s: np.clip(s, 0.0, 1.0) ** (3 - p),
+        radius=lambda m: np.clip(m, 0.0, 1.0) ** (1 / (3 - p)),
+        density=lambda s: np.where(s <= 1.0, (3 - p) / (4 * math.pi) * np.maximum(s, 1e-300) ** -p, 0.0),
+        second_moment=(3 - p) / (3 * (5 - p)),
+        gravitational_energy=-(3 - p) / (5 - 2 * p),
+    )
+
+
+def dyson(gamma: float) -> Profile:
+    """Return rho ~ (1 - s^2)^(1/(gamma - 1)), the isentropic ellipsoid of Dyson (1968, J. Math. Mech. 18, 91).
+
+    ValueError unless gamma > 1. The enclosed mass is the regularised incomplete beta function I_(s^2)(3/2, k + 1).
+    """
+    if not (math.isfinite(gamma) and gamma > 1):
+        raise ValueError(f"a Dyson ellipsoid needs a finite gamma above 1, not {gamma!r}")
+    k = 1 / (float(gamma) - 1)
+    central = math.exp(math.lgamma(k + 2.5) - math.lgamma(k + 1)) / math.pi**1.5
+
+    def enclosed(s):
+        return betainc(1.5, k + 1, np.clip(s, 0.0, 1.0) ** 2)
+
+    # W = -integral of m(s) 4 pi s rho ds; with x = s^2 the weight (1 - x)^k is Gauss-Jacobi's.
+    nodes, weights = roots_jacobi(60, k, 0.0)
+    x = (nodes + 1) / 2
+    smooth = enclosed(np.sqrt(x)) * 2 * math.pi * central
+    return Profile(
+        name=f"dyson {float(gamma)!r}",
+        enclosed=enclosed,
+        radius=lambda m: np.sqrt(betaincinv(1.5, k + 1, np.clip(m, 0.0, 1.0))),
+        density=lambda s: central * np.maximum(1 - np.asarray(s) ** 2, 0.0) ** k,
+        second_moment=1 / (2 * k + 5),
+        gravitational_energy=-float(smooth @ weights) / 2 ** (k + 1),
+    )
+
+
+def ellipsoid_gravitational_energy(profile: Profile, mass: float, semi_axes) -> float:
+    """Return W of the ellipsoid whose similar surfaces carry the profile, G = 1, semi_axes (3,).
+
+    W = W_sphere (abc)^(1/3) R_F(a^2, b^2, c^2) with the sphere of the same volume and Carlson's R_F, whatever the profile
+    (Roberts 1962, ApJ 136, 1108).
+    """
+    a, b, c = (float(axis) for axis in semi_axes)
+    return profile.gravitational_energy * mass**2 * float(elliprf(a**2, b**2, c**2))

@@ -1,0 +1,73 @@
+"""Initial velocity fields: rotation laws with one given measure of the amount of rotation, and linear flows.
+
+rigid:       Omega the same everywhere
+j_constant:  Omega = Omega_0/(1 + (w/A)^2), w the distance from the axis (Eriguchi & Mueller 1985, A&A 146, 260)
+
+All functions take arrays in code units with the centre of mass at the origin. Tests: tests/unit/test_initial.py.
+"""
+
+import math
+
+import numpy as np
+
+LAWS = ("rigid", "j_constant")
+MEASURES = ("rate", "period", "angular_momentum", "t_over_w")
+
+
+def rotation_velocity(
+    mass: np.ndarray,
+    position: np.ndarray,
+    law: str = "rigid",
+    axis=(0.0, 0.0, 1.0),
+    scale: float | None = None,
+    gravitational_energy: float | None = None,
+    **measure: float,
+) -> np.ndarray:
+    """Return velocities (N, 3) that rotate about an axis through the origin.
+
+    Exactly one of `rate` (on the axis), `period` (2 pi over it), `angular_momentum` (along the axis) and `t_over_w`
+    (which needs gravitational_energy) is given; the last two hold for these particles to round-off. `scale` is A of
+    j_constant. ValueError where these contradict.
+    """
+    if len(measure) != 1 or next(iter(measure)) not in MEASURES:
+        raise ValueError(f"rotation needs exactly one of {', '.join(MEASURES)}, not {', '.join(measure) or 'none'}")
+    (name, value), axis = next(iter(measure.items())), np.asarray(axis, dtype=float)
+    length = float(np.linalg.norm(axis))
+    if axis.shape != (3,) or not math.isfinite(length) or length == 0:
+        raise ValueError("the rotation axis must be three finite numbers that are not all zero")
+    unit = np.cross(axis / length, position)  # velocity for rate 1, rigid
+    if law == "j_constant":
+        if scale is None or not scale > 0:
+            raise ValueError("rotation law j_constant needs a positive scale")
+        unit = unit / (1 + (unit**2).sum(axis=1) / scale**2)[:, None]
+    elif law != "rigid":
+        raise ValueError(f"the rotation law must be one of {', '.join(LAWS)}, not {law!r}")
+    elif scale is not None:
+        raise ValueError("scale belongs to rotation law j_constant only")
+    return unit * _rate(name, value, mass, position, unit, axis / length, gravitational_energy)
+
+
+def _rate(name, value, mass, position, unit, axis, gravitational_energy) -> float:
+    if not math.isfinite(value):
+        raise ValueError(f"rotation {name} must be finite, not {value!r}")
+    if name == "rate":
+        return value
+    if name == "period":
+        if value == 0:
+            raise ValueError("rotation period must not be zero")
+        return 2 * math.pi / value
+    if name == "angular_momentum":
+        return value / float((mass @ np.cross(position, unit)) @ axis)
+    if gravitational_energy is None or not gravitational_energy < 0:
+        raise ValueError("rotation t_over_w needs a self-gravitating body")
+    if not value >= 0:
+        raise ValueError(f"rotation t_over_w must not be negative, not {value!r}")
+    return math.sqrt(value * -gravitational_energy / (0.5 * float(mass @ (unit**2).sum(axis=1))))
+
+
+def linear_velocity(position: np.ndarray, gradient) -> np.ndarray:
+    """Return v_i = gradient_ij x_j, (N, 3); ValueError unless gradient is a finite 3x3 matrix."""
+    matrix = np.asarray(gradient, dtype=float)
+    if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
+        raise ValueError("velocity_gradient must be a 3x3 matrix of finite numbers")
+    return position @ matrix.T

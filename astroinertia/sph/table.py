@@ -1,0 +1,118 @@
+"""A user's own particles, from a CSV or npz file with the columns mass, x, y, z and, if wanted, vx, vy, vz and u.
+
+u is the specific internal energy. A CSV file names its columns in the first line; an npz file holds one array a column
+(never pickled objects). Tests: tests/unit/test_initial.py.
+"""
+
+import csv
+import itertools
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from astroinertia.errors import SceneError
+
+REQUIRED = ("mass", "x", "y", "z")
+OPTIONAL = ("vx", "vy", "vz", "u")
+MAX_BYTES = 2**30
+MAX_PARTICLES = 10_000_000
+_MAX_LINE = 1024
+
+
+@dataclass(frozen=True)
+class Table:
+    """mass (N,), position (N, 3), velocity (N, 3) (zero where not given), internal_energy (N,) or None, as in the file."""
+
+    mass: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    internal_energy: np.ndarray | None
+
+
+def read_table(path: str | Path) -> Table:
+    """Return the particles of a file, in the file's own units; SceneError that says what is wrong with it."""
+    path = Path(path)
+    if not path.is_file():
+        raise SceneError(f"particle table {path} is {'a directory' if path.is_dir() else 'not there'}")
+    if path.stat().st_size > MAX_BYTES:
+        raise SceneError(f"particle table {path} is larger than {MAX_BYTES >> 20} MiB")
+    readers = {".csv": _csv_columns, ".npz": _npz_columns}
+    if path.suffix.lower() not in readers:
+        raise SceneError(f"particle table {path} must be a .csv or .npz file")
+    return _checked(path, readers[path.suffix.lower()](path))
+
+
+def _csv_columns(path: Path) -> dict[str, np.ndarray]:
+    rows: list[list[float]] = []
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            limited = (_short(path, number, line) for number, line in enumerate(file, 1))
+            lines = csv.reader(line for line in limited if line.strip() and not line.startswith("#"))
+            names = [name.strip() for name in next(lines, [])]
+            _check_names(path, names)
+            for row in itertools.islice(lines, MAX_PARTICLES + 1):
+                if len(row) != len(names):
+                    raise SceneError(
+                        f"particle table {path}: row {len(rows) + 1} has {len(row)} values, not {len(names)}"
+                    )
+                rows.append([float(value) for value in row])
+    except UnicodeDecodeError as error:
+        raise SceneError(f"particle table {path} is not text") from error
+    except (ValueError, csv.Error) as error:
+        raise SceneError(f"particle table {path}: row {len(rows) + 1} is not numbers ({error})") from error
+    return dict(zip(names, np.array(rows, dtype=float).reshape(-1, len(names)).T, strict=True))
+
+
+def _short(path: Path, number: int, line: str) -> str:
+    if len(line) > _MAX_LINE:
+        raise SceneError(f"particle table {path}: line {number} is longer than {_MAX_LINE} characters")
+    return line
+
+
+def _npz_columns(path: Path) -> dict[str, np.ndarray]:
+    try:
+        with zipfile.ZipFile(path) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
+                raise SceneError(f"particle table {path} unpacks to more than {MAX_BYTES >> 20} MiB")
+        with np.load(path, allow_pickle=False) as stored:
+            _check_names(path, list(stored.files))
+            return {name: np.asarray(stored[name], dtype=float) for name in stored.files}
+    except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
+        raise SceneError(f"particle table {path} is not an npz file of plain numbers") from error
+
+
+def _check_names(path: Path, names: list[str]) -> None:
+    known = REQUIRED + OPTIONAL
+    missing = [name for name in REQUIRED if name not in names]
+    unknown = [name for name in names if name not in known]
+    if missing or unknown or len(set(names)) != len(names):
+        wrong = f"lacks {', '.join(missing)}" if missing else f"has unknown or repeated columns {unknown[:4]!r:.80}"
+        raise SceneError(
+            f"particle table {path} {wrong}; its columns are {', '.join(REQUIRED)} and maybe {', '.join(OPTIONAL)}"
+        )
+
+
+def _checked(path: Path, columns: dict[str, np.ndarray]) -> Table:
+    count = columns["mass"].size
+    for name, column in columns.items():
+        if column.shape != (count,):
+            raise SceneError(f"particle table {path}: column {name} is not one number a particle")
+        if not np.isfinite(column).all():
+            raise SceneError(
+                f"particle table {path}: {name} of row {int(np.argmin(np.isfinite(column))) + 1} is not finite"
+            )
+    if not 4 <= count <= MAX_PARTICLES:
+        raise SceneError(f"particle table {path} has {count} particles, not 4 to {MAX_PARTICLES}")
+    if not (columns["mass"] > 0).all():
+        raise SceneError(f"particle table {path}: mass of row {int(np.argmin(columns['mass'])) + 1} is not positive")
+    if "u" in columns and not (columns["u"] >= 0).all():
+        raise SceneError(f"particle table {path}: u of row {int(np.argmin(columns['u'])) + 1} is negative")
+    nothing = np.zeros(count)
+    return Table(
+        mass=columns["mass"],
+        position=np.stack([columns[name] for name in "xyz"], axis=1),
+        velocity=np.stack([columns.get(name, nothing) for name in ("vx", "vy", "vz")], axis=1),
+        internal_energy=columns.get("u"),
+    )
