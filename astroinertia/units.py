@@ -192,9 +192,7 @@ def _phrase(dimension: str | Dimension) -> str:
 
 
 def _hint(dimension: str | Dimension) -> str:
-    if isinstance(dimension, Dimension):
-        return f"; its SI unit is {si_unit(dimension)}"
-    example = EXAMPLES.get(dimension)
+    example = None if isinstance(dimension, Dimension) else EXAMPLES.get(dimension)
     return f'; write for example "{example}"' if example else ""
 
 

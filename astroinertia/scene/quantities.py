@@ -30,7 +30,7 @@ def dimensional(value: Any, dimension: str | Dimension, code: bool) -> float:
     if isinstance(value, str):
         if code:
             raise ValueError(
-                f"must be a plain number, for the scene is in code units (units = \"code\"), not '{shown(value)}'."
+                f"must be a plain number, not '{shown(value)}', for the scene is in code units (units = \"code\")."
             )
         try:
             result = quantity(value, dimension)
@@ -62,8 +62,10 @@ def described(value: Any) -> str:
         return "a list"
     if isinstance(value, dict):
         return "a table"
-    if isinstance(value, int | float):
-        return shown(f"{value:g}") if math.isfinite(value) else "a number that is not finite"
+    if isinstance(value, int):
+        return f"{value:,}".replace(",", " ") if abs(value) < 10**15 else "a very large number"
+    if isinstance(value, float):
+        return f"{value:g}" if math.isfinite(value) else "a number that is not finite"
     return "a date or time"
 
 

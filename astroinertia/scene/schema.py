@@ -28,6 +28,9 @@ from astroinertia.scene.quantities import (
 from astroinertia.units import pressure_constant_dimension, shown
 
 MOST_PARTICLES = 50_000_000
+MOST_RECORDS = 1e6  # a record holds some hundreds of numbers
+MOST_SNAPSHOTS = 1e5
+MOST_STEPS = 1e10
 
 
 class Part(BaseModel):
@@ -372,11 +375,14 @@ class Scene(Part):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        longest = self.time.end
-        for table, key in (("output", "series_every"), ("output", "snapshot_every"), ("numerics", "max_timestep")):
+        for table, key, most in (
+            ("output", "series_every", MOST_RECORDS),
+            ("output", "snapshot_every", MOST_SNAPSHOTS),
+            ("numerics", "max_timestep", MOST_STEPS),
+        ):
             value = getattr(getattr(self, table), key)
-            if value is not None and value < 1e-9 * longest:
-                raise ValueError(f"[{table}] {key} is less than a billionth of the run, which would never end.")
+            if value is not None and self.time.end > most * value:
+                raise ValueError(f"[{table}] {key} divides the run into more than {most:.0e} parts; make it longer.")
         if self.body.kind == "table" and self.units is None:
             raise ValueError('[units] with mass and length (or units = "code") is needed for a body of kind table.')
         return self

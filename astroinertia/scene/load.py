@@ -1,0 +1,91 @@
+"""A scene from a TOML file or text: read within limits, overridden, validated, or refused with one clear sentence."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from astroinertia.errors import SceneError
+from astroinertia.scene import schema
+from astroinertia.scene.options import effect_options
+from astroinertia.scene.problems import Problem, first_problem, place, unknown_key
+from astroinertia.scene.quantities import described
+from astroinertia.scene.source import LARGEST_FILE, decode, line_of, override, parse, read_regular_file
+from astroinertia.units import shown
+
+RECORD = ("source", "overrides", "origin")  # fields of a Scene that say where it came from; no keys of a scene
+
+
+def _by_kind(union: Any) -> dict[str, type[BaseModel]]:
+    models = get_args(get_args(union)[0])
+    return {get_args(model.model_fields["kind"].annotation)[0]: model for model in models}
+
+
+KINDS = {"body": _by_kind(schema.AnyBody), "equation_of_state": _by_kind(schema.AnyEquationOfState)}
+KEYS = [name for name in schema.Scene.model_fields if name not in RECORD]
+
+
+def load_file(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> schema.Scene:
+    """The scene in a TOML file, with "key.path=value" overrides put in; SceneError says in a sentence what is wrong."""
+    file = Path(path)
+    name = shown(str(file), 200)
+    text = decode(read_regular_file(file, LARGEST_FILE, "a scene"), name)
+    return _scene(text, overrides, str(file.absolute().parent), name)
+
+
+def load_text(text: str, overrides: Sequence[str] = (), origin: str | None = None) -> schema.Scene:
+    """The scene in a TOML text. `origin` is the folder that file names in it are relative to; raises SceneError."""
+    return _scene(text, overrides, origin, "the scene")
+
+
+def _scene(text: str, overrides: Sequence[str], origin: str | None, name: str) -> schema.Scene:
+    tables = override(parse(text, name), overrides)
+    try:
+        return _validated(tables, text, tuple(overrides), origin)
+    except Problem as problem:
+        path = tuple(part for part in problem.path if isinstance(part, str))
+        raise SceneError(f"{_where(text, overrides, path, name)}: {_told(problem)}") from None
+
+
+def _told(problem: Problem) -> str:
+    return f"{place(problem.path, problem.table)}{problem.message}" if problem.path else problem.message.lstrip(": ")
+
+
+def _where(text: str, overrides: Sequence[str], path: tuple[str, ...], name: str) -> str:
+    for item in reversed(overrides):
+        key = tuple(item.partition("=")[0].strip().split("."))
+        if path[: len(key)] == key:
+            return f"--set {shown(item)}"
+    line = line_of(text, path)
+    return f"{name}, line {line}" if line else name
+
+
+def _validated(tables: dict[str, Any], text: str, overrides: tuple[str, ...], origin: str | None) -> schema.Scene:
+    for key in tables:
+        if key not in KEYS:
+            raise unknown_key((key,), KEYS)
+    units = tables.get("units")
+    if units is not None and units != "code" and not isinstance(units, dict):
+        raise Problem(("units",), f': must be "code" or a table with mass and length, not {described(units)}.')
+    code = units == "code"
+    if "effects" not in tables:
+        raise Problem(("effects",), " is missing (a table for each effect called for, such as [effects.gravity]).")
+    effects = effect_options(tables["effects"], code)
+    context = {"code": code, "gamma_thermal": _thermal_exponent(tables.get("equation_of_state"))}
+    record = {"effects": effects, "source": text, "overrides": overrides, "origin": origin}
+    try:
+        return schema.Scene.model_validate({**tables, **record}, context=context)
+    except ValidationError as error:
+        raise first_problem(error, schema.Scene, KINDS) from None
+
+
+def _thermal_exponent(table: Any) -> float | None:
+    """gamma of the thermal part, whose dimension an entropy in [body] has; None where there is no thermal part."""
+    if not isinstance(table, dict) or table.get("kind") not in ("ideal", "hybrid"):
+        return None
+    key = "gamma" if table["kind"] == "ideal" else "gamma_thermal"
+    value = table.get(key, KINDS["equation_of_state"][table["kind"]].model_fields[key].default)
+    right = isinstance(value, int | float) and not isinstance(value, bool) and 1.0 < value <= 10.0
+    return float(value) if right else None

@@ -1,0 +1,68 @@
+"""The options of the effects that a scene lists, checked against plain data: no effect's module is imported here."""
+
+from typing import Any
+
+from astroinertia.effects.catalogue import CATALOGUE, REQUIRED, Option
+from astroinertia.scene.problems import Problem, nearest, unknown_key, wrong_choice
+from astroinertia.scene.quantities import described, dimensional
+
+
+def effect_options(effects: Any, code: bool) -> dict[str, dict[str, Any]]:
+    """Each listed effect with all its options, in SI (in code units where `code`); raises Problem.
+
+    An option that a scene does not give has the catalogue's default; those are zero, without dimension or None.
+    """
+    if not isinstance(effects, dict):
+        raise Problem(("effects",), f": must be a table with a table for each effect, not {described(effects)}.")
+    result = {}
+    for kind, given in effects.items():
+        if kind not in CATALOGUE:
+            raise Problem(("effects", kind), f" is not a known effect; {nearest(kind, CATALOGUE)}.")
+        if not isinstance(given, dict):
+            raise Problem(("effects", kind), f": must be a table (an empty one will do), not {described(given)}.")
+        result[kind] = _options(kind, given, code)
+    return result
+
+
+def _options(kind: str, given: dict[str, Any], code: bool) -> dict[str, Any]:
+    known = CATALOGUE[kind].options
+    for name in given:
+        if name not in known:
+            raise unknown_key(("effects", kind, name), known)
+    values = {}
+    for name, option in known.items():
+        path = ("effects", kind, name)
+        if name not in given and option.default is REQUIRED:
+            raise Problem(path, f" is missing ({option.text}).")
+        values[name] = _value(path, option, given[name], code) if name in given else option.default
+    return values
+
+
+def _value(path: tuple[str | int, ...], option: Option, value: Any, code: bool) -> Any:
+    if option.dimension == "choice":
+        if value not in option.choices:
+            raise wrong_choice(path, value, option.choices)
+        return value
+    if option.dimension == "boolean":
+        if not isinstance(value, bool):
+            raise Problem(path, f": must be true or false, not {described(value)}.")
+        return value
+    return _array(path, option, option.shape, value, code)
+
+
+def _array(path: tuple[str | int, ...], option: Option, shape: tuple[int, ...], value: Any, code: bool) -> Any:
+    if shape:
+        if not isinstance(value, list) or len(value) != shape[0]:
+            told = f"a list of {len(value)}" if isinstance(value, list) else described(value)
+            what = "numbers" if len(shape) == 1 else "rows"
+            raise Problem(path, f": must be a list of {shape[0]} {what}, not {told}.")
+        return tuple(_array((*path, k), option, shape[1:], item, code) for k, item in enumerate(value))
+    try:
+        number = dimensional(value, option.dimension, code)
+    except ValueError as error:
+        raise Problem(path, f": {error}") from None
+    below = number <= option.minimum if option.exclusive else number < option.minimum
+    if below or number > option.maximum:
+        bound = f"at most {option.maximum:g}" if not below else f"{'more than' if option.exclusive else 'at least'} "
+        raise Problem(path, f": must be {bound}{f'{option.minimum:g}' if below else ''}, not {described(value)}.")
+    return number

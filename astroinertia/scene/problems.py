@@ -1,0 +1,188 @@
+"""What is wrong with a scene, as one sentence: which key, what it is, what would be right."""
+
+import difflib
+from collections.abc import Iterable, Sequence
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from astroinertia.scene.quantities import described
+from astroinertia.units import shown
+
+Path = tuple[str | int, ...]
+
+
+class Problem(Exception):
+    """A key, or a whole table, and what is the matter; `message` continues a sentence that begins with its name."""
+
+    def __init__(self, path: Sequence[str | int], message: str, table: bool = False) -> None:
+        self.path: Path = tuple(path)
+        self.message = message
+        self.table = table
+        super().__init__(self.path, message, table)
+
+
+def place(path: Path, table: bool = False) -> str:
+    """How a key is named to a person: "[body.rotation] rate", "[body] axes[1]", "name"; a table: "[body.rotation]"."""
+    words = [shown(str(part)) for part in path if isinstance(part, str)]
+    if table:
+        return f"[{'.'.join(words)}]"
+    indices = "".join(f"[{part}]" for part in path if isinstance(part, int))
+    *tables, key = words
+    return f"[{'.'.join(tables)}] {key}{indices}" if tables else f"{key}{indices}"
+
+
+def nearest(key: str, known: Iterable[str]) -> str:
+    """A hint at the nearest known key, or the list of all where none is near."""
+    known = list(known)
+    close = difflib.get_close_matches(key.lower()[:64], known, n=1, cutoff=0.6)
+    if close:
+        return f"did you mean '{close[0]}'"
+    return f"known are {', '.join(known)}" if known else "nothing can be set here"
+
+
+def unknown_key(path: Path, known: Iterable[str], elsewhere: str = "") -> Problem:
+    """The problem of a key that nobody reads."""
+    return Problem(path, f" is not a known key; {elsewhere or nearest(str(path[-1]), known)}.")
+
+
+def wrong_choice(path: Path, value: Any, known: Iterable[str], missing: bool = False) -> Problem:
+    """The problem of a value that is not among the choices, or of a choice that is not made."""
+    known = list(known)
+    if missing:
+        return Problem(path, f" is missing; it is one of {', '.join(known)}.")
+    if isinstance(value, str) and difflib.get_close_matches(value.lower()[:64], known, n=1, cutoff=0.6):
+        return Problem(path, f": '{shown(value)}' is not known; {nearest(value, known)}.")
+    return Problem(path, f": must be one of {', '.join(known)}, not {described(value)}.")
+
+
+def first_problem(
+    error: ValidationError, model: type[BaseModel], kinds: dict[str, dict[str, type[BaseModel]]]
+) -> Problem:
+    """The problem to tell first: an unknown key before a missing one, for it may be the same key misspelt.
+
+    `kinds`: for every table with kinds, the model of each kind.
+    """
+    found = [item for item in error.errors(include_url=False) if "literal['code']" not in item["loc"]]
+    found = found or error.errors(include_url=False)
+    ranks = {"extra_forbidden": 0, "union_tag_invalid": 1, "union_tag_not_found": 1, "missing": 3}
+    return _problem(min(found, key=lambda item: ranks.get(item["type"], 2)), model, kinds)
+
+
+def _problem(item: Any, model: type[BaseModel], kinds: dict[str, dict[str, type[BaseModel]]]) -> Problem:
+    loc, kind = _without_tags(item["loc"], kinds)
+    value, context = item.get("input"), item.get("ctx") or {}
+    match item["type"]:
+        case "extra_forbidden":
+            return unknown_key(loc, _fields(model, loc, kind, kinds), _other_kind(loc, kinds))
+        case "missing" if isinstance(loc[-1], int):
+            return Problem(loc[:-1], f": must be a longer list, for entry {loc[-1] + 1} is missing.")
+        case "missing":
+            return Problem(loc, f" is missing{_meaning(model, loc, kind, kinds)}.")
+        case "union_tag_invalid" | "union_tag_not_found":
+            path = (*loc, "kind")
+            missing = item["type"].endswith("not_found")
+            return wrong_choice(path, None if missing else value.get("kind"), kinds[str(loc[0])], missing)
+        case "literal_error":
+            field = _field(model, loc, kind, kinds)
+            choices = [choice for choice in _literals(field.annotation) if isinstance(choice, str)] if field else []
+            return wrong_choice(loc, value, choices)
+        case "value_error":
+            message = str(context["error"])
+            whole = message.startswith(("needs ", "has ", "may "))  # said of a table by its own validator
+            return Problem(loc, f" {message}" if whole else f": {message}", table=whole)
+        case "model_type" | "model_attributes_type" | "dict_type":
+            return Problem(loc, f": must be a table, not {described(value)}.")
+        case "string_type":
+            return Problem(loc, f": must be text in quotes, not {described(value)}.")
+        case "string_pattern_mismatch":
+            return Problem(loc, f": must be letters, digits, _ and -, 64 at most, not {described(value)}.")
+        case "string_too_long" | "string_too_short":
+            limit = context.get("max_length", context.get("min_length"))
+            return Problem(loc, f": must have at {'most' if 'max_length' in context else 'least'} {limit} characters.")
+        case "int_type" | "int_from_float" | "int_parsing_size":
+            return Problem(loc, f": must be a whole number, not {described(value)}.")
+        case "float_type":
+            return Problem(loc, f": must be a number, not {described(value)}.")
+        case "finite_number":
+            return Problem(loc, f": must be a finite number, not {described(value)}.")
+        case "bool_type":
+            return Problem(loc, f": must be true or false, not {described(value)}.")
+        case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal":
+            words = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
+            bound = next(f"{words[name]} {limit:g}" for name, limit in context.items() if name in words)
+            return Problem(loc, f": must be {bound}, not {described(value)}.")
+        case "tuple_type":
+            return Problem(loc, f": must be a list, not {described(value)}.")
+        case "too_short" | "too_long":
+            return Problem(loc, f": must be a list with {_count(context)}, not with {context['actual_length']}.")
+    return Problem(loc, f": {_plain(item['msg'])}.")
+
+
+def _count(context: dict[str, Any]) -> str:
+    if "min_length" in context:
+        return f"at least {context['min_length']} entries"
+    return f"at most {context['max_length']} entries"
+
+
+def _plain(message: str) -> str:
+    return message[:1].lower() + message[1:].rstrip(".")
+
+
+def _without_tags(loc: tuple[str | int, ...], kinds: dict[str, Any]) -> tuple[Path, str | None]:
+    """The path as it stands in the scene, and the kind that pydantic put into it."""
+    if len(loc) > 1 and loc[0] in kinds and loc[1] in kinds[str(loc[0])]:
+        return (loc[0], *loc[2:]), str(loc[1])
+    if len(loc) > 1 and loc[0] == "units":
+        return (loc[0], *(part for part in loc[1:] if part != "Units")), None
+    return loc, None
+
+
+def _model_at(model: type[BaseModel], loc: Path, kind: str | None, kinds: dict[str, Any]) -> type[BaseModel] | None:
+    for depth, part in enumerate(loc):
+        if depth == 0 and kind is not None:
+            model = kinds[str(part)][kind]
+            continue
+        field = model.model_fields.get(str(part))
+        inner = [item for item in _arguments(field.annotation) if _is_model(item)] if field else []
+        if len(inner) != 1:
+            return None
+        model = inner[0]
+    return model
+
+
+def _arguments(annotation: Any) -> list[Any]:
+    arguments = get_args(annotation)
+    return [inner for item in arguments for inner in _arguments(item)] if arguments else [annotation]
+
+
+def _literals(annotation: Any) -> list[Any]:
+    arguments = get_args(annotation)
+    return [inner for item in arguments for inner in _literals(item)] if arguments else [annotation]
+
+
+def _is_model(item: Any) -> bool:
+    return isinstance(item, type) and issubclass(item, BaseModel)
+
+
+def _fields(model: type[BaseModel], loc: Path, kind: str | None, kinds: dict[str, Any]) -> list[str]:
+    at = _model_at(model, loc[:-1], kind, kinds)
+    return [name for name, field in at.model_fields.items() if not field.exclude] if at else []
+
+
+def _field(model: type[BaseModel], loc: Path, kind: str | None, kinds: dict[str, Any]) -> Any:
+    names = [part for part in loc if isinstance(part, str)]
+    at = _model_at(model, tuple(names[:-1]), kind, kinds)
+    return at.model_fields.get(names[-1]) if at else None
+
+
+def _meaning(model: type[BaseModel], loc: Path, kind: str | None, kinds: dict[str, Any]) -> str:
+    field = _field(model, loc, kind, kinds)
+    return f" ({field.description})" if field is not None and field.description else ""
+
+
+def _other_kind(loc: Path, kinds: dict[str, dict[str, type[BaseModel]]]) -> str:
+    if len(loc) != 2 or loc[0] not in kinds:
+        return ""
+    owners = [kind for kind, model in kinds[str(loc[0])].items() if loc[1] in model.model_fields]
+    return f"it belongs to the kind {' or '.join(owners)}" if owners else ""
