@@ -17,7 +17,7 @@ from astroinertia.errors import NumericalError, RunInterrupted
 from astroinertia.integrate.leapfrog import State
 from astroinertia.models import sph
 from astroinertia.models.checkpoint import flattened
-from astroinertia.models.series import energy_budget, series_record, snapshot_record
+from astroinertia.models.series import energy_budget, ledger_closure, series_record, snapshot_record
 from astroinertia.scene.schema import Scene
 
 # Particles are sorted anew, and checkpoints may be taken, every so many steps: a resumed run then sorts where the
@@ -73,7 +73,7 @@ class _Run:
 
     def __init__(self, prepared: Prepared, archive: Archive, listener: Listener | None) -> None:
         self.prepared, self.archive, self.listener = prepared, archive, listener
-        self.problem, self.output = prepared.problem, prepared.output
+        self.problem, self.output = prepared.problem, prepared.outputs
         self.state, self.arrangement = prepared.state, prepared.arrangement
         self.records: list[dict[str, Any]] = []
         self.snapshots: list[dict[str, Any]] = []
@@ -137,7 +137,9 @@ class _Run:
             bad = np.flatnonzero(~np.isfinite(acceleration).all(axis=1))
             if len(bad):
                 return NumericalError(what, effect=name, time=time, particle=int(self.state.identity[bad[0]]))
-        total = np.asarray(sph.total_acceleration(np, jax.tree.map(np.asarray, rates), np.asarray(rates.fluid.velocity)))
+        total = np.asarray(
+            sph.total_acceleration(np, jax.tree.map(np.asarray, rates), np.asarray(rates.fluid.velocity))
+        )
         worst = int(np.argmax(np.linalg.norm(total, axis=1)))
         return NumericalError(what, effect=None, time=time, particle=int(self.state.identity[worst]))
 
@@ -160,7 +162,6 @@ class _Run:
                 self.counters["opening_energy"] = record["total_energy"]
             record["wall_time"] = self.counters["wall_time"] + clock.monotonic() - self.opened
             self.records.append(record)
-            self.latest = record
             self._count("series")
         if force or self._due("snapshot"):
             self.snapshots.append(snapshot_record(self.state))
@@ -194,7 +195,7 @@ class _Run:
                 timestep=float(self.state.rates.timestep),
                 wall_time=self.counters["wall_time"] + self.told - self.opened,
                 energy_error=abs(energy - opening) / max(abs(opening), 1e-300),
-                ledger_closure=float(self.latest["ledger_closure"]),
+                ledger_closure=ledger_closure(self.problem, self.state),
                 density_max=float(np.max(self.state.rates.fluid.density)),
             )
         )

@@ -45,38 +45,44 @@ class Problem:
         return tuple(effect.kind for effect in self.effects)
 
 
-def initial_state(problem: Problem, mass: Array, position: Array, velocity: Array, entropy: Array) -> tuple[State, Any]:
-    """The state at time 0 with its rates, and the arrangement of its particles (N,), (N, 3), (N, 3), (N,)."""
-    engine, xp = problem.engine, problem.engine.xp
+def initial_state(
+    problem: Problem,
+    mass: Array,
+    position: Array,
+    velocity: Array,
+    entropy: Array | None = None,
+    internal_energy: Array | None = None,
+) -> tuple[State, Any]:
+    """The state at time 0 with its rates, and the arrangement of its particles (N,), (N, 3), (N, 3), (N,).
+
+    Entropies are given, or follow from specific internal energies and the densities found.
+    """
+    engine, xp, eos = problem.engine, problem.engine.xp, problem.equation_of_state
+    mass, position, velocity = xp.asarray(mass), xp.asarray(position), xp.asarray(velocity)
     count = mass.shape[0]
-    spread = xp.sqrt(((position - position.mean(axis=0)) ** 2).sum(axis=1).mean())
-    guess = xp.full(count, problem.eta * 2.0 * float(spread) / count ** (1 / 3))
-    order, arrangement = engine.arrange(position, guess)
-    identity = xp.arange(count)
-    identity, mass, position = identity[order], mass[order], position[order]
-    velocity, entropy, guess = velocity[order], entropy[order], guess[order]
+    spread = float(((position - position.mean(axis=0)) ** 2).sum(axis=1).mean()) ** 0.5
+    guess = xp.full(count, problem.eta * 2.0 * spread / count ** (1 / 3))
     nothing = (None,) * len(problem.effects)
     state = State(
         time=xp.zeros(()),
         step=xp.zeros((), dtype=int),
-        identity=identity,
+        identity=xp.arange(count),
         mass=mass,
         position=position,
         velocity=velocity,
-        entropy=entropy,
+        entropy=xp.asarray(internal_energy if entropy is None else entropy),
         smoothing_length=guess,
         memory={},
         ledger=open_ledger(xp, mass, position, velocity, len(problem.effects)),
         rates=Rates(nothing, nothing, nothing, xp.zeros(count), xp.zeros(()), None),  # type: ignore[arg-type]
     )
-    state, arrangement = rearranged(problem, state_with_lengths(problem, arrangement, state))
+    for _ in range(2):  # the first lengths are a guess; particles are arranged anew by the solved ones
+        state, arrangement = rearranged(problem, state)
+        solved = _density(problem, arrangement, state)
+        state = replace(state, smoothing_length=solved.smoothing_length)
+    if entropy is None:
+        state = replace(state, entropy=eos.entropy(xp, solved.density, state.entropy))
     return evaluated(problem, arrangement, state, xp.zeros(())), arrangement
-
-
-def state_with_lengths(problem: Problem, arrangement: Any, state: State) -> State:
-    """The state with its smoothing lengths solved for, so that particles can be arranged by them."""
-    solved = _density(problem, arrangement, state)
-    return replace(state, smoothing_length=solved.smoothing_length)
 
 
 def rearranged(problem: Problem, state: State) -> tuple[State, Any]:

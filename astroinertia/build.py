@@ -1,0 +1,189 @@
+"""From a validated scene to a problem in code units: the one place where all parts are put together."""
+
+import platform
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from astroinertia import start
+from astroinertia.archive import Archive
+from astroinertia.effects import catalogue
+from astroinertia.errors import SceneError
+from astroinertia.integrate.leapfrog import State
+from astroinertia.models.checkpoint import unflattened
+from astroinertia.models.sph import Problem, initial_state
+from astroinertia.scene import load
+from astroinertia.scene.schema import Scene
+from astroinertia.sph.kernels import KERNELS, eta_for_neighbours
+from astroinertia.units import DIMENSIONLESS, CodeUnits, Dimension
+
+RECORDS, SNAPSHOTS = 200, 10
+_STENCIL = 64  # particles of the throw-away state that shows a checkpoint's structure
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """When a run records what, in code units; None is never."""
+
+    end: float
+    max_steps: float
+    series_every: float | None
+    series_steps: int | None
+    snapshot_every: float | None
+    align: bool
+    checkpoint_seconds: float
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A run about to start or go on: the physics, the state, its arrangement, and where the outputs stand."""
+
+    problem: Problem
+    state: State
+    arrangement: Any
+    outputs: Outputs
+    units: CodeUnits
+    counters: dict[str, Any]
+
+
+def prepare(scene: Scene) -> Prepared:
+    """The scene at time 0."""
+    units = code_units(scene)
+    problem, ball = problem_of(scene, units)
+    body = start.particles(scene, units, ball, problem)
+    state, arrangement = initial_state(
+        problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy
+    )
+    counters = {"series": 0, "snapshot": 0, "wall_time": 0.0, "opening_potential": None, "opening_energy": 0.0}
+    return Prepared(problem, state, arrangement, outputs_of(scene, units), units, counters)
+
+
+def restore(archive: Archive) -> Prepared:
+    """A run at its last checkpoint."""
+    told = archive.metadata
+    scene = load.load_text(told["scene"], told["overrides"], told["origin"])
+    units = code_units(scene)
+    problem, _ = problem_of(scene, units)
+    stored = archive.read_checkpoint()
+    if stored is None:
+        return prepare(scene)
+    random = np.random.default_rng(0).normal(size=(2, _STENCIL, 3))
+    like, _ = initial_state(problem, np.ones(_STENCIL), random[0], random[1], np.ones(_STENCIL))
+    state = unflattened(like, stored[0], problem.engine.xp)
+    arrangement = problem.engine.arrange(state.position, state.smoothing_length)[1]
+    return Prepared(problem, state, arrangement, outputs_of(scene, units), units, stored[1])
+
+
+def code_units(scene: Scene) -> CodeUnits:
+    """The units of a run: the scene's own, or the body's mass and radius."""
+    if scene.dimensionless:
+        return DIMENSIONLESS
+    chosen = scene.units
+    if chosen is not None:
+        return CodeUnits(chosen.mass, chosen.length)
+    return CodeUnits(scene.body.mass, scene.body.radius)
+
+
+def problem_of(scene: Scene, units: CodeUnits) -> tuple[Problem, start.Sphere | None]:
+    """The physics and numerics that a scene calls for, and the sphere that its body is before it is stretched."""
+    numerics, ball = scene.numerics, start.sphere(scene, units)
+    kernel = KERNELS[numerics.kernel]
+    eta = numerics.eta or kernel.eta
+    if numerics.neighbours is not None:
+        eta = eta_for_neighbours(kernel, numerics.neighbours)
+    longest = (
+        outputs_of(scene, units).end if numerics.max_timestep is None else units.to_code(numerics.max_timestep, "time")
+    )
+    problem = Problem(
+        effects=effects_of(scene, units),
+        equation_of_state=start.equation_of_state(scene, units, ball),
+        eta=eta,
+        courant=numerics.courant,
+        acceleration_factor=numerics.acceleration_factor,
+        energy_factor=numerics.energy_factor,
+        max_timestep=longest,
+        engine=engine_of(numerics.engine, numerics.precision),
+        kernel=numerics.kernel,
+        smoothing_tolerance=numerics.smoothing_tolerance,
+    )
+    return problem, ball
+
+
+def engine_of(name: str, precision: str) -> Any:
+    """The engine of that name, importing no other."""
+    if name == "xla":
+        from astroinertia.engines.xla import XlaEngine
+
+        return XlaEngine(precision=precision)
+    from astroinertia.engines.numba_cpu import NumbaEngine
+
+    return NumbaEngine(precision=precision)
+
+
+def effects_of(scene: Scene, units: CodeUnits) -> tuple[Any, ...]:
+    """The effects that a scene lists, in the catalogue's order, with options in code units."""
+    built = []
+    for kind, entry in catalogue.CATALOGUE.items():
+        if kind in scene.effects:
+            options = {
+                name: _to_code(value, entry.options[name].dimension, units)
+                for name, value in scene.effects[kind].items()
+            }
+            try:
+                built.append(catalogue.build(kind, options))
+            except ValueError as error:
+                raise SceneError(f"[effects.{kind}] {error}") from None
+    return tuple(built)
+
+
+def outputs_of(scene: Scene, units: CodeUnits) -> Outputs:
+    """When to record, in code units, with defaults of 200 records and 10 snapshots a run."""
+    asked, end = scene.output, units.to_code(scene.time.end, "time")
+
+    def every(value: float | None, default: float | None) -> float | None:
+        return default if value is None else units.to_code(value, "time")
+
+    return Outputs(
+        end=end,
+        max_steps=scene.time.max_steps or float("inf"),
+        series_every=every(asked.series_every, end / RECORDS if asked.series_steps is None else None),
+        series_steps=asked.series_steps,
+        snapshot_every=every(asked.snapshot_every, end / SNAPSHOTS),
+        align=asked.align,
+        checkpoint_seconds=asked.checkpoint_seconds,
+    )
+
+
+def metadata(scene: Scene) -> dict[str, Any]:
+    """What a run's file says of where it came from: enough to repeat it."""
+    units = code_units(scene)
+    return {
+        "name": scene.name,
+        "description": scene.description,
+        "scene": scene.source,
+        "origin": scene.origin,
+        "overrides": list(scene.overrides),
+        "dimensionless": scene.dimensionless,
+        "code_units": {"mass": units.mass, "length": units.length, "G": units.gravitational_constant},
+        "model": scene.model,
+        "engine": scene.numerics.engine,
+        "precision": scene.numerics.precision,
+        "kernel": scene.numerics.kernel,
+        "seed": scene.body.seed,
+        "effects": [kind for kind in catalogue.CATALOGUE if kind in scene.effects],
+        "versions": {
+            "python": platform.python_version(),
+            **{name: version(name) for name in ("numpy", "numba", "jax", "xarray", "netCDF4", "astropy")},
+        },
+    }
+
+
+def _to_code(value: Any, dimension: str, units: CodeUnits) -> Any:
+    if value is None or isinstance(value, str) or dimension == "choice":
+        return value
+    scale = units.unit(Dimension(*catalogue.DIMENSIONS[dimension]))
+    if isinstance(value, int | float):
+        return value / scale
+    return (np.asarray(value, dtype=float) / scale).tolist()

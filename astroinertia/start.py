@@ -1,0 +1,227 @@
+"""The body of a scene as particles: placed, at its temperature, turning (all in code units)."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.engines.numba_cpu import NumbaEngine
+from astroinertia.errors import SceneError
+from astroinertia.models import relaxation
+from astroinertia.models.sph import Problem
+from astroinertia.scene.schema import FROM_BODY, Scene
+from astroinertia.sph import eos, profiles
+from astroinertia.sph.initial import place
+from astroinertia.sph.profiles import Profile
+from astroinertia.sph.rotation import linear_velocity, rotation_velocity
+from astroinertia.sph.table import read_table
+from astroinertia.units import CodeUnits, pressure_constant_dimension
+
+_PRESSURE_NODES = 4096
+
+
+@dataclass(frozen=True)
+class Particles:
+    """mass (N,), position (N, 3), velocity (N, 3), and either entropy (N,) or specific internal_energy (N,)."""
+
+    mass: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    entropy: np.ndarray | None
+    internal_energy: np.ndarray | None
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """The sphere that a body is before it is stretched: a profile with a mass and a radius."""
+
+    profile: Profile
+    mass: float
+    radius: float
+
+    def density(self, s: np.ndarray) -> np.ndarray:
+        """Density at s = r/R, floored where the profile ends so that particles at the surface keep a temperature."""
+        inside = np.minimum(s, float(self.profile.radius(np.array(1.0 - 1e-6))))
+        return self.profile.density(inside) * self.mass / self.radius**3
+
+    def pressure(self, s: np.ndarray) -> np.ndarray:
+        """Pressure of hydrostatic equilibrium at s: the weight of what lies above, int_s^1 rho m / s^2 ds."""
+        nodes = 1.0 - (1.0 - np.linspace(0.0, 1.0, _PRESSURE_NODES)) ** 2  # dense at the surface
+        nodes[0] = 1e-6
+        weight = self.profile.density(nodes) * self.profile.enclosed(nodes) / nodes**2
+        slices = 0.5 * (weight[1:] + weight[:-1]) * np.diff(nodes)
+        above = np.concatenate([np.cumsum(slices[::-1])[::-1], [0.0]])
+        inside = np.minimum(s, float(self.profile.radius(np.array(1.0 - 1e-6))))
+        return np.interp(inside, nodes, above) * self.mass**2 / self.radius**4
+
+
+def sphere(scene: Scene, units: CodeUnits) -> Sphere | None:
+    """The unstretched sphere of a scene's body; None for a particle table."""
+    body = scene.body
+    if body.kind == "table":
+        return None
+    profile = {
+        "polytrope": lambda: profiles.polytrope(body.index),
+        "uniform": profiles.uniform,
+        "power_law": lambda: profiles.power_law(body.exponent),
+        "dyson": lambda: profiles.dyson(body.gamma),
+    }[body.kind]()
+    return Sphere(profile, units.to_code(body.mass, "mass"), units.to_code(body.radius, "length"))
+
+
+def equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | None) -> Any:
+    """The scene's equation of state in code units, its constant taken from the body where the scene says so."""
+    chosen = scene.equation_of_state
+    if chosen.kind == "ideal":
+        return eos.ideal(chosen.gamma)
+    if chosen.kind == "isothermal":
+        return eos.isothermal(units.to_code(chosen.sound_speed, "velocity"))
+    if chosen.kind == "polytropic":
+        return eos.polytropic(chosen.gamma, _constant(scene, units, ball, chosen.gamma))
+    if chosen.kind == "piecewise_polytropic":
+        densities = [units.to_code(density, "density") for density in chosen.densities]
+        return eos.piecewise_polytropic(densities, chosen.gammas, _constant(scene, units, ball, chosen.gammas[0]))
+    nuclear = units.to_code(chosen.nuclear_density, "density")
+    constant = _constant(scene, units, ball, chosen.gamma_1)
+    return eos.hybrid(nuclear, chosen.gamma_1, chosen.gamma_2, chosen.gamma_thermal, constant)
+
+
+def entropies(scene: Scene, units: CodeUnits, ball: Sphere | None, fluid: Any, s: np.ndarray) -> np.ndarray:
+    """The entropy function of particles at s = r/R in the unstretched sphere, (N,).
+
+    What the scene gives, or that of hydrostatic equilibrium times its pressure_fraction; zero where the equation of
+    state is barotropic, and for the hybrid one, whose cold part holds the body.
+    """
+    body = scene.body
+    if not fluid.thermal:
+        return np.zeros_like(s)
+    if body.entropy is not None:
+        gamma = fluid.gamma if scene.equation_of_state.kind == "ideal" else fluid.gamma_thermal
+        return np.full_like(s, units.to_code(body.entropy, pressure_constant_dimension(gamma)))
+    if ball is None:
+        raise SceneError("[body] a table without a column u needs specific_internal_energy or entropy.")
+    if scene.equation_of_state.kind == "hybrid" or "pressure" not in scene.effects:
+        return np.zeros_like(s)
+    if "gravity" not in scene.effects:
+        raise SceneError(
+            "[body] needs specific_internal_energy or entropy: without gravity there is no equilibrium to take it from."
+        )
+    return (body.pressure_fraction or 1.0) * ball.pressure(s) / ball.density(s) ** fluid.gamma
+
+
+def particles(scene: Scene, units: CodeUnits, ball: Sphere | None, problem: Problem, listener: Any = None) -> Particles:
+    """The particles of a scene, settled to equilibrium where the scene asks for it; `listener` hears how that goes."""
+    body, fluid = scene.body, problem.equation_of_state
+    if ball is None:
+        return _table(scene, units, fluid)
+    mass = np.full(body.particles, ball.mass / body.particles)
+    unit_sphere = place(ball.profile, body.particles, body.placement, body.seed)
+    s = np.linalg.norm(unit_sphere, axis=1)
+    position = unit_sphere * ball.radius
+    if body.relax and body.kind == "polytrope" and body.index > 0 and {"gravity", "pressure"} <= set(scene.effects):
+        position, velocity = _settled(scene, units, ball, problem, mass, position, s, listener)
+        position = position * np.asarray(body.axes)
+        velocity = velocity * np.asarray(body.axes) + _flow(scene, units, position)
+    else:
+        position = position * np.asarray(body.axes)
+        velocity = _flow(scene, units, position) + _rotation(scene, units, ball, mass, position)
+    if body.specific_internal_energy is not None and fluid.thermal:
+        energy = units.to_code(body.specific_internal_energy, "specific_energy")
+        return Particles(mass, position, velocity, None, np.full_like(mass, energy))
+    return Particles(mass, position, velocity, entropies(scene, units, ball, fluid, s), None)
+
+
+def _settled(
+    scene: Scene, units: CodeUnits, ball: Sphere, problem: Problem, mass: np.ndarray, position: np.ndarray,
+    s: np.ndarray, listener: Any,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    # The polytrope's own pressure, carried by a gas of exponent 5/3 at least: with the entropy rising outwards the body
+    # has a stable equilibrium also where its own index has none (n = 3 is neutral). The stretch comes afterwards.
+    star = Polytrope(scene.body.index, ball.mass, ball.radius)
+    gamma = max(star.gamma, 5.0 / 3.0)
+    entropy = star.constant * ball.density(s) ** (star.gamma - gamma)
+    still = replace(
+        problem,
+        engine=NumbaEngine(precision="float64"),
+        equation_of_state=eos.ideal(gamma),
+        effects=tuple(effect for effect in problem.effects if effect.kind in ("gravity", "pressure")),
+    )
+    spin = scene.body.rotation
+    rotation = None
+    if spin is not None:
+        ((measure, value),) = _amount(scene, units).items()
+        scale = None if spin.scale is None else units.to_code(spin.scale, "length")
+        rotation = relaxation.Rotation(measure, value, spin.axis, scale)
+    relaxed = relaxation.relax(
+        still,
+        mass,
+        position,
+        entropy,
+        target_density=lambda enclosed: ball.density(ball.profile.radius(enclosed / ball.mass)),
+        rotation=rotation,
+        listener=listener,
+    )
+    return relaxed.position, relaxed.velocity
+
+
+def _flow(scene: Scene, units: CodeUnits, position: np.ndarray) -> np.ndarray:
+    gradient = scene.body.velocity_gradient
+    if gradient is None:
+        return np.zeros_like(position)
+    return linear_velocity(position, units.to_code(np.array(gradient), "velocity_gradient"))
+
+
+def _amount(scene: Scene, units: CodeUnits) -> dict[str, float]:
+    # The one measure of the amount of rotation that a scene gives.
+    measures = {"rate": "angular_velocity", "period": "time", "angular_momentum": "angular_momentum"}
+    measures["t_over_w"] = "dimensionless"
+    given = {name: getattr(scene.body.rotation, name) for name in measures}
+    return {name: units.to_code(value, measures[name]) for name, value in given.items() if value is not None}
+
+
+def _rotation(
+    scene: Scene, units: CodeUnits, ball: Sphere | None, mass: np.ndarray, position: np.ndarray
+) -> np.ndarray:
+    spin, binding = scene.body.rotation, None
+    if spin is None:
+        return np.zeros_like(position)
+    if ball is not None and "gravity" in scene.effects:
+        semi_axes = ball.radius * np.asarray(scene.body.axes)
+        binding = profiles.ellipsoid_gravitational_energy(ball.profile, ball.mass, semi_axes)
+    scale = None if spin.scale is None else units.to_code(spin.scale, "length")
+    try:
+        return rotation_velocity(mass, position, spin.law, spin.axis, scale, binding, **_amount(scene, units))
+    except ValueError as error:
+        raise SceneError(f"[body.rotation] {error}.") from None
+
+
+def _table(scene: Scene, units: CodeUnits, fluid: Any) -> Particles:
+    body = scene.body
+    table = read_table(Path(scene.origin or ".") / body.file)
+    mass = units.to_code(table.mass, "mass")
+    position = units.to_code(table.position, "length")
+    velocity = units.to_code(table.velocity, "velocity")
+    velocity = velocity + _flow(scene, units, position) + _rotation(scene, units, None, mass, position)
+    energy = table.internal_energy
+    if energy is None and body.specific_internal_energy is not None:
+        energy = np.full_like(mass, body.specific_internal_energy)
+    if energy is not None and fluid.thermal:
+        return Particles(mass, position, velocity, None, units.to_code(energy, "specific_energy"))
+    return Particles(mass, position, velocity, entropies(scene, units, None, fluid, np.zeros_like(mass)), None)
+
+
+def _constant(scene: Scene, units: CodeUnits, ball: Sphere | None, gamma: float) -> float:
+    constant = scene.equation_of_state.constant
+    if constant != FROM_BODY:
+        return units.to_code(constant, pressure_constant_dimension(gamma))
+    if ball is None:
+        raise SceneError('[equation_of_state] constant = "from body" needs a body of known structure, not a table.')
+    centre = np.array([1e-3])
+    if scene.body.kind == "polytrope":
+        star = Polytrope(scene.body.index, ball.mass, ball.radius)
+        pressure, density = star.central_pressure, star.central_density
+    else:
+        pressure, density = float(ball.pressure(centre)[0]), float(ball.density(centre)[0])
+    return (scene.body.pressure_fraction or 1.0) * eos.polytropic_constant(density, pressure, gamma)
