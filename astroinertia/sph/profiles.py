@@ -49,20 +49,20 @@ def uniform() -> Profile:
 
 
 def power_law(exponent: float) -> Profile:
-    """Return rho ~ s^-exponent, truncated at the surface (Evrard 1988: exponent 1); ValueError unless 0 <= p < 2.5.
+    """Return rho ~ s^-exponent, truncated at the surface (Evrard 1988: exponent 1); ValueError unless 0 <= p < 3.
 
-    From 2.5 on the sphere's gravitational energy diverges.
+    From 2.5 on the gravitational energy diverges, and is -inf here.
     """
     p = float(exponent)
-    if not 0 <= p < 2.5:
-        raise ValueError(f"a power-law sphere rho ~ r^-p of finite binding energy needs 0 <= p < 2.5, not {exponent!r}")
+    if not 0 <= p < 3:
+        raise ValueError(f"a power-law sphere rho ~ r^-p of finite mass needs 0 <= p < 3, not {exponent!r}")
     return Profile(
         name=f"power_law {p!r}",
         enclosed=lambda s: np.clip(s, 0.0, 1.0) ** (3 - p),
         radius=lambda m: np.clip(m, 0.0, 1.0) ** (1 / (3 - p)),
         density=lambda s: np.where(s <= 1.0, (3 - p) / (4 * math.pi) * np.maximum(s, 1e-300) ** -p, 0.0),
         second_moment=(3 - p) / (3 * (5 - p)),
-        gravitational_energy=-(3 - p) / (5 - 2 * p),
+        gravitational_energy=-(3 - p) / (5 - 2 * p) if p < 2.5 else -math.inf,
     )
 
 

@@ -58,7 +58,7 @@ def _rate(name, value, mass, position, unit, axis, gravitational_energy) -> floa
         return 2 * math.pi / value
     if name == "angular_momentum":
         return value / float((mass @ np.cross(position, unit)) @ axis)
-    if gravitational_energy is None or not gravitational_energy < 0:
+    if gravitational_energy is None or not -math.inf < gravitational_energy < 0:
         raise ValueError("rotation t_over_w needs a self-gravitating body")
     if not value >= 0:
         raise ValueError(f"rotation t_over_w must not be negative, not {value!r}")

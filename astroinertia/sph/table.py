@@ -1,6 +1,6 @@
 """A user's own particles, from a CSV or npz file with the columns mass, x, y, z and, if wanted, vx, vy, vz and u.
 
-u is the specific internal energy. A CSV file names its columns in the first line; an npz file holds one array a column
+u is the specific internal energy, and may be called specific_internal_energy. A CSV file names its columns in the first line; an npz file holds one array a column
 (never pickled objects). Tests: tests/unit/test_initial.py.
 """
 
@@ -19,6 +19,7 @@ OPTIONAL = ("vx", "vy", "vz", "u")
 MAX_BYTES = 2**30
 MAX_PARTICLES = 10_000_000
 _MAX_LINE = 1024
+_ALIASES = {"specific_internal_energy": "u"}
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ def _csv_columns(path: Path) -> dict[str, np.ndarray]:
         with path.open(newline="", encoding="utf-8") as file:
             limited = (_short(path, number, line) for number, line in enumerate(file, 1))
             lines = csv.reader(line for line in limited if line.strip() and not line.startswith("#"))
-            names = [name.strip() for name in next(lines, [])]
+            names = [_ALIASES.get(name.strip(), name.strip()) for name in next(lines, [])]
             _check_names(path, names)
             for row in itertools.islice(lines, MAX_PARTICLES + 1):
                 if len(row) != len(names):
@@ -77,8 +78,9 @@ def _npz_columns(path: Path) -> dict[str, np.ndarray]:
             if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
                 raise SceneError(f"particle table {path} unpacks to more than {MAX_BYTES >> 20} MiB")
         with np.load(path, allow_pickle=False) as stored:
-            _check_names(path, list(stored.files))
-            return {name: np.asarray(stored[name], dtype=float) for name in stored.files}
+            names = [_ALIASES.get(name, name) for name in stored.files]
+            _check_names(path, names)
+            return {name: np.asarray(stored[file], dtype=float) for name, file in zip(names, stored.files, strict=True)}
     except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
         raise SceneError(f"particle table {path} is not an npz file of plain numbers") from error
 

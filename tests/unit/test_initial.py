@@ -194,6 +194,8 @@ def test_table_round_trip(tmp_path):
         np.testing.assert_array_equal(table.velocity, values[:, 4:7])
         np.testing.assert_array_equal(table.mass, values[:, 0])
         np.testing.assert_array_equal(table.internal_energy, values[:, 7])
+    (tmp_path / "r.csv").write_text("x,y,z,mass,specific_internal_energy\n" + "1,2,3,4,5\n" * 4)
+    assert (read_table(tmp_path / "r.csv").internal_energy == 5).all()
     (tmp_path / "q.csv").write_text("x,y,z,mass\n" + "1,2,3,4\n" * 4)
     table = read_table(tmp_path / "q.csv")
     assert table.internal_energy is None and (table.velocity == 0).all() and (table.mass == 4).all()
