@@ -13,6 +13,7 @@ from astroinertia.scene.options import effect_options
 from astroinertia.scene.problems import Problem, first_problem, place, unknown_key
 from astroinertia.scene.quantities import described
 from astroinertia.scene.source import LARGEST_FILE, decode, line_of, override, parse, read_regular_file
+from astroinertia.scene.text import with_overrides
 from astroinertia.units import shown
 
 RECORD = ("source", "overrides", "origin")  # fields of a Scene that say where it came from; no keys of a scene
@@ -35,13 +36,20 @@ def load_file(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> sc
     return _scene(text, overrides, str(file.absolute().parent), name)
 
 
-def load_text(text: str, overrides: Sequence[str] = (), origin: str | None = None) -> schema.Scene:
+def loads(text: str, overrides: Sequence[str] = (), origin: str | None = None) -> schema.Scene:
     """The scene in a TOML text. `origin` is the folder that file names in it are relative to; raises SceneError."""
     return _scene(text, overrides, origin, "the scene")
 
 
+def resolved_text(scene: schema.Scene) -> str:
+    """One TOML text that gives the scene back: its source with the overrides put in."""
+    return with_overrides(scene.source, scene.overrides)
+
+
 def _scene(text: str, overrides: Sequence[str], origin: str | None, name: str) -> schema.Scene:
     tables = override(parse(text, name), overrides)
+    if overrides:
+        parse(with_overrides(text, overrides), name)  # what a run folder keeps must be readable when it is resumed
     try:
         return _validated(tables, text, tuple(overrides), origin)
     except Problem as problem:

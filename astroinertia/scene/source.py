@@ -110,11 +110,12 @@ def override(tables: dict[str, Any], overrides: Iterable[str]) -> dict[str, Any]
         if not _KEY.fullmatch(key):
             raise SceneError(f"{said}: the key must be names joined by dots, such as body.particles.")
         path = key.split(".")
-        tables = _placed(tables, path, _value(value, said), said)
+        tables = _placed(tables, path, override_value(value, said), said)
     return tables
 
 
-def _value(text: str, said: str) -> Any:
+def override_value(text: str, said: str) -> Any:
+    """The value in a "key=value": TOML, or else plain text; SceneError for what no scene could hold."""
     if len(text.encode("utf-8", "surrogatepass")) > LONGEST_LINE or not text.isprintable():
         raise SceneError(f"{said}: the value must be one line of at most {LONGEST_LINE} printable bytes.")
     try:

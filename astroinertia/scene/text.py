@@ -1,0 +1,99 @@
+"""Scene text that is written by the program: TOML values, and a text with its overrides put in."""
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from astroinertia.errors import SceneError
+from astroinertia.scene.source import line_of, override, override_value, parse
+
+LONG = 400  # characters of a value on one line; a line of a scene may have 1 KiB, and one character up to 10 bytes
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+_WHOLE_LINE = re.compile(r"(\s*)([A-Za-z0-9_.-]+)\s*=.*")
+
+
+def toml_value(value: Any) -> str:
+    """A TOML value on one line, inline tables included; TypeError for what a scene cannot hold."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return f'"{"".join(_escaped(character) for character in value)}"'
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return repr(value)  # TOML writes nan and inf as Python does
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(toml_value(item) for item in value)}]"
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{toml_key(key)} = {toml_value(item)}' for key, item in value.items())}}}"
+    raise TypeError(f"{type(value).__name__} has no place in a scene")
+
+
+def toml_key(key: str) -> str:
+    """A key, quoted where it must be."""
+    return key if _BARE.fullmatch(key) else toml_value(key)
+
+
+def _escaped(character: str) -> str:
+    if character in '"\\':
+        return "\\" + character
+    if character.isprintable():
+        return character
+    return f"\\u{ord(character):04x}" if ord(character) < 0x10000 else f"\\U{ord(character):08x}"
+
+
+def toml_text(tables: dict[str, Any], path: tuple[str, ...] = ()) -> str:
+    """A TOML document: plain keys first, then a section for each table."""
+    plain = [f"{toml_key(key)} = {_broken(item)}" for key, item in tables.items() if not isinstance(item, dict)]
+    header = [f"[{'.'.join(toml_key(part) for part in path)}]"] if path and (plain or not tables) else []
+    sections = [toml_text(item, (*path, key)) for key, item in tables.items() if isinstance(item, dict)]
+    return "\n\n".join(part for part in ("\n".join(header + plain), *sections) if part)
+
+
+def _broken(value: Any) -> str:
+    """A value over several lines where one line would be too long to be read back."""
+    text = toml_value(value)
+    if len(text) <= LONG:
+        return text
+    if isinstance(value, str):
+        pieces = [value[start : start + LONG // 4] for start in range(0, len(value), LONG // 4)]
+        lines = [toml_value(piece)[1:-1] for piece in pieces]
+        # a backslash at the end of a line swallows the white space that begins the next
+        lines = [f"\\u0020{line[1:]}" if line.startswith(" ") else line for line in lines]
+        return '"""\\\n' + "\\\n".join(lines) + '"""'
+    if isinstance(value, list | tuple):
+        return "[\n" + ",\n".join(_broken(item) for item in value) + ",\n]"
+    return text
+
+
+def with_overrides(text: str, overrides: Sequence[str]) -> str:
+    """The text that says on its own what `text` says with its overrides; comments are kept where they can be."""
+    for item in overrides:
+        wanted = override(parse(text, "the scene"), [item])
+        key, _, said = item.partition("=")
+        path = tuple(key.strip().split("."))
+        edited = _edited(text, path, f"{toml_value(override_value(said.strip(), item))}  # --set")
+        try:
+            kept = parse(edited, "the scene") == wanted
+        except SceneError:
+            kept = False
+        # an override inside an inline table or over several lines cannot be placed by lines; then comments are lost
+        text = edited if kept else toml_text(wanted) + "\n"
+    return text
+
+
+def _edited(text: str, path: tuple[str, ...], value: str) -> str:
+    lines = text.split("\n")
+    *tables, key = path
+    at = line_of(text, path)
+    found = _WHOLE_LINE.fullmatch(lines[at - 1]) if at else None
+    if at and found and found[2].split(".")[-1] == key:
+        lines[at - 1] = f"{found[1]}{found[2]} = {value}"
+    elif not tables:
+        lines.insert(0, f"{key} = {value}")
+    elif at and re.fullmatch(rf"\s*\[\s*{re.escape('.'.join(tables))}\s*\].*", lines[at - 1]):
+        lines.insert(at, f"{key} = {value}")
+    else:
+        lines += [f"[{'.'.join(tables)}]", f"{key} = {value}", ""]
+    return "\n".join(lines)
