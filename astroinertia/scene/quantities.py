@@ -6,6 +6,7 @@ scene says `units = "code"`, a plain number. The validation context carries that
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, ValidationInfo
@@ -38,7 +39,7 @@ def dimensional(value: Any, dimension: str | Dimension, code: bool) -> float:
             raise ValueError(str(error)) from None
         return number(result)
     result = number(value)
-    if not code and dimension not in ("dimensionless",):
+    if not code and dimension != "dimensionless":
         raise ValueError(f"must have a unit: {plain_number_hint(dimension)}.")
     return result
 
@@ -69,6 +70,13 @@ def described(value: Any) -> str:
     return "a date or time"
 
 
+@dataclass(frozen=True)
+class Quantity:
+    """Marks a field type with its dimension, for whoever writes or explains scenes."""
+
+    dimension: str
+
+
 def _validator(dimension: str, sign: str) -> Callable[[Any, ValidationInfo], float]:
     def validate(value: Any, info: ValidationInfo) -> float:
         code = bool(info.context and info.context.get("code"))
@@ -77,19 +85,20 @@ def _validator(dimension: str, sign: str) -> Callable[[Any, ValidationInfo], flo
     return validate
 
 
-def _quantity_type(dimension: str, sign: str) -> Any:
-    return BeforeValidator(_validator(dimension, sign))
+_POSITIVE, _NOT_NEGATIVE, _ANY = "positive", "not negative", "any"
 
-
-Mass = Annotated[float, _quantity_type("mass", "positive")]
-Length = Annotated[float, _quantity_type("length", "positive")]
-Duration = Annotated[float, _quantity_type("time", "positive")]
-Speed = Annotated[float, _quantity_type("velocity", "positive")]
-Density = Annotated[float, _quantity_type("density", "positive")]
-AngularVelocity = Annotated[float, _quantity_type("angular_velocity", "any")]
-AngularMomentum = Annotated[float, _quantity_type("angular_momentum", "any")]
-SpecificEnergy = Annotated[float, _quantity_type("specific_energy", "not negative")]
-VelocityGradient = Annotated[float, _quantity_type("velocity_gradient", "any")]
+Mass = Annotated[float, BeforeValidator(_validator("mass", _POSITIVE)), Quantity("mass")]
+Length = Annotated[float, BeforeValidator(_validator("length", _POSITIVE)), Quantity("length")]
+Duration = Annotated[float, BeforeValidator(_validator("time", _POSITIVE)), Quantity("time")]
+Speed = Annotated[float, BeforeValidator(_validator("velocity", _POSITIVE)), Quantity("velocity")]
+Density = Annotated[float, BeforeValidator(_validator("density", _POSITIVE)), Quantity("density")]
+AngularVelocity = Annotated[float, BeforeValidator(_validator("angular_velocity", _ANY)), Quantity("angular_velocity")]
+AngularMomentum = Annotated[float, BeforeValidator(_validator("angular_momentum", _ANY)), Quantity("angular_momentum")]
+SpecificEnergy = Annotated[
+    float, BeforeValidator(_validator("specific_energy", _NOT_NEGATIVE)), Quantity("specific_energy")
+]
+VelocityGradient = Annotated[
+    float, BeforeValidator(_validator("velocity_gradient", _ANY)), Quantity("velocity_gradient")
+]
 Number = Annotated[float, BeforeValidator(number)]
 PositiveNumber = Annotated[float, BeforeValidator(lambda value: checked(number(value), "positive"))]
-Fraction = Annotated[float, BeforeValidator(lambda value: checked(number(value), "not negative"))]

@@ -14,7 +14,6 @@ from astroinertia.scene.quantities import (
     AngularVelocity,
     Density,
     Duration,
-    Fraction,
     Length,
     Mass,
     Number,

@@ -1,0 +1,158 @@
+"""A commented scene for `astroinertia new`, written from the descriptions of the schema and of the catalogue of effects.
+
+What the program explains and what it accepts cannot drift apart: every comment is the description of the field itself.
+"""
+
+import textwrap
+from typing import Any, get_args
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from astroinertia.effects.catalogue import CATALOGUE, REQUIRED, Option
+from astroinertia.scene import schema
+from astroinertia.scene.load import KINDS
+from astroinertia.scene.quantities import Quantity
+from astroinertia.scene.text import toml_value
+from astroinertia.units import EXAMPLES
+
+WIDTH = 118  # of a line
+COLUMN = 36  # where comments begin
+
+HEADER = """\
+# A scene for astroinertia. Lines that begin with # are comments, or settings with their default or an example.
+# Quantities are written with their unit, such as "1500 km", "1.4 Msun" or "33 ms".
+#     astroinertia plan FILE     says what would be run
+#     astroinertia run FILE      runs it"""
+
+# What the example sets; everything else is shown as a comment.
+SET: dict[str, dict[str, Any]] = {
+    "": {
+        "name": "rotating_star",
+        "description": "A gas sphere like a small star, turning, left to itself: it stays as it is.",
+    },
+    "body": {"kind": "polytrope", "particles": 3000, "mass": "1 Msun", "radius": "700000 km", "index": 1.5},
+    "body.rotation": {"law": "rigid", "t_over_w": 0.02},
+    "equation_of_state": {"kind": "ideal", "gamma": 5.0 / 3.0},
+    "numerics": {"engine": "numba_cpu"},
+    "time": {"end": "2 h"},
+    "output": {},
+}
+LISTED = ("gravity", "pressure", "viscosity")
+# Examples of settings that have no default and whose type alone suggests no good one.
+SUGGESTED: dict[str, Any] = {
+    "index": 1.5,
+    "exponent": 1.0,
+    "gamma": 5.0 / 3.0,
+    "file": "particles.csv",
+    "eta": 1.3,
+    "neighbours": 74.0,
+    "max_steps": 100000,
+    "series_steps": 10,
+    "pressure_fraction": 0.9,
+    "t_over_w": 0.02,
+    "entropy": "1e8 m4 kg^(-2/3) s-2",
+    "particles": 3000,
+    "units": "code",
+    "densities": ["2e14 g/cm3"],
+    "gammas": [4.0 / 3.0, 2.5],
+    "velocity_gradient": [["0 1/s", "-0.1 1/s", "0 1/s"], ["0.1 1/s", "0 1/s", "0 1/s"], ["0 1/s", "0 1/s", "0 1/s"]],
+}
+
+
+def example_text() -> str:
+    """The scene as TOML text; it loads as it stands."""
+    parts = [HEADER, _plain_keys(), *(_section(table) for table in ("body", "body.rotation", "equation_of_state"))]
+    parts += [
+        "# Effects: only those listed here are computed; an effect that is not listed does not exist for the run."
+    ]
+    parts += [_effect(kind) for kind in CATALOGUE]
+    parts += [_section(table) for table in ("numerics", "time", "output")]
+    return "\n\n".join(parts) + "\n"
+
+
+def _plain_keys() -> str:
+    fields = schema.Scene.model_fields
+    lines = [_line(name, SET[""].get(name), fields[name]) for name in ("name", "description", "model")]
+    return "\n".join([*lines, _line("units", None, fields["units"])])
+
+
+def _section(table: str) -> str:
+    given, model = SET[table], _model(table)
+    lines = [f"[{table}]"]
+    for name, field in model.model_fields.items():
+        if name == "kind":
+            lines.insert(1, _entry(f"kind = {toml_value(given[name])}", f"one of {', '.join(KINDS[table])}"))
+        elif (
+            not (isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)) and name != "rotation"
+        ):
+            lines.append(_line(name, given.get(name), field))
+    for kind, other in KINDS.get(table, {}).items():
+        own = {name: field for name, field in other.model_fields.items() if name not in model.model_fields}
+        lines += [_line(name, None, field, f"kind {kind}: ") for name, field in own.items()]
+    return "\n".join(lines)
+
+
+def _model(table: str) -> type[BaseModel]:
+    if table in KINDS:
+        return KINDS[table][SET[table]["kind"]]
+    models = {
+        "body.rotation": schema.Rotation,
+        "numerics": schema.Numerics,
+        "time": schema.TimeSpan,
+        "output": schema.Output,
+    }
+    return models[table]
+
+
+def _line(name: str, value: Any, field: FieldInfo, prefix: str = "") -> str:
+    text = f"{prefix}{field.description or ''}"
+    if value is not None:
+        return _entry(f"{name} = {toml_value(value)}", text)
+    shown = field.default if field.default is not None and not field.is_required() else _suggestion(name, field)
+    return _entry(f"# {name} = {toml_value(shown)}", text)
+
+
+def _suggestion(name: str, field: FieldInfo) -> Any:
+    if name in SUGGESTED:
+        return SUGGESTED[name]
+    found = [item for item in (*field.metadata, *_metadata(field.annotation)) if isinstance(item, Quantity)]
+    return EXAMPLES[found[0].dimension]
+
+
+def _metadata(annotation: Any) -> list[Any]:
+    own = list(getattr(annotation, "__metadata__", ()))
+    return own + [item for argument in get_args(annotation) for item in _metadata(argument)]
+
+
+def _effect(kind: str) -> str:
+    entry = CATALOGUE[kind]
+    mark = "" if kind in LISTED else "# "
+    lines = [_entry(f"{mark}[effects.{kind}]", entry.text)]
+    return "\n".join(lines + [_option(name, option) for name, option in entry.options.items()])
+
+
+def _option(name: str, option: Option) -> str:
+    value = option.default
+    if value is None or value is REQUIRED:
+        value = "" if option.dimension == "choice" else EXAMPLES.get(option.dimension, 1.0)
+        for length in reversed(option.shape):
+            value = [value] * length
+    elif option.dimension in EXAMPLES:
+        value = _with_unit(value, EXAMPLES[option.dimension].split(" ", 1)[1])
+    choices = f" ({', '.join(option.choices)})" if option.choices else ""
+    return _entry(f"# {name} = {toml_value(value)}", option.text + choices)
+
+
+def _with_unit(value: Any, unit: str) -> Any:
+    if isinstance(value, tuple | list):
+        return [_with_unit(item, unit) for item in value]
+    return f"{value:g} {unit}"
+
+
+def _entry(setting: str, comment: str) -> str:
+    """A setting with its comment beside it, or above where both do not fit on a line."""
+    beside = f"{setting:<{COLUMN}}# {comment}"
+    if len(beside) <= WIDTH and len(setting) < COLUMN:
+        return beside
+    return "\n".join([*textwrap.wrap(comment, WIDTH, initial_indent="# ", subsequent_indent="#   "), setting])

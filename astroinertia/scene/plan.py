@@ -1,0 +1,248 @@
+"""What a scene calls for, and why: plain data, worked out without importing an effect or an engine."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.scene.schema import FROM_BODY, Scene
+from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
+from astroinertia.units import DIMENSIONLESS, CodeUnits, si_unit
+
+RECORDS, SNAPSHOTS = 200, 10  # of a run that does not say how often
+
+
+@dataclass(frozen=True)
+class Line:
+    """One thing that is settled: its name, what it is, and why or what it means."""
+
+    name: str
+    value: str
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class EffectLine:
+    """One effect of the catalogue: `options` as written for a person, empty where it is not listed."""
+
+    kind: str
+    listed: bool
+    text: str
+    options: str
+    loop: str
+    source: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The whole plan, in sections of lines, with all effects, listed or not."""
+
+    name: str
+    description: str
+    sections: dict[str, tuple[Line, ...]]
+    effects: tuple[EffectLine, ...]
+
+    def text(self) -> str:
+        """The plan as plain text, for a dataset's attributes."""
+        lines = [f"{self.name}: {self.description}" if self.description else self.name]
+        for title, entries in self.sections.items():
+            lines += [f"{title}:"]
+            lines += [f"  {line.name}: {line.value}{f' ({line.why})' if line.why else ''}" for line in entries]
+        lines += ["effects:"]
+        lines += [
+            f"  {line.kind}: {line.text}{f'; {line.options}' if line.options else ''}"
+            for line in self.effects
+            if line.listed
+        ]
+        absent = [line.kind for line in self.effects if not line.listed]
+        return "\n".join([*lines, f"not listed, so absent: {', '.join(absent) or 'none'}"])
+
+
+@dataclass(frozen=True)
+class Cadence:
+    """How often a scene is written, defaults filled in; times in the scene's units, None for never."""
+
+    series_every: float | None
+    series_steps: int | None
+    snapshot_every: float
+
+
+def code_units(scene: Scene) -> CodeUnits:
+    """The units of a run: those the scene gives, or the body's mass and radius; all 1 where it is dimensionless."""
+    if scene.dimensionless:
+        return DIMENSIONLESS
+    if scene.units is None or isinstance(scene.units, str):
+        return CodeUnits(scene.body.mass, scene.body.radius)
+    return CodeUnits(scene.units.mass, scene.units.length)
+
+
+def cadence(scene: Scene) -> Cadence:
+    """When the scene is written, with 200 records and 10 snapshots a run where it does not say."""
+    asked, end = scene.output, scene.time.end
+    every = asked.series_every
+    if every is None and asked.series_steps is None:
+        every = end / RECORDS
+    return Cadence(every, asked.series_steps, end / SNAPSHOTS if asked.snapshot_every is None else asked.snapshot_every)
+
+
+def smoothing(scene: Scene) -> tuple[float, float]:
+    """eta (smoothing length over particle spacing) and the mean neighbour number that goes with it."""
+    numerics, kernel = scene.numerics, KERNELS[scene.numerics.kernel]
+    eta = kernel.eta if numerics.eta is None else numerics.eta
+    if numerics.neighbours is not None:
+        eta = eta_for_neighbours(kernel, numerics.neighbours)
+    return eta, neighbour_number(kernel, eta)
+
+
+def plan(scene: Scene) -> Plan:
+    """What will be run."""
+    sections = {
+        "body": _body(scene),
+        "equation of state": _equation_of_state(scene),
+        "numerics": _numerics(scene),
+        "time and output": _time(scene),
+    }
+    effects = tuple(
+        EffectLine(
+            kind,
+            kind in scene.effects,
+            entry.text,
+            _options(scene, kind) if kind in scene.effects else "",
+            f"over {entry.cost}",
+            entry.source,
+        )
+        for kind, entry in CATALOGUE.items()
+    )
+    return Plan(scene.name, scene.description.strip(), sections, effects)
+
+
+def _shown(scene: Scene, value: float, dimension: str) -> str:
+    unit = "" if scene.dimensionless or dimension == "dimensionless" else f" {si_unit(dimension)}"
+    return f"{value:.6g}{unit}"
+
+
+def _body(scene: Scene) -> tuple[Line, ...]:
+    body, units = scene.body, code_units(scene)
+    if body.kind == "table":
+        lines = [Line("particles", f"from the table {body.file}")]
+    else:
+        shape = {"polytrope": "index", "power_law": "exponent", "dyson": "gamma"}.get(body.kind)
+        kind = f"{body.kind.replace('_', ' ')}{f' of {shape} {getattr(body, shape):g}' if shape else ''}"
+        density = body.mass / (4.0 / 3.0 * math.pi * body.radius**3 * math.prod(body.axes))
+        fall = math.sqrt(3.0 * math.pi / (32.0 * units.gravitational_constant * density))
+        lines = [
+            Line("kind", kind, "" if body.axes == (1.0, 1.0, 1.0) else f"axes {_numbers(body.axes)}"),
+            Line("particles", f"{body.particles}", f"of {_shown(scene, body.mass / body.particles, 'mass')} each"),
+            Line("mass", _shown(scene, body.mass, "mass")),
+            Line("radius", _shown(scene, body.radius, "length")),
+            Line("mean density", _shown(scene, density, "density")),
+            Line("free-fall time", _shown(scene, fall, "time"), "of the mean density"),
+        ]
+        settles = body.relax and {"gravity", "pressure"} <= set(scene.effects)
+        why = "settled to equilibrium first" if settles else "not settled first"
+        lines.append(Line("placement", body.placement, f"seed {body.seed}, {why}"))
+    return (*lines, *_thermal(scene), *_motion(scene))
+
+
+def _thermal(scene: Scene) -> list[Line]:
+    body = scene.body
+    if body.pressure_fraction is not None:
+        return [Line("pressure", f"{body.pressure_fraction:g} of that of equilibrium")]
+    if body.specific_internal_energy is not None:
+        return [Line("internal energy", f"{_shown(scene, body.specific_internal_energy, 'specific_energy')}, uniform")]
+    return [] if body.entropy is None else [Line("entropy function", f"{body.entropy:.6g}, uniform")]
+
+
+def _motion(scene: Scene) -> list[Line]:
+    body, lines = scene.body, []
+    if body.velocity_gradient is not None:
+        lines.append(Line("velocity", "linear in position", "velocity_gradient"))
+    if body.rotation is None:
+        return [*lines, Line("rotation", "none")]
+    spin = body.rotation
+    dimensions = {
+        "rate": "angular_velocity",
+        "period": "time",
+        "angular_momentum": "angular_momentum",
+        "t_over_w": "dimensionless",
+    }
+    name = next(name for name in dimensions if getattr(spin, name) is not None)
+    value = _shown(scene, getattr(spin, name), dimensions[name])
+    return [*lines, Line("rotation", f"{spin.law}, {name} {value}", f"about {_numbers(spin.axis)}")]
+
+
+def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
+    chosen = scene.equation_of_state
+    meaning = (type(chosen).__doc__ or "").split("\n")[0].rstrip(".")
+    lines = [Line("kind", chosen.kind.replace("_", " "), meaning)]
+    dimensions = {"sound_speed": "velocity", "nuclear_density": "density", "densities": "density"}
+    for name, value in chosen:
+        if name == "kind":
+            continue
+        if value == FROM_BODY:
+            lines.append(Line(name, FROM_BODY, "worked out when the body is placed"))
+        elif isinstance(value, tuple):
+            items = [_shown(scene, item, dimensions.get(name, "dimensionless")) for item in value]
+            lines.append(Line(name, ", ".join(items)))
+        else:
+            lines.append(Line(name.replace("_", " "), _shown(scene, value, dimensions.get(name, "dimensionless"))))
+    return tuple(lines)
+
+
+def _numerics(scene: Scene) -> tuple[Line, ...]:
+    numerics, units = scene.numerics, code_units(scene)
+    eta, neighbours = smoothing(scene)
+    limits = f"courant {numerics.courant:g}, acceleration {numerics.acceleration_factor:g}, energy {numerics.energy_factor:g}"
+    if numerics.max_timestep is not None:
+        limits += f", at most {_shown(scene, numerics.max_timestep, 'time')}"
+    lines = [
+        Line("engine", numerics.engine, numerics.precision),
+        Line("kernel", numerics.kernel, f"{neighbours:.0f} neighbours, eta {eta:.4g}"),
+        Line("smoothing lengths", f"to {numerics.smoothing_tolerance:g}"),
+        Line("time step", limits),
+    ]
+    if scene.dimensionless:
+        return (*lines, Line("units", "code units", "G = 1, plain numbers at both ends"))
+    told = f"{units.mass:.6g} kg, {units.length:.6g} m, {units.time:.6g} s"
+    return (*lines, Line("code units", told, "G = 1 inside"))
+
+
+def _time(scene: Scene) -> tuple[Line, ...]:
+    written, end = cadence(scene), scene.time.end
+    lines = [Line("end", _shown(scene, end, "time"))]
+    if scene.time.max_steps is not None:
+        lines.append(Line("or after", f"{scene.time.max_steps} steps"))
+    if written.series_every is not None:
+        often = f"every {_shown(scene, written.series_every, 'time')}"
+        lines.append(Line("series", often, f"{records(end, written.series_every)} records"))
+    else:
+        lines.append(Line("series", f"every {written.series_steps} steps"))
+    often = f"every {_shown(scene, written.snapshot_every, 'time')}"
+    lines.append(Line("snapshots", often, f"{records(end, written.snapshot_every)} of all particles"))
+    return (*lines, Line("checkpoints", f"every {scene.output.checkpoint_seconds:g} s of wall time"))
+
+
+def records(end: float, every: float) -> int:
+    """How many records a run leaves at most: the first at time 0, one at each multiple, and the last at the end."""
+    parts = end / every
+    whole = round(parts)
+    return (whole if abs(parts - whole) < 1e-9 * max(1.0, parts) else math.floor(parts) + 1) + 1
+
+
+def _options(scene: Scene, kind: str) -> str:
+    known, given = CATALOGUE[kind].options, scene.effects[kind]
+    return ", ".join(
+        f"{name} {_option(scene, value, known[name].dimension)}" for name, value in given.items() if value is not None
+    )
+
+
+def _option(scene: Scene, value: Any, dimension: str) -> str:
+    if isinstance(value, str | bool):
+        return str(value).lower()
+    if isinstance(value, tuple | list):
+        return f"({', '.join(_option(scene, item, dimension) for item in value)})"
+    return _shown(scene, value, dimension)
+
+
+def _numbers(values: tuple[float, ...]) -> str:
+    return f"({', '.join(f'{value:g}' for value in values)})"
