@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 Reduction = Literal["central", "sum", "max", "outer"]
 
@@ -36,3 +36,17 @@ class PairTerm:
     pair: Callable[..., tuple]
     outputs: tuple[Output, ...]
     far: Callable[..., tuple] | None = None
+
+
+@dataclass(frozen=True)
+class Density:
+    """What an engine's density pass gives, all (N,): h with rho = m (eta/h)^3, rho, Omega and, if asked for, zeta.
+
+    grad_h = Omega = 1 + h/(3 rho) drho/dh; zeta = dh/drho sum_j m_j dphi(r, h_i)/dh, the particle itself included
+    (Price & Monaghan 2007, MNRAS 374, 1347).
+    """
+
+    smoothing_length: Any
+    density: Any
+    grad_h: Any
+    zeta: Any | None

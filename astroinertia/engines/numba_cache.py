@@ -1,0 +1,74 @@
+"""Where generated modules are kept and how they become importable.
+
+The directory holds code that is run, so it must belong to the user alone: mode 0700, and refused if somebody else owns
+it or may write to it.
+"""
+
+import atexit
+import functools
+import hashlib
+import importlib.util
+import os
+import shutil
+import stat
+import sys
+import tempfile
+from pathlib import Path
+from types import ModuleType
+
+
+def cache_directory() -> Path:
+    """$ASTROINERTIA_CACHE, or astroinertia/kernels under the user's cache; a temporary one if that is not writable.
+
+    Raises PermissionError for a directory that somebody else owns or may write to.
+    """
+    chosen = os.environ.get("ASTROINERTIA_CACHE")
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    path = Path(chosen) if chosen else Path(home) / "astroinertia" / "kernels"
+    try:
+        path.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except OSError:
+        return _temporary_directory()
+    _refuse_strangers(path)
+    return path if os.access(path, os.W_OK | os.X_OK) else _temporary_directory()
+
+
+def load_module(name: str, text: str) -> ModuleType:
+    """The module whose source is `text`; its file and its compiled code are kept for later processes."""
+    digest = hashlib.sha256(text.encode()).hexdigest()[:16]
+    return _loaded(f"{name[:100]}_{digest}", text)
+
+
+@functools.cache
+def _loaded(name: str, text: str) -> ModuleType:
+    path = cache_directory() / f"{name}.py"
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        handle, temporary = tempfile.mkstemp(suffix=".tmp", dir=path.parent)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.replace(temporary, path)
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def _refuse_strangers(path: Path) -> None:
+    if not hasattr(os, "getuid"):
+        return
+    status = path.stat()
+    if status.st_uid != os.getuid():
+        raise PermissionError(
+            f"{path} holds code to be run but belongs to another user: set ASTROINERTIA_CACHE to a directory of your own"
+        )
+    if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        raise PermissionError(f"{path} holds code to be run but others may write to it: chmod 700 it")
+
+
+@functools.cache
+def _temporary_directory() -> Path:
+    path = tempfile.mkdtemp(prefix="astroinertia-")
+    atexit.register(shutil.rmtree, path, ignore_errors=True)
+    return Path(path)

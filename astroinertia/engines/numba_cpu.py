@@ -1,0 +1,196 @@
+"""The numba engine: pair sums on the processor's cores, in loops compiled for just the terms that are asked for.
+
+Particles are sorted into the leaves of a balanced tree (engines/tree.py). A leaf gathers the particles that can reach
+it, and each of its particles sums over them in one vectorised loop. Every sum is one-sided and has a fixed order, so
+results have the same bits whatever the number of threads.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numba
+import numpy as np
+
+from astroinertia.engines import tree
+from astroinertia.engines.numba_modules import all_pairs_pass, density_pass, neighbour_pass
+from astroinertia.engines.numba_passes import VIRIAL_AXES, output_kinds, virial_effects
+from astroinertia.engines.terms import Density, PairTerm
+from astroinertia.sph.kernels import KERNELS
+
+LEAF_SIZE = 32  # most particles in a leaf
+ALL_PAIRS_SIZE = 128  # most particles in a target node of a sum over all pairs
+LISTED = 1.08  # how far h may grow before the neighbours of a particle are gathered anew
+LOOSENED = 1.3  # growth of the work in a neighbour pass at which sorting anew pays
+SHAPES = {"central": (3,), "sum": (), "max": (), "outer": (3, 3)}
+FINEST = {"float64": 1e-15, "mixed": 3e-7}  # relative steps in h below this are round-off
+
+
+@dataclass(frozen=True, eq=False)
+class Arrangement:
+    """Leaves of particles in arranged order; nodes [first, last) of their tree; the compactness they started with."""
+
+    leaves: tree.Leaves
+    first: np.ndarray
+    last: np.ndarray
+    volume: float
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Pair sums with numba; precision "float64", or "mixed": float32 pairs relative to the leaf, float64 sums."""
+
+    precision: str = "float64"
+    name = "numba_cpu"
+    xp = np
+
+    def __post_init__(self) -> None:
+        if self.precision not in FINEST:
+            raise ValueError(f"precision must be one of {', '.join(FINEST)}, not {self.precision!r}")
+
+    def arrange(self, position: Any, smoothing_length: Any) -> tuple[np.ndarray, Arrangement]:
+        """Sort particles into leaves: order (N,), and the arrangement of position[order]."""
+        position = _array(position)
+        order, leaves = tree.arrange(position, LEAF_SIZE)
+        first, last = np.zeros((2, 2 * leaves.count), np.int64)
+        for level in range(leaves.depth + 1):
+            edges = leaves.start[:: 1 << (leaves.depth - level)]
+            first[1 << level : 2 << level], last[1 << level : 2 << level] = edges[:-1], edges[1:]
+        volume = _expanded_volume(leaves, position[order], _array(smoothing_length)[order])
+        return order, Arrangement(leaves, first, last, volume)
+
+    def stale(self, arrangement: Arrangement, position: Any, smoothing_length: Any) -> bool:
+        """Whether the leaves have loosened so much that arranging particles anew pays."""
+        volume = _expanded_volume(arrangement.leaves, _array(position), _array(smoothing_length))
+        return not volume <= LOOSENED * arrangement.volume
+
+    def density(
+        self,
+        arrangement: Arrangement,
+        kernel: str,
+        position: Any,
+        mass: Any,
+        guess: Any,
+        eta: float,
+        tolerance: float,
+        softening: bool = False,
+    ) -> Density:
+        """Smoothing lengths such that rho = m (eta/h)^3 to a relative tolerance in h, from a guess (N,).
+
+        Raises ValueError if guess or mass is not positive, or if no smoothing length can hold enough particles.
+        """
+        position, mass, guess = _array(position), _array(mass), _array(guess)
+        module, function = density_pass(kernel, self.precision, softening)
+        if np.min(guess, initial=1.0) <= 0.0 or np.min(mass, initial=1.0) <= 0.0:
+            raise ValueError("masses and the first guess of smoothing lengths must be positive")
+        if mass.sum() * KERNELS[kernel].w(np, 0.0) <= mass.max() * eta**3:
+            raise ValueError(f"{len(mass)} particles are too few for a smoothing length of {eta:g} (m/rho)^(1/3)")
+        leaves = arrangement.leaves
+        lo, hi = tree.boxes(leaves, position)
+        results = np.empty((4, len(mass)))
+        threads = numba.get_num_threads()
+        function(
+            threads, np.zeros(1, np.int64), position, mass, guess, KERNELS[kernel].support, float(eta),
+            max(float(tolerance), FINEST[self.precision]), LISTED, lo, hi, np.zeros(len(mass)),
+            np.zeros(2 * leaves.count), tree.largest(leaves, guess), leaves.start, *results,
+        )  # fmt: skip
+        return Density(results[0], results[1], results[2], results[3] if softening else None)
+
+    def neighbour_sums(
+        self, arrangement: Arrangement, kernel: str, terms: Sequence[PairTerm], fields: dict, virial: bool = False
+    ) -> dict[str, dict[str, np.ndarray]]:
+        """Sums over pairs closer than the larger of their two supports: {effect: {output: array}}."""
+        if not terms:
+            return {}
+        _, function, names = neighbour_pass(kernel, tuple(terms), self.precision, virial)
+        leaves = arrangement.leaves
+        position, mass, smoothing_length = _fields(fields)
+        reach = KERNELS[kernel].support * smoothing_length
+        lo, hi = tree.boxes(leaves, position)
+        results, arrays = _results(terms, virial, len(mass), leaves.count)
+        function(
+            numba.get_num_threads(), np.zeros(1, np.int64), position, mass, smoothing_length, KERNELS[kernel].support,
+            reach, lo, hi, tree.largest(leaves, reach), leaves.start, *_named(fields, names, len(mass)), *arrays,
+        )  # fmt: skip
+        return _finished(results)
+
+    def all_pair_sums(
+        self, arrangement: Arrangement, kernel: str, terms: Sequence[PairTerm], fields: dict, virial: bool = False
+    ) -> dict[str, dict[str, np.ndarray]]:
+        """Sums over all pairs; pairs beyond both supports go through the terms' far forms."""
+        if not terms:
+            return {}
+        _, function, names, distant = all_pairs_pass(kernel, tuple(terms), self.precision, virial)
+        leaves = arrangement.leaves
+        position, mass, smoothing_length = _fields(fields)
+        reach = KERNELS[kernel].support * smoothing_length if distant else np.full(len(mass), np.inf)
+        level = leaves.depth
+        while level > 0 and -(-len(mass) >> (level - 1)) <= ALL_PAIRS_SIZE:
+            level -= 1
+        lo, hi = tree.boxes(leaves, position)
+        results, arrays = _results(terms, virial, len(mass), 1 << level)
+        function(
+            numba.get_num_threads(), np.zeros(1, np.int64), position, mass, smoothing_length, KERNELS[kernel].support,
+            reach, lo, hi, tree.largest(leaves, reach), arrangement.first, arrangement.last, level,
+            *_named(fields, names, len(mass)), *arrays,
+        )  # fmt: skip
+        return _finished(results)
+
+    def source(
+        self, kernel: str, terms: Sequence[PairTerm], all_pairs: bool = False, virial: bool = False
+    ) -> ModuleType:
+        """The generated module that carries the terms: what is compiled, and nothing else."""
+        make = all_pairs_pass if all_pairs else neighbour_pass
+        return make(kernel, tuple(terms), self.precision, virial)[0]
+
+
+def _array(values: Any) -> np.ndarray:
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _fields(fields: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return _array(fields["position"]), _array(fields["mass"]), _array(fields["smoothing_length"])
+
+
+def _named(fields: dict, names: Sequence[str], count: int) -> list[np.ndarray]:
+    arrays = []
+    for label in names:
+        kind, _, name = label.partition("_")
+        if name not in fields:
+            raise ValueError(f"a pair term asks for the field {name}, which is not among {', '.join(sorted(fields))}")
+        shape = (count, 3) if kind == "vector" else (count,)
+        arrays.append(_array(np.broadcast_to(np.asarray(fields[name], dtype=np.float64), shape)))
+    return arrays
+
+
+def _results(
+    terms: Sequence[PairTerm], virial: bool, count: int, leaves: int
+) -> tuple[dict[str, dict[str, np.ndarray]], list[np.ndarray]]:
+    results: dict[str, dict[str, np.ndarray]] = {}
+    for (effect, name), how in output_kinds(terms).items():
+        results.setdefault(effect, {})[name] = np.zeros((count, *SHAPES[how]))
+    arrays = [results[effect][name] for effect, name in output_kinds(terms)]
+    for effect in virial_effects(terms) if virial else ():
+        results[effect]["virial"] = np.zeros((leaves, len(VIRIAL_AXES)))
+        arrays.append(results[effect]["virial"])
+    return results, arrays
+
+
+def _finished(results: dict[str, dict[str, np.ndarray]]) -> dict[str, dict[str, np.ndarray]]:
+    # Leaves are added up in their order, whichever thread did them.
+    for outputs in results.values():
+        if "virial" in outputs:
+            tensor = np.empty((3, 3))
+            for (a, b), total in zip(VIRIAL_AXES, outputs["virial"].sum(axis=0), strict=True):
+                tensor[a, b] = tensor[b, a] = total
+            outputs["virial"] = tensor
+    return results
+
+
+def _expanded_volume(leaves: tree.Leaves, position: np.ndarray, smoothing_length: np.ndarray) -> float:
+    """Mean over leaves of the volume of the box widened by two smoothing lengths all round, in units of h^3."""
+    lo, hi = tree.boxes(leaves, position)
+    h = tree.largest(leaves, smoothing_length)[leaves.count :]
+    sides = (hi - lo)[leaves.count :] / h[:, None] + 4.0
+    return float(np.mean(sides[:, 0] * sides[:, 1] * sides[:, 2]))

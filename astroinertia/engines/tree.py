@@ -1,0 +1,156 @@
+"""A balanced binary tree over particles: how both engines sort particles into compact leaves.
+
+The tree is an implicit heap with nodes 1 ... 2L-1 (row 0 of node arrays is unused): the root is 1, the children of
+node k are 2k and 2k+1, and leaf l is node L + l, with L = 2^depth leaves. Particles are stored leaf after leaf, so that
+every node is a contiguous range of particles. Leaf sizes differ by at most one. Only the order and `Leaves` are fixed
+by the particles; boxes are refitted to wherever the particles are now.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, prange
+
+
+@dataclass(frozen=True)
+class Leaves:
+    """The leaves of a balanced tree: leaf l holds particles start[l] to start[l+1]-1 of the arranged order.
+
+    start: (L+1,) int64; depth: L = 2^depth.
+    """
+
+    start: np.ndarray
+    depth: int
+
+    @property
+    def count(self) -> int:
+        """Number of leaves."""
+        return len(self.start) - 1
+
+
+def balanced_leaves(particles: int, leaf_size: int) -> Leaves:
+    """Leaves of at most leaf_size (and at least about half as many) particles: the fewest levels that allow it."""
+    if particles < 1 or leaf_size < 1:
+        raise ValueError(f"a tree needs particles and a leaf size of at least 1, not {particles} and {leaf_size}")
+    depth = 0
+    while -(-particles >> depth) > leaf_size:  # ceiling of particles / 2^depth
+        depth += 1
+    return Leaves((np.arange(2**depth + 1, dtype=np.int64) * particles) >> depth, depth)
+
+
+def arrange(position: np.ndarray, leaf_size: int) -> tuple[np.ndarray, Leaves]:
+    """Sort particles into leaves by median splits along the longest side of each node's box.
+
+    position (N, 3). Returns order (N,) int64, such that position[order] is leaf after leaf, and the leaves. The order is
+    a function of the positions alone, whatever the number of threads. NaN positions are carried along.
+    """
+    position = np.ascontiguousarray(position, dtype=np.float64)
+    if position.ndim != 2 or position.shape[1] != 3:
+        raise ValueError(f"positions must have shape (N, 3), not {position.shape}")
+    leaves = balanced_leaves(len(position), leaf_size)
+    order = np.arange(len(position), dtype=np.int64)
+    _split_levels(position, order, leaves.depth)
+    return order, leaves
+
+
+def boxes(leaves: Leaves, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Bounding boxes of all nodes, position (N, 3) in arranged order: (lo, hi), each (2L, 3); NaN spreads upward."""
+    lo = np.empty((2 * leaves.count, 3))
+    hi = np.empty((2 * leaves.count, 3))
+    _fit_boxes(leaves.start, np.ascontiguousarray(position, dtype=np.float64), lo, hi)
+    return lo, hi
+
+
+def largest(leaves: Leaves, values: np.ndarray) -> np.ndarray:
+    """Largest of a per-particle value (N,), in arranged order, in every node: (2L,); NaN spreads upward."""
+    result = np.empty(2 * leaves.count)
+    _fit_largest(leaves.start, np.ascontiguousarray(values, dtype=np.float64), result)
+    return result
+
+
+@njit(cache=True)
+def _select(key, item, middle):
+    # Hoare's selection: afterwards key[:middle] <= key[middle:]. NaN compares false, which stops both scans.
+    left, right = 0, len(key) - 1
+    while left < right:
+        a, b, c = key[left], key[(left + right) // 2], key[right]
+        pivot = max(min(a, b), min(max(a, b), c))
+        i, j = left, right
+        while i <= j:
+            while i < right and key[i] < pivot:
+                i += 1
+            while j > left and pivot < key[j]:
+                j -= 1
+            if i <= j:
+                key[i], key[j] = key[j], key[i]
+                item[i], item[j] = item[j], item[i]
+                i += 1
+                j -= 1
+        if middle <= j:
+            right = j
+        elif middle >= i:
+            left = i
+        else:
+            return
+
+
+@njit(cache=True)
+def _split_node(position, order, first, middle, last):
+    axis, longest = 0, -1.0
+    for a in range(3):
+        low = high = position[order[first], a]
+        for k in range(first + 1, last):
+            x = position[order[k], a]
+            low = min(low, x)
+            high = max(high, x)
+        if high - low > longest:
+            axis, longest = a, high - low
+    key = np.empty(last - first)
+    for k in range(first, last):
+        key[k - first] = position[order[k], axis]
+    _select(key, order[first:last], middle - first)
+
+
+@njit(cache=True, parallel=True)
+def _split_levels(position, order, depth):
+    particles = len(order)
+    for level in range(depth):
+        for k in prange(1 << level):
+            node = np.int64(k)
+            first = (node * particles) >> level
+            middle = ((2 * node + 1) * particles) >> (level + 1)
+            last = ((node + 1) * particles) >> level
+            _split_node(position, order, first, middle, last)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _fit_boxes(start, position, lo, hi):
+    count = len(start) - 1
+    lo[0] = hi[0] = 0.0
+    for k in prange(count):
+        leaf = np.int64(k)
+        for a in range(3):
+            low, high = np.inf, -np.inf
+            for j in range(start[leaf], start[leaf + 1]):
+                low = np.minimum(low, position[j, a])
+                high = np.maximum(high, position[j, a])
+            lo[count + leaf, a] = low
+            hi[count + leaf, a] = high
+    for node in range(count - 1, 0, -1):
+        for a in range(3):
+            lo[node, a] = np.minimum(lo[2 * node, a], lo[2 * node + 1, a])
+            hi[node, a] = np.maximum(hi[2 * node, a], hi[2 * node + 1, a])
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _fit_largest(start, values, result):
+    count = len(start) - 1
+    result[0] = 0.0
+    for k in prange(count):
+        leaf = np.int64(k)
+        value = -np.inf
+        for j in range(start[leaf], start[leaf + 1]):
+            value = np.maximum(value, values[j])
+        result[count + leaf] = value
+    for node in range(count - 1, 0, -1):
+        result[node] = np.maximum(result[2 * node], result[2 * node + 1])
