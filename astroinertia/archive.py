@@ -1,0 +1,302 @@
+"""A run folder: sealed segments of output and one checkpoint, consistent after a crash at any instant.
+
+    manifest.json            what belongs to the run, with the sha256 of every file; replaced as a whole
+    segment-000001.npz ...   headline records and snapshots, in code units
+    checkpoint-000002.npz    the state from which the run goes on, after so many segments
+    <name>.nc                the final dataset, written once (astroinertia.dataset)
+    lock                     held by the one process that writes
+
+A file exists for the run only once the manifest lists it, and the manifest is replaced atomically: that is the whole
+of the crash safety. One file held open for appending is not an option: HDF5 loses it on kill -9.
+"""
+
+import fcntl
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from astroinertia.errors import ArchiveError
+from astroinertia.sealed import TEMPORARY, check, read_arrays, sync_folder, write_arrays, write_json, write_whole
+
+MANIFEST = "manifest.json"
+LOCK = "lock"
+FORMAT = "astroinertia-run"
+VERSION = 1
+_SEALED = re.compile(r"(segment|checkpoint)-\d+\.npz")
+
+
+class Archive:
+    """A run folder. `create` and `open` take it for writing (one process at a time), `view` only reads it."""
+
+    def __init__(self, folder: Path, manifest: dict[str, Any], lock: Any) -> None:
+        self.folder = folder
+        self._manifest = manifest
+        self._lock = lock
+
+    @classmethod
+    def create(cls, folder: Path | str, metadata: Mapping[str, Any]) -> Self:
+        """Start a run in a folder that holds none yet (made if it is not there).
+
+        metadata: plain data (JSON) that describes the run; `name` is required and names the final file. Raises
+        ArchiveError if the folder holds another run or its result, is in use, or cannot be written.
+        """
+        folder = Path(folder)
+        final_name(metadata)
+        try:
+            described: dict[str, Any] = json.loads(json.dumps(dict(metadata)))
+        except TypeError as error:
+            raise ArchiveError(f"the metadata of a run must be plain data: {error}.") from error
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ArchiveError(f"the run folder {folder} cannot be made: {error.strerror or error}.") from error
+        lock = _locked(folder)
+        try:
+            _refuse_if_taken(folder, metadata)
+            archive = cls(folder, {}, lock)
+            archive._commit(_empty_manifest(described))
+        except BaseException:
+            lock.close()
+            raise
+        return archive
+
+    @classmethod
+    def open(cls, folder: Path | str) -> Self:
+        """Go on with the run in a folder, at its last checkpoint: what was written after it is dropped.
+
+        Raises ArchiveError if there is no run, another process is writing it, or a listed file is missing or damaged
+        (the file is named).
+        """
+        folder = Path(folder)
+        _read_manifest(folder)  # before the lock, so that a folder that holds no run stays as it is
+        lock = _locked(folder)
+        try:
+            archive = cls(folder, _read_manifest(folder), lock)
+            archive._return_to_checkpoint()
+            archive.verify()
+        except BaseException:
+            lock.close()
+            raise
+        return archive
+
+    @classmethod
+    def view(cls, folder: Path | str) -> Self:
+        """Read a run folder, also while another process writes it; takes no lock and changes nothing."""
+        folder = Path(folder)
+        return cls(folder, _read_manifest(folder), None)
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """What `create` was given."""
+        return self._manifest["metadata"]
+
+    @property
+    def segments(self) -> int:
+        """Number of sealed segments."""
+        return len(self._manifest["segments"])
+
+    @property
+    def finished(self) -> Path | None:
+        """The final file, if it is there and holds all there is."""
+        final = self._manifest["final"]
+        if final is None or final["segments"] != self.segments:
+            return None
+        path = self.folder / final["file"]
+        return path if path.exists() else None
+
+    def write_segment(self, records: Sequence[Mapping[str, Any]], snapshots: Sequence[Mapping[str, Any]] = ()) -> None:
+        """Seal headline records and snapshots, each a mapping of names to arrays or numbers; nothing if both are empty.
+
+        Every record of a segment has the same names and shapes (so have the snapshots, among themselves).
+        """
+        if not records and not snapshots:
+            return
+        arrays = {f"series/{name}": array for name, array in _stacked(records, "record").items()}
+        arrays |= {f"snapshot/{name}": array for name, array in _stacked(snapshots, "snapshot").items()}
+        entry = self._write("segment", arrays, {})
+        entry |= {"records": len(records), "snapshots": len(snapshots)}
+        if snapshots:
+            entry["layout"] = {name: list(np.shape(value)) for name, value in snapshots[0].items()}
+        self._commit({**self._manifest, "segments": [*self._manifest["segments"], entry]})
+
+    def write_checkpoint(self, arrays: Mapping[str, Any], scalars: Mapping[str, Any]) -> None:
+        """Replace the checkpoint: the state after all segments written so far. Every bit of the arrays survives."""
+        before = self._manifest["checkpoint"]
+        entry = self._write("checkpoint", arrays, scalars) | {"segments": self.segments}
+        self._commit({**self._manifest, "checkpoint": entry})
+        if before is not None:
+            (self.folder / before["file"]).unlink(missing_ok=True)
+
+    def read_checkpoint(self) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
+        """Arrays and scalars of the last checkpoint, None before the first; ArchiveError if it is damaged."""
+        entry = self._manifest["checkpoint"]
+        return None if entry is None else read_arrays(self.folder / entry["file"], entry["sha256"])
+
+    def read_segments(self) -> Iterator[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
+        """Headline and snapshot arrays of each segment in turn, the output number leading; checked against the hashes."""
+        for entry in self._manifest["segments"]:
+            arrays, _ = read_arrays(self.folder / entry["file"], entry["sha256"])
+            yield _part(arrays, "series/"), _part(arrays, "snapshot/")
+
+    def snapshot_layout(self) -> tuple[int, dict[str, tuple[int, ...]]]:
+        """Number of snapshots and the shape of each quantity in the first of them, without reading any."""
+        listed = [entry for entry in self._manifest["segments"] if entry["snapshots"]]
+        layout = listed[0]["layout"] if listed else {}
+        return sum(entry["snapshots"] for entry in listed), {name: tuple(shape) for name, shape in layout.items()}
+
+    def verify(self) -> None:
+        """Raise ArchiveError, naming the file, if any segment or the checkpoint is missing or damaged."""
+        checkpoint = self._manifest["checkpoint"]
+        for entry in [*self._manifest["segments"], *([] if checkpoint is None else [checkpoint])]:
+            check(self.folder / entry["file"], entry["sha256"])
+
+    def finish(self, fill: Callable[[Path], None]) -> Path:
+        """Let `fill` write the final file, seal it as <name>.nc and return its path. Segments and checkpoint stay."""
+        path = self.folder / final_name(self.metadata)
+        self._must_be_writable()
+        digest = write_whole(path, fill)
+        self._commit({**self._manifest, "final": {"file": path.name, "sha256": digest, "segments": self.segments}})
+        return path
+
+    def close(self) -> None:
+        """Let go of the folder."""
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _write(self, kind: str, arrays: Mapping[str, Any], scalars: Mapping[str, Any]) -> dict[str, Any]:
+        self._must_be_writable()
+        # The serial number never goes back, so that no reader of an older manifest finds other contents under a name.
+        self._manifest["serial"] += 1
+        name = f"{kind}-{self._manifest['serial']:06d}.npz"
+        return {"file": name, "sha256": write_arrays(self.folder / name, arrays, scalars)}
+
+    def _commit(self, manifest: dict[str, Any]) -> None:
+        self._must_be_writable()
+        write_json(self.folder / MANIFEST, manifest)
+        self._manifest = manifest  # only now: where the disk refuses, this object still agrees with it
+
+    def _must_be_writable(self) -> None:
+        if self._lock is None:
+            raise ArchiveError(f"the run folder {self.folder} is open for reading only, or closed.")
+
+    def _return_to_checkpoint(self) -> None:
+        checkpoint = self._manifest["checkpoint"]
+        kept = 0 if checkpoint is None else checkpoint["segments"]
+        if self.segments > kept:
+            # First forgotten, then removed: a crash in between leaves strays, not gaps.
+            self._commit({**self._manifest, "segments": self._manifest["segments"][:kept], "final": None})
+        self._sweep()
+
+    def _sweep(self) -> None:
+        checkpoint = self._manifest["checkpoint"]
+        listed = {entry["file"] for entry in self._manifest["segments"]} | (
+            {checkpoint["file"]} if checkpoint else set()
+        )
+        whole = (MANIFEST, final_name(self.metadata))
+        strays = [
+            path
+            for path in self.folder.iterdir()
+            if (_SEALED.fullmatch(stem := path.name.removesuffix(TEMPORARY)) and path.name not in listed)
+            or (path.name.endswith(TEMPORARY) and stem in whole)
+        ]
+        for path in strays:
+            path.unlink(missing_ok=True)
+        if strays:
+            sync_folder(self.folder)
+
+
+def final_name(metadata: Mapping[str, Any]) -> str:
+    """File name of the final dataset; ArchiveError if the metadata has no usable `name`."""
+    name = metadata.get("name")
+    if not isinstance(name, str) or not name.strip():
+        raise ArchiveError("the metadata of a run needs a 'name', which names its final file.")
+    return re.sub(r"[^\w.+-]+", "_", name.strip()).lstrip(".")[:100] + ".nc"
+
+
+def _empty_manifest(metadata: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "metadata": metadata,
+        "serial": 0,
+        "segments": [],
+        "checkpoint": None,
+        "final": None,
+    }
+
+
+def _read_manifest(folder: Path) -> dict[str, Any]:
+    path = folder / MANIFEST
+    try:
+        manifest = json.loads(path.read_bytes())
+    except (FileNotFoundError, NotADirectoryError):
+        raise ArchiveError(f"{folder} holds no run (it has no {MANIFEST}).") from None
+    except OSError as error:
+        raise ArchiveError(f"{path} cannot be read: {error.strerror or error}.") from error
+    except ValueError as error:
+        raise ArchiveError(f"{path} is damaged: it is not JSON ({error}).") from error
+    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT or "version" not in manifest:
+        raise ArchiveError(f"{path} does not describe a run of this package.")
+    if manifest["version"] > VERSION:
+        raise ArchiveError(
+            f"{folder} was written in format {manifest['version']} of a newer version; this one reads up to {VERSION}."
+        )
+    return manifest
+
+
+def _locked(folder: Path) -> Any:
+    path = folder / LOCK
+    try:
+        lock = open(path, "ab")  # noqa: SIM115  it stays open as long as the archive
+    except OSError as error:
+        raise ArchiveError(f"the run folder {folder} cannot be written: {error.strerror or error}.") from error
+    try:
+        # The kernel lets go of it when the process ends, however it ends.
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        lock.close()
+        raise ArchiveError(f"another process is writing the run folder {folder}; wait for it or stop it.") from None
+    return lock
+
+
+def _refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
+    if (folder / MANIFEST).exists():
+        other = _read_manifest(folder)["metadata"].get("name", "?")
+        raise ArchiveError(f"{folder} already holds the run '{other}'; resume it, or choose another folder.")
+    if any(_SEALED.fullmatch(path.name) for path in folder.iterdir()):
+        raise ArchiveError(f"{folder} holds segments of a run whose {MANIFEST} is gone; choose another folder.")
+    result = folder / final_name(metadata)
+    if result.exists():
+        raise ArchiveError(f"{folder} already holds a result, {result.name}; choose another folder.")
+
+
+def _stacked(records: Sequence[Mapping[str, Any]], what: str) -> dict[str, np.ndarray]:
+    if not records:
+        return {}
+    names = set(records[0])
+    for record in records[1:]:
+        if set(record) != names:
+            raise ArchiveError(f"the {what}s of a segment differ in what they hold: {sorted(names ^ set(record))}.")
+    stacked = {}
+    for name in records[0]:
+        values = [np.asarray(record[name]) for record in records]
+        shapes = {value.shape for value in values}
+        if len(shapes) > 1:
+            raise ArchiveError(f"'{name}' changes its shape from one {what} to the next: {sorted(shapes)}.")
+        stacked[name] = np.stack(values)
+    return stacked
+
+
+def _part(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}

@@ -1,0 +1,141 @@
+"""Files that are either whole or absent: written aside, synced to disk, renamed, and known by their hash."""
+
+import hashlib
+import io
+import json
+import os
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from astroinertia.errors import ArchiveError
+
+TEMPORARY = ".tmp"
+_CHUNK = 1 << 20
+_ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)  # a fixed date, so that the same arrays give the same bytes
+_SCALARS = "scalars.json"
+
+
+def write_whole(path: Path, fill: Callable[[Path], None]) -> str:
+    """Let `fill` write a file under a temporary name, sync it, give it its name, sync the folder; returns its sha256.
+
+    After a crash at any instant `path` is what it was before or what it is now, never half of it. Raises ArchiveError
+    when the system refuses (no space, no permission); nothing is left behind then.
+    """
+    aside = path.with_name(path.name + TEMPORARY)
+    try:
+        fill(aside)
+        with open(aside, "rb") as written:
+            os.fsync(written.fileno())
+        digest = sha256(aside)
+        os.replace(aside, path)
+        sync_folder(path.parent)
+    except OSError as error:
+        _discard(aside)
+        raise ArchiveError(f"{path} cannot be written: {error.strerror or error}.") from error
+    except BaseException:
+        _discard(aside)
+        raise
+    return digest
+
+
+def sync_folder(folder: Path) -> None:
+    """Make renames and removals in a folder durable."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def sha256(path: Path) -> str:
+    """Hash of a file's contents, as hexadecimal text."""
+    digest = hashlib.sha256()
+    with open(path, "rb") as file:
+        while block := file.read(_CHUNK):
+            digest.update(block)
+    return digest.hexdigest()
+
+
+def write_json(path: Path, content: Any) -> str:
+    """Write JSON whole; floats survive bit for bit (the shortest text that reads back the same)."""
+    text = json.dumps(content, indent=1, allow_nan=True) + "\n"
+    return write_whole(path, lambda aside: _write_bytes(aside, text.encode()))
+
+
+def write_arrays(path: Path, arrays: Mapping[str, Any], scalars: Mapping[str, Any] | None = None) -> str:
+    """Write arrays (npz, no pickle, uncompressed) and plain scalars as one whole file; returns its sha256.
+
+    Any dtype but objects; every bit survives. Scalars are text, truth values, whole numbers, floats, None, and lists
+    and dicts of these. Raises ArchiveError for anything else.
+    """
+    for name, array in arrays.items():
+        if np.asarray(array).dtype.hasobject:
+            raise ArchiveError(f"'{name}' holds Python objects, which are not archived; give numbers or text.")
+    try:
+        listing = json.dumps({name: _plain(value) for name, value in (scalars or {}).items()})
+    except TypeError as error:
+        raise ArchiveError(f"a scalar cannot be archived: {error}.") from error
+
+    def fill(aside: Path) -> None:
+        with zipfile.ZipFile(aside, "w", zipfile.ZIP_STORED, allowZip64=True) as bundle:
+            for name, array in arrays.items():
+                with bundle.open(zipfile.ZipInfo(f"{name}.npy", _ZIP_EPOCH), "w", force_zip64=True) as member:
+                    _write_array(member, np.asarray(array))
+            bundle.writestr(zipfile.ZipInfo(_SCALARS, _ZIP_EPOCH), listing)
+
+    return write_whole(path, fill)
+
+
+def read_arrays(path: Path, digest: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Arrays and scalars of a file that has this sha256; ArchiveError, naming the file, if it is missing or differs."""
+    check(path, digest)
+    arrays, scalars = {}, {}
+    with zipfile.ZipFile(path) as bundle:
+        for member in bundle.namelist():
+            content = bundle.read(member)
+            if member == _SCALARS:
+                scalars = json.loads(content)
+            else:
+                arrays[member.removesuffix(".npy")] = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
+    return arrays, scalars
+
+
+def check(path: Path, digest: str) -> None:
+    """Raise ArchiveError, naming the file, unless it is there and has this sha256."""
+    try:
+        found = sha256(path)
+    except FileNotFoundError:
+        raise ArchiveError(f"{path} is missing, but the manifest beside it lists it.") from None
+    except OSError as error:
+        raise ArchiveError(f"{path} cannot be read: {error.strerror or error}.") from error
+    if found != digest:
+        raise ArchiveError(
+            f"{path} is damaged: its sha256 is {found[:12]}..., but {digest[:12]}... was recorded when it was written."
+        )
+
+
+def _write_array(member: Any, array: np.ndarray) -> None:
+    np.lib.format.write_array(member, np.asanyarray(array, order="C"), allow_pickle=False)
+
+
+def _write_bytes(path: Path, content: bytes) -> None:
+    file: BinaryIO
+    with open(path, "wb") as file:
+        file.write(content)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic) or (hasattr(value, "item") and getattr(value, "ndim", None) == 0):
+        return value.item()
+    return value
+
+
+def _discard(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError:
+        pass  # the first error is the one to tell; leftovers are swept when the folder is opened next

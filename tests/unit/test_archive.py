@@ -1,0 +1,342 @@
+"""Run folders: what survives a crash, a damaged file and a second writer."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from astroinertia.archive import MANIFEST, Archive
+from astroinertia.errors import ArchiveError
+from astroinertia.sealed import TEMPORARY, read_arrays, write_arrays
+
+METADATA = {"name": "star", "scene": "name = 'star'\n", "effects": ["gravity"]}
+
+
+def record(number: int) -> dict:
+    generator = np.random.default_rng(number)
+    return {"time": 0.1 * number, "inertia_tensor": generator.normal(size=(3, 3)), "step": number}
+
+
+def snapshot(number: int) -> dict:
+    return {"time": 0.1 * number, "position": np.random.default_rng(number).normal(size=(20, 3))}
+
+
+def state(number: int) -> dict:
+    return {
+        "position": np.random.default_rng(1000 + number).normal(size=(50, 3)),
+        ".rates['a'].value": np.array(number),
+    }
+
+
+def write_on(archive: Archive, until: int) -> None:
+    """Two records a segment, a checkpoint every other segment, as a run does; goes on from the checkpoint."""
+    stored = archive.read_checkpoint()
+    number = 0 if stored is None else stored[1]["number"]
+    while number < until:
+        archive.write_segment([record(number), record(number + 1)], [snapshot(number)])
+        number += 2
+        if number % 4 == 0:
+            archive.write_checkpoint(state(number), {"number": number})
+
+
+def assert_consistent(folder: Path) -> int:
+    """The folder opens at its checkpoint with exactly the outputs before it; returns how many those are."""
+    with Archive.open(folder) as archive:
+        stored = archive.read_checkpoint()
+        outputs = 0 if stored is None else stored[1]["number"]
+        if stored is not None:
+            np.testing.assert_array_equal(stored[0]["position"], state(outputs)["position"])
+        series = [part["inertia_tensor"] for part, _ in archive.read_segments()]
+        expected = [record(number)["inertia_tensor"] for number in range(outputs)]
+        np.testing.assert_array_equal(np.concatenate(series) if series else np.empty(0), np.array(expected))
+        positions = [part["position"] for _, part in archive.read_segments()]
+        expected = [snapshot(number)["position"] for number in range(0, outputs, 2)]
+        np.testing.assert_array_equal(np.concatenate(positions) if positions else np.empty(0), np.array(expected))
+        listed = {entry["file"] for entry in archive._manifest["segments"]}
+    found = {path.name for path in folder.iterdir() if path.name.startswith("segment")}
+    assert found == listed, "segments are left over or missing"
+    assert not list(folder.glob(f"*{TEMPORARY}"))
+    return outputs
+
+
+CRASHER = """
+    import os, sys
+    sys.path[:0] = sys.argv[1].split(os.pathsep)
+    from pathlib import Path
+    from test_archive import Archive, METADATA, write_on
+
+    calls, fatal = 0, 0
+
+    def dying(function):
+        def call(*arguments, **options):
+            global calls
+            calls += 1
+            if calls == fatal:
+                os._exit(9)  # nothing is flushed, no handler runs: to the files it is kill -9
+            return function(*arguments, **options)
+        return call
+
+    os.replace, os.fsync, os.unlink = dying(os.replace), dying(os.fsync), dying(os.unlink)
+    Path.unlink = dying(Path.unlink)
+    for fatal in range(1, 200):
+        child = os.fork()
+        if child == 0:
+            folder = Path(sys.argv[2]) / str(fatal)
+            with Archive.create(folder, METADATA) as archive:
+                write_on(archive, 6)
+            with Archive.open(folder) as archive:
+                write_on(archive, 8)
+                archive.finish(lambda aside: aside.write_bytes(b"final"))
+            os._exit(0)
+        if os.waitpid(child, 0)[1] == 0:
+            break
+    print(fatal - 1)
+"""
+
+
+def run_script(script: str, *arguments: str) -> subprocess.Popen:
+    search = os.pathsep.join([str(Path(__file__).parent), str(Path(__file__).parents[2])])
+    command = [sys.executable, "-c", textwrap.dedent(script), search, *arguments]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def test_a_crash_at_every_system_call_leaves_a_consistent_folder(tmp_path):
+    output, errors = run_script(CRASHER, str(tmp_path)).communicate(timeout=120)
+    crashes = int(output or -1)
+    assert crashes > 40, errors
+    reached = set()
+    for fatal in range(1, crashes + 1):
+        folder = tmp_path / str(fatal)
+        if (folder / MANIFEST).exists():
+            reached.add(assert_consistent(folder))
+            with Archive.open(folder) as archive:
+                write_on(archive, 8)
+            assert assert_consistent(folder) == 8
+        else:  # it died before the run began: the folder can be used
+            Archive.create(folder, METADATA).close()
+    assert reached == {0, 4, 8}
+
+
+WRITER = """
+    import os, sys
+    sys.path[:0] = sys.argv[1].split(os.pathsep)
+    from test_archive import Archive, METADATA, MANIFEST, write_on
+    from pathlib import Path
+    folder = Path(sys.argv[2])
+    archive = Archive.open(folder) if (folder / MANIFEST).exists() else Archive.create(folder, METADATA)
+    print("writing", flush=True)
+    write_on(archive, 10**6)
+"""
+
+
+def test_kill_9_at_random_instants_leaves_a_consistent_folder_that_goes_on(tmp_path):
+    instants = random.Random(5)
+    outputs = []
+    for _ in range(8):
+        writer = run_script(WRITER, str(tmp_path))
+        assert writer.stdout is not None
+        assert writer.stdout.readline() == "writing\n", writer.communicate()[1]
+        time.sleep(instants.uniform(0.0, 0.15))
+        writer.send_signal(signal.SIGKILL)
+        writer.communicate()
+        outputs.append(assert_consistent(tmp_path))
+    assert sorted(outputs) == outputs and outputs[-1] > 0
+
+
+def test_checkpoints_return_every_bit(tmp_path):
+    generator = np.random.default_rng(1)
+    bits = generator.integers(0, 2**64, 1000, dtype=np.uint64).view(np.float64)  # NaNs with payloads, subnormals
+    arrays = {
+        "bits": bits,
+        "zero": np.array(-0.0),
+        "plain.name['x']/y": np.arange(6).reshape(2, 3),
+        "single": np.float32([1.1, np.inf]),
+        "flags": np.array([True, False]),
+        "empty": np.empty((0, 3)),
+        "fortran": np.asfortranarray(generator.normal(size=(3, 4))),
+    }
+    scalars = {"time": 0.1 + 0.2, "step": 2**70, "none": None, "tiny": 5e-324, "nan": float("nan"), "name": "é"}
+    with Archive.create(tmp_path, METADATA) as archive:
+        archive.write_checkpoint(arrays, {**scalars, "numpy": np.float64(1 / 3)})
+    with Archive.open(tmp_path) as archive:
+        stored = archive.read_checkpoint()
+    assert stored is not None
+    for name, array in arrays.items():
+        assert stored[0][name].dtype == array.dtype and stored[0][name].shape == array.shape
+        assert stored[0][name].tobytes() == array.tobytes(), name
+    assert stored[1].pop("numpy") == 1 / 3
+    assert np.isnan(stored[1].pop("nan")) and scalars.pop("nan")
+    assert stored[1] == scalars
+
+
+def test_a_checkpoint_replaces_the_one_before(tmp_path):
+    with Archive.create(tmp_path, METADATA) as archive:
+        assert archive.read_checkpoint() is None
+        for number in range(3):
+            archive.write_checkpoint(state(number), {"number": number})
+        stored = archive.read_checkpoint()
+    assert stored is not None and stored[1] == {"number": 2}
+    assert len(list(tmp_path.glob("checkpoint-*"))) == 1
+
+
+@pytest.mark.parametrize("kind", ["segment", "checkpoint"])
+def test_a_damaged_file_is_named(tmp_path, kind):
+    with Archive.create(tmp_path, METADATA) as archive:
+        write_on(archive, 8)
+    path = sorted(tmp_path.glob(f"{kind}-*.npz"))[0]
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(ArchiveError, match=rf"{path.name} is damaged"):
+        Archive.open(tmp_path)
+    with pytest.raises(ArchiveError, match=rf"{path.name} is damaged"):
+        Archive.view(tmp_path).verify()
+    path.unlink()
+    with pytest.raises(ArchiveError, match=rf"{path.name} is missing"):
+        Archive.open(tmp_path)
+    Archive.view(tmp_path)  # the lock was let go of, and what is whole can be read
+    assert json.loads((tmp_path / MANIFEST).read_text())["checkpoint"]["segments"] == 4
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", '{"format": "other"}', "\x00\xff"])
+def test_a_damaged_manifest_is_named(tmp_path, content):
+    (tmp_path / MANIFEST).write_text(content)
+    for refuse in (Archive.open, Archive.view, lambda folder: Archive.create(folder, METADATA)):
+        with pytest.raises(ArchiveError, match=MANIFEST):
+            refuse(tmp_path)
+
+
+def test_a_newer_format_is_refused(tmp_path):
+    Archive.create(tmp_path, METADATA).close()
+    text = (tmp_path / MANIFEST).read_text().replace('"version": 1', '"version": 2')
+    (tmp_path / MANIFEST).write_text(text)
+    with pytest.raises(ArchiveError, match="newer version"):
+        Archive.view(tmp_path)
+
+
+def test_a_folder_with_another_run_is_refused_and_stays_as_it_was(tmp_path):
+    with Archive.create(tmp_path, METADATA) as archive:
+        write_on(archive, 4)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(ArchiveError, match="already holds the run 'star'"):
+        Archive.create(tmp_path, {**METADATA, "name": "other"})
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_folder_with_a_result_or_with_orphaned_segments_is_refused(tmp_path):
+    (tmp_path / "star.nc").write_text("a result")
+    with pytest.raises(ArchiveError, match=r"already holds a result, star\.nc"):
+        Archive.create(tmp_path, METADATA)
+    with Archive.create(tmp_path / "b", METADATA) as archive:
+        write_on(archive, 4)
+    (tmp_path / "b" / MANIFEST).unlink()
+    with pytest.raises(ArchiveError, match="is gone"):
+        Archive.create(tmp_path / "b", METADATA)
+    assert len(list((tmp_path / "b").glob("segment-*"))) == 2
+
+
+def test_two_writers_on_one_folder_are_refused(tmp_path):
+    with Archive.create(tmp_path, METADATA) as archive:
+        write_on(archive, 4)
+        with pytest.raises(ArchiveError, match="another process"):
+            Archive.open(tmp_path)
+        assert Archive.view(tmp_path).segments == 2  # reading goes on
+    writer = run_script(WRITER, str(tmp_path))
+    assert writer.stdout is not None and writer.stdout.readline() == "writing\n"
+    try:
+        with pytest.raises(ArchiveError, match="another process"):
+            Archive.open(tmp_path)
+    finally:
+        writer.kill()
+        writer.communicate()
+    Archive.open(tmp_path).close()
+
+
+def test_a_folder_read_only_by_view_or_closed_cannot_be_written(tmp_path):
+    archive = Archive.create(tmp_path, METADATA)
+    archive.close()
+    for closed in (archive, Archive.view(tmp_path)):
+        with pytest.raises(ArchiveError, match="reading only"):
+            closed.write_segment([record(0)])
+        with pytest.raises(ArchiveError, match="reading only"):
+            closed.write_checkpoint(state(0), {})
+    assert not list(tmp_path.glob("*.npz"))
+
+
+def test_a_disk_that_refuses_leaves_what_is_there(tmp_path, monkeypatch):
+    with Archive.create(tmp_path, METADATA) as archive:
+        write_on(archive, 4)
+
+        def full(*_):
+            raise OSError(28, "No space left on device")
+
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "fsync", full)
+            with pytest.raises(ArchiveError, match="No space left on device"):
+                archive.write_segment([record(4)])
+        assert archive.segments == 2
+        archive.write_segment([record(4), record(5)], [snapshot(4)])
+        assert archive.segments == 3
+    assert_consistent(tmp_path)
+
+
+def test_places_that_cannot_hold_a_run_are_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ArchiveError, match="cannot be made"):
+        Archive.create(tmp_path / "file", METADATA)
+    with pytest.raises(ArchiveError, match="holds no run"):
+        Archive.open(tmp_path / "file")
+    with pytest.raises(ArchiveError, match="holds no run"):
+        Archive.view(tmp_path / "nowhere")
+    assert not (tmp_path / "nowhere").exists()
+    with pytest.raises(ArchiveError, match="'name'"):
+        Archive.create(tmp_path / "new", {})
+    with pytest.raises(ArchiveError, match="plain data"):
+        Archive.create(tmp_path / "new", {"name": "x", "effects": {1, 2}})
+
+
+def test_outputs_that_do_not_fit_together_are_refused(tmp_path):
+    with Archive.create(tmp_path, METADATA) as archive:
+        with pytest.raises(ArchiveError, match="'inertia_tensor' changes its shape"):
+            archive.write_segment([record(0), {**record(1), "inertia_tensor": np.eye(2)}])
+        with pytest.raises(ArchiveError, match="differ in what they hold"):
+            archive.write_segment([record(0), {**record(1), "more": 1.0}])
+        with pytest.raises(ArchiveError, match="Python objects"):
+            archive.write_checkpoint({"bad": np.array([{}])}, {})
+        with pytest.raises(ArchiveError, match="cannot be archived"):
+            archive.write_checkpoint({}, {"bad": {1, 2}})
+        assert archive.segments == 0
+
+
+def test_the_final_file_is_sealed_and_known(tmp_path):
+    with Archive.create(tmp_path, {**METADATA, "name": "../odd name"}) as archive:
+        write_on(archive, 4)
+        assert archive.finished is None
+        path = archive.finish(lambda aside: aside.write_bytes(b"final"))
+        assert path == tmp_path / "_odd_name.nc" and path.read_bytes() == b"final"
+        assert archive.finished == path
+        write_on(archive, 8)
+        assert archive.finished is None  # it lacks the newest outputs
+        with pytest.raises(ValueError, match="halfway"):
+            archive.finish(_fail)
+        assert path.read_bytes() == b"final" and not list(tmp_path.glob("*.tmp"))
+
+
+def _fail(aside: Path) -> None:
+    aside.write_bytes(b"half")
+    raise ValueError("halfway")
+
+
+def test_the_same_arrays_give_the_same_file(tmp_path):
+    digests = {write_arrays(tmp_path / name, state(1), {"a": 1.5}) for name in ("one", "two")}
+    assert len(digests) == 1
+    arrays, scalars = read_arrays(tmp_path / "one", digests.pop())
+    assert scalars == {"a": 1.5} and set(arrays) == set(state(1))
