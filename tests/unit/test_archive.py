@@ -191,7 +191,7 @@ def test_a_checkpoint_replaces_the_one_before(tmp_path):
 def test_a_damaged_file_is_named(tmp_path, kind):
     with Archive.create(tmp_path, METADATA) as archive:
         write_on(archive, 8)
-    path = sorted(tmp_path.glob(f"{kind}-*.npz"))[0]
+    path = min(tmp_path.glob(f"{kind}-*.npz"))
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
     path.write_bytes(content)
