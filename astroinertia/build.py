@@ -1,5 +1,6 @@
 """From a validated scene to a problem in code units: the one place where all parts are put together."""
 
+import importlib
 import platform
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -63,7 +64,7 @@ def prepare(scene: Scene) -> Prepared:
 def restore(archive: Archive) -> Prepared:
     """A run at its last checkpoint."""
     told = archive.metadata
-    scene = load.load_text(told["scene"], told["overrides"], told["origin"])
+    scene = load.loads(told["scene"], origin=told["origin"])
     units = code_units(scene)
     problem, _ = problem_of(scene, units)
     stored = archive.read_checkpoint()
@@ -113,13 +114,7 @@ def problem_of(scene: Scene, units: CodeUnits) -> tuple[Problem, start.Sphere | 
 
 def engine_of(name: str, precision: str) -> Any:
     """The engine of that name, importing no other."""
-    if name == "xla":
-        from astroinertia.engines.xla import XlaEngine
-
-        return XlaEngine(precision=precision)
-    from astroinertia.engines.numba_cpu import NumbaEngine
-
-    return NumbaEngine(precision=precision)
+    return importlib.import_module(f"astroinertia.engines.{name}").Engine(precision=precision)
 
 
 def effects_of(scene: Scene, units: CodeUnits) -> tuple[Any, ...]:
@@ -162,7 +157,7 @@ def metadata(scene: Scene) -> dict[str, Any]:
     return {
         "name": scene.name,
         "description": scene.description,
-        "scene": scene.source,
+        "scene": load.resolved_text(scene),
         "origin": scene.origin,
         "overrides": list(scene.overrides),
         "dimensionless": scene.dimensionless,

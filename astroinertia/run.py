@@ -14,7 +14,6 @@ import numpy as np
 from astroinertia.archive import Archive
 from astroinertia.build import Prepared, metadata, prepare, restore
 from astroinertia.errors import NumericalError, RunInterrupted
-from astroinertia.integrate.leapfrog import State
 from astroinertia.models import sph
 from astroinertia.models.checkpoint import flattened
 from astroinertia.models.series import energy_budget, ledger_closure, series_record, snapshot_record

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.bodies.polytrope import Polytrope
-from astroinertia.engines.numba_cpu import NumbaEngine
+from astroinertia.engines import numba_cpu
 from astroinertia.errors import SceneError
 from astroinertia.models import relaxation
 from astroinertia.models.sph import Problem
@@ -144,7 +144,7 @@ def _settled(
     entropy = star.constant * ball.density(s) ** (star.gamma - gamma)
     still = replace(
         problem,
-        engine=NumbaEngine(precision="float64"),
+        engine=numba_cpu.Engine(precision="float64"),
         equation_of_state=eos.ideal(gamma),
         effects=tuple(effect for effect in problem.effects if effect.kind in ("gravity", "pressure")),
     )

@@ -14,7 +14,7 @@ from astroinertia.scene import load
 
 def prepared(text: str, *settings: str) -> Prepared:
     """The problem and the first state of a scene given as TOML text, with `--set`-style overrides."""
-    return prepare(load.load_text(text, settings))
+    return prepare(load.loads(text, settings))
 
 
 def evolve(

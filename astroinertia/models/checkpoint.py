@@ -17,4 +17,6 @@ def flattened(state: State) -> dict[str, np.ndarray]:
 def unflattened(like: State, arrays: dict[str, np.ndarray], xp: Any) -> State:
     """The state of which `arrays` are the leaves; `like` has the same structure."""
     paths, structure = jax.tree_util.tree_flatten_with_path(like)
-    return jax.tree_util.tree_unflatten(structure, [xp.asarray(arrays[jax.tree_util.keystr(path)]) for path, _ in paths])
+    return jax.tree_util.tree_unflatten(
+        structure, [xp.asarray(arrays[jax.tree_util.keystr(path)]) for path, _ in paths]
+    )

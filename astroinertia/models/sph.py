@@ -57,7 +57,7 @@ def initial_state(
 
     Entropies are given, or follow from specific internal energies and the densities found.
     """
-    engine, xp, eos = problem.engine, problem.engine.xp, problem.equation_of_state
+    xp, eos = problem.engine.xp, problem.equation_of_state
     mass, position, velocity = xp.asarray(mass), xp.asarray(position), xp.asarray(velocity)
     count = mass.shape[0]
     spread = float(((position - position.mean(axis=0)) ** 2).sum(axis=1).mean()) ** 0.5

@@ -1,0 +1,117 @@
+"""What every scene conserves and accounts for, over a thousand steps, whatever it lists."""
+
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+import pytest
+
+from astroinertia.build import prepare
+from astroinertia.integrate.leapfrog import State
+from astroinertia.models import sph
+from astroinertia.models.series import energy_budget, series_record
+from astroinertia.scene import load
+from tests.evolve import prepared
+
+SIMS = sorted((Path(__file__).parent.parent.parent / "sims").glob("*.toml"))
+STEPS = 1000
+
+
+def run_steps(path: Path, steps: int, particles: int, engine: str) -> dict[str, Any]:
+    """Evolve a scene for so many steps; the figures of its books, and the largest values on the way."""
+    settings = [f"body.particles={particles}", f"numerics.engine={engine}", "numerics.precision=float64"]
+    start = prepare(load.load_file(path, settings))
+    problem, state, arrangement = start.problem, start.state, start.arrangement
+    first = series_record(problem, arrangement, state, None)
+    advance = jax.jit(sph.step) if engine == "xla" else sph.step
+    largest_momentum = 0.0
+    mismatch = first["virial_mismatch"]
+    record = first
+    for number in range(1, steps + 1):
+        if number % 16 == 1 or problem.engine.stale(arrangement, state.position, state.smoothing_length):
+            state, arrangement = sph.rearranged(problem, state)
+        state = advance(problem, arrangement, state, state.rates.timestep)
+        speed = np.linalg.norm(np.asarray(state.velocity), axis=1)
+        largest_momentum = max(largest_momentum, float(np.asarray(state.mass) @ speed))
+        if number % (steps // 5) == 0:
+            record = series_record(problem, arrangement, state, first["potential_energy"])
+            mismatch = np.maximum(mismatch, record["virial_mismatch"])
+    names = list(problem.effect_names)
+    outside = [
+        effect.kind for effect in problem.effects if effect.external or effect.kind in ("damping",)
+    ]
+    energy = abs(first["total_energy"])
+    lost = sum(record["work"][names.index(kind)] + record["heating"][names.index(kind)] for kind in outside)
+    accounted = record["total_energy"] - first["total_energy"] - lost - record["integration_energy_error"]
+    inertia = np.linalg.norm(record["inertia_tensor_evolved"] - record["inertia_tensor"])
+    return {
+        "effects": names,
+        "closure": record["ledger_closure"],
+        "closure_now": inertia / np.linalg.norm(record["inertia_tensor"]),
+        "energy_account": abs(accounted) / max(energy, record["kinetic_energy"]),
+        "mismatch": dict(zip(names, mismatch, strict=True)),
+        "momentum": np.linalg.norm(record["momentum"] - first["momentum"]) / largest_momentum,
+        "spin": np.linalg.norm(record["angular_momentum"] - first["angular_momentum"])
+        / max(np.linalg.norm(first["angular_momentum"]), 1e-300),
+        "internal": not outside,
+        "viscous": "viscosity" in names,
+    }
+
+
+@pytest.mark.parametrize("path", SIMS, ids=lambda path: path.stem)
+def test_the_books_of_every_scene_close(path: Path) -> None:
+    """Ledger against direct sums, each effect's virial tensor by two routes, energy, momentum and spin."""
+    figures = run_steps(path, STEPS, 300, "numba_cpu")
+    assert figures["closure"] <= 1e-12, figures
+    assert figures["closure_now"] <= 1e-11, figures
+    assert max(figures["mismatch"].values()) <= 1e-11, figures
+    assert figures["energy_account"] <= 1e-11, figures
+    if figures["internal"]:
+        assert figures["momentum"] <= 1e-13, figures
+        assert figures["spin"] <= 1e-11, figures
+
+
+SMOOTH = """
+name = "smooth"
+units = "code"
+[body]
+kind = "polytrope"
+index = 1.0
+particles = 200
+mass = 1.0
+radius = 1.0
+relax = false
+axes = [1.05, 1.0, 0.95]
+[body.rotation]
+rate = 0.3
+[equation_of_state]
+kind = "ideal"
+gamma = 2.0
+[effects.gravity]
+[effects.pressure]
+[numerics]
+smoothing_tolerance = 1e-12
+kernel = "wendland_c4"
+[time]
+end = 1.0
+"""
+
+
+def largest_energy_error(factor: float) -> float:
+    """The largest relative energy error on the way to t = 1 with time-step factors scaled by `factor`."""
+    start = prepared(SMOOTH, f"numerics.courant={0.4 * factor}", f"numerics.acceleration_factor={0.4 * factor}")
+    problem, state, arrangement = start.problem, start.state, start.arrangement
+    opening = energy_budget(problem, state)["total"]
+    worst = 0.0
+    state, arrangement = sph.rearranged(problem, state)
+    while float(state.time) < 1.0:
+        state: State = sph.step(problem, arrangement, state, state.rates.timestep)
+        worst = max(worst, abs(energy_budget(problem, state)["total"] / opening - 1))
+    return worst
+
+
+def test_the_energy_error_falls_with_the_square_of_the_step() -> None:
+    errors = [largest_energy_error(2.0**-k) for k in range(5)]
+    orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert np.all(np.abs(orders[-2:] - 2.0) <= 0.1), (errors, orders)
