@@ -1,0 +1,79 @@
+# Everything that is run by name. The environment in .venv is made, and made anew when the project's needs change.
+#
+#   make demo         a star collapses: runs/pulsar_collapse with a netCDF file and pictures
+#   make test         all tests but the long ones (under 20 minutes on two cores)
+#   make test-quick   the quick ones (under 3 minutes)
+#   make test-full    the long ones, hours in all; can be stopped and goes on where it was; results in tests/results
+#   make bench        the benchmarks
+#   make lint         format, lint, types, import order
+#   make venv         only the environment
+
+SHELL := /bin/bash
+.DELETE_ON_ERROR:
+.PHONY: help demo test test-quick test-full bench lint venv clean
+
+VENV := .venv
+RUN := $(VENV)/bin/python
+NEEDS := pyproject.toml .ci/constraints.txt
+WORKERS ?= 2
+
+# Compiled code is kept between runs, inside the checkout: a fresh clone is then a fresh start.
+export JAX_COMPILATION_CACHE_DIR ?= $(CURDIR)/.cache/jax
+export JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS ?= 0.3
+export NUMBA_CACHE_DIR ?= $(CURDIR)/.cache/numba
+export ASTROINERTIA_CACHE ?= $(CURDIR)/.cache/astroinertia
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+# The first Python that is 3.11 or newer.
+PYTHON ?= $(shell for each in python3 python3.14 python3.13 python3.12 python3.11; do \
+	$$each -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$each && break; done)
+
+help:
+	@sed -n 's/^#   //p' Makefile
+
+$(VENV)/made: $(NEEDS)
+	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed." >&2; exit 1; }
+	@rm -rf $(VENV)
+	$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+# Only what is asked for is installed: running needs less than testing.
+$(VENV)/run: $(VENV)/made
+	$(RUN) -m pip install -q -c .ci/constraints.txt -e .
+	@touch $@
+
+$(VENV)/test: $(VENV)/made
+	$(RUN) -m pip install -q -c .ci/constraints.txt -e '.[test]'
+	@touch $@ $(VENV)/run
+
+$(VENV)/lint: $(VENV)/made
+	$(RUN) -m pip install -q -c .ci/constraints.txt -e '.[lint]'
+	@touch $@ $(VENV)/run
+
+venv: $(VENV)/test
+
+demo: $(VENV)/run
+	@if [ -e runs/pulsar_collapse/manifest.json ]; then $(RUN) -m astroinertia.cli resume runs/pulsar_collapse; \
+	else $(RUN) -m astroinertia.cli run sims/pulsar_collapse.toml --output runs/pulsar_collapse; fi
+	@$(RUN) -m astroinertia.cli show runs/pulsar_collapse
+
+test: $(VENV)/test
+	$(RUN) -m pytest -m "not full" -n $(WORKERS) --dist loadfile
+
+test-quick: $(VENV)/test
+	$(RUN) -m pytest -m "quick and not full" -n $(WORKERS) --dist loadfile
+
+test-full: $(VENV)/test
+	$(RUN) -m pytest -m full
+
+bench: $(VENV)/run
+	@for each in tests/benchmarks/*.py; do echo "$$each"; $(RUN) $$each || exit 1; done
+
+lint: $(VENV)/lint
+	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/pyright
+	$(VENV)/bin/lint-imports
+
+clean:
+	rm -rf $(VENV) .cache build dist

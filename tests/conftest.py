@@ -1,0 +1,36 @@
+"""What all tests share: which of them are quick, and how the long ones keep their results."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.full_results import FullResult, is_done
+
+HERE = Path(__file__).parent
+
+
+def pytest_addoption(parser):
+    parser.addoption("--again", action="store_true", help="run long tests that have passed before, too")
+
+
+def pytest_collection_modifyitems(config, items):
+    for item in items:
+        folders = item.path.relative_to(HERE).parts
+        if folders[0] == "unit" and not any(item.get_closest_marker(name) for name in ("slow", "full")):
+            item.add_marker(pytest.mark.quick)
+        if item.get_closest_marker("full") and not config.getoption("--again") and is_done(item):
+            item.add_marker(pytest.mark.skip(reason="passed before with the same inputs; --again repeats it"))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    report = yield
+    if report.when == "call" and item.get_closest_marker("full"):
+        item.stash.setdefault(FullResult.KEY, FullResult(item)).write(report)
+    return report
+
+
+@pytest.fixture
+def result(request):
+    """The record of a long test: call it with the figures that the test found; they are kept in tests/results."""
+    return request.node.stash.setdefault(FullResult.KEY, FullResult(request.node))
