@@ -1,4 +1,4 @@
-"""Pair sums the plain way: every pair of particles in one array, as a reference that shares nothing with the engines."""
+"""Pair sums the plain way: every pair of particles in one array, a reference apart from the engines."""
 
 import inspect
 from types import SimpleNamespace
@@ -22,7 +22,7 @@ def _arguments(function, scalars, fields):
 
 
 def pair_sums(terms, fields, kernel, all_pairs=False, virial=False, scale=False):
-    """{effect: {output: array}} of pair terms, as an engine gives it; with `scale`, also the sums of |m_j q| per output.
+    """{effect: {output: array}} of pair terms, as an engine gives it; with `scale`, also the sums of |m_j q|.
 
     fields as for an engine, in any floating type (np.longdouble for a reference beyond float64).
     """
@@ -92,7 +92,7 @@ def density(kernel, position, mass, eta, softening=True):
 
 
 class BruteEngine:
-    """An engine made of the sums above, for a few hundred particles and for tests that must not share an engine's code."""
+    """An engine made of the sums above, for a few hundred particles."""
 
     name, xp, precision = "brute", np, "float64"
 

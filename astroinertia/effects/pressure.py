@@ -21,7 +21,8 @@ PRESSURE = PairTerm("pressure", pressure_pair, (Output("acceleration", "central"
 class Pressure(Effect):
     """a_i = -sum_j m_j [P_i/(Omega_i rho_i^2) dW_i + P_j/(Omega_j rho_j^2) dW_j] rhat.
 
-    Springel & Hernquist 2002, eq. 18. It follows from the Lagrangian with u(rho, A): its potential is the internal energy, which the model keeps.
+    Springel & Hernquist (2002, MNRAS 333, 649), eq. 18. It follows from the Lagrangian with u(rho, A): its potential is
+    the internal energy, which the model keeps.
     """
 
     kind: ClassVar[str] = "pressure"

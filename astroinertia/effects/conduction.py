@@ -1,0 +1,54 @@
+"""Artificial conduction, which gives jumps of thermal energy the width that the particles can resolve."""
+
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import jax
+
+from astroinertia.effects.effect import Effect
+from astroinertia.engines.terms import Output, PairTerm
+
+
+def relative_velocity_pair(xp, v_r, dW_i, dW_j, density_i, density_j, conduction_energy_i, conduction_energy_j):
+    flow = xp.abs(v_r) * (conduction_energy_i - conduction_energy_j)
+    return (flow * (dW_i + dW_j) / (density_i + density_j),)
+
+
+def pressure_jump_pair(
+    xp, dW_i, dW_j, density_i, density_j, pressure_i, pressure_j, conduction_energy_i, conduction_energy_j
+):
+    jump = 2.0 * xp.abs(pressure_i - pressure_j) / (density_i + density_j)
+    # The square root has no derivative at 0, where there is no flow.
+    speed = xp.where(jump > 0.0, xp.sqrt(xp.where(jump > 0.0, jump, 1.0)), 0.0)
+    return (speed * (conduction_energy_i - conduction_energy_j) * (dW_i + dW_j) / (density_i + density_j),)
+
+
+RELATIVE_VELOCITY = PairTerm("conduction", relative_velocity_pair, (Output("heating", "sum"),))
+PRESSURE_JUMP = PairTerm("conduction", pressure_jump_pair, (Output("heating", "sum"),))
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Conduction(Effect):
+    """du_i/dt = sum_j m_j coefficient v_sig (u_i - u_j) (dW_i + dW_j)/2 / [rho], antisymmetric: sum m u is kept.
+
+    u is the thermal energy, without the part on the cold curve. signal "relative_velocity": v_sig = |v_r| (Wadsley,
+    Veeravalli & Couchman 2008, MNRAS 387, 427; Price et al. 2018, PASA 35, e031, eq. 43), which leaves a star at rest
+    alone although its thermal energy has a gradient. "pressure_jump": sqrt(|P_i - P_j|/[rho]) (Price 2008, JCP 227,
+    10040, eq. 37), for contact discontinuities; with gravity it would conduct in equilibrium.
+    """
+
+    coefficient: Any = 1.0
+    signal: str = field(default="relative_velocity", metadata={"static": True})
+
+    kind: ClassVar[str] = "conduction"
+
+    @property
+    def neighbour_terms(self):
+        return (RELATIVE_VELOCITY,) if self.signal == "relative_velocity" else (PRESSURE_JUMP,)
+
+    def fields(self, xp, fluid):
+        fields = {"density": fluid.density, "conduction_energy": self.coefficient * fluid.thermal_energy}
+        if self.signal == "pressure_jump":
+            fields["pressure"] = fluid.pressure
+        return fields

@@ -1,0 +1,108 @@
+"""A given gravitational field that the body moves in."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import jax
+
+from astroinertia.effects.effect import Effect, moments
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class ExternalField(Effect):
+    """The sum of those fields that are given, about the origin o, with d = x - o:
+
+        uniform         a = g                              potential -g.d
+        quadratic       a = -A d                           d.A.d/2, A symmetric
+        logarithmic     a = -v^2 d/(d^2 + core^2)          v^2/2 ln(d^2 + core^2)
+        point mass      a = -M d/(d^2 + softening^2)^1.5   -M/sqrt(d^2 + softening^2)
+
+    Binney & Tremaine (2008), Galactic Dynamics, sections 2.2.2 and 2.3.2.
+    """
+
+    uniform: Any = None
+    quadratic: Any = None
+    circular_speed: Any = None
+    core: Any = None
+    point_mass: Any = None
+    softening: Any = None
+    origin: Any = (0.0, 0.0, 0.0)
+
+    kind: ClassVar[str] = "external_field"
+    external: ClassVar[bool] = True
+
+    @classmethod
+    def from_options(cls, options):
+        given = {name for name, value in options.items() if value is not None}
+        if not given & {"uniform", "quadratic", "circular_speed", "point_mass"}:
+            raise ValueError("effect external_field needs one of uniform, quadratic, circular_speed and point_mass")
+        for one, other in (("circular_speed", "core"), ("point_mass", "softening")):
+            if len(given & {one, other}) == 1:
+                raise ValueError(f"effect external_field needs both {one} and {other}, or neither")
+        matrix = options["quadratic"]
+        if matrix is not None and any(matrix[i][j] != matrix[j][i] for i in range(3) for j in range(i)):
+            raise ValueError("effect external_field: the quadratic matrix must be symmetric")
+        return cls(**options)
+
+    def separation(self, xp, fluid):
+        return fluid.position - xp.asarray(self.origin)
+
+    def central_weights(self, xp, separation):
+        """w of the parts a = -w d of the logarithmic field and of the point mass, one (N,) for each that is given."""
+        squared = xp.sum(separation**2, axis=1)
+        weights = []
+        if self.circular_speed is not None:
+            weights.append(self.circular_speed**2 / (squared + self.core**2))
+        if self.point_mass is not None:
+            weights.append(self.point_mass * (squared + self.softening**2) ** -1.5)
+        return weights
+
+    def acceleration(self, xp, fluid):
+        separation = self.separation(xp, fluid)
+        total = xp.zeros_like(separation)
+        if self.uniform is not None:
+            total = total + xp.asarray(self.uniform)
+        if self.quadratic is not None:
+            total = total - separation @ xp.asarray(self.quadratic).T
+        for weight in self.central_weights(xp, separation):
+            total = total - weight[:, None] * separation
+        return total
+
+    def potential_energy(self, xp, fluid):
+        separation = self.separation(xp, fluid)
+        squared = xp.sum(separation**2, axis=1)
+        energy = xp.zeros(())
+        if self.uniform is not None:
+            energy = energy - fluid.mass @ (separation @ xp.asarray(self.uniform))
+        if self.quadratic is not None:
+            energy = energy + 0.5 * fluid.mass @ xp.sum(separation * (separation @ xp.asarray(self.quadratic)), axis=1)
+        if self.circular_speed is not None:
+            energy = energy + 0.5 * self.circular_speed**2 * fluid.mass @ xp.log(squared + self.core**2)
+        if self.point_mass is not None:
+            energy = energy - self.point_mass * fluid.mass @ (squared + self.softening**2) ** -0.5
+        return energy
+
+    def virial(self, xp, fluid):
+        """-Q A of the quadratic field; the others by the parallel axis through the origin of the field.
+
+        V = -sum m w d (x) d + (o - c) (x) F, c the centre of mass. A uniform field has no moment.
+        """
+        tensor = xp.zeros((3, 3))
+        if self.quadratic is not None:
+            tensor = tensor - moments(fluid)[0] @ xp.asarray(self.quadratic)
+        separation = self.separation(xp, fluid)
+        for weight in self.central_weights(xp, separation):
+            weighted = (fluid.mass * weight)[:, None] * separation
+            force = -xp.sum(weighted, axis=0)
+            tensor = tensor - weighted.T @ separation + xp.outer(xp.asarray(self.origin) - fluid.centre, force)
+        return tensor
+
+    def timestep(self, xp, fluid):
+        """The shortest of the times over which the fields turn a free particle: 1/frequency."""
+        squared_frequencies = [xp.max(weight) for weight in self.central_weights(xp, self.separation(xp, fluid))]
+        if self.quadratic is not None:
+            squared_frequencies.append(xp.sqrt(xp.sum(xp.asarray(self.quadratic) ** 2)))
+        if not squared_frequencies:
+            return None
+        return 1.0 / xp.sqrt(xp.max(xp.stack(squared_frequencies)) + 1e-60)

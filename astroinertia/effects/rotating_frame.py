@@ -1,0 +1,63 @@
+"""The inertial forces of a rotating frame."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import jax
+
+from astroinertia.effects.effect import Effect, angular_velocity_matrix, moments
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class RotatingFrame(Effect):
+    """a = -Omega x (Omega x x) - dOmega/dt x x - 2 Omega x v about the frame's origin (0, 0, 0).
+
+    Omega = rate + t rate_change, along the axis (Landau & Lifshitz 1976, Mechanics, eq. 39.7). The Coriolis force
+    enters as a drag matrix and does no work; the centrifugal force has the potential -|Omega x x|^2/2, the Euler force
+    none.
+    """
+
+    rate: Any
+    rate_change: Any = None
+    axis: Any = (0.0, 0.0, 1.0)
+
+    kind: ClassVar[str] = "rotating_frame"
+    external: ClassVar[bool] = True
+
+    @classmethod
+    def from_options(cls, options):
+        if not any(options["axis"]):
+            raise ValueError("effect rotating_frame: the axis must not be zero")
+        return cls(**options)
+
+    def rotation(self, fluid):
+        """The matrix [Omega] at the fluid's time."""
+        rate = self.rate if self.rate_change is None else self.rate + self.rate_change * fluid.time
+        return angular_velocity_matrix(rate, self.axis)
+
+    def position_matrix(self, fluid):
+        """B of the part B x of the acceleration."""
+        rotation = self.rotation(fluid)
+        centrifugal = -rotation @ rotation
+        if self.rate_change is None:
+            return centrifugal
+        return centrifugal - angular_velocity_matrix(self.rate_change, self.axis)
+
+    def acceleration(self, xp, fluid):
+        return fluid.position @ self.position_matrix(fluid).T
+
+    def drag(self, fluid):
+        return -2.0 * self.rotation(fluid)
+
+    def potential_energy(self, xp, fluid):
+        return -0.5 * xp.sum(fluid.mass[:, None] * (fluid.position @ self.rotation(fluid).T) ** 2)
+
+    def virial(self, xp, fluid):
+        """Q B^T + P D^T: what is uniform over the body, from a centre away from the origin, has no moment."""
+        second, mixed = moments(fluid)
+        return second @ self.position_matrix(fluid).T + mixed @ self.drag(fluid).T
+
+    def timestep(self, xp, fluid):
+        rate = xp.sqrt(0.5 * xp.sum(self.rotation(fluid) ** 2))
+        return 1.0 / xp.maximum(rate, 1e-30)

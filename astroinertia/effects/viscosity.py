@@ -1,0 +1,169 @@
+"""Artificial viscosity, which turns the kinetic energy that a shock loses into heat."""
+
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import jax
+
+from astroinertia.effects.effect import Effect
+from astroinertia.effects.gradients import divergence_and_curl, gradient, shear_squared
+from astroinertia.engines.terms import Output, PairTerm
+
+
+def viscosity_pair(
+    xp,
+    v_r,
+    dW_i,
+    dW_j,
+    density_i,
+    density_j,
+    sound_speed_i,
+    sound_speed_j,
+    viscosity_linear_i,
+    viscosity_linear_j,
+    viscosity_quadratic_i,
+    viscosity_quadratic_j,
+):
+    approach = xp.minimum(v_r, 0.0)
+    drag = 0.5 * (viscosity_linear_i + viscosity_linear_j - (viscosity_quadratic_i + viscosity_quadratic_j) * approach)
+    # Pi_ij times the mean slope of the kernels: both factors are <= 0, so that the push is outwards, the heat positive.
+    push = drag * approach * (dW_i + dW_j) / (density_i + density_j)
+    return -push, 0.5 * push * -approach, 0.5 * (sound_speed_i + sound_speed_j) - approach + drag
+
+
+def gradient_pair(xp, dW_i):
+    return dW_i, dW_i
+
+
+def trend_pair(xp, v_r, W_i, dW_i, sound_speed_i, sound_speed_j, viscosity_trend_j):
+    return dW_i, viscosity_trend_j * W_i, 0.5 * (sound_speed_i + sound_speed_j) - xp.minimum(v_r, 0.0)
+
+
+VISCOSITY = PairTerm(
+    "viscosity",
+    viscosity_pair,
+    (Output("acceleration", "central"), Output("heating", "sum"), Output("signal", "max")),
+)
+VELOCITY_GRADIENT = PairTerm(
+    "viscosity",
+    gradient_pair,
+    (Output("position", "outer", of="position"), Output("velocity", "outer", of="velocity")),
+)
+TREND = PairTerm(
+    "viscosity",
+    trend_pair,
+    (Output("acceleration", "outer", of="acceleration"), Output("trend", "sum"), Output("signal", "max")),
+)
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Viscosity(Effect):
+    """a_i = -sum_j m_j Pi_ij (dW_i + dW_j)/2 rhat, du_i/dt = 1/2 sum_j m_j Pi_ij v_r (dW_i + dW_j)/2 >= 0.
+
+    Pi_ij = (-[alpha c] w + [beta alpha] w^2)/[rho] where w = v_r < 0, else 0, with [.] the mean over the pair
+    (Monaghan 1997, JCP 136, 298, in signal-velocity form; beta is in units of alpha). Work and heating cancel exactly
+    for the velocities that the pair is evaluated with.
+
+    switch "cullen_dehnen": alpha follows Cullen & Dehnen (2010, MNRAS 408, 669), eqs. 13 to 18. It jumps to
+    alpha_max s/(v_sig^2 + s), s = H^2 xi max(0, -d(div v)/dt), where the flow begins to converge, and decays towards it
+    over h decay_length/v_sig. d(div v)/dt = div a - tr (grad v)^2 with gradients that are exact in linear flows, and
+    xi leaves out shear and noise. H is a kernel radius in that paper; it is 2 h here for every kernel.
+    switch "none": alpha = alpha_max. limiter "balsara": alpha is reduced by |div v|/(|div v| + |curl v| + 1e-4 c/h) in
+    the pair force (Balsara 1995, JCP 121, 357), with the same gradients.
+    """
+
+    alpha_max: Any = 1.0
+    alpha_min: Any = 0.0
+    beta: Any = 2.0
+    decay_length: Any = 10.0
+    switch: str = field(default="cullen_dehnen", metadata={"static": True})
+    limiter: str = field(default="balsara", metadata={"static": True})
+
+    kind: ClassVar[str] = "viscosity"
+    central: ClassVar[bool] = True
+
+    @classmethod
+    def from_options(cls, options):
+        if options["switch"] == "cullen_dehnen" and options["alpha_min"] > options["alpha_max"]:
+            raise ValueError("effect viscosity: alpha_min must not be above alpha_max")
+        return cls(**options)
+
+    @property
+    def follows_shocks(self) -> bool:
+        return self.switch == "cullen_dehnen"
+
+    @property
+    def gradient_terms(self):
+        if self.follows_shocks:
+            return (VELOCITY_GRADIENT, TREND)
+        return (VELOCITY_GRADIENT,) if self.limiter == "balsara" else ()
+
+    @property
+    def neighbour_terms(self):
+        return (VISCOSITY,)
+
+    def gradient_fields(self, xp, fluid):
+        if not self.follows_shocks:
+            return {}
+        return {
+            "acceleration": fluid.acceleration,
+            "sound_speed": fluid.sound_speed,
+            "viscosity_trend": fluid.memory["viscosity_trend"],
+        }
+
+    def initial_memory(self, xp, fluid):
+        """alpha, and the sign of div v (unknown yet: 0)."""
+        if not self.follows_shocks:
+            return {}
+        none = xp.zeros_like(fluid.density)
+        return {"viscosity_alpha": none + self.alpha_min, "viscosity_trend": none}
+
+    def remember(self, xp, fluid, interval):
+        """alpha after `interval`, and the sign of div v for the next evaluation's limiter."""
+        if not self.follows_shocks:
+            return {}
+        sums = fluid.gradients[self.kind]
+        velocity_gradient = gradient(xp, sums, "velocity")
+        divergence, _ = divergence_and_curl(xp, velocity_gradient)
+        rate = xp.einsum("nii->n", gradient(xp, sums, "acceleration"))
+        rate = rate - xp.einsum("nij,nji->n", velocity_gradient, velocity_gradient)
+        limited = self.shear_limiter(xp, fluid, divergence, velocity_gradient, sums["trend"])
+        # The particle's own sound is a signal too, where it has no neighbour.
+        signal = xp.maximum(sums["signal"], fluid.sound_speed) + 1e-30
+        steepening = 4.0 * fluid.smoothing_length**2 * limited * xp.maximum(-rate, 0.0)
+        wanted = self.alpha_max * steepening / (signal**2 + steepening)
+        decayed = wanted + (fluid.memory["viscosity_alpha"] - wanted) * xp.exp(
+            -interval * signal / (self.decay_length * fluid.smoothing_length)
+        )
+        alpha = xp.maximum(xp.maximum(wanted, decayed), self.alpha_min)
+        return {"viscosity_alpha": alpha, "viscosity_trend": xp.sign(divergence)}
+
+    def shear_limiter(self, xp, fluid, divergence, velocity_gradient, trend):
+        """xi of Cullen & Dehnen (2010), eq. 18: 1 where all converges, small where shear or noise in sign prevails."""
+        around = trend / fluid.density
+        converging = (2.0 * (1.0 - around) ** 4 * divergence) ** 2
+        noise = (1e-4 * fluid.sound_speed / fluid.smoothing_length) ** 2 + 1e-60
+        return converging / (converging + shear_squared(xp, velocity_gradient) + noise)
+
+    def strength(self, xp, fluid):
+        """alpha with its limiter, (N,)."""
+        alpha = fluid.memory["viscosity_alpha"] if self.follows_shocks else self.alpha_max
+        if self.limiter != "balsara":
+            return alpha + xp.zeros_like(fluid.density)
+        divergence, curl = divergence_and_curl(xp, gradient(xp, fluid.gradients[self.kind], "velocity"))
+        noise = 1e-4 * fluid.sound_speed / fluid.smoothing_length + 1e-30
+        return alpha * xp.abs(divergence) / (xp.abs(divergence) + curl + noise)
+
+    def fields(self, xp, fluid):
+        alpha = self.strength(xp, fluid)
+        return {
+            "density": fluid.density,
+            "sound_speed": fluid.sound_speed,
+            "viscosity_linear": alpha * fluid.sound_speed,
+            "viscosity_quadratic": self.beta * alpha,
+        }
+
+    def timestep(self, xp, fluid):
+        """Signals cross the smoothing length: min h/v_signal."""
+        return 1.0 / xp.maximum(xp.max(fluid.sums[self.kind]["signal"] / fluid.smoothing_length), 1e-30)
