@@ -67,10 +67,12 @@ DIMENSIONS: Mapping[str, tuple[int, int, int]] = {
 
 
 def positive(dimension: str, default: Any, text: str) -> Option:
+    """An option that must be above zero."""
     return Option(dimension, default, text, minimum=0.0, exclusive=True)
 
 
 def not_negative(dimension: str, default: Any, text: str) -> Option:
+    """An option that must not be below zero."""
     return Option(dimension, default, text, minimum=0.0)
 
 
@@ -219,8 +221,8 @@ def build(kind: str, options: Mapping[str, Any] | None = None) -> Any:
     for name, option in CATALOGUE[kind].options.items():
         value = given.pop(name, option.default)
         if value is REQUIRED:
-            raise ValueError(f"effect {kind} needs the option {name}: {option.text}")
+            raise ValueError(f"{name} is missing: {option.text}")
         values[name] = value
     if given:
-        raise ValueError(f"effect {kind} has no option {next(iter(given))}")
+        raise ValueError(f"{next(iter(given))} is not an option of {kind}")
     return load(kind).from_options(values)

@@ -10,6 +10,7 @@ from astroinertia.engines.terms import Output, PairTerm
 
 
 def relative_velocity_pair(xp, v_r, dW_i, dW_j, density_i, density_j, conduction_energy_i, conduction_energy_j):
+    """Heat exchanged at the speed at which the pair closes or parts."""
     flow = xp.abs(v_r) * (conduction_energy_i - conduction_energy_j)
     return (flow * (dW_i + dW_j) / (density_i + density_j),)
 
@@ -17,6 +18,7 @@ def relative_velocity_pair(xp, v_r, dW_i, dW_j, density_i, density_j, conduction
 def pressure_jump_pair(
     xp, dW_i, dW_j, density_i, density_j, pressure_i, pressure_j, conduction_energy_i, conduction_energy_j
 ):
+    """Heat exchanged at the speed that the pair's pressure difference would drive."""
     jump = 2.0 * xp.abs(pressure_i - pressure_j) / (density_i + density_j)
     # The square root has no derivative at 0, where there is no flow.
     speed = xp.where(jump > 0.0, xp.sqrt(xp.where(jump > 0.0, jump, 1.0)), 0.0)
@@ -45,9 +47,11 @@ class Conduction(Effect):
 
     @property
     def neighbour_terms(self):
+        """The exchange with the chosen signal velocity."""
         return (RELATIVE_VELOCITY,) if self.signal == "relative_velocity" else (PRESSURE_JUMP,)
 
     def fields(self, xp, fluid):
+        """What the exchange needs."""
         fields = {"density": fluid.density, "conduction_energy": self.coefficient * fluid.thermal_energy}
         if self.signal == "pressure_jump":
             fields["pressure"] = fluid.pressure

@@ -33,12 +33,15 @@ class Damping(Effect):
         return lasts / self.time_scale
 
     def target_rotation(self):
+        """The matrix [Omega] of the rotation that velocities decay to, (3, 3)."""
         return angular_velocity_matrix(self.rate, self.axis)
 
     def drag(self, fluid):
+        """-1/tau in every direction."""
         return -self.strength(fluid) * np.eye(3)
 
     def acceleration(self, xp, fluid):
+        """What keeps the target velocity, (v_frame + Omega x (x - c))/tau; None where that is zero."""
         if self.rate is None and self.frame == "inertial":
             return None
         target = xp.zeros_like(fluid.position)
@@ -55,4 +58,5 @@ class Damping(Effect):
         return self.strength(fluid) * (target - mixed)
 
     def timestep(self, xp, fluid):
+        """The decay time tau."""
         return 1.0 / xp.maximum(self.strength(fluid), 1e-30)

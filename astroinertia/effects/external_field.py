@@ -11,7 +11,7 @@ from astroinertia.effects.effect import Effect, moments
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True, eq=False)
 class ExternalField(Effect):
-    """The sum of those fields that are given, about the origin o, with d = x - o:
+    """The sum of those fields that are given, about the origin o, with d = x - o.
 
         uniform         a = g                              potential -g.d
         quadratic       a = -A d                           d.A.d/2, A symmetric
@@ -34,22 +34,24 @@ class ExternalField(Effect):
 
     @classmethod
     def from_options(cls, options):
+        """Refuses a field of nothing, a field without its length, and a matrix that is not symmetric."""
         given = {name for name, value in options.items() if value is not None}
         if not given & {"uniform", "quadratic", "circular_speed", "point_mass"}:
-            raise ValueError("effect external_field needs one of uniform, quadratic, circular_speed and point_mass")
+            raise ValueError("it needs one of uniform, quadratic, circular_speed and point_mass")
         for one, other in (("circular_speed", "core"), ("point_mass", "softening")):
             if len(given & {one, other}) == 1:
-                raise ValueError(f"effect external_field needs both {one} and {other}, or neither")
+                raise ValueError(f"it needs both {one} and {other}, or neither")
         matrix = options["quadratic"]
         if matrix is not None and any(matrix[i][j] != matrix[j][i] for i in range(3) for j in range(i)):
-            raise ValueError("effect external_field: the quadratic matrix must be symmetric")
+            raise ValueError("the quadratic matrix must be symmetric")
         return cls(**options)
 
     def separation(self, xp, fluid):
+        """From the origin o to the particles, (N, 3)."""
         return fluid.position - xp.asarray(self.origin)
 
     def central_weights(self, xp, separation):
-        """w of the parts a = -w d of the logarithmic field and of the point mass, one (N,) for each that is given."""
+        """Weights w, (N,) each, of the parts a = -w d: logarithmic field and point mass, where given."""
         squared = xp.sum(separation**2, axis=1)
         weights = []
         if self.circular_speed is not None:
@@ -59,6 +61,7 @@ class ExternalField(Effect):
         return weights
 
     def acceleration(self, xp, fluid):
+        """Sum of the fields given."""
         separation = self.separation(xp, fluid)
         total = xp.zeros_like(separation)
         if self.uniform is not None:
@@ -70,6 +73,7 @@ class ExternalField(Effect):
         return total
 
     def potential_energy(self, xp, fluid):
+        """Sum of m times the potentials given."""
         separation = self.separation(xp, fluid)
         squared = xp.sum(separation**2, axis=1)
         energy = xp.zeros(())

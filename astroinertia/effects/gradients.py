@@ -8,7 +8,7 @@ from typing import Any
 
 
 def gradient(xp: Any, sums: dict[str, Any], name: str) -> Any:
-    """grad F (N, 3, 3) from the sums of one effect; zero for a particle without neighbours.
+    """The gradient (N, 3, 3) of a field F from the sums of one effect; zero for a particle without neighbours.
 
     Neighbours in one plane leave the matrix singular; its trace then stands for it, as in the plain estimate.
     """
@@ -27,7 +27,7 @@ def gradient(xp: Any, sums: dict[str, Any], name: str) -> Any:
 
 
 def divergence_and_curl(xp: Any, velocity_gradient: Any) -> tuple[Any, Any]:
-    """div v and |curl v|, each (N,)."""
+    """Divergence and size of the curl, each (N,)."""
     difference = velocity_gradient - xp.swapaxes(velocity_gradient, 1, 2)
     squared = 0.5 * xp.einsum("nij,nij->n", difference, difference)
     flowing = squared > 0.0  # a square root has no derivative at 0

@@ -11,6 +11,7 @@ from astroinertia.gravity.direct import DIRECT_GRAVITY
 
 
 def softening_pair(xp, dW_i, dW_j, zeta_over_omega_i, zeta_over_omega_j):
+    """The force of a softening that adapts, in the same form as pressure."""
     return (0.5 * (zeta_over_omega_i * dW_i + zeta_over_omega_j * dW_j),)
 
 
@@ -34,14 +35,18 @@ class Gravity(Effect):
 
     @property
     def neighbour_terms(self):
+        """The softening term."""
         return (SOFTENING,)
 
     @property
     def all_pair_terms(self):
+        """The attraction of all pairs."""
         return (DIRECT_GRAVITY,)
 
     def fields(self, xp, fluid):
+        """zeta/Omega."""
         return {"zeta_over_omega": fluid.zeta / fluid.grad_h}
 
     def potential_energy(self, xp, fluid):
+        """1/2 sum m Phi, with the particle's own softened potential in it."""
         return 0.5 * xp.sum(fluid.mass * fluid.sums["gravity"]["potential"])

@@ -10,6 +10,7 @@ from astroinertia.engines.terms import Output, PairTerm
 
 
 def pressure_pair(xp, dW_i, dW_j, pressure_weight_i, pressure_weight_j):
+    """The two sides of the pressure gradient."""
     return (pressure_weight_i * dW_i + pressure_weight_j * dW_j,)
 
 
@@ -30,9 +31,11 @@ class Pressure(Effect):
 
     @property
     def neighbour_terms(self):
+        """The pressure gradient."""
         return (PRESSURE,)
 
     def fields(self, xp, fluid):
+        """P/(Omega rho^2)."""
         return {"pressure_weight": fluid.pressure / (fluid.grad_h * fluid.density**2)}
 
     def timestep(self, xp, fluid):

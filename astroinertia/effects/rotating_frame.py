@@ -27,8 +27,9 @@ class RotatingFrame(Effect):
 
     @classmethod
     def from_options(cls, options):
+        """Refuses a zero axis."""
         if not any(options["axis"]):
-            raise ValueError("effect rotating_frame: the axis must not be zero")
+            raise ValueError("the axis must not be zero")
         return cls(**options)
 
     def rotation(self, fluid):
@@ -45,12 +46,15 @@ class RotatingFrame(Effect):
         return centrifugal - angular_velocity_matrix(self.rate_change, self.axis)
 
     def acceleration(self, xp, fluid):
+        """Centrifugal and Euler: B x."""
         return fluid.position @ self.position_matrix(fluid).T
 
     def drag(self, fluid):
+        """Coriolis: -2 [Omega]."""
         return -2.0 * self.rotation(fluid)
 
     def potential_energy(self, xp, fluid):
+        """Of the centrifugal force, -1/2 sum m |Omega x x|^2."""
         return -0.5 * xp.sum(fluid.mass[:, None] * (fluid.position @ self.rotation(fluid).T) ** 2)
 
     def virial(self, xp, fluid):
@@ -59,5 +63,6 @@ class RotatingFrame(Effect):
         return second @ self.position_matrix(fluid).T + mixed @ self.drag(fluid).T
 
     def timestep(self, xp, fluid):
+        """1/|Omega|."""
         rate = xp.sqrt(0.5 * xp.sum(self.rotation(fluid) ** 2))
         return 1.0 / xp.maximum(rate, 1e-30)

@@ -49,15 +49,16 @@ class Tide(Effect):
 
     @classmethod
     def from_options(cls, options):
+        """Refuses a perturber at the origin, and an orbit that its normal is not normal to."""
         position, normal = options["position"], options["normal"]
         if not any(position):
-            raise ValueError("effect tide: the position must not be the origin")
+            raise ValueError("the position must not be the origin")
         if options["period"] is not None:
             if not any(normal):
-                raise ValueError("effect tide: the normal of the orbit must not be zero")
+                raise ValueError("the normal of the orbit must not be zero")
             along = sum(p * n for p, n in zip(position, normal, strict=True))
             if abs(along) > 1e-9 * math.hypot(*position) * math.hypot(*normal):
-                raise ValueError("effect tide: the normal of the orbit must be perpendicular to the position")
+                raise ValueError("the normal of the orbit must be perpendicular to the position")
         return cls(**options)
 
     def place(self, xp, fluid):
@@ -101,10 +102,10 @@ class Tide(Effect):
         return -self.mass * (fluid.mass @ beyond) / xp.sqrt(squared)
 
     def virial(self, xp, fluid):
-        """Split at the centre of mass c, of which only differences remain: a = -w (x - X), w = M/(d^2 + s^2)^1.5 and
+        """V = -sum m w x' (x) x' - sum m (w - w_c) x' (x) (c - X), the second part being the torque and what it leaves.
 
-        V = -sum m w x' (x) x' - sum m (w - w_c) x' (x) (c - X) with x' = x - c; the first term has no torque. The
-        frame's acceleration is uniform over the body and has no moment.
+        c is the centre of mass, x' = x - c, w = M/(d^2 + s^2)^1.5 and w_c its value at c. The frame's acceleration is
+        uniform over the body and has no moment.
         """
         place, centre = self.place(xp, fluid), fluid.centre
         relative, away = fluid.position - centre, fluid.centre - place

@@ -24,6 +24,7 @@ def viscosity_pair(
     viscosity_quadratic_i,
     viscosity_quadratic_j,
 ):
+    """Push, heat and signal velocity of a pair."""
     approach = xp.minimum(v_r, 0.0)
     drag = 0.5 * (viscosity_linear_i + viscosity_linear_j - (viscosity_quadratic_i + viscosity_quadratic_j) * approach)
     # Pi_ij times the mean slope of the kernels: both factors are <= 0, so that the push is outwards, the heat positive.
@@ -32,10 +33,12 @@ def viscosity_pair(
 
 
 def gradient_pair(xp, dW_i):
+    """Weights of the moment matrix and of the velocity gradient."""
     return dW_i, dW_i
 
 
 def trend_pair(xp, v_r, W_i, dW_i, sound_speed_i, sound_speed_j, viscosity_trend_j):
+    """Weights of the acceleration gradient and of the signs of div v around, and the signal velocity."""
     return dW_i, viscosity_trend_j * W_i, 0.5 * (sound_speed_i + sound_speed_j) - xp.minimum(v_r, 0.0)
 
 
@@ -85,25 +88,30 @@ class Viscosity(Effect):
 
     @classmethod
     def from_options(cls, options):
+        """Refuses bounds of alpha that cross."""
         if options["switch"] == "cullen_dehnen" and options["alpha_min"] > options["alpha_max"]:
-            raise ValueError("effect viscosity: alpha_min must not be above alpha_max")
+            raise ValueError("alpha_min must not be above alpha_max")
         return cls(**options)
 
     @property
     def follows_shocks(self) -> bool:
+        """Whether alpha evolves."""
         return self.switch == "cullen_dehnen"
 
     @property
     def gradient_terms(self):
+        """What the switch and the limiter need, if there are any."""
         if self.follows_shocks:
             return (VELOCITY_GRADIENT, TREND)
         return (VELOCITY_GRADIENT,) if self.limiter == "balsara" else ()
 
     @property
     def neighbour_terms(self):
+        """Push, heat and signal velocity."""
         return (VISCOSITY,)
 
     def gradient_fields(self, xp, fluid):
+        """What the switch needs."""
         if not self.follows_shocks:
             return {}
         return {
@@ -113,14 +121,14 @@ class Viscosity(Effect):
         }
 
     def initial_memory(self, xp, fluid):
-        """alpha, and the sign of div v (unknown yet: 0)."""
+        """The coefficient alpha, and the sign of div v (unknown yet: 0)."""
         if not self.follows_shocks:
             return {}
         none = xp.zeros_like(fluid.density)
         return {"viscosity_alpha": none + self.alpha_min, "viscosity_trend": none}
 
     def remember(self, xp, fluid, interval):
-        """alpha after `interval`, and the sign of div v for the next evaluation's limiter."""
+        """The coefficient alpha after `interval`, and the sign of div v for the next evaluation's limiter."""
         if not self.follows_shocks:
             return {}
         sums = fluid.gradients[self.kind]
@@ -140,14 +148,14 @@ class Viscosity(Effect):
         return {"viscosity_alpha": alpha, "viscosity_trend": xp.sign(divergence)}
 
     def shear_limiter(self, xp, fluid, divergence, velocity_gradient, trend):
-        """xi of Cullen & Dehnen (2010), eq. 18: 1 where all converges, small where shear or noise in sign prevails."""
+        """The xi of Cullen & Dehnen (2010), eq. 18: 1 where all converges, small in shear or noise."""
         around = trend / fluid.density
         converging = (2.0 * (1.0 - around) ** 4 * divergence) ** 2
         noise = (1e-4 * fluid.sound_speed / fluid.smoothing_length) ** 2 + 1e-60
         return converging / (converging + shear_squared(xp, velocity_gradient) + noise)
 
     def strength(self, xp, fluid):
-        """alpha with its limiter, (N,)."""
+        """The coefficient alpha with its limiter, (N,)."""
         alpha = fluid.memory["viscosity_alpha"] if self.follows_shocks else self.alpha_max
         if self.limiter != "balsara":
             return alpha + xp.zeros_like(fluid.density)
@@ -156,6 +164,7 @@ class Viscosity(Effect):
         return alpha * xp.abs(divergence) / (xp.abs(divergence) + curl + noise)
 
     def fields(self, xp, fluid):
+        """The coefficients alpha c and beta alpha, limited."""
         alpha = self.strength(xp, fluid)
         return {
             "density": fluid.density,

@@ -4,10 +4,12 @@ from astroinertia.engines.terms import Output, PairTerm
 
 
 def direct_pair(xp, dphi_i, dphi_j, phi_i, phi_j):
+    """Attraction and potential softened by both kernels."""
     return 0.5 * (dphi_i + dphi_j), 0.5 * (phi_i + phi_j)
 
 
 def direct_far(xp, r):
+    """The same where neither kernel reaches."""
     return 1.0 / (r * r), -1.0 / r
 
 
