@@ -23,6 +23,7 @@ export JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS ?= 0.3
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.cache/numba
 export ASTROINERTIA_CACHE ?= $(CURDIR)/.cache/astroinertia
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+export PIP_CONSTRAINT := $(CURDIR)/.ci/constraints.txt
 
 # The first Python that is 3.11 or newer.
 PYTHON ?= $(shell for each in python3 python3.14 python3.13 python3.12 python3.11; do \
@@ -39,15 +40,15 @@ $(VENV)/made: $(NEEDS)
 
 # Only what is asked for is installed: running needs less than testing.
 $(VENV)/run: $(VENV)/made
-	$(RUN) -m pip install -q -c .ci/constraints.txt -e .
+	$(RUN) -m pip install -q -e .
 	@touch $@
 
 $(VENV)/test: $(VENV)/made
-	$(RUN) -m pip install -q -c .ci/constraints.txt -e '.[test]'
+	$(RUN) -m pip install -q -e '.[test]'
 	@touch $@ $(VENV)/run
 
 $(VENV)/lint: $(VENV)/made
-	$(RUN) -m pip install -q -c .ci/constraints.txt -e '.[lint]'
+	$(RUN) -m pip install -q -e '.[lint]'
 	@touch $@ $(VENV)/run
 
 venv: $(VENV)/test

@@ -87,9 +87,7 @@ EXAMPLES = {
 }
 
 _ANGULAR = {"angle", "angular_velocity", "angular_acceleration"}
-_QUANTITY = re.compile(
-    r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)(?:\s+|(?=[A-Za-zµÅ/(%]))(\S.*?)\s*", re.ASCII
-)
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?:\s+|(?=[A-Za-zµÅ/(%]))(\S.*?)\s*", re.ASCII)
 _WORDS_FOR_NO_NUMBER = re.compile(r"\s*[+-]?(nan|inf|infinity)\b", re.IGNORECASE)
 
 

@@ -1,0 +1,316 @@
+"""The command line: the only file that prints or exits. Heavy modules are imported by the commands that need them."""
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from rich.console import Console
+from rich.text import Text
+
+from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
+
+if TYPE_CHECKING:
+    from astroinertia.run import Progress
+    from astroinertia.scene.plan import Plan
+    from astroinertia.scene.schema import Scene
+
+GOOD, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+SECONDS_BETWEEN_LINES = 10.0  # where the output is no terminal
+
+DESCRIPTION = (
+    "Evolves rotating, self-gravitating fluid bodies and follows their inertia tensor through its own equation."
+)
+EXAMPLES = """\
+a first session:
+  astroinertia new star.toml                 write a commented scene, to edit
+  astroinertia plan star.toml                see what would be run, and why
+  astroinertia run star.toml                 run it; the result is runs/<name>/<name>.nc
+  astroinertia show runs/<name>              a summary, and pictures beside the file
+
+more:
+  astroinertia run star.toml --set body.particles=5000 --set "time.end=2 s" --output runs/coarse
+  astroinertia resume runs/coarse            go on after Ctrl-C, a crash or a power cut
+  python -c "import xarray; print(xarray.open_dataset('runs/coarse/<name>.nc'))"
+"""
+
+
+class _Console(Console):
+    """A console that leaves a closed pipe to `main`."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong with the arguments in one sentence."""
+
+    def error(self, message: str) -> NoReturn:
+        raise SceneError(f"{message}; `{self.prog} --help` tells more.")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 130 interrupted."""
+    try:
+        options = _parser().parse_args(arguments)
+        return options.command(options)
+    except RunInterrupted as stopped:
+        _complain(f"{_ended(str(stopped))[:-1]}; go on with: astroinertia resume {stopped.folder}")
+        return INTERRUPTED
+    except (SceneError, ArchiveError) as error:
+        _complain(_ended(str(error)))
+        return BAD_INPUT
+    except AstroinertiaError as error:
+        _complain(_ended(str(error)))
+        return FAILED
+    except KeyboardInterrupt:
+        _complain("interrupted.")
+        return INTERRUPTED
+    except BrokenPipeError:
+        # the reader (head, less) has gone; without this, Python complains once more when it closes the stream
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return GOOD
+    except MemoryError:
+        _complain("there is not enough memory for this.")
+        return FAILED
+    except OSError as error:
+        _complain(_ended(f"{error.filename or 'a file'}: {(error.strerror or str(error)).lower()}"))
+        return FAILED
+
+
+def _complain(sentence: str) -> None:
+    line = "".join(character if character.isprintable() else " " for character in sentence)
+    print(f"astroinertia: {line}", file=sys.stderr)
+
+
+def _ended(sentence: str) -> str:
+    return sentence if sentence.endswith(".") else f"{sentence}."
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="astroinertia",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action=_Version, nargs=0, help="the version, and those of what it stands on")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
+
+    new = _command(commands, "new", _new, "write a commented example scene", "astroinertia new star.toml")
+    new.add_argument("file", nargs="?", metavar="FILE", type=Path, help="where to write it; to the screen without it")
+
+    plan = _command(commands, "plan", _plan, "say what a scene calls for, and why", "astroinertia plan star.toml")
+    _scene_arguments(plan)
+
+    run = _command(
+        commands,
+        "run",
+        _run,
+        "run a scene",
+        "astroinertia run star.toml --set body.particles=5000 --output runs/coarse",
+    )
+    _scene_arguments(run)
+    run.add_argument("--output", type=Path, metavar="DIR", help="folder of the run, new or empty (default: runs/NAME)")
+
+    resume = _command(commands, "resume", _resume, "go on with an interrupted run", "astroinertia resume runs/coarse")
+    resume.add_argument("run", metavar="RUN", type=Path, help="folder of the run")
+
+    show = _command(
+        commands, "show", _show, "print a summary of a result and draw its pictures", "astroinertia show runs/coarse"
+    )
+    show.add_argument("file", metavar="FILE", type=Path, help="netCDF file of a run, or the run's folder")
+    show.add_argument("--output", type=Path, metavar="DIR", help="folder for the pictures (default: beside the file)")
+    return parser
+
+
+def _command(commands, name: str, action: Callable, text: str, example: str) -> argparse.ArgumentParser:
+    command = commands.add_parser(
+        name, help=text, description=f"{text[:1].upper()}{text[1:]}.", epilog=f"example: {example}", allow_abbrev=False
+    )
+    command.set_defaults(command=action)
+    return command
+
+
+def _scene_arguments(command: argparse.ArgumentParser) -> None:
+    command.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
+    command.add_argument(
+        "--set",
+        dest="overrides",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help='set a key of the scene, such as body.particles=5000 or "time.end=2 s"; may be repeated',
+    )
+
+
+class _Version(argparse.Action):
+    def __call__(self, parser, namespace, values, option_string=None) -> NoReturn:
+        from importlib.metadata import PackageNotFoundError, version
+
+        for name in ("astroinertia", "numpy", "numba", "jax", "xarray", "astropy"):
+            try:
+                print(name, version(name))
+            except PackageNotFoundError:
+                print(name, "not installed")
+        parser.exit()
+
+
+def _load(options: argparse.Namespace) -> "Scene":
+    from astroinertia.scene.load import load_file
+
+    return load_file(options.scene, options.overrides)
+
+
+def _new(options: argparse.Namespace) -> int:
+    from astroinertia.scene.example import example_text
+
+    text = example_text()
+    if options.file is None:
+        print(text, end="")
+        return GOOD
+    try:
+        with options.file.open("x", encoding="utf-8") as stream:
+            stream.write(text)
+    except FileExistsError:
+        raise SceneError(f"{options.file} is there already and is left as it is.") from None
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{options.file} cannot be written ({getattr(error, 'strerror', None) or error}).") from None
+    print(f"wrote {options.file}; edit it, then: astroinertia plan {options.file}")
+    return GOOD
+
+
+def _plan(options: argparse.Namespace) -> int:
+    from astroinertia.scene.plan import plan
+
+    _print_plan(plan(_load(options)))
+    return GOOD
+
+
+def _print_plan(plan: "Plan") -> None:
+    from rich.table import Table
+
+    console = _Console(highlight=False)
+    console.print(Text(plan.name, style="bold"), Text(plan.description))
+    for title, lines in plan.sections.items():
+        table = Table(box=None, show_header=False, padding=(0, 2, 0, 0), title_justify="left")
+        table.add_column(style="cyan", no_wrap=True, min_width=18)
+        table.add_column()
+        table.add_column(style="dim")
+        for line in lines:
+            table.add_row(Text(f"  {line.name}"), Text(line.value), Text(line.why))
+        console.print(Text(f"\n{title}", style="bold"))
+        console.print(table)
+    listed = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    listed.add_column(style="green", no_wrap=True, min_width=18)
+    listed.add_column()
+    for effect in plan.effects:
+        if effect.listed:
+            text = Text(effect.text)
+            text.append(f" ({effect.loop}; {effect.source})", style="dim")
+            text.append(f"\n{effect.options}" if effect.options else "")
+            listed.add_row(Text(f"  {effect.kind}"), text)
+    console.print(Text("\neffects called for", style="bold"))
+    console.print(listed if listed.row_count else Text("  none: particles move freely"))
+    absent = [effect for effect in plan.effects if not effect.listed]
+    console.print(Text("\nnot listed, so absent from what is compiled and run", style="bold"))
+    for effect in absent:
+        console.print(Text(f"  {effect.kind}: {effect.text}", style="dim"))
+
+
+def _run(options: argparse.Namespace) -> int:
+    scene = _load(options)
+    folder = options.output or Path("runs") / scene.name
+    from astroinertia.run import run_scene
+
+    print(f"{scene.name}: effects {', '.join(scene.effects) or 'none'}; preparing the body", flush=True)
+    with _Meter() as meter:
+        result = run_scene(scene, folder, meter.tell)
+    return _finished(result, folder)
+
+
+def _resume(options: argparse.Namespace) -> int:
+    from astroinertia.run import resume
+
+    with _Meter() as meter:
+        result = resume(options.run, meter.tell)
+    return _finished(result, options.run)
+
+
+def _finished(result: Path, folder: Path) -> int:
+    print(f"wrote {result}; look at it with: astroinertia show {folder}")
+    return GOOD
+
+
+class _Meter:
+    """Shows how far a run is: a bar with time to go on a terminal, a line now and then elsewhere."""
+
+    def __init__(self) -> None:
+        self.console = _Console(highlight=False)
+        self.bar: Any = None
+        self.task: Any = None
+        self.last_line = float("-inf")
+
+    def __enter__(self) -> "_Meter":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.bar is not None:
+            self.bar.stop()
+
+    def tell(self, progress: "Progress") -> None:
+        figures = (
+            f"step {progress.step}  energy error {progress.energy_error:.1e}  ledger closure {progress.ledger_closure:.1e}"
+            f"  densest {progress.density_max:.3g}"
+        )
+        share = min(1.0, progress.time / progress.end)
+        if not self.console.is_terminal:
+            if progress.wall_time - self.last_line >= SECONDS_BETWEEN_LINES or share >= 1.0:
+                self.last_line = progress.wall_time
+                print(f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {figures}", flush=True)
+            return
+        if self.bar is None:
+            self._open()
+        self.bar.update(self.task, completed=share, figures=figures)
+
+    def _open(self) -> None:
+        from rich.progress import (
+            BarColumn,
+            Progress,
+            TaskProgressColumn,
+            TextColumn,
+            TimeElapsedColumn,
+            TimeRemainingColumn,
+        )
+
+        self.bar = Progress(
+            BarColumn(24),
+            TaskProgressColumn(),
+            TimeElapsedColumn(),
+            TextColumn("to go"),
+            TimeRemainingColumn(),
+            TextColumn("{task.fields[figures]}"),
+            console=self.console,
+        )
+        self.task = self.bar.add_task("", total=1.0, figures="")
+        self.bar.start()
+
+
+def _show(options: argparse.Namespace) -> int:
+    from astroinertia import dataset, plots
+
+    opened = dataset.open(options.file)
+    print(plots.summary(opened))
+    beside = options.file if options.file.is_dir() else options.file.parent
+    written = plots.write_all(opened, options.output or beside)
+    print("pictures:")
+    for path in written:
+        print(f"  {path}")
+    return GOOD
+
+
+if __name__ == "__main__":
+    sys.exit(main())

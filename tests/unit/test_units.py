@@ -1,0 +1,149 @@
+"""Quantities from text, and code units."""
+
+import math
+
+import pytest
+from astropy import constants
+from astropy import units as u
+from hypothesis import given
+from hypothesis import strategies as st
+
+from astroinertia import units
+from astroinertia.errors import SceneError
+from astroinertia.units import DIMENSIONS, EXAMPLES, CodeUnits, Dimension, quantity
+
+GOOD = [
+    ("1500 km", "length", 1.5e6),
+    ("1.4 Msun", "mass", 1.4 * constants.M_sun.si.value),
+    ("5km", "length", 5e3),
+    ("-3e2 m", "length", -300.0),
+    ("33 ms", "time", 0.033),
+    ("2e14 g/cm3", "density", 2e17),
+    ("1 1/s", "angular_velocity", 1.0),
+    ("1 rad/s", "angular_velocity", 1.0),
+    ("30 cycle/s", "angular_velocity", 60.0 * math.pi),
+    ("180 deg", "angle", math.pi),
+    ("0 m", "length", 0.0),
+    ("1e51 erg", "energy", 1e44),
+]
+
+BAD = [
+    ("5", "not a number and a unit"),
+    ("km", "not a number and a unit"),
+    ("", "not a number and a unit"),
+    ("nan m", "not a finite number"),
+    ("-inf m", "not a finite number"),
+    ("1e400 m", "not a finite number"),
+    ("1e-400 m", "too small"),
+    ("1e99999999 m", "not a finite number"),
+    ("1 m**1000000", "exponent beyond"),
+    ("1 m^1000000", "exponent beyond"),
+    ("1 m1000000", "exponent beyond"),
+    ("1 m**99999999999999999999999999", "exponent beyond"),
+    ("1 kg", "not a length"),
+    ("1 m2", "not a length"),
+    ("1 m rad", "not a length"),
+    ("1 K", "not a unit of mechanics"),
+    ("1 mag", "no finite size"),
+    ("1 dex(m)", "not a unit"),
+    ("1 m**(1/0)", "not a unit"),
+    ("1 parsnips", "not a unit"),
+    ("1 km/s/Mpc", "not a unit"),
+    ("1_000 m", "not a number and a unit"),
+    ("٣ m", "not a number and a unit"),
+    ("1 m\x00", "not a unit"),
+    ("0x10 m", "not a unit"),
+    ("1 " + "m " * 100, "longer than"),
+    ("(" * 70 + "m", "not a number and a unit"),
+]
+
+
+@pytest.mark.parametrize(("text", "dimension", "expected"), GOOD)
+def test_good_quantities_have_their_si_value(text, dimension, expected):
+    assert quantity(text, dimension) == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize(("text", "message"), BAD)
+def test_bad_quantities_are_refused_in_a_sentence(text, message):
+    with pytest.raises(SceneError, match=message) as caught:
+        quantity(text, "length")
+    assert str(caught.value).endswith(".")
+    assert str(caught.value).isprintable()
+    assert len(str(caught.value)) < 200
+
+
+@pytest.mark.parametrize("unit", ["Hz", "kHz", "1 Hz"])
+def test_hertz_is_refused_for_an_angular_velocity(unit):
+    with pytest.raises(SceneError, match="radians or turns"):
+        quantity(f"3 {unit}", "angular_velocity")
+
+
+def test_a_rate_without_angle_may_be_in_hertz_but_not_in_radians():
+    assert quantity("3 Hz", "rate") == 3.0
+    with pytest.raises(SceneError, match="not a rate"):
+        quantity("3 rad/s", "rate")
+
+
+@given(st.text(max_size=90), st.sampled_from(sorted(DIMENSIONS)))
+def test_any_text_is_a_finite_number_or_refused(text, dimension):
+    try:
+        value = quantity(text, dimension)
+    except SceneError as error:
+        assert str(error).endswith(".")
+    else:
+        assert math.isfinite(value)
+
+
+@pytest.mark.parametrize("name", sorted(EXAMPLES))
+def test_examples_are_of_their_dimension(name):
+    assert math.isfinite(quantity(EXAMPLES[name], name))
+
+
+@pytest.mark.parametrize("name", sorted(DIMENSIONS))
+def test_si_units_are_read_back_by_astropy(name):
+    # the same text goes into the units attributes of the dataset
+    unit = u.Unit(units.si_unit(name))
+    expected = u.kg ** DIMENSIONS[name].mass * u.m ** DIMENSIONS[name].length * u.s ** DIMENSIONS[name].time
+    assert unit == expected
+
+
+def test_pressure_constant_makes_a_pressure():
+    gamma = 5.0 / 3.0
+    constant, density = units.pressure_constant_dimension(gamma), DIMENSIONS["density"]
+    made = tuple(k + gamma * d for k, d in zip(constant, density, strict=True))
+    assert made == pytest.approx(DIMENSIONS["pressure"], abs=1e-14)
+    assert quantity("1e14 cm4 g^(-2/3) s-2", constant) == pytest.approx(1e14 * 1e-8 * 100.0, rel=1e-13)
+
+
+def test_code_units_make_the_gravitational_constant_one():
+    code = CodeUnits(constants.M_sun.si.value, 1.0e6)
+    g_dimension = Dimension(-1, 3, -2)
+    assert code.to_code(constants.G.si.value, g_dimension) == pytest.approx(1.0, rel=1e-14)
+
+
+@pytest.mark.parametrize("name", sorted(DIMENSIONS))
+def test_code_units_agree_with_their_dimensions(name):
+    # an independent route: each derived unit from the printed relation, not from exponents
+    code = CodeUnits(2.0e30, 7.0e8)
+    assert code.to_si(code.to_code(3.0, name), name) == pytest.approx(3.0, rel=1e-14)
+    velocity = math.sqrt(units.GRAVITATIONAL_CONSTANT * code.mass / code.length)
+    relations = {
+        "velocity": velocity,
+        "energy": code.mass * velocity**2,
+        "density": code.mass / code.length**3,
+        "pressure": code.mass * velocity**2 / code.length**3,
+        "angular_momentum": code.mass * velocity * code.length,
+        "force": code.mass * velocity**2 / code.length,
+    }
+    if name in relations:
+        assert code.unit(name) == pytest.approx(relations[name], rel=1e-13)
+
+
+@pytest.mark.parametrize(("mass", "length"), [(0.0, 1.0), (-1.0, 1.0), (1.0, math.nan), (math.inf, 1.0)])
+def test_code_units_must_be_positive_and_finite(mass, length):
+    with pytest.raises(SceneError, match="must be positive"):
+        CodeUnits(mass, length)
+
+
+def test_dimensionless_units_change_nothing():
+    assert all(units.DIMENSIONLESS.unit(name) == 1.0 for name in DIMENSIONS)
