@@ -12,7 +12,8 @@ equations 6 to 8). Wendland's C2, C4, C6 for three dimensions (Dehnen & Aly 2012
 
 Forms are chosen for accuracy. Near the origin the potentials are polynomials in q; further out they are -1/q plus
 products of truncated powers with positive coefficients, which vanish at the support and beyond, so that nothing large
-is ever subtracted. The outer form is guarded at half its lower knot, not at the knot, where a maximum has no derivative.
+is ever subtracted. The outer form is guarded at half its lower knot, not at the knot, where a maximum has no
+derivative.
 `tests/unit/test_kernels.py` holds every function to the mass integral and to exact rationals.
 
 The functions are plain: arithmetic and xp.where, xp.maximum only, literals only, so that an engine can compile their
@@ -28,8 +29,8 @@ from dataclasses import dataclass
 class Kernel:
     """A smoothing kernel: `support` is its radius in units of h; w, dw, phi, dphi are functions of (xp, q).
 
-    eta: the recommended h / (m/rho)^(1/3), the defaults of the code of Price et al. 2018 (PASA 35, e031): 58, 87 and 113
-    neighbours for the splines and 74, 113 and 137 for the Wendland kernels.
+    eta: the recommended h / (m/rho)^(1/3), the defaults of the code of Price et al. 2018 (PASA 35, e031): 58, 87 and
+    113 neighbours for the splines and 74, 113 and 137 for the Wendland kernels.
     """
 
     name: str
@@ -203,8 +204,8 @@ def quintic_dphi(xp, q):
     return xp.where(q < 1.0, inner, outer)
 
 
-# Wendland kernels, support 2, in x = q/2 and t = 1 - x; the inner polynomials are used below q = 0.6, where neither form
-# loses more than a factor of four to cancellation
+# Wendland kernels, support 2, in x = q/2 and t = 1 - x; the inner polynomials are used below q = 0.6, where neither
+# form loses more than a factor of four to cancellation
 
 
 def wendland_c2_w(xp, q):

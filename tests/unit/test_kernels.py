@@ -27,7 +27,7 @@ NAMES = sorted(KERNELS)
 
 
 def exact_w(name, q: Fraction) -> Fraction:
-    """pi w(q) in exact rationals, from the textbook definitions."""
+    """The value pi w(q) in exact rationals, from the textbook definitions."""
     if name in ("cubic", "quartic", "quintic"):
         order = {"cubic": 3, "quartic": 4, "quintic": 5}[name]
         scale = {"cubic": Fraction(1, 4), "quartic": Fraction(1, 20), "quintic": Fraction(1, 120)}[name]
@@ -97,7 +97,7 @@ def test_derivatives_match_automatic_differentiation(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_potential_is_that_of_the_kernels_mass(name):
-    """phi' = M(q)/q^2 and phi = -M/q - 4 pi int_q w s ds, to 1e-14 relative, from the origin to the support."""
+    """It has phi' = M(q)/q^2 and phi = -M/q - 4 pi int_q w s ds, to 1e-14 relative, from the origin to the support."""
     kernel = KERNELS[name]
     for q in np.concatenate([np.geomspace(1e-3, 0.1, 7), np.linspace(0.1, kernel.support, 41)]):
         mass = integral(lambda s: 4 * np.pi * s**2 * kernel.w(np, s), name, 0.0, q)

@@ -1,0 +1,227 @@
+"""The xla engine: pair sums traced with jax.numpy over dense tiles, for CPU, GPU and TPU, and differentiable.
+
+Every method works inside jax.jit, with arrays in the order that `arrange` gave; `arrange` and `stale` run on the host.
+For a fixed arrangement all results can be differentiated forwards and backwards, and again; smoothing lengths are
+differentiated implicitly. x64 must be enabled (`jax.enable_x64(True)`).
+"""
+
+from dataclasses import dataclass
+from functools import partial, reduce
+from typing import Any, ClassVar, Literal
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from astroinertia.engines import xla_density, xla_lists, xla_tiles
+from astroinertia.engines.terms import Density, PairTerm
+from astroinertia.engines.xla_lists import Arrangement
+from astroinertia.sph.kernels import KERNELS
+
+Array = Any
+Sums = dict[str, dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class XlaEngine:
+    """Pair sums by XLA.
+
+    precision: "float64", or "mixed": pairs in float32 on coordinates relative to their leaf, summed in float64.
+    support: the reach of the neighbour lists in smoothing lengths; sums of a kernel that reaches further are right, but
+    slow. leaf_size targets against blocks of `block` sources; wide_leaf is the leaf of sums over all pairs.
+    pairs_in_chunk: how many pairs are in work at once (None: what suits the machine); it bounds the memory.
+    """
+
+    precision: Literal["float64", "mixed"] = "float64"
+    support: float = 2.0
+    leaf_size: int = 16
+    block: int = 32
+    wide_leaf: int = 128
+    pairs_in_chunk: int | None = None
+
+    name: ClassVar[str] = "xla"
+    xp: ClassVar[Any] = jnp
+
+    def arrange(self, position: Array, smoothing_length: Array) -> tuple[np.ndarray, Arrangement]:
+        """Sort particles (N, 3), (N,) into leaves and list neighbours.
+
+        Returns the order (N,) and the arrangement of the particles in that order.
+        """
+        return xla_lists.arrange(
+            np.asarray(position, dtype=np.float64),
+            np.asarray(smoothing_length, dtype=np.float64),
+            self.support,
+            self.leaf_size,
+            self.block,
+            self.wide_leaf,
+            self.pairs_in_chunk or _suitable_chunk(),
+        )
+
+    def stale(self, arrangement: Arrangement, position: Array, smoothing_length: Array) -> bool:
+        """Whether the lists no longer hold all pairs within reach here; sums stay right, but become slow."""
+        return not xla_lists.covers(np, arrangement, np.asarray(position), np.asarray(smoothing_length))
+
+    def density(
+        self,
+        arrangement: Arrangement,
+        kernel: str,
+        position: Array,
+        mass: Array,
+        guess: Array,
+        eta: Array | float,
+        tolerance: float,
+        softening: bool,
+    ) -> Density:
+        """Densities of particles (N, 3), (N,) with h = eta (m/rho)^(1/3) to a relative tolerance, from any guess of h.
+
+        Differentiable in position, mass and eta; zeta only with softening.
+        """
+        position, mass, guess = jnp.asarray(position), jnp.asarray(mass), jnp.asarray(guess)
+        return Density(
+            *xla_density.density(
+                kernel, self.precision, tolerance, softening, arrangement, position, mass, guess, jnp.asarray(eta)
+            )
+        )
+
+    def neighbour_sums(
+        self,
+        arrangement: Arrangement,
+        kernel: str,
+        terms: tuple[PairTerm, ...],
+        fields: dict[str, Any],
+        virial: bool = False,
+    ) -> Sums:
+        """{effect: {output: array}} over pairs with r < support max(h_i, h_j); `virial` adds V_e (3, 3)."""
+        return _neighbour_sums(kernel, self.precision, tuple(terms), virial, arrangement, _needed(terms, fields))
+
+    def all_pair_sums(
+        self,
+        arrangement: Arrangement,
+        kernel: str,
+        terms: tuple[PairTerm, ...],
+        fields: dict[str, Any],
+        virial: bool = False,
+    ) -> Sums:
+        """The same over all pairs, with each term's `far` where leaves are out of reach of each other."""
+        return _all_pair_sums(kernel, self.precision, tuple(terms), virial, arrangement, _needed(terms, fields))
+
+
+def _suitable_chunk() -> int:
+    # On CPU the arrays of a chunk should stay in the second-level cache; a GPU wants enough work to fill it.
+    return 1 << 15 if jax.default_backend() == "cpu" else 1 << 23
+
+
+def _needed(terms: tuple[PairTerm, ...], fields: dict[str, Any]) -> dict[str, Array]:
+    names = {"mass", "position", "smoothing_length"}
+    for term in terms:
+        asked = {*xla_tiles.arguments(term.pair), *(xla_tiles.arguments(term.far) if term.far else ())}
+        names |= {"velocity"} if "v_r" in asked else set()
+        names |= {name[:-2] for name in asked if name[-2:] in ("_i", "_j") and name[:-2] in fields}
+        names |= {output.of for output in term.outputs if output.of}
+    return {name: jnp.asarray(fields[name]) for name in sorted(names)}
+
+
+@partial(jax.jit, static_argnames=("kernel", "precision", "terms", "virial"))
+def _neighbour_sums(
+    kernel: str,
+    precision: str,
+    terms: tuple[PairTerm, ...],
+    virial: bool,
+    arrangement: Arrangement,
+    fields: dict[str, Array],
+) -> Sums:
+    shape = KERNELS[kernel]
+    work = _Work(kernel, precision, terms, virial, fields)
+    tiles = arrangement.neighbours
+    h = fields["smoothing_length"]
+    covered = xla_lists.covers(jnp, arrangement, fields["position"], h) & (shape.support <= arrangement.support)
+    reach = shape.support * work.places["smoothing_length"]
+    boxes = xla_tiles.boxes_of(work.places["position"], reach, tiles.slots, tiles.blocks)
+    zero = xla_tiles.empty_sums(terms, tiles, virial, h.dtype)
+    sums = xla_tiles.sum_over_tiles(tiles, covered, boxes, partial(work.chunk, far=False, limited=True), zero)
+    return work.named([sums], tiles)
+
+
+@partial(jax.jit, static_argnames=("kernel", "precision", "terms", "virial"))
+def _all_pair_sums(
+    kernel: str,
+    precision: str,
+    terms: tuple[PairTerm, ...],
+    virial: bool,
+    arrangement: Arrangement,
+    fields: dict[str, Array],
+) -> Sums:
+    shape = KERNELS[kernel]
+    work = _Work(kernel, precision, terms, virial, fields)
+    near, far = arrangement.near, arrangement.far
+    h = fields["smoothing_length"]
+    covered = xla_lists.covers(jnp, arrangement, fields["position"], h) & (shape.support <= arrangement.support)
+    zero = xla_tiles.empty_sums(terms, near, virial, h.dtype)
+    parts = [xla_tiles.sum_over_tiles(near, covered, None, partial(work.chunk, far=False, limited=False), zero)]
+    if far.leaf.shape[0]:
+        # Where the lists do not hold, the near pass takes all pairs and this one takes none.
+        chunk = partial(work.chunk, far=True, limited=False)
+        parts.append(xla_tiles.sum_over_tiles(far, covered, None, chunk, zero, otherwise_all=False))
+    return work.named(parts, near)
+
+
+class _Work:
+    """What the chunks of one pass share: the fields, with a row for empty places."""
+
+    def __init__(
+        self, kernel: str, precision: str, terms: tuple[PairTerm, ...], virial: bool, fields: dict[str, Array]
+    ) -> None:
+        self.kernel, self.precision, self.terms, self.virial = kernel, precision, terms, virial
+        self.places = {name: xla_tiles.with_empty_place(array) for name, array in fields.items()}
+        self.places["mass"] = self.places["mass"].at[-1].set(0.0)
+
+    def chunk(self, target: Array, source: Array, far: bool, limited: bool) -> dict[str, Array]:
+        """The sums of one chunk, targets (C, S) and sources (C, B)."""
+        shape, dtype = KERNELS[self.kernel], xla_tiles.stored_type(self.precision)
+        first = target[:, :1]
+
+        def side(members: Array) -> dict[str, Array]:
+            values = {}
+            for name, array in self.places.items():
+                value = array[members]
+                values[name] = (value - array[first] if value.ndim == 3 else value).astype(dtype)
+            return values
+
+        pairs = xla_tiles.Pairs(shape, side(target), side(source))
+        within = None
+        if limited:
+            within = pairs["r"] < shape.support * jnp.maximum(pairs["h_i"], pairs["h_j"])
+        empty = self.places["mass"].shape[0] - 1
+        other = (target[:, :, None] != source[:, None, :]) & (source < empty)[:, None, :]
+        mass = (self.places["mass"][target], self.places["mass"][source])
+        return xla_tiles.term_sums(pairs, self.terms, far, mass, within, other, self.virial)
+
+    def named(self, parts: list[dict[str, Array]], tiles: xla_lists.Tiles) -> Sums:
+        """{effect: {output: array}} from what was gathered for each leaf."""
+        results: Sums = {}
+        used = {"sum": 0, "max": 0, "total": 0}
+
+        def take(key: str, width: int) -> Array:
+            start = used[key]
+            used[key] = start + width
+            join = jnp.maximum if key == "max" else jnp.add
+            whole = reduce(join, [part[key] for part in parts])
+            return whole[start] if key == "total" else whole[:, :, start : start + width][tiles.row, tiles.column]
+
+        for term in self.terms:
+            mine = results.setdefault(term.effect, {})
+            for output in term.outputs:
+                width = xla_tiles.columns(output)
+                array = take("sum", width) if width else take("max", 1)
+                array = array.reshape(-1, 3, 3) if output.how == "outer" else array
+                array = array[:, 0] if array.ndim == 2 and array.shape[1] == 1 else array
+                mine[output.name] = mine[output.name] + array if output.name in mine else array
+                if self.virial and output.how == "central":
+                    tensor = _symmetric(take("total", 1))
+                    mine["virial"] = mine["virial"] + tensor if "virial" in mine else tensor
+        return results
+
+
+def _symmetric(six: Array) -> Array:
+    xx, xy, xz, yy, yz, zz = six
+    return jnp.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz]).reshape(3, 3)

@@ -1,0 +1,217 @@
+"""Which tiles of particles the xla engine works on: made on the host, carried into compiled code as arrays.
+
+A tile is a leaf of targets against a block of sources. The neighbour list holds, leaf after leaf, blocks of just those
+particles that can come within reach; sums over all pairs use larger leaves, split into near and far pairs of leaves.
+The lists hold for as long as every particle stays within its allowance of motion and growth (`covers`); compiled code
+checks that for itself, and goes through all tiles, culled by their boxes, where it does not hold. So a list that is
+out of date costs time and never a pair.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numba import njit
+
+from astroinertia.engines import tree
+from astroinertia.engines.numba_parts import gather
+
+# A particle may move by this fraction of its reach, and its smoothing length may grow by this fraction, before lists
+# must be made again. Wider margins put more pairs out of reach into the lists: 4% of the reach is about 15% more pairs.
+MOTION = 0.02
+GROWTH = 0.02
+# Array shapes come from a coarse grid, so that lists of similar length share one compiled program.
+SHAPE_RATIO = 1.25
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Tiles:
+    """Leaves of targets (L, S) and the tiles that they take part in; particle number N stands for an empty place.
+
+    slots: (L, S) particles of each leaf; row, column: (N,) where each particle is.
+    leaf: (chunks, C) target leaf of each listed tile; sources: (chunks, C, B) particles of each, or (chunks, C, 1) the
+    number of a block of `blocks`; used: number of chunks that hold tiles.
+    blocks: (M, B) consecutive particles, what all tiles together are made of.
+    """
+
+    slots: Any
+    row: Any
+    column: Any
+    leaf: Any
+    sources: Any
+    used: Any
+    blocks: Any
+    by_block: bool = field(metadata={"static": True})
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Arrangement:
+    """Tiles for neighbours, and for near and far pairs of leaves.
+
+    position (N, 3), smoothing_length (N,): what they were made for, with the support of the kernel.
+    """
+
+    neighbours: Tiles
+    near: Tiles
+    far: Tiles
+    position: Any
+    smoothing_length: Any
+    support: float = field(metadata={"static": True})
+
+
+def arrange(
+    position: np.ndarray,
+    smoothing_length: np.ndarray,
+    support: float,
+    leaf_size: int,
+    block: int,
+    wide_leaf: int,
+    pairs_in_chunk: int,
+) -> tuple[np.ndarray, Arrangement]:
+    """Sort particles (N, 3) into leaves and list tiles; smoothing lengths (N,) and support give the reach.
+
+    Returns the order (N,) and the arrangement of the particles in that order.
+    """
+    order, leaves = tree.arrange(position, leaf_size)
+    position = np.ascontiguousarray(position[order], dtype=np.float64)
+    smoothing_length = np.ascontiguousarray(smoothing_length[order], dtype=np.float64)
+    reach = support * smoothing_length * (1.0 + GROWTH) * (1.0 + 2.0 * MOTION)
+    wide = tree.balanced_leaves(len(position), max(leaf_size, wide_leaf))
+    near, far = _wide_tiles(wide, position, reach, pairs_in_chunk)
+    return order, Arrangement(
+        neighbours=_neighbour_tiles(leaves, position, reach, block, pairs_in_chunk),
+        near=near,
+        far=far,
+        position=jnp.asarray(position),
+        smoothing_length=jnp.asarray(smoothing_length),
+        support=support,
+    )
+
+
+def covers(xp: Any, arrangement: Arrangement, position: Any, smoothing_length: Any) -> Any:
+    """Whether the lists hold every pair within reach at these positions (N, 3) and smoothing lengths (N,): a bool.
+
+    A motion that all particles share does not count.
+    """
+    listed = xp.asarray(arrangement.smoothing_length)
+    moved = position - xp.asarray(arrangement.position)
+    moved = moved - moved.mean(axis=0, keepdims=True)
+    allowed = MOTION * arrangement.support * listed
+    steady = (moved * moved).sum(axis=1) <= allowed * allowed
+    return xp.all(steady & (smoothing_length <= (1.0 + GROWTH) * listed))
+
+
+def _grid(count: int) -> int:
+    # The least number of the shape grid that is not below count.
+    size = 1
+    while size < count:
+        size = max(size + 1, int(size * SHAPE_RATIO))
+    return size
+
+
+def _slots(leaves: tree.Leaves) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    start, count = leaves.start, int(leaves.start[-1])
+    sizes = np.diff(start)
+    column = np.arange(count) - np.repeat(start[:-1], sizes)
+    row = np.repeat(np.arange(leaves.count), sizes)
+    slots = np.full((leaves.count, sizes.max()), count)
+    slots[row, column] = np.arange(count)
+    return slots, row, column
+
+
+def _tiles(leaves: tree.Leaves, leaf: np.ndarray, sources: np.ndarray, blocks: np.ndarray, chunk: int) -> Tiles:
+    # Empty tiles at the end fill the last chunk; they belong to the last leaf, which keeps leaves in ascending order.
+    slots, row, column = _slots(leaves)
+    by_block = sources.shape[1] == 1
+    empty = len(blocks) if by_block else int(leaves.start[-1])
+    used = -(-len(leaf) // chunk)
+    total = _grid(used) * chunk if used else 0
+    padded_leaf = np.full(total, leaves.count - 1)
+    padded_leaf[: len(leaf)] = leaf
+    padded_sources = np.full((total, sources.shape[1]), empty)
+    padded_sources[: len(leaf)] = sources
+    whole = np.concatenate([blocks, np.full((1, blocks.shape[1]), int(leaves.start[-1]))])
+
+    def device(array: np.ndarray) -> Any:
+        return jnp.asarray(array, dtype=jnp.int32)
+
+    return Tiles(
+        slots=device(slots),
+        row=device(row),
+        column=device(column),
+        leaf=device(padded_leaf.reshape(-1, chunk)),
+        sources=device(padded_sources.reshape(-1, chunk, sources.shape[1])),
+        used=device(np.asarray(used)),
+        blocks=device(whole),
+        by_block=by_block,
+    )
+
+
+def _chunk(pairs_in_chunk: int, targets: int, sources: int, tiles: int) -> int:
+    return max(1, min(pairs_in_chunk // (targets * sources), tiles))
+
+
+def _neighbour_tiles(
+    leaves: tree.Leaves, position: np.ndarray, reach: np.ndarray, block: int, pairs_in_chunk: int
+) -> Tiles:
+    count = len(position)
+    lo, hi = tree.boxes(leaves, position)
+    node_reach = tree.largest(leaves, reach)
+    capacity = 2 * leaves.count
+    while True:
+        leaf, sources = np.empty(capacity, np.int64), np.empty((capacity, block), np.int64)
+        used = _list_blocks(position, reach, lo, hi, node_reach, leaves.start, leaf, sources)
+        if used <= capacity:
+            break
+        capacity = used
+    everything = np.full(-(-count // block) * block, count)
+    everything[:count] = np.arange(count)
+    targets = int(np.diff(leaves.start).max())
+    chunk = _chunk(pairs_in_chunk, targets, block, used)
+    return _tiles(leaves, leaf[:used], sources[:used], everything.reshape(-1, block), chunk)
+
+
+@njit(cache=True, error_model="numpy")
+def _list_blocks(position, reach, lo, hi, node_reach, start, leaf, sources):
+    # Fills leaf and sources as far as they go and returns the number of blocks that there are.
+    leaves, block, empty = len(start) - 1, sources.shape[1], len(position)
+    found = np.empty(1024, np.int64)
+    box = np.empty((2, 3))
+    used = 0
+    for target in range(leaves):
+        box[0] = lo[leaves + target]
+        box[1] = hi[leaves + target]
+        count, found = gather(position, reach, lo, hi, node_reach, start, box, node_reach[leaves + target], found)
+        for first in range(0, count, block):
+            if used < len(leaf):
+                leaf[used] = target
+                for k in range(block):
+                    sources[used, k] = found[first + k] if first + k < count else empty
+            used += 1
+    return used
+
+
+def _wide_tiles(
+    leaves: tree.Leaves, position: np.ndarray, reach: np.ndarray, pairs_in_chunk: int
+) -> tuple[Tiles, Tiles]:
+    lo, hi = (bound[leaves.count :] for bound in tree.boxes(leaves, position))
+    leaf_reach = tree.largest(leaves, reach)[leaves.count :]
+    near, far = [], []
+    for a in range(leaves.count):
+        gap = np.maximum(np.maximum(lo - hi[a], lo[a] - hi), 0.0)
+        # Written so that NaN counts as near.
+        apart = (gap * gap).sum(axis=1) > np.maximum(leaf_reach, leaf_reach[a]) ** 2
+        near.append(np.flatnonzero(~apart))
+        far.append(np.flatnonzero(apart))
+    slots, _, _ = _slots(leaves)
+    chunk = _chunk(pairs_in_chunk, slots.shape[1], slots.shape[1], leaves.count**2)
+
+    def tiles(lists: list[np.ndarray]) -> Tiles:
+        leaf = np.repeat(np.arange(leaves.count), [len(entry) for entry in lists])
+        return _tiles(leaves, leaf, np.concatenate(lists)[:, None], slots, chunk)
+
+    return tiles(near), tiles(far)

@@ -1,0 +1,278 @@
+"""Pair sums over tiles: how compiled code goes through the tiles of an arrangement and adds up what pair terms return.
+
+A chunk of C tiles is C leaves of S targets against C blocks of B sources: pair arrays have shape (C, S, B). Chunks run
+in ascending order of the leaves, in two nested scans, and each is computed again in reverse mode rather than stored.
+"""
+
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.engines.xla_lists import Tiles
+from astroinertia.sph.kernels import Kernel
+
+Array = Any
+PRECISION = jax.lax.Precision.HIGHEST
+AXES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
+def arguments(function: Callable) -> tuple[str, ...]:
+    """The names of the pair scalars that a pair function asks for."""
+    return tuple(inspect.signature(function).parameters)[1:]
+
+
+class Pairs:
+    """The scalars of all pairs of a chunk, each worked out when it is first asked for.
+
+    Targets and sources are {field: (C, S) or (C, B)}, vectors with a last axis of 3 and relative to a particle of the
+    leaf, in the type that pairs are computed in.
+    """
+
+    def __init__(self, kernel: Kernel, targets: Mapping[str, Array], sources: Mapping[str, Array]) -> None:
+        self.kernel, self.targets, self.sources = kernel, targets, sources
+        self.known: dict[str, Array] = {}
+        self.separation = self._difference("position")
+        squared = sum(d * d for d in self.separation)
+        apart = squared > 0.0
+        # A square root has no derivative at 0: the inner `where` keeps it away from there.
+        root = jnp.sqrt(jnp.where(apart, squared, 1.0))
+        self.inverse_r = jnp.where(apart, 1.0 / root, 0.0)
+        self.known["r"] = jnp.where(apart, root, 0.0)
+
+    def _difference(self, name: str) -> list[Array]:
+        mine, other = self.targets[name], self.sources[name]
+        return [mine[:, :, None, k] - other[:, None, :, k] for k in range(3)]
+
+    def __getitem__(self, name: str) -> Array:
+        if name not in self.known:
+            self.known[name] = self._made(name)
+        return self.known[name]
+
+    def _made(self, name: str) -> Array:
+        if name == "v_r":
+            along = sum(v * d for v, d in zip(self._difference("velocity"), self.separation, strict=True))
+            return along * self.inverse_r
+        stem, side = name[:-2], name[-1]
+        if stem == "h":
+            return self._field("smoothing_length", side)
+        if stem == "inverse_h":
+            return 1.0 / self[f"h_{side}"]
+        if stem in ("W", "dW", "phi", "dphi"):
+            inverse = self[f"inverse_h_{side}"]
+            value = getattr(self.kernel, stem.lower())(jnp, self["r"] * inverse)
+            power = {"W": 3, "dW": 4, "phi": 1, "dphi": 2}[stem]
+            return value * inverse**power
+        return self._field(stem, side)
+
+    def _field(self, name: str, side: str) -> Array:
+        return self.targets[name][:, :, None] if side == "i" else self.sources[name][:, None, :]
+
+    def arguments(self, function: Callable) -> list[Array]:
+        """What a pair function asks for."""
+        with jax.named_scope("pairs"):
+            return [self[name] for name in arguments(function)]
+
+
+def stored_type(kind: str) -> Any:
+    """The floating type that pairs are computed in, for a precision."""
+    return jnp.float32 if kind == "mixed" else jnp.float64
+
+
+def with_empty_place(array: Array) -> Array:
+    """A field with one more row, which stands for empty places: a copy of a particle, so that pairs stay finite."""
+    return jnp.concatenate([array, array[:1]])
+
+
+def columns(output: Output) -> int:
+    """How many sums one output is made of."""
+    return {"central": 3, "sum": 1, "outer": 9, "max": 0}[output.how]
+
+
+def sum_over_tiles(
+    tiles: Tiles,
+    covered: Array,
+    boxes: tuple[Array, Array, Array, Array] | None,
+    chunk_sums: Callable[[Array, Array], Any],
+    zero: Any,
+    otherwise_all: bool = True,
+) -> Any:
+    """Add up `chunk_sums(target particles (C, S), source particles (C, B))` by target leaf.
+
+    It returns a dictionary, gathered into one like `zero`: (C, S, ...) arrays into (L, S, ...), by addition under the
+    key "sum" and by maximum under "max"; arrays under "total" are simply added. Where the lists do not
+    cover all pairs, all tiles are visited (or with otherwise_all=False none); the `boxes` of `boxes_of` say which of
+    them can be left out.
+    """
+    listed, size = tiles.leaf.shape
+    leaves, blocks = tiles.slots.shape[0], tiles.blocks.shape[0] - 1
+    everything = -(-leaves * blocks // size) if otherwise_all else 0
+    total = max(listed, everything)
+    group = max(1, round(total**0.5))
+    used = jnp.where(covered, tiles.used, everything)
+
+    def tile_numbers(chunk: Array) -> tuple[Array, Array, Array]:
+        row = jnp.minimum(chunk, listed - 1)
+        number = chunk * size + jnp.arange(size)
+        leaf = jnp.minimum(number // blocks, leaves - 1)
+        block = jnp.where(number < leaves * blocks, number % blocks, blocks)
+        within = jnp.array(True)
+        if boxes is not None:
+            within = _in_reach(boxes, leaf, block).any()
+        target = jnp.where(covered, tiles.leaf[row], leaf)
+        if tiles.by_block:
+            source = tiles.blocks[jnp.where(covered, tiles.sources[row, :, 0], block)]
+        else:
+            source = jnp.where(covered, tiles.sources[row], tiles.blocks[block])
+        return target, source, (chunk < used) & (covered | within)
+
+    def one(carry: Any, chunk: Array) -> tuple[Any, None]:
+        target, source, needed = tile_numbers(chunk)
+
+        def add(carry: Any) -> Any:
+            return _gathered(carry, target, chunk_sums(tiles.slots[target], source))
+
+        return jax.lax.cond(needed, add, lambda carry: carry, carry), None
+
+    def several(carry: Any, first: Array) -> tuple[Any, None]:
+        def add(carry: Any) -> Any:
+            return jax.lax.scan(jax.checkpoint(one), carry, first + jnp.arange(group))[0]
+
+        return jax.lax.cond(first < used, add, lambda carry: carry, carry), None
+
+    return jax.lax.scan(jax.checkpoint(several), zero, jnp.arange(0, total, group))[0]
+
+
+def _gathered(carry: dict[str, Array], target: Array, part: dict[str, Array]) -> dict[str, Array]:
+    result = {}
+    for key, array in carry.items():
+        if key == "sum":
+            result[key] = array.at[target].add(part[key], indices_are_sorted=True, mode="promise_in_bounds")
+        elif key == "max":
+            result[key] = array.at[target].max(part[key], indices_are_sorted=True, mode="promise_in_bounds")
+        else:
+            result[key] = array + part[key]
+    return result
+
+
+def _in_reach(boxes: tuple[Array, Array, Array, Array], leaf: Array, block: Array) -> Array:
+    centre, width, other, spread = boxes[0][leaf], boxes[1][leaf], boxes[2][block], boxes[3][block]
+    gap = jnp.maximum(jnp.abs(centre - other) - width[:, :3] - spread[:, :3], 0.0)
+    # NaN counts as within reach.
+    return ~((gap * gap).sum(axis=1) > jnp.maximum(width[:, 3], spread[:, 3]) ** 2)
+
+
+def boxes_of(position: Array, reach: Array, slots: Array, blocks: Array) -> tuple[Array, Array, Array, Array]:
+    """Centres (L, 3) and half-widths with the reach beside them (L, 4) of leaves, then the same of blocks.
+
+    position (N + 1, 3) and reach (N + 1,) have a row for empty places.
+    """
+    position, reach = jax.lax.stop_gradient((position, reach))
+    parts = []
+    for members in (slots, blocks):
+        # An empty place takes the position of the first of its group, so that it does not stretch the box.
+        members = jnp.where(members < len(position) - 1, members, members[:, :1])
+        points = position[members]
+        low, high = points.min(axis=1), points.max(axis=1)
+        middle = 0.5 * (low + high)
+        half = jnp.concatenate([(high - middle) * (1.0 + 1e-6), reach[members].max(axis=1)[:, None]], axis=1)
+        parts += [middle, half]
+    return tuple(parts)  # type: ignore[return-value]
+
+
+def term_sums(
+    pairs: Pairs,
+    terms: tuple[PairTerm, ...],
+    far: bool,
+    mass: tuple[Array, Array],
+    within: Array | None,
+    other: Array,
+    virial: bool,
+) -> dict[str, Array]:
+    """What one chunk adds, {"sum": (C, S, K), "max": (C, S, M), "total": (E, 6)}, in the order of the terms' outputs.
+
+    mass: of targets (C, S) and sources (C, B), float64, zero at empty places; within: pairs to count, or None for all;
+    other: pairs of different particles, (C, S, B).
+    """
+    sums, largest, totals = [], [], []
+    for term in terms:
+        function = term.far if far and term.far else term.pair
+        given = pairs.arguments(function)
+        with jax.named_scope(f"effect:{term.effect}"):
+            values = [jnp.broadcast_to(value, other.shape) for value in function(jnp, *given)]
+            for output, value in zip(term.outputs, values, strict=True):
+                if output.how == "max":
+                    counted = other if within is None else other & within
+                    # Largest over sources; the square tile may hold empty places, which `other` leaves out.
+                    largest.append(jnp.where(counted, value, 0.0).max(axis=2))
+                    continue
+                value = value if within is None else jnp.where(within, value, 0.0)
+                if output.how == "sum":
+                    sums.append(weighted(value, mass[1])[:, :, None])
+                    continue
+                slope = value * pairs.inverse_r
+                if output.how == "central":
+                    sums.append(-_moments(slope, pairs, mass[1]))
+                    if virial:
+                        totals.append(_virial(slope, pairs, mass))
+                else:
+                    sums.append(_outer(slope, pairs, mass[1], str(output.of)))
+    result = {}
+    if sums:
+        result["sum"] = jnp.concatenate(sums, axis=2)
+    if largest:
+        result["max"] = jnp.stack(largest, axis=2).astype(mass[0].dtype)
+    if totals:
+        result["total"] = jnp.stack(totals)
+    return result
+
+
+def empty_sums(terms: tuple[PairTerm, ...], tiles: Tiles, virial: bool, dtype: Any) -> dict[str, Array]:
+    """Zeros of the shape that `term_sums` are gathered into."""
+    shape = tiles.slots.shape
+    outputs = [output for term in terms for output in term.outputs]
+    counts = {"sum": sum(columns(output) for output in outputs), "max": sum(o.how == "max" for o in outputs)}
+    zero = {key: jnp.zeros((*shape, count), dtype) for key, count in counts.items() if count}
+    central = sum(output.how == "central" for output in outputs)
+    if virial and central:
+        zero["total"] = jnp.zeros((central, 6), dtype)
+    return zero
+
+
+def weighted(value: Array, mass: Array) -> Array:
+    """sum_j m_j q of a chunk (C, S, B) with the masses of its sources (C, B), in their type."""
+    return (value.astype(mass.dtype) * mass[:, None, :]).sum(axis=2)
+
+
+def _product(matrix: Array, right: Array) -> Array:
+    return jnp.einsum("cij,cjk->cik", matrix.astype(right.dtype), right, precision=PRECISION)
+
+
+def _moments(slope: Array, pairs: Pairs, mass: Array) -> Array:
+    # sum_j m_j s (x_i - x_j) as one small matrix product a tile; positions are relative to the leaf.
+    mine, other = (side["position"].astype(mass.dtype) for side in (pairs.targets, pairs.sources))
+    weights = mass[:, :, None] * jnp.concatenate([other, jnp.ones_like(other[:, :, :1])], axis=2)
+    product = _product(slope, weights)
+    return mine * product[:, :, 3:] - product[:, :, :3]
+
+
+def _outer(slope: Array, pairs: Pairs, mass: Array, name: str) -> Array:
+    # sum_j m_j s (F_i - F_j) (x) (x_i - x_j), rows of F, expanded into products of sums.
+    x, y = (side["position"].astype(mass.dtype) for side in (pairs.targets, pairs.sources))
+    f, g = (side[name].astype(mass.dtype) for side in (pairs.targets, pairs.sources))
+    one = jnp.ones_like(y[:, :, :1])
+    both = (g[:, :, :, None] * y[:, :, None, :]).reshape(*y.shape[:2], 9)
+    product = _product(slope, mass[:, :, None] * jnp.concatenate([one, y, g, both], axis=2))
+    total, first, second, third = jnp.split(product, (1, 4, 7), axis=2)
+    cross = f[:, :, :, None] * (x * total - first)[:, :, None, :] - second[:, :, :, None] * x[:, :, None, :]
+    return cross.reshape(*x.shape[:2], 9) + third
+
+
+def _virial(slope: Array, pairs: Pairs, mass: tuple[Array, Array]) -> Array:
+    # -1/2 sum_i sum_j m_i m_j s (x_i - x_j) (x) (x_i - x_j), six components, pair by pair: a route of its own.
+    weight = -0.5 * slope.astype(mass[0].dtype) * mass[0][:, :, None] * mass[1][:, None, :]
+    d = [component.astype(mass[0].dtype) for component in pairs.separation]
+    return jnp.stack([(weight * d[a] * d[b]).sum() for a, b in AXES])
