@@ -154,6 +154,7 @@ def outputs_of(scene: Scene, units: CodeUnits) -> Outputs:
 def metadata(scene: Scene) -> dict[str, Any]:
     """What a run's file says of where it came from: enough to repeat it."""
     units = code_units(scene)
+    ball = start.sphere(scene, units)
     return {
         "name": scene.name,
         "description": scene.description,
@@ -162,6 +163,8 @@ def metadata(scene: Scene) -> dict[str, Any]:
         "overrides": list(scene.overrides),
         "dimensionless": scene.dimensionless,
         "code_units": {"mass": units.mass, "length": units.length, "G": units.gravitational_constant},
+        "reference_radius": None if ball is None else ball.radius,
+        "reference_radius_convention": "radius of the initial body before its axes stretch it",
         "model": scene.model,
         "engine": scene.numerics.engine,
         "precision": scene.numerics.precision,

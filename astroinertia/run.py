@@ -11,6 +11,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from astroinertia import dataset
 from astroinertia.archive import Archive
 from astroinertia.build import Prepared, metadata, prepare, restore
 from astroinertia.errors import NumericalError, RunInterrupted
@@ -104,7 +105,7 @@ class _Run:
                 self._record(force=self._ended())
             self._checkpoint()
         self._tell(force=True)
-        return self.archive.finish()
+        return dataset.finish(self.archive)
 
     def _ended(self) -> bool:
         time, end = float(self.state.time), self.output.end

@@ -9,12 +9,12 @@ from astroinertia.effects.effect import Effect
 from astroinertia.engines.terms import Output, PairTerm
 
 
-def pressure_pair(xp, dW_i, dW_j, pressure_weight_i, pressure_weight_j):
-    """The two sides of the pressure gradient."""
-    return (pressure_weight_i * dW_i + pressure_weight_j * dW_j,)
+def pressure_pair(xp, v_r, dW_i, dW_j, pressure_weight_i, pressure_weight_j, sound_speed_i, sound_speed_j):
+    """The two sides of the pressure gradient, and how fast the pair learns of each other or changes."""
+    return pressure_weight_i * dW_i + pressure_weight_j * dW_j, 0.5 * (sound_speed_i + sound_speed_j) + xp.abs(v_r)
 
 
-PRESSURE = PairTerm("pressure", pressure_pair, (Output("acceleration", "central"),))
+PRESSURE = PairTerm("pressure", pressure_pair, (Output("acceleration", "central"), Output("signal", "max")))
 
 
 @jax.tree_util.register_dataclass
@@ -31,14 +31,18 @@ class Pressure(Effect):
 
     @property
     def neighbour_terms(self):
-        """The pressure gradient."""
+        """The pressure gradient, and the signal of the time step."""
         return (PRESSURE,)
 
     def fields(self, xp, fluid):
-        """P/(Omega rho^2)."""
-        return {"pressure_weight": fluid.pressure / (fluid.grad_h * fluid.density**2)}
+        """P/(Omega rho^2) and the speed of sound."""
+        return {
+            "pressure_weight": fluid.pressure / (fluid.grad_h * fluid.density**2),
+            "sound_speed": fluid.sound_speed,
+        }
 
     def timestep(self, xp, fluid):
-        """Sound crosses the smoothing length: min h/c."""
-        # Cold gas has no sound to wait for; the reciprocal keeps it finite.
-        return 1.0 / xp.maximum(xp.max(fluid.sound_speed / fluid.smoothing_length), 1e-30)
+        """Sound crosses the smoothing length, and neighbours do not move far apart or together: min h/v_signal."""
+        # The particle's own sound is a signal too, where it has no neighbour.
+        signal = xp.maximum(fluid.sums[self.kind]["signal"], fluid.sound_speed)
+        return 1.0 / xp.maximum(xp.max(signal / fluid.smoothing_length), 1e-30)
