@@ -13,6 +13,7 @@ of the crash safety. One file held open for appending is not an option: HDF5 los
 import fcntl
 import json
 import re
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
@@ -136,10 +137,19 @@ class Archive:
         entry = self._manifest["checkpoint"]
         return None if entry is None else read_arrays(self.folder / entry["file"], entry["sha256"])
 
-    def read_segments(self) -> Iterator[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
-        """Headline and snapshot arrays of each segment in turn, the output number leading; checked against the hashes."""
+    def read_segments(self, damaged: str = "raise") -> Iterator[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
+        """Headline and snapshot arrays of each segment in turn, the output number leading; checked against the hashes.
+
+        A segment that is missing or damaged raises ArchiveError, or with damaged="skip" is left out with a warning.
+        """
         for entry in self._manifest["segments"]:
-            arrays, _ = read_arrays(self.folder / entry["file"], entry["sha256"])
+            try:
+                arrays, _ = read_arrays(self.folder / entry["file"], entry["sha256"])
+            except ArchiveError as error:
+                if damaged != "skip":
+                    raise
+                warnings.warn(f"{error} Its {entry['records']} outputs are left out.", stacklevel=2)
+                continue
             yield _part(arrays, "series/"), _part(arrays, "snapshot/")
 
     def snapshot_layout(self) -> tuple[int, dict[str, tuple[int, ...]]]:
@@ -258,7 +268,7 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
 def _locked(folder: Path) -> Any:
     path = folder / LOCK
     try:
-        lock = open(path, "ab")  # noqa: SIM115  it stays open as long as the archive
+        lock = path.open("ab")
     except OSError as error:
         raise ArchiveError(f"the run folder {folder} cannot be written: {error.strerror or error}.") from error
     try:

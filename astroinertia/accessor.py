@@ -1,0 +1,235 @@
+"""`dataset.inertia`: derived quantities and plots on any dataset of this package, however it was opened.
+
+Importing this module registers the accessor for xarray's Dataset and DataTree.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from astroinertia.dataset import open_snapshots
+from astroinertia.dataset_derived import SPINLESS, strain
+from astroinertia.errors import ArchiveError
+from astroinertia.inertia import tensor
+from astroinertia.units import SPEED_OF_LIGHT
+
+MOTION = "motion"  # the share that is not an effect's: the kinetic tensor's
+
+
+@xr.register_dataset_accessor("inertia")
+@xr.register_datatree_accessor("inertia")
+class InertiaAccessor:
+    """The inertia tensor of a dataset and what follows from it; every result keeps coordinates, units and meaning."""
+
+    def __init__(self, opened: xr.Dataset | xr.DataTree) -> None:
+        self._tree = opened if isinstance(opened, xr.DataTree) else None
+        self.dataset = opened.to_dataset() if isinstance(opened, xr.DataTree) else opened
+        if "inertia_tensor" not in self.dataset:
+            raise ValueError("this dataset has no inertia_tensor; the accessor is for datasets of astroinertia")
+
+    @property
+    def principal(self) -> xr.Dataset:
+        """Principal moments, axes and gaps, and the rate at which the axes turn."""
+        return self.dataset[["principal_moments", "principal_axes", "principal_gap", "figure_rotation_rate"]]
+
+    @property
+    def snapshots(self) -> xr.Dataset | None:
+        """The particles of the snapshots; None if there are none or the dataset's file is not known."""
+        if self._tree is not None:
+            return self._tree["snapshots"].to_dataset() if "snapshots" in self._tree.children else None
+        source = self.dataset.encoding.get("source")
+        if source is None or not Path(source).exists():
+            return None
+        try:
+            return open_snapshots(source)
+        except (ArchiveError, OSError):
+            return None
+
+    def about_axis(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
+        """Moment of inertia n.I.n about an axis: "x", "y", "z", a vector (3,), or one for each time, (time, i)."""
+        inertia = self.dataset["inertia_tensor"]
+        direction = self._axis(axis)
+        moment = tensor.moment_about(inertia.transpose("time", "i", "j").values, direction)
+        return self._series(moment, f"moment of inertia about {_told(axis)}", inertia.attrs["units"], "n.I.n")
+
+    def radius_of_gyration(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
+        """sqrt(n.I.n / M) about an axis."""
+        radius = np.sqrt(self.about_axis(axis).values / self.dataset["mass"].values)
+        return self._series(radius, f"radius of gyration about {_told(axis)}", self._unit("m"), "sqrt(n.I.n / M)")
+
+    def moment_ratio(
+        self, radius: float | xr.DataArray, axis: str | Sequence[float] | xr.DataArray = "spin"
+    ) -> xr.DataArray:
+        """n.I.n / (M R^2) for a radius of the reader's choice, in the dataset's unit of length."""
+        ratio = self.about_axis(axis) / (self.dataset["mass"] * radius**2)
+        attrs = f"with R = {radius:g} {self._unit('m')}" if isinstance(radius, float | int) else "with the R given"
+        return self._series(ratio.values, f"moment of inertia about {_told(axis)} over M R^2", "1", attrs)
+
+    @property
+    def quadrupole(self) -> xr.DataArray:
+        """The reduced quadrupole Q - tr(Q)/3 1, (time, i, j)."""
+        second = self.dataset["second_moment"]
+        values = second.transpose("time", "i", "j").values
+        reduced = values - np.trace(values, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
+        attrs = {"units": second.attrs["units"], "long_name": "reduced quadrupole", "comment": "Q - tr(Q) 1 / 3"}
+        return second.transpose("time", "i", "j").copy(data=reduced).rename("quadrupole").assign_attrs(attrs)
+
+    def acceleration_shares(self, axis: str | Sequence[float] | xr.DataArray | None = None) -> xr.DataArray:
+        """What motion and each effect contribute to d2I/dt2, (time, share[, i, j]); the shares add up to the whole.
+
+        The first share is that of the kinetic tensor, 2 (tr(K) 1 - K), called "motion"; an effect's is tr(S) 1 - S with
+        S = V + V^T. With an axis, the component n.(d2I/dt2).n along it.
+        """
+        kinetic = 2.0 * self._values("kinetic_tensor")[:, None]
+        shares = tensor.inertia_from_second_moment(
+            np.concatenate([kinetic, tensor.twice_symmetric(self._values("virial_tensor"))], axis=1)
+        )
+        dims: tuple[str, ...] = ("time", "share", "i", "j")
+        if axis is not None:
+            direction = np.broadcast_to(self._axis(axis), (shares.shape[0], 3))
+            shares, dims = np.einsum("ti,teij,tj->te", direction, shares, direction), ("time", "share")
+        return self._shares(shares, dims, "share in the second time derivative of the inertia tensor", "kg m2 s-2")
+
+    def virial_shares(self) -> xr.DataArray:
+        """The terms of the scalar virial, (time, share): tr K for motion, tr V for an effect.
+
+        They add up to half the second time derivative of tr Q.
+        """
+        motion = np.trace(self._values("kinetic_tensor"), axis1=1, axis2=2)[:, None]
+        effects = np.trace(self._values("virial_tensor"), axis1=2, axis2=3)
+        shares = np.concatenate([motion, effects], axis=1)
+        return self._shares(shares, ("time", "share"), "share in the scalar virial", "J")
+
+    def torque_shares(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
+        """The torque of each effect along an axis, (time, effect)."""
+        torque = self.dataset["torque"].transpose("time", "effect", "i")
+        direction = np.broadcast_to(self._axis(axis), (self.dataset.sizes["time"], 3))
+        along = np.einsum("tei,ti->te", torque.values, direction)
+        found = xr.DataArray(
+            along, {"time": self.dataset["time"], "effect": self.dataset["effect"]}, ("time", "effect")
+        )
+        return found.rename("torque").assign_attrs(torque.attrs | {"long_name": f"torque along {_told(axis)}"})
+
+    def spin_rate(self) -> xr.DataArray:
+        """The mean spin along the direction of the angular momentum at the start: L.n / n.I.n, n fixed."""
+        axis = self._opening_axis()
+        momentum = self.dataset["angular_momentum"].transpose("time", "i").values @ axis
+        rate = momentum / self.about_axis(axis.tolist()).values
+        return self._series(rate, "spin about the axis of the angular momentum", self._unit("rad s-1"), "L.n / n.I.n")
+
+    def spin_scaling(self, law: str = "inertia") -> xr.DataArray:
+        """The spin that a scaling law predicts from the first output on.
+
+        "inertia": omega_0 I_0 / I, which is exact where the angular momentum about the axis stays; "radius": omega_0
+        (R_0 / R)^2 with the mean radius, which also needs the shape and the profile to stay. Raises ValueError for
+        another law.
+        """
+        opening = self.spin_rate().values[0]
+        if law == "inertia":
+            size = self.about_axis(self._opening_axis().tolist()).values
+        elif law == "radius":
+            size = self.dataset["mean_radius"].values ** 2
+        else:
+            raise ValueError(f'the scaling laws are "inertia" and "radius", not {law!r}')
+        text = {"inertia": "spin if the angular momentum stays", "radius": "spin if the body also keeps its shape"}[law]
+        return self._series(opening * size[0] / size, text, self._unit("rad s-1"), f"scaling with {law}")
+
+    def strain(self, polar_angle: float, azimuth: float = 0.0) -> xr.Dataset:
+        """Gravitational-wave strain times distance for an observer at (theta, phi) in radians; variables plus, cross.
+
+        Raises ValueError for a dimensionless dataset, in which the speed of light has no value.
+        """
+        if self._unit("m") == "1":
+            raise ValueError("the dataset is dimensionless: the speed of light has no value in it")
+        acceleration = 2.0 * self._values("kinetic_tensor") + tensor.twice_symmetric(
+            self._values("virial_tensor").sum(axis=1)
+        )
+        scale = self.dataset.attrs["gravitational_constant"] / SPEED_OF_LIGHT**4
+        plus, cross = strain(acceleration, polar_angle, azimuth, scale)
+        names = {"plus": plus, "cross": cross}
+        text = "gravitational-wave strain times distance"
+        return xr.Dataset({name: self._series(values, f"{text}, {name}", "m", "") for name, values in names.items()})
+
+    def plot_inertia(self, **options: Any) -> Any:
+        """I(t) evolved against direct, with the closure. Returns the matplotlib Figure, as all plots do."""
+        return self._plot("moments", "inertia_figure", **options)
+
+    def plot_spin(self, **options: Any) -> Any:
+        """Spin against the scalings with 1/I and R^-2, and the rotation profile."""
+        return self._plot("spin", "spin_figure", **options)
+
+    def plot_ledger(self, **options: Any) -> Any:
+        """Each effect's share in d2I/dt2, the virial and the torque."""
+        return self._plot("ledger", "ledger_figure", **options)
+
+    def plot_shape(self, **options: Any) -> Any:
+        """Axis ratios and the inertia ellipsoid."""
+        return self._plot("shape", "shape_figure", **options)
+
+    def plot_energy(self, **options: Any) -> Any:
+        """Energies, each effect's work and heating, and the errors."""
+        return self._plot("energy", "energy_figure", **options)
+
+    def plot_waves(self, **options: Any) -> Any:
+        """Gravitational-wave strain times distance."""
+        return self._plot("waves", "waves_figure", **options)
+
+    def plot_density(self, **options: Any) -> Any:
+        """Slices of the density at the start, at maximum compression and at the end, from the snapshots."""
+        snapshots = options.pop("snapshots", None)
+        snapshots = self.snapshots if snapshots is None else snapshots
+        if snapshots is None:
+            raise ValueError("this dataset has no snapshots to draw")
+        return self._plot("density", "density_figure", snapshots=snapshots, **options)
+
+    def plot_profiles(self, **options: Any) -> Any:
+        """Density, rotation and specific angular momentum against radius, at several times."""
+        return self._plot("profiles", "profiles_figure", **options)
+
+    def _plot(self, module: str, function: str, **options: Any) -> Any:
+        from importlib import import_module  # matplotlib is only loaded by who draws
+
+        return getattr(import_module(f"astroinertia.plots.{module}"), function)(self.dataset, **options)
+
+    def _unit(self, unit: str) -> str:
+        return "1" if self.dataset["mass"].attrs["units"] == "1" else unit
+
+    def _values(self, name: str) -> np.ndarray:
+        dims = ("time", *(("effect",) if "effect" in self.dataset[name].dims else ()), "i", "j")
+        return self.dataset[name].transpose(*dims).values
+
+    def _axis(self, axis: str | Sequence[float] | xr.DataArray) -> np.ndarray:
+        if isinstance(axis, str):
+            if axis == "spin":
+                return self.dataset["spin_axis"].transpose("time", "i").values
+            if axis not in ("x", "y", "z"):
+                raise ValueError(f'an axis is "x", "y", "z", "spin" or a vector, not {axis!r}')
+            return np.eye(3)["xyz".index(axis)]
+        if isinstance(axis, xr.DataArray):
+            return axis.transpose(..., "i").values
+        return np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+
+    def _opening_axis(self) -> np.ndarray:
+        momentum = self.dataset["angular_momentum"].transpose("time", "i").values[0]
+        spread = self._values("second_moment")[0].trace() * self._values("kinetic_tensor")[0].trace()
+        size = np.linalg.norm(momentum)
+        return momentum / size if size > SPINLESS * 2.0 * np.sqrt(spread) else np.eye(3)[2]
+
+    def _series(self, values: np.ndarray, long_name: str, unit: str, comment: str) -> xr.DataArray:
+        attrs = {"units": unit, "long_name": long_name} | ({"comment": comment} if comment else {})
+        return xr.DataArray(values, {"time": self.dataset["time"]}, ("time",), attrs=attrs)
+
+    def _shares(self, values: np.ndarray, dims: tuple[str, ...], long_name: str, unit: str) -> xr.DataArray:
+        names = np.array([MOTION, *self.dataset["effect"].values.tolist()], dtype=str)
+        coords: dict[str, Any] = {"time": self.dataset["time"], "share": names}
+        coords |= {name: self.dataset[name] for name in ("i", "j") if name in dims}
+        return xr.DataArray(values, coords, dims, attrs={"units": self._unit(unit), "long_name": long_name})
+
+
+def _told(axis: Any) -> str:
+    if isinstance(axis, str):
+        return "the spin axis" if axis == "spin" else axis
+    return "an axis that moves" if isinstance(axis, xr.DataArray) else f"({', '.join(f'{x:.3g}' for x in axis)})"

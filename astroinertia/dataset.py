@@ -1,0 +1,306 @@
+"""Datasets: from a run's records in code units to xarray and netCDF in SI, and back from disk.
+
+The headline series are a Dataset; the particles of the snapshots are another, in the group `snapshots` of the file.
+"""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+import xarray as xr
+
+from astroinertia.archive import MANIFEST, Archive
+from astroinertia.dataset_derived import (
+    PARTICLE_GAP_TOLERANCE,
+    derived_quantities,
+    second_moment_acceleration,
+    strain,
+)
+from astroinertia.dataset_schema import (
+    CONVENTIONS,
+    DERIVED,
+    FORMAT,
+    LABELS,
+    RECORDED,
+    SNAPSHOT,
+    SNAPSHOT_TIME,
+    TIME_QUANTITY,
+    Quantity,
+    reason_for_absence,
+)
+from astroinertia.errors import ArchiveError
+from astroinertia.inertia.tensor import ROUND_OFF_GAP
+from astroinertia.units import DIMENSIONLESS, SPEED_OF_LIGHT, CodeUnits
+
+_OBSERVERS = ((0.0, 0.0), (np.pi / 2, 0.0))  # polar angle and azimuth of the schema's observers
+_INERTIAL = "inertial"
+
+
+def open(path: Path | str, damaged: str = "raise") -> xr.Dataset:
+    """The headline series of a netCDF file, or of a run folder, finished or still in progress.
+
+    damaged: what a damaged segment of a run folder does, "raise" (ArchiveError that names it) or "skip" (a warning, and
+    its outputs are missing). Raises ArchiveError if there is nothing to open.
+    """
+    path = Path(path)
+    source = _source(path)
+    if isinstance(source, Path):
+        return _load(source)
+    dataset = headline(_series(source, damaged), source.metadata)
+    dataset.encoding["source"] = str(path)
+    return dataset
+
+
+def open_snapshots(path: Path | str, damaged: str = "raise") -> xr.Dataset | None:
+    """The particles of the snapshots, lazily from a netCDF file, at once from a run folder; None if there are none."""
+    source = _source(Path(path))
+    if isinstance(source, Path):
+        with netCDF4.Dataset(source) as file:
+            if "snapshots" not in file.groups:
+                return None
+        return xr.open_dataset(source, group="snapshots", engine="netcdf4")
+    parts = [part for _, part in source.read_segments(damaged) if part]
+    if not parts:
+        return None
+    arrays = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    units = code_units(source.metadata)
+    variables = {}
+    for name, values in arrays.items():
+        quantity = snapshot_quantity(name, values.shape[1:])
+        variables[name] = (quantity.dims, _converted(values, quantity, units), attributes(quantity, source.metadata))
+    moments = variables.pop("time")
+    return xr.Dataset(variables, coords={"snapshot_time": moments, "i": _label("i")})
+
+
+def open_tree(path: Path | str) -> xr.DataTree:
+    """Headline series and, in the group `snapshots`, particles."""
+    groups = {"/": open(path)}
+    snapshots = open_snapshots(path)
+    return xr.DataTree.from_dict(groups if snapshots is None else {**groups, "/snapshots": snapshots})
+
+
+def finish(archive: Archive) -> Path:
+    """Write the run's final netCDF file, whole or not at all, and return its path.
+
+    Snapshots are copied segment by segment, so that memory holds one segment and the headline series.
+    """
+
+    def fill(aside: Path) -> None:
+        dataset = headline(_series(archive, "raise"), archive.metadata)
+        encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
+        for name, variable in dataset.data_vars.items():
+            if variable.size and variable.dtype.kind in "fi":
+                encoding[str(name)] = {"zlib": True, "complevel": 4, "shuffle": True}
+        dataset.to_netcdf(aside, engine="netcdf4", format="NETCDF4", encoding=encoding)
+        count, layout = archive.snapshot_layout()
+        if count:
+            with netCDF4.Dataset(aside, "a") as file:
+                _append_snapshots(file.createGroup("snapshots"), count, layout, archive)
+
+    return archive.finish(fill)
+
+
+def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> xr.Dataset:
+    """The headline dataset of records in code units (time leading), with everything that follows from them, in SI.
+
+    Quantities of the schema that were not recorded are NaN with a reason; recorded ones that the schema does not know
+    are kept as they are, in code units, and say so.
+    """
+    units, effects = code_units(metadata), list(metadata.get("effects", []))
+    dimensionless, frame = units == DIMENSIONLESS, frame_of(metadata)
+    tolerance, radius = gap_tolerance(metadata), metadata.get("reference_radius")
+    values = {name: np.asarray(array) for name, array in series.items()}
+    values |= derived_quantities(values, tolerance, radius)
+    if not dimensionless and frame == _INERTIAL and {"kinetic_tensor", "virial_tensor"} <= set(values):
+        over_c4 = units.gravitational_constant / SPEED_OF_LIGHT**4
+        acceleration = units.to_si(second_moment_acceleration(values), "energy")
+        strains = [strain(acceleration, *angles, over_c4) for angles in _OBSERVERS]
+        for name, pair in zip(("gw_strain_plus", "gw_strain_cross"), zip(*strains, strict=True), strict=True):
+            values[name] = np.stack(pair, axis=-1)
+    time = values.pop("time")
+    sizes = _sizes(values, effects) | {"time": len(time)}
+    variables = {}
+    for name, quantity in (RECORDED | DERIVED).items():
+        attrs = attributes(quantity, metadata)
+        array = values.pop(name, None)
+        if array is None:
+            array = np.full([sizes[dim] for dim in quantity.dims], np.nan)
+        if array.dtype.kind == "f" and array.size and np.isnan(array).all():
+            attrs["reason"] = reason_for_absence(name, effects, dimensionless, frame)
+        variables[name] = (quantity.dims, _converted(array, quantity, units), attrs)
+    for name, array in values.items():
+        dims = ("time", *(f"{name}_{axis}" for axis in range(array.ndim - 1)))
+        variables[name] = (
+            dims,
+            array,
+            {"long_name": name.replace("_", " "), "comment": "not in the schema; code units"},
+        )
+    _annotate(variables, tolerance, radius, metadata)
+    coords: dict[str, Any] = {"time": ("time", time * units.unit("time"), attributes(TIME_QUANTITY, metadata))}
+    coords |= {name: _label(name) for name in LABELS}
+    coords["effect"] = ("effect", np.array(effects, dtype=str), {"long_name": "effect"})
+    bins = {"long_name": "shell of equal mass, from the centre outwards"}
+    coords["radius_bin"] = ("radius_bin", np.arange(sizes["radius_bin"]), bins)
+    return xr.Dataset(variables, coords=coords, attrs=global_attributes(metadata, units, frame))
+
+
+def attributes(quantity: Quantity, metadata: Mapping[str, Any]) -> dict[str, str]:
+    """The attributes of a variable; in a dimensionless scene the unit of all that is converted is 1."""
+    plain = quantity.dimension is None or code_units(metadata) != DIMENSIONLESS
+    attrs = {"units": quantity.unit if plain else "1", "long_name": quantity.long_name}
+    return attrs | ({"comment": quantity.comment} if quantity.comment else {})
+
+
+def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str) -> dict[str, Any]:
+    """What the file says of where it came from: enough to repeat the run. Lists and tables are JSON text."""
+    told = {name: value for name, value in metadata.items() if name not in ("effects", "code_units", "dimensionless")}
+    plain = {
+        name: value if isinstance(value, str | int | float) and not isinstance(value, bool) else json.dumps(value)
+        for name, value in told.items()
+        if value is not None
+    }
+    model, engine, precision = (str(metadata.get(name, "unknown")) for name in ("model", "engine", "precision"))
+    dimensionless = units == DIMENSIONLESS
+    return {
+        "Conventions": CONVENTIONS,
+        "title": f"{metadata['name']}: inertia tensor and ledger of forces",
+        "source": f"astroinertia, model {model}, engine {engine}, precision {precision}",
+        "astroinertia_format": FORMAT,
+        **plain,
+        "frame": frame,
+        "units_system": "dimensionless, G = 1" if dimensionless else "SI",
+        "code_unit_mass": units.mass,
+        "code_unit_length": units.length,
+        "code_unit_time": units.time,
+        "gravitational_constant": units.gravitational_constant,
+        "code_units_comment": "the run was computed with G = 1 in these units (kg, m, s unless dimensionless)",
+    }
+
+
+def code_units(metadata: Mapping[str, Any]) -> CodeUnits:
+    """The units that a run's records are in; with the G it used, so that old files keep their meaning."""
+    told = metadata.get("code_units")
+    if told is None or metadata.get("dimensionless"):
+        return DIMENSIONLESS
+    return CodeUnits(told["mass"], told["length"], told["G"])
+
+
+def frame_of(metadata: Mapping[str, Any]) -> str:
+    """Name of the frame that vectors and tensors are in."""
+    rotating = "rotating_frame" in metadata.get("effects", [])
+    return metadata.get("frame") or ("rotating with the scene's rotating_frame" if rotating else _INERTIAL)
+
+
+def gap_tolerance(metadata: Mapping[str, Any]) -> float:
+    """How near principal moments must be to count as equal: by how exact the model's moments are."""
+    usual = PARTICLE_GAP_TOLERANCE if metadata.get("model") == "sph" else ROUND_OFF_GAP
+    return float(metadata.get("principal_gap_tolerance") or usual)
+
+
+def snapshot_quantity(name: str, shape: tuple[int, ...]) -> Quantity:
+    """The schema's entry for a per-particle array, or one that says that the schema does not know it."""
+    if name == "time":
+        return SNAPSHOT_TIME
+    known = SNAPSHOT.get(name)
+    if known is not None and len(known.dims) == len(shape) + 1:
+        return known
+    dims = ("snapshot_time", "particle", *(f"{name}_{axis}" for axis in range(len(shape) - 1)))
+    return Quantity(dims[: len(shape) + 1], None, "1", name.replace("_", " "), "not in the schema; in code units")
+
+
+def _annotate(variables: dict, tolerance: float, radius: float | None, metadata: Mapping[str, Any]) -> None:
+    for name in ("principal_moments", "principal_axes", "principal_gap", "figure_rotation_rate"):
+        variables[name][2]["tolerance"] = tolerance
+    ratio = variables["moment_ratio"][2]
+    if radius is not None:
+        ratio["reference_radius"] = radius * code_units(metadata).length
+        ratio["radius_convention"] = metadata.get("reference_radius_convention", "reference radius of the initial body")
+
+
+def _label(name: str) -> tuple[str, list, dict[str, str]]:
+    labels, text = LABELS[name]
+    return name, labels, {"long_name": text}
+
+
+def _converted(array: np.ndarray, quantity: Quantity, units: CodeUnits) -> np.ndarray:
+    return array if quantity.dimension is None else array * units.unit(quantity.dimension)
+
+
+def _sizes(values: Mapping[str, np.ndarray], effects: list[str]) -> dict[str, int]:
+    profiles = [values[name] for name, q in RECORDED.items() if "radius_bin" in q.dims and name in values]
+    labelled = {name: len(labels) for name, (labels, _) in LABELS.items()}
+    return {**labelled, "effect": len(effects), "radius_bin": profiles[0].shape[1] if profiles else 1}
+
+
+def _series(archive: Archive, damaged: str) -> dict[str, np.ndarray]:
+    parts = [part for part, _ in archive.read_segments(damaged) if part]
+    if not parts:
+        raise ArchiveError(f"{archive.folder} holds no output yet.")
+    names = dict.fromkeys(name for part in parts for name in part)
+    return {name: np.concatenate([part[name] for part in parts]) for name in names if all(name in p for p in parts)}
+
+
+def _source(path: Path) -> Path | Archive:
+    """The netCDF file to read, or the run folder where there is none that holds all."""
+    if path.is_dir():
+        archive = Archive.view(path)
+        return archive.finished or archive
+    if not path.exists():
+        raise ArchiveError(f"{path} does not exist; give a netCDF file or a run folder.")
+    if path.name == MANIFEST:
+        return _source(path.parent)
+    return path
+
+
+def _load(path: Path) -> xr.Dataset:
+    try:
+        dataset = xr.load_dataset(path, engine="netcdf4")
+    except (OSError, ValueError) as error:
+        raise ArchiveError(f"{path} cannot be read as netCDF: {error}.") from error
+    version = dataset.attrs.get("astroinertia_format")
+    if version is None:
+        raise ArchiveError(f"{path} is a netCDF file, but not one of this package.")
+    if version > FORMAT:
+        raise ArchiveError(f"{path} has format {version} of a newer version; this one reads up to {FORMAT}.")
+    return dataset
+
+
+def _append_snapshots(group: Any, count: int, layout: Mapping[str, tuple[int, ...]], archive: Archive) -> None:
+    units, made = code_units(archive.metadata), {}
+    first = 0
+    for _, part in archive.read_segments():
+        if not part:
+            continue
+        for name, array in part.items():
+            if array.shape[1:] != layout.get(name):
+                raise ArchiveError(f"'{name}' has another shape in a later snapshot; the particles must stay the same.")
+            quantity = snapshot_quantity(name, array.shape[1:])
+            if name not in made:
+                made[name] = _snapshot_variable(group, name, quantity, count, array, archive.metadata)
+            made[name][first : first + len(array)] = _converted(array, quantity, units)
+        first += len(part["time"])
+    if "i" in group.dimensions:
+        labels = group.createVariable("i", str, ("i",))
+        labels.long_name = LABELS["i"][1]
+        for index, label in enumerate(LABELS["i"][0]):
+            labels[index] = label
+
+
+def _snapshot_variable(group: Any, name: str, quantity: Quantity, count: int, array: np.ndarray, metadata: Any) -> Any:
+    shape = (count, *array.shape[1:])
+    for dim, size in zip(quantity.dims, shape, strict=True):
+        if dim not in group.dimensions:
+            group.createDimension(dim, size)
+    if name == "time":
+        variable = group.createVariable("snapshot_time", array.dtype, quantity.dims)
+    else:
+        # One chunk a snapshot and the fastest compression: particle arrays hardly compress, and runs should not wait.
+        chunks = (1, *shape[1:])
+        variable = group.createVariable(
+            name, array.dtype, quantity.dims, compression="zlib", complevel=1, chunksizes=chunks
+        )
+    variable.setncatts(attributes(quantity, metadata))
+    return variable

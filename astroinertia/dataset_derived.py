@@ -1,0 +1,101 @@
+"""Quantities that follow from the recorded ones: pure functions of arrays with time leading, in consistent units."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from astroinertia.inertia import tensor
+
+Series = Mapping[str, np.ndarray]
+
+# Below this share of the largest possible angular momentum, 2 (tr Q tr K)^(1/2), a body counts as not spinning.
+SPINLESS = 1e-9
+# Semi-axes of a particle body are uncertain by more than this; a model with exact moments may set less.
+PARTICLE_GAP_TOLERANCE = 1e-3
+
+
+def derived_quantities(series: Series, tolerance: float, reference_radius: float | None) -> dict[str, np.ndarray]:
+    """All of the schema's derived quantities but the gravitational-wave strain, in the units of `series`.
+
+    tolerance: principal moments nearer than this share of the largest count as equal. Quantities whose ingredients
+    were not recorded are left out.
+    """
+    found: dict[str, np.ndarray] = {}
+    if _has(series, "mixed_moment"):
+        found["inertia_rate"] = tensor.inertia_from_second_moment(tensor.twice_symmetric(series["mixed_moment"]))
+    if _has(series, "kinetic_tensor", "virial_tensor"):
+        found["inertia_acceleration"] = tensor.inertia_from_second_moment(second_moment_acceleration(series))
+    if not _has(series, "inertia_tensor", "mass"):
+        return found
+    inertia, mass = series["inertia_tensor"], series["mass"]
+    moments, axes = tensor.tracked_frame(inertia, tolerance)
+    found |= {"principal_moments": moments, "principal_axes": axes, "principal_gap": tensor.principal_gap(moments)}
+    if "inertia_rate" in found:
+        found["figure_rotation_rate"] = tensor.figure_rotation(moments, axes, found["inertia_rate"], tolerance)
+    axis = axes[:, 2]
+    if _has(series, "angular_momentum"):
+        angular_momentum = series["angular_momentum"]
+        spin = tensor.angular_velocity(inertia, angular_momentum)
+        energy = 0.5 * (angular_momentum * spin).sum(-1)
+        found |= {"angular_velocity": spin, "rotational_energy": energy}
+        if _has(series, "gravitational_energy"):
+            bound = np.abs(series["gravitational_energy"])
+            found["rotational_to_gravitational"] = _ratio(energy, bound)
+        axis = spin_axis(series, axis)
+    second = tensor.second_moment_from_inertia(inertia)
+    along = np.maximum(np.einsum("ti,tij,tj->t", axis, second, axis), 0.0)
+    across = np.maximum(np.trace(second, axis1=1, axis2=2) - along, 0.0)
+    equatorial, polar = np.sqrt(2.5 * _ratio(across, mass)), np.sqrt(5.0 * _ratio(along, mass))
+    found |= {
+        "spin_axis": axis,
+        "mean_radius": tensor.equivalent_semi_axes(mass, moments).prod(-1) ** (1 / 3),
+        "equatorial_radius": equatorial,
+        "polar_radius": polar,
+        "flattening": 1.0 - _ratio(polar, equatorial),
+    }
+    if reference_radius is not None:
+        found["moment_ratio"] = tensor.moment_about(inertia, axis) / (mass * reference_radius**2)
+    return found
+
+
+def second_moment_acceleration(series: Series) -> np.ndarray:
+    """d2Q/dt2 = 2 K + sum over effects of (V + V^T), (T, 3, 3): Chandrasekhar's tensor virial theorem."""
+    return 2.0 * series["kinetic_tensor"] + tensor.twice_symmetric(series["virial_tensor"].sum(axis=1))
+
+
+def spin_axis(series: Series, otherwise: np.ndarray) -> np.ndarray:
+    """The direction of the angular momentum (T, 3); `otherwise` (T, 3) where the body does not spin."""
+    angular_momentum = series["angular_momentum"]
+    size = np.linalg.norm(angular_momentum, axis=-1)
+    if _has(series, "second_moment", "kinetic_tensor"):
+        spread = np.einsum("tii->t", series["second_moment"]) * np.einsum("tii->t", series["kinetic_tensor"])
+        spins = size > SPINLESS * 2.0 * np.sqrt(np.maximum(spread, 0.0))
+    else:
+        spins = size > 0.0
+    return np.where(spins[:, None], angular_momentum / np.where(spins, size, 1.0)[:, None], otherwise)
+
+
+def strain(second_moment_acceleration: Any, polar_angle: float, azimuth: float, gravity_over_c4: float) -> tuple:
+    """Plus and cross strain times distance (T,), (T,), for d2Q/dt2 (T, 3, 3) seen from (theta, phi) in radians.
+
+    The quadrupole formula h_ij = (2 G / c^4 D) TT(d2Q/dt2), with plus and cross along the spherical directions theta
+    and phi at the observer (Thorne 1980, Reviews of Modern Physics 52, 299).
+    """
+    sine, cosine = np.sin(polar_angle), np.cos(polar_angle)
+    theta = np.array([cosine * np.cos(azimuth), cosine * np.sin(azimuth), -sine])
+    phi = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+
+    def along(one: np.ndarray, other: np.ndarray) -> Any:
+        return np.einsum("i,...ij,j->...", one, second_moment_acceleration, other)
+
+    return gravity_over_c4 * (along(theta, theta) - along(phi, phi)), 2.0 * gravity_over_c4 * along(theta, phi)
+
+
+def _has(series: Series, *names: str) -> bool:
+    return all(name in series for name in names)
+
+
+def _ratio(numerator: np.ndarray, denominator: np.ndarray) -> np.ndarray:
+    nonzero = denominator != 0
+    return np.where(nonzero, numerator / np.where(nonzero, denominator, 1.0), np.nan)
