@@ -250,7 +250,7 @@ class _Meter:
 
     def __init__(self) -> None:
         self.console = _Console(highlight=False)
-        self.bar: Any = None
+        self.bar: Any = None  # a rich Progress, once there is something to show
         self.task: Any = None
         self.last_line = float("-inf")
 
@@ -263,8 +263,8 @@ class _Meter:
 
     def tell(self, progress: "Progress") -> None:
         figures = (
-            f"step {progress.step}  energy error {progress.energy_error:.1e}  ledger closure {progress.ledger_closure:.1e}"
-            f"  densest {progress.density_max:.3g}"
+            f"step {progress.step}  energy error {progress.energy_error:.1e}  "
+            f"ledger closure {progress.ledger_closure:.1e}  densest {progress.density_max:.3g}"
         )
         share = min(1.0, progress.time / progress.end)
         if not self.console.is_terminal:
@@ -272,11 +272,11 @@ class _Meter:
                 self.last_line = progress.wall_time
                 print(f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {figures}", flush=True)
             return
-        if self.bar is None:
-            self._open()
-        self.bar.update(self.task, completed=share, figures=figures)
+        self._opened().update(self.task, completed=share, figures=figures)
 
-    def _open(self) -> None:
+    def _opened(self) -> Any:
+        if self.bar is not None:
+            return self.bar
         from rich.progress import (
             BarColumn,
             Progress,
@@ -297,6 +297,7 @@ class _Meter:
         )
         self.task = self.bar.add_task("", total=1.0, figures="")
         self.bar.start()
+        return self.bar
 
 
 def _show(options: argparse.Namespace) -> int:

@@ -9,18 +9,23 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from astropy import constants
 from astropy import units as astropy_units
 
 from astroinertia.errors import SceneError
 
-GRAVITATIONAL_CONSTANT = float(constants.G.si.value)  # m3 kg-1 s-2, CODATA 2018
-SPEED_OF_LIGHT = float(constants.c.si.value)  # m s-1, exact
-SOLAR_MASS = float(constants.M_sun.si.value)  # kg, IAU 2015 nominal GM over CODATA 2018 G
-SOLAR_RADIUS = float(constants.R_sun.si.value)  # m, IAU 2015 nominal
-PARSEC = float(constants.pc.si.value)  # m
+
+def _constant(name: str) -> float:
+    return float(getattr(constants, name).si.value)
+
+
+GRAVITATIONAL_CONSTANT = _constant("G")  # m3 kg-1 s-2, CODATA 2018
+SPEED_OF_LIGHT = _constant("c")  # m s-1, exact
+SOLAR_MASS = _constant("M_sun")  # kg, IAU 2015 nominal GM over CODATA 2018 G
+SOLAR_RADIUS = _constant("R_sun")  # m, IAU 2015 nominal
+PARSEC = _constant("pc")  # m
 
 LONGEST_QUANTITY = 80  # characters; no honest quantity is longer, and the unit parser need not see more
 LARGEST_EXPONENT = 99  # astropy takes m**1000000, and numbers far beyond
@@ -163,7 +168,7 @@ def _unit(text: str) -> tuple[float, Dimension, float]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # astropy warns where it guesses at a unit
-            unit = astropy_units.Unit(text).decompose()
+            unit: Any = astropy_units.Unit(text).decompose()
             bases = {base.name: float(power) for base, power in zip(unit.bases, unit.powers, strict=True)}
             scale = float(unit.scale)
     except Exception:  # ValueError, TypeError, AttributeError and OverflowError have all been seen

@@ -1,8 +1,8 @@
 """Results of the long tests (marked full), one JSON file each in tests/results, so that none runs twice for nothing.
 
 A test counts as done where its file says that it passed with the same inputs: its own source, its parameters, and the
-files that its marker names, as in `@pytest.mark.full(inputs=["sims/evrard.toml"])`. A change of the package alone does not
-make it run again; the file records which package it ran with.
+files that its marker names, as in `@pytest.mark.full(inputs=["sims/evrard.toml"])`. A change of the package alone does
+not make it run again; the file records which package it ran with.
 """
 
 import ast

@@ -1,4 +1,4 @@
-"""A commented scene for `astroinertia new`, written from the descriptions of the schema and of the catalogue of effects.
+"""A commented scene for `astroinertia new`, written from the descriptions of the schema and the catalogue.
 
 What the program explains and what it accepts cannot drift apart: every comment is the description of the field itself.
 """

@@ -90,7 +90,7 @@ def _validated(tables: dict[str, Any], text: str, overrides: tuple[str, ...], or
 
 
 def _thermal_exponent(table: Any) -> float | None:
-    """gamma of the thermal part, whose dimension an entropy in [body] has; None where there is no thermal part."""
+    """Exponent of the thermal part, which sets the dimension of an entropy in [body]; None without it."""
     if not isinstance(table, dict) or table.get("kind") not in ("ideal", "hybrid"):
         return None
     key = "gamma" if table["kind"] == "ideal" else "gamma_thermal"

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
-from astroinertia.scene.schema import FROM_BODY, Scene
+from astroinertia.scene.schema import FROM_BODY, Scene, Units
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
 from astroinertia.units import DIMENSIONLESS, CodeUnits, si_unit
 
@@ -71,9 +71,10 @@ def code_units(scene: Scene) -> CodeUnits:
     """The units of a run: those the scene gives, or the body's mass and radius; all 1 where it is dimensionless."""
     if scene.dimensionless:
         return DIMENSIONLESS
-    if scene.units is None or isinstance(scene.units, str):
-        return CodeUnits(scene.body.mass, scene.body.radius)
-    return CodeUnits(scene.units.mass, scene.units.length)
+    if isinstance(scene.units, Units):
+        return CodeUnits(scene.units.mass, scene.units.length)
+    assert scene.body.kind != "table"  # the schema asks for [units] there
+    return CodeUnits(scene.body.mass, scene.body.radius)
 
 
 def cadence(scene: Scene) -> Cadence:
@@ -86,7 +87,7 @@ def cadence(scene: Scene) -> Cadence:
 
 
 def smoothing(scene: Scene) -> tuple[float, float]:
-    """eta (smoothing length over particle spacing) and the mean neighbour number that goes with it."""
+    """Smoothing length over particle spacing (eta), and the mean neighbour number that goes with it."""
     numerics, kernel = scene.numerics, KERNELS[scene.numerics.kernel]
     eta = kernel.eta if numerics.eta is None else numerics.eta
     if numerics.neighbours is not None:
@@ -192,7 +193,8 @@ def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
 def _numerics(scene: Scene) -> tuple[Line, ...]:
     numerics, units = scene.numerics, code_units(scene)
     eta, neighbours = smoothing(scene)
-    limits = f"courant {numerics.courant:g}, acceleration {numerics.acceleration_factor:g}, energy {numerics.energy_factor:g}"
+    factors = {name: getattr(numerics, f"{name}_factor") for name in ("acceleration", "energy")}
+    limits = ", ".join(f"{name} {value:g}" for name, value in {"courant": numerics.courant, **factors}.items())
     if numerics.max_timestep is not None:
         limits += f", at most {_shown(scene, numerics.max_timestep, 'time')}"
     lines = [

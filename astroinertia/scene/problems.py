@@ -24,12 +24,16 @@ class Problem(Exception):
 
 def place(path: Path, table: bool = False) -> str:
     """How a key is named to a person: "[body.rotation] rate", "[body] axes[1]", "name"; a table: "[body.rotation]"."""
-    words = [shown(str(part)) for part in path if isinstance(part, str)]
+    words = [_word(part) for part in path if isinstance(part, str)]
     if table:
         return f"[{'.'.join(words)}]"
     indices = "".join(f"[{part}]" for part in path if isinstance(part, int))
     *tables, key = words
     return f"[{'.'.join(tables)}] {key}{indices}" if tables else f"{key}{indices}"
+
+
+def _word(key: str) -> str:
+    return key if key.isidentifier() and key.isascii() and len(key) <= 64 else f'"{shown(key)}"'
 
 
 def nearest(key: str, known: Iterable[str]) -> str:

@@ -42,13 +42,10 @@ def _as_tuple(value: Any) -> Any:
     return tuple(_as_tuple(item) for item in value) if isinstance(value, list) else value
 
 
-def _vector_type(item: Any) -> Any:
-    return Annotated[tuple[item, item, item], BeforeValidator(_as_tuple)]
-
-
-Vector = _vector_type(Number)
-Axes = _vector_type(PositiveNumber)
-GradientMatrix = _vector_type(_vector_type(VelocityGradient))
+Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(_as_tuple)]
+Axes = Annotated[tuple[PositiveNumber, PositiveNumber, PositiveNumber], BeforeValidator(_as_tuple)]
+_Row = tuple[VelocityGradient, VelocityGradient, VelocityGradient]
+GradientMatrix = Annotated[tuple[_Row, _Row, _Row], BeforeValidator(_as_tuple)]
 Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]
 FROM_BODY = "from body"
 
@@ -57,17 +54,17 @@ class Rotation(Part):
     """How the body turns at the start; exactly one of rate, period, angular_momentum and t_over_w."""
 
     law: Literal["rigid", "j_constant"] = Field(
-        "rigid",
+        default="rigid",
         description="rigid: one rate everywhere; j_constant: rate_c / (1 + s^2/scale^2) with cylindrical radius s",
     )
-    rate: AngularVelocity | None = Field(None, description="angular velocity (at the axis, for j_constant)")
-    period: Duration | None = Field(None, description="rotation period (at the axis, for j_constant)")
-    angular_momentum: AngularMomentum | None = Field(None, description="total angular momentum")
+    rate: AngularVelocity | None = Field(default=None, description="angular velocity (at the axis, for j_constant)")
+    period: Duration | None = Field(default=None, description="rotation period (at the axis, for j_constant)")
+    angular_momentum: AngularMomentum | None = Field(default=None, description="total angular momentum")
     t_over_w: Annotated[float, Field(ge=0.0, lt=0.5)] | None = Field(
-        None, description="rotational kinetic over absolute gravitational energy, T/|W|"
+        default=None, description="rotational kinetic over absolute gravitational energy, T/|W|"
     )
-    axis: Vector = Field((0.0, 0.0, 1.0), description="direction of the rotation axis, any length")
-    scale: Length | None = Field(None, description="length over which a j_constant law falls off")
+    axis: Vector = Field(default=(0.0, 0.0, 1.0), description="direction of the rotation axis, any length")
+    scale: Length | None = Field(default=None, description="length over which a j_constant law falls off")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -89,24 +86,25 @@ class Body(Part):
     """What every body has, whatever its kind."""
 
     placement: Literal["glass", "lattice", "random"] = Field(
-        "glass",
+        default="glass",
         description="how particles are laid out: glass (low noise, no grid), lattice, or random (Poisson noise)",
     )
-    seed: Seed = Field(1, description="seed of everything random in the placement")
-    relax: bool = Field(True, description="settle the particles to equilibrium before the start")
+    seed: Seed = Field(default=1, description="seed of everything random in the placement")
+    relax: bool = Field(default=True, description="settle the particles to equilibrium before the start")
     specific_internal_energy: SpecificEnergy | None = Field(
-        None, description="thermal energy per mass, uniform, instead of that of equilibrium"
+        default=None, description="thermal energy per mass, uniform, instead of that of equilibrium"
     )
     entropy: float | None = Field(
-        None, description="entropy function A = P / rho^gamma (thermal part), uniform, instead of that of equilibrium"
+        default=None,
+        description="entropy function A = P / rho^gamma (thermal part), uniform, instead of that of equilibrium",
     )
     pressure_fraction: Annotated[float, Field(gt=0.0, le=100.0)] | None = Field(
-        None, description="pressure as a fraction of that of equilibrium; below 1 the body collapses"
+        default=None, description="pressure as a fraction of that of equilibrium; below 1 the body collapses"
     )
     velocity_gradient: GradientMatrix | None = Field(
-        None, description="matrix G of a linear velocity field v = G x, added to the rotation"
+        default=None, description="matrix G of a linear velocity field v = G x, added to the rotation"
     )
-    rotation: Rotation | None = Field(None, description="rotation at the start; without it the body is at rest")
+    rotation: Rotation | None = Field(default=None, description="rotation at the start; without it the body is at rest")
 
     @field_validator("entropy", mode="before")
     @classmethod
@@ -132,7 +130,7 @@ class _Sized(Body):
     particles: Annotated[int, Field(ge=16, le=MOST_PARTICLES)] = Field(description="number of particles")
     mass: Mass = Field(description="total mass")
     radius: Length = Field(description="radius before the axes stretch it; semi-axes are radius * axes")
-    axes: Axes = Field((1.0, 1.0, 1.0), description="stretch along x, y and z")
+    axes: Axes = Field(default=(1.0, 1.0, 1.0), description="stretch along x, y and z")
 
 
 class PolytropeBody(_Sized):
@@ -167,9 +165,9 @@ class TableBody(Body):
 
     kind: Literal["table"]
     file: Annotated[str, Field(min_length=1, max_length=512)] = Field(
-        description="particle table, relative to the scene: columns x y z vx vy vz mass [specific_internal_energy]"
+        description="particle table (.csv, .npz), relative to the scene: columns mass x y z and, if wanted, vx vy vz u"
     )
-    relax: bool = Field(False, description="settle the particles to equilibrium before the start")
+    relax: bool = Field(default=False, description="settle the particles to equilibrium before the start")
 
 
 AnyBody = Annotated[PolytropeBody | UniformBody | PowerLawBody | DysonBody | TableBody, Field(discriminator="kind")]
@@ -192,7 +190,7 @@ class IdealGas(Part):
     """P = A rho^gamma with an entropy A of each particle that only dissipation raises."""
 
     kind: Literal["ideal"]
-    gamma: Gamma = Field(5.0 / 3.0, description="adiabatic exponent")
+    gamma: Gamma = Field(default=5.0 / 3.0, description="adiabatic exponent")
 
 
 class IsothermalGas(Part):
@@ -207,7 +205,9 @@ class PolytropicFluid(Part):
 
     kind: Literal["polytropic"]
     gamma: Gamma = Field(description="exponent")
-    constant: float | str = Field(FROM_BODY, description='K, or "from body": the K that holds the body in equilibrium')
+    constant: float | str = Field(
+        default=FROM_BODY, description='K, or "from body": the K that holds the body in equilibrium'
+    )
 
     @field_validator("constant", mode="before")
     @classmethod
@@ -225,7 +225,7 @@ class PiecewisePolytropicFluid(Part):
     gammas: Annotated[tuple[Gamma, ...], BeforeValidator(_as_tuple), Field(min_length=2, max_length=21)] = Field(
         description="exponents of the pieces, one more than there are densities"
     )
-    constant: float | str = Field(FROM_BODY, description='K of the first piece, or "from body"')
+    constant: float | str = Field(default=FROM_BODY, description='K of the first piece, or "from body"')
 
     @field_validator("constant", mode="before")
     @classmethod
@@ -251,12 +251,14 @@ class HybridFluid(Part):
     """
 
     kind: Literal["hybrid"]
-    gamma_1: Gamma = Field(1.31, description="exponent of the cold part below nuclear density (below 4/3 collapses)")
-    gamma_2: Gamma = Field(2.5, description="exponent of the cold part above nuclear density")
-    gamma_thermal: Gamma = Field(1.5, description="exponent of the thermal part")
+    gamma_1: Gamma = Field(
+        default=1.31, description="exponent of the cold part below nuclear density (below 4/3 collapses)"
+    )
+    gamma_2: Gamma = Field(default=2.5, description="exponent of the cold part above nuclear density")
+    gamma_thermal: Gamma = Field(default=1.5, description="exponent of the thermal part")
     nuclear_density: Density = Field(description="density at which the cold part stiffens")
     constant: float | str = Field(
-        FROM_BODY,
+        default=FROM_BODY,
         description='K below nuclear density, or "from body": the K that gives the body its own central pressure',
     )
 
@@ -275,33 +277,34 @@ class Numerics(Part):
     """How it is computed: engine, precision, kernel and time-step factors."""
 
     engine: Literal["numba_cpu", "xla"] = Field(
-        "numba_cpu", description="numba_cpu: threaded loops; xla: dense tiles, for GPUs and gradients"
+        default="numba_cpu", description="numba_cpu: threaded loops; xla: dense tiles, for GPUs and gradients"
     )
     precision: Literal["float64", "mixed"] = Field(
-        "float64", description="mixed: pair sums in float32, state in float64"
+        default="float64", description="mixed: pair sums in float32, state in float64"
     )
     kernel: Literal["cubic", "quartic", "quintic", "wendland_c2", "wendland_c4", "wendland_c6"] = Field(
-        "wendland_c2", description="smoothing kernel"
+        default="wendland_c2", description="smoothing kernel"
     )
     eta: Annotated[float, Field(ge=0.8, le=3.0)] | None = Field(
-        None, description="smoothing length over particle spacing; without it, what is recommended for the kernel"
+        default=None,
+        description="smoothing length over particle spacing; without it, what is recommended for the kernel",
     )
     neighbours: Annotated[float, Field(ge=20.0, le=1000.0)] | None = Field(
-        None, description="mean number of neighbours, another way to give eta"
+        default=None, description="mean number of neighbours, another way to give eta"
     )
     smoothing_tolerance: Annotated[float, Field(ge=1e-15, le=1e-2)] = Field(
-        1e-8, description="relative tolerance of the smoothing lengths"
+        default=1e-8, description="relative tolerance of the smoothing lengths"
     )
     courant: Annotated[float, Field(gt=0.0, le=1.0)] = Field(
-        0.3, description="time step over smoothing length / signal speed (Monaghan 1992: 0.3)"
+        default=0.3, description="time step over smoothing length / signal speed (Monaghan 1992: 0.3)"
     )
     acceleration_factor: Annotated[float, Field(gt=0.0, le=2.0)] = Field(
-        0.25, description="time step over sqrt(smoothing length / acceleration) (Monaghan 1989: 0.25)"
+        default=0.25, description="time step over sqrt(smoothing length / acceleration) (Monaghan 1989: 0.25)"
     )
     energy_factor: Annotated[float, Field(gt=0.0, le=2.0)] = Field(
-        0.25, description="time step over internal energy / its rate of change"
+        default=0.25, description="time step over internal energy / its rate of change"
     )
-    max_timestep: Duration | None = Field(None, description="the time step never exceeds this")
+    max_timestep: Duration | None = Field(default=None, description="the time step never exceeds this")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -314,22 +317,23 @@ class TimeSpan(Part):
     """From time 0 to the end."""
 
     end: Duration = Field(description="the run ends here")
-    max_steps: Annotated[int, Field(ge=1, le=10**12)] | None = Field(None, description="or after so many steps")
+    max_steps: Annotated[int, Field(ge=1, le=10**12)] | None = Field(default=None, description="or after so many steps")
 
 
 class Output(Part):
     """What is written and how often; without any of them, 200 records and 10 snapshots a run."""
 
-    series_every: Duration | None = Field(None, description="time between records of the series")
+    series_every: Duration | None = Field(default=None, description="time between records of the series")
     series_steps: Annotated[int, Field(ge=1, le=10**9)] | None = Field(
-        None, description="steps between records, instead of series_every"
+        default=None, description="steps between records, instead of series_every"
     )
-    snapshot_every: Duration | None = Field(None, description="time between snapshots of all particles")
+    snapshot_every: Duration | None = Field(default=None, description="time between snapshots of all particles")
     align: bool = Field(
-        False, description="shorten time steps to meet each record; otherwise the first step past its time is recorded"
+        default=False,
+        description="shorten time steps to meet each record; otherwise the first step past its time is recorded",
     )
     checkpoint_seconds: Annotated[float, Field(ge=0.0, le=1e6)] = Field(
-        60.0, description="seconds of wall time between checkpoints"
+        default=60.0, description="seconds of wall time between checkpoints"
     )
 
     @model_validator(mode="after")
@@ -352,17 +356,17 @@ class Scene(Part):
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_\-]{0,63}$")] = Field(
         description="short name: letters, digits, _ and -; names the run's folder"
     )
-    description: Annotated[str, Field(max_length=2000)] = Field("", description="what the scene is for")
-    model: Literal["sph"] = Field("sph", description="which model answers the scene")
+    description: Annotated[str, Field(max_length=2000)] = Field(default="", description="what the scene is for")
+    model: Literal["sph"] = Field(default="sph", description="which model answers the scene")
     units: Literal["code"] | Units | None = Field(
-        None, description='"code": plain numbers with G = 1 everywhere; or a table with mass and length'
+        default=None, description='"code": plain numbers with G = 1 everywhere; or a table with mass and length'
     )
     body: AnyBody
     equation_of_state: AnyEquationOfState
     effects: dict[str, dict[str, Any]] = Field(description="kind of each effect called for, with all its options")
-    numerics: Numerics = Field(default_factory=lambda: Numerics())
+    numerics: Numerics = Field(default_factory=Numerics)
     time: TimeSpan
-    output: Output = Field(default_factory=lambda: Output())
+    output: Output = Field(default_factory=Output)
     source: str = ""
     overrides: tuple[str, ...] = ()
     origin: str | None = None

@@ -23,7 +23,7 @@ def read_regular_file(path: Path, largest: int, what: str) -> bytes:
     """The bytes of a regular file; SceneError for anything else, without ever opening a pipe or a device to wait."""
     name = shown(str(path), 200)
     try:
-        mode = os.stat(path).st_mode
+        mode = path.stat().st_mode
         if stat.S_ISDIR(mode):
             raise SceneError(f"{name} is a directory, not {what}.")
         if not stat.S_ISREG(mode):
