@@ -6,8 +6,9 @@ import json
 import os
 import zipfile
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -28,10 +29,10 @@ def write_whole(path: Path, fill: Callable[[Path], None]) -> str:
     aside = path.with_name(path.name + TEMPORARY)
     try:
         fill(aside)
-        with open(aside, "rb") as written:
+        with aside.open("rb") as written:
             os.fsync(written.fileno())
         digest = sha256(aside)
-        os.replace(aside, path)
+        aside.replace(path)
         sync_folder(path.parent)
     except OSError as error:
         _discard(aside)
@@ -54,7 +55,7 @@ def sync_folder(folder: Path) -> None:
 def sha256(path: Path) -> str:
     """Hash of a file's contents, as hexadecimal text."""
     digest = hashlib.sha256()
-    with open(path, "rb") as file:
+    with path.open("rb") as file:
         while block := file.read(_CHUNK):
             digest.update(block)
     return digest.hexdigest()
@@ -63,7 +64,11 @@ def sha256(path: Path) -> str:
 def write_json(path: Path, content: Any) -> str:
     """Write JSON whole; floats survive bit for bit (the shortest text that reads back the same)."""
     text = json.dumps(content, indent=1, allow_nan=True) + "\n"
-    return write_whole(path, lambda aside: _write_bytes(aside, text.encode()))
+
+    def fill(aside: Path) -> None:
+        aside.write_text(text)
+
+    return write_whole(path, fill)
 
 
 def write_arrays(path: Path, arrays: Mapping[str, Any], scalars: Mapping[str, Any] | None = None) -> str:
@@ -122,12 +127,6 @@ def _write_array(member: Any, array: np.ndarray) -> None:
     np.lib.format.write_array(member, np.asanyarray(array, order="C"), allow_pickle=False)
 
 
-def _write_bytes(path: Path, content: bytes) -> None:
-    file: BinaryIO
-    with open(path, "wb") as file:
-        file.write(content)
-
-
 def _plain(value: Any) -> Any:
     if isinstance(value, np.generic) or (hasattr(value, "item") and getattr(value, "ndim", None) == 0):
         return value.item()
@@ -135,7 +134,6 @@ def _plain(value: Any) -> Any:
 
 
 def _discard(path: Path) -> None:
-    try:
+    # The first error is the one to tell; leftovers are swept when the folder is opened next.
+    with suppress(OSError):
         path.unlink(missing_ok=True)
-    except OSError:
-        pass  # the first error is the one to tell; leftovers are swept when the folder is opened next

@@ -18,7 +18,7 @@ _PERMUTATIONS = tuple(itertools.permutations(range(3)))
 
 
 def namespace(array: Array) -> Any:
-    """numpy or jax.numpy, whichever an array belongs to; numpy for lists and numbers."""
+    """The module that an array belongs to, numpy or jax.numpy; numpy for lists and numbers."""
     return array.__array_namespace__() if hasattr(array, "__array_namespace__") else np
 
 
@@ -54,7 +54,7 @@ def moment_about(inertia: Array, axis: Array) -> Array:
 def angular_velocity(inertia: Array, angular_momentum: Array) -> Array:
     """The Tisserand mean spin I^-1 L, (..., 3); NaN where I has no inverse.
 
-    It is the rigid rotation that carries the body's angular momentum (Munk & MacDonald 1960, The Rotation of the Earth).
+    It is the rigid rotation that carries the body's angular momentum (Munk & MacDonald 1960, Rotation of the Earth).
     """
     xp = namespace(inertia)
     moments, vectors = _eigh(xp, inertia)
@@ -84,8 +84,8 @@ def principal_gap(moments: Array) -> Array:
 def principal_frame(inertia: Array, tolerance: float = ROUND_OFF_GAP) -> tuple[Array, Array]:
     """Moments, ascending (..., 3), and a right-handed set of principal axes (..., 3, 3), row k for moment k.
 
-    In jax the derivative leaves out the turning of axes within a plane of equal moments, where it has none: finite for a
-    sphere, where that of `eigh` is NaN.
+    In jax the derivative leaves out the turning of axes within a plane of equal moments, where it has none: finite for
+    a sphere, where that of `eigh` is NaN.
     """
     if namespace(inertia) is np:
         moments, vectors = _eigh(np, inertia)
@@ -113,10 +113,10 @@ def figure_rotation(moments: Array, axes: Array, inertia_rate: Array, tolerance:
     in_axes = xp.einsum("...ki,...ij,...lj->...kl", axes, inertia_rate, axes)
     largest = xp.max(abs(moments), axis=-1)
     rates = []
-    for k, l in ((1, 2), (2, 0), (0, 1)):
-        difference = moments[..., k] - moments[..., l]
+    for k, m in ((1, 2), (2, 0), (0, 1)):
+        difference = moments[..., k] - moments[..., m]
         defined = abs(difference) > tolerance * largest
-        rates.append(xp.where(defined, in_axes[..., k, l] / xp.where(defined, difference, 1.0), xp.nan))
+        rates.append(xp.where(defined, in_axes[..., k, m] / xp.where(defined, difference, 1.0), xp.nan))
     return xp.stack(rates, axis=-1)
 
 

@@ -148,7 +148,8 @@ def test_kill_9_at_random_instants_leaves_a_consistent_folder_that_goes_on(tmp_p
         writer.send_signal(signal.SIGKILL)
         writer.communicate()
         outputs.append(assert_consistent(tmp_path))
-    assert sorted(outputs) == outputs and outputs[-1] > 0
+    assert sorted(outputs) == outputs
+    assert outputs[-1] > 0
 
 
 def test_checkpoints_return_every_bit(tmp_path):
@@ -170,10 +171,12 @@ def test_checkpoints_return_every_bit(tmp_path):
         stored = archive.read_checkpoint()
     assert stored is not None
     for name, array in arrays.items():
-        assert stored[0][name].dtype == array.dtype and stored[0][name].shape == array.shape
+        assert stored[0][name].dtype == array.dtype
+        assert stored[0][name].shape == array.shape
         assert stored[0][name].tobytes() == array.tobytes(), name
     assert stored[1].pop("numpy") == 1 / 3
-    assert np.isnan(stored[1].pop("nan")) and scalars.pop("nan")
+    assert np.isnan(stored[1].pop("nan"))
+    assert scalars.pop("nan")
     assert stored[1] == scalars
 
 
@@ -183,7 +186,8 @@ def test_a_checkpoint_replaces_the_one_before(tmp_path):
         for number in range(3):
             archive.write_checkpoint(state(number), {"number": number})
         stored = archive.read_checkpoint()
-    assert stored is not None and stored[1] == {"number": 2}
+    assert stored is not None
+    assert stored[1] == {"number": 2}
     assert len(list(tmp_path.glob("checkpoint-*"))) == 1
 
 
@@ -250,7 +254,8 @@ def test_two_writers_on_one_folder_are_refused(tmp_path):
             Archive.open(tmp_path)
         assert Archive.view(tmp_path).segments == 2  # reading goes on
     writer = run_script(WRITER, str(tmp_path))
-    assert writer.stdout is not None and writer.stdout.readline() == "writing\n"
+    assert writer.stdout is not None
+    assert writer.stdout.readline() == "writing\n"
     try:
         with pytest.raises(ArchiveError, match="another process"):
             Archive.open(tmp_path)
@@ -321,13 +326,15 @@ def test_the_final_file_is_sealed_and_known(tmp_path):
         write_on(archive, 4)
         assert archive.finished is None
         path = archive.finish(lambda aside: aside.write_bytes(b"final"))
-        assert path == tmp_path / "_odd_name.nc" and path.read_bytes() == b"final"
+        assert path == tmp_path / "_odd_name.nc"
+        assert path.read_bytes() == b"final"
         assert archive.finished == path
         write_on(archive, 8)
         assert archive.finished is None  # it lacks the newest outputs
         with pytest.raises(ValueError, match="halfway"):
             archive.finish(_fail)
-        assert path.read_bytes() == b"final" and not list(tmp_path.glob("*.tmp"))
+        assert path.read_bytes() == b"final"
+        assert not list(tmp_path.glob("*.tmp"))
 
 
 def _fail(aside: Path) -> None:
@@ -339,4 +346,5 @@ def test_the_same_arrays_give_the_same_file(tmp_path):
     digests = {write_arrays(tmp_path / name, state(1), {"a": 1.5}) for name in ("one", "two")}
     assert len(digests) == 1
     arrays, scalars = read_arrays(tmp_path / "one", digests.pop())
-    assert scalars == {"a": 1.5} and set(arrays) == set(state(1))
+    assert scalars == {"a": 1.5}
+    assert set(arrays) == set(state(1))

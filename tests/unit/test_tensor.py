@@ -139,7 +139,8 @@ def test_a_body_that_starts_as_a_sphere_is_numbered_by_what_it_becomes():
 def test_axes_of_spheres_and_spheroids_stay_put():
     sphere = np.repeat(np.eye(3)[None], 4, axis=0)
     moments, axes = tensor.tracked_frame(sphere)
-    assert (axes == np.eye(3)).all() and (moments == 1).all()
+    assert (axes == np.eye(3)).all()
+    assert (moments == 1).all()
     noisy = np.stack([np.diag([1.0, 1.0, 1.6]) + 1e-12 * random_tensor(seed) for seed in range(20)])
     _, axes = tensor.tracked_frame(noisy)
     np.testing.assert_allclose(axes, np.repeat(np.eye(3)[None], 20, axis=0), atol=1e-6)
@@ -149,7 +150,8 @@ def test_a_tensor_that_is_not_finite_is_passed_over():
     _, _, inertia = crossing(20)
     inertia[7] = np.nan
     moments, axes = tensor.tracked_frame(inertia, tolerance=1e-3)
-    assert np.isnan(moments[7]).all() and np.isfinite(axes).all()
+    assert np.isnan(moments[7]).all()
+    assert np.isfinite(axes).all()
     assert np.einsum("tki,tki->tk", axes[1:], axes[:-1]).min() > 0.95
 
 
