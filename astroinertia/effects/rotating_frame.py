@@ -58,9 +58,16 @@ class RotatingFrame(Effect):
         return -0.5 * xp.sum(fluid.mass[:, None] * (fluid.position @ self.rotation(fluid).T) ** 2)
 
     def virial(self, xp, fluid):
-        """Q B^T + P D^T: what is uniform over the body, from a centre away from the origin, has no moment."""
+        """V = Omega^2 Q - (Q Omega) (x) Omega - Omega' x Q - 2 Omega x P, cross products with the rows of Q and P.
+
+        What is uniform over the body, from a centre away from the origin, has no moment.
+        """
         second, mixed = moments(fluid)
-        return second @ self.position_matrix(fluid).T + mixed @ self.drag(fluid).T
+        axis = xp.asarray(self.axis)
+        axis = axis / xp.sqrt(xp.sum(axis**2))
+        rate = self.rate if self.rate_change is None else self.rate + self.rate_change * fluid.time
+        tensor = rate**2 * (second - xp.outer(second @ axis, axis)) - 2.0 * rate * xp.cross(axis, mixed)
+        return tensor if self.rate_change is None else tensor - self.rate_change * xp.cross(axis, second)
 
     def timestep(self, xp, fluid):
         """1/|Omega|."""

@@ -1,0 +1,252 @@
+"""Every effect passes its own checks in both engines, and a bug planted in any of them is found under its name."""
+
+import inspect
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from astroinertia import checks
+from astroinertia.build import engine_of
+from astroinertia.effects import catalogue, conduction, gravity, pressure, viscosity
+from astroinertia.gravity import direct
+from astroinertia.models import sph
+from astroinertia.sph.eos import Ideal
+from tests.pairs import BruteEngine
+
+PARTICLES = 120
+OPTIONS: dict[str, dict[str, Any]] = {
+    "gravity": {},
+    "pressure": {},
+    "viscosity": {},
+    "conduction": {},
+    "damping": {"time_scale": 3.0, "rate": 0.4, "axis": (1.0, 0.5, 2.0)},
+    "rotating_frame": {"rate": 0.3, "axis": (1.0, 2.0, 3.0)},
+    "tide": {"mass": 3.0, "position": (8.0, 1.0, 0.0), "period": 10.0, "eccentricity": 0.3, "softening": 0.1},
+    "external_field": {
+        "uniform": (0.1, 0.2, 0.3),
+        "quadratic": ((1.0, 0.2, 0.1), (0.2, 0.5, -0.3), (0.1, -0.3, -0.4)),
+        "circular_speed": 1.0,
+        "core": 0.5,
+        "point_mass": 2.0,
+        "softening": 0.3,
+        "origin": (0.3, 0.2, 0.1),
+    },
+}
+INTERNAL = ("gravity", "pressure", "viscosity", "conduction")
+POTENTIAL = ("gravity", "pressure", "rotating_frame", "tide", "external_field")
+
+
+def effects() -> tuple[Any, ...]:
+    return tuple(catalogue.build(kind, options) for kind, options in OPTIONS.items())
+
+
+@cache
+def particles() -> SimpleNamespace:
+    """A triaxial, clustered, off-centre cloud in disordered motion, with unequal masses and entropies."""
+    random = np.random.default_rng(7)
+    clump = random.random(PARTICLES) < 0.3
+    position = random.normal(size=(PARTICLES, 3)) * np.where(clump[:, None], 0.2, 1.0) * (1.0, 0.8, 0.6) + 0.3
+    return SimpleNamespace(
+        mass=random.uniform(0.5, 1.5, PARTICLES) / PARTICLES,
+        position=position,
+        velocity=random.normal(size=(PARTICLES, 3)) - 0.4 * position,
+        entropy=random.uniform(0.2, 0.4, PARTICLES),
+        displacement=random.normal(size=(PARTICLES, 3)),
+    )
+
+
+def problem_of(engine: Any, listed: tuple[Any, ...]) -> sph.Problem:
+    return sph.Problem(
+        effects=listed,
+        equation_of_state=Ideal(5 / 3),
+        eta=1.2,
+        courant=0.3,
+        acceleration_factor=0.3,
+        energy_factor=0.3,
+        max_timestep=1.0,
+        engine=engine,
+        kernel="cubic",
+        smoothing_tolerance=1e-14,
+    )
+
+
+def at_first(engine: Any, listed: tuple[Any, ...]) -> tuple[sph.Problem, Any, Any]:
+    """The problem, its state (after one small step, so that the viscosity has seen accelerations), its arrangement."""
+    cloud, problem = particles(), problem_of(engine, listed)
+    state, arrangement = sph.initial_state(problem, cloud.mass, cloud.position, cloud.velocity, cloud.entropy)
+    return problem, sph.step(problem, arrangement, state, problem.engine.xp.asarray(1e-3)), arrangement
+
+
+def checked(problem: sph.Problem, state: Any, arrangement: Any, virials: Any = None, applied: Any = None) -> Any:
+    """Checks (a) and (b), with the recorded virial tensors and the applied accelerations as they are, or as given."""
+    fluid, xp = state.rates.fluid, problem.engine.xp
+    accelerations = applied or sph.effect_accelerations(xp, state.rates)
+    virials = virials or sph.virial_tensors(problem, arrangement, fluid)
+    return checks.effect_checks(
+        problem.effects, fluid.mass, fluid.position, fluid.velocity, accelerations, virials, state.rates.heating
+    )
+
+
+@pytest.mark.parametrize("engine", ["brute", "numba_cpu", "xla"])
+def test_every_effect_passes_its_checks(engine: str) -> None:
+    with jax.enable_x64(True):
+        made = BruteEngine() if engine == "brute" else engine_of(engine, "float64")
+        found = checked(*at_first(made, effects()))
+        assert [check.effect for check in found] == list(OPTIONS)
+        assert checks.failing(found) == {}, found
+        for check in found:  # no check passes because it compares nothing
+            assert check.virial is not None
+            assert (check.net_force is not None) == (check.effect in INTERNAL)
+            assert (check.dissipation is not None) == (check.effect in ("viscosity", "conduction"))
+
+
+@cache
+def exact_changes() -> dict[str, float]:
+    """The exact change of every potential energy along the displacement, by forward differentiation through XLA."""
+    cloud = particles()
+    with jax.enable_x64(True):
+        problem = problem_of(engine_of("xla", "float64"), tuple(e for e in effects() if e.kind in POTENTIAL))
+        state, arrangement = sph.initial_state(problem, cloud.mass, cloud.position, 0 * cloud.velocity, cloud.entropy)
+
+        def energies(position: Any) -> dict[str, Any]:
+            moved = sph.evaluated(problem, arrangement, replace(state, position=position), jnp.zeros(()))
+            return {**sph.potential_energies(problem, moved), "pressure": sph.internal_energy(problem, moved)}
+
+        displacement = jnp.asarray(cloud.displacement)[state.identity]
+        return checks.potential_changes(energies, state.position, displacement)
+
+
+def potential_found(listed: tuple[Any, ...]) -> Any:
+    cloud, problem = particles(), problem_of(BruteEngine(), listed)
+    state, _ = sph.initial_state(problem, cloud.mass, cloud.position, 0 * cloud.velocity, cloud.entropy)
+    accelerations = [np.zeros((PARTICLES, 3)) if a is None else a for a in state.rates.acceleration]
+    displacement = cloud.displacement[state.identity]
+    return checks.potential_checks(listed, state.mass, accelerations, displacement, exact_changes())
+
+
+def test_every_potential_differentiates_to_its_acceleration() -> None:
+    found = potential_found(effects())
+    assert [check.effect for check in found] == list(POTENTIAL)
+    assert checks.failing(found) == {}, found
+
+
+@pytest.mark.parametrize("kind", [kind for kind in OPTIONS if kind != "conduction"])
+@pytest.mark.parametrize("element", [(0, 0), (1, 2), (2, 1)])
+def test_a_bug_in_the_recorded_virial_tensor_is_named(kind: str, element: tuple[int, int]) -> None:
+    problem, state, arrangement = at_first(BruteEngine(), effects())
+    virials = sph.virial_tensors(problem, arrangement, state.rates.fluid)
+    broken = np.array(virials[kind])
+    broken[element] += 1e-8 * np.linalg.norm(broken)
+    assert set(checks.failing(checked(problem, state, arrangement, {**virials, kind: broken}))) == {kind}
+    assert set(checks.failing(checked(problem, state, arrangement, {**virials, kind: -virials[kind]}))) == {kind}
+
+
+@pytest.mark.parametrize("kind", [kind for kind in OPTIONS if kind != "conduction"])
+def test_a_bug_in_the_applied_acceleration_is_named(kind: str) -> None:
+    problem, state, arrangement = at_first(BruteEngine(), effects())
+    accelerations = list(sph.effect_accelerations(np, state.rates))
+    number = problem.effect_names.index(kind)
+    broken = accelerations[number].copy()
+    broken[17, 1] *= 1.0 + 1e-6
+    accelerations[number] = broken
+    assert set(checks.failing(checked(problem, state, arrangement, applied=accelerations))) == {kind}
+
+
+class Broken:
+    """An effect with one of its parts replaced, and all else as it was."""
+
+    def __init__(self, effect: Any, **parts: Any) -> None:
+        self.effect, self.parts = effect, parts
+
+    def __getattr__(self, name: str) -> Any:
+        parts = object.__getattribute__(self, "parts")
+        return parts[name] if name in parts else getattr(object.__getattribute__(self, "effect"), name)
+
+
+def with_broken(kind: str, **parts: Any) -> tuple[Any, ...]:
+    return tuple(Broken(effect, **parts) if effect.kind == kind else effect for effect in effects())
+
+
+def flipped(term: Any, output: str = "acceleration") -> Any:
+    """A pair term with the sign of one output turned, in what is applied and in what is recorded alike."""
+    signs = [-1.0 if o.name == output else 1.0 for o in term.outputs]
+    return _changed(term, lambda arguments, values: tuple(s * v for s, v in zip(signs, values, strict=True)))
+
+
+def one_sided(term: Any, output: str) -> Any:
+    """A pair term with one output that depends on the order of the pair."""
+    chosen = [o.name == output for o in term.outputs]
+
+    def biased(arguments: dict[str, Any], values: tuple) -> tuple:
+        factor = 1.0 + 1e-6 * arguments[next(name for name in arguments if name.endswith("_i"))]
+        return tuple(v * factor if yes else v for v, yes in zip(values, chosen, strict=True))
+
+    return _changed(term, biased)
+
+
+def _changed(term: Any, change: Any) -> Any:
+    # The brute-force engine asks for arguments by the names in the signature.
+    names = list(inspect.signature(term.pair).parameters)[1:]
+
+    def pair(xp: Any, *values: Any) -> tuple:
+        return change(dict(zip(names, values, strict=True)), term.pair(xp, *values))
+
+    pair.__signature__ = inspect.signature(term.pair)  # type: ignore[attr-defined]
+    return replace(term, pair=pair)
+
+
+PAIRS = {
+    "gravity": ("all_pair_terms", direct.DIRECT_GRAVITY, "acceleration"),
+    "pressure": ("neighbour_terms", pressure.PRESSURE, "acceleration"),
+    "viscosity": ("neighbour_terms", viscosity.VISCOSITY, "acceleration"),
+    "conduction": ("neighbour_terms", conduction.RELATIVE_VELOCITY, "heating"),
+}
+
+
+@pytest.mark.parametrize("kind", PAIRS)
+def test_a_pair_force_that_is_not_antisymmetric_is_named(kind: str) -> None:
+    place, term, output = PAIRS[kind]
+    broken = with_broken(kind, **{place: (one_sided(term, output),)})
+    found = checks.failing(checked(*at_first(BruteEngine(), broken)))
+    assert set(found) == {kind}, found
+    expected = "dissipation" if kind == "conduction" else "net_force"
+    assert expected in found[kind]
+
+
+@pytest.mark.parametrize("kind", ["gravity", "pressure", "rotating_frame", "tide", "external_field"])
+def test_a_wrong_sign_in_a_force_with_a_potential_is_named(kind: str) -> None:
+    if kind in PAIRS:
+        place, term, _ = PAIRS[kind]
+        broken = with_broken(kind, **{place: (flipped(term),)})
+    else:
+        true = catalogue.build(kind, OPTIONS[kind])
+        broken = with_broken(kind, acceleration=lambda xp, fluid: -true.acceleration(xp, fluid))
+    assert checks.failing(potential_found(broken)) == {kind: ("potential",)}
+
+
+def test_a_wrong_sign_in_the_softening_term_is_named() -> None:
+    """A term that is a small part of its effect, and whose error leaves momentum and the virial tensor in order."""
+    broken = with_broken("gravity", neighbour_terms=(flipped(gravity.SOFTENING),))
+    assert checks.failing(potential_found(broken)) == {"gravity": ("potential",)}
+
+
+def test_a_wrong_sign_in_the_viscous_force_is_named() -> None:
+    broken = with_broken("viscosity", neighbour_terms=(flipped(viscosity.VISCOSITY),))
+    assert checks.failing(checked(*at_first(BruteEngine(), broken))) == {"viscosity": ("dissipation",)}
+
+
+@pytest.mark.parametrize("kind", ["damping", "rotating_frame"])
+def test_a_wrong_sign_in_a_drag_matrix_is_named(kind: str) -> None:
+    true = catalogue.build(kind, OPTIONS[kind])
+    broken = with_broken(kind, drag=lambda fluid: -true.drag(fluid))
+    assert checks.failing(checked(*at_first(BruteEngine(), broken))) == {kind: ("virial",)}
+
+
+def test_a_figure_that_is_not_a_number_fails() -> None:
+    assert checks.EffectCheck("gravity", virial=float("nan")).failures() == ("virial",)
