@@ -46,7 +46,8 @@ class FullResult:
             "cores": os.cpu_count(),
         }
         if report.failed:
-            content["failure"] = str(report.longrepr).splitlines()[-1][:500]
+            crash = getattr(report.longrepr, "reprcrash", None)
+            content["failure"] = str(crash.message if crash else report.longrepr)[:1000]
         RESULTS.mkdir(exist_ok=True)
         path = result_path(self.item)
         temporary = path.with_suffix(".tmp")

@@ -6,6 +6,8 @@ from astroinertia.effects.catalogue import CATALOGUE, REQUIRED, Option
 from astroinertia.scene.problems import Problem, nearest, unknown_key, wrong_choice
 from astroinertia.scene.quantities import described, dimensional
 
+DIRECTIONS = ("axis", "normal")  # options that say only where something points
+
 
 def effect_options(effects: Any, code: bool) -> dict[str, dict[str, Any]]:
     """Each listed effect with all its options, in SI (in code units where `code`); raises Problem.
@@ -47,7 +49,10 @@ def _value(path: tuple[str | int, ...], option: Option, value: Any, code: bool) 
         if not isinstance(value, bool):
             raise Problem(path, f": must be true or false, not {described(value)}.")
         return value
-    return _array(path, option, option.shape, value, code)
+    result = _array(path, option, option.shape, value, code)
+    if path[-1] in DIRECTIONS and not any(result):
+        raise Problem(path, ": must not be a vector of zero length.")
+    return result
 
 
 def _array(path: tuple[str | int, ...], option: Option, shape: tuple[int, ...], value: Any, code: bool) -> Any:
