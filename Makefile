@@ -40,15 +40,15 @@ $(VENV)/made: $(NEEDS)
 
 # Only what is asked for is installed: running needs less than testing.
 $(VENV)/run: $(VENV)/made
-	$(RUN) -m pip install -q -e .
+	$(RUN) -m pip install -qq -e .
 	@touch $@
 
 $(VENV)/test: $(VENV)/made
-	$(RUN) -m pip install -q -e '.[test]'
+	$(RUN) -m pip install -qq -e '.[test]'
 	@touch $@ $(VENV)/run
 
 $(VENV)/lint: $(VENV)/made
-	$(RUN) -m pip install -q -e '.[lint]'
+	$(RUN) -m pip install -qq -e '.[lint]'
 	@touch $@ $(VENV)/run
 
 venv: $(VENV)/test
