@@ -1,4 +1,4 @@
-"""Results that are worth keeping between runs: arrays in npz files under the user's cache directory, named by content."""
+"""Results worth keeping between runs: arrays in npz files under the user's cache directory, named by content."""
 
 import contextlib
 import hashlib
@@ -21,7 +21,7 @@ def cache_directory() -> Path:
 
 
 def content_key(**content: Any) -> str:
-    """Return a hash of what a result depends on: numbers, strings, nested lists and dicts, and arrays by their bytes."""
+    """Return a hash of what a result depends on: numbers, strings, lists and dicts of them, arrays by their bytes."""
     digest = hashlib.sha256()
 
     def plain(value: Any) -> Any:
@@ -54,8 +54,8 @@ def save(kind: str, key: str, arrays: dict[str, np.ndarray]) -> None:
         try:
             with os.fdopen(handle, "wb") as file:
                 np.savez(file, allow_pickle=False, **arrays)
-            os.replace(temporary, directory / f"{kind}-{key}.npz")
+            Path(temporary).replace(directory / f"{kind}-{key}.npz")
         except BaseException:
             with contextlib.suppress(OSError):
-                os.unlink(temporary)
+                Path(temporary).unlink()
             raise

@@ -2,7 +2,8 @@
 
     theta'' + 2 theta'/xi + theta^n = 0,    rho = rho_c theta^n,    P = K rho^(1 + 1/n),    r = R xi/xi_1
 
-Source: Chandrasekhar 1939, An Introduction to the Study of Stellar Structure, ch. IV. Tests: tests/unit/test_polytrope.py.
+Source: Chandrasekhar 1939, An Introduction to the Study of Stellar Structure, ch. IV.
+Tests: tests/unit/test_polytrope.py.
 """
 
 import math
@@ -55,9 +56,10 @@ def _series(n: float, xi):
     for k in range(5):
         a.append(-b[k] / ((2 * k + 2) * (2 * k + 3)))
         b.append(sum((n * i - (k + 1 - i)) * a[i] * b[k + 1 - i] for i in range(1, k + 2)) / (k + 1))
-    theta = sum(a_k * xi ** (2 * k) for k, a_k in enumerate(a))
-    mass = sum(-2 * k * a_k * xi ** (2 * k + 1) for k, a_k in enumerate(a))
-    moment = sum(b_k * xi ** (2 * k + 5) / (2 * k + 5) for k, b_k in enumerate(b[:-1]))
+    nothing = np.zeros_like(xi)
+    theta = sum((a_k * xi ** (2 * k) for k, a_k in enumerate(a)), start=nothing)
+    mass = sum((-2 * k * a_k * xi ** (2 * k + 1) for k, a_k in enumerate(a)), start=nothing)
+    moment = sum((b_k * xi ** (2 * k + 5) / (2 * k + 5) for k, b_k in enumerate(b[:-1])), start=nothing)
     return theta, mass, moment
 
 
@@ -143,6 +145,7 @@ class Polytrope:
 
     @property
     def solution(self) -> LaneEmden:
+        """The dimensionless solution of this index."""
         return lane_emden(float(self.index))
 
     @property
@@ -152,6 +155,7 @@ class Polytrope:
 
     @property
     def central_density(self) -> float:
+        """rho_c, from its ratio to the mean density."""
         return self.solution.central_to_mean * 3 * self.mass / (4 * math.pi * self.radius**3)
 
     @property
@@ -215,8 +219,8 @@ class Polytrope:
     def entropy_function(self, mass, gamma: float) -> np.ndarray:
         """A(m) = P/rho^gamma on the shell that encloses `mass`: what holds the same body up with another gamma.
 
-        With gamma above 1 + 1/n the entropy rises outwards and the body is stably stratified. It diverges at the surface
-        when gamma > 1 + 1/n, so shells at the surface itself are not asked for.
+        With gamma above 1 + 1/n the entropy rises outwards, the body is stably stratified, and A diverges at the
+        surface: shells at the surface itself are not asked for.
         """
         r = self.radius_enclosing(mass)
         return self.pressure(r) / self.density(r) ** gamma
@@ -225,8 +229,8 @@ class Polytrope:
 def polytrope_radius(index: float, mass: float, constant: float, gravitational_constant: float = 1.0) -> float:
     """Return the radius of the polytrope of given mass and K; ValueError for n = 0, 1e-9-near 3 and n outside (0, 5).
 
-    K = G N_n M^((n-1)/n) R^((3-n)/n) with N_n that of the unit sphere; for n = 1 the radius does not depend on the mass,
-    and for n = 3 only one mass is in equilibrium.
+    K = G N_n M^((n-1)/n) R^((3-n)/n) with N_n that of the unit sphere; for n = 1 the radius does not depend on the
+    mass, and for n = 3 only one mass is in equilibrium.
     """
     if abs(index - 3) < 1e-9:
         raise ValueError("a polytrope of index 3 has any radius: its mass, not its radius, follows from K")

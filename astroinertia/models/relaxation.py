@@ -1,14 +1,14 @@
-"""Brings placed particles to the equilibrium of their own discrete equations: a descent of the energy, not an evolution.
+"""Brings placed particles to the equilibrium of their own discrete equations: a descent in energy, no evolution.
 
 At fixed entropy functions the particle fluid has an energy E(x), and equilibrium, also in rotation, is where
 
     a_pressure + a_gravity + a_centrifugal = -(1/m) dE/dx = 0.
 
 It is found by damped motion with inertia. The inertia builds up as in accelerated gradient descent with restarts
-(O'Donoghue & Candes 2015, Found. Comput. Math. 15, 715), to a limit that damps the slowest oscillation of the body about
-critically at ten thousand particles, and the motion is quenched whenever it points uphill. Every particle has a time step
-of its own, so that a dense centre does not hold up the envelope. The centre of mass is held, for steps that differ push
-on it.
+(O'Donoghue & Candes 2015, Found. Comput. Math. 15, 715), to a limit that damps the slowest oscillation of the body
+about critically at ten thousand particles, and the motion is quenched whenever it points uphill. Every particle has a
+time step of its own, so that a dense centre does not hold up the envelope. The centre of mass is held, for steps that
+differ push on it.
 """
 
 import math
@@ -22,6 +22,7 @@ from astroinertia.errors import NumericalError
 from astroinertia.integrate.leapfrog import State
 from astroinertia.models import sph
 from astroinertia.models.sph import Problem
+from astroinertia.sph.rotation import rotation_velocity
 
 _COURANT = 0.8  # of h/(c + sqrt(h |a|)); twice as much is unstable
 _MOST_INERTIA = 0.9  # share of a move that is kept for the next
@@ -99,8 +100,8 @@ def relax(
 ) -> Relaxed:
     """Return the body at equilibrium under the problem's pressure and gravity; NumericalError where there is none.
 
-    mass (N,), position (N, 3), entropy (N,), in code units; target_density(m) is the density on the shell that encloses the
-    mass m. Entropies stay with their particles. The outcome is kept in the user's cache.
+    mass (N,), position (N, 3), entropy (N,), in code units; target_density(m) is the density on the shell that encloses
+    the mass m. Entropies stay with their particles. The outcome is kept in the user's cache.
     """
     key = cache.content_key(
         mass=mass, position=position, entropy=entropy, rotation=None if rotation is None else asdict(rotation),
@@ -110,7 +111,8 @@ def relax(
     )  # fmt: skip
     stored = cache.load("relaxed", key) if use_cache else None
     if stored is not None and stored["position"].shape == position.shape:
-        report = Report(*(type_(value) for type_, value in zip((int,) + (float,) * 5, stored["report"], strict=True)))
+        steps, *figures = (float(value) for value in stored["report"])
+        report = Report(int(steps), *figures)
         relaxed = Relaxed(stored["position"], stored["velocity"], report, cached=True)
     else:
         relaxed = _descend(problem, mass, position, entropy, target_density, rotation, tolerances, max_steps, listener)
@@ -202,8 +204,6 @@ def _forces(problem: Problem, state: State, centre: np.ndarray, rotation: Rotati
 
 
 def _rotation(problem: Problem, state: State, centre: np.ndarray, rotation: Rotation):
-    from astroinertia.sph.rotation import rotation_velocity
-
     x, axis = state.position - centre, np.asarray(rotation.axis) / np.linalg.norm(rotation.axis)
     energy = sph.potential_energies(problem, state).get("gravity")
     law = "rigid" if rotation.scale is None else "j_constant"

@@ -46,18 +46,23 @@ class Ideal:
     thermal: ClassVar[bool] = True
 
     def pressure(self, xp, rho, A):
+        """P, like rho."""
         return A * rho**self.gamma
 
     def internal_energy(self, xp, rho, A):
+        """Specific internal energy u, like rho."""
         return A * rho ** (self.gamma - 1) / (self.gamma - 1)
 
     def sound_speed(self, xp, rho, A):
+        """Adiabatic sound speed, like rho."""
         return xp.sqrt(self.gamma * A * rho ** (self.gamma - 1))
 
     def entropy(self, xp, rho, u):
+        """A of matter with specific internal energy u."""
         return (self.gamma - 1) * u * rho ** (1 - self.gamma)
 
     def entropy_rate(self, xp, rho, q):
+        """dA/dt of matter heated by q per mass and time."""
         return (self.gamma - 1) * q * rho ** (1 - self.gamma)
 
 
@@ -67,9 +72,11 @@ class _Barotropic:
     thermal: ClassVar[bool] = False
 
     def entropy(self, xp, rho, u):
+        """Zero: nothing is kept."""
         return xp.zeros_like(rho)
 
     def entropy_rate(self, xp, rho, q):
+        """Zero: heat is radiated."""
         return xp.zeros_like(rho)
 
 
@@ -82,12 +89,15 @@ class Isothermal(_Barotropic):
     reference_density: float = 1.0
 
     def pressure(self, xp, rho, A):
+        """P, like rho."""
         return self.speed**2 * rho
 
     def internal_energy(self, xp, rho, A):
+        """Specific free energy, like rho."""
         return self.speed**2 * xp.log(rho / self.reference_density)
 
     def sound_speed(self, xp, rho, A):
+        """The one sound speed, like rho."""
         return self.speed * xp.ones_like(rho)
 
 
@@ -100,12 +110,15 @@ class Polytropic(_Barotropic):
     constant: float
 
     def pressure(self, xp, rho, A):
+        """P, like rho."""
         return self.constant * rho**self.gamma
 
     def internal_energy(self, xp, rho, A):
+        """Specific internal energy u, like rho."""
         return self.constant * rho ** (self.gamma - 1) / (self.gamma - 1)
 
     def sound_speed(self, xp, rho, A):
+        """Adiabatic sound speed, like rho."""
         return xp.sqrt(self.gamma * self.constant * rho ** (self.gamma - 1))
 
 
@@ -141,17 +154,21 @@ class PiecewisePolytropic(_Barotropic):
         return result
 
     def pressure(self, xp, rho, A):
+        """P, like rho."""
         return self._choose(xp, rho, lambda gamma, constant, offset: constant * rho**gamma)
 
     def internal_energy(self, xp, rho, A):
+        """Specific internal energy u, like rho."""
         return self._choose(
             xp, rho, lambda gamma, constant, offset: constant * rho ** (gamma - 1) / (gamma - 1) + offset
         )
 
     def squared_sound_speed(self, xp, rho):
+        """c^2, like rho."""
         return self._choose(xp, rho, lambda gamma, constant, offset: gamma * constant * rho ** (gamma - 1))
 
     def sound_speed(self, xp, rho, A):
+        """Adiabatic sound speed, like rho."""
         return xp.sqrt(self.squared_sound_speed(xp, rho))
 
 
@@ -179,12 +196,15 @@ class Hybrid:
         return Ideal(self.gamma_thermal)
 
     def pressure(self, xp, rho, A):
+        """P, like rho."""
         return self._cold().pressure(xp, rho, A) + self._hot().pressure(xp, rho, A)
 
     def internal_energy(self, xp, rho, A):
+        """Specific internal energy u, like rho."""
         return self._cold().internal_energy(xp, rho, A) + self._hot().internal_energy(xp, rho, A)
 
     def sound_speed(self, xp, rho, A):
+        """Adiabatic sound speed, like rho."""
         hot = self.gamma_thermal * A * rho ** (self.gamma_thermal - 1)
         return xp.sqrt(self._cold().squared_sound_speed(xp, rho) + hot)
 
@@ -194,6 +214,7 @@ class Hybrid:
         return self._hot().entropy(xp, rho, xp.maximum(excess, 0.0))
 
     def entropy_rate(self, xp, rho, q):
+        """dA/dt of matter heated by q per mass and time."""
         return self._hot().entropy_rate(xp, rho, q)
 
 

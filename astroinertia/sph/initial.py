@@ -1,9 +1,9 @@
 """Where equal-mass particles are put so that they sample a mass profile with little noise.
 
-    lattice   a hexagonal close-packed lattice, stretched along radii until it carries the profile (Herant 1994, MmSAI 65,
-              1013): least noise, but directions are preferred and shells show
-    glass     points repelled by their neighbours to the spacing that the target density asks for (Diehl et al. 2015, PASA
-              32, e048), held to the profile by their ranks in radius: isotropic, the choice for evolution
+    lattice   a hexagonal close-packed lattice, stretched along radii until it carries the profile (Herant 1994,
+              MmSAI 65, 1013): least noise, but directions are preferred
+    glass     points repelled by their neighbours to the spacing that the target density asks for (Diehl et al. 2015,
+              PASA 32, e048), held to the profile by their ranks in radius: isotropic, the choice for evolution
     random    independent points, for tests of noise only
 
 All give exactly the number asked for, centred, with the second moment of the profile along every axis to round-off.
@@ -11,7 +11,7 @@ Tests: tests/unit/test_initial.py.
 """
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from astroinertia import cache
 from astroinertia.sph.profiles import Profile
@@ -65,7 +65,7 @@ def _random(profile: Profile, count: int, seed: int) -> np.ndarray:
 
 
 def _lattice(profile: Profile, count: int, seed: int) -> np.ndarray:
-    # Unit cell volume sqrt(1/2) for unit spacing, so this radius holds `count` sites; the seed turns and shifts the sites.
+    # Unit cell volume sqrt(1/2) for unit spacing, so this radius holds `count` sites; the seed turns and shifts them.
     generator = np.random.default_rng(seed)
     radius = (3 * count * np.sqrt(0.5) / (4 * np.pi)) ** (1 / 3)
     reach = int(np.ceil(radius / np.sqrt(2 / 3))) + 2
@@ -105,7 +105,7 @@ def _glass(profile: Profile, count: int, seed: int) -> np.ndarray:
     for iteration in range(_GLASS_STEPS):
         radius = np.linalg.norm(points, axis=1)
         spacing = (1 / (count * profile.density(np.minimum(radius, outermost)))) ** (1 / 3)
-        distance, index = cKDTree(points).query(points, k=neighbours + 1)
+        distance, index = KDTree(points).query(points, k=neighbours + 1)
         distance, index = np.maximum(distance[:, 1:], 1e-12), index[:, 1:]
         reach = spacing[:, None] + spacing[index]
         push = np.maximum(1 - distance / reach, 0.0) ** 2

@@ -96,8 +96,8 @@ def dyson(gamma: float) -> Profile:
 def ellipsoid_gravitational_energy(profile: Profile, mass: float, semi_axes) -> float:
     """Return W of the ellipsoid whose similar surfaces carry the profile, G = 1, semi_axes (3,).
 
-    W = W_sphere (abc)^(1/3) R_F(a^2, b^2, c^2) with the sphere of the same volume and Carlson's R_F, whatever the profile
-    (Roberts 1962, ApJ 136, 1108).
+    W = W_sphere (abc)^(1/3) R_F(a^2, b^2, c^2) with the sphere of the same volume and Carlson's R_F, whatever the
+    profile (Roberts 1962, ApJ 136, 1108).
     """
     a, b, c = (float(axis) for axis in semi_axes)
     return profile.gravitational_energy * mass**2 * float(elliprf(a**2, b**2, c**2))

@@ -1,7 +1,8 @@
 """A user's own particles, from a CSV or npz file with the columns mass, x, y, z and, if wanted, vx, vy, vz and u.
 
-u is the specific internal energy, and may be called specific_internal_energy. A CSV file names its columns in the first line; an npz file holds one array a column
-(never pickled objects). Tests: tests/unit/test_initial.py.
+u is the specific internal energy, and may be called specific_internal_energy. A CSV file names its columns in the first
+line that is not a comment (#); an npz file holds one array a column, never pickled objects.
+Tests: tests/unit/test_initial.py.
 """
 
 import csv
@@ -24,7 +25,7 @@ _ALIASES = {"specific_internal_energy": "u"}
 
 @dataclass(frozen=True)
 class Table:
-    """mass (N,), position (N, 3), velocity (N, 3) (zero where not given), internal_energy (N,) or None, as in the file."""
+    """mass (N,), position (N, 3), velocity (N, 3) (zero where not given), internal_energy (N,) or None."""
 
     mass: np.ndarray
     position: np.ndarray
@@ -78,9 +79,10 @@ def _npz_columns(path: Path) -> dict[str, np.ndarray]:
             if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
                 raise SceneError(f"particle table {path} unpacks to more than {MAX_BYTES >> 20} MiB")
         with np.load(path, allow_pickle=False) as stored:
-            names = [_ALIASES.get(name, name) for name in stored.files]
+            files = [str(name) for name in stored.files]
+            names = [_ALIASES.get(name, name) for name in files]
             _check_names(path, names)
-            return {name: np.asarray(stored[file], dtype=float) for name, file in zip(names, stored.files, strict=True)}
+            return {name: np.asarray(stored[file], dtype=float) for name, file in zip(names, files, strict=True)}
     except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
         raise SceneError(f"particle table {path} is not an npz file of plain numbers") from error
 

@@ -53,7 +53,7 @@ def test_entropy_inverts_internal_energy(kind):
 
 @pytest.mark.parametrize("kind", EVERY)
 def test_entropy_rate_is_the_rate_of_entropy_at_constant_density(kind):
-    """u rises by q dt exactly as A rises by entropy_rate(q) dt, and not at all where the gas is barotropic."""
+    """Internal energy rises by q dt exactly as A rises by entropy_rate(q) dt; not at all in a barotrope."""
     equation, q, dt = EVERY[kind], 0.3 + 0 * RHO, 0.01
     rate = equation.entropy_rate(np, RHO, q)
     gained = equation.internal_energy(np, RHO, A + dt * rate) - equation.internal_energy(np, RHO, A)
@@ -81,7 +81,7 @@ def test_cold_hybrid_matter_has_no_negative_entropy():
 
 
 def test_core_collapse_constants_hold_the_chandrasekhar_mass():
-    """K = 4.897e14 cgs with gamma 4/3 is n = 3: M = 4 pi 2.01824 (K/pi G)^(3/2), the Chandrasekhar mass for Y_e = 1/2."""
+    """K = 4.897e14 cgs with gamma 4/3 is n = 3: M = 4 pi 2.01824 (K/pi G)^(3/2), Chandrasekhar's for Y_e = 1/2."""
     values = eos.CORE_COLLAPSE
     constant = eos.polytropic_constant(values["reference_density"], values["reference_pressure"], 4 / 3)
     unit = Polytrope(3.0).constant  # K of M = 1 with G = 1: K = unit G M^(2/3)

@@ -74,7 +74,8 @@ def test_radius_enclosing_inverts_the_mass(index):
     body = Polytrope(index, mass=2.0, radius=3.0)
     mass = np.linspace(0, 2, 1001)
     np.testing.assert_allclose(body.enclosed_mass(body.radius_enclosing(mass)), mass, rtol=0, atol=1e-14)
-    assert body.radius_enclosing(2.0) == 3.0 and body.radius_enclosing(0.0) == 0.0
+    assert body.radius_enclosing(2.0) == 3.0
+    assert body.radius_enclosing(0.0) == 0.0
 
 
 def test_entropy_function_is_flat_for_its_own_gamma_and_rises_for_a_larger_one():
