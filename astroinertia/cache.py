@@ -39,7 +39,7 @@ def load(kind: str, key: str) -> dict[str, np.ndarray] | None:
     """Return the arrays kept under a key, or None where there are none or they cannot be read."""
     path = cache_directory() / f"{kind}-{key}.npz"
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             return {name: stored[name] for name in stored.files}
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
