@@ -76,9 +76,9 @@ def density(kernel, position, mass, eta, softening=True):
     def sums(h):
         return (mass * kernel.w(np, r / h[:, None])).sum(axis=1) / h**3
 
-    low = np.full(len(mass), 1e-6 * r.max())
-    high = np.full(len(mass), 1e3 * r.max())
-    for _ in range(120):
+    low = np.full(len(mass), 1e-5 * r.max())
+    high = np.full(len(mass), 1e2 * r.max())
+    for _ in range(60):
         middle = np.sqrt(low * high)
         too_small = sums(middle) * middle**3 < mass * eta**3
         low, high = np.where(too_small, middle, low), np.where(too_small, high, middle)

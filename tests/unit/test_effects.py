@@ -1,0 +1,498 @@
+"""The physics of each effect, against closed forms, on a few hundred particles."""
+
+import dataclasses
+import itertools
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from astroinertia.effects import catalogue
+from astroinertia.effects.catalogue import CATALOGUE, DIMENSIONS, REQUIRED
+from astroinertia.effects.gradients import divergence_and_curl, gradient, shear_squared
+from astroinertia.effects.tide import eccentric_anomaly
+from astroinertia.models import sph
+from astroinertia.sph.eos import Ideal
+from tests.pairs import BruteEngine, pair_sums
+
+
+def ball(count: int = 300, seed: int = 3) -> np.ndarray:
+    """Points of a jittered lattice within the unit ball, (N, 3): disordered, but evenly spaced."""
+    side = (4.0 * math.pi / 3.0 / count) ** (1 / 3)
+    steps = np.arange(-1.0 + side / 3, 1.0, side)
+    grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+    grid = grid + np.random.default_rng(seed).uniform(-0.2, 0.2, grid.shape) * side
+    return grid[np.linalg.norm(grid, axis=1) < 1.0]
+
+
+def state_of(
+    *listed: Any,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    entropy: float | np.ndarray = 0.5,
+    engine: Any = None,
+) -> tuple[sph.Problem, Any, Any]:
+    problem = sph.Problem(
+        effects=listed,
+        equation_of_state=Ideal(5 / 3),
+        eta=1.2,
+        courant=0.3,
+        acceleration_factor=0.3,
+        energy_factor=0.3,
+        max_timestep=0.1,
+        engine=engine or BruteEngine(),
+        kernel="cubic",
+        smoothing_tolerance=1e-13,
+    )
+    mass = np.full(len(position), 1.0 / len(position))
+    state, arrangement = sph.initial_state(problem, mass, position, velocity, np.zeros(len(position)) + entropy)
+    return problem, state, arrangement
+
+
+def at(position: Any, velocity: Any = None, time: float = 0.0, mass: Any = None) -> SimpleNamespace:
+    """As much of a fluid as a per-particle effect sees."""
+    position = np.asarray(position, dtype=float)
+    velocity = np.zeros_like(position) if velocity is None else np.asarray(velocity, dtype=float)
+    mass = np.full(len(position), 1.0 / len(position)) if mass is None else mass
+    return SimpleNamespace(
+        time=time,
+        mass=mass,
+        position=position,
+        velocity=velocity,
+        centre=(mass @ position) / mass.sum(),
+        centre_velocity=(mass @ velocity) / mass.sum(),
+    )
+
+
+# The catalogue
+
+
+@pytest.mark.parametrize("kind", CATALOGUE)
+def test_the_catalogue_describes_the_options_that_the_effect_has(kind: str) -> None:
+    entry = CATALOGUE[kind]
+    made = catalogue.load(kind)
+    assert made.__name__ == entry.class_name
+    assert made.kind == kind
+    fields = {field.name: field for field in dataclasses.fields(made)}
+    assert set(entry.options) == set(fields)
+    for name, option in entry.options.items():
+        assert option.dimension in {*DIMENSIONS, "choice"}
+        assert (option.dimension == "choice") == bool(option.choices)
+        assert (fields[name].metadata.get("static", False)) == bool(option.choices)
+        if option.default is REQUIRED:
+            continue
+        assert fields[name].default == option.default
+        if option.choices:
+            assert option.default in option.choices
+        elif option.default is not None:
+            assert np.shape(option.default) == option.shape
+
+
+def test_a_missing_and_an_unknown_option_are_named() -> None:
+    with pytest.raises(ValueError, match="time_scale is missing"):
+        catalogue.build("damping")
+    with pytest.raises(ValueError, match="alfa is not an option of viscosity"):
+        catalogue.build("viscosity", {"alfa": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("kind", "options", "sentence"),
+    [
+        ("viscosity", {"alpha_max": 0.5, "alpha_min": 0.6}, "alpha_min must not be above"),
+        ("rotating_frame", {"rate": 1.0, "axis": (0.0, 0.0, 0.0)}, "axis must not be zero"),
+        ("tide", {"mass": 1.0, "position": (0.0, 0.0, 0.0)}, "must not be the origin"),
+        ("tide", {"mass": 1.0, "position": (1.0, 0.0, 1.0), "period": 1.0}, "perpendicular"),
+        ("external_field", {}, "needs one of"),
+        ("external_field", {"circular_speed": 1.0}, "needs both circular_speed and core"),
+        ("external_field", {"quadratic": ((0.0, 1.0, 0.0), (0.0,) * 3, (0.0,) * 3)}, "must be symmetric"),
+    ],
+)
+def test_options_that_contradict_are_refused(kind: str, options: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ValueError, match=sentence):
+        catalogue.build(kind, options)
+
+
+def test_effects_are_pytrees_whose_numbers_are_leaves() -> None:
+    effect = catalogue.build("viscosity", {"beta": 1.5})
+    leaves, tree = jax.tree.flatten(effect)
+    assert sorted(leaves) == [0.0, 1.0, 1.5, 10.0]
+    assert jax.tree.unflatten(tree, leaves) == effect or jax.tree.unflatten(tree, leaves).beta == 1.5
+
+
+# Rotating frame
+
+
+def test_the_coriolis_force_does_no_work_in_a_step() -> None:
+    """In a frame whose centrifugal force is taken away, |v| of every particle stays to round-off."""
+    position, random = ball(60), np.random.default_rng(0)
+    frame = catalogue.build("rotating_frame", {"rate": 0.7, "axis": (1.0, -2.0, 0.5)})
+    rotation = frame.rotation(at(position))
+    remove = catalogue.build("external_field", {"quadratic": tuple(map(tuple, -rotation @ rotation))})
+    problem, state, arrangement = state_of(
+        frame, remove, position=position, velocity=random.normal(size=position.shape)
+    )
+    before = np.linalg.norm(state.velocity, axis=1)
+    for _ in range(50):
+        state = sph.step(problem, arrangement, state, np.float64(0.1))
+    assert np.abs(np.linalg.norm(state.velocity, axis=1) / before - 1).max() < 1e-14
+    work = np.asarray(state.ledger.work.total)
+    assert abs(work.sum()) < 1e-15
+    assert np.abs(state.velocity).max() > 0.1
+
+
+@pytest.mark.parametrize("rate_change", [None, -0.15])
+def test_a_free_particle_in_a_rotating_frame_runs_straight_in_the_inertial_one(rate_change: float | None) -> None:
+    """Second order in the step towards x0 + t u seen from the turning frame, with and without spin-up."""
+    axis, rate = np.array([2.0, 1.0, -2.0]) / 3.0, 0.6
+    frame = catalogue.build("rotating_frame", {"rate": rate, "rate_change": rate_change, "axis": tuple(axis)})
+    start, speed = ball(60), np.random.default_rng(1).normal(size=(len(ball(60)), 3))
+    velocity = speed - np.cross(rate * axis, start)
+
+    def error(steps: int) -> float:
+        problem, state, arrangement = state_of(frame, position=start, velocity=velocity)
+        for _ in range(steps):
+            state = sph.step(problem, arrangement, state, np.float64(2.0 / steps))
+        angle = rate * 2.0 + 0.5 * (rate_change or 0.0) * 4.0
+        straight = start + 2.0 * speed
+        turned = (
+            straight * math.cos(angle)
+            - np.cross(axis, straight) * math.sin(angle)
+            + np.outer(straight @ axis, axis) * (1 - math.cos(angle))
+        )
+        return float(np.abs(state.position - turned).max())
+
+    errors = [error(steps) for steps in (16, 32, 64)]
+    assert errors[-1] < 1e-3
+    assert all(3.8 < a / b < 4.2 for a, b in itertools.pairwise(errors)), errors
+
+
+def test_a_body_at_rest_in_the_inertial_frame_turns_backwards_on_a_circle() -> None:
+    """Centrifugal and Coriolis together give the centripetal acceleration of the turning -Omega that is seen."""
+    frame = catalogue.build("rotating_frame", {"rate": 1.3})
+    position = ball(60)
+    fluid = at(position, -np.cross([0.0, 0.0, 1.3], position))
+    total = frame.acceleration(np, fluid) + fluid.velocity @ frame.drag(fluid).T
+    assert np.allclose(total, -(1.3**2) * position * (1.0, 1.0, 0.0), atol=1e-15)
+
+
+# Tide
+
+
+def test_keplers_equation_is_solved_for_every_eccentricity() -> None:
+    mean = np.linspace(-20.0, 20.0, 4001)
+    near = 10.0 ** np.arange(-12.0, 0.0)
+    mean = np.concatenate([mean, near, -near])
+    for e in (0.0, 0.1, 0.5, 0.9, 0.99):
+        anomaly = eccentric_anomaly(np, mean, e)
+        wanted = np.remainder(mean + math.pi, 2 * math.pi) - math.pi
+        error = np.remainder(anomaly - e * np.sin(anomaly) - wanted + math.pi, 2 * math.pi) - math.pi
+        assert np.abs(error).max() < 2e-14, e
+
+
+def test_the_perturber_follows_keplers_laws() -> None:
+    """Pericentre and apocentre, equal areas, and the force that an ellipse with that period and size belongs to."""
+    e, period, pericentre = 0.6, 7.0, 2.0
+    tide = catalogue.build(
+        "tide",
+        {
+            "mass": 1.0,
+            "position": (0.0, pericentre, 0.0),
+            "period": period,
+            "eccentricity": e,
+            "normal": (3.0, 0.0, 0.0),
+            "mean_anomaly": 0.4,
+        },
+    )
+
+    def place(time: float) -> np.ndarray:
+        return tide.place(np, SimpleNamespace(time=time))
+
+    epoch, dt = -0.4 * period / (2 * math.pi), 0.01
+    assert np.allclose(place(epoch), (0.0, pericentre, 0.0), atol=1e-14)
+    axis = pericentre / (1 - e)
+    assert np.allclose(place(epoch + period / 2), (0.0, -axis * (1 + e), 0.0), atol=1e-13)
+    assert place(epoch + 0.1)[2] > 0  # pericentre, velocity and normal are right-handed: y, z, x
+    gm = (2 * math.pi / period) ** 2 * axis**3
+    for time in np.linspace(0.0, period, 9):
+        far_back, back, here, on, far_on = (place(time + k * dt) for k in (-2, -1, 0, 1, 2))
+        speed = (8.0 * (on - back) - (far_on - far_back)) / (12.0 * dt)
+        change = (16.0 * (on + back) - (far_on + far_back) - 30.0 * here) / (12.0 * dt**2)
+        assert np.allclose(np.cross(here, speed), [math.sqrt(gm * axis * (1 - e * e)), 0.0, 0.0], atol=1e-6)
+        assert np.allclose(change, -gm * here / np.linalg.norm(here) ** 3, atol=1e-6)
+
+
+def test_the_tide_far_away_is_the_textbook_one() -> None:
+    """GM/D^3 (2 x, -y, -z) to first order, free of cancellation at any distance; the rest falls as 1/D."""
+    position = ball(60)
+    for distance in (1e2, 1e5, 1e8):
+        tide = catalogue.build("tide", {"mass": distance**3, "position": (distance, 0.0, 0.0)})
+        found = tide.acceleration(np, at(position))
+        error = np.abs(found - position * (2.0, -1.0, -1.0)).max()
+        assert error < 5.0 / distance
+        energy = tide.potential_energy(np, at(position))
+        textbook = -0.5 * np.mean((position**2) @ np.array([2.0, -1.0, -1.0]))
+        assert abs(energy - textbook) < 5.0 / distance + 1e-15 * distance
+
+
+def test_the_tidal_force_is_the_direct_one_less_that_on_the_origin() -> None:
+    options = {"mass": 2.0, "position": (1.5, 0.3, -0.2), "softening": 0.2}
+    position = ball(60)
+    tidal = catalogue.build("tide", options).acceleration(np, at(position))
+    direct = catalogue.build("tide", {**options, "frame": "direct"})
+    separation = position - np.array(options["position"])
+    wanted = -2.0 * separation / ((separation**2).sum(axis=1) + 0.04)[:, None] ** 1.5
+    assert np.allclose(direct.acceleration(np, at(position)), wanted, rtol=1e-14)
+    assert np.allclose(tidal, wanted - direct.acceleration(np, at(np.zeros((1, 3)))), rtol=1e-13, atol=1e-14)
+
+
+# External field and damping
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"uniform": (0.3, -0.2, 0.1)},
+        {"quadratic": ((1.0, 0.2, 0.1), (0.2, 0.5, -0.3), (0.1, -0.3, -0.4)), "origin": (0.1, 0.2, 0.3)},
+        {"circular_speed": 1.4, "core": 0.3, "origin": (0.5, 0.0, -0.5)},
+        {"point_mass": 2.0, "softening": 0.1, "origin": (1.5, 0.0, 0.0)},
+    ],
+    ids=lambda options: next(iter(options)),
+)
+def test_each_given_field_is_the_gradient_of_its_potential(options: dict[str, Any]) -> None:
+    effect, position = catalogue.build("external_field", options), ball(60)
+    with jax.enable_x64(True):
+        mass = jnp.full(len(position), 1.0 / len(position))
+
+        def energy(x: Any) -> Any:
+            return effect.potential_energy(jnp, SimpleNamespace(position=x, mass=mass))
+
+        force = jax.grad(energy)(jnp.asarray(position))
+    assert np.allclose(effect.acceleration(np, at(position)) / len(position), -force, rtol=1e-12, atol=1e-16)
+
+
+def test_circular_orbits_have_the_given_speed() -> None:
+    """Far outside its core the logarithmic field holds a particle at the given speed at any radius."""
+    effect = catalogue.build("external_field", {"circular_speed": 1.4, "core": 1e-6})
+    for radius in (1.0, 10.0, 100.0):
+        pull = effect.acceleration(np, at([[radius, 0.0, 0.0]]))[0, 0]
+        assert math.isclose(math.sqrt(-pull * radius), 1.4, rel_tol=1e-11)
+
+
+def test_damping_takes_the_motion_within_the_body_and_leaves_that_of_its_centre() -> None:
+    position, random = ball(60), np.random.default_rng(2)
+    velocity = random.normal(loc=(3.0, 0.0, 0.0), size=position.shape)
+    damping = catalogue.build("damping", {"time_scale": 0.5, "until": 1.0})
+    problem, state, arrangement = state_of(damping, position=position, velocity=velocity)
+    mean = state.velocity.mean(axis=0)
+    inner = np.abs(state.velocity - mean).max()
+    for _ in range(100):
+        state = sph.step(problem, arrangement, state, np.float64(0.01))
+    assert np.allclose(state.velocity.mean(axis=0), mean, rtol=1e-13)
+    assert math.isclose(np.abs(state.velocity - mean).max() / inner, math.exp(-2.0), rel_tol=1e-2)
+    velocity = state.velocity
+    for _ in range(10):
+        state = sph.step(problem, arrangement, state, np.float64(0.01))
+    assert np.allclose(state.velocity, velocity, rtol=0.02)
+    for _ in range(10):
+        earlier, state = state.velocity, sph.step(problem, arrangement, state, np.float64(0.01))
+    assert np.array_equal(state.velocity, earlier)
+
+
+def test_damping_towards_rotation_ends_in_rigid_rotation() -> None:
+    position = ball(60)
+    damping = catalogue.build("damping", {"time_scale": 0.01, "rate": 0.05, "axis": (0.0, 3.0, 0.0)})
+    problem, state, arrangement = state_of(damping, position=position, velocity=np.zeros_like(position))
+    for _ in range(40):
+        state = sph.step(problem, arrangement, state, np.float64(0.01))
+    relative = state.position - state.position.mean(axis=0)
+    assert np.allclose(state.velocity, np.cross([0.0, 0.05, 0.0], relative), atol=1e-4)
+    assert np.abs(state.velocity).max() > 0.04
+
+
+# Viscosity and conduction
+
+FLOW = np.array([[0.3, -0.7, 0.2], [0.5, -0.4, 0.9], [-0.1, 0.6, 0.25]])
+
+
+def test_gradients_are_exact_in_linear_flows_at_the_surface_too() -> None:
+    position = ball()
+    viscosity = catalogue.build("viscosity", {"switch": "none"})
+    _, state, _ = state_of(viscosity, position=position, velocity=position @ FLOW.T)
+    found = gradient(np, state.rates.fluid.gradients["viscosity"], "velocity")
+    assert np.abs(found - FLOW).max() < 1e-12
+    divergence, curl = divergence_and_curl(np, found)
+    assert np.allclose(divergence, np.trace(FLOW), atol=1e-12)
+    vorticity = [FLOW[2, 1] - FLOW[1, 2], FLOW[0, 2] - FLOW[2, 0], FLOW[1, 0] - FLOW[0, 1]]
+    assert np.allclose(curl, np.linalg.norm(vorticity), atol=1e-12)
+    shear = 0.5 * (FLOW + FLOW.T) - np.trace(FLOW) / 3 * np.eye(3)
+    assert np.allclose(shear_squared(np, found), (shear**2).sum(), atol=1e-12)
+
+
+def test_gradients_are_finite_without_neighbours_and_in_a_plane() -> None:
+    random = np.random.default_rng(4)
+    plane = random.normal(size=(40, 3)) * (1.0, 1.0, 0.0)
+    position = np.concatenate([plane, [[1e3, 0.0, 0.0]]])
+    fields = {
+        "position": position,
+        "mass": np.ones(41),
+        "smoothing_length": np.full(41, 0.8),
+        "velocity": position @ FLOW.T,
+    }
+    terms = catalogue.build("viscosity", {"switch": "none"}).gradient_terms
+    sums = pair_sums(terms, fields, "cubic")["viscosity"]
+    found = gradient(np, sums, "velocity")
+    assert np.all(np.isfinite(found))
+    assert np.array_equal(found[-1], np.zeros((3, 3)))
+
+
+def heat_and_drag(velocity: np.ndarray, position: np.ndarray, steps: int = 0, **options: Any) -> dict[str, Any]:
+    """Viscous figures of a flow after some steps of 1e-3 with pressure: total heating, and what it is made of."""
+    listed = (catalogue.build("pressure"), catalogue.build("viscosity", options))
+    problem, state, arrangement = state_of(*listed, position=position, velocity=velocity)
+    for _ in range(steps):
+        state = sph.step(problem, arrangement, state, np.float64(1e-3))
+    fluid = state.rates.fluid
+    heating = fluid.sums["viscosity"]["heating"]
+    force = fluid.sums["viscosity"]["acceleration"]
+    return {
+        "heating": fluid.mass @ heating,
+        "each": heating,
+        "work": fluid.mass @ (force * fluid.velocity).sum(axis=1),
+        "kinetic": 0.5 * fluid.mass @ (fluid.velocity**2).sum(axis=1),
+        "alpha": state.memory.get("viscosity_alpha"),
+        "force": force,
+        "fluid": fluid,
+    }
+
+
+@pytest.mark.parametrize("options", [{}, {"switch": "none"}, {"switch": "none", "limiter": "none"}], ids=str)
+def test_rigid_rotation_dissipates_nothing(options: dict[str, Any]) -> None:
+    """No pair closes in rigid rotation: what is left is round-off, 1e-14 of the kinetic energy in a rotation time."""
+    position = ball()
+    found = heat_and_drag(np.cross([0.0, 0.3, 1.0], position), position, **options)
+    assert 0 <= found["heating"] < 1e-14 * found["kinetic"]
+
+
+def test_the_switch_keeps_differential_rotation_almost_free_of_viscosity() -> None:
+    """A flow that only shears turns on less than a hundredth of the constant viscosity without a limiter."""
+    position = ball(500)
+    spin = 1.0 / (1.0 + 4.0 * (position[:, 0] ** 2 + position[:, 1] ** 2))
+    velocity = np.cross(np.stack([0 * spin, 0 * spin, spin], axis=1), position)
+    heats = [
+        heat_and_drag(velocity, position, **options)["heating"]
+        for options in ({"switch": "none", "limiter": "none"}, {"switch": "none"}, {})
+    ]
+    assert heats[1] < 0.2 * heats[0]
+    assert heats[2] < 0.01 * heats[0]
+
+
+def test_viscosity_heats_every_particle_with_what_it_takes_from_the_motion() -> None:
+    position, random = ball(), np.random.default_rng(5)
+    for options in ({}, {"switch": "none"}):
+        found = heat_and_drag(random.normal(size=position.shape) - 3 * position, position, 3, **options)
+        assert found["each"].min() >= 0
+        assert found["heating"] > 0
+        assert abs(found["work"] + found["heating"]) < 1e-14 * found["heating"]
+        mass = found["fluid"].mass
+        assert np.abs(mass @ found["force"]).max() < 1e-14 * (mass @ np.linalg.norm(found["force"], axis=1))
+
+
+def test_gas_that_expands_is_not_viscous() -> None:
+    position = ball()
+    found = heat_and_drag(2.0 * position, position)
+    assert found["heating"] == 0
+    assert np.all(found["force"] == 0)
+
+
+def test_alpha_jumps_where_the_flow_steepens_and_decays_afterwards() -> None:
+    """Two streams meet in a bar of 31 spacings: alpha is up at the interface, before any particle has moved by a tenth
+    of a spacing, and zero where its neighbours do not see it.
+    """
+    position = np.stack(np.meshgrid(np.arange(-15.0, 16), *2 * [np.arange(4.0)]), axis=-1).reshape(-1, 3)
+    velocity = np.stack([-np.tanh(position[:, 0]), *2 * [0 * position[:, 0]]], axis=1)
+    listed = (catalogue.build("pressure"), catalogue.build("viscosity"))
+    problem, state, arrangement = state_of(*listed, position=position, velocity=velocity, entropy=1.0)
+    for _ in range(4):
+        state = sph.step(problem, arrangement, state, np.float64(0.02))
+    alpha, x = state.memory["viscosity_alpha"], np.abs(position[:, 0])
+    assert alpha[x == 0].mean() > 0.5
+    assert alpha[x >= 6].max() < 1e-4
+    assert 0 <= alpha.min() <= alpha.max() <= 1
+    # The same particles in a flow that no longer steepens: alpha decays as exp(-dt v_sig/(10 h)).
+    viscosity, fluid = listed[1], state.rates.fluid
+    still = jax.tree.map(np.zeros_like, fluid.gradients["viscosity"])
+    still["position"], still["signal"] = (
+        fluid.gradients["viscosity"]["position"],
+        fluid.gradients["viscosity"]["signal"],
+    )
+    quiet = SimpleNamespace(**{**vars(fluid), "gradients": {"viscosity": still}, "memory": state.memory})
+    h, signal = fluid.smoothing_length, np.maximum(still["signal"], fluid.sound_speed)
+    later = viscosity.remember(np, quiet, 0.05)["viscosity_alpha"]
+    assert np.allclose(later, alpha * np.exp(-0.05 * signal / (10.0 * h)), rtol=1e-12, atol=1e-30)
+
+
+def test_the_signal_velocity_covers_sound_approach_and_viscosity() -> None:
+    position = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]])
+    fields = {
+        "position": position,
+        "velocity": np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]),
+        "mass": np.ones(2),
+        "smoothing_length": np.full(2, 0.2),
+        "density": np.ones(2),
+        "sound_speed": np.array([0.5, 0.7]),
+        "viscosity_linear": np.array([0.5, 0.7]),
+        "viscosity_quadratic": np.full(2, 2.0),
+    }
+    found = pair_sums(catalogue.build("viscosity").neighbour_terms, fields, "cubic")["viscosity"]
+    assert np.allclose(found["signal"], 0.6 + 2.0 + 0.6 + 2.0 * 2.0)
+
+
+@pytest.mark.parametrize("signal", ["relative_velocity", "pressure_jump"])
+def test_conduction_moves_heat_downhill_and_keeps_its_sum(signal: str) -> None:
+    position, random = ball(), np.random.default_rng(6)
+    hot = position[:, 0] > 0
+    effect = catalogue.build("conduction", {"signal": signal})
+    _, state, _ = state_of(
+        catalogue.build("pressure"),
+        effect,
+        position=position,
+        velocity=random.normal(size=position.shape),
+        entropy=np.where(hot, 2.0, 0.5),
+    )
+    fluid = state.rates.fluid
+    heating, hot = fluid.sums["conduction"]["heating"], fluid.position[:, 0] > 0
+    assert abs(fluid.mass @ heating) < 1e-15 * (fluid.mass @ np.abs(heating))
+    assert heating[hot].sum() < 0 < heating[~hot].sum()
+    assert "acceleration" not in fluid.sums["conduction"]
+
+
+def test_conduction_leaves_a_body_at_rest_alone() -> None:
+    position = ball()
+    entropy = 1.0 + position[:, 2] ** 2
+    _, state, _ = state_of(
+        catalogue.build("pressure"),
+        catalogue.build("conduction"),
+        position=position,
+        velocity=np.zeros_like(position),
+        entropy=entropy,
+    )
+    assert np.all(state.rates.fluid.sums["conduction"]["heating"] == 0)
+
+
+def test_pair_functions_are_finite_with_their_gradients_where_particles_coincide() -> None:
+    for kind, options in (("viscosity", {}), ("conduction", {}), ("conduction", {"signal": "pressure_jump"})):
+        effect = catalogue.build(kind, options)
+        for term in (*effect.gradient_terms, *effect.neighbour_terms):
+            arguments = term.pair.__code__.co_varnames[1 : term.pair.__code__.co_argcount]
+            values = [0.0 if name in ("v_r", "dW_i", "dW_j", "r") else 1.0 for name in arguments]
+            for number in range(len(term.outputs)):
+
+                def output(values: Any, term: Any = term, number: int = number) -> Any:
+                    return term.pair(jnp, *values)[number]
+
+                assert np.isfinite(output(values))
+                assert all(np.isfinite(slope) for slope in jax.grad(output)(values))
