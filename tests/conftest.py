@@ -2,11 +2,16 @@
 
 from pathlib import Path
 
+import hypothesis
 import pytest
 
 from tests.full_results import FullResult, is_done
 
 HERE = Path(__file__).parent
+
+# The same examples everywhere, and no deadline: the machines that test are shared.
+hypothesis.settings.register_profile("project", deadline=None, derandomize=True)
+hypothesis.settings.load_profile("project")
 
 
 def pytest_addoption(parser):
