@@ -2,12 +2,38 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
+import jax
 import numpy as np
 
 from astroinertia.engines.terms import PairTerm
+
+PARTS = (
+    "gradient_fields",
+    "fields",
+    "initial_memory",
+    "remember",
+    "acceleration",
+    "drag",
+    "potential_energy",
+    "virial",
+    "timestep",
+)
+
+
+def scoped(kind: str, part: Callable) -> Callable:
+    """A part of an effect whose operations carry its name in compiled programs, so that its absence can be shown."""
+
+    @functools.wraps(part)
+    def named(*arguments: Any) -> Any:
+        with jax.named_scope(f"effect:{kind}"):
+            return part(*arguments)
+
+    return named
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +61,11 @@ class Effect:
     """Acts between particles along their separation: no net force, symmetric virial tensor."""
     needs_zeta: ClassVar[bool] = False
     """Needs fluid.zeta, the response of the softened potential to the smoothing length."""
+
+    def __init_subclass__(cls) -> None:
+        for name in PARTS:
+            if name in vars(cls):
+                setattr(cls, name, scoped(cls.kind, vars(cls)[name]))
 
     @classmethod
     def from_options(cls, options: dict[str, Any]) -> Self:
