@@ -17,7 +17,7 @@ from astroinertia.models.checkpoint import unflattened
 from astroinertia.models.sph import Problem, initial_state
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
-from astroinertia.sph.kernels import KERNELS, eta_for_neighbours
+from astroinertia.sph.kernels import KERNELS, Kernel, eta_for_neighbours
 from astroinertia.units import DIMENSIONLESS, CodeUnits, Dimension
 
 RECORDS, SNAPSHOTS = 200, 10
@@ -105,16 +105,19 @@ def problem_of(scene: Scene, units: CodeUnits) -> tuple[Problem, start.Sphere | 
         acceleration_factor=numerics.acceleration_factor,
         energy_factor=numerics.energy_factor,
         max_timestep=longest,
-        engine=engine_of(numerics.engine, numerics.precision),
+        engine=engine_of(numerics.engine, numerics.precision, kernel),
         kernel=numerics.kernel,
         smoothing_tolerance=numerics.smoothing_tolerance,
     )
     return problem, ball
 
 
-def engine_of(name: str, precision: str) -> Any:
-    """The engine of that name, importing no other."""
-    return importlib.import_module(f"astroinertia.engines.{name}").Engine(precision=precision)
+def engine_of(name: str, precision: str, kernel: Kernel) -> Any:
+    """The engine of that name, importing no other; the one that lists neighbours is told how far the kernel reaches."""
+    module = importlib.import_module(f"astroinertia.engines.{name}")
+    if name == "xla":
+        return module.Engine(precision=precision, support=kernel.support)
+    return module.Engine(precision=precision)
 
 
 def effects_of(scene: Scene, units: CodeUnits) -> tuple[Any, ...]:

@@ -99,7 +99,7 @@ class _Run:
                     if stopping:
                         raise RunInterrupted(self.archive.folder, float(self.state.time), output.end)
                     self._sort()
-                elif self.problem.engine.stale(self.arrangement, self.state.position, self.state.smoothing_length):
+                elif self._stale():
                     self._sort()
                 self._advance()
                 self._record(force=self._ended())
@@ -110,6 +110,10 @@ class _Run:
     def _ended(self) -> bool:
         time, end = float(self.state.time), self.output.end
         return time >= end * (1.0 - 1e-14) or int(self.state.step) >= self.output.max_steps
+
+    def _stale(self) -> bool:
+        coming = sph.coming_position(self.problem, self.state)
+        return self.problem.engine.stale(self.arrangement, coming, self.state.smoothing_length)
 
     def _sort(self) -> None:
         self.state, self.arrangement = sph.rearranged(self.problem, self.state)

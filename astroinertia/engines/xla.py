@@ -23,17 +23,21 @@ Sums = dict[str, dict[str, Any]]
 
 
 @dataclass(frozen=True)
-class XlaEngine:
+class Engine:
     """Pair sums by XLA.
 
     precision: "float64", or "mixed": pairs in float32 on coordinates relative to their leaf, summed in float64.
-    support: the reach of the neighbour lists in smoothing lengths; sums of a kernel that reaches further are right, but
-    slow. leaf_size targets against blocks of `block` sources; wide_leaf is the leaf of sums over all pairs.
+    support: the reach of the neighbour lists in smoothing lengths. A particle may move by `motion` of its reach and its
+    smoothing length grow by `growth` before lists go stale; wider margins put more pairs out of reach into the lists.
+    Sums beyond what the lists reach are right, but slow.
+    leaf_size targets meet blocks of `block` sources; wide_leaf is the leaf of sums over all pairs.
     pairs_in_chunk: how many pairs are in work at once (None: what suits the machine); it bounds the memory.
     """
 
     precision: Literal["float64", "mixed"] = "float64"
     support: float = 2.0
+    motion: float = 0.01
+    growth: float = 0.04
     leaf_size: int = 16
     block: int = 32
     wide_leaf: int = 128
@@ -50,7 +54,7 @@ class XlaEngine:
         return xla_lists.arrange(
             np.asarray(position, dtype=np.float64),
             np.asarray(smoothing_length, dtype=np.float64),
-            self.support,
+            xla_lists.Reach(self.support, self.motion, self.growth),
             self.leaf_size,
             self.block,
             self.wide_leaf,
@@ -134,7 +138,7 @@ def _neighbour_sums(
     work = _Work(kernel, precision, terms, virial, fields)
     tiles = arrangement.neighbours
     h = fields["smoothing_length"]
-    covered = xla_lists.covers(jnp, arrangement, fields["position"], h) & (shape.support <= arrangement.support)
+    covered = xla_lists.covers(jnp, arrangement, fields["position"], h) & (shape.support <= arrangement.reach.support)
     reach = shape.support * work.places["smoothing_length"]
     boxes = xla_tiles.boxes_of(work.places["position"], reach, tiles.slots, tiles.blocks)
     zero = xla_tiles.empty_sums(terms, tiles, virial, h.dtype)
@@ -155,7 +159,7 @@ def _all_pair_sums(
     work = _Work(kernel, precision, terms, virial, fields)
     near, far = arrangement.near, arrangement.far
     h = fields["smoothing_length"]
-    covered = xla_lists.covers(jnp, arrangement, fields["position"], h) & (shape.support <= arrangement.support)
+    covered = xla_lists.covers(jnp, arrangement, fields["position"], h) & (shape.support <= arrangement.reach.support)
     zero = xla_tiles.empty_sums(terms, near, virial, h.dtype)
     parts = [xla_tiles.sum_over_tiles(near, covered, None, partial(work.chunk, far=False, limited=False), zero)]
     if far.leaf.shape[0]:

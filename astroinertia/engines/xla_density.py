@@ -110,7 +110,7 @@ def _sums(
     points, lengths = place(position), place(h)
     weights = place(mass).at[-1].set(0.0)
     dtype = xla_tiles.stored_type(precision)
-    covered = xla_lists.covers(jnp, arrangement, position, h) & (shape.support <= arrangement.support)
+    covered = xla_lists.covers(jnp, arrangement, position, h) & (shape.support <= arrangement.reach.support)
     boxes = xla_tiles.boxes_of(points, shape.support * lengths, tiles.slots, tiles.blocks)
 
     def chunk_sums(target: Array, source: Array) -> dict[str, Array]:

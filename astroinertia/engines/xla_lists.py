@@ -2,7 +2,7 @@
 
 A tile is a leaf of targets against a block of sources. The neighbour list holds, leaf after leaf, blocks of just those
 particles that can come within reach; sums over all pairs use larger leaves, split into near and far pairs of leaves.
-The lists hold for as long as every particle stays within its allowance of motion and growth (`covers`); compiled code
+The lists hold for as long as every particle stays within the margins of motion and growth (`covers`); compiled code
 checks that for itself, and goes through all tiles, culled by their boxes, where it does not hold. So a list that is
 out of date costs time and never a pair.
 """
@@ -16,14 +16,6 @@ import numpy as np
 from numba import njit
 
 from astroinertia.engines import tree
-from astroinertia.engines.numba_parts import gather
-
-# A particle may move by this fraction of its reach, and its smoothing length may grow by this fraction, before lists
-# must be made again. Wider margins put more pairs out of reach into the lists: 4% of the reach is about 15% more pairs.
-MOTION = 0.02
-GROWTH = 0.02
-# Array shapes come from a coarse grid, so that lists of similar length share one compiled program.
-SHAPE_RATIO = 1.25
 
 
 @jax.tree_util.register_dataclass
@@ -34,7 +26,8 @@ class Tiles:
     slots: (L, S) particles of each leaf; row, column: (N,) where each particle is.
     leaf: (chunks, C) target leaf of each listed tile; sources: (chunks, C, B) particles of each, or (chunks, C, 1) the
     number of a block of `blocks`; used: number of chunks that hold tiles.
-    blocks: (M, B) consecutive particles, what all tiles together are made of.
+    blocks: (M + 1, B) consecutive particles, what all tiles together are made of, and one empty block. patch: how many
+    leaves and blocks make the C tiles of a chunk when all tiles are visited.
     """
 
     slots: Any
@@ -45,6 +38,19 @@ class Tiles:
     used: Any
     blocks: Any
     by_block: bool = field(metadata={"static": True})
+    patch: tuple[int, int] = field(metadata={"static": True})
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How far lists reach: `support` smoothing lengths, with margins.
+
+    A particle may move by `motion` of its own reach, and its smoothing length may grow by the fraction `growth`.
+    """
+
+    support: float
+    motion: float
+    growth: float
 
 
 @jax.tree_util.register_dataclass
@@ -52,7 +58,7 @@ class Tiles:
 class Arrangement:
     """Tiles for neighbours, and for near and far pairs of leaves.
 
-    position (N, 3), smoothing_length (N,): what they were made for, with the support of the kernel.
+    position (N, 3), smoothing_length (N,): what they were made for.
     """
 
     neighbours: Tiles
@@ -60,26 +66,26 @@ class Arrangement:
     far: Tiles
     position: Any
     smoothing_length: Any
-    support: float = field(metadata={"static": True})
+    reach: Reach = field(metadata={"static": True})
 
 
 def arrange(
     position: np.ndarray,
     smoothing_length: np.ndarray,
-    support: float,
+    margins: Reach,
     leaf_size: int,
     block: int,
     wide_leaf: int,
     pairs_in_chunk: int,
 ) -> tuple[np.ndarray, Arrangement]:
-    """Sort particles (N, 3) into leaves and list tiles; smoothing lengths (N,) and support give the reach.
+    """Sort particles (N, 3) into leaves and list tiles; smoothing lengths (N,) give the reach.
 
     Returns the order (N,) and the arrangement of the particles in that order.
     """
     order, leaves = tree.arrange(position, leaf_size)
     position = np.ascontiguousarray(position[order], dtype=np.float64)
     smoothing_length = np.ascontiguousarray(smoothing_length[order], dtype=np.float64)
-    reach = support * smoothing_length * (1.0 + GROWTH) * (1.0 + 2.0 * MOTION)
+    reach = margins.support * smoothing_length * (1.0 + margins.growth) * (1.0 + 2.0 * margins.motion)
     wide = tree.balanced_leaves(len(position), max(leaf_size, wide_leaf))
     near, far = _wide_tiles(wide, position, reach, pairs_in_chunk)
     return order, Arrangement(
@@ -88,7 +94,7 @@ def arrange(
         far=far,
         position=jnp.asarray(position),
         smoothing_length=jnp.asarray(smoothing_length),
-        support=support,
+        reach=margins,
     )
 
 
@@ -97,20 +103,17 @@ def covers(xp: Any, arrangement: Arrangement, position: Any, smoothing_length: A
 
     A motion that all particles share does not count.
     """
-    listed = xp.asarray(arrangement.smoothing_length)
+    listed, margins = xp.asarray(arrangement.smoothing_length), arrangement.reach
     moved = position - xp.asarray(arrangement.position)
     moved = moved - moved.mean(axis=0, keepdims=True)
-    allowed = MOTION * arrangement.support * listed
+    allowed = margins.motion * margins.support * listed
     steady = (moved * moved).sum(axis=1) <= allowed * allowed
-    return xp.all(steady & (smoothing_length <= (1.0 + GROWTH) * listed))
+    return xp.all(steady & (smoothing_length <= (1.0 + margins.growth) * listed))
 
 
-def _grid(count: int) -> int:
-    # The least number of the shape grid that is not below count.
-    size = 1
-    while size < count:
-        size = max(size + 1, int(size * SHAPE_RATIO))
-    return size
+def _rounded(count: int) -> int:
+    # Up to a power of two, so that lists of similar length share one compiled program; unused chunks are skipped.
+    return 1 << (count - 1).bit_length() if count else 0
 
 
 def _slots(leaves: tree.Leaves) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -123,13 +126,16 @@ def _slots(leaves: tree.Leaves) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return slots, row, column
 
 
-def _tiles(leaves: tree.Leaves, leaf: np.ndarray, sources: np.ndarray, blocks: np.ndarray, chunk: int) -> Tiles:
+def _tiles(
+    leaves: tree.Leaves, leaf: np.ndarray, sources: np.ndarray, blocks: np.ndarray, patch: tuple[int, int]
+) -> Tiles:
     # Empty tiles at the end fill the last chunk; they belong to the last leaf, which keeps leaves in ascending order.
     slots, row, column = _slots(leaves)
     by_block = sources.shape[1] == 1
     empty = len(blocks) if by_block else int(leaves.start[-1])
+    chunk = patch[0] * patch[1]
     used = -(-len(leaf) // chunk)
-    total = _grid(used) * chunk if used else 0
+    total = _rounded(used) * chunk
     padded_leaf = np.full(total, leaves.count - 1)
     padded_leaf[: len(leaf)] = leaf
     padded_sources = np.full((total, sources.shape[1]), empty)
@@ -148,11 +154,14 @@ def _tiles(leaves: tree.Leaves, leaf: np.ndarray, sources: np.ndarray, blocks: n
         used=device(np.asarray(used)),
         blocks=device(whole),
         by_block=by_block,
+        patch=patch,
     )
 
 
-def _chunk(pairs_in_chunk: int, targets: int, sources: int, tiles: int) -> int:
-    return max(1, min(pairs_in_chunk // (targets * sources), tiles))
+def _patch(pairs_in_chunk: int, targets: int, sources: int, leaves: int, blocks: int) -> tuple[int, int]:
+    tiles = max(1, min(pairs_in_chunk // (targets * sources), leaves * blocks))
+    tall = min(int(tiles**0.5), leaves)
+    return tall, min(tiles // tall, blocks)
 
 
 def _neighbour_tiles(
@@ -171,27 +180,55 @@ def _neighbour_tiles(
     everything = np.full(-(-count // block) * block, count)
     everything[:count] = np.arange(count)
     targets = int(np.diff(leaves.start).max())
-    chunk = _chunk(pairs_in_chunk, targets, block, used)
-    return _tiles(leaves, leaf[:used], sources[:used], everything.reshape(-1, block), chunk)
+    blocks = everything.reshape(-1, block)
+    patch = _patch(pairs_in_chunk, targets, block, leaves.count, len(blocks))
+    return _tiles(leaves, leaf[:used], sources[:used], blocks, patch)
+
+
+@njit(cache=True, error_model="numpy")
+def _out_of_reach(low, high, lower, upper, reach):
+    # NaN is never out of reach.
+    squared = 0.0
+    for a in range(3):
+        gap = max(lower[a] - high[a], low[a] - upper[a])
+        if gap > 0.0:
+            squared += gap * gap
+    return squared > reach * reach
 
 
 @njit(cache=True, error_model="numpy")
 def _list_blocks(position, reach, lo, hi, node_reach, start, leaf, sources):
     # Fills leaf and sources as far as they go and returns the number of blocks that there are.
     leaves, block, empty = len(start) - 1, sources.shape[1], len(position)
-    found = np.empty(1024, np.int64)
-    box = np.empty((2, 3))
+    stack = np.empty(128, np.int64)
     used = 0
     for target in range(leaves):
-        box[0] = lo[leaves + target]
-        box[1] = hi[leaves + target]
-        count, found = gather(position, reach, lo, hi, node_reach, start, box, node_reach[leaves + target], found)
-        for first in range(0, count, block):
-            if used < len(leaf):
-                leaf[used] = target
-                for k in range(block):
-                    sources[used, k] = found[first + k] if first + k < count else empty
-            used += 1
+        low, high, mine = lo[leaves + target], hi[leaves + target], node_reach[leaves + target]
+        place = block
+        stack[0] = 1
+        top = 1
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            if _out_of_reach(low, high, lo[node], hi[node], max(mine, node_reach[node])):
+                continue
+            if node < leaves:
+                stack[top] = 2 * node + 1
+                stack[top + 1] = 2 * node
+                top += 2
+                continue
+            for j in range(start[node - leaves], start[node - leaves + 1]):
+                if _out_of_reach(low, high, position[j], position[j], max(mine, reach[j])):
+                    continue
+                if place == block:
+                    place = 0
+                    used += 1
+                    if used <= len(leaf):
+                        leaf[used - 1] = target
+                        sources[used - 1] = empty
+                if used <= len(leaf):
+                    sources[used - 1, place] = j
+                place += 1
     return used
 
 
@@ -208,10 +245,10 @@ def _wide_tiles(
         near.append(np.flatnonzero(~apart))
         far.append(np.flatnonzero(apart))
     slots, _, _ = _slots(leaves)
-    chunk = _chunk(pairs_in_chunk, slots.shape[1], slots.shape[1], leaves.count**2)
+    patch = _patch(pairs_in_chunk, slots.shape[1], slots.shape[1], leaves.count, leaves.count)
 
     def tiles(lists: list[np.ndarray]) -> Tiles:
         leaf = np.repeat(np.arange(leaves.count), [len(entry) for entry in lists])
-        return _tiles(leaves, leaf, np.concatenate(lists)[:, None], slots, chunk)
+        return _tiles(leaves, leaf, np.concatenate(lists)[:, None], slots, patch)
 
     return tiles(near), tiles(far)

@@ -109,19 +109,23 @@ def sum_over_tiles(
     """
     listed, size = tiles.leaf.shape
     leaves, blocks = tiles.slots.shape[0], tiles.blocks.shape[0] - 1
-    everything = -(-leaves * blocks // size) if otherwise_all else 0
+    # All tiles are visited in patches of neighbouring leaves and blocks, which are out of reach together.
+    tall, wide = tiles.patch
+    across = -(-blocks // wide)
+    everything = -(-leaves // tall) * across if otherwise_all else 0
     total = max(listed, everything)
     group = max(1, round(total**0.5))
     used = jnp.where(covered, tiles.used, everything)
 
     def tile_numbers(chunk: Array) -> tuple[Array, Array, Array]:
         row = jnp.minimum(chunk, listed - 1)
-        number = chunk * size + jnp.arange(size)
-        leaf = jnp.minimum(number // blocks, leaves - 1)
-        block = jnp.where(number < leaves * blocks, number % blocks, blocks)
+        member = jnp.arange(size)
+        leaf = chunk // across * tall + member // wide
+        block = jnp.where(leaf < leaves, jnp.minimum(chunk % across * wide + member % wide, blocks), blocks)
+        leaf = jnp.minimum(leaf, leaves - 1)
         within = jnp.array(True)
         if boxes is not None:
-            within = _in_reach(boxes, leaf, block).any()
+            within = (_in_reach(boxes, leaf, block) & (block < blocks)).any()
         target = jnp.where(covered, tiles.leaf[row], leaf)
         if tiles.by_block:
             source = tiles.blocks[jnp.where(covered, tiles.sources[row, :, 0], block)]

@@ -86,14 +86,20 @@ def initial_state(
 
 
 def rearranged(problem: Problem, state: State) -> tuple[State, Any]:
-    """The state with its particles sorted anew into leaves, and the arrangement."""
-    order, arrangement = problem.engine.arrange(state.position, state.smoothing_length)
+    """The state with its particles sorted anew into leaves, and the arrangement, made for the coming evaluation."""
+    order, arrangement = problem.engine.arrange(coming_position(problem, state), state.smoothing_length)
     count = state.mass.shape[0]
 
     def sort(array: Array) -> Array:
         return array[order] if getattr(array, "ndim", 0) and array.shape[0] == count else array
 
     return replace(jax.tree.map(sort, replace(state, ledger=None)), ledger=state.ledger), arrangement
+
+
+def coming_position(problem: Problem, state: State) -> Array:
+    """Where particles will be when a step of the allowed length evaluates the forces, (N, 3)."""
+    dt = state.rates.timestep
+    return state.position + dt * leapfrog.predicted_velocity(problem.engine.xp, state, dt / 2)
 
 
 def step(problem: Problem, arrangement: Any, state: State, dt: Array) -> State:
