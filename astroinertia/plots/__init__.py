@@ -1,0 +1,55 @@
+"""Pictures of a dataset, one module for a family of figures, and a summary in words."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from astroinertia import accessor as _accessor  # noqa: F401  registers `dataset.inertia`, which the figures use
+from astroinertia.plots.density import density_figure
+from astroinertia.plots.energy import energy_figure
+from astroinertia.plots.ledger import ledger_figure
+from astroinertia.plots.moments import inertia_figure
+from astroinertia.plots.profiles import profiles_figure
+from astroinertia.plots.shape import shape_figure
+from astroinertia.plots.spin import spin_figure
+from astroinertia.plots.style import save
+from astroinertia.plots.summary import summary
+from astroinertia.plots.waves import waves_figure
+
+__all__ = ["FIGURES", "density_figure", "summary", "write_all"]
+
+FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
+    "inertia": inertia_figure,
+    "spin": spin_figure,
+    "ledger": ledger_figure,
+    "shape": shape_figure,
+    "energy": energy_figure,
+    "profiles": profiles_figure,
+    "waves": waves_figure,
+}
+"""File names and the figures that need the headline series only."""
+
+
+def write_all(dataset: xr.Dataset, folder: Path | str, snapshots: xr.Dataset | None = None) -> list[Path]:
+    """Write every picture that the dataset has something for as a PNG into a folder, and return the paths.
+
+    snapshots: the particles; found beside the series by themselves when the dataset was opened from a file or folder.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    written = [
+        save(figure(dataset), folder / f"{name}.png")
+        for name, figure in FIGURES.items()
+        if _has_something(dataset, name)
+    ]
+    snapshots = dataset.inertia.snapshots if snapshots is None else snapshots
+    if snapshots is not None:
+        written.append(save(density_figure(dataset, snapshots), folder / "density.png"))
+    return written
+
+
+def _has_something(dataset: xr.Dataset, name: str) -> bool:
+    needed = {"waves": "gw_strain_plus", "profiles": "radius_profile", "energy": "total_energy"}.get(name)
+    return needed is None or bool(dataset[needed].notnull().any())

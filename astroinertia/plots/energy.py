@@ -1,0 +1,100 @@
+"""Energies: where they are, who moved them, and what nobody accounts for."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from astroinertia.plots import style
+
+_KINDS = (
+    ("kinetic_energy", "kinetic", style.ORANGE, "-"),
+    ("rotational_energy", "of the mean spin", style.ORANGE, (0, (1.2, 1.6))),
+    ("internal_energy", "internal", style.VERMILLION, "-"),
+    ("gravitational_energy", "self-gravity", style.BLUE, "-"),
+)
+
+
+def energy_figure(dataset: xr.Dataset) -> Figure:
+    """Energies, each effect's work and heating, and the errors of energy and of the ledger."""
+    with style.styled():
+        figure = style.begin(dataset, "energy", (9.0, 9.2))
+        top, middle, bottom = figure.subplots(3, 1, height_ratios=[1.8, 1.5, 1.3])
+        _energies(top, dataset)
+        _given(middle, dataset)
+        _errors(bottom, dataset)
+        for axes in (top, middle, bottom):
+            style.time_axis(axes, dataset, last=axes is bottom)
+        return figure
+
+
+def energy_scale(dataset: xr.Dataset) -> float:
+    """The largest of any energy at any time, which errors are judged against."""
+    sizes = [abs(dataset[name].values) for name, *_ in _KINDS if dataset[name].notnull().any()]
+    return float(np.nanmax(sizes)) if sizes else np.nan
+
+
+def _energies(axes, dataset: xr.Dataset) -> None:
+    times, factor, _ = style.shown_times(dataset)
+    present = [kind for kind in _KINDS if dataset[kind[0]].notnull().any()]
+    scale, unit = style.scale_of(style.unit_of(dataset["total_energy"]), *(dataset[kind[0]].values for kind in present))
+    for name, text, colour, dashes in present:
+        axes.plot(times, dataset[name] / scale, color=colour, linestyle=dashes, label=text)
+    others = dataset["potential_energy"] - dataset["gravitational_energy"].fillna(0.0)
+    if float(abs(others).max()) > 1e-6 * scale:
+        axes.plot(times, others / scale, color=style.SKY, label="other potentials")
+    axes.plot(times, dataset["total_energy"] / scale, color=style.INK, linewidth=2.2, label="total")
+    axes.axhline(0, color=style.GREY, linewidth=0.8)
+    axes.set_ylabel(style.label("energy", unit))
+    axes.set_title("Where the energy is")
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    style.mark_compression(axes, dataset, factor, named=True)
+
+
+def _given(axes, dataset: xr.Dataset) -> None:
+    times, factor, _ = style.shown_times(dataset)
+    names = [str(name) for name in dataset["effect"].values]
+    work, heating = (dataset[name].transpose("time", "effect").values for name in ("work", "heating"))
+    axes.set_title("What each effect has given since the start")
+    if not np.isfinite(work).any():
+        style.note(axes, str(dataset["work"].attrs.get("reason", "no effect is listed")))
+        return
+    scale, unit = style.scale_of(style.unit_of(dataset["work"]), work, heating)
+    floor = 1e-9 * max(float(np.nanmax(abs(work))), float(np.nanmax(abs(heating))))
+    for index, name in enumerate(names):
+        colour = style.effect_colour(name, names)
+        axes.plot(times, work[:, index] / scale, color=colour, label=f"{style.words(name)}: work")
+        if np.nanmax(abs(heating[:, index])) > floor:
+            axes.plot(
+                times, heating[:, index] / scale, color=colour, linestyle=(0, (4, 2)),
+                label=f"{style.words(name)}: heating",
+            )  # fmt: skip
+    axes.axhline(0, color=style.GREY, linewidth=0.8)
+    axes.set_ylabel(style.label("energy given", unit))
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    style.mark_compression(axes, dataset, factor)
+
+
+def _errors(axes, dataset: xr.Dataset) -> None:
+    times, factor, _ = style.shown_times(dataset)
+    largest = energy_scale(dataset)
+    axes.set_title("What no effect accounts for, over the largest energy of the run")
+    total = dataset["total_energy"].values
+    lines = [
+        (abs(total - total[0]) / largest, "change of the total", style.GREY, 3.2, 0.6),
+        (abs(dataset["integration_energy_error"].values) / largest, "integration error", style.VERMILLION, 1.3, 1.0),
+        (dataset["ledger_closure"].values, "closure of the inertia ledger", style.GREEN, 1.3, 1.0),
+    ]
+    drawn = []
+    for values, text, colour, width, alpha in lines:
+        if (values > 0).any():
+            shown = np.where(values > 0, values, np.nan)
+            axes.semilogy(times, shown, color=colour, linewidth=width, alpha=alpha, label=text)
+            drawn.append(values)
+    if not drawn:
+        style.note(axes, "nothing to the last bit")
+        return
+    low, high = style.robust_limits(np.concatenate(drawn), 1e-18)
+    axes.set_ylim(max(low, 1e-17), high)
+    axes.set_ylabel("relative size")
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    style.mark_compression(axes, dataset, factor)

@@ -1,0 +1,114 @@
+"""The ledger: which effect does what to the size, the shape and the spin."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from astroinertia.inertia.tensor import axial_vector
+from astroinertia.plots import style
+
+
+def ledger_figure(dataset: xr.Dataset) -> Figure:
+    """Each effect's share in d2I_zz/dt2, absolute and relative, and the angular momentum that each has given."""
+    with style.styled():
+        figure = style.begin(dataset, "the ledger of effects", (9.0, 9.2))
+        top, middle, bottom = figure.subplots(3, 1, height_ratios=[1.7, 1.5, 1.3])
+        shares = dataset.inertia.acceleration_shares("z")
+        _absolute(top, dataset, shares)
+        _relative(middle, dataset, shares)
+        _angular_momentum(bottom, dataset)
+        for axes in (top, middle, bottom):
+            style.time_axis(axes, dataset, last=axes is bottom)
+        names = [str(name) for name in shares["share"].values]
+        handles, texts = top.get_legend_handles_labels()
+        figure.legend(handles, texts, loc="outside lower center", ncols=min(len(names) + 1, 6))
+        return figure
+
+
+def _absolute(axes, dataset: xr.Dataset, shares: xr.DataArray) -> None:
+    times, factor, _ = style.shown_times(dataset)
+    scale, unit = style.scale_of(style.unit_of(shares), shares.values)
+    names = [str(name) for name in shares["share"].values]
+    for name in names:
+        dashes = (0, (4, 2)) if name == "motion" else "-"
+        axes.plot(
+            times, shares.sel(share=name) / scale, color=_colour(name, names), linestyle=dashes, label=_said(name)
+        )
+    total = shares.sum("share").values
+    axes.plot(times, total / scale, color=style.GREY, linewidth=3.2, alpha=0.55, label="all together", zorder=1.5)
+    spread = np.nanmax(abs(shares.values)), np.nanmedian(abs(shares.values).sum(axis=1))
+    if spread[0] > 30 * spread[1] > 0:
+        _signed_log(axes, shares.values / scale, spread[1] / scale)
+    axes.axhline(0, color=style.GREY, linewidth=0.8)
+    axes.set_ylabel(style.label("share in d$^2I_{zz}$/d$t^2$", unit))
+    axes.set_title(r"What drives the moment of inertia:  d$^2I$/d$t^2$ from motion and from each effect")
+    style.mark_compression(axes, dataset, factor, named=True)
+
+
+def _signed_log(axes, values: np.ndarray, middle: float) -> None:
+    threshold = 10.0 ** np.floor(np.log10(middle))
+    axes.set_yscale("symlog", linthresh=threshold, linscale=0.6)
+    decades = int(np.ceil(np.log10(np.nanmax(abs(values)) / threshold)))
+    every = max(1, decades // 3)
+    levels = threshold * 10.0 ** np.arange(0, decades + 1, every)
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    axes.set_yticks(
+        [-level for level in levels[::-1] if -level > 2 * low] + [0.0] + [x for x in levels if x < 2 * high]
+    )
+    axes.minorticks_off()
+
+
+def _relative(axes, dataset: xr.Dataset, shares: xr.DataArray) -> None:
+    times, factor, _ = style.shown_times(dataset)
+    size = abs(shares).sum("share")
+    relative = (shares / size.where(size > 0)).fillna(0.0)
+    names = [str(name) for name in shares["share"].values]
+    colours = [_colour(name, names) for name in names]
+    for sign in (1.0, -1.0):
+        axes.stackplot(
+            times, *(np.maximum(sign * relative.sel(share=name).values, 0.0) * sign for name in names),
+            colors=colours, alpha=0.72, linewidth=0,
+        )  # fmt: skip
+    axes.plot(times, relative.sum("share"), color="white", linewidth=3.6)
+    axes.plot(times, relative.sum("share"), color=style.INK, linewidth=1.4)
+    axes.axhline(0, color="white", linewidth=0.8)
+    reach = 1.12 * float(
+        np.maximum(relative.where(relative > 0, 0).sum("share"), -relative.where(relative < 0, 0).sum("share")).max()
+    )
+    axes.set_ylim(-reach, reach)
+    axes.grid(False)
+    axes.set_ylabel("share")
+    axes.set_title("The same as shares of all pushing, outward and inward; the line is the sum")
+    style.mark_compression(axes, dataset, factor)
+
+
+def _angular_momentum(axes, dataset: xr.Dataset) -> None:
+    times, factor, _ = style.shown_times(dataset)
+    axes.set_title("Angular momentum that each effect has given since the start")
+    given = dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values
+    if not np.isfinite(given).any():
+        style.note(axes, str(dataset["mixed_impulse"].attrs.get("reason", "not recorded")))
+        return
+    momentum = np.linalg.norm(dataset["angular_momentum"].transpose("time", "i").values, axis=1)
+    spread = np.einsum("tii->t", dataset["second_moment"].transpose("time", "i", "j").values)
+    motion = np.einsum("tii->t", dataset["kinetic_tensor"].transpose("time", "i", "j").values)
+    turning = np.nanmax(momentum) > 1e-9 * np.nanmax(np.sqrt(spread * motion))
+    size = np.nanmax(momentum) if turning else np.nanmax(np.sqrt(spread * motion))
+    names = [str(name) for name in dataset["effect"].values]
+    sizes = np.linalg.norm(axial_vector(given), axis=-1) / (size or 1.0)
+    for index, name in enumerate(names):
+        values = np.where(sizes[:, index] > 0, sizes[:, index], np.nan)
+        axes.semilogy(times, values, color=_colour(name, names), linewidth=1.4)
+    low, high = style.robust_limits(sizes, 1e-20)
+    axes.set_ylim(min(max(low, 1e-18), 1e-17), max(high, 1e-11))
+    style.level(axes, float(np.finfo(float).eps), "round-off", style.GREY)
+    axes.set_ylabel(r"$|\Delta L_e|\,/\,|L|$" if turning else r"$|\Delta L_e|$ / largest possible")
+    style.mark_compression(axes, dataset, factor)
+
+
+def _colour(name: str, names: list[str]) -> str:
+    return style.effect_colour(name, names)
+
+
+def _said(name: str) -> str:
+    return "motion (kinetic tensor)" if name == "motion" else style.words(name)

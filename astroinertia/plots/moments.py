@@ -1,0 +1,80 @@
+"""The inertia tensor: evolved by its own equation against summed directly, with the closure."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from astroinertia.plots import style
+
+CLOSURE_BAR = 1e-12  # what double precision should keep, over the largest inertia tensor of the run
+
+
+def inertia_figure(dataset: xr.Dataset) -> Figure:
+    """Diagonal of I(t), its rate, and the difference between the evolved and the direct tensor."""
+    with style.styled():
+        figure = style.begin(dataset, "inertia tensor", (9.0, 8.6))
+        top, middle, bottom = figure.subplots(3, 1, height_ratios=[2.4, 1.3, 1.3])
+        _moments(top, dataset)
+        _rate(middle, dataset)
+        _closure(bottom, dataset)
+        for axes in (top, middle, bottom):
+            style.time_axis(axes, dataset, last=axes is bottom)
+        return figure
+
+
+def _moments(axes, dataset: xr.Dataset) -> None:
+    times, factor, _ = style.shown_times(dataset)
+    direct, evolved = dataset["inertia_tensor"], dataset["inertia_tensor_evolved"]
+    scale, unit = style.scale_of(style.unit_of(direct), direct.values)
+    for name, colour in zip("xyz", style.COMPONENTS, strict=True):
+        values = direct.sel(i=name, j=name) / scale
+        axes.plot(times, values, color=colour, linewidth=5, alpha=0.4)
+        axes.plot(times, evolved.sel(i=name, j=name) / scale, color=colour, linewidth=1.5)
+    diagonal = np.einsum("tii->ti", direct.transpose("time", "i", "j").values)
+    if np.nanmax(diagonal) > 20 * np.nanmin(diagonal) > 0:
+        axes.set_yscale("log")
+        style.plain_log(axes.yaxis, np.nanmin(diagonal) / scale, np.nanmax(diagonal) / scale)
+    else:
+        axes.set_ylim(bottom=0)
+    axes.set_ylabel(style.label("moment of inertia", unit))
+    axes.set_title("Evolved by its own equation, and summed over the body")
+    handles = [Line2D([], [], color=colour, linewidth=2.5) for colour in style.COMPONENTS]
+    kinds = [
+        Line2D([], [], color=style.GREY, linewidth=1.5),
+        Line2D([], [], color=style.GREY, linewidth=5, alpha=0.4),
+    ]
+    names = ["$I_{xx}$", "$I_{yy}$", "$I_{zz}$", "evolved", "direct sum"]
+    axes.legend([*handles, *kinds], names, ncols=5, loc="lower left", bbox_to_anchor=(0, 0), columnspacing=1.4)
+    if axes.get_yscale() == "log":
+        low, high = axes.get_ylim()
+        axes.set_ylim(low / 2.2, high)
+    style.mark_compression(axes, dataset, factor, named=True)
+
+
+def _rate(axes, dataset: xr.Dataset) -> None:
+    times, factor, _ = style.shown_times(dataset)
+    rate = dataset["inertia_rate"]
+    scale, unit = style.scale_of(style.unit_of(rate), rate.values)
+    for name, colour in zip("xyz", style.COMPONENTS, strict=True):
+        axes.plot(times, rate.sel(i=name, j=name) / scale, color=colour)
+    axes.axhline(0, color=style.GREY, linewidth=0.8)
+    axes.set_ylabel(style.label("d$I$/d$t$", unit))
+    axes.set_title("Its rate, from the mixed moment")
+    style.mark_compression(axes, dataset, factor)
+
+
+def _closure(axes, dataset: xr.Dataset) -> None:
+    times, factor, _ = style.shown_times(dataset)
+    closure = dataset["ledger_closure"].values
+    axes.set_title("Closure: |evolved \N{MINUS SIGN} direct| over the largest |I| so far")
+    if not (closure > 0).any():
+        style.note(axes, "the two agree to the last bit" if np.isfinite(closure).any() else "not recorded")
+        return
+    axes.semilogy(times, np.where(closure > 0, closure, np.nan), color=style.INK, linewidth=1.2)
+    style.level(axes, float(np.finfo(float).eps), "round-off", style.GREEN)
+    style.level(axes, CLOSURE_BAR, "bar of tests", style.VERMILLION)
+    low, high = style.robust_limits(closure, 1e-18)
+    axes.set_ylim(min(low, 5e-17), max(high, 1e-11))
+    axes.set_ylabel("closure")
+    style.mark_compression(axes, dataset, factor)

@@ -1,0 +1,61 @@
+"""Profiles over shells of equal mass, at several times."""
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from astroinertia.plots import style
+
+CURVES = 8
+_PROFILES = (
+    ("density_profile", "density", "Density"),
+    ("rotation_profile", r"angular velocity about $z$", "Rotation"),
+    ("specific_angular_momentum_profile", r"$\langle j_z \rangle$", "Specific angular momentum"),
+)
+
+
+def profiles_figure(dataset: xr.Dataset) -> Figure:
+    """Density, rotation and specific angular momentum against the radius of shells of equal mass."""
+    with style.styled():
+        figure = style.begin(dataset, "profiles", (13.0, 4.9))
+        panels = figure.subplots(1, 3)
+        _, factor, time_label = style.shown_times(dataset)
+        chosen = style.picked_times(dataset, CURVES)
+        times = dataset["time"].values / factor
+        norm = Normalize(times[0], max(times[-1], np.nextafter(times[0], np.inf)))
+        for axes, (name, text, title) in zip(panels, _PROFILES, strict=True):
+            _profile(axes, dataset, name, text, chosen, norm, factor)
+            axes.set_title(title)
+        bar = figure.colorbar(ScalarMappable(norm, style.TIME_MAP), ax=list(panels), aspect=28, pad=0.01)
+        bar.set_label(time_label)
+        bar.outline.set_visible(False)  # type: ignore[operator]
+        for index in chosen:
+            bar.ax.plot([0, 1], [times[index]] * 2, color="white", linewidth=1.2)
+        return figure
+
+
+def _profile(
+    axes, dataset: xr.Dataset, name: str, text: str, chosen: np.ndarray, norm: Normalize, factor: float
+) -> None:
+    variable = dataset[name].transpose("time", "radius_bin")
+    radius = dataset["radius_profile"].transpose("time", "radius_bin")
+    if variable.isnull().all() or radius.isnull().all():
+        style.note(axes, str(variable.attrs.get("reason", radius.attrs.get("reason", "not known"))))
+        return
+    length_scale, length_unit = style.scale_of(style.unit_of(radius), radius.values[chosen])
+    values = variable.values[chosen]
+    positive = values[np.isfinite(values)]
+    logarithmic = len(positive) > 0 and (positive > 0).all() and positive.max() > 20 * positive.min()
+    scale, unit = (1.0, style.unit_of(variable)) if logarithmic else style.scale_of(style.unit_of(variable), values)
+    colours = matplotlib.colormaps[style.TIME_MAP]
+    for index in chosen:
+        at = float(dataset["time"][index]) / factor
+        axes.plot(radius[index] / length_scale, variable[index] / scale, color=colours(norm(at)), linewidth=1.6)
+    axes.set_xscale("log")
+    if logarithmic:
+        axes.set_yscale("log")
+    axes.set_xlabel(style.label("radius", length_unit))
+    axes.set_ylabel(style.label(text, unit))

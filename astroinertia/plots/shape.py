@@ -1,0 +1,119 @@
+"""The shape: semi-axes of the equivalent ellipsoid, their ratios, and the ellipsoid itself through time."""
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from astroinertia.inertia.tensor import equivalent_semi_axes, second_moment_from_inertia
+from astroinertia.plots import style
+
+OUTLINES = 9
+_CIRCLE = np.stack([np.cos(np.linspace(0, 2 * np.pi, 181)), np.sin(np.linspace(0, 2 * np.pi, 181))])
+
+
+def shape_figure(dataset: xr.Dataset) -> Figure:
+    """Semi-axes and their ratios against time; outlines of the inertia ellipsoid seen along z and along y."""
+    with style.styled():
+        figure = style.begin(dataset, "shape", (10.0, 8.8))
+        grid = figure.add_gridspec(2, 2, height_ratios=[1, 1.25])
+        semi_axes = figure.add_subplot(grid[0, 0])
+        ratios = figure.add_subplot(grid[0, 1])
+        _semi_axes(semi_axes, ratios, dataset)
+        for axes in (semi_axes, ratios):
+            style.time_axis(axes, dataset)
+        views = [figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1])]
+        _outlines(figure, views, dataset)
+        return figure
+
+
+def _semi_axes(left, right, dataset: xr.Dataset) -> None:
+    times, factor, _ = style.shown_times(dataset)
+    moments = dataset["principal_moments"].transpose("time", "principal").values
+    lengths = equivalent_semi_axes(dataset["mass"].values, moments)
+    scale, unit = style.scale_of(style.unit_of(dataset["mean_radius"]), lengths)
+    # The axis of the first principal moment, the smallest, is the longest.
+    for k, (name, colour) in enumerate(zip("abc", (style.VERMILLION, style.ORANGE, style.BLUE), strict=True)):
+        left.plot(times, lengths[:, k] / scale, color=colour, label=f"${name}$, axis {k + 1}")
+    if np.nanmax(lengths) > 20 * np.nanmin(lengths) > 0:
+        left.set_yscale("log")
+    else:
+        left.set_ylim(bottom=0)
+    if left.get_yscale() == "log":
+        style.plain_log(left.yaxis, np.nanmin(lengths) / scale, np.nanmax(lengths) / scale)
+    left.set_ylabel(style.label("semi-axis", unit))
+    left.set_title("Semi-axes of the equivalent ellipsoid")
+    left.legend(loc="best")
+    longest = lengths[:, 0]
+    for k, name, colour in ((1, "b/a", style.ORANGE), (2, "c/a", style.BLUE)):
+        right.plot(times, lengths[:, k] / longest, color=colour, label=f"${name}$")
+    right.axhline(1, color=style.GREY, linewidth=0.8)
+    low, high = right.get_ylim()
+    right.set_ylim(min(low, 0.9), max(high, 1.05))
+    gap = dataset["principal_gap"]
+    tolerance = float(gap.attrs.get("tolerance", 0.0))
+    vague = (gap.transpose("time", "principal").values < tolerance).any(axis=1)
+    if vague.any():
+        right.fill_between(
+            times, 0, 1, where=vague, transform=right.get_xaxis_transform(), color=style.PALE, alpha=0.45,
+            linewidth=0, label="two axes equal", zorder=0.4,
+        )  # fmt: skip
+    right.set_ylabel("ratio of semi-axes")
+    right.set_title("Axis ratios")
+    right.legend(loc="best")
+    for axes in (left, right):
+        style.mark_compression(axes, dataset, factor, named=axes is left)
+
+
+def _outlines(figure: Figure, views: list, dataset: xr.Dataset) -> None:
+    _, factor, time_label = style.shown_times(dataset)
+    chosen = style.picked_times(dataset, OUTLINES)
+    seconds = dataset["time"].values
+    norm = Normalize(seconds[0] / factor, max(seconds[-1] / factor, np.nextafter(seconds[0] / factor, np.inf)))
+    colours = matplotlib.colormaps[style.TIME_MAP]
+    inertia = dataset["inertia_tensor"].transpose("time", "i", "j").values
+    shapes = 5.0 * second_moment_from_inertia(inertia) / dataset["mass"].values[:, None, None]
+    larger = _enlargement(shapes[chosen])
+    reach = 0.0
+    for axes, (first, second), title in zip(views, ((0, 1), (0, 2)), ("seen along z", "seen along y"), strict=True):
+        axes.plot(*_CIRCLE, color=style.GREY, linewidth=0.9, linestyle=(0, (3, 3)), zorder=1)
+        for index in chosen:
+            size = float(dataset["mean_radius"][index])
+            if not (np.isfinite(shapes[index]).all() and size > 0):
+                continue
+            # The shadow of an ellipsoid x.S^-1.x = 1 on a plane is that of the block of S in the plane.
+            enlarged = _power(shapes[index] / size**2, larger)[np.ix_([first, second], [first, second])]
+            outline = _power(enlarged, 0.5) @ _CIRCLE
+            reach = max(reach, float(abs(outline).max()))
+            axes.plot(*outline, color=colours(norm(seconds[index] / factor)), linewidth=1.8)
+        axes.set_aspect("equal")
+        axes.set_xlabel("$" + "xyz"[first] + r"\,/\,$mean radius")
+        axes.set_ylabel("$" + "xyz"[second] + r"\,/\,$mean radius")
+        axes.set_title(f"Its outline {title}")
+    for axes in views:
+        axes.set_xlim(-1.08 * max(reach, 1), 1.08 * max(reach, 1))
+        axes.set_ylim(-1.08 * max(reach, 1), 1.08 * max(reach, 1))
+    if larger > 1:
+        views[1].annotate(
+            f"departures from the sphere enlarged {larger:g} times", (0.5, 0.5), xycoords="axes fraction",
+            ha="center", va="center", fontsize=8, color=style.GREY,
+        )  # fmt: skip
+    bar = figure.colorbar(ScalarMappable(norm, style.TIME_MAP), ax=views, shrink=0.8, aspect=28, pad=0.02)
+    bar.set_label(time_label)
+    bar.outline.set_visible(False)  # type: ignore[operator]
+    for index in chosen:
+        bar.ax.plot([0, 1], [seconds[index] / factor] * 2, color="white", linewidth=1.2)
+
+
+def _enlargement(shapes: np.ndarray) -> float:
+    # Ratios of the axes of a nearly round body are drawn to a power, which multiplies small departures from 1.
+    values = np.linalg.eigvalsh(shapes[np.isfinite(shapes).all((1, 2))])
+    departure = float(np.max(np.sqrt(values[:, 2] / np.maximum(values.prod(1) ** (1 / 3), 1e-300)) - 1, initial=0.0))
+    return next((factor for factor in (50.0, 20.0, 10.0, 5.0, 2.0) if factor * departure < 0.4), 1.0)
+
+
+def _power(matrix: np.ndarray, exponent: float) -> np.ndarray:
+    values, vectors = np.linalg.eigh(matrix)
+    return vectors * np.maximum(values, 0.0) ** exponent @ vectors.T

@@ -1,0 +1,109 @@
+"""The spin: how fast the body turns, and what the scaling laws would have said."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from astroinertia.plots import style
+
+# T/|W| from which a bar grows on the viscous or radiative, and on the dynamical time (Chandrasekhar 1969; Ostriker &
+# Bodenheimer 1973).
+SECULAR, DYNAMICAL = 0.14, 0.27
+
+
+def spin_figure(dataset: xr.Dataset) -> Figure:
+    """Spin against the scalings with 1/I and R^-2, their ratio to it, and T/|W|."""
+    with style.styled():
+        figure = style.begin(dataset, "spin and its scaling laws", (9.0, 8.6))
+        top, middle, bottom = figure.subplots(3, 1, height_ratios=[2.4, 1.3, 1.3])
+        if float(abs(dataset.inertia.spin_rate()[0])) > 0:
+            _spin(top, dataset)
+            _ratios(middle, dataset)
+        else:
+            for axes in (top, middle):
+                style.note(axes, "the body does not turn at the start")
+        _rotational_energy(bottom, dataset)
+        for axes in (top, middle, bottom):
+            style.time_axis(axes, dataset, last=axes is bottom)
+        return figure
+
+
+def _laws(dataset: xr.Dataset) -> list[tuple]:
+    found = dataset.inertia
+    return [
+        (found.spin_scaling("inertia").values, style.VERMILLION, (0, (5, 2)), r"$\omega_0\, I_0/I$"),
+        (found.spin_scaling("radius").values, style.GREEN, (0, (1.2, 1.6)), r"$\omega_0\,(R_0/R)^2$"),
+    ]
+
+
+def _spin(axes, dataset: xr.Dataset) -> None:
+    times, factor, _ = style.shown_times(dataset)
+    rate = dataset.inertia.spin_rate()
+    laws = _laws(dataset)
+    scale, unit = style.scale_of(style.unit_of(rate), rate.values)
+    axes.plot(times, rate / scale, color=style.BLUE, linewidth=5, alpha=0.4, label=r"mean spin $I^{-1}L$")
+    for values, colour, dashes, name in laws:
+        axes.plot(times, values / scale, color=colour, linestyle=dashes, label=f"scaling {name}")
+    values = np.concatenate([rate.values, *(law[0] for law in laws)])
+    if (values > 0).all() and values.max() > 8 * values.min():
+        axes.set_yscale("log")
+        style.plain_log(axes.yaxis, values.min() / scale, values.max() / scale)
+    axes.set_ylabel(style.label(r"spin $\omega$", unit))
+    axes.set_title("Mean spin, and what its start value and a scaling law predict")
+    axes.legend(loc="best")
+    style.mark_compression(axes, dataset, factor, named=True)
+    if axes.get_yscale() != "log":
+        return  # on a linear axis periods would bunch up
+    period = 2 * np.pi / abs(rate.values[np.isfinite(rate.values) & (rate.values != 0)])
+    time_unit = "s" if style.unit_of(dataset["time"]) == "s" else "1"
+    period_scale, period_unit = style.scale_of(time_unit, np.median(period))
+    convert = _period(scale * period_scale)
+    second = axes.secondary_yaxis("right", functions=(convert, convert))
+    style.plain_log(second.yaxis, period.min() / period_scale, period.max() / period_scale)
+    second.set_ylabel(style.label("period", period_unit))
+    second.spines["right"].set_visible(True)
+
+
+def _period(scale: float):
+    def convert(values):
+        with np.errstate(divide="ignore"):
+            return 2 * np.pi / (np.asarray(values, dtype=float) * scale)
+
+    return convert
+
+
+def _ratios(axes, dataset: xr.Dataset) -> None:
+    times, factor, _ = style.shown_times(dataset)
+    rate = dataset.inertia.spin_rate().values
+    for values, colour, dashes, name in _laws(dataset):
+        axes.plot(times, rate / values, color=colour, linestyle=dashes, label=f"over {name}")
+    axes.axhline(1, color=style.GREY, linewidth=0.8)
+    low, high = axes.get_ylim()
+    if high - low < 0.02:
+        axes.set_ylim(min(low, 0.99), max(high, 1.01))
+    axes.set_ylabel(r"$\omega$ / predicted")
+    axes.set_title("Spin over prediction: 1 where the law holds")
+    axes.legend(loc="best", ncols=2)
+    style.mark_compression(axes, dataset, factor)
+
+
+def _rotational_energy(axes, dataset: xr.Dataset) -> None:
+    times, factor, _ = style.shown_times(dataset)
+    ratio = dataset["rotational_to_gravitational"]
+    axes.set_title("Rotational over gravitational energy")
+    if ratio.isnull().all():
+        style.note(axes, str(ratio.attrs.get("reason", "not known")))
+        return
+    axes.plot(times, ratio, color=style.BLUE)
+    top = float(ratio.max())
+    axes.set_ylim(0, max(1.15 * top, 1e-12))
+    for level, name in ((SECULAR, "secular bar instability"), (DYNAMICAL, "dynamical bar instability")):
+        if top > 0.5 * level:
+            axes.set_ylim(top=max(axes.get_ylim()[1], 1.15 * level))
+            axes.axhline(level, color=style.PURPLE, linewidth=1, linestyle="--")
+            axes.annotate(
+                f"{name} ({level})", (0, level), xycoords=("axes fraction", "data"), xytext=(4, 2),
+                textcoords="offset points", fontsize=8, color=style.PURPLE, va="bottom",
+            )  # fmt: skip
+    axes.set_ylabel("$T/|W|$")
+    style.mark_compression(axes, dataset, factor)

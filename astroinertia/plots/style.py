@@ -1,0 +1,265 @@
+"""The look that all figures share: colours, type, units in sensible prefixes, and how a figure is begun and saved."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+# Okabe & Ito's palette, told apart in all common kinds of colour blindness (jfly.uni-koeln.de/color).
+BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, YELLOW = (
+    "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#B8A800",
+)  # fmt: skip
+INK, GREY, PALE = "#1c1c1c", "#707070", "#d9d9d9"
+COMPONENTS = (SKY, ORANGE, BLUE)
+EFFECTS = {
+    "motion": INK,
+    "gravity": BLUE,
+    "pressure": VERMILLION,
+    "viscosity": GREEN,
+    "conduction": ORANGE,
+    "damping": PURPLE,
+    "tide": SKY,
+    "rotating_frame": YELLOW,
+    "external_field": PURPLE,
+}
+SPARE = (PURPLE, SKY, ORANGE, YELLOW, GREEN)
+TIME_MAP, DENSITY_MAP = "viridis", "inferno"
+
+STYLE = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 10,
+    "mathtext.fontset": "dejavusans",
+    "axes.titlesize": 10.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.titlepad": 8,
+    "axes.labelsize": 10,
+    "axes.edgecolor": GREY,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "axes.formatter.use_mathtext": True,
+    "grid.color": "#e8e8e8",
+    "grid.linewidth": 0.7,
+    "xtick.color": GREY,
+    "ytick.color": GREY,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.labelsize": 9,
+    "ytick.labelsize": 9,
+    "legend.frameon": True,
+    "legend.facecolor": "white",
+    "legend.edgecolor": "none",
+    "legend.framealpha": 0.85,
+    "legend.fontsize": 9,
+    "legend.handlelength": 1.9,
+    "lines.linewidth": 1.7,
+    "lines.solid_capstyle": "round",
+    "figure.facecolor": "white",
+    "savefig.dpi": 160,
+}
+
+_YEAR, _DAY, _AU, _PARSEC = 31557600.0, 86400.0, 149597870700.0, 3.0856775814913673e16
+# Units that readers think in, by size: the largest that leaves numbers of at least about one.
+_NAMED = {
+    "s": [(1e-9, "ns"), (1e-6, "µs"), (1e-3, "ms"), (1.0, "s"), (1e4, "10^4 s"), (_DAY, "d"), (_YEAR, "yr"),
+          (1e3 * _YEAR, "kyr"), (1e6 * _YEAR, "Myr")],
+    "m": [(1e-3, "mm"), (1e-2, "cm"), (1.0, "m"), (1e3, "km"), (1e6, "10^3 km"), (1e9, "10^6 km"), (_AU, "au"),
+          (1e3 * _AU, "10^3 au"), (_PARSEC, "pc")],
+}  # fmt: skip
+_LARGEST_PLAIN, _SMALLEST_PLAIN = 1e4, 1e-2
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Figures made inside have the shared look; nothing else changes."""
+    # From matplotlib's own defaults, so that a user's style sheet does not half apply; the backend is theirs.
+    defaults = {name: value for name, value in matplotlib.rcParamsDefault.items() if not name.startswith("backend")}
+    with matplotlib.rc_context({**defaults, **STYLE}):
+        yield
+
+
+def begin(dataset: xr.Dataset, title: str, size: tuple[float, float]) -> Figure:
+    """An empty figure with the run's name, in inches; no pyplot, so nothing is shown or kept."""
+    figure = Figure(figsize=size, layout="constrained")
+    figure.get_layout_engine().set(h_pad=0.09, w_pad=0.09, hspace=0.03, wspace=0.03)  # type: ignore[union-attr]
+    name = str(dataset.attrs.get("name", "")).replace("_", " ")
+    figure.suptitle(
+        f"{name}: {title}" if name else title, x=0.012, ha="left", fontsize=13, fontweight="bold", color=INK
+    )
+    return figure
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Write a PNG."""
+    with styled():
+        figure.savefig(path)
+    return path
+
+
+def pretty(unit: str) -> str:
+    """A unit as it is set: "kg m2 s-1" with superscripts."""
+    words = []
+    for word in unit.split():
+        power = re.fullmatch(r"10\^(-?\d+)", word)
+        parts = re.fullmatch(r"([^\d-]+)(-?\d+)?", word)
+        if power:
+            words.append(f"$10^{{{power[1]}}}$")
+        elif parts and parts[2]:
+            words.append(f"{parts[1]}$^{{{parts[2]}}}$".replace("-", "\N{MINUS SIGN}"))
+        else:
+            words.append(word)
+    return " ".join(words)
+
+
+def scale_of(unit: str, *values: Any) -> tuple[float, str]:
+    """What to divide values by, and the unit they are then in, so that the largest is a number one likes to read."""
+    sizes = [float(np.nanmax(abs(np.asarray(v)))) for v in values if np.isfinite(np.asarray(v)).any()]
+    largest = max(sizes, default=0.0)
+    if largest == 0.0 or not np.isfinite(largest):
+        return 1.0, unit
+    for factor, name in reversed(_NAMED.get(unit, [])):
+        if largest >= 0.999 * factor * (1.5 if factor > 1 else 1.0):
+            return factor, name
+    if _SMALLEST_PLAIN <= largest < _LARGEST_PLAIN:
+        return 1.0, unit
+    exponent = int(np.floor(np.log10(largest)))
+    return 10.0**exponent, f"10^{exponent}" if unit == "1" else f"10^{exponent} {unit}"
+
+
+def label(quantity: str, unit: str) -> str:
+    """An axis label with its unit; none for pure numbers."""
+    return quantity if unit == "1" else f"{quantity} ({pretty(unit)})"
+
+
+def shown_times(dataset: xr.Dataset) -> tuple[np.ndarray, float, str]:
+    """Times in a readable unit, the factor, and the axis label."""
+    time = dataset["time"]
+    factor, unit = scale_of(time.attrs.get("units", "1"), time.values)
+    return time.values / factor, factor, label("time", unit)
+
+
+def unit_of(variable: xr.DataArray) -> str:
+    """The unit of a variable."""
+    return str(variable.attrs.get("units", "1"))
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number for running text, with a proper power of ten where it needs one."""
+    if not np.isfinite(value):
+        return "undefined"
+    if value == 0 or _SMALLEST_PLAIN <= abs(value) < _LARGEST_PLAIN:
+        return f"{value:.{digits}g}"
+    exponent = int(np.floor(np.log10(abs(value))))
+    return f"${value / 10.0**exponent:.{digits - 1}f}\\times10^{{{exponent}}}$"
+
+
+def effect_colour(name: str, names: list[str]) -> str:
+    """The colour of an effect, the same in every figure."""
+    if name in EFFECTS:
+        return EFFECTS[name]
+    unknown = [each for each in names if each not in EFFECTS]
+    return SPARE[unknown.index(name) % len(SPARE)]
+
+
+def words(name: str) -> str:
+    """A name of the dataset as it is said."""
+    return name.replace("_", " ")
+
+
+def compression_time(dataset: xr.Dataset) -> int | None:
+    """Number of the output of greatest density, if it is a maximum within the run and not an end of it."""
+    density = dataset["density_max"].values
+    if not np.isfinite(density).any():
+        return None
+    index = int(np.nanargmax(density))
+    inside = 0 < index < len(density) - 1
+    return index if inside and density[index] > 1.5 * max(density[0], np.nanmin(density)) else None
+
+
+def mark_compression(axes: Any, dataset: xr.Dataset, factor: float, named: bool = False) -> None:
+    """A thin line at the greatest density, with its name in the panels that ask for it."""
+    index = compression_time(dataset)
+    if index is None:
+        return
+    at = float(dataset["time"][index]) / factor
+    axes.axvline(at, color=GREY, linewidth=0.8, linestyle=(0, (2, 2)), zorder=0.5)
+    if named:
+        late = index > 0.6 * dataset.sizes["time"] or at > 0.6 * float(dataset["time"][-1]) / factor
+        axes.annotate(
+            "greatest density", (at, 1.0), xycoords=("data", "axes fraction"), xytext=(-4 if late else 4, -2),
+            textcoords="offset points", fontsize=8, color=GREY, va="top", ha="right" if late else "left",
+        )  # fmt: skip
+
+
+def time_axis(axes: Any, dataset: xr.Dataset, last: bool = True) -> None:
+    """Limits and label of a time axis."""
+    times, _, text = shown_times(dataset)
+    if len(times) > 1:
+        axes.set_xlim(times[0], times[-1])
+    if last:
+        axes.set_xlabel(text)
+    else:
+        axes.tick_params(labelbottom=False)
+
+
+def plain_log(axis: Any, low: float, high: float) -> None:
+    """Ticks of a logarithmic axis as plain numbers where these are short, at 1, 2 and 5 over short ranges."""
+    decades = np.log10(high / low)
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < 2.5 else (1.0,), numticks=12))
+    axis.set_minor_formatter(NullFormatter())
+    if low >= 1e-3 and high <= 1e5:
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    elif decades < 2.5:
+        axis.set_major_formatter(FuncFormatter(lambda value, _: number(value, 1)))
+
+
+def level(axes: Any, value: float, text: str, colour: str) -> None:
+    """A dashed horizontal line, named in the margin on the right."""
+    axes.axhline(value, color=colour, linewidth=1, linestyle="--", zorder=1)
+    axes.annotate(
+        text, (1, value), xycoords=("axes fraction", "data"), xytext=(5, 0), textcoords="offset points",
+        ha="left", va="center", fontsize=8, color=colour,
+    )  # fmt: skip
+
+
+def note(axes: Any, text: str) -> None:
+    """Say in an empty panel why it is empty."""
+    axes.text(0.5, 0.5, text, ha="center", va="center", color=GREY, transform=axes.transAxes, wrap=True)
+    axes.set_xticks([])
+    axes.set_yticks([])
+
+
+def picked_times(dataset: xr.Dataset, count: int) -> np.ndarray:
+    """Outputs to draw: both ends, the greatest density, and others spread evenly over time and over change of size."""
+    total = dataset.sizes["time"]
+    size = np.log(np.maximum(np.nan_to_num(dataset["mean_radius"].values, nan=1.0), 1e-300))
+    path = np.concatenate([[0.0], np.cumsum(abs(np.diff(size)))])
+    share = np.linspace(0, 1, total) + (path / path[-1] if path[-1] > 0 else 0.0)
+    found = np.unique(np.searchsorted(share, np.linspace(0, share[-1], count) * (1 - 1e-12)))
+    index = compression_time(dataset)
+    if index is not None and len(found) > 2:
+        inner = found[1:-1]
+        inner[np.argmin(abs(share[inner] - share[index]))] = index
+        found = np.unique(np.concatenate([found[:1], inner, found[-1:]]))
+    return np.minimum(found, total - 1)
+
+
+def robust_limits(values: np.ndarray, floor: float) -> tuple[float, float]:
+    """Limits of a logarithmic axis that hold all positive values, from `floor` up."""
+    positive = values[np.isfinite(values) & (values > floor)]
+    if not len(positive):
+        return floor, 10 * floor
+    return max(positive.min() / 3, floor), positive.max() * 4

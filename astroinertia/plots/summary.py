@@ -1,0 +1,112 @@
+"""A run in words and numbers, for the terminal."""
+
+import numpy as np
+import xarray as xr
+
+from astroinertia.inertia.tensor import axial_vector
+from astroinertia.plots.energy import energy_scale
+from astroinertia.plots.style import scale_of, unit_of
+
+_WIDTH = 34
+
+
+def summary(dataset: xr.Dataset) -> str:
+    """Size, spin, shape, accuracy and the effects' shares, one fact a line."""
+    parts = [_heading(dataset), _body(dataset), _accuracy(dataset), _effects(dataset)]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _heading(dataset: xr.Dataset) -> str:
+    attrs = dataset.attrs
+    lines = [f"{attrs.get('name', 'run')}: {attrs.get('description', '')}".rstrip(": ")]
+    how = ", ".join(str(attrs[name]) for name in ("model", "engine", "precision") if name in attrs)
+    time = dataset["time"]
+    steps = dataset["step"].values
+    counted = f"{int(steps[-1])} steps, " if np.isfinite(steps[-1]) else ""
+    wall = float(dataset["wall_time"][-1])
+    took = f", computed in {wall:.0f} s" if np.isfinite(wall) else ""
+    lines.append(f"{how}; {_value(time[-1])} in {counted}{dataset.sizes['time']} outputs{took}")
+    return "\n".join(lines)
+
+
+def _body(dataset: xr.Dataset) -> str:
+    found = dataset.inertia
+    rows = [
+        ("moment of inertia about z", found.about_axis("z")),
+        ("mean radius, equivalent ellipsoid", dataset["mean_radius"]),
+        ("greatest density", dataset["density_max"]),
+        ("mean spin", found.spin_rate()),
+        ("  if it went as 1/I", found.spin_scaling("inertia")),
+        ("  if it went as 1/R^2", found.spin_scaling("radius")),
+        ("T/|W|", dataset["rotational_to_gravitational"]),
+        ("flattening", dataset["flattening"]),
+        ("moment ratio I/(M R^2)", dataset["moment_ratio"]),
+    ]
+    lines = [f"{'':{_WIDTH}}{'start':>14}{'least':>14}{'greatest':>14}{'end':>14}"]
+    for name, series in rows:
+        values = series.values
+        if not np.isfinite(values).any():
+            continue
+        factor, unit = scale_of(unit_of(series), values)
+        shown = [values[0], np.nanmin(values), np.nanmax(values), values[-1]]
+        text = name if unit == "1" else f"{name} ({unit})"
+        cells = "".join(f"{value / factor:>14.5g}" for value in shown)
+        if len(text) > _WIDTH:  # a long unit gets a line of its own rather than pushing the columns
+            lines.append(text)
+            text = ""
+        lines.append(f"{text:{_WIDTH}}{cells}")
+    return "\n".join(lines)
+
+
+def _accuracy(dataset: xr.Dataset) -> str:
+    largest = energy_scale(dataset)
+    total = dataset["total_energy"].values
+    momentum = dataset["angular_momentum"].transpose("time", "i").values
+    size = np.nanmax(np.linalg.norm(momentum, axis=1))
+    drift = np.nanmax(np.linalg.norm(momentum - momentum[0], axis=1)) / size if size > 0 else np.nan
+    mass, spread = dataset["mass"].values, np.sqrt(2.0 * dataset["mass"].values * abs(dataset["kinetic_energy"].values))
+    pushed = np.linalg.norm(dataset["momentum"].transpose("time", "i").values, axis=1)
+    rows = [
+        ("ledger closure", np.nanmax(_finite(dataset["ledger_closure"].values)), "of the largest inertia tensor"),
+        ("change of the total energy", np.nanmax(_finite(abs(total - total[0]))) / largest, "of the largest energy"),
+        (
+            "integration error of the energy",
+            np.nanmax(_finite(abs(dataset["integration_energy_error"].values))) / largest,
+            "of the largest energy",
+        ),
+        ("change of the angular momentum", drift, "of the largest angular momentum"),
+        (
+            "change of the momentum",
+            np.nanmax(_finite(abs(pushed - pushed[0]))) / np.nanmax(_finite(spread)) if mass[0] > 0 else np.nan,
+            "of (2 M E_kin)^1/2 at its largest",
+        ),
+    ]
+    return "\n".join(f"{name:{_WIDTH}}{value:>14.2e}  {of}" for name, value, of in rows if np.isfinite(value))
+
+
+def _effects(dataset: xr.Dataset) -> str:
+    names = [str(name) for name in dataset["effect"].values]
+    if not names:
+        return ""
+    largest = energy_scale(dataset)
+    given = np.linalg.norm(axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values), axis=-1)
+    size = np.nanmax(_finite(np.linalg.norm(dataset["angular_momentum"].values, axis=1)))
+    columns = {
+        "work / E": dataset["work"].transpose("time", "effect").values[-1] / largest,
+        "heating / E": dataset["heating"].transpose("time", "effect").values[-1] / largest,
+        "largest dL / L": np.max(_finite(given), axis=0) / size if size > 0 else np.full(len(names), np.nan),
+        "ledger mismatch": np.max(_finite(dataset["virial_mismatch"].transpose("time", "effect").values), axis=0),
+    }
+    lines = [f"{'effect':20}" + "".join(f"{title:>18}" for title in columns)]
+    for index, name in enumerate(names):
+        lines.append(f"{name:20}" + "".join(f"{values[index]:>18.3e}" for values in columns.values()))
+    return "\n".join(lines)
+
+
+def _finite(values: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(values), values, 0.0)
+
+
+def _value(variable: xr.DataArray) -> str:
+    factor, unit = scale_of(unit_of(variable), variable.values)
+    return f"{float(variable) / factor:.4g} {unit}".removesuffix(" 1")

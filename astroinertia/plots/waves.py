@@ -1,0 +1,57 @@
+"""Gravitational waves of the quadrupole formula."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from astroinertia.plots import style
+
+_TEN_KILOPARSECS = 10 * 3.0856775814913673e19  # m, the usual distance of a galactic supernova
+
+
+def waves_figure(dataset: xr.Dataset) -> Figure:
+    """Strain times distance, plus and cross, for observers on the pole and in the equatorial plane."""
+    with style.styled():
+        figure = style.begin(dataset, "gravitational waves", (9.0, 6.2))
+        panels = figure.subplots(2, 1)
+        plus, cross = dataset["gw_strain_plus"], dataset["gw_strain_cross"]
+        if plus.isnull().all():
+            for axes in panels:
+                style.note(axes, str(plus.attrs.get("reason", "not known")))
+            return figure
+        times, factor, _ = style.shown_times(dataset)
+        observers = ("equatorial", "polar")
+        titles = ("Seen from the equatorial plane, along x", "Seen from the pole, along z")
+        for axes, observer, title in zip(panels, observers, titles, strict=True):
+            pair = (plus.sel(observer=observer), cross.sel(observer=observer))
+            scale, unit = style.scale_of("m", *(strain.values for strain in pair))
+            for strain, colour, name in zip(pair, (style.BLUE, style.ORANGE), (r"h_+", r"h_\times"), strict=True):
+                axes.plot(times, strain / scale, color=colour, linewidth=1.3, label=f"${name}$")
+            axes.axhline(0, color=style.GREY, linewidth=0.8)
+            axes.set_ylabel(style.label(r"$h \times$ distance", unit))
+            axes.set_title(title)
+            axes.legend(loc="best", ncols=2)
+            largest = max(float(abs(strain).max()) for strain in pair) / _TEN_KILOPARSECS
+            axes.annotate(
+                f"largest at 10 kpc: {style.number(largest, 2)}", (1, 1), xycoords="axes fraction", xytext=(0, 6),
+                textcoords="offset points", ha="right", fontsize=9, color=style.GREY,
+            )  # fmt: skip
+            style.mark_compression(axes, dataset, factor, named=axes is panels[0])
+            style.time_axis(axes, dataset, last=axes is panels[-1])
+            axes.set_xlim(left=_onset(times, (plus, cross)))
+            _at_least(axes, np.array([strain.values for strain in pair]) / scale)
+        return figure
+
+
+def _onset(times: np.ndarray, strains: tuple[xr.DataArray, xr.DataArray]) -> float:
+    # A long quiet beginning is cut off: the picture starts a little before 5% of the largest amplitude is reached.
+    size = np.max([abs(strain.transpose("time", "observer").values).max(axis=1) for strain in strains], axis=0)
+    loud = times[int(np.argmax(size > 0.05 * np.nanmax(size)))]
+    begin = times[-1] - 1.25 * (times[-1] - loud)
+    return float(begin if begin > times[0] + 0.4 * (times[-1] - times[0]) else times[0])
+
+
+def _at_least(axes, values: np.ndarray) -> None:
+    # Room for the legend, and no collapse of the axis where all is zero.
+    reach = float(np.nanmax(abs(values))) or 1.0
+    axes.set_ylim(-1.15 * reach, 1.35 * reach)
