@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from astroinertia import checks
-from astroinertia.build import engine_of
 from astroinertia.effects import catalogue, conduction, gravity, pressure, viscosity
+from astroinertia.engines import numba_cpu, xla
 from astroinertia.gravity import direct
 from astroinertia.models import sph
 from astroinertia.sph.eos import Ideal
@@ -96,7 +96,7 @@ def checked(problem: sph.Problem, state: Any, arrangement: Any, virials: Any = N
 @pytest.mark.parametrize("engine", ["brute", "numba_cpu", "xla"])
 def test_every_effect_passes_its_checks(engine: str) -> None:
     with jax.enable_x64(True):
-        made = BruteEngine() if engine == "brute" else engine_of(engine, "float64")
+        made = {"brute": BruteEngine, "numba_cpu": numba_cpu.Engine, "xla": xla.Engine}[engine]()
         found = checked(*at_first(made, effects()))
         assert [check.effect for check in found] == list(OPTIONS)
         assert checks.failing(found) == {}, found
@@ -111,7 +111,7 @@ def exact_changes() -> dict[str, float]:
     """The exact change of every potential energy along the displacement, by forward differentiation through XLA."""
     cloud = particles()
     with jax.enable_x64(True):
-        problem = problem_of(engine_of("xla", "float64"), tuple(e for e in effects() if e.kind in POTENTIAL))
+        problem = problem_of(xla.Engine(), tuple(e for e in effects() if e.kind in POTENTIAL))
         state, arrangement = sph.initial_state(problem, cloud.mass, cloud.position, 0 * cloud.velocity, cloud.entropy)
 
         def energies(position: Any) -> dict[str, Any]:
