@@ -1,0 +1,272 @@
+"""A scene without an effect has nothing of it: no module, no operation in what is compiled, no bit of the results.
+
+Each test first shows that it finds an effect that is listed.
+"""
+
+import json
+import re
+import subprocess
+import sys
+import textwrap
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+import pytest
+
+from astroinertia import build
+from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.engines import numba_modules, xla
+from astroinertia.models import sph
+from astroinertia.scene import load
+from tests.pairs import BruteEngine
+
+ROOT = Path(__file__).parent.parent.parent
+SCENE = """
+name = "called_for"
+units = "code"
+[body]
+kind = "uniform"
+particles = 64
+mass = 1.0
+radius = 1.0
+relax = false
+placement = "random"
+specific_internal_energy = 0.3
+velocity_gradient = [[-0.3, -0.5, 0.0], [0.5, -0.3, 0.1], [0.0, 0.0, -0.4]]
+[equation_of_state]
+kind = "ideal"
+gamma = 1.6666666666666667
+[time]
+end = 1.0
+"""
+TABLES = {
+    "gravity": "",
+    "pressure": "",
+    "viscosity": "",
+    "conduction": "",
+    "damping": "time_scale = 3.0\nrate = 0.4",
+    "rotating_frame": "rate = 0.3",
+    "tide": "mass = 3.0\nposition = [8.0, 1.0, 0.0]\nperiod = 10.0",
+    "external_field": "point_mass = 2.0\nsoftening = 0.3",
+}
+# What a compiled program could hold of an effect, whatever its name: its functions, fields, memories and kernels.
+TRACES = {
+    "gravity": r"gravity|direct_pair|direct_far|softening_pair|zeta_over_omega|\bd?phi_[ij]\b|_phi\b|_dphi\b",
+    "pressure": r"pressure_pair|pressure_weight|out_pressure",
+    "viscosity": r"viscosity|gradient_pair|trend_pair",
+    "conduction": r"conduction|relative_velocity_pair|pressure_jump_pair",
+}
+HALVES = (
+    ("gravity", "pressure", "damping", "tide"),
+    ("pressure", "viscosity", "conduction", "rotating_frame", "external_field"),
+)
+
+
+def scene_text(listed: Any) -> str:
+    return SCENE + "".join(f"[effects.{kind}]\n{TABLES[kind]}\n" for kind in listed)
+
+
+def without(kind: str) -> tuple[str, ...]:
+    return tuple(other for other in TABLES if other != kind)
+
+
+def in_a_fresh_process(program: str, *arguments: str) -> Any:
+    """What a program prints last, as JSON, run by an interpreter that has imported nothing yet."""
+    run = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(program), *arguments],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    return json.loads(run.stdout.splitlines()[-1])
+
+
+# Modules
+
+IMPORTS = """
+    import json, sys
+    from dataclasses import replace
+    import numpy as np
+    from astroinertia import build, cli, run
+    from astroinertia.effects import catalogue
+    from astroinertia.models import sph, series
+    from astroinertia.scene import load, plan
+    from tests.pairs import BruteEngine
+    found = []
+    def imported():
+        rooms = ("astroinertia.effects.", "astroinertia.gravity.")
+        return sorted(name for name in sys.modules if name.startswith(rooms))
+    found.append(imported())
+    for text in json.loads(sys.argv[1]):
+        scene = load.loads(text)
+        plan.plan(scene)
+        problem, _ = build.problem_of(scene, build.code_units(scene))
+        problem = replace(problem, engine=BruteEngine())
+        random = np.random.default_rng(0).normal(size=(2, 24, 3))
+        state, arrangement = sph.initial_state(problem, np.ones(24), random[0], random[1], np.ones(24))
+        state = sph.step(problem, arrangement, state, 1e-3)
+        series.series_record(problem, arrangement, state, None)
+        found.append(imported())
+    print(json.dumps(found))
+"""
+ALONGSIDE = {"gravity": {"astroinertia.gravity.direct"}, "viscosity": {"astroinertia.effects.gradients"}}
+ALWAYS = {"astroinertia.effects.catalogue", "astroinertia.effects.effect"}
+
+
+@pytest.mark.parametrize("backwards", [False, True], ids=["in order", "in reverse"])
+def test_only_the_modules_of_listed_effects_are_imported(backwards: bool) -> None:
+    """Effects listed one after the other, each scene run for a step: the modules come with them and not before.
+
+    In both orders, so that of any two effects each is seen without the other.
+    """
+    kinds = list(CATALOGUE)[:: -1 if backwards else 1]
+    texts = [scene_text(kinds[: k + 1]) for k in range(len(kinds))]
+    found = in_a_fresh_process(IMPORTS, json.dumps(texts))
+    assert set(found[0]) <= ALWAYS
+    expected = set(ALWAYS)
+    for kind, modules in zip(kinds, found[1:], strict=True):
+        expected |= {CATALOGUE[kind].module} | ALONGSIDE.get(kind, set())
+        assert set(modules) == expected, kind
+
+
+# The numba engine
+
+
+class Recorder(BruteEngine):
+    """Keeps what the model asks of its engine."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[str, tuple, bool]] = []
+        self.softening: set[bool] = set()
+
+    def density(self, arrangement: Any, kernel: str, *rest: Any) -> Any:
+        self.softening.add(rest[-1])
+        return super().density(arrangement, kernel, *rest)
+
+    def neighbour_sums(self, arrangement: Any, kernel: str, terms: Any, fields: Any, virial: bool = False) -> Any:
+        self.asked.append((kernel, tuple(terms), virial))
+        return super().neighbour_sums(arrangement, kernel, terms, fields, virial)
+
+    def all_pair_sums(self, arrangement: Any, kernel: str, terms: Any, fields: Any, virial: bool = False) -> Any:
+        self.asked.append((kernel, tuple(terms), virial))
+        return super().all_pair_sums(arrangement, kernel, terms, fields, virial)
+
+
+def problem_of(listed: Any, engine: Any) -> sph.Problem:
+    scene = load.loads(scene_text(listed))
+    return replace(build.problem_of(scene, build.code_units(scene))[0], engine=engine)
+
+
+def started(listed: Any, engine: Any) -> tuple[sph.Problem, Any, Any]:
+    problem, random = problem_of(listed, engine), np.random.default_rng(0).normal(size=(2, 48, 3))
+    return problem, *sph.initial_state(problem, np.ones(48) / 48, random[0], random[1], np.ones(48))
+
+
+def generated(listed: Any) -> tuple[set[str], str, set[str]]:
+    """Effects in the term lists, text and symbols of all that the numba engine generates for a scene's step."""
+    engine = Recorder()
+    problem, state, arrangement = started(listed, engine)
+    state = sph.step(problem, arrangement, state, np.float64(1e-3))
+    sph.virial_tensors(problem, arrangement, state.rates.fluid)
+    effects = {term.effect for _, terms, _ in engine.asked for term in terms}
+    modules = [numba_modules.density_pass(problem.kernel, "float64", softening)[0] for softening in engine.softening]
+    for kernel, terms, virial in engine.asked:
+        make = numba_modules.all_pairs_pass if all(term.far for term in terms) else numba_modules.neighbour_pass
+        modules.append(make(kernel, terms, "float64", virial)[0])
+    # Comments are for readers; only what is compiled counts.
+    texts = [re.sub(r"#.*", "", Path(str(module.__file__)).read_text()) for module in modules]
+    return effects, "\n".join(texts), {name for module in modules for name in vars(module)}
+
+
+@pytest.mark.parametrize("kind", TRACES)
+def test_the_generated_loops_have_nothing_of_an_effect_that_is_not_listed(kind: str) -> None:
+    effects, text, symbols = generated(tuple(TABLES))
+    assert kind in effects
+    assert re.search(TRACES[kind], text)
+    assert any(re.search(TRACES[kind], symbol) for symbol in symbols)
+    effects, text, symbols = generated(without(kind))
+    assert effects == set(TRACES) - {kind}
+    assert re.search(TRACES[kind], text) is None, re.search(TRACES[kind], text)
+    assert [symbol for symbol in symbols if re.search(TRACES[kind], symbol)] == []
+
+
+# The xla engine
+
+
+@cache
+def traced(listed: tuple[str, ...], compiled: bool) -> str:
+    """The program of one step: as traced, with the scopes that its operations stand in, or as compiled."""
+    with jax.enable_x64(True):
+        problem, state, arrangement = started(listed, BruteEngine())
+        engine = xla.Engine()
+        _, arrangement = engine.arrange(state.position, state.smoothing_length)
+        problem = problem_of(listed, engine)
+        state = jax.tree.map(jax.numpy.asarray, state)
+        trace = jax.jit(sph.step).trace(problem, arrangement, state, jax.numpy.asarray(1e-3))
+        return trace.lower().compile().as_text() if compiled else trace.jaxpr.pretty_print(name_stack=True)
+
+
+def scopes(program: str) -> set[str]:
+    return set(re.findall(r"effect:(\w+)", program))
+
+
+@pytest.mark.parametrize("kind", CATALOGUE)
+def test_the_traced_step_has_no_operation_of_an_effect_that_is_not_listed(kind: str) -> None:
+    assert kind in scopes(traced(tuple(CATALOGUE), False))
+    assert scopes(traced(without(kind), False)) == set(CATALOGUE) - {kind}
+
+
+def test_the_compiled_step_has_operations_of_listed_effects_only() -> None:
+    """Two halves of the catalogue: each effect is found in the program of one of them, and not in the other's."""
+    assert set(HALVES[0]) | set(HALVES[1]) == set(CATALOGUE)
+    for listed in HALVES:
+        assert scopes(traced(listed, True)) == set(listed)
+
+
+# Results
+
+RESULTS = """
+    import hashlib, importlib, json, sys
+    from pathlib import Path
+    from astroinertia import build
+    from astroinertia.effects.catalogue import CATALOGUE
+    from astroinertia.models import sph
+    from astroinertia.scene import load
+    if sys.argv[1] == "everything":
+        for entry in CATALOGUE.values():
+            importlib.import_module(entry.module)
+    start = build.prepare(load.load_file("sims/free_expansion.toml", ["body.particles=200"]))
+    state = start.state
+    for _ in range(5):
+        state = sph.step(start.problem, start.arrangement, state, state.rates.timestep)
+    bits = hashlib.sha256()
+    for array in (state.position, state.velocity, state.entropy, state.smoothing_length, state.time):
+        bits.update(array.tobytes())
+    kernels = {Path(module.__file__).stem for name, module in list(sys.modules.items()) if "_pass_" in name}
+    print(json.dumps({
+        "bits": bits.hexdigest(),
+        "modules": [name for name in sys.modules if name.startswith("astroinertia.")],
+        "passes": sorted(kernels),
+        "zeta": state.rates.fluid.zeta is not None,
+        "sums": sorted(state.rates.fluid.sums),
+    }))
+"""
+
+
+def test_free_expansion_builds_no_gravity_and_does_not_depend_on_what_is_imported() -> None:
+    alone, among_all = (in_a_fresh_process(RESULTS, which) for which in ("alone", "everything"))
+    assert "astroinertia.effects.pressure" in alone["modules"]
+    assert "astroinertia.effects.gravity" not in alone["modules"]
+    assert not any(name.startswith("astroinertia.gravity.") for name in alone["modules"])
+    assert "astroinertia.effects.gravity" in among_all["modules"]
+    assert alone["sums"] == among_all["sums"] == ["pressure"]
+    assert alone["zeta"] is False
+    assert any("neighbour_pass_pressure" in name for name in alone["passes"])
+    assert not any("gravity" in name or "all_pairs" in name or "softening" in name for name in alone["passes"])
+    assert alone["bits"] == among_all["bits"]
