@@ -2,6 +2,7 @@
 
 import numpy as np
 import xarray as xr
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
@@ -60,12 +61,9 @@ def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, first: boo
     lowest = float(np.percentile(lit, FAINTEST))
     norm = LogNorm(min(lowest, 0.5 * highest), highest)
     extent = tuple(np.array([-reach, reach, -reach, reach]) / length_scale)
-    image = None
     for axes, density, plane in zip(panels, slices, PLANES, strict=True):
         shown = np.maximum(density, norm.vmin)  # type: ignore[type-var]
-        image = axes.imshow(
-            shown, origin="lower", extent=extent, norm=norm, cmap=style.DENSITY_MAP, interpolation="bilinear"
-        )
+        axes.imshow(shown, origin="lower", extent=extent, norm=norm, cmap=style.DENSITY_MAP, interpolation="bilinear")
         axes.grid(False)
         axes.set_xlabel(style.label("$xyz$"[0] + "xyz"[plane[0]] + "$", length_unit))
         axes.set_ylabel(style.label("$" + "xyz"[plane[1]] + "$", length_unit))
@@ -79,7 +77,9 @@ def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, first: boo
                 text, (0.035, 0.96), xycoords="axes fraction", va="top", color="white", fontsize=9, zorder=5,
                 bbox={"facecolor": "black", "alpha": 0.55, "edgecolor": "none", "pad": 3},
             )  # fmt: skip
-    bar = figure.colorbar(image, ax=list(panels), location="bottom", shrink=0.9, aspect=26, pad=0.015)
+    bar = figure.colorbar(
+        ScalarMappable(norm, style.DENSITY_MAP), ax=list(panels), location="bottom", shrink=0.9, aspect=26, pad=0.015
+    )
     bar.set_label(style.label("density", unit))
     bar.outline.set_visible(False)  # type: ignore[operator]
 

@@ -54,8 +54,11 @@ def _profile(
     for index in chosen:
         at = float(dataset["time"][index]) / factor
         axes.plot(radius[index] / length_scale, variable[index] / scale, color=colours(norm(at)), linewidth=1.6)
+    reach = radius.values[chosen] / length_scale
     axes.set_xscale("log")
+    style.plain_log(axes.xaxis, np.nanmin(reach), np.nanmax(reach))
     if logarithmic:
         axes.set_yscale("log")
+        style.plain_log(axes.yaxis, positive.min() / scale, positive.max() / scale)
     axes.set_xlabel(style.label("radius", length_unit))
     axes.set_ylabel(style.label(text, unit))

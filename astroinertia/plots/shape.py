@@ -97,7 +97,7 @@ def _outlines(figure: Figure, views: list, dataset: xr.Dataset) -> None:
         axes.set_ylim(-1.08 * max(reach, 1), 1.08 * max(reach, 1))
     if larger > 1:
         views[1].annotate(
-            f"departures from the sphere enlarged {larger:g} times", (0.5, 0.5), xycoords="axes fraction",
+            f"departures from the sphere\nenlarged {larger:g} times", (0.5, 0.5), xycoords="axes fraction",
             ha="center", va="center", fontsize=8, color=style.GREY,
         )  # fmt: skip
     bar = figure.colorbar(ScalarMappable(norm, style.TIME_MAP), ax=views, shrink=0.8, aspect=28, pad=0.02)

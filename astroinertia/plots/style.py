@@ -72,12 +72,12 @@ STYLE = {
 }
 
 _YEAR, _DAY, _AU, _PARSEC = 31557600.0, 86400.0, 149597870700.0, 3.0856775814913673e16
-# Units that readers think in, by size: the largest that leaves numbers of at least about one.
+# Units that readers think in, and the size from which on they do: (from, size of the unit, name).
 _NAMED = {
-    "s": [(1e-9, "ns"), (1e-6, "µs"), (1e-3, "ms"), (1.0, "s"), (1e4, "10^4 s"), (_DAY, "d"), (_YEAR, "yr"),
-          (1e3 * _YEAR, "kyr"), (1e6 * _YEAR, "Myr")],
-    "m": [(1e-3, "mm"), (1e-2, "cm"), (1.0, "m"), (1e3, "km"), (1e6, "10^3 km"), (1e9, "10^6 km"), (_AU, "au"),
-          (1e3 * _AU, "10^3 au"), (_PARSEC, "pc")],
+    "s": [(0.0, 1e-9, "ns"), (1e-6, 1e-6, "µs"), (1e-3, 1e-3, "ms"), (1.0, 1.0, "s"), (3e4, 1e4, "10^4 s"),
+          (2 * _DAY, _DAY, "d"), (_YEAR, _YEAR, "yr"), (1e3 * _YEAR, 1e3 * _YEAR, "kyr"), (1e6 * _YEAR, 1e6 * _YEAR, "Myr")],
+    "m": [(0.0, 1e-3, "mm"), (1e-2, 1e-2, "cm"), (1.0, 1.0, "m"), (1e3, 1e3, "km"), (1e7, 1e6, "10^3 km"),
+          (1e10, 1e9, "10^6 km"), (0.5 * _AU, _AU, "au"), (1e3 * _AU, 1e3 * _AU, "10^3 au"), (0.1 * _PARSEC, _PARSEC, "pc")],
 }  # fmt: skip
 _LARGEST_PLAIN, _SMALLEST_PLAIN = 1e4, 1e-2
 
@@ -86,8 +86,10 @@ _LARGEST_PLAIN, _SMALLEST_PLAIN = 1e4, 1e-2
 def styled() -> Iterator[None]:
     """Figures made inside have the shared look; nothing else changes."""
     # From matplotlib's own defaults, so that a user's style sheet does not half apply; the backend is theirs.
-    defaults = {name: value for name, value in matplotlib.rcParamsDefault.items() if not name.startswith("backend")}
-    with matplotlib.rc_context({**defaults, **STYLE}):
+    defaults: Any = {
+        name: value for name, value in matplotlib.rcParamsDefault.items() if not name.startswith("backend")
+    }
+    with matplotlib.rc_context(defaults | STYLE):
         yield
 
 
@@ -130,8 +132,8 @@ def scale_of(unit: str, *values: Any) -> tuple[float, str]:
     largest = max(sizes, default=0.0)
     if largest == 0.0 or not np.isfinite(largest):
         return 1.0, unit
-    for factor, name in reversed(_NAMED.get(unit, [])):
-        if largest >= 0.999 * factor * (1.5 if factor > 1 else 1.0):
+    for begin_at, factor, name in reversed(_NAMED.get(unit, [])):
+        if largest >= 0.999 * begin_at and largest >= 1e-3 * factor:
             return factor, name
     if _SMALLEST_PLAIN <= largest < _LARGEST_PLAIN:
         return 1.0, unit

@@ -99,8 +99,12 @@ def _effects(dataset: xr.Dataset) -> str:
     }
     lines = [f"{'effect':20}" + "".join(f"{title:>18}" for title in columns)]
     for index, name in enumerate(names):
-        lines.append(f"{name:20}" + "".join(f"{values[index]:>18.3e}" for values in columns.values()))
+        lines.append(f"{name:20}" + "".join(_cell(values[index]) for values in columns.values()))
     return "\n".join(lines)
+
+
+def _cell(value: float) -> str:
+    return f"{value:>18.3e}" if np.isfinite(value) else f"{'-':>18}"
 
 
 def _finite(values: np.ndarray) -> np.ndarray:

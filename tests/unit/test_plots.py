@@ -1,0 +1,236 @@
+"""Figures are drawn without a warning for every kind of run, keep their text apart, and show the right numbers."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+
+from astroinertia import dataset, plots
+from astroinertia.plots import render, style
+from tests.unit.affine_body import METADATA, affine_run, particle_sphere
+
+
+def headline(records, metadata=METADATA):
+    stacked = {name: np.stack([np.asarray(record[name]) for record in records]) for name in records[0]}
+    return dataset.headline(stacked, metadata)
+
+
+@pytest.fixture(scope="module")
+def series():
+    return headline(affine_run()[0])
+
+
+@pytest.fixture(scope="module")
+def snapshots():
+    parts = affine_run()[1]
+    arrays = {name: np.stack([np.asarray(part[name]) for part in parts]) for name in parts[0]}
+    units = dataset.code_units(METADATA)
+    found = {}
+    for name, values in arrays.items():
+        quantity = dataset.snapshot_quantity(name, values.shape[1:])
+        factor = 1.0 if quantity.dimension is None else units.unit(quantity.dimension)
+        found[name] = (quantity.dims, values * factor, {"units": quantity.unit})
+    return xr.Dataset(found).rename(time="snapshot_time").set_coords("snapshot_time").assign_coords(i=["x", "y", "z"])
+
+
+def texts(figure):
+    """All visible text with its place on the page, in pixels, after drawing."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer = canvas.get_renderer()
+    found = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
+    # Tick labels beyond an axis's limits exist, but are not drawn.
+    hidden = set()
+    for axes in [each for axes in figure.axes for each in (axes, *axes.child_axes)]:
+        for axis in (axes.xaxis, axes.yaxis):
+            ticks = {id(label) for tick in axis._update_ticks() for label in (tick.label1, tick.label2)}
+            every = [tick for kind in (axis.majorTicks, axis.minorTicks) for tick in kind]
+            hidden |= {id(label) for tick in every for label in (tick.label1, tick.label2)} - ticks
+    return [(text.get_text(), text.get_window_extent(renderer)) for text in found if id(text) not in hidden]
+
+
+def assert_legible(figure):
+    """No text leaves the page or lies on another."""
+    page = figure.bbox
+    placed = texts(figure)
+    for name, box in placed:
+        assert box.x0 > page.x0 - 1, f"{name!r} leaves the page on the left"
+        assert box.x1 < page.x1 + 1, f"{name!r} leaves the page on the right"
+        assert box.y0 > page.y0 - 1, f"{name!r} leaves the page below"
+        assert box.y1 < page.y1 + 1, f"{name!r} leaves the page above"
+    for number, (name, box) in enumerate(placed):
+        for other, lies in placed[number + 1 :]:
+            across = min(box.x1, lies.x1) - max(box.x0, lies.x0)
+            upward = min(box.y1, lies.y1) - max(box.y0, lies.y0)
+            assert across < 2 or upward < 2, f"{name!r} lies on {other!r}"
+
+
+@pytest.mark.parametrize("name", list(plots.FIGURES))
+def test_figures_are_legible(series, name):
+    figure = plots.FIGURES[name](series)
+    assert figure.axes
+    assert_legible(figure)
+
+
+def test_the_picture_of_the_fluid_is_legible(series, snapshots):
+    assert_legible(plots.density_figure(series, snapshots))
+
+
+def test_write_all_writes_pngs_and_leaves_matplotlib_as_it_was(series, snapshots, tmp_path):
+    import matplotlib
+
+    before = dict(matplotlib.rcParams)
+    written = plots.write_all(series.isel(time=slice(0, None, 10)), tmp_path / "pictures", snapshots=snapshots)
+    assert [path.name for path in written] == [*(f"{name}.png" for name in plots.FIGURES), "density.png"]
+    for path in written:
+        assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert dict(matplotlib.rcParams) == before
+
+
+def variants():
+    records = affine_run()[0]
+    code = {**METADATA, "dimensionless": True}
+    still = [{**record, "angular_momentum": np.zeros(3)} for record in records[:3]]
+    free = [{**record, "gravitational_energy": np.nan} for record in records[::40]]
+    for record in free:
+        for name in (
+            "virial_tensor",
+            "mixed_impulse",
+            "torque",
+            "force",
+            "impulse",
+            "work",
+            "heating",
+            "virial_mismatch",
+        ):
+            record[name] = np.asarray(record[name])[:0]
+    return {
+        "one output": (records[:1], METADATA),
+        "two outputs": (records[:2], METADATA),
+        "dimensionless": (records[::10], code),
+        "without spin": (still, METADATA),
+        "no effects": (free, {**METADATA, "effects": []}),
+        "rotating frame": (records[::20], {**METADATA, "effects": ["gravity", "pressure", "rotating_frame"]}),
+        "an effect of the user's": (records[::20], {**METADATA, "effects": ["gravity", "pressure", "my_wind"]}),
+        "another size": (records[::20], {**METADATA, "code_units": {"mass": 1e23, "length": 1e3, "G": 6.7e-11}}),
+    }
+
+
+RARE = ["one output", "two outputs", "without spin", "rotating frame", "an effect of the user's", "another size"]
+
+
+@pytest.mark.parametrize(
+    "name", ["dimensionless", "no effects", *(pytest.param(name, marks=pytest.mark.slow) for name in RARE)]
+)
+def test_every_kind_of_run_can_be_drawn(name):
+    records, metadata = variants()[name]
+    found = headline(records, metadata)
+    for draw in plots.FIGURES.values():
+        assert_legible(draw(found))
+    text = plots.summary(found)
+    assert "nan" not in text
+    assert len(text.splitlines()) > 8
+
+
+def test_the_summary_tells_the_numbers(series):
+    text = plots.summary(series)
+    assert text.startswith("affine star: a homogeneous ellipsoid collapses and bounces")
+    rows = {line[:34].strip(): line[34:].split() for line in text.splitlines() if len(line) > 34}
+    spin = series.inertia.spin_rate()
+    assert [float(cell) for cell in rows["mean spin (rad s-1)"]] == pytest.approx(
+        [spin.values[0], spin.values.min(), spin.values.max(), spin.values[-1]], rel=1e-4
+    )
+    largest = float(abs(series["gravitational_energy"]).max())
+    change = float(abs(series["total_energy"] - series["total_energy"][0]).max()) / largest
+    assert float(rows["change of the total energy"][0]) == pytest.approx(change, rel=1e-2)
+    assert "tide" in text
+
+
+@pytest.mark.parametrize(
+    ("unit", "largest", "factor", "shown"),
+    [
+        ("s", 0.12, 1e-3, "ms"),
+        ("s", 12.0, 1.0, "s"),
+        ("s", 3.2e13, 31557600e6, "Myr"),
+        ("m", 1.5e6, 1e3, "km"),
+        ("m", 0.3, 1e-2, "cm"),
+        ("m", 2e11, 149597870700.0, "au"),
+        ("kg m2", 3.4e38, 1e38, "10^38 kg m2"),
+        ("rad s-1", 359.0, 1.0, "rad s-1"),
+        ("1", 0.0024, 1e-3, "10^-3"),
+        ("J", 0.0, 1.0, "J"),
+        ("J", np.nan, 1.0, "J"),
+    ],
+)
+def test_units_are_those_that_readers_think_in(unit, largest, factor, shown):
+    assert style.scale_of(unit, np.array([0.0, -largest])) == (pytest.approx(factor), shown)
+
+
+def test_units_are_set_with_superscripts():
+    assert style.pretty("10^38 kg m2 s-1") == "$10^{38}$ kg m$^{2}$ s$^{\N{MINUS SIGN}1}$"
+    assert style.label("axis ratio", "1") == "axis ratio"
+    assert style.number(2.4e-21, 2) == r"$2.4\times10^{-21}$"
+
+
+def test_a_slice_through_one_particle_is_its_kernel():
+    image = render.density_slice(np.zeros((1, 3)), np.array([2.0]), np.array([0.5]), (0, 1), 1.505, 301)
+    assert image[150, 150] == pytest.approx(2.0 / (np.pi * 0.5**3), rel=1e-12)
+    assert image[150, 150 + 50] == pytest.approx(2.0 * 0.25 / (np.pi * 0.5**3), rel=1e-9)  # one h away
+    assert image[150, 0] == 0.0
+    # The same particle at a distance h from the plane
+    beside = render.density_slice(np.array([[0, 0, 0.5]]), np.array([2.0]), np.array([0.5]), (0, 1), 1.505, 301)
+    assert beside[150, 150] == pytest.approx(2.0 * 0.25 / (np.pi * 0.5**3), rel=1e-12)
+
+
+def test_slices_add_up_to_the_mass_and_put_axes_where_they_belong():
+    position, mass = np.array([[0.6, -0.2, 0.3]]), np.array([1.5])
+    depths = np.linspace(-2, 2, 81)
+    slices = [
+        render.density_slice(position - [0, depth, 0], mass, np.array([0.4]), (0, 2), 2.0, 80) for depth in depths
+    ]
+    total = np.sum(slices) * (4.0 / 80) ** 2 * (depths[1] - depths[0])
+    assert total == pytest.approx(1.5, rel=1e-3)
+    row, column = np.unravel_index(np.argmax(slices[36]), (80, 80))  # the slice at y = -0.2
+    assert (column + 0.5) * 0.05 - 2 == pytest.approx(0.6, abs=0.051)
+    assert (row + 0.5) * 0.05 - 2 == pytest.approx(0.3, abs=0.051)
+
+
+def test_the_flow_of_a_linear_motion_is_exact():
+    position = particle_sphere(3000)
+    gradient = np.array([[-0.3, -2.0, 0.4], [2.0, -0.5, 0.0], [0.1, 0.0, 1.0]])
+    centres, across, up = render.flow(
+        position, position @ gradient.T, np.ones(3000), np.full(3000, 0.15), (0, 2), 1.2, 9
+    )
+    x, z = np.meshgrid(centres, centres)
+    matter = np.isfinite(across)
+    assert matter.sum() > 30
+    assert not matter[0, 0]
+    np.testing.assert_allclose(across[matter], (gradient[0, 0] * x + gradient[0, 2] * z)[matter], atol=1e-9)
+    np.testing.assert_allclose(up[matter], (gradient[2, 0] * x + gradient[2, 2] * z)[matter], atol=1e-9)
+
+
+def test_outputs_to_draw_include_both_ends_and_the_greatest_density(series):
+    chosen = style.picked_times(series, 9)
+    assert chosen[0] == 0
+    assert chosen[-1] == series.sizes["time"] - 1
+    assert int(np.argmax(series["density_max"].values)) in chosen
+    assert (np.diff(chosen) > 0).all()
+
+
+def test_snapshots_to_show(snapshots):
+    from astroinertia.plots.density import moments_to_show
+
+    densest = int(np.argmax(snapshots["density"].values.max(axis=1)))
+    assert [index for index, _ in moments_to_show(snapshots)] == [0, densest, snapshots.sizes["snapshot_time"] - 1]
+    assert moments_to_show(snapshots.isel(snapshot_time=[0])) == [(0, "start")]
+    falling = moments_to_show(snapshots.isel(snapshot_time=slice(densest, None)))
+    assert falling[0] == (0, "start, densest")
+
+
+def test_accessor_draws_the_same_figures(series, snapshots):
+    for name in ("inertia", "spin", "ledger", "shape", "energy", "waves", "profiles"):
+        assert getattr(series.inertia, f"plot_{name}")().axes
+    assert series.inertia.plot_density(snapshots=snapshots.isel(snapshot_time=[0])).axes
+    with pytest.raises(ValueError, match="no snapshots"):
+        series.inertia.plot_density()
