@@ -87,13 +87,13 @@ class Engine:
         if mass.sum() * KERNELS[kernel].w(np, 0.0) <= mass.max() * eta**3:
             raise ValueError(f"{len(mass)} particles are too few for a smoothing length of {eta:g} (m/rho)^(1/3)")
         leaves = arrangement.leaves
-        lo, hi = tree.boxes(leaves, position)
+        nodes = tree.fit(leaves, position, guess)
         results = np.empty((4, len(mass)))
         threads = numba.get_num_threads()
         function(
-            threads, np.zeros(1, np.int64), position, mass, guess, KERNELS[kernel].support, float(eta),
-            max(float(tolerance), FINEST[self.precision]), LISTED, lo, hi, np.zeros(len(mass)),
-            np.zeros(2 * leaves.count), tree.largest(leaves, guess), leaves.start, *results,
+            threads, np.zeros(1, np.int64), *nodes.columns, mass, guess, KERNELS[kernel].support, float(eta),
+            max(float(tolerance), FINEST[self.precision]), LISTED, nodes.lo, nodes.hi,
+            np.zeros(len(mass)), np.zeros(2 * leaves.count), nodes.largest, leaves.start, *results,
         )  # fmt: skip
         return Density(results[0], results[1], results[2], results[3] if softening else None)
 
@@ -107,11 +107,11 @@ class Engine:
         leaves = arrangement.leaves
         position, mass, smoothing_length = _fields(fields)
         reach = KERNELS[kernel].support * smoothing_length
-        lo, hi = tree.boxes(leaves, position)
+        nodes = tree.fit(leaves, position, reach)
         results, arrays = _results(terms, virial, len(mass), leaves.count)
         function(
-            numba.get_num_threads(), np.zeros(1, np.int64), position, mass, smoothing_length, KERNELS[kernel].support,
-            reach, lo, hi, tree.largest(leaves, reach), leaves.start, *_named(fields, names, len(mass)), *arrays,
+            numba.get_num_threads(), np.zeros(1, np.int64), *nodes.columns, mass, smoothing_length, KERNELS[kernel].support,
+            reach, nodes.lo, nodes.hi, nodes.largest, leaves.start, *_named(fields, names, len(mass)), *arrays,
         )  # fmt: skip
         return _finished(results)
 
@@ -128,11 +128,11 @@ class Engine:
         level = leaves.depth
         while level > 0 and -(-len(mass) >> (level - 1)) <= ALL_PAIRS_SIZE:
             level -= 1
-        lo, hi = tree.boxes(leaves, position)
+        nodes = tree.fit(leaves, position, reach)
         results, arrays = _results(terms, virial, len(mass), 1 << level)
         function(
-            numba.get_num_threads(), np.zeros(1, np.int64), position, mass, smoothing_length, KERNELS[kernel].support,
-            reach, lo, hi, tree.largest(leaves, reach), arrangement.first, arrangement.last, level,
+            numba.get_num_threads(), np.zeros(1, np.int64), *nodes.columns, mass, smoothing_length, KERNELS[kernel].support,
+            reach, nodes.lo, nodes.hi, nodes.largest, arrangement.first, arrangement.last, level,
             *_named(fields, names, len(mass)), *arrays,
         )  # fmt: skip
         return _finished(results)
@@ -190,7 +190,7 @@ def _finished(results: dict[str, dict[str, np.ndarray]]) -> dict[str, dict[str, 
 
 def _expanded_volume(leaves: tree.Leaves, position: np.ndarray, smoothing_length: np.ndarray) -> float:
     """Mean over leaves of the volume of the box widened by two smoothing lengths all round, in units of h^3."""
-    lo, hi = tree.boxes(leaves, position)
-    h = tree.largest(leaves, smoothing_length)[leaves.count :]
-    sides = (hi - lo)[leaves.count :] / h[:, None] + 4.0
+    nodes = tree.fit(leaves, position, smoothing_length)
+    h = nodes.largest[leaves.count :]
+    sides = (nodes.hi - nodes.lo)[leaves.count :] / h[:, None] + 4.0
     return float(np.mean(sides[:, 0] * sides[:, 1] * sides[:, 2]))

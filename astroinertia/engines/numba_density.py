@@ -16,6 +16,7 @@ def softening_moment(distance, weight, vectors, inverse_h):
 SOFTENING = """
 @njit(fastmath=LOOP_FLAGS, error_model="numpy", nogil=True)
 def softening_moment(distance, weight, vectors, inverse_h):
+    widest_vectors()
     total = real(0)
     for k in range(vectors):
         q = distance[k] * inverse_h
@@ -26,6 +27,7 @@ def softening_moment(distance, weight, vectors, inverse_h):
 DENSITY = """
 @njit(fastmath=LOOP_FLAGS, error_model="numpy", nogil=True)
 def moments(distance, weight, vectors, inverse_h):
+    widest_vectors()
     total = real(0)
     slope = real(0)
     for k in range(vectors):
@@ -36,130 +38,138 @@ def moments(distance, weight, vectors, inverse_h):
 
 
 @njit(error_model="numpy", nogil=True)
-def load_sources(found, count, origin, buffer, position, mass):
-    if count + 1 > buffer.shape[1]:
-        buffer = np.empty((7, 2 * count), real)
+def load_sources(found, count, origin, buffer, x, y, z, mass):
+    widest_vectors()
+    if padded(count) + LANES > buffer.shape[1]:
+        buffer = np.empty((4, 2 * count + 2 * LANES), real)
+    to_x, to_y, to_z, to_mass = buffer[0], buffer[1], buffer[2], buffer[3]
     x0, y0, z0 = 0.0, 0.0, 0.0
     if RELATIVE:
-        x0, y0, z0 = position[origin, 0], position[origin, 1], position[origin, 2]
-    to_x, to_y, to_z, to_mass = buffer[0], buffer[1], buffer[2], buffer[3]
+        x0, y0, z0 = x[origin], y[origin], z[origin]
     for k in range(count):
-        j = found[k]
-        to_x[k] = real(position[j, 0] - x0)
-        to_y[k] = real(position[j, 1] - y0)
-        to_z[k] = real(position[j, 2] - z0)
-        to_mass[k] = real(mass[j])
+        to_x[k] = real(at(x, found[k]) - x0)
+        to_y[k] = real(at(y, found[k]) - y0)
+        to_z[k] = real(at(z, found[k]) - z0)
+        to_mass[k] = real(at(mass, found[k]))
     return buffer
 
 
 @njit(fastmath=LOOP_FLAGS, error_model="numpy", nogil=True)
-def squared_distances(x, y, z, s, count, square):
+def squared_distances(x, y, z, s, count, reach2, square, key):
+    widest_vectors()
     x_i, y_i, z_i = x[s], y[s], z[s]
     for k in range(count):
         dx, dy, dz = x_i - x[k], y_i - y[k], z_i - z[k]
         square[k] = dx * dx + dy * dy + dz * dz
+        key[k] = square[k] - reach2
+
+
+@njit(fastmath=LOOP_FLAGS, error_model="numpy", nogil=True)
+def take_roots(distance, count):
+    widest_vectors()
+    for k in range(count):
+        distance[k] *= inverse_distance(distance[k])
 
 
 @njit(error_model="numpy", nogil=True)
-def select(buffer, count, s, reach, distance, weight):
+def select(buffer, count, s, reach, lists):
     # The sources within reach of source s, closed up: distances and masses, padded to whole vectors. NaN is kept.
-    square, mass = buffer[4], buffer[3]
-    squared_distances(buffer[0], buffer[1], buffer[2], s, count, square)
-    if count + 32 > len(distance):
-        distance = np.empty(2 * count + 32, real)
-        weight = np.empty(2 * count + 32, real)
-    reach2 = real(reach * reach)
-    n = 0
-    for k in range(count):
-        distance[n] = square[k]
-        weight[n] = mass[k]
-        n += 1 - np.int64(square[k] >= reach2)
-    vectors = ((n + 15) // 16) * 16
-    for k in range(n, vectors):
+    if count + 2 * LANES > lists.shape[1]:
+        lists = np.empty((4, 2 * count + 2 * LANES), real)
+    distance, weight, square, key = lists[0], lists[1], lists[2], lists[3]
+    squared_distances(buffer[0], buffer[1], buffer[2], s, count, real(reach * reach), square, key)
+    vectors = filled_up(key, count)
+    n = compressed_values(square, key, vectors, distance, 0)
+    compressed_values(buffer[3], key, vectors, weight, 0)
+    for k in range(n, padded(n)):
         distance[k] = real(0)
         weight[k] = real(0)
-    for k in range(vectors):
-        distance[k] = np.sqrt(distance[k])
-    return vectors, distance, weight
+    take_roots(distance, padded(n))
+    return padded(n), lists
 
 
 @njit(error_model="numpy", nogil=True)
 def density_worker_{tag}(
-    counter, position, mass, guess, support, eta, tolerance, margin, lo, hi, nothing, no_node, node_guess, start,
+    counter, x, y, z, mass, guess, support, eta, tolerance, margin, lo, hi, nothing, no_node, node_guess, start,
     smoothing_length, density, grad_h, zeta
 ):
     leaves = len(start) - 1
-    found = np.empty(1024, np.int64)
-    buffer = np.empty((7, 1024), real)
+    group = min(leaves, GROUP)
+    key, listed, found = np.empty(1024), np.empty(1024, np.int64), np.empty(1024, np.int64)
+    leaf_rows = np.empty((8, 1024))
+    buffer = np.empty((4, 1024), real)
+    lists = np.empty((4, 1024), real)
+    own_rows = np.empty((8, 1024))
+    own_buffer = np.empty((4, 1024), real)
     own_found = np.empty(1024, np.int64)
-    own_buffer = np.empty((7, 1024), real)
-    distance = np.empty(1024, real)
-    weight = np.empty(1024, real)
     box = np.empty((2, 3))
     smallest = 1e-12 * np.sqrt((hi[1, 0] - lo[1, 0]) ** 2 + (hi[1, 1] - lo[1, 1]) ** 2 + (hi[1, 2] - lo[1, 2]) ** 2)
     while True:
-        leaf = take(counter)
-        if leaf >= leaves:
+        task = take(counter)
+        if task * group >= leaves:
             break
-        first, last = start[leaf], start[leaf + 1]
-        box[0], box[1] = lo[leaves + leaf], hi[leaves + leaf]
-        limit = margin * node_guess[leaves + leaf]
-        count, found = gather(
-            position, nothing, lo, hi, no_node, start, box, support * limit, found
-        )
-        slot = 0
-        while found[slot] != first:
-            slot += 1
-        buffer = load_sources(found, count, first, buffer, position, mass)
-        for i in range(first, last):
-            h = guess[i]
-            listed = margin * h
-            vectors, distance, weight = select(buffer, count, slot + i - first, support * listed, distance, weight)
-            low, high = 0.0, np.inf
-            target = mass[i] * eta**3
-            total = slope = 0.0
-            new = h
-            for attempt in range(200):
-                if h > listed:
-                    listed = 1.25 * h
-                    if listed <= limit:
-                        vectors, distance, weight = select(
-                            buffer, count, slot + i - first, support * listed, distance, weight
-                        )
+        node = leaves // group + task
+        box[0], box[1] = lo[node], hi[node]
+        leaf_count, leaf_rows = reachable_leaves(lo, hi, no_node, box, support * margin * node_guess[node], leaf_rows)
+        for leaf in range(task * group, (task + 1) * group):
+            first, last = start[leaf], start[leaf + 1]
+            box[0], box[1] = lo[leaves + leaf], hi[leaves + leaf]
+            limit = margin * node_guess[leaves + leaf]
+            count, key, listed, found = gather(
+                x, y, z, nothing, start, leaf_rows, leaf_count, box, support * limit, key, listed, found
+            )
+            slot = place_of(first, found[:count])
+            buffer = load_sources(found, count, first, buffer, x, y, z, mass)
+            for i in range(first, last):
+                h = guess[i]
+                covered = margin * h
+                vectors, lists = select(buffer, count, slot + i - first, support * covered, lists)
+                low, high = 0.0, np.inf
+                target = mass[i] * eta**3
+                total = slope = 0.0
+                new = h
+                for attempt in range(200):
+                    if h > covered:
+                        covered = 1.25 * h
+                        if covered <= limit:
+                            vectors, lists = select(buffer, count, slot + i - first, support * covered, lists)
+                        else:
+                            box[0, 0], box[0, 1], box[0, 2] = x[i], y[i], z[i]
+                            box[1] = box[0]
+                            own_leaves, own_rows = reachable_leaves(lo, hi, no_node, box, support * covered, own_rows)
+                            own_count, key, listed, own_found = gather(
+                                x, y, z, nothing, start, own_rows, own_leaves, box, support * covered, key, listed,
+                                own_found
+                            )
+                            own_buffer = load_sources(own_found, own_count, i, own_buffer, x, y, z, mass)
+                            own_slot = place_of(i, own_found[:own_count])
+                            vectors, lists = select(own_buffer, own_count, own_slot, support * covered, lists)
+                    total, slope = moments(lists[0], lists[1], vectors, real(1.0 / h))
+                    if np.isnan(total):
+                        new = h = np.nan
+                        break
+                    if total < target:
+                        low = h
                     else:
-                        box[0], box[1] = position[i], position[i]
-                        own_count, own_found = gather(
-                            position, nothing, lo, hi, no_node, start, box, support * listed, own_found
-                        )
-                        own_slot = 0
-                        while own_found[own_slot] != i:
-                            own_slot += 1
-                        own_buffer = load_sources(own_found, own_count, i, own_buffer, position, mass)
-                        vectors, distance, weight = select(
-                            own_buffer, own_count, own_slot, support * listed, distance, weight
-                        )
-                total, slope = moments(distance, weight, vectors, real(1.0 / h))
-                if np.isnan(total):
-                    new = h = np.nan
-                    break
-                if total < target:
-                    low = h
-                else:
-                    high = h
-                factor = step_factor(target / total - 1.0, total, slope)
-                new = h * factor
-                if abs(factor - 1.0) <= tolerance:
-                    break
-                if high - low <= tolerance * h or (h <= smallest and total > target):
-                    new = h
-                    break
-                if not low < new < high:
-                    new = np.sqrt(low * high) if low > 0.0 and high < np.inf else (2.0 * h if low > 0.0 else 0.5 * h)
-                h = new
-            smoothing_length[i] = new
-            density[i] = (total + slope * (new - h) / h) / new**3
-            grad_h[i] = slope / (3.0 * total)
-            zeta[i] = np.float64(softening_moment(distance, weight, vectors, real(1.0 / h))) / (3.0 * density[i] * new)
+                        high = h
+                    factor = step_factor(target / total - 1.0, total, slope)
+                    new = h * factor
+                    if abs(factor - 1.0) <= tolerance:
+                        break
+                    if high - low <= tolerance * h or (h <= smallest and total > target):
+                        new = h
+                        break
+                    if not low < new < high:
+                        if low > 0.0 and high < np.inf:
+                            new = np.sqrt(low * high)
+                        else:
+                            new = 2.0 * h if low > 0.0 else 0.5 * h
+                    h = new
+                smoothing_length[i] = new
+                density[i] = (total + slope * (new - h) / h) / new**3
+                grad_h[i] = slope / (3.0 * total)
+                zeta[i] = np.float64(softening_moment(lists[0], lists[1], vectors, real(1.0 / h)))
+                zeta[i] /= 3.0 * density[i] * new
 
 
 @njit(error_model="numpy", nogil=True)
@@ -175,12 +185,12 @@ def step_factor(excess, total, slope):
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def density_pass_{tag}(
-    threads, counter, position, mass, guess, support, eta, tolerance, margin, lo, hi, nothing, no_node, node_guess,
+    threads, counter, x, y, z, mass, guess, support, eta, tolerance, margin, lo, hi, nothing, no_node, node_guess,
     start, smoothing_length, density, grad_h, zeta
 ):
     for _ in prange(threads):
         density_worker_{tag}(
-            counter, position, mass, guess, support, eta, tolerance, margin, lo, hi, nothing, no_node, node_guess,
+            counter, x, y, z, mass, guess, support, eta, tolerance, margin, lo, hi, nothing, no_node, node_guess,
             start, smoothing_length, density, grad_h, zeta
         )
 """

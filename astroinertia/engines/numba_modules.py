@@ -22,42 +22,48 @@ from astroinertia.sph.kernels import KERNELS, Kernel
 NEIGHBOUR = """
 @njit(error_model="numpy", nogil=True)
 def neighbour_worker_{tag}(
-    counter, position, mass, smoothing_length, support, reach, lo, hi, node_reach, start{arrays}{results}
+    counter, x, y, z, mass, smoothing_length, support, reach, lo, hi, node_reach, start{arrays}{results}
 ):
     leaves = len(start) - 1
-    found = np.empty(1024, np.int64)
+    group = min(leaves, GROUP)
+    key, listed, found = np.empty(1024), np.empty(1024, np.int64), np.empty(1024, np.int64)
+    leaf_rows = np.empty((8, 1024))
     buffer = np.empty(({rows}, 1024), real)
+    pair_key, index = np.empty(1024, real), np.empty(1024, np.int32 if RELATIVE else np.int64)
     box = np.empty((2, 3))
     while True:
-        leaf = take(counter)
-        if leaf >= leaves:
+        task = take(counter)
+        if task * group >= leaves:
             break
-        first, last = start[leaf], start[leaf + 1]
-        box[0], box[1] = lo[leaves + leaf], hi[leaves + leaf]
-        count, found = gather(
-            position, reach, lo, hi, node_reach, start, box, node_reach[leaves + leaf], found
-        )
-        slot = 0
-        while found[slot] != first:
-            slot += 1
-        buffer = load_sources(found, count, first, buffer, position, mass, smoothing_length, support{arrays})
-        neighbour_leaf_{tag}(leaf, first, last, slot, count, buffer, buffer{results})
+        node = leaves // group + task
+        box[0], box[1] = lo[node], hi[node]
+        leaf_count, leaf_rows = reachable_leaves(lo, hi, node_reach, box, node_reach[node], leaf_rows)
+        for leaf in range(task * group, (task + 1) * group):
+            first, last = start[leaf], start[leaf + 1]
+            box[0], box[1] = lo[leaves + leaf], hi[leaves + leaf]
+            count, key, listed, found = gather(
+                x, y, z, reach, start, leaf_rows, leaf_count, box, node_reach[leaves + leaf], key, listed, found
+            )
+            slot = place_of(first, found[:count])
+            buffer = load_sources(found, count, first, buffer, x, y, z, mass, smoothing_length, support{arrays})
+            pair_key, index = with_room(pair_key, 0, count), with_room(index, 0, count)
+            neighbour_leaf_{tag}(leaf, first, last, slot, count, buffer, buffer, pair_key, index{results})
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def neighbour_pass_{tag}(
-    threads, counter, position, mass, smoothing_length, support, reach, lo, hi, node_reach, start{arrays}{results}
+    threads, counter, x, y, z, mass, smoothing_length, support, reach, lo, hi, node_reach, start{arrays}{results}
 ):
     for _ in prange(threads):
         neighbour_worker_{tag}(
-            counter, position, mass, smoothing_length, support, reach, lo, hi, node_reach, start{arrays}{results}
+            counter, x, y, z, mass, smoothing_length, support, reach, lo, hi, node_reach, start{arrays}{results}
         )
 """
 
 ALL_PAIRS = """
 @njit(error_model="numpy", nogil=True)
 def all_pairs_worker_{tag}(
-    counter, position, mass, smoothing_length, support, reach, lo, hi, node_reach, first_of, last_of, level{arrays}{results}
+    counter, x, y, z, mass, smoothing_length, support, reach, lo, hi, node_reach, first_of, last_of, level{arrays}{results}
 ):
     leaves = 1 << level
     block = 512
@@ -65,8 +71,9 @@ def all_pairs_worker_{tag}(
     ranges = np.empty((64, 2), np.int64)
     run = np.empty(block, np.int64)
     sources = np.empty(({rows}, 1024), real)
-    far_sources = np.empty(({far_rows}, block), real)
-    targets = np.empty(({far_rows}, block), real)
+    far_sources = np.empty(({far_rows}, block + 64), real)
+    targets = np.empty(({far_rows}, block + 64), real)
+    no_key, no_index = np.empty(0, real), np.empty(0, np.int64)
     box = np.empty((2, 3))
     while True:
         leaf = take(counter)
@@ -76,39 +83,37 @@ def all_pairs_worker_{tag}(
         first, last = first_of[node], last_of[node]
         box[0], box[1] = lo[node], hi[node]
         near_count, near, far_count, far, range_count, ranges = divide(
-            position, reach, lo, hi, node_reach, first_of, last_of, level, box, node_reach[node], near, far, ranges
+            x, y, z, reach, lo, hi, node_reach, first_of, last_of, level, box, node_reach[node], near, far, ranges
         )
-        slot = 0
-        while near[slot] != first:
-            slot += 1
-        sources = load_sources(near, near_count, first, sources, position, mass, smoothing_length, support{near_arrays})
-        near_leaf_{tag}(leaf, first, last, slot, near_count, sources, sources{results})
+        slot = place_of(first, near[:near_count])
+        sources = load_sources(near, near_count, first, sources, x, y, z, mass, smoothing_length, support{near_arrays})
+        near_leaf_{tag}(leaf, first, last, slot, near_count, sources, sources, no_key, no_index{results})
         own = near[slot : slot + last - first]
-        targets = load_far_sources(own, last - first, first, targets, position, mass, smoothing_length, support{far_arrays})
+        targets = load_far_sources(own, last - first, first, targets, x, y, z, mass, smoothing_length, support{far_arrays})
         for k in range(range_count):
             for begin in range(ranges[k, 0], ranges[k, 1], block):
                 count = min(block, ranges[k, 1] - begin)
                 for n in range(count):
                     run[n] = begin + n
                 far_sources = load_far_sources(
-                    run, count, first, far_sources, position, mass, smoothing_length, support{far_arrays}
+                    run, count, first, far_sources, x, y, z, mass, smoothing_length, support{far_arrays}
                 )
-                far_leaf_{tag}(leaf, first, last, 0, count, targets, far_sources{results})
+                far_leaf_{tag}(leaf, first, last, 0, count, targets, far_sources, no_key, no_index{results})
         for begin in range(0, far_count, block):
             count = min(block, far_count - begin)
             far_sources = load_far_sources(
-                far[begin : begin + count], count, first, far_sources, position, mass, smoothing_length, support{far_arrays}
+                far[begin : begin + count], count, first, far_sources, x, y, z, mass, smoothing_length, support{far_arrays}
             )
-            far_leaf_{tag}(leaf, first, last, 0, count, targets, far_sources{results})
+            far_leaf_{tag}(leaf, first, last, 0, count, targets, far_sources, no_key, no_index{results})
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def all_pairs_pass_{tag}(
-    threads, counter, position, mass, smoothing_length, support, reach, lo, hi, node_reach, first_of, last_of, level{arrays}{results}
+    threads, counter, x, y, z, mass, smoothing_length, support, reach, lo, hi, node_reach, first_of, last_of, level{arrays}{results}
 ):
     for _ in prange(threads):
         all_pairs_worker_{tag}(
-            counter, position, mass, smoothing_length, support, reach, lo, hi, node_reach, first_of, last_of, level{arrays}{results}
+            counter, x, y, z, mass, smoothing_length, support, reach, lo, hi, node_reach, first_of, last_of, level{arrays}{results}
         )
 """
 
@@ -166,7 +171,7 @@ def all_pairs_pass(
         results = _results(terms, virial)
         loops += [
             "@njit",
-            f"def far_leaf_{tag}(leaf, first, last, slot, count, targets, buffer{results}):",
+            f"def far_leaf_{tag}(leaf, first, last, slot, count, targets, buffer, key, index{results}):",
             "    return",
         ]
     body = ALL_PAIRS.format(

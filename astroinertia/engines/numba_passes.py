@@ -14,7 +14,9 @@ from astroinertia.engines.numba_source import Sources, argument_names
 from astroinertia.engines.terms import PairTerm
 
 AXES = "xyz"
-LANES = 16  # buffers are padded to whole vectors of float32 with massless particles
+SEPARATION = ("x_ij", "y_ij", "z_ij")
+GROUP = 8  # neighbouring leaves that walk the tree together
+PAIR_NAMES = ("r", "x_ij", "y_ij", "z_ij")  # always at hand
 KERNEL_NAMES = {"W": ("w", 3), "dW": ("dw", 4), "phi": ("phi", 1), "dphi": ("dphi", 2)}
 VIRIAL_AXES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 LOOP_FLAGS = "{'reassoc', 'contract', 'nsz', 'arcp', 'afn'}"  # never nnan or ninf: NaN must survive
@@ -58,7 +60,7 @@ class Needs:
     def __post_init__(self) -> None:
         for name in sorted({n for f in self.functions for n in argument_names(f)}):
             stem, _, side = name.rpartition("_")
-            if name in ("r", "inverse_r"):
+            if name in ("r", "inverse_r", *SEPARATION):
                 continue
             if name == "v_r":
                 self.approach = True
@@ -91,15 +93,34 @@ class Needs:
         return [f"vector_{name}" for name in self.vectors] + [f"field_{name}" for name in self.scalars]
 
 
+# The reciprocal root keeps clear of 0 without a branch: 1/r is finite there and is multiplied by separations of 0.
+ROOTS = {
+    "float64": """
+@njit(forceinline=True)
+def inverse_distance(r2):
+    return reciprocal_root(where(r2 > 1e-290, r2, 1e-290))
+
+""",
+    "mixed": """
+@njit(forceinline=True, error_model="numpy", fastmath={'contract', 'nsz', 'arcp', 'afn'})
+def inverse_distance(r2):
+    return np.float32(1) / np.sqrt(where(r2 > np.float32(1e-36), r2, np.float32(1e-36)))
+
+""",
+}
+
+
 def header(precision: str) -> list[str]:
     """The opening of a generated module: the shared parts and the pair precision."""
     symmetric = "{'contract', 'nsz', 'arcp', 'afn'}" if precision == "mixed" else "{'contract', 'nsz'}"
     return [
         inspect.getsource(numba_parts),
         "",
+        ROOTS[precision],
         f"real = np.{'float32' if precision == 'mixed' else 'float64'}",
         f"PAIR_FLAGS = {symmetric}",
         f"LOOP_FLAGS = {LOOP_FLAGS}",
+        f"GROUP = {GROUP}",
         f"RELATIVE = {precision == 'mixed'}",
         "",
         "",
@@ -110,32 +131,33 @@ def loader(name: str, needs: Needs, precision: str) -> list[str]:
     """A function that copies sources into the rows of a buffer, relative to an origin particle in mixed precision."""
     lines = [
         '@njit(error_model="numpy", nogil=True)',
-        f"def {name}(found, count, origin, buffer, position, mass, smoothing_length, support{_listed(needs.arrays)}):",
-        f"    if ((count + {LANES - 1}) // {LANES}) * {LANES} > buffer.shape[1]:",
-        f"        buffer = np.empty(({len(needs.rows)}, 2 * count + {LANES}), real)",
+        f"def {name}(found, count, origin, buffer, x, y, z, mass, smoothing_length, support{_listed(needs.arrays)}):",
+        "    widest_vectors()",
+        "    if padded(count) + 2 * LANES > buffer.shape[1]:",
+        f"        buffer = np.empty(({len(needs.rows)}, 2 * count + 3 * LANES), real)",
     ]
     mixed = precision == "mixed"
-    lines += [f"    to_{row} = buffer[{k}]" for k, row in enumerate(needs.rows)]
-    lines += ["    for k in range(count):", "        j = found[k]"]
-    for row in needs.rows:
+    for k, row in enumerate(needs.rows):
         stem, _, axis = row.rpartition("_")
+        before: list[str] = []
         if row in AXES:
-            a = AXES.index(row)
-            value = f"position[j, {a}] - position[origin, {a}]" if mixed else f"position[j, {a}]"
+            before = [f"    zero = {row}[origin]"] if mixed else []
+            value = f"at({row}, found[k])"
         elif row.startswith("vector_"):
             a = AXES.index(axis)
-            value = f"{stem}[j, {a}] - {stem}[origin, {a}]" if mixed else f"{stem}[j, {a}]"
+            before = [f"    zero = {stem}[origin, {a}]"] if mixed else []
+            value = f"{stem}[found[k], {a}]"
         else:
             value = {
-                "mass": "mass[j]",
-                "reach2": "(support * smoothing_length[j]) ** 2",
-                "inverse_h": "1.0 / smoothing_length[j]",
-                "h": "smoothing_length[j]",
-            }.get(row, f"{row}[j]")
-        lines.append(f"        to_{row}[k] = real({value})")
-    # A massless copy of the last source fills the last vector: as finite as the source itself.
-    lines += [f"    for k in range(count, ((count + {LANES - 1}) // {LANES}) * {LANES}):"]
-    lines += [f"        to_{row}[k] = {'real(0)' if row == 'mass' else f'to_{row}[count - 1]'}" for row in needs.rows]
+                "reach2": "(support * at(smoothing_length, found[k])) ** 2",
+                "inverse_h": "1.0 / at(smoothing_length, found[k])",
+                "h": "at(smoothing_length, found[k])",
+            }.get(row, f"at({row}, found[k])")
+        lines += [*before, f"    row = buffer[{k}]", "    for k in range(count):"]
+        lines += [f"        row[k] = real({value}{' - zero' if before else ''})"]
+        # A massless copy of the last source stands at the loose end: as finite as the source itself.
+        lines += ["    for k in range(count, padded(count) + LANES):"]
+        lines += [f"        row[k] = {'real(0)' if row == 'mass' else 'row[count - 1]'}"]
     return [*lines, "    return buffer", "", ""]
 
 
@@ -148,8 +170,9 @@ def leaf_loop(name: str, sources: Sources, terms, needs: Needs, mode: str, viria
     target = "targets" if far else "buffer"
     lines = [
         "@njit(fastmath=LOOP_FLAGS, error_model='numpy', nogil=True)",
-        f"def {name}(leaf, first, last, slot, count, targets, buffer{_listed(results)}):",
-        f"    vectors = ((count + {LANES - 1}) // {LANES}) * {LANES}",
+        f"def {name}(leaf, first, last, slot, count, targets, buffer, key, index{_listed(results)}):",
+        "    widest_vectors()",
+        "    vectors = padded(count)",
     ]
     lines += [f"    all_{row} = buffer[{k}]" for k, row in enumerate(needs.rows)]
     if virial:
@@ -160,7 +183,21 @@ def leaf_loop(name: str, sources: Sources, terms, needs: Needs, mode: str, viria
     lines += [f"        {line}" for line in _powers(needs, "i")]
     accumulators = _accumulators(kinds, terms, virial)
     lines += [f"        {name} = real(0)" for name in accumulators]
-    lines += ["        for j in range(vectors):"]
+    if needs.masked:
+        lines += [
+            "        for k in range(count):",
+            *(f"            {a}_ij = {a}_i - all_{a}[k]" for a in AXES),
+            "            r2 = x_ij * x_ij + y_ij * y_ij + z_ij * z_ij",
+            "            key[k] = r2 - larger_of(reach2_i, all_reach2[k])",
+            "        vectors = compressed_indices(0, key, filled_up(key, count), index, 0)",
+            "        for k in range(vectors, padded(vectors)):",
+            "            index[k] = count",
+            "        vectors = padded(vectors)",
+            "        for k in range(vectors):",
+            "            j = index[k]",
+        ]
+    else:
+        lines += ["        for j in range(vectors):"]
     lines += [f"            {line}" for line in _pair_lines(sources, terms, needs, mode, virial)]
     lines += [f"        {line}" for line in _stores(kinds)]
     if virial:
@@ -216,16 +253,16 @@ def _kernel_lines(sources: Sources, needs: Needs, side: str) -> list[str]:
 
 def _pair_lines(sources: Sources, terms, needs: Needs, mode: str, virial: bool) -> list[str]:
     far = mode == "far"
-    lines = [f"{a}_ij = {a}_i - all_{a}[j]" for a in AXES]
-    lines += ["r2 = x_ij * x_ij + y_ij * y_ij + z_ij * z_ij", "r = np.sqrt(r2)"]
-    lines += ["inverse_r = real(1) / r" if far else "inverse_r = where(r2 == real(0), real(0), real(1) / r)"]
-    if needs.masked:
-        lines += ["reach2 = maximum(reach2_i, all_reach2[j])", "mass_j = where(r2 >= reach2, real(0), all_mass[j])"]
-    else:
-        lines += ["mass_j = all_mass[j]"]
+
+    def source(row: str) -> str:
+        return f"at(all_{row}, j)" if needs.masked else f"all_{row}[j]"
+
+    lines = [f"{a}_ij = {a}_i - {source(a)}" for a in AXES]
+    lines += ["r2 = x_ij * x_ij + y_ij * y_ij + z_ij * z_ij", "inverse_r = inverse_distance(r2)", "r = r2 * inverse_r"]
+    lines += [f"mass_j = {source('mass')}"]
     for name in needs.vectors:
-        lines += [f"vector_{name}_{a}_ij = vector_{name}_{a}_i - all_vector_{name}_{a}[j]" for a in AXES]
-    lines += [f"{row}_j = all_{row}[j]" for row in needs.rows if row.startswith(("field_", "inverse_h")) or row == "h"]
+        lines += [f"vector_{name}_{a}_ij = vector_{name}_{a}_i - {source(f'vector_{name}_{a}')}" for a in AXES]
+    lines += [f"{row}_j = {source(row)}" for row in needs.rows if row.startswith(("field_", "inverse_h")) or row == "h"]
     lines += _powers(needs, "j")
     for side in "ij":
         lines += _kernel_lines(sources, needs, side)
@@ -262,7 +299,7 @@ def _reduction(total: str, parts, needs: Needs, mode: str) -> list[str]:
     if how == "sum":
         return [f"{total} += mass_j * ({value})"]
     if how == "max":
-        excluded = ["j >= count"] + (["j == s"] if mode != "far" else []) + (["r2 >= reach2"] if needs.masked else [])
+        excluded = ["j >= count"] + (["j == s"] if mode != "far" else [])
         condition = " | ".join(f"({e})" for e in excluded)
         return [f"{total} = maximum({total}, where({condition}, real(0), {v}))" for v, _ in parts]
     lines = []
@@ -276,7 +313,7 @@ def _reduction(total: str, parts, needs: Needs, mode: str) -> list[str]:
 
 def _argument(name: str) -> str:
     stem, _, side = name.rpartition("_")
-    plain = name in ("r", "v_r") or stem in KERNEL_NAMES or stem == "h"
+    plain = name in ("r", "v_r", *SEPARATION) or stem in KERNEL_NAMES or stem == "h"
     return name if plain else f"field_{stem}_{side}"
 
 

@@ -80,6 +80,8 @@ def _translated(sources: Sources, function: Callable, name: str, reciprocal: boo
     given = node.args
     if given.vararg or given.kwarg or given.kwonlyargs or given.defaults or not given.args:
         raise ValueError(f"{function.__qualname__} must have plain positional arguments, the first of them xp")
+    if [argument.arg for argument in given.args] != list(inspect.signature(function).parameters):
+        raise ValueError(f"the file of {function.__qualname__} has changed since it was imported")
     namespace = given.args[0].arg
     node.name, node.decorator_list, node.returns = name, [], None
     given.args = [ast.arg(argument.arg) for argument in given.args[1:]]

@@ -55,17 +55,34 @@ def arrange(position: np.ndarray, leaf_size: int) -> tuple[np.ndarray, Leaves]:
 
 def boxes(leaves: Leaves, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Bounding boxes of all nodes, position (N, 3) in arranged order: (lo, hi), each (2L, 3); NaN spreads upward."""
-    lo = np.empty((2 * leaves.count, 3))
-    hi = np.empty((2 * leaves.count, 3))
-    _fit_boxes(leaves.start, np.ascontiguousarray(position, dtype=np.float64), lo, hi)
-    return lo, hi
+    fitted = fit(leaves, position, np.zeros(len(position)))
+    return fitted.lo, fitted.hi
 
 
 def largest(leaves: Leaves, values: np.ndarray) -> np.ndarray:
     """Largest of a per-particle value (N,), in arranged order, in every node: (2L,); NaN spreads upward."""
-    result = np.empty(2 * leaves.count)
-    _fit_largest(leaves.start, np.ascontiguousarray(values, dtype=np.float64), result)
-    return result
+    return fit(leaves, np.zeros((len(values), 3)), values).largest
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """What is refitted at every pass: coordinates (3, N) of the particles; boxes lo, hi (2L, 3) and the largest of a
+    per-particle value (2L,) of the nodes."""
+
+    columns: np.ndarray
+    lo: np.ndarray
+    hi: np.ndarray
+    largest: np.ndarray
+
+
+def fit(leaves: Leaves, position: np.ndarray, values: np.ndarray) -> Nodes:
+    """Boxes of all nodes and their largest value, from position (N, 3) and values (N,) in arranged order."""
+    position = np.ascontiguousarray(position, dtype=np.float64)
+    values = np.ascontiguousarray(values, dtype=np.float64)
+    rows = 2 * leaves.count
+    nodes = Nodes(np.empty((3, len(position))), np.zeros((rows, 3)), np.zeros((rows, 3)), np.zeros(rows))
+    _fit(leaves.start, position, values, nodes.columns, nodes.lo, nodes.hi, nodes.largest)
+    return nodes
 
 
 @njit(cache=True)
@@ -123,34 +140,35 @@ def _split_levels(position, order, depth):
             _split_node(position, order, first, middle, last)
 
 
+@njit(cache=True, error_model="numpy")
+def _fit_leaf(position, values, columns, first, last, node, lo, hi, largest):
+    for a in range(3):
+        column = columns[a]
+        low = high = position[first, a]
+        unknown = 0.0
+        for j in range(first, last):
+            x = position[j, a]
+            column[j] = x
+            low = x if x < low else low
+            high = x if x > high else high
+            unknown += x - x  # 0, or NaN if any is NaN (or infinite, of which no box can be made)
+        lo[node, a] = low + unknown
+        hi[node, a] = high + unknown
+    top, unknown = values[first], 0.0
+    for j in range(first, last):
+        top = values[j] if values[j] > top else top
+        unknown += 0.0 * values[j] if np.isnan(values[j]) else 0.0
+    largest[node] = top + unknown
+
+
 @njit(cache=True, parallel=True, error_model="numpy")
-def _fit_boxes(start, position, lo, hi):
+def _fit(start, position, values, columns, lo, hi, largest):
     count = len(start) - 1
-    lo[0] = hi[0] = 0.0
     for k in prange(count):
         leaf = np.int64(k)
-        for a in range(3):
-            low, high = np.inf, -np.inf
-            for j in range(start[leaf], start[leaf + 1]):
-                low = np.minimum(low, position[j, a])
-                high = np.maximum(high, position[j, a])
-            lo[count + leaf, a] = low
-            hi[count + leaf, a] = high
+        _fit_leaf(position, values, columns, start[leaf], start[leaf + 1], count + leaf, lo, hi, largest)
     for node in range(count - 1, 0, -1):
         for a in range(3):
             lo[node, a] = np.minimum(lo[2 * node, a], lo[2 * node + 1, a])
             hi[node, a] = np.maximum(hi[2 * node, a], hi[2 * node + 1, a])
-
-
-@njit(cache=True, parallel=True, error_model="numpy")
-def _fit_largest(start, values, result):
-    count = len(start) - 1
-    result[0] = 0.0
-    for k in prange(count):
-        leaf = np.int64(k)
-        value = -np.inf
-        for j in range(start[leaf], start[leaf + 1]):
-            value = np.maximum(value, values[j])
-        result[count + leaf] = value
-    for node in range(count - 1, 0, -1):
-        result[node] = np.maximum(result[2 * node], result[2 * node + 1])
+        largest[node] = np.maximum(largest[2 * node], largest[2 * node + 1])
