@@ -35,6 +35,7 @@ def pair_sums(terms, fields, kernel, all_pairs=False, virial=False, scale=False)
     reach = np.ones(r.shape, bool) if all_pairs else r < kernel.support * np.maximum(h_i, h_j)
     scalars = {"r": lambda: r, "h_i": lambda: h_i, "h_j": lambda: h_j}
     scalars["v_r"] = lambda: ((fields["velocity"][:, None] - fields["velocity"][None]) * direction).sum(axis=-1)
+    scalars |= {f"{axis}_ij": lambda k=k: separation[:, :, k] for k, axis in enumerate("xyz")}
     for side, length in (("i", h_i), ("j", h_j)):
         q = r / length
         scalars |= {

@@ -111,7 +111,11 @@ CATALOGUE: Mapping[str, Entry] = {
                 choices=("cullen_dehnen", "none"),
             ),
             "limiter": Option(
-                "choice", "balsara", "what suppresses viscosity in shear and rotation", choices=("balsara", "none")
+                "choice",
+                "reconstruction",
+                "what keeps viscosity out of smooth flow: reconstruction sees only the jump that linear flow on both "
+                "sides leaves, balsara weakens it where the flow turns rather than converges",
+                choices=("reconstruction", "balsara", "none"),
             ),
         },
         "neighbours",

@@ -17,6 +17,7 @@ from astroinertia.sph.kernels import Kernel
 
 Array = Any
 PRECISION = jax.lax.Precision.HIGHEST
+SEPARATION = ("x_ij", "y_ij", "z_ij")
 AXES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
@@ -53,6 +54,8 @@ class Pairs:
         return self.known[name]
 
     def _made(self, name: str) -> Array:
+        if name in SEPARATION:
+            return self.separation[SEPARATION.index(name)]
         if name == "v_r":
             along = sum(v * d for v, d in zip(self._difference("velocity"), self.separation, strict=True))
             return along * self.inverse_r
@@ -77,14 +80,46 @@ class Pairs:
             return [self[name] for name in arguments(function)]
 
 
-def stored_type(kind: str) -> Any:
-    """The floating type that pairs are computed in, for a precision."""
-    return jnp.float32 if kind == "mixed" else jnp.float64
+class Places:
+    """Fields of particles in one table (N + 1, F), so that a tile gathers them at once.
 
+    The last row stands for empty places: a copy of a particle, so that pairs stay finite, but without mass.
+    """
 
-def with_empty_place(array: Array) -> Array:
-    """A field with one more row, which stands for empty places: a copy of a particle, so that pairs stay finite."""
-    return jnp.concatenate([array, array[:1]])
+    def __init__(self, precision: str, fields: Mapping[str, Array]) -> None:
+        self.dtype = jnp.float32 if precision == "mixed" else jnp.float64
+        self.columns, first = {}, 0
+        for name, array in fields.items():
+            width = 3 if array.ndim == 2 else 1
+            self.columns[name] = (first, width)
+            first += width
+        table = jnp.concatenate([array if array.ndim == 2 else array[:, None] for array in fields.values()], axis=1)
+        self.table = jnp.concatenate([table, table[:1].at[:, self.columns["mass"][0]].set(0.0)])
+
+    def column(self, name: str) -> Array:
+        """One field, (N + 1,) or (N + 1, 3)."""
+        first, width = self.columns[name]
+        return self.table[:, first] if width == 1 else self.table[:, first : first + width]
+
+    def tile(self, target: Array, source: Array) -> tuple[dict[str, Array], dict[str, Array], tuple[Array, Array]]:
+        """Fields of targets (C, S) and sources (C, B) as pairs want them, and their masses in full precision.
+
+        Vectors are relative to the first particle of the leaf, which keeps their differences exact to rounding.
+        """
+        sides = [self.table[members] for members in (target, source)]
+        origin = sides[0][:, :1]
+        fields: list[dict[str, Array]] = []
+        for side in sides:
+            mine = {}
+            for name, (first, width) in self.columns.items():
+                if width == 1:
+                    mine[name] = side[:, :, first].astype(self.dtype)
+                else:
+                    last = first + width
+                    mine[name] = (side[:, :, first:last] - origin[:, :, first:last]).astype(self.dtype)
+            fields.append(mine)
+        at = self.columns["mass"][0]
+        return fields[0], fields[1], (sides[0][:, :, at], sides[1][:, :, at])
 
 
 def columns(output: Output) -> int:
@@ -169,14 +204,12 @@ def _in_reach(boxes: tuple[Array, Array, Array, Array], leaf: Array, block: Arra
     return ~((gap * gap).sum(axis=1) > jnp.maximum(width[:, 3], spread[:, 3]) ** 2)
 
 
-def boxes_of(position: Array, reach: Array, slots: Array, blocks: Array) -> tuple[Array, Array, Array, Array]:
-    """Centres (L, 3) and half-widths with the reach beside them (L, 4) of leaves, then the same of blocks.
-
-    position (N + 1, 3) and reach (N + 1,) have a row for empty places.
-    """
-    position, reach = jax.lax.stop_gradient((position, reach))
+def boxes_of(places: Places, support: float, tiles: Tiles) -> tuple[Array, Array, Array, Array]:
+    """Centres (L, 3) and half-widths with the reach beside them (L, 4) of leaves, then the same of blocks."""
+    position, h = jax.lax.stop_gradient((places.column("position"), places.column("smoothing_length")))
+    reach = support * h
     parts = []
-    for members in (slots, blocks):
+    for members in (tiles.slots, tiles.blocks):
         # An empty place takes the position of the first of its group, so that it does not stretch the box.
         members = jnp.where(members < len(position) - 1, members, members[:, :1])
         points = position[members]
