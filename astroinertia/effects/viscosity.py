@@ -73,8 +73,8 @@ def reconstructed_pair(
     )
     # van Leer's limiter: 1 where both sides see the same gradient, 0 where they see opposite ones.
     both = mine + other
-    agreement = xp.maximum(4.0 * mine * other / (both * both + 1e-30), 0.0)
-    jump = v_r - 0.5 * agreement * both / xp.maximum(r, 1e-30)
+    agreement = xp.maximum(4.0 * mine * other / (both * both + 1e-18), 0.0)
+    jump = v_r - 0.5 * agreement * both / xp.maximum(r, 1e-15)
     # Particles that part are left alone, so that the heat is never negative.
     approach = xp.where(v_r < 0.0, xp.minimum(jump, 0.0), 0.0)
     drag = 0.5 * (viscosity_linear_i + viscosity_linear_j - (viscosity_quadratic_i + viscosity_quadratic_j) * approach)
