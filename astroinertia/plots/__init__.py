@@ -12,6 +12,7 @@ from astroinertia.plots.energy import energy_figure
 from astroinertia.plots.ledger import ledger_figure
 from astroinertia.plots.moments import inertia_figure
 from astroinertia.plots.profiles import profiles_figure
+from astroinertia.plots.scales import angular_momentum_scale
 from astroinertia.plots.shape import shape_figure
 from astroinertia.plots.spin import spin_figure
 from astroinertia.plots.style import save
@@ -51,5 +52,7 @@ def write_all(dataset: xr.Dataset, folder: Path | str, snapshots: xr.Dataset | N
 
 
 def _has_something(dataset: xr.Dataset, name: str) -> bool:
+    if name == "spin" and not angular_momentum_scale(dataset)[1]:
+        return False
     needed = {"waves": "gw_strain_plus", "profiles": "radius_profile", "energy": "total_energy"}.get(name)
     return needed is None or bool(dataset[needed].notnull().any())

@@ -88,7 +88,7 @@ def _moment(time: xr.DataArray) -> str:
     if float(time) == 0.0:
         return ""
     factor, unit = style.scale_of(style.unit_of(time), time.values)
-    return f", {float(time) / factor:.4g} {style.pretty(unit)}".removesuffix(" 1")
+    return f", {float(time) / factor:.4g} {style.pretty(unit)}" if unit != "1" else f", time {float(time):.4g}"
 
 
 def _arrows(panels, position, velocity, mass, size, reach: float, length_scale: float) -> None:

@@ -5,6 +5,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
+from astroinertia.plots.scales import energy_scale
 
 _KINDS = (
     ("kinetic_energy", "kinetic", style.ORANGE, "-"),
@@ -27,17 +28,13 @@ def energy_figure(dataset: xr.Dataset) -> Figure:
         return figure
 
 
-def energy_scale(dataset: xr.Dataset) -> float:
-    """The largest of any energy at any time, which errors are judged against."""
-    sizes = [abs(dataset[name].values) for name, *_ in _KINDS if dataset[name].notnull().any()]
-    return float(np.nanmax(sizes)) if sizes else np.nan
-
-
 def _energies(axes, dataset: xr.Dataset) -> None:
     times, factor, _ = style.shown_times(dataset)
     present = [kind for kind in _KINDS if dataset[kind[0]].notnull().any()]
     scale, unit = style.scale_of(style.unit_of(dataset["total_energy"]), *(dataset[kind[0]].values for kind in present))
     for name, text, colour, dashes in present:
+        if name == "rotational_energy" and float(abs(dataset[name]).max()) < 1e-6 * scale:
+            continue
         axes.plot(times, dataset[name] / scale, color=colour, linestyle=dashes, label=text)
     others = dataset["potential_energy"] - dataset["gravitational_energy"].fillna(0.0)
     if float(abs(others).max()) > 1e-6 * scale:

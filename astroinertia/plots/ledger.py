@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.plots import style
+from astroinertia.plots.scales import angular_momentum_scale
 
 
 def ledger_figure(dataset: xr.Dataset) -> Figure:
@@ -89,13 +90,9 @@ def _angular_momentum(axes, dataset: xr.Dataset) -> None:
     if not np.isfinite(given).any():
         style.note(axes, str(dataset["mixed_impulse"].attrs.get("reason", "not recorded")))
         return
-    momentum = np.linalg.norm(dataset["angular_momentum"].transpose("time", "i").values, axis=1)
-    spread = np.einsum("tii->t", dataset["second_moment"].transpose("time", "i", "j").values)
-    motion = np.einsum("tii->t", dataset["kinetic_tensor"].transpose("time", "i", "j").values)
-    turning = np.nanmax(momentum) > 1e-9 * np.nanmax(np.sqrt(spread * motion))
-    size = np.nanmax(momentum) if turning else np.nanmax(np.sqrt(spread * motion))
+    size, turning = angular_momentum_scale(dataset)
     names = [str(name) for name in dataset["effect"].values]
-    sizes = np.linalg.norm(axial_vector(given), axis=-1) / (size or 1.0)
+    sizes = np.linalg.norm(axial_vector(given), axis=-1) / size
     for index, name in enumerate(names):
         values = np.where(sizes[:, index] > 0, sizes[:, index], np.nan)
         axes.semilogy(times, values, color=_colour(name, names), linewidth=1.4)

@@ -8,6 +8,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
+from astroinertia.plots.scales import angular_momentum_scale
 
 CURVES = 8
 _PROFILES = (
@@ -40,6 +41,9 @@ def profiles_figure(dataset: xr.Dataset) -> Figure:
 def _profile(
     axes, dataset: xr.Dataset, name: str, text: str, chosen: np.ndarray, norm: Normalize, factor: float
 ) -> None:
+    if name != "density_profile" and not angular_momentum_scale(dataset)[1]:
+        style.note(axes, "the body does not spin")
+        return
     variable = dataset[name].transpose("time", "radius_bin")
     radius = dataset["radius_profile"].transpose("time", "radius_bin")
     if variable.isnull().all() or radius.isnull().all():

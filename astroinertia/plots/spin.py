@@ -5,6 +5,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
+from astroinertia.plots.scales import angular_momentum_scale
 
 # T/|W| from which a bar grows on the viscous or radiative, and on the dynamical time (Chandrasekhar 1969; Ostriker &
 # Bodenheimer 1973).
@@ -16,13 +17,13 @@ def spin_figure(dataset: xr.Dataset) -> Figure:
     with style.styled():
         figure = style.begin(dataset, "spin and its scaling laws", (9.0, 8.6))
         top, middle, bottom = figure.subplots(3, 1, height_ratios=[2.4, 1.3, 1.3])
-        if float(abs(dataset.inertia.spin_rate()[0])) > 0:
+        if angular_momentum_scale(dataset)[1]:
             _spin(top, dataset)
             _ratios(middle, dataset)
+            _rotational_energy(bottom, dataset)
         else:
-            for axes in (top, middle):
-                style.note(axes, "the body does not turn at the start")
-        _rotational_energy(bottom, dataset)
+            for axes in (top, middle, bottom):
+                style.note(axes, "the body does not spin")
         for axes in (top, middle, bottom):
             style.time_axis(axes, dataset, last=axes is bottom)
         return figure

@@ -75,9 +75,11 @@ _YEAR, _DAY, _AU, _PARSEC = 31557600.0, 86400.0, 149597870700.0, 3.0856775814913
 # Units that readers think in, and the size from which on they do: (from, size of the unit, name).
 _NAMED = {
     "s": [(0.0, 1e-9, "ns"), (1e-6, 1e-6, "µs"), (1e-3, 1e-3, "ms"), (1.0, 1.0, "s"), (3e4, 1e4, "10^4 s"),
-          (2 * _DAY, _DAY, "d"), (_YEAR, _YEAR, "yr"), (1e3 * _YEAR, 1e3 * _YEAR, "kyr"), (1e6 * _YEAR, 1e6 * _YEAR, "Myr")],
+          (2 * _DAY, _DAY, "d"), (_YEAR, _YEAR, "yr"), (1e3 * _YEAR, 1e3 * _YEAR, "kyr"),
+          (1e6 * _YEAR, 1e6 * _YEAR, "Myr")],
     "m": [(0.0, 1e-3, "mm"), (1e-2, 1e-2, "cm"), (1.0, 1.0, "m"), (1e3, 1e3, "km"), (1e7, 1e6, "10^3 km"),
-          (1e10, 1e9, "10^6 km"), (0.5 * _AU, _AU, "au"), (1e3 * _AU, 1e3 * _AU, "10^3 au"), (0.1 * _PARSEC, _PARSEC, "pc")],
+          (1e10, 1e9, "10^6 km"), (0.5 * _AU, _AU, "au"), (1e3 * _AU, 1e3 * _AU, "10^3 au"),
+          (0.1 * _PARSEC, _PARSEC, "pc")],
 }  # fmt: skip
 _LARGEST_PLAIN, _SMALLEST_PLAIN = 1e4, 1e-2
 
@@ -101,6 +103,8 @@ def begin(dataset: xr.Dataset, title: str, size: tuple[float, float]) -> Figure:
     figure.suptitle(
         f"{name}: {title}" if name else title, x=0.012, ha="left", fontsize=13, fontweight="bold", color=INK
     )
+    if dataset["time"].attrs.get("units") == "1":
+        figure.text(0.988, 0.99, "units in which G = 1", ha="right", va="top", fontsize=9, color=GREY)
     return figure
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.inertia.tensor import axial_vector
-from astroinertia.plots.energy import energy_scale
+from astroinertia.plots.scales import angular_momentum_scale, energy_scale
 from astroinertia.plots.style import scale_of, unit_of
 
 _WIDTH = 34
@@ -35,13 +35,16 @@ def _body(dataset: xr.Dataset) -> str:
         ("moment of inertia about z", found.about_axis("z")),
         ("mean radius, equivalent ellipsoid", dataset["mean_radius"]),
         ("greatest density", dataset["density_max"]),
-        ("mean spin", found.spin_rate()),
-        ("  if it went as 1/I", found.spin_scaling("inertia")),
-        ("  if it went as 1/R^2", found.spin_scaling("radius")),
-        ("T/|W|", dataset["rotational_to_gravitational"]),
         ("flattening", dataset["flattening"]),
         ("moment ratio I/(M R^2)", dataset["moment_ratio"]),
     ]
+    if angular_momentum_scale(dataset)[1]:
+        rows += [
+            ("mean spin", found.spin_rate()),
+            ("  if it went as 1/I", found.spin_scaling("inertia")),
+            ("  if it went as 1/R^2", found.spin_scaling("radius")),
+            ("T/|W|", dataset["rotational_to_gravitational"]),
+        ]
     lines = [f"{'':{_WIDTH}}{'start':>14}{'least':>14}{'greatest':>14}{'end':>14}"]
     for name, series in rows:
         values = series.values
@@ -62,8 +65,8 @@ def _accuracy(dataset: xr.Dataset) -> str:
     largest = energy_scale(dataset)
     total = dataset["total_energy"].values
     momentum = dataset["angular_momentum"].transpose("time", "i").values
-    size = np.nanmax(np.linalg.norm(momentum, axis=1))
-    drift = np.nanmax(np.linalg.norm(momentum - momentum[0], axis=1)) / size if size > 0 else np.nan
+    size, turning = angular_momentum_scale(dataset)
+    drift = np.nanmax(_finite(np.linalg.norm(momentum - momentum[0], axis=1))) / size
     mass, spread = dataset["mass"].values, np.sqrt(2.0 * dataset["mass"].values * abs(dataset["kinetic_energy"].values))
     pushed = np.linalg.norm(dataset["momentum"].transpose("time", "i").values, axis=1)
     rows = [
@@ -74,7 +77,11 @@ def _accuracy(dataset: xr.Dataset) -> str:
             np.nanmax(_finite(abs(dataset["integration_energy_error"].values))) / largest,
             "of the largest energy",
         ),
-        ("change of the angular momentum", drift, "of the largest angular momentum"),
+        (
+            "change of the angular momentum",
+            drift,
+            "of the largest angular momentum" if turning else "of 2 (tr Q tr K)^1/2, there is no spin",
+        ),
         (
             "change of the momentum",
             np.nanmax(_finite(abs(pushed - pushed[0]))) / np.nanmax(_finite(spread)) if mass[0] > 0 else np.nan,
@@ -90,11 +97,11 @@ def _effects(dataset: xr.Dataset) -> str:
         return ""
     largest = energy_scale(dataset)
     given = np.linalg.norm(axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values), axis=-1)
-    size = np.nanmax(_finite(np.linalg.norm(dataset["angular_momentum"].values, axis=1)))
+    size, turning = angular_momentum_scale(dataset)
     columns = {
         "work / E": dataset["work"].transpose("time", "effect").values[-1] / largest,
         "heating / E": dataset["heating"].transpose("time", "effect").values[-1] / largest,
-        "largest dL / L": np.max(_finite(given), axis=0) / size if size > 0 else np.full(len(names), np.nan),
+        "largest dL / L" if turning else "largest dL / Lmax": np.max(_finite(given), axis=0) / size,
         "ledger mismatch": np.max(_finite(dataset["virial_mismatch"].transpose("time", "effect").values), axis=0),
     }
     lines = [f"{'effect':20}" + "".join(f"{title:>18}" for title in columns)]

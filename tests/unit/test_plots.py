@@ -7,6 +7,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from astroinertia import dataset, plots
+from astroinertia.dataset_schema import RECORDED
 from astroinertia.plots import render, style
 from tests.unit.affine_body import METADATA, affine_run, particle_sphere
 
@@ -42,8 +43,8 @@ def texts(figure):
     found = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
     # Tick labels beyond an axis's limits exist, but are not drawn.
     hidden = set()
-    for axes in [each for axes in figure.axes for each in (axes, *axes.child_axes)]:
-        for axis in (axes.xaxis, axes.yaxis):
+    for panel in [each for axes in figure.axes for each in (axes, *axes.child_axes)]:
+        for axis in (panel.xaxis, panel.yaxis):
             ticks = {id(label) for tick in axis._update_ticks() for label in (tick.label1, tick.label2)}
             every = [tick for kind in (axis.majorTicks, axis.minorTicks) for tick in kind]
             hidden |= {id(label) for tick in every for label in (tick.label1, tick.label2)} - ticks
@@ -94,17 +95,8 @@ def variants():
     still = [{**record, "angular_momentum": np.zeros(3)} for record in records[:3]]
     free = [{**record, "gravitational_energy": np.nan} for record in records[::40]]
     for record in free:
-        for name in (
-            "virial_tensor",
-            "mixed_impulse",
-            "torque",
-            "force",
-            "impulse",
-            "work",
-            "heating",
-            "virial_mismatch",
-        ):
-            record[name] = np.asarray(record[name])[:0]
+        per_effect = [name for name, quantity in RECORDED.items() if "effect" in quantity.dims]
+        record.update({name: np.asarray(record[name])[:0] for name in per_effect})
     return {
         "one output": (records[:1], METADATA),
         "two outputs": (records[:2], METADATA),
