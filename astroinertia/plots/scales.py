@@ -1,0 +1,29 @@
+"""What errors and shares are judged against."""
+
+import numpy as np
+import xarray as xr
+
+from astroinertia.dataset_derived import SPINLESS
+
+ENERGIES = ("kinetic_energy", "internal_energy", "gravitational_energy")
+
+
+def energy_scale(dataset: xr.Dataset) -> float:
+    """The largest energy of any kind at any time; NaN if none is known."""
+    sizes = [np.nanmax(abs(dataset[name].values)) for name in ENERGIES if dataset[name].notnull().any()]
+    return float(max(sizes)) if sizes else np.nan
+
+
+def angular_momentum_scale(dataset: xr.Dataset) -> tuple[float, bool]:
+    """The largest angular momentum of the run, and whether the body spins.
+
+    For one that does not, it is the largest that its motion could carry, 2 (tr Q tr K)^(1/2).
+    """
+    momentum = np.linalg.norm(dataset["angular_momentum"].transpose("time", "i").values, axis=1)
+    second, kinetic = (
+        np.einsum("tii->t", dataset[name].transpose("time", "i", "j").values)
+        for name in ("second_moment", "kinetic_tensor")
+    )
+    largest = float(np.max(np.sqrt(second * kinetic), where=np.isfinite(second * kinetic), initial=0.0)) * 2.0
+    found = float(np.max(momentum, where=np.isfinite(momentum), initial=0.0))
+    return (found, True) if found > SPINLESS * largest else (largest or 1.0, False)
