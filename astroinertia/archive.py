@@ -137,20 +137,16 @@ class Archive:
         entry = self._manifest["checkpoint"]
         return None if entry is None else read_arrays(self.folder / entry["file"], entry["sha256"])
 
-    def read_segments(self, damaged: str = "raise") -> Iterator[tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]:
-        """Headline and snapshot arrays of each segment in turn, the output number leading; checked against the hashes.
+    def read_series(self, damaged: str = "raise") -> Iterator[dict[str, np.ndarray]]:
+        """Headline records of each segment in turn, the output number leading; checked against the hashes.
 
         A segment that is missing or damaged raises ArchiveError, or with damaged="skip" is left out with a warning.
         """
-        for entry in self._manifest["segments"]:
-            try:
-                arrays, _ = read_arrays(self.folder / entry["file"], entry["sha256"])
-            except ArchiveError as error:
-                if damaged != "skip":
-                    raise
-                warnings.warn(f"{error} Its {entry['records']} outputs are left out.", stacklevel=2)
-                continue
-            yield _part(arrays, "series/"), _part(arrays, "snapshot/")
+        return self._read("records", "series/", damaged)
+
+    def read_snapshots(self, damaged: str = "raise") -> Iterator[dict[str, np.ndarray]]:
+        """Snapshots of each segment in turn, the snapshot's number leading; otherwise as `read_series`."""
+        return self._read("snapshots", "snapshot/", damaged)
 
     def snapshot_layout(self) -> tuple[int, dict[str, tuple[int, ...]]]:
         """Number of snapshots and the shape of each quantity in the first of them, without reading any."""
@@ -183,6 +179,19 @@ class Archive:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _read(self, kind: str, prefix: str, damaged: str) -> Iterator[dict[str, np.ndarray]]:
+        for entry in self._manifest["segments"]:
+            if not entry[kind]:
+                continue
+            try:
+                arrays, _ = read_arrays(self.folder / entry["file"], entry["sha256"], prefix)
+            except ArchiveError as error:
+                if damaged != "skip":
+                    raise
+                warnings.warn(f"{error} Its {entry[kind]} {kind} are left out.", stacklevel=2)
+                continue
+            yield {name.removeprefix(prefix): array for name, array in arrays.items()}
 
     def _write(self, kind: str, arrays: Mapping[str, Any], scalars: Mapping[str, Any]) -> dict[str, Any]:
         self._must_be_writable()
@@ -306,7 +315,3 @@ def _stacked(records: Sequence[Mapping[str, Any]], what: str) -> dict[str, np.nd
             raise ArchiveError(f"'{name}' changes its shape from one {what} to the next: {sorted(shapes)}.")
         stacked[name] = np.stack(values)
     return stacked
-
-
-def _part(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}

@@ -62,7 +62,7 @@ def open_snapshots(path: Path | str, damaged: str = "raise") -> xr.Dataset | Non
             if "snapshots" not in file.groups:
                 return None
         return xr.open_dataset(source, group="snapshots", engine="netcdf4")
-    parts = [part for _, part in source.read_segments(damaged) if part]
+    parts = list(source.read_snapshots(damaged))
     if not parts:
         return None
     arrays = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
@@ -236,7 +236,7 @@ def _sizes(values: Mapping[str, np.ndarray], effects: list[str]) -> dict[str, in
 
 
 def _series(archive: Archive, damaged: str) -> dict[str, np.ndarray]:
-    parts = [part for part, _ in archive.read_segments(damaged) if part]
+    parts = list(archive.read_series(damaged))
     if not parts:
         raise ArchiveError(f"{archive.folder} holds no output yet.")
     names = dict.fromkeys(name for part in parts for name in part)
@@ -271,9 +271,7 @@ def _load(path: Path) -> xr.Dataset:
 def _append_snapshots(group: Any, count: int, layout: Mapping[str, tuple[int, ...]], archive: Archive) -> None:
     units, made = code_units(archive.metadata), {}
     first = 0
-    for _, part in archive.read_segments():
-        if not part:
-            continue
+    for part in archive.read_snapshots():
         for name, array in part.items():
             if array.shape[1:] != layout.get(name):
                 raise ArchiveError(f"'{name}' has another shape in a later snapshot; the particles must stay the same.")

@@ -95,17 +95,20 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], scalars: Mapping[str, An
     return write_whole(path, fill)
 
 
-def read_arrays(path: Path, digest: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Arrays and scalars of a file that has this sha256; ArchiveError, naming the file, if it is missing or differs."""
+def read_arrays(path: Path, digest: str, prefix: str = "") -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Arrays and scalars of a file that has this sha256; only arrays whose name begins with `prefix` are loaded.
+
+    Raises ArchiveError, naming the file, if it is missing or its contents are not what was written.
+    """
     check(path, digest)
     arrays, scalars = {}, {}
     with zipfile.ZipFile(path) as bundle:
         for member in bundle.namelist():
-            content = bundle.read(member)
             if member == _SCALARS:
-                scalars = json.loads(content)
-            else:
-                arrays[member.removesuffix(".npy")] = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
+                scalars = json.loads(bundle.read(member))
+            elif member.startswith(prefix):
+                content = io.BytesIO(bundle.read(member))
+                arrays[member.removesuffix(".npy")] = np.lib.format.read_array(content, allow_pickle=False)
     return arrays, scalars
 
 

@@ -54,10 +54,10 @@ def assert_consistent(folder: Path) -> int:
         outputs = 0 if stored is None else stored[1]["number"]
         if stored is not None:
             np.testing.assert_array_equal(stored[0]["position"], state(outputs)["position"])
-        series = [part["inertia_tensor"] for part, _ in archive.read_segments()]
+        series = [part["inertia_tensor"] for part in archive.read_series()]
         expected = [record(number)["inertia_tensor"] for number in range(outputs)]
         np.testing.assert_array_equal(np.concatenate(series) if series else np.empty(0), np.array(expected))
-        positions = [part["position"] for _, part in archive.read_segments()]
+        positions = [part["position"] for part in archive.read_snapshots()]
         expected = [snapshot(number)["position"] for number in range(0, outputs, 2)]
         np.testing.assert_array_equal(np.concatenate(positions) if positions else np.empty(0), np.array(expected))
         listed = {entry["file"] for entry in archive._manifest["segments"]}

@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from astropy import units
 
 from astroinertia import accessor, dataset
 from astroinertia.archive import Archive
-from astroinertia.dataset_schema import DERIVED, RECORDED, SNAPSHOT
+from astroinertia.dataset_schema import DERIVED, RECORDED, SNAPSHOT, SNAPSHOT_TIME, TIME_QUANTITY
 from astroinertia.errors import ArchiveError
 from tests.unit.affine_body import EFFECTS, METADATA, SOLAR_MASS, AffineBody, G, affine_run
 
@@ -81,6 +82,15 @@ def test_snapshots_are_a_group_of_the_tree(run):
         np.testing.assert_array_equal(group["position"].values, expected)
         np.testing.assert_allclose(group["snapshot_time"].values, [s["time"] * TIME for s in snapshots], rtol=1e-14)
         assert tree.inertia.snapshots.sizes["particle"] == 1600
+
+
+def test_units_and_exponents_of_the_table_agree():
+    for name, quantity in (RECORDED | DERIVED | SNAPSHOT | {"time": TIME_QUANTITY, "shot": SNAPSHOT_TIME}).items():
+        unit = units.Unit("" if quantity.unit == "1" else quantity.unit).decompose()
+        assert unit.scale == 1.0, name
+        powers = {base.name: power for base, power in zip(unit.bases, unit.powers, strict=True)}
+        if quantity.dimension is not None:
+            assert tuple(powers.get(base, 0) for base in ("kg", "m", "s")) == tuple(quantity.dimension), name
 
 
 def test_code_units_become_si_by_hand(opened):
