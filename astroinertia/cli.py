@@ -303,6 +303,8 @@ class _Meter:
 def _show(options: argparse.Namespace) -> int:
     from astroinertia import dataset, plots
 
+    if options.file.exists() and not (options.file.is_file() or options.file.is_dir()):
+        raise ArchiveError(f"{options.file} is neither a file nor a run folder.")  # a pipe would be waited for
     opened = dataset.open(options.file)
     print(plots.summary(opened))
     beside = options.file if options.file.is_dir() else options.file.parent

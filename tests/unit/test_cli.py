@@ -86,6 +86,12 @@ def test_plan_writes_nothing_and_shows_markup_as_it_is(elsewhere, capsys):
     assert [path.name for path in elsewhere.iterdir()] == ["star.toml"]
 
 
+def test_show_does_not_wait_for_a_pipe(elsewhere, capsys):
+    os.mkfifo("pipe")
+    assert main(["show", "pipe"]) == 2
+    assert "neither a file nor a run folder" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("error", "code", "words"),
     [
