@@ -112,7 +112,7 @@ class Engine:
 
 def _suitable_chunk() -> int:
     # On CPU the arrays of a chunk should stay in the second-level cache; a GPU wants enough work to fill it.
-    return 1 << 15 if jax.default_backend() == "cpu" else 1 << 23
+    return 1 << 17 if jax.default_backend() == "cpu" else 1 << 23
 
 
 def _needed(terms: tuple[PairTerm, ...], fields: dict[str, Any]) -> dict[str, Array]:
@@ -139,8 +139,7 @@ def _neighbour_sums(
     tiles = arrangement.neighbours
     h = fields["smoothing_length"]
     covered = xla_lists.covers(jnp, arrangement, fields["position"], h) & (shape.support <= arrangement.reach.support)
-    reach = shape.support * work.places["smoothing_length"]
-    boxes = xla_tiles.boxes_of(work.places["position"], reach, tiles.slots, tiles.blocks)
+    boxes = xla_tiles.boxes_of(work.places, shape.support, tiles)
     zero = xla_tiles.empty_sums(terms, tiles, virial, h.dtype)
     sums = xla_tiles.sum_over_tiles(tiles, covered, boxes, partial(work.chunk, far=False, limited=True), zero)
     return work.named([sums], tiles)
@@ -176,28 +175,18 @@ class _Work:
         self, kernel: str, precision: str, terms: tuple[PairTerm, ...], virial: bool, fields: dict[str, Array]
     ) -> None:
         self.kernel, self.precision, self.terms, self.virial = kernel, precision, terms, virial
-        self.places = {name: xla_tiles.with_empty_place(array) for name, array in fields.items()}
-        self.places["mass"] = self.places["mass"].at[-1].set(0.0)
+        self.places = xla_tiles.Places(precision, fields)
 
     def chunk(self, target: Array, source: Array, far: bool, limited: bool) -> dict[str, Array]:
         """The sums of one chunk, targets (C, S) and sources (C, B)."""
-        shape, dtype = KERNELS[self.kernel], xla_tiles.stored_type(self.precision)
-        first = target[:, :1]
-
-        def side(members: Array) -> dict[str, Array]:
-            values = {}
-            for name, array in self.places.items():
-                value = array[members]
-                values[name] = (value - array[first] if value.ndim == 3 else value).astype(dtype)
-            return values
-
-        pairs = xla_tiles.Pairs(shape, side(target), side(source))
+        shape = KERNELS[self.kernel]
+        targets, sources, mass = self.places.tile(target, source)
+        pairs = xla_tiles.Pairs(shape, targets, sources)
         within = None
         if limited:
             within = pairs["r"] < shape.support * jnp.maximum(pairs["h_i"], pairs["h_j"])
-        empty = self.places["mass"].shape[0] - 1
-        other = (target[:, :, None] != source[:, None, :]) & (source < empty)[:, None, :]
-        mass = (self.places["mass"][target], self.places["mass"][source])
+        empty = len(self.places.table) - 1
+        other = (target[:, :, None] != source[:, None, :]) & (target < empty)[:, :, None] & (source < empty)[:, None, :]
         return xla_tiles.term_sums(pairs, self.terms, far, mass, within, other, self.virial)
 
     def named(self, parts: list[dict[str, Array]], tiles: xla_lists.Tiles) -> Sums:

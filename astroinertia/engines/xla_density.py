@@ -106,27 +106,19 @@ def _sums(
     # sum_j m_j [w, q dw, and with softening phi + q dphi] for each particle, (N, 2 or 3), itself included.
     shape = KERNELS[kernel]
     tiles = arrangement.neighbours
-    place = xla_tiles.with_empty_place
-    points, lengths = place(position), place(h)
-    weights = place(mass).at[-1].set(0.0)
-    dtype = xla_tiles.stored_type(precision)
     covered = xla_lists.covers(jnp, arrangement, position, h) & (shape.support <= arrangement.reach.support)
-    boxes = xla_tiles.boxes_of(points, shape.support * lengths, tiles.slots, tiles.blocks)
+    places = xla_tiles.Places(precision, {"position": position, "smoothing_length": h, "mass": mass})
+    boxes = xla_tiles.boxes_of(places, shape.support, tiles)
 
     def chunk_sums(target: Array, source: Array) -> dict[str, Array]:
-        origin = points[target[:, :1]]
-        targets = {
-            "position": (points[target] - origin).astype(dtype),
-            "smoothing_length": lengths[target].astype(dtype),
-        }
-        pairs = xla_tiles.Pairs(shape, targets, {"position": (points[source] - origin).astype(dtype)})
+        targets, sources, (_, masses) = places.tile(target, source)
+        pairs = xla_tiles.Pairs(shape, targets, sources)
         q = pairs["r"] * pairs["inverse_h_i"]
         parts = [shape.w(jnp, q), q * shape.dw(jnp, q)]
         if softening:
             # Zero beyond the support but for rounding.
             parts.append(jnp.where(q < shape.support, shape.phi(jnp, q) + q * shape.dphi(jnp, q), 0.0))
-        mine = weights[source]
-        return {"sum": jnp.stack([xla_tiles.weighted(part, mine) for part in parts], axis=2)}
+        return {"sum": jnp.stack([xla_tiles.weighted(part, masses) for part in parts], axis=2)}
 
-    zero = {"sum": jnp.zeros((*tiles.slots.shape, 3 if softening else 2), points.dtype)}
+    zero = {"sum": jnp.zeros((*tiles.slots.shape, 3 if softening else 2), h.dtype)}
     return xla_tiles.sum_over_tiles(tiles, covered, boxes, chunk_sums, zero)["sum"][tiles.row, tiles.column]

@@ -38,7 +38,7 @@ class Pairs:
         self.known: dict[str, Array] = {}
         self.separation = self._difference("position")
         squared = sum(d * d for d in self.separation)
-        apart = squared > 0.0
+        apart = squared != 0.0  # also where it is not a number, which must not go unseen
         # A square root has no derivative at 0: the inner `where` keeps it away from there.
         root = jnp.sqrt(jnp.where(apart, squared, 1.0))
         self.inverse_r = jnp.where(apart, 1.0 / root, 0.0)
@@ -232,11 +232,14 @@ def term_sums(
     """What one chunk adds, {"sum": (C, S, K), "max": (C, S, M), "total": (E, 6)}, in the order of the terms' outputs.
 
     mass: of targets (C, S) and sources (C, B), float64, zero at empty places; within: pairs to count, or None for all;
-    other: pairs of different particles, (C, S, B).
+    other: pairs of different particles, empty places left out, (C, S, B).
     """
     sums, largest, totals = [], [], []
     for term in terms:
         function = term.far if far and term.far else term.pair
+        if far:
+            # Leaves are apart, but not from the particle that empty places are copies of.
+            pairs.known["r"] = jnp.where(other, pairs["r"], 1.0)
         given = pairs.arguments(function)
         with jax.named_scope(f"effect:{term.effect}"):
             values = [jnp.broadcast_to(value, other.shape) for value in function(jnp, *given)]
