@@ -11,6 +11,7 @@ from astroinertia.plots.render import density_slice, flow
 
 PLANES = ((0, 2), (0, 1))  # meridional, equatorial
 PIXELS = 320
+STEADY = 1.2  # a density that rises by less has no moment of compression
 ARROWS = 11
 DECADES = 8.0  # of density shown below the greatest, at most
 FAINTEST = 8.0  # percentile of the picture that is drawn black
@@ -31,9 +32,12 @@ def density_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure:
 def moments_to_show(snapshots: xr.Dataset) -> list[tuple[int, str]]:
     """Numbers and names of the snapshots worth a picture: start, greatest density, end."""
     count = snapshots.sizes["snapshot_time"]
-    densest = int(np.argmax(snapshots["density"].max("particle").values))
+    highest = snapshots["density"].max("particle").values
+    densest = int(np.argmax(highest))
     if count == 1:
         return [(0, "start")]
+    if highest[densest] < STEADY * min(highest[0], highest[-1]):
+        return [(0, "start"), *([(count // 2, "half-way")] if count > 2 else []), (count - 1, "end")]
     if densest in (0, count - 1):
         middle = [(count // 2, "half-way")] if count > 2 else []
         ends = ("start, densest", "end") if densest == 0 else ("start", "end, densest")

@@ -7,6 +7,7 @@ from matplotlib.lines import Line2D
 
 from astroinertia.plots import style
 
+STEADY = 0.05  # a body whose moments change by less is shown by the change
 CLOSURE_BAR = 1e-12  # what double precision should keep, over the largest inertia tensor of the run
 
 
@@ -26,30 +27,44 @@ def inertia_figure(dataset: xr.Dataset) -> Figure:
 def _moments(axes, dataset: xr.Dataset) -> None:
     times, factor, _ = style.shown_times(dataset)
     direct, evolved = dataset["inertia_tensor"], dataset["inertia_tensor_evolved"]
-    scale, unit = style.scale_of(style.unit_of(direct), direct.values)
-    for name, colour in zip("xyz", style.COMPONENTS, strict=True):
-        values = direct.sel(i=name, j=name) / scale
-        axes.plot(times, values, color=colour, linewidth=5, alpha=0.4)
-        axes.plot(times, evolved.sel(i=name, j=name) / scale, color=colour, linewidth=1.5)
     diagonal = np.einsum("tii->ti", direct.transpose("time", "i", "j").values)
-    if np.nanmax(diagonal) > 20 * np.nanmin(diagonal) > 0:
-        axes.set_yscale("log")
-        style.plain_log(axes.yaxis, np.nanmin(diagonal) / scale, np.nanmax(diagonal) / scale)
+    nearly_constant = (np.nanmax(abs(diagonal - diagonal[0]), axis=0) < STEADY * diagonal[0]).all() and len(times) > 1
+
+    def shown(tensor: xr.DataArray, name: str) -> np.ndarray:
+        values = tensor.sel(i=name, j=name).values
+        return values / direct.sel(i=name, j=name).values[0] - 1 if nearly_constant else values
+
+    scale, unit = style.scale_of(
+        "1" if nearly_constant else style.unit_of(direct), *(shown(direct, name) for name in "xyz")
+    )
+    for name, colour in zip("xyz", style.COMPONENTS, strict=True):
+        axes.plot(times, shown(direct, name) / scale, color=colour, linewidth=5, alpha=0.4)
+        axes.plot(times, shown(evolved, name) / scale, color=colour, linewidth=1.5)
+    if nearly_constant:
+        axes.axhline(0, color=style.GREY, linewidth=0.8)
+        axes.set_ylabel("change since the start" + (f" ({style.pretty(unit)})" if unit != "1" else ""))
     else:
-        axes.set_ylim(bottom=0)
-    axes.set_ylabel(style.label("moment of inertia", unit))
+        axes.set_ylabel(style.label("moment of inertia", unit))
+        if np.nanmax(diagonal) > 20 * np.nanmin(diagonal) > 0:
+            axes.set_yscale("log")
+            style.plain_log(axes.yaxis, np.nanmin(diagonal) / scale, np.nanmax(diagonal) / scale)
+        else:
+            axes.set_ylim(0, 1.08 * np.nanmax(diagonal) / scale)
     axes.set_title("Evolved by its own equation, and summed over the body")
+    _legend(axes)
+    style.mark_compression(axes, dataset, factor, named=True)
+
+
+def _legend(axes) -> None:
     handles = [Line2D([], [], color=colour, linewidth=2.5) for colour in style.COMPONENTS]
     kinds = [
         Line2D([], [], color=style.GREY, linewidth=1.5),
         Line2D([], [], color=style.GREY, linewidth=5, alpha=0.4),
     ]
     names = ["$I_{xx}$", "$I_{yy}$", "$I_{zz}$", "evolved", "direct sum"]
-    axes.legend([*handles, *kinds], names, ncols=5, loc="lower left", bbox_to_anchor=(0, 0), columnspacing=1.4)
-    if axes.get_yscale() == "log":
-        low, high = axes.get_ylim()
-        axes.set_ylim(low / 2.2, high)
-    style.mark_compression(axes, dataset, factor, named=True)
+    axes.legend([*handles, *kinds], names, ncols=5, loc="lower left", columnspacing=1.4)
+    low, high = axes.get_ylim()  # room for it below the curves
+    axes.set_ylim(low / 2.2 if axes.get_yscale() == "log" else low - (0.12 * (high - low) if low != 0 else 0), high)
 
 
 def _rate(axes, dataset: xr.Dataset) -> None:

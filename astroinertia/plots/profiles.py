@@ -64,5 +64,7 @@ def _profile(
     if logarithmic:
         axes.set_yscale("log")
         style.plain_log(axes.yaxis, positive.min() / scale, positive.max() / scale)
+    elif (positive >= 0).all():
+        axes.set_ylim(0, 1.12 * positive.max() / scale or 1.0)
     axes.set_xlabel(style.label("radius", length_unit))
     axes.set_ylabel(style.label(text, unit))

@@ -11,6 +11,8 @@ from astroinertia.inertia.tensor import equivalent_semi_axes, second_moment_from
 from astroinertia.plots import style
 
 OUTLINES = 9
+LARGEST_DEPARTURE = 0.45  # of an enlarged outline from the sphere, in the logarithm of an axis
+_NAMES = ("$a$, longest", "$b$", "$c$, shortest")
 _CIRCLE = np.stack([np.cos(np.linspace(0, 2 * np.pi, 181)), np.sin(np.linspace(0, 2 * np.pi, 181))])
 
 
@@ -34,21 +36,20 @@ def _semi_axes(left, right, dataset: xr.Dataset) -> None:
     moments = dataset["principal_moments"].transpose("time", "principal").values
     lengths = equivalent_semi_axes(dataset["mass"].values, moments)
     scale, unit = style.scale_of(style.unit_of(dataset["mean_radius"]), lengths)
-    # The axis of the first principal moment, the smallest, is the longest.
-    for k, (name, colour) in enumerate(zip("abc", (style.VERMILLION, style.ORANGE, style.BLUE), strict=True)):
-        left.plot(times, lengths[:, k] / scale, color=colour, label=f"${name}$, axis {k + 1}")
+    # The longest first, whatever their numbers; where two are equal, which is which means nothing.
+    lengths = -np.sort(-lengths, axis=1)
+    for k, (name, colour) in enumerate(zip(_NAMES, (style.VERMILLION, style.ORANGE, style.BLUE), strict=True)):
+        left.plot(times, lengths[:, k] / scale, color=colour, label=name)
     if np.nanmax(lengths) > 20 * np.nanmin(lengths) > 0:
         left.set_yscale("log")
-    else:
-        left.set_ylim(bottom=0)
-    if left.get_yscale() == "log":
         style.plain_log(left.yaxis, np.nanmin(lengths) / scale, np.nanmax(lengths) / scale)
+    else:
+        left.set_ylim(0, 1.08 * np.nanmax(lengths) / scale)
     left.set_ylabel(style.label("semi-axis", unit))
     left.set_title("Semi-axes of the equivalent ellipsoid")
     left.legend(loc="best")
-    longest = lengths[:, 0]
     for k, name, colour in ((1, "b/a", style.ORANGE), (2, "c/a", style.BLUE)):
-        right.plot(times, lengths[:, k] / longest, color=colour, label=f"${name}$")
+        right.plot(times, lengths[:, k] / lengths[:, 0], color=colour, label=f"${name}$")
     right.axhline(1, color=style.GREY, linewidth=0.8)
     low, high = right.get_ylim()
     right.set_ylim(min(low, 0.9), max(high, 1.05))
@@ -109,9 +110,9 @@ def _outlines(figure: Figure, views: list, dataset: xr.Dataset) -> None:
 
 def _enlargement(shapes: np.ndarray) -> float:
     # Ratios of the axes of a nearly round body are drawn to a power, which multiplies small departures from 1.
-    values = np.linalg.eigvalsh(shapes[np.isfinite(shapes).all((1, 2))])
-    departure = float(np.max(np.sqrt(values[:, 2] / np.maximum(values.prod(1) ** (1 / 3), 1e-300)) - 1, initial=0.0))
-    return next((factor for factor in (50.0, 20.0, 10.0, 5.0, 2.0) if factor * departure < 0.4), 1.0)
+    values = np.maximum(np.linalg.eigvalsh(shapes[np.isfinite(shapes).all((1, 2))]), 1e-300)
+    departure = float(np.max(abs(0.5 * np.log(values / values.prod(1, keepdims=True) ** (1 / 3))), initial=0.0))
+    return next((factor for factor in (50.0, 20.0, 10.0, 5.0, 2.0) if factor * departure < LARGEST_DEPARTURE), 1.0)
 
 
 def _power(matrix: np.ndarray, exponent: float) -> np.ndarray:
