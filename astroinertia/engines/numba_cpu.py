@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
-import numba
 import numpy as np
 
 from astroinertia.engines import tree
 from astroinertia.engines.numba_modules import all_pairs_pass, density_pass, neighbour_pass
 from astroinertia.engines.numba_passes import VIRIAL_AXES, output_kinds, virial_effects
+from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.engines.terms import Density, PairTerm
 from astroinertia.sph.kernels import KERNELS
 
@@ -39,9 +39,13 @@ class Arrangement:
 
 @dataclass(frozen=True)
 class Engine:
-    """Pair sums with numba; precision "float64", or "mixed": float32 pairs relative to the leaf, float64 sums."""
+    """Pair sums with numba; precision "float64", or "mixed": float32 pairs relative to the leaf, float64 sums.
+
+    threads: how many; None for all that numba would use (NUMBA_NUM_THREADS).
+    """
 
     precision: str = "float64"
+    threads: int | None = None
     name = "numba_cpu"
     xp = np
 
@@ -49,10 +53,15 @@ class Engine:
         if self.precision not in FINEST:
             raise ValueError(f"precision must be one of {', '.join(FINEST)}, not {self.precision!r}")
 
+    @property
+    def workers(self) -> int:
+        """Number of threads."""
+        return self.threads or available_threads()
+
     def arrange(self, position: Any, smoothing_length: Any) -> tuple[np.ndarray, Arrangement]:
         """Sort particles into leaves: order (N,), and the arrangement of position[order]."""
         position = _array(position)
-        order, leaves = tree.arrange(position, LEAF_SIZE)
+        order, leaves = tree.arrange(position, LEAF_SIZE, self.workers)
         first, last = np.zeros((2, 2 * leaves.count), np.int64)
         for level in range(leaves.depth + 1):
             edges = leaves.start[:: 1 << (leaves.depth - level)]
@@ -87,11 +96,10 @@ class Engine:
         if mass.sum() * KERNELS[kernel].w(np, 0.0) <= mass.max() * eta**3:
             raise ValueError(f"{len(mass)} particles are too few for a smoothing length of {eta:g} (m/rho)^(1/3)")
         leaves = arrangement.leaves
-        nodes = tree.fit(leaves, position, guess)
+        nodes = tree.fit(leaves, position, guess, self.workers)
         results = np.empty((4, len(mass)))
-        threads = numba.get_num_threads()
-        function(
-            threads, np.zeros(1, np.int64), *nodes.columns, mass, guess, KERNELS[kernel].support, float(eta),
+        share_out(
+            function, self.workers, *nodes.columns, mass, guess, KERNELS[kernel].support, float(eta),
             max(float(tolerance), FINEST[self.precision]), LISTED, nodes.lo, nodes.hi,
             np.zeros(len(mass)), np.zeros(2 * leaves.count), nodes.largest, leaves.start, *results,
         )  # fmt: skip
@@ -107,10 +115,10 @@ class Engine:
         leaves = arrangement.leaves
         position, mass, smoothing_length = _fields(fields)
         reach = KERNELS[kernel].support * smoothing_length
-        nodes = tree.fit(leaves, position, reach)
+        nodes = tree.fit(leaves, position, reach, self.workers)
         results, arrays = _results(terms, virial, len(mass), leaves.count)
-        function(
-            numba.get_num_threads(), np.zeros(1, np.int64), *nodes.columns, mass, smoothing_length, KERNELS[kernel].support,
+        share_out(
+            function, self.workers, *nodes.columns, mass, smoothing_length, KERNELS[kernel].support,
             reach, nodes.lo, nodes.hi, nodes.largest, leaves.start, *_named(fields, names, len(mass)), *arrays,
         )  # fmt: skip
         return _finished(results)
@@ -128,10 +136,10 @@ class Engine:
         level = leaves.depth
         while level > 0 and -(-len(mass) >> (level - 1)) <= ALL_PAIRS_SIZE:
             level -= 1
-        nodes = tree.fit(leaves, position, reach)
+        nodes = tree.fit(leaves, position, reach, self.workers)
         results, arrays = _results(terms, virial, len(mass), 1 << level)
-        function(
-            numba.get_num_threads(), np.zeros(1, np.int64), *nodes.columns, mass, smoothing_length, KERNELS[kernel].support,
+        share_out(
+            function, self.workers, *nodes.columns, mass, smoothing_length, KERNELS[kernel].support,
             reach, nodes.lo, nodes.hi, nodes.largest, arrangement.first, arrangement.last, level,
             *_named(fields, names, len(mass)), *arrays,
         )  # fmt: skip

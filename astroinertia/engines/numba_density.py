@@ -14,7 +14,7 @@ def softening_moment(distance, weight, vectors, inverse_h):
 """
 
 SOFTENING = """
-@njit(fastmath=LOOP_FLAGS, error_model="numpy", nogil=True)
+@njit(fastmath=LOOP_FLAGS, **PART)
 def softening_moment(distance, weight, vectors, inverse_h):
     widest_vectors()
     total = real(0)
@@ -25,7 +25,7 @@ def softening_moment(distance, weight, vectors, inverse_h):
 """
 
 DENSITY = """
-@njit(fastmath=LOOP_FLAGS, error_model="numpy", nogil=True)
+@njit(fastmath=LOOP_FLAGS, **PART)
 def moments(distance, weight, vectors, inverse_h):
     widest_vectors()
     total = real(0)
@@ -37,7 +37,7 @@ def moments(distance, weight, vectors, inverse_h):
     return np.float64(total), np.float64(slope)
 
 
-@njit(error_model="numpy", nogil=True)
+@njit(**PART)
 def load_sources(found, count, origin, buffer, x, y, z, mass):
     widest_vectors()
     if padded(count) + LANES > buffer.shape[1]:
@@ -54,7 +54,7 @@ def load_sources(found, count, origin, buffer, x, y, z, mass):
     return buffer
 
 
-@njit(fastmath=LOOP_FLAGS, error_model="numpy", nogil=True)
+@njit(fastmath=LOOP_FLAGS, **PART)
 def squared_distances(x, y, z, s, count, reach2, square, key):
     widest_vectors()
     x_i, y_i, z_i = x[s], y[s], z[s]
@@ -64,14 +64,14 @@ def squared_distances(x, y, z, s, count, reach2, square, key):
         key[k] = square[k] - reach2
 
 
-@njit(fastmath=LOOP_FLAGS, error_model="numpy", nogil=True)
+@njit(fastmath=LOOP_FLAGS, **PART)
 def take_roots(distance, count):
     widest_vectors()
     for k in range(count):
         distance[k] *= inverse_distance(distance[k])
 
 
-@njit(error_model="numpy", nogil=True)
+@njit(**PART)
 def select(buffer, count, s, reach, lists):
     # The sources within reach of source s, closed up: distances and masses, padded to whole vectors. NaN is kept.
     if count + 2 * LANES > lists.shape[1]:
@@ -88,8 +88,8 @@ def select(buffer, count, s, reach, lists):
     return padded(n), lists
 
 
-@njit(error_model="numpy", nogil=True)
-def density_worker_{tag}(
+@njit(cache=True, nogil=True, error_model="numpy")
+def density_pass_{tag}(
     counter, x, y, z, mass, guess, support, eta, tolerance, margin, lo, hi, nothing, no_node, node_guess, start,
     smoothing_length, density, grad_h, zeta
 ):
@@ -172,7 +172,7 @@ def density_worker_{tag}(
                 zeta[i] /= 3.0 * density[i] * new
 
 
-@njit(error_model="numpy", nogil=True)
+@njit(**PART)
 def step_factor(excess, total, slope):
     # The ratio of the next h to this one: (target/S)^(1/s) with s = dlog S/dlog h, to second order where that is enough.
     if slope <= 1e-3 * total:
@@ -182,15 +182,4 @@ def step_factor(excess, total, slope):
         return 1.0 + exponent * excess * (1.0 + 0.5 * (exponent - 1.0) * excess)
     return min(2.0, max(0.5, (1.0 + excess) ** exponent))
 
-
-@njit(parallel=True, cache=True, error_model="numpy")
-def density_pass_{tag}(
-    threads, counter, x, y, z, mass, guess, support, eta, tolerance, margin, lo, hi, nothing, no_node, node_guess,
-    start, smoothing_length, density, grad_h, zeta
-):
-    for _ in prange(threads):
-        density_worker_{tag}(
-            counter, x, y, z, mass, guess, support, eta, tolerance, margin, lo, hi, nothing, no_node, node_guess,
-            start, smoothing_length, density, grad_h, zeta
-        )
 """

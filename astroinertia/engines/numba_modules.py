@@ -20,8 +20,8 @@ from astroinertia.engines.terms import PairTerm
 from astroinertia.sph.kernels import KERNELS, Kernel
 
 NEIGHBOUR = """
-@njit(error_model="numpy", nogil=True)
-def neighbour_worker_{tag}(
+@njit(cache=True, nogil=True, error_model="numpy")
+def neighbour_pass_{tag}(
     counter, x, y, z, mass, smoothing_length, support, reach, lo, hi, node_reach, start{arrays}{results}
 ):
     leaves = len(start) - 1
@@ -49,20 +49,11 @@ def neighbour_worker_{tag}(
             pair_key, index = with_room(pair_key, 0, count), with_room(index, 0, count)
             neighbour_leaf_{tag}(leaf, first, last, slot, count, buffer, buffer, pair_key, index{results})
 
-
-@njit(parallel=True, cache=True, error_model="numpy")
-def neighbour_pass_{tag}(
-    threads, counter, x, y, z, mass, smoothing_length, support, reach, lo, hi, node_reach, start{arrays}{results}
-):
-    for _ in prange(threads):
-        neighbour_worker_{tag}(
-            counter, x, y, z, mass, smoothing_length, support, reach, lo, hi, node_reach, start{arrays}{results}
-        )
 """
 
 ALL_PAIRS = """
-@njit(error_model="numpy", nogil=True)
-def all_pairs_worker_{tag}(
+@njit(cache=True, nogil=True, error_model="numpy")
+def all_pairs_pass_{tag}(
     counter, x, y, z, mass, smoothing_length, support, reach, lo, hi, node_reach, first_of, last_of, level{arrays}{results}
 ):
     leaves = 1 << level
@@ -106,15 +97,6 @@ def all_pairs_worker_{tag}(
             )
             far_leaf_{tag}(leaf, first, last, 0, count, targets, far_sources, no_key, no_index{results})
 
-
-@njit(parallel=True, cache=True, error_model="numpy")
-def all_pairs_pass_{tag}(
-    threads, counter, x, y, z, mass, smoothing_length, support, reach, lo, hi, node_reach, first_of, last_of, level{arrays}{results}
-):
-    for _ in prange(threads):
-        all_pairs_worker_{tag}(
-            counter, x, y, z, mass, smoothing_length, support, reach, lo, hi, node_reach, first_of, last_of, level{arrays}{results}
-        )
 """
 
 

@@ -6,12 +6,14 @@ A generated module holds all of its code, so that its name, a hash of its text, 
 import numpy as np
 from llvmlite import ir
 from llvmlite.binding import get_host_cpu_features
-from numba import njit, prange, types  # noqa: F401
+from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
 # Boxes are pruned only where they are certainly out of reach, whatever the rounding of pair distances in float32.
 SLACK = 1.0 + 2e-5
+# Functions that only others call need no entry from Python, which is long to compile.
+PART = {"error_model": "numpy", "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 # Arrays are filled up to whole vectors of float32 on the widest machines, and hold one more vector for loose ends.
 LANES = 16
 COMPRESSES = bool(get_host_cpu_features().get("avx512f"))
@@ -60,9 +62,13 @@ def take(typingctx, counter):
 
 @intrinsic
 def widest_vectors(typingctx):
-    """Let the calling function use the widest vectors that the processor has: compilers prefer narrower ones."""
+    """Let the calling function use the widest vectors that the processor has (compilers prefer narrower ones).
+
+    The function is also kept from being copied into its callers, so that it is compiled once.
+    """
 
     def codegen(context, builder, signature, args):
+        builder.function.attributes.add("noinline")
         set.add(builder.function.attributes, '"prefer-vector-width"="512"')  # llvmlite knows no attributes with values
         return context.get_dummy_value()
 
@@ -160,14 +166,14 @@ if COMPRESSES:
     compressed_indices = _compression(True)
 else:
 
-    @njit(error_model="numpy", nogil=True)
+    @njit(**PART)
     def compressed_values(values, key, count, out, offset):
         for k in range(count):
             out[offset] = values[k]
             offset += 1 - np.int64(key[k] >= 0)
         return offset
 
-    @njit(error_model="numpy", nogil=True)
+    @njit(**PART)
     def compressed_indices(first, key, count, out, offset):
         for k in range(count):
             out[offset] = first + k
@@ -180,7 +186,7 @@ else:
 # of `key` as wide as those of `out`; `count` a multiple of LANES; `out` with a further LANES of room at its end.
 
 
-@njit(error_model="numpy", nogil=True)
+@njit(**PART)
 def with_room(array, count, more):
     """An array that begins with array[:count] and has room for `more` and loose ends after it."""
     if count + more + 2 * LANES <= len(array):
@@ -198,7 +204,7 @@ def filled_up(key, count):
     return padded(count)
 
 
-@njit(error_model="numpy", nogil=True)
+@njit(**PART)
 def node_excess(lo, hi, node, box, reach):
     """Squared distance of a node from a box, less a squared reach."""
     dx = maximum(maximum(lo[node, 0] - box[1, 0], box[0, 0] - hi[node, 0]), 0.0)
@@ -207,7 +213,7 @@ def node_excess(lo, hi, node, box, reach):
     return dx * dx + dy * dy + dz * dz - reach * reach * SLACK
 
 
-@njit(error_model="numpy", nogil=True)
+@njit(**PART)
 def reachable_leaves(lo, hi, node_reach, box, target_reach, leaf_rows):
     """Leaves within the larger of two reaches of a box, ascending: their number and leaf_rows (8, ...), maybe a larger one.
 
@@ -241,7 +247,7 @@ def reachable_leaves(lo, hi, node_reach, box, target_reach, leaf_rows):
     return count, leaf_rows
 
 
-@njit(error_model="numpy", nogil=True)
+@njit(**PART)
 def leaf_excess(leaf_rows, count, box, target_reach, key):
     """Squared distances of listed leaves from a box, less their squared reaches."""
     widest_vectors()
@@ -255,7 +261,7 @@ def leaf_excess(leaf_rows, count, box, target_reach, key):
         key[k] = dx * dx + dy * dy + dz * dz - reach * reach * SLACK
 
 
-@njit(error_model="numpy", nogil=True)
+@njit(**PART)
 def particle_excess(x, y, z, source_reach, first, last, box, target_reach, key):
     """Squared distances from a box, less their squared reaches, of the particles first to last - 1."""
     widest_vectors()
@@ -268,7 +274,7 @@ def particle_excess(x, y, z, source_reach, first, last, box, target_reach, key):
         key[j - first] = dx * dx + dy * dy + dz * dz - reach * reach * SLACK
 
 
-@njit(error_model="numpy", nogil=True)
+@njit(**PART)
 def gather(x, y, z, source_reach, start, leaf_rows, leaf_count, box, target_reach, key, listed, found):
     """Indices of the particles of listed leaves that come within the larger of two reaches of a box, ascending.
 
@@ -294,7 +300,7 @@ def gather(x, y, z, source_reach, start, leaf_rows, leaf_count, box, target_reac
     return count, key, listed, found
 
 
-@njit(error_model="numpy", nogil=True)
+@njit(**PART)
 def place_of(item, found):
     """Where an item stands in an ascending list that holds it."""
     low, high = 0, len(found) - 1
@@ -307,7 +313,7 @@ def place_of(item, found):
     return low
 
 
-@njit(error_model="numpy", nogil=True)
+@njit(**PART)
 def divide(x, y, z, source_reach, lo, hi, node_reach, first_of, last_of, level, box, target_reach, near, far, ranges):
     """Split all particles by whether they come within the larger of two reaches of a box.
 

@@ -130,7 +130,7 @@ def header(precision: str) -> list[str]:
 def loader(name: str, needs: Needs, precision: str) -> list[str]:
     """A function that copies sources into the rows of a buffer, relative to an origin particle in mixed precision."""
     lines = [
-        '@njit(error_model="numpy", nogil=True)',
+        '@njit(**PART)',
         f"def {name}(found, count, origin, buffer, x, y, z, mass, smoothing_length, support{_listed(needs.arrays)}):",
         "    widest_vectors()",
         "    if padded(count) + 2 * LANES > buffer.shape[1]:",
@@ -169,7 +169,7 @@ def leaf_loop(name: str, sources: Sources, terms, needs: Needs, mode: str, viria
     results += [f"virial_{effect}" for effect in virial_effects(terms)] if virial else []
     target = "targets" if far else "buffer"
     lines = [
-        "@njit(fastmath=LOOP_FLAGS, error_model='numpy', nogil=True)",
+        "@njit(fastmath=LOOP_FLAGS, **PART)",
         f"def {name}(leaf, first, last, slot, count, targets, buffer, key, index{_listed(results)}):",
         "    widest_vectors()",
         "    vectors = padded(count)",

@@ -9,7 +9,12 @@ by the particles; boxes are refitted to wherever the particles are now.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
+
+from astroinertia.engines.numba_parts import take
+from astroinertia.engines.threads import available_threads, share_out
+
+SHARE = 64  # leaves that a thread takes at a time
 
 
 @dataclass(frozen=True)
@@ -38,7 +43,7 @@ def balanced_leaves(particles: int, leaf_size: int) -> Leaves:
     return Leaves((np.arange(2**depth + 1, dtype=np.int64) * particles) >> depth, depth)
 
 
-def arrange(position: np.ndarray, leaf_size: int) -> tuple[np.ndarray, Leaves]:
+def arrange(position: np.ndarray, leaf_size: int, threads: int | None = None) -> tuple[np.ndarray, Leaves]:
     """Sort particles into leaves by median splits along the longest side of each node's box.
 
     position (N, 3). Returns order (N,) int64, such that position[order] is leaf after leaf, and the leaves. The order is
@@ -49,7 +54,10 @@ def arrange(position: np.ndarray, leaf_size: int) -> tuple[np.ndarray, Leaves]:
         raise ValueError(f"positions must have shape (N, 3), not {position.shape}")
     leaves = balanced_leaves(len(position), leaf_size)
     order = np.arange(len(position), dtype=np.int64)
-    _split_levels(position, order, leaves.depth)
+    threads = threads or available_threads()
+    top = min(leaves.depth, (4 * threads - 1).bit_length() if threads > 1 else 0)
+    _split_levels(position, order, 0, 0, top)
+    share_out(_split_subtrees, threads, position, order, top, leaves.depth)
     return order, leaves
 
 
@@ -75,13 +83,17 @@ class Nodes:
     largest: np.ndarray
 
 
-def fit(leaves: Leaves, position: np.ndarray, values: np.ndarray) -> Nodes:
+def fit(leaves: Leaves, position: np.ndarray, values: np.ndarray, threads: int | None = None) -> Nodes:
     """Boxes of all nodes and their largest value, from position (N, 3) and values (N,) in arranged order."""
     position = np.ascontiguousarray(position, dtype=np.float64)
     values = np.ascontiguousarray(values, dtype=np.float64)
     rows = 2 * leaves.count
     nodes = Nodes(np.empty((3, len(position))), np.zeros((rows, 3)), np.zeros((rows, 3)), np.zeros(rows))
-    _fit(leaves.start, position, values, nodes.columns, nodes.lo, nodes.hi, nodes.largest)
+    share_out(
+        _fit_leaves, threads or available_threads(), leaves.start, position, values,
+        nodes.columns, nodes.lo, nodes.hi, nodes.largest,
+    )  # fmt: skip
+    _fit_upward(nodes.lo, nodes.hi, nodes.largest)
     return nodes
 
 
@@ -128,16 +140,26 @@ def _split_node(position, order, first, middle, last):
     _select(key, order[first:last], middle - first)
 
 
-@njit(cache=True, parallel=True)
-def _split_levels(position, order, depth):
+@njit(cache=True, nogil=True)
+def _split_levels(position, order, root, top, depth):
+    # All splits below one node of level `top`, down to the leaves' level `depth`.
     particles = len(order)
-    for level in range(depth):
-        for k in prange(1 << level):
-            node = np.int64(k)
+    for level in range(top, depth):
+        below = level - top
+        for node in range(root << below, (root + 1) << below):
             first = (node * particles) >> level
             middle = ((2 * node + 1) * particles) >> (level + 1)
             last = ((node + 1) * particles) >> level
             _split_node(position, order, first, middle, last)
+
+
+@njit(cache=True, nogil=True)
+def _split_subtrees(counter, position, order, top, depth):
+    while True:
+        root = take(counter)
+        if root >= 1 << top:
+            break
+        _split_levels(position, order, root, top, depth)
 
 
 @njit(cache=True, error_model="numpy")
@@ -161,13 +183,20 @@ def _fit_leaf(position, values, columns, first, last, node, lo, hi, largest):
     largest[node] = top + unknown
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
-def _fit(start, position, values, columns, lo, hi, largest):
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fit_leaves(counter, start, position, values, columns, lo, hi, largest):
     count = len(start) - 1
-    for k in prange(count):
-        leaf = np.int64(k)
-        _fit_leaf(position, values, columns, start[leaf], start[leaf + 1], count + leaf, lo, hi, largest)
-    for node in range(count - 1, 0, -1):
+    while True:
+        begin = SHARE * take(counter)
+        if begin >= count:
+            break
+        for leaf in range(begin, min(begin + SHARE, count)):
+            _fit_leaf(position, values, columns, start[leaf], start[leaf + 1], count + leaf, lo, hi, largest)
+
+
+@njit(cache=True, error_model="numpy")
+def _fit_upward(lo, hi, largest):
+    for node in range(len(largest) // 2 - 1, 0, -1):
         for a in range(3):
             lo[node, a] = np.minimum(lo[2 * node, a], lo[2 * node + 1, a])
             hi[node, a] = np.maximum(hi[2 * node, a], hi[2 * node + 1, a])

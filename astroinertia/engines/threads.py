@@ -1,0 +1,35 @@
+"""Compiled loops shared out over threads: every thread runs the same function and takes its work from one counter.
+
+The functions release Python's lock, so plain threads do; nothing depends on which of them does what.
+"""
+
+import functools
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from numba import config
+
+
+def available_threads() -> int:
+    """Threads that a loop is shared out over unless told otherwise: NUMBA_NUM_THREADS, or the processor's cores."""
+    return int(config.NUMBA_NUM_THREADS)
+
+
+def share_out(function: Callable[..., Any], threads: int, *arguments: Any) -> None:
+    """Run function(counter, *arguments) on every thread; counter (1,) int64 starts at 0 and is theirs to count on."""
+    counter = np.zeros(1, np.int64)
+    others = [_pool(os.getpid(), threads - 1).submit(function, counter, *arguments) for _ in range(threads - 1)]
+    try:
+        function(counter, *arguments)
+    finally:
+        for other in others:
+            other.result()
+
+
+@functools.lru_cache(maxsize=4)
+def _pool(process: int, threads: int) -> ThreadPoolExecutor:
+    # A forked process has none of its parent's threads, and must start its own.
+    return ThreadPoolExecutor(threads, thread_name_prefix=f"pair-sums-{process}")
