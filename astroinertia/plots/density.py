@@ -56,7 +56,7 @@ def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, first: boo
     radius = np.linalg.norm(position, axis=1)
     order = np.argsort(radius)
     inside = np.searchsorted(np.cumsum(mass[order]), SHARE_SHOWN * mass.sum())
-    reach = min(1.3 * radius[order[min(inside, len(order) - 1)]], 1.1 * radius.max())
+    reach = min(1.3 * radius[order[min(inside, len(order) - 1)]], 1.25 * radius.max())
     length_scale, length_unit = style.scale_of(style.unit_of(snapshot["position"]), reach)
     unit = style.unit_of(snapshot["density"])
     slices = [density_slice(position, mass, size, plane, reach, PIXELS) for plane in PLANES]
@@ -104,6 +104,7 @@ def _arrows(panels, position, velocity, mass, size, reach: float, length_scale: 
     cell = 2 * reach / ARROWS / length_scale
     for axes, (centres, across, up) in zip(panels, flows, strict=True):
         axes.quiver(
-            centres / length_scale, centres / length_scale, across, up, color="white", alpha=0.8, pivot="middle",
-            angles="xy", scale_units="xy", scale=fastest / cell, width=0.004, headwidth=3.6, headlength=4,
+            centres / length_scale, centres / length_scale, across, up, color="white", edgecolor="#00000090", linewidth=0.4, pivot="middle",
+            angles="xy", scale_units="xy", scale=fastest / cell,
+            width=0.004, headwidth=3.6, headlength=4,
         )  # fmt: skip

@@ -73,10 +73,8 @@ def _relative(axes, dataset: xr.Dataset, shares: xr.DataArray) -> None:
     axes.plot(times, relative.sum("share"), color="white", linewidth=3.6)
     axes.plot(times, relative.sum("share"), color=style.INK, linewidth=1.4)
     axes.axhline(0, color="white", linewidth=0.8)
-    reach = 1.12 * float(
-        np.maximum(relative.where(relative > 0, 0).sum("share"), -relative.where(relative < 0, 0).sum("share")).max()
-    )
-    axes.set_ylim(-reach, reach)
+    outward, inward = (relative.clip(low, high).sum("share") for low, high in ((0, None), (None, 0)))
+    axes.set_ylim(1.12 * min(float(inward.min()), -0.05), 1.12 * max(float(outward.max()), 0.05))
     axes.grid(False)
     axes.set_ylabel("share")
     axes.set_title("The same as shares of all pushing, outward and inward; the line is the sum")

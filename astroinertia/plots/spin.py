@@ -16,16 +16,16 @@ def spin_figure(dataset: xr.Dataset) -> Figure:
     """Spin against the scalings with 1/I and R^-2, their ratio to it, and T/|W|."""
     with style.styled():
         figure = style.begin(dataset, "spin and its scaling laws", (9.0, 8.6))
-        top, middle, bottom = figure.subplots(3, 1, height_ratios=[2.4, 1.3, 1.3])
+        bound = bool(dataset["rotational_to_gravitational"].notnull().any())
+        panels = list(figure.subplots(2 + bound, 1, height_ratios=[2.4, 1.3, 1.3][: 2 + bound]))
         if angular_momentum_scale(dataset)[1]:
-            _spin(top, dataset)
-            _ratios(middle, dataset)
-            _rotational_energy(bottom, dataset)
+            for draw, axes in zip((_spin, _ratios, _rotational_energy), panels, strict=False):
+                draw(axes, dataset)
         else:
-            for axes in (top, middle, bottom):
+            for axes in panels:
                 style.note(axes, "the body does not spin")
-        for axes in (top, middle, bottom):
-            style.time_axis(axes, dataset, last=axes is bottom)
+        for axes in panels:
+            style.time_axis(axes, dataset, last=axes is panels[-1])
         return figure
 
 
@@ -92,9 +92,6 @@ def _rotational_energy(axes, dataset: xr.Dataset) -> None:
     times, factor, _ = style.shown_times(dataset)
     ratio = dataset["rotational_to_gravitational"]
     axes.set_title("Rotational over gravitational energy")
-    if ratio.isnull().all():
-        style.note(axes, str(ratio.attrs.get("reason", "not known")))
-        return
     axes.plot(times, ratio, color=style.BLUE)
     top = float(ratio.max())
     axes.set_ylim(0, max(1.15 * top, 1e-12))
