@@ -59,10 +59,10 @@ demo: $(VENV)/run
 	@$(RUN) -m astroinertia.cli show runs/pulsar_collapse
 
 test: $(VENV)/test
-	$(RUN) -m pytest -m "not full" -n $(WORKERS) --dist loadfile
+	$(RUN) -m pytest -m "not full" -n $(WORKERS) --dist worksteal
 
 test-quick: $(VENV)/test
-	$(RUN) -m pytest -m "quick and not full" -n $(WORKERS) --dist loadfile
+	$(RUN) -m pytest -m "quick and not full" -n $(WORKERS) --dist worksteal
 
 test-full: $(VENV)/test
 	$(RUN) -m pytest -m full
