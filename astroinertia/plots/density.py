@@ -103,8 +103,9 @@ def _arrows(panels, position, velocity, mass, size, reach: float, length_scale: 
     # The fastest arrow of a column is one cell long: lengths compare within a column, not between columns.
     cell = 2 * reach / ARROWS / length_scale
     for axes, (centres, across, up) in zip(panels, flows, strict=True):
+        moving = np.hypot(across, up) > 0.02 * fastest
         axes.quiver(
-            centres / length_scale, centres / length_scale, across, up, color="white", edgecolor="#00000090", linewidth=0.4, pivot="middle",
-            angles="xy", scale_units="xy", scale=fastest / cell,
-            width=0.004, headwidth=3.6, headlength=4,
+            *(centres / length_scale,) * 2, np.where(moving, across, np.nan), np.where(moving, up, np.nan),
+            color="white", edgecolor="#00000090", linewidth=0.4, pivot="middle", angles="xy", scale_units="xy",
+            scale=fastest / cell, width=0.004, headwidth=3.6, headlength=4,
         )  # fmt: skip
