@@ -1,5 +1,6 @@
 """The fluid's own gravity, softened by its kernel."""
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -50,3 +51,7 @@ class Gravity(Effect):
     def potential_energy(self, xp, fluid):
         """1/2 sum m Phi, with the particle's own softened potential in it."""
         return 0.5 * xp.sum(fluid.mass * fluid.sums["gravity"]["potential"])
+
+    def timestep(self, xp, fluid):
+        """A tenth of the free-fall time of the densest matter, t_ff = sqrt(3 pi/(32 rho)): cold gas has no sound to limit it."""
+        return 0.1 * xp.sqrt(3.0 * math.pi / (32.0 * xp.max(fluid.density)))

@@ -69,7 +69,9 @@ def inertia_from_second_moment(xp: Any, second_moment: Array) -> Array:
 
 def weighted_outer(mass: Array, left: Array, right: Array) -> Array:
     """sum_n m_n left_n (x) right_n for (N,), (N, 3), (N, 3): (3, 3)."""
-    return (mass[:, None] * left).T @ right
+    # Summed along the last axis, where numpy adds pairwise: the round-off of a plain sum has the same sign step after
+    # step in a body that hardly changes, and grows with the square of the time in the ledger.
+    return ((mass * left.T)[:, None, :] * right.T[None, :, :]).sum(axis=-1)
 
 
 def centre_of_mass(mass: Array, vector: Array) -> Array:
@@ -107,8 +109,10 @@ def open_ledger(xp: Any, mass: Array, position: Array, velocity: Array, effects:
 
 def after_drift(xp: Any, ledger: Ledger, dt: Array) -> Ledger:
     """The ledger after free motion over dt: Q += dt (P + P^T) + dt^2 K, P += dt K."""
-    mixed, kinetic = ledger.mixed_moment.total, ledger.kinetic_tensor.total
-    second_moment = ledger.second_moment.add(dt * (mixed + mixed.T) + dt**2 * kinetic)
+    mixed, kinetic = ledger.mixed_moment, ledger.kinetic_tensor.total
+    # In a steady rotation P + P^T is the small rest of large numbers: their carries count.
+    spreading = (mixed.value + mixed.value.T) + (mixed.carry + mixed.carry.T)
+    second_moment = ledger.second_moment.add(dt * spreading + dt**2 * kinetic)
     size = xp.sqrt((inertia_from_second_moment(xp, second_moment.total) ** 2).sum())
     return _replace(
         ledger,
