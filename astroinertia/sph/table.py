@@ -1,7 +1,8 @@
-"""A user's own particles, from a CSV or npz file with the columns mass, x, y, z and, if wanted, vx, vy, vz and u.
+"""A user's own particles: columns mass, x, y, z and, if wanted, vx, vy, vz and u, or the last snapshot of a run.
 
 u is the specific internal energy, and may be called specific_internal_energy. A CSV file names its columns in the first
-line that is not a comment (#); an npz file holds one array a column, never pickled objects.
+line that is not a comment (#); an npz file holds one array a column, never pickled objects; an nc file is the result of
+an earlier run.
 Tests: tests/unit/test_initial.py.
 """
 
@@ -40,9 +41,9 @@ def read_table(path: str | Path) -> Table:
         raise SceneError(f"particle table {path} is {'a directory' if path.is_dir() else 'not there'}")
     if path.stat().st_size > MAX_BYTES:
         raise SceneError(f"particle table {path} is larger than {MAX_BYTES >> 20} MiB")
-    readers = {".csv": _csv_columns, ".npz": _npz_columns}
+    readers = {".csv": _csv_columns, ".npz": _npz_columns, ".nc": _snapshot_columns}
     if path.suffix.lower() not in readers:
-        raise SceneError(f"particle table {path} must be a .csv or .npz file")
+        raise SceneError(f"particle table {path} must be a .csv, .npz or .nc file")
     return _checked(path, readers[path.suffix.lower()](path))
 
 
@@ -85,6 +86,21 @@ def _npz_columns(path: Path) -> dict[str, np.ndarray]:
             return {name: np.asarray(stored[file], dtype=float) for name, file in zip(names, files, strict=True)}
     except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
         raise SceneError(f"particle table {path} is not an npz file of plain numbers") from error
+
+
+def _snapshot_columns(path: Path) -> dict[str, np.ndarray]:
+    import netCDF4  # only here: most runs read no file
+
+    try:
+        with netCDF4.Dataset(path) as file:
+            group = file.groups["snapshots"]
+            if len(group.dimensions["particle"]) > MAX_PARTICLES:
+                raise SceneError(f"particle table {path} has more than {MAX_PARTICLES} particles")
+            names = ("mass", "position", "velocity", "internal_energy")
+            mass, position, velocity, energy = (np.ma.filled(group[name][-1], np.nan).T for name in names)
+    except (OSError, KeyError, IndexError, ValueError, RuntimeError) as error:
+        raise SceneError(f"particle table {path} is not the result of a run with snapshots") from error
+    return dict(zip(REQUIRED + OPTIONAL, [mass, *position, *velocity, energy], strict=True))
 
 
 def _check_names(path: Path, names: list[str]) -> None:

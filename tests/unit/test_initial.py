@@ -1,5 +1,6 @@
 """Placement, rotation laws and particle tables."""
 
+import netCDF4
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -218,7 +219,8 @@ BAD = {
     "long.csv": (b"mass,x,y,z\n" + b"1" * 5000 + b",0,0,0\n", "line 2 is longer"),
     "binary.csv": (bytes(range(256)), "not text"),
     "junk.npz": (bytes(range(256)), "not an npz file"),
-    "table.txt": (b"mass,x,y,z\n", "must be a .csv or .npz"),
+    "junk.nc": (bytes(range(256)), "not the result of a run"),
+    "table.txt": (b"mass,x,y,z\n", "must be a .csv, .npz or .nc"),
 }
 
 
@@ -230,6 +232,27 @@ def test_bad_tables_get_one_sentence(tmp_path, name):
         read_table(tmp_path / name)
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 500
+
+
+def test_the_last_snapshot_of_a_run_is_a_table(tmp_path):
+    values = np.random.default_rng(4).random((2, 6, 8))
+    with netCDF4.Dataset(tmp_path / "run.nc", "w") as file:
+        group = file.createGroup("snapshots")
+        for name, size in {"snapshot_time": 2, "particle": 6, "i": 3}.items():
+            group.createDimension(name, size)
+        shape = ("snapshot_time", "particle")
+        for name, column, more in (
+            ("mass", values[..., 0], ()),
+            ("position", values[..., 1:4], ("i",)),
+            ("velocity", values[..., 4:7], ("i",)),
+            ("internal_energy", values[..., 7], ()),
+        ):
+            group.createVariable(name, "f8", shape + more)[:] = column
+    table = read_table(tmp_path / "run.nc")
+    np.testing.assert_array_equal(table.mass, values[1, :, 0])
+    np.testing.assert_array_equal(table.position, values[1, :, 1:4])
+    np.testing.assert_array_equal(table.velocity, values[1, :, 4:7])
+    np.testing.assert_array_equal(table.internal_energy, values[1, :, 7])
 
 
 def test_tables_that_are_not_there_or_pickled(tmp_path):
