@@ -16,11 +16,11 @@ from astroinertia.integrate.leapfrog import State
 from astroinertia.models.checkpoint import unflattened
 from astroinertia.models.sph import Problem, initial_state
 from astroinertia.scene import load
+from astroinertia.scene.plan import cadence, code_units, plan, smoothing
 from astroinertia.scene.schema import Scene
-from astroinertia.sph.kernels import KERNELS, Kernel, eta_for_neighbours
-from astroinertia.units import DIMENSIONLESS, CodeUnits, Dimension
+from astroinertia.sph.kernels import KERNELS, Kernel
+from astroinertia.units import CodeUnits, Dimension
 
-RECORDS, SNAPSHOTS = 200, 10
 _STENCIL = 64  # particles of the throw-away state that shows a checkpoint's structure
 
 
@@ -32,7 +32,7 @@ class Outputs:
     max_steps: float
     series_every: float | None
     series_steps: int | None
-    snapshot_every: float | None
+    snapshot_every: float
     align: bool
     checkpoint_seconds: float
 
@@ -77,35 +77,21 @@ def restore(archive: Archive) -> Prepared:
     return Prepared(problem, state, arrangement, outputs_of(scene, units), units, stored[1])
 
 
-def code_units(scene: Scene) -> CodeUnits:
-    """The units of a run: the scene's own, or the body's mass and radius."""
-    if scene.dimensionless:
-        return DIMENSIONLESS
-    chosen = scene.units
-    if chosen is not None:
-        return CodeUnits(chosen.mass, chosen.length)
-    return CodeUnits(scene.body.mass, scene.body.radius)
-
-
 def problem_of(scene: Scene, units: CodeUnits) -> tuple[Problem, start.Sphere | None]:
     """The physics and numerics that a scene calls for, and the sphere that its body is before it is stretched."""
     numerics, ball = scene.numerics, start.sphere(scene, units)
-    kernel = KERNELS[numerics.kernel]
-    eta = numerics.eta or kernel.eta
-    if numerics.neighbours is not None:
-        eta = eta_for_neighbours(kernel, numerics.neighbours)
     longest = (
         outputs_of(scene, units).end if numerics.max_timestep is None else units.to_code(numerics.max_timestep, "time")
     )
     problem = Problem(
         effects=effects_of(scene, units),
         equation_of_state=start.equation_of_state(scene, units, ball),
-        eta=eta,
+        eta=smoothing(scene)[0],
         courant=numerics.courant,
         acceleration_factor=numerics.acceleration_factor,
         energy_factor=numerics.energy_factor,
         max_timestep=longest,
-        engine=engine_of(numerics.engine, numerics.precision, kernel),
+        engine=engine_of(numerics.engine, numerics.precision, KERNELS[numerics.kernel]),
         kernel=numerics.kernel,
         smoothing_tolerance=numerics.smoothing_tolerance,
     )
@@ -137,20 +123,16 @@ def effects_of(scene: Scene, units: CodeUnits) -> tuple[Any, ...]:
 
 
 def outputs_of(scene: Scene, units: CodeUnits) -> Outputs:
-    """When to record, in code units, with defaults of 200 records and 10 snapshots a run."""
-    asked, end = scene.output, units.to_code(scene.time.end, "time")
-
-    def every(value: float | None, default: float | None) -> float | None:
-        return default if value is None else units.to_code(value, "time")
-
+    """When to record, in code units."""
+    when = cadence(scene)
     return Outputs(
-        end=end,
+        end=units.to_code(scene.time.end, "time"),
         max_steps=scene.time.max_steps or float("inf"),
-        series_every=every(asked.series_every, end / RECORDS if asked.series_steps is None else None),
-        series_steps=asked.series_steps,
-        snapshot_every=every(asked.snapshot_every, end / SNAPSHOTS),
-        align=asked.align,
-        checkpoint_seconds=asked.checkpoint_seconds,
+        series_every=None if when.series_every is None else units.to_code(when.series_every, "time"),
+        series_steps=when.series_steps,
+        snapshot_every=units.to_code(when.snapshot_every, "time"),
+        align=scene.output.align,
+        checkpoint_seconds=scene.output.checkpoint_seconds,
     )
 
 
@@ -162,6 +144,7 @@ def metadata(scene: Scene) -> dict[str, Any]:
         "name": scene.name,
         "description": scene.description,
         "scene": load.resolved_text(scene),
+        "plan": plan(scene).text(),
         "origin": scene.origin,
         "overrides": list(scene.overrides),
         "dimensionless": scene.dimensionless,
