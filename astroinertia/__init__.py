@@ -1,10 +1,10 @@
 """Rotating, self-gravitating fluid bodies and the evolution of their inertia tensor.
 
-    astroinertia.run(scene, folder)     run a scene file or a Scene; returns the netCDF file
-    astroinertia.resume(folder)         go on with an interrupted run
-    astroinertia.load(path, settings)   a scene from a TOML file, validated
-    astroinertia.open(path)             the headline series of a run, an xarray Dataset with the accessor `.inertia`
-    astroinertia.open_tree(path)        the same with the snapshots, an xarray DataTree
+    astroinertia.run_scene(scene, folder)  run a scene file or a Scene; returns the netCDF file
+    astroinertia.resume(folder)            go on with an interrupted run
+    astroinertia.load(path, settings)      a scene from a TOML file, validated
+    astroinertia.open(path)                the headline series of a run, an xarray Dataset with the accessor `.inertia`
+    astroinertia.open_tree(path)           the same with the snapshots, an xarray DataTree
 
 Nothing is imported or set until one of them is called.
 """
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from astroinertia.run import Listener
     from astroinertia.scene.schema import Scene
 
-__all__ = ["load", "open", "open_tree", "resume", "run"]
+__all__ = ["load", "open", "open_tree", "resume", "run_scene"]
 
 
 def load(path: str | PathLike[str], settings: Sequence[str] = ()) -> "Scene":
@@ -30,12 +30,14 @@ def load(path: str | PathLike[str], settings: Sequence[str] = ()) -> "Scene":
     return load_file(path, settings)
 
 
-def run(scene: "Scene | str | PathLike[str]", folder: str | PathLike[str], listener: "Listener | None" = None) -> Path:
+def run_scene(
+    scene: "Scene | str | PathLike[str]", folder: str | PathLike[str], listener: "Listener | None" = None
+) -> Path:
     """Run a scene, or the scene in a file, in a new folder; returns the netCDF file that it leaves."""
-    from astroinertia.run import run_scene
+    from astroinertia.run import run_scene as carry_out
     from astroinertia.scene.schema import Scene
 
-    return run_scene(scene if isinstance(scene, Scene) else load(scene), Path(folder), listener)
+    return carry_out(scene if isinstance(scene, Scene) else load(scene), Path(folder), listener)
 
 
 def resume(folder: str | PathLike[str], listener: "Listener | None" = None) -> Path:
