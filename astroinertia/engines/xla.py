@@ -46,6 +46,10 @@ class Engine:
     name: ClassVar[str] = "xla"
     xp: ClassVar[Any] = jnp
 
+    def __post_init__(self) -> None:
+        if self.precision not in ("float64", "mixed"):
+            raise ValueError(f"precision must be float64 or mixed, not {self.precision!r}")
+
     def arrange(self, position: Array, smoothing_length: Array) -> tuple[np.ndarray, Arrangement]:
         """Sort particles (N, 3), (N,) into leaves and list neighbours.
 
@@ -96,6 +100,8 @@ class Engine:
         virial: bool = False,
     ) -> Sums:
         """{effect: {output: array}} over pairs with r < support max(h_i, h_j); `virial` adds V_e (3, 3)."""
+        if not terms:
+            return {}
         return _neighbour_sums(kernel, self.precision, tuple(terms), virial, arrangement, _needed(terms, fields))
 
     def all_pair_sums(
@@ -107,6 +113,8 @@ class Engine:
         virial: bool = False,
     ) -> Sums:
         """The same over all pairs, with each term's `far` where leaves are out of reach of each other."""
+        if not terms:
+            return {}
         return _all_pair_sums(kernel, self.precision, tuple(terms), virial, arrangement, _needed(terms, fields))
 
 

@@ -113,7 +113,7 @@ def _sums(
     def chunk_sums(target: Array, source: Array) -> dict[str, Array]:
         targets, sources, (_, masses) = places.tile(target, source)
         pairs = xla_tiles.Pairs(shape, targets, sources)
-        q = pairs["r"] * pairs["inverse_h_i"]
+        q = pairs["r"] * pairs.inverse_length("i")
         parts = [shape.w(jnp, q), q * shape.dw(jnp, q)]
         if softening:
             # Zero beyond the support but for rounding.

@@ -11,13 +11,17 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
+from astroinertia.engines import xla_pairs
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.engines.xla_lists import Tiles
 from astroinertia.sph.kernels import Kernel
 
 Array = Any
+# So few chunks are gone through one by one; more of them in groups, which are skipped and stored as a whole.
+FEW = 64
 PRECISION = jax.lax.Precision.HIGHEST
 SEPARATION = ("x_ij", "y_ij", "z_ij")
+COMPONENTS = ("x_ij", "y_ij", "z_ij")
 AXES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
@@ -36,17 +40,22 @@ class Pairs:
     def __init__(self, kernel: Kernel, targets: Mapping[str, Array], sources: Mapping[str, Array]) -> None:
         self.kernel, self.targets, self.sources = kernel, targets, sources
         self.known: dict[str, Array] = {}
-        self.separation = self._difference("position")
-        squared = sum(d * d for d in self.separation)
+        squared = self._product("position", "position")
         apart = squared != 0.0  # also where it is not a number, which must not go unseen
         # A square root has no derivative at 0: the inner `where` keeps it away from there.
         root = jnp.sqrt(jnp.where(apart, squared, 1.0))
         self.inverse_r = jnp.where(apart, 1.0 / root, 0.0)
         self.known["r"] = jnp.where(apart, root, 0.0)
 
-    def _difference(self, name: str) -> list[Array]:
-        mine, other = self.targets[name], self.sources[name]
+    @property
+    def separation(self) -> list[Array]:
+        """x_i - x_j, three components of shape (C, S, B)."""
+        mine, other = self.targets["position"], self.sources["position"]
         return [mine[:, :, None, k] - other[:, None, :, k] for k in range(3)]
+
+    def _product(self, one: str, other: str) -> Array:
+        sides = (self.targets, self.sources)
+        return xla_pairs.product_of_differences(*(side[name] for name in (one, other) for side in sides))
 
     def __getitem__(self, name: str) -> Array:
         if name not in self.known:
@@ -54,25 +63,36 @@ class Pairs:
         return self.known[name]
 
     def _made(self, name: str) -> Array:
-        if name in SEPARATION:
-            return self.separation[SEPARATION.index(name)]
         if name == "v_r":
-            along = sum(v * d for v, d in zip(self._difference("velocity"), self.separation, strict=True))
-            return along * self.inverse_r
+            return self._product("velocity", "position") * self.inverse_r
+        if name in COMPONENTS:
+            k = COMPONENTS.index(name)
+            mine, other = (side["position"][:, :, k] for side in (self.targets, self.sources))
+            return self._spread(mine, "i") - self._spread(other, "j")
         stem, side = name[:-2], name[-1]
         if stem == "h":
             return self._field("smoothing_length", side)
-        if stem == "inverse_h":
-            return 1.0 / self[f"h_{side}"]
         if stem in ("W", "dW", "phi", "dphi"):
-            inverse = self[f"inverse_h_{side}"]
+            inverse = self.inverse_length(side)
             value = getattr(self.kernel, stem.lower())(jnp, self["r"] * inverse)
             power = {"W": 3, "dW": 4, "phi": 1, "dphi": 2}[stem]
-            return value * inverse**power
+            return value * self.inverse_length(side, power)
         return self._field(stem, side)
 
+    def inverse_length(self, side: str, power: int = 1) -> Array:
+        """1/h^power of targets ("i") or sources ("j")."""
+        name = f"inverse_h{power}_{side}"
+        if name not in self.known:
+            h = (self.targets if side == "i" else self.sources)["smoothing_length"]
+            self.known[name] = self._spread((1.0 / h) ** power, side)
+        return self.known[name]
+
     def _field(self, name: str, side: str) -> Array:
-        return self.targets[name][:, :, None] if side == "i" else self.sources[name][:, None, :]
+        return self._spread((self.targets if side == "i" else self.sources)[name], side)
+
+    def _spread(self, values: Array, side: str) -> Array:
+        across = (self.sources if side == "i" else self.targets)["position"].shape[1]
+        return xla_pairs.spread(values, side == "i", across)
 
     def arguments(self, function: Callable) -> list[Array]:
         """What a pair function asks for."""
@@ -174,14 +194,16 @@ def sum_over_tiles(
         def add(carry: Any) -> Any:
             return _gathered(carry, target, chunk_sums(tiles.slots[target], source))
 
-        return jax.lax.cond(needed, add, lambda carry: carry, carry), None
+        return jax.lax.cond(needed, jax.checkpoint(add), lambda carry: carry, carry), None
 
     def several(carry: Any, first: Array) -> tuple[Any, None]:
         def add(carry: Any) -> Any:
             return jax.lax.scan(jax.checkpoint(one), carry, first + jnp.arange(group))[0]
 
-        return jax.lax.cond(first < used, add, lambda carry: carry, carry), None
+        return jax.lax.cond(first < used, jax.checkpoint(add), lambda carry: carry, carry), None
 
+    if total <= FEW:
+        return jax.lax.scan(jax.checkpoint(one), zero, jnp.arange(total))[0]
     return jax.lax.scan(jax.checkpoint(several), zero, jnp.arange(0, total, group))[0]
 
 

@@ -15,9 +15,9 @@ COUNT = 220
 SINGLE = float(np.finfo(np.float32).eps)
 
 
-def flow_pair(xp, v_r, W_i, dW_j, weight_i, weight_j):
+def flow_pair(xp, v_r, x_ij, z_ij, W_i, dW_j, weight_i, weight_j):
     """Every way to gather at once, with an asymmetry that a swap of the two sides would show."""
-    push = (weight_i + 2.0 * weight_j) * dW_j
+    push = (weight_i + 2.0 * weight_j) * dW_j * (1.0 + xp.abs(x_ij) + z_ij * z_ij)
     return push, weight_j * W_i * (1.0 + xp.abs(v_r)), xp.maximum(v_r, 0.0) + weight_i * weight_j, push
 
 
