@@ -97,11 +97,13 @@ class Engine:
             raise ValueError(f"{len(mass)} particles are too few for a smoothing length of {eta:g} (m/rho)^(1/3)")
         leaves = arrangement.leaves
         nodes = tree.fit(leaves, position, guess, self.workers)
+        sides = nodes.rows[3:6, 1] - nodes.rows[:3, 1]
+        smallest = 1e-12 * float(np.sqrt((sides**2).sum()))  # where many particles lie in one place, no h is small enough
+        options = (KERNELS[kernel].support, LISTED, eta, max(tolerance, FINEST[self.precision]), smallest)
         results = np.empty((4, len(mass)))
         share_out(
-            function, self.workers, *nodes.columns, mass, guess, KERNELS[kernel].support, float(eta),
-            max(float(tolerance), FINEST[self.precision]), LISTED, nodes.lo, nodes.hi,
-            np.zeros(len(mass)), np.zeros(2 * leaves.count), nodes.largest, leaves.start, *results,
+            function, self.workers, *nodes.columns, mass, np.array(options, dtype=np.float64), nodes.rows,
+            leaves.start, results,
         )  # fmt: skip
         return Density(results[0], results[1], results[2], results[3] if softening else None)
 
@@ -114,12 +116,11 @@ class Engine:
         _, function, names = neighbour_pass(kernel, tuple(terms), self.precision, virial)
         leaves = arrangement.leaves
         position, mass, smoothing_length = _fields(fields)
-        reach = KERNELS[kernel].support * smoothing_length
-        nodes = tree.fit(leaves, position, reach, self.workers)
+        nodes = tree.fit(leaves, position, smoothing_length, self.workers)
         results, arrays = _results(terms, virial, len(mass), leaves.count)
         share_out(
-            function, self.workers, *nodes.columns, mass, smoothing_length, KERNELS[kernel].support,
-            reach, nodes.lo, nodes.hi, nodes.largest, leaves.start, *_named(fields, names, len(mass)), *arrays,
+            function, self.workers, *nodes.columns, mass, float(KERNELS[kernel].support), nodes.rows, leaves.start,
+            *_named(fields, names, len(mass)), *arrays,
         )  # fmt: skip
         return _finished(results)
 
@@ -132,16 +133,15 @@ class Engine:
         _, function, names, distant = all_pairs_pass(kernel, tuple(terms), self.precision, virial)
         leaves = arrangement.leaves
         position, mass, smoothing_length = _fields(fields)
-        reach = KERNELS[kernel].support * smoothing_length if distant else np.full(len(mass), np.inf)
-        level = leaves.depth
-        while level > 0 and -(-len(mass) >> (level - 1)) <= ALL_PAIRS_SIZE:
-            level -= 1
-        nodes = tree.fit(leaves, position, reach, self.workers)
-        results, arrays = _results(terms, virial, len(mass), 1 << level)
+        support = float(KERNELS[kernel].support)
+        targets = leaves.count  # as many nodes of the tree, each with its targets
+        while targets > 1 and -(-2 * len(mass) // targets) <= ALL_PAIRS_SIZE:
+            targets //= 2
+        nodes = tree.fit(leaves, position, smoothing_length, self.workers)
+        results, arrays = _results(terms, virial, len(mass), targets)
         share_out(
-            function, self.workers, *nodes.columns, mass, smoothing_length, KERNELS[kernel].support,
-            reach, nodes.lo, nodes.hi, nodes.largest, arrangement.first, arrangement.last, level,
-            *_named(fields, names, len(mass)), *arrays,
+            function, self.workers, *nodes.columns, mass, support, support if distant else np.inf, nodes.rows,
+            arrangement.first, arrangement.last, targets, *_named(fields, names, len(mass)), *arrays,
         )  # fmt: skip
         return _finished(results)
 
@@ -199,6 +199,6 @@ def _finished(results: dict[str, dict[str, np.ndarray]]) -> dict[str, dict[str, 
 def _expanded_volume(leaves: tree.Leaves, position: np.ndarray, smoothing_length: np.ndarray) -> float:
     """Mean over leaves of the volume of the box widened by two smoothing lengths all round, in units of h^3."""
     nodes = tree.fit(leaves, position, smoothing_length)
-    h = nodes.largest[leaves.count :]
-    sides = (nodes.hi - nodes.lo)[leaves.count :] / h[:, None] + 4.0
-    return float(np.mean(sides[:, 0] * sides[:, 1] * sides[:, 2]))
+    at_leaves = nodes.rows[:, leaves.count : 2 * leaves.count]
+    sides = (at_leaves[3:6] - at_leaves[:3]) / at_leaves[6] + 4.0
+    return float(np.mean(np.prod(sides, axis=0)))

@@ -38,30 +38,15 @@ def moments(distance, weight, vectors, inverse_h):
 
 
 @njit(**PART)
-def load_sources(found, count, origin, buffer, x, y, z, mass):
-    widest_vectors()
-    if padded(count) + LANES > buffer.shape[1]:
-        buffer = np.empty((4, 2 * count + 2 * LANES), real)
-    to_x, to_y, to_z, to_mass = buffer[0], buffer[1], buffer[2], buffer[3]
-    x0, y0, z0 = 0.0, 0.0, 0.0
-    if RELATIVE:
-        x0, y0, z0 = x[origin], y[origin], z[origin]
-    for k in range(count):
-        to_x[k] = real(at(x, found[k]) - x0)
-        to_y[k] = real(at(y, found[k]) - y0)
-        to_z[k] = real(at(z, found[k]) - z0)
-        to_mass[k] = real(at(mass, found[k]))
-    return buffer
-
-
-@njit(fastmath=LOOP_FLAGS, **PART)
-def squared_distances(x, y, z, s, count, reach2, square, key):
-    widest_vectors()
-    x_i, y_i, z_i = x[s], y[s], z[s]
-    for k in range(count):
-        dx, dy, dz = x_i - x[k], y_i - y[k], z_i - z[k]
-        square[k] = dx * dx + dy * dy + dz * dz
-        key[k] = square[k] - reach2
+def load_sources(found, count, centre, buffer, x, y, z, mass):
+    # Rows: x, y, z, mass, and the reach of the sources, which is of no account here.
+    load_row(x, found, count, centre[0] if RELATIVE else 0.0, buffer[0])
+    load_row(y, found, count, centre[1] if RELATIVE else 0.0, buffer[1])
+    load_row(z, found, count, centre[2] if RELATIVE else 0.0, buffer[2])
+    load_row(mass, found, count, 0.0, buffer[3])
+    no_reach = buffer[4]
+    for k in range(padded(count)):
+        no_reach[k] = 0
 
 
 @njit(fastmath=LOOP_FLAGS, **PART)
@@ -72,109 +57,8 @@ def take_roots(distance, count):
 
 
 @njit(**PART)
-def select(buffer, count, s, reach, lists):
-    # The sources within reach of source s, closed up: distances and masses, padded to whole vectors. NaN is kept.
-    if count + 2 * LANES > lists.shape[1]:
-        lists = np.empty((4, 2 * count + 2 * LANES), real)
-    distance, weight, square, key = lists[0], lists[1], lists[2], lists[3]
-    squared_distances(buffer[0], buffer[1], buffer[2], s, count, real(reach * reach), square, key)
-    vectors = filled_up(key, count)
-    n = compressed_values(square, key, vectors, distance, 0)
-    compressed_values(buffer[3], key, vectors, weight, 0)
-    for k in range(n, padded(n)):
-        distance[k] = real(0)
-        weight[k] = real(0)
-    take_roots(distance, padded(n))
-    return padded(n), lists
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def density_pass_{tag}(
-    counter, x, y, z, mass, guess, support, eta, tolerance, margin, lo, hi, nothing, no_node, node_guess, start,
-    smoothing_length, density, grad_h, zeta
-):
-    leaves = len(start) - 1
-    group = min(leaves, GROUP)
-    key, listed, found = np.empty(1024), np.empty(1024, np.int64), np.empty(1024, np.int64)
-    leaf_rows = np.empty((8, 1024))
-    buffer = np.empty((4, 1024), real)
-    lists = np.empty((4, 1024), real)
-    own_rows = np.empty((8, 1024))
-    own_buffer = np.empty((4, 1024), real)
-    own_found = np.empty(1024, np.int64)
-    box = np.empty((2, 3))
-    smallest = 1e-12 * np.sqrt((hi[1, 0] - lo[1, 0]) ** 2 + (hi[1, 1] - lo[1, 1]) ** 2 + (hi[1, 2] - lo[1, 2]) ** 2)
-    while True:
-        task = take(counter)
-        if task * group >= leaves:
-            break
-        node = leaves // group + task
-        box[0], box[1] = lo[node], hi[node]
-        leaf_count, leaf_rows = reachable_leaves(lo, hi, no_node, box, support * margin * node_guess[node], leaf_rows)
-        for leaf in range(task * group, (task + 1) * group):
-            first, last = start[leaf], start[leaf + 1]
-            box[0], box[1] = lo[leaves + leaf], hi[leaves + leaf]
-            limit = margin * node_guess[leaves + leaf]
-            count, key, listed, found = gather(
-                x, y, z, nothing, start, leaf_rows, leaf_count, box, support * limit, key, listed, found
-            )
-            slot = place_of(first, found[:count])
-            buffer = load_sources(found, count, first, buffer, x, y, z, mass)
-            for i in range(first, last):
-                h = guess[i]
-                covered = margin * h
-                vectors, lists = select(buffer, count, slot + i - first, support * covered, lists)
-                low, high = 0.0, np.inf
-                target = mass[i] * eta**3
-                total = slope = 0.0
-                new = h
-                for attempt in range(200):
-                    if h > covered:
-                        covered = 1.25 * h
-                        if covered <= limit:
-                            vectors, lists = select(buffer, count, slot + i - first, support * covered, lists)
-                        else:
-                            box[0, 0], box[0, 1], box[0, 2] = x[i], y[i], z[i]
-                            box[1] = box[0]
-                            own_leaves, own_rows = reachable_leaves(lo, hi, no_node, box, support * covered, own_rows)
-                            own_count, key, listed, own_found = gather(
-                                x, y, z, nothing, start, own_rows, own_leaves, box, support * covered, key, listed,
-                                own_found
-                            )
-                            own_buffer = load_sources(own_found, own_count, i, own_buffer, x, y, z, mass)
-                            own_slot = place_of(i, own_found[:own_count])
-                            vectors, lists = select(own_buffer, own_count, own_slot, support * covered, lists)
-                    total, slope = moments(lists[0], lists[1], vectors, real(1.0 / h))
-                    if np.isnan(total):
-                        new = h = np.nan
-                        break
-                    if total < target:
-                        low = h
-                    else:
-                        high = h
-                    factor = step_factor(target / total - 1.0, total, slope)
-                    new = h * factor
-                    if abs(factor - 1.0) <= tolerance:
-                        break
-                    if high - low <= tolerance * h or (h <= smallest and total > target):
-                        new = h
-                        break
-                    if not low < new < high:
-                        if low > 0.0 and high < np.inf:
-                            new = np.sqrt(low * high)
-                        else:
-                            new = 2.0 * h if low > 0.0 else 0.5 * h
-                    h = new
-                smoothing_length[i] = new
-                density[i] = (total + slope * (new - h) / h) / new**3
-                grad_h[i] = slope / (3.0 * total)
-                zeta[i] = np.float64(softening_moment(lists[0], lists[1], vectors, real(1.0 / h)))
-                zeta[i] /= 3.0 * density[i] * new
-
-
-@njit(**PART)
 def step_factor(excess, total, slope):
-    # The ratio of the next h to this one: (target/S)^(1/s) with s = dlog S/dlog h, to second order where that is enough.
+    # The ratio of the next h to this one: (target/S)^(1/s) with s = dlog S/dlog h, to second order where that does.
     if slope <= 1e-3 * total:
         return 2.0 if excess > 0.0 else 0.5
     exponent = total / slope
@@ -182,4 +66,127 @@ def step_factor(excess, total, slope):
         return 1.0 + exponent * excess * (1.0 + 0.5 * (exponent - 1.0) * excess)
     return min(2.0, max(0.5, (1.0 + excess) ** exponent))
 
+
+@njit(**PART)
+def bisected(low, high, h):
+    if low > 0.0 and high < np.inf:
+        return np.sqrt(low * high)
+    return 2.0 * h if low > 0.0 else 0.5 * h
+
+
+@njit(**PART)
+def solve(x, y, z, mass, distance, weight, count, s, i, state, options, results):
+    # Solve for particle i, source s of a buffer. state: h, what the bracket is, and the h up to which the buffer holds all
+    # neighbours; beyond it the state is left for another buffer, and False returned.
+    support, margin, eta, tolerance, smallest = options[0], options[1], options[2], options[3], options[4]
+    h, low, high, limit = state[0], state[1], state[2], state[3]
+    target = np.float64(mass[s]) * eta * eta * eta
+    covered = 0.0
+    n = 0
+    for attempt in range(200):
+        if h > covered:
+            if h > limit:
+                state[0], state[1], state[2] = h, low, high
+                return False
+            covered = min(margin * h, limit)
+            reach = real(support * covered)
+            n = near_squares(x, y, z, mass, x[s], y[s], z[s], reach * reach, count, distance, weight)
+            for k in range(n, padded(n)):
+                distance[k] = real(0)
+                weight[k] = real(0)
+            n = padded(n)
+            take_roots(distance, n)
+        total, slope = moments(distance, weight, n, real(1.0 / h))
+        factor = step_factor(target / total - 1.0, total, slope)
+        new = h * factor
+        if total < target:
+            low = h
+        else:
+            high = h
+        if abs(factor - 1.0) <= tolerance or np.isnan(total):
+            break
+        if high - low <= tolerance * h or (h <= smallest and total > target):
+            new = h
+            break
+        h = new if low < new < high else bisected(low, high, h)
+    density = (total + slope * (new - h) / h) / (new * new * new)
+    results[0, i] = new
+    results[1, i] = density
+    results[2, i] = slope / (3.0 * total)
+    results[3, i] = np.float64(softening_moment(distance, weight, n, real(1.0 / h))) / (3.0 * density * new)
+    return True
+
+
+@njit(**PART)
+def solve_alone(i, x, y, z, h, mass, nodes, start, state, options, results):
+    # A particle whose h has outgrown its leaf's list gathers lists of its own, each larger than the last.
+    leaves = len(start) - 1
+    parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
+    found = np.empty(1024, np.int64)
+    buffer, lists = np.empty((5, 1024), real), np.empty((2, 1024), real)
+    box, centre = np.empty((2, 3)), np.empty(3)
+    for a in range(2):
+        box[a, 0], box[a, 1], box[a, 2] = x[i], y[i], z[i]
+    centre[0], centre[1], centre[2] = x[i], y[i], z[i]
+    solved = False
+    while not solved:
+        state[3] = 1.3 * state[0]
+        count, found = gather(x, y, z, h, 0.0, nodes, start, box, options[0] * state[3], parents, listed, found)
+        buffer, lists = with_columns(buffer, count), with_columns(lists, count)
+        load_sources(found, count, centre, buffer, x, y, z, mass)
+        s = place_of(i, found, count)
+        solved = solve(
+            buffer[0], buffer[1], buffer[2], buffer[3], lists[0], lists[1], count, s, i, state, options, results
+        )
+
+
+@njit(**PART)
+def solve_leaf(first, last, slot, count, limit, h, buffer, lists, state, unsolved, options, results):
+    # Returns how many of the leaf's particles are left unsolved, and their states in `unsolved` (4, ...).
+    x, y, z, mass, distance, weight = buffer[0], buffer[1], buffer[2], buffer[3], lists[0], lists[1]
+    left = 0
+    for i in range(first, last):
+        state[0], state[1], state[2], state[3] = h[i], 0.0, np.inf, limit
+        if not solve(x, y, z, mass, distance, weight, count, slot + i - first, i, state, options, results):
+            unsolved[0, left], unsolved[1, left], unsolved[2, left], unsolved[3, left] = i, state[0], state[1], state[2]
+            left += 1
+    return left
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def density_pass_{tag}(counter, x, y, z, h, mass, options, nodes, start, results):
+    leaves = len(start) - 1
+    group = min(leaves, GROUP)
+    reach = options[0] * options[1]
+    parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
+    found = np.empty(2048, np.int64)
+    group_buffer, buffer, lists = np.empty((5, 1024), real), np.empty((5, 1024), real), np.empty((2, 1024), real)
+    key, index = np.empty(1024, real), np.empty(1024, np.int32 if RELATIVE else np.int64)
+    box, centre, state = np.empty((2, 3)), np.empty(3), np.empty(4)
+    unsolved = np.empty((4, start[1] - start[0] + 1))
+    while True:
+        first_leaf = group * take(counter)
+        if first_leaf >= leaves:
+            break
+        parent = (leaves + first_leaf) // group
+        node_box(nodes, parent, box, centre)
+        group_count, found = gather(
+            x, y, z, h, 0.0, nodes, start, box, reach * nodes[6, parent], parents, listed, found
+        )
+        key, index = with_room(key, group_count), with_room(index, group_count)
+        group_buffer, buffer = with_columns(group_buffer, group_count), with_columns(buffer, group_count)
+        lists = with_columns(lists, group_count)
+        load_sources(found, group_count, centre, group_buffer, x, y, z, mass)
+        for leaf in range(first_leaf, first_leaf + group):
+            first, last = start[leaf], start[leaf + 1]
+            limit = options[1] * nodes[6, leaves + leaf]
+            leaf_box(nodes, leaves + leaf, centre, RELATIVE, box)
+            place = place_of(first, found, group_count)
+            count, slot = cull(group_buffer, group_count, place, 4, box, options[0] * limit, key, index, buffer)
+            left = solve_leaf(
+                first, last, slot, count, limit, h, buffer, lists, state, unsolved, options, results
+            )
+            for k in range(left):
+                state[0], state[1], state[2] = unsolved[1, k], unsolved[2, k], unsolved[3, k]
+                solve_alone(np.int64(unsolved[0, k]), x, y, z, h, mass, nodes, start, state, options, results)
 """

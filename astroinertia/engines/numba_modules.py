@@ -6,97 +6,90 @@ from types import ModuleType
 
 from astroinertia.engines.numba_cache import load_module
 from astroinertia.engines.numba_density import DENSITY, SOFTENING, WITHOUT_SOFTENING
-from astroinertia.engines.numba_passes import (
-    Needs,
-    effect_names,
-    header,
-    leaf_loop,
-    loader,
-    output_kinds,
-    virial_effects,
-)
+from astroinertia.engines.numba_loops import leaf_loop
+from astroinertia.engines.numba_passes import Needs, effect_names, header, listed, loader, results
 from astroinertia.engines.numba_source import Sources
 from astroinertia.engines.terms import PairTerm
 from astroinertia.sph.kernels import KERNELS, Kernel
 
 NEIGHBOUR = """
 @njit(cache=True, nogil=True, error_model="numpy")
-def neighbour_pass_{tag}(
-    counter, x, y, z, mass, smoothing_length, support, reach, lo, hi, node_reach, start{arrays}{results}
-):
+def neighbour_pass_{tag}(counter, x, y, z, h, mass, support, nodes, start{arrays}{results}):
     leaves = len(start) - 1
     group = min(leaves, GROUP)
-    key, listed, found = np.empty(1024), np.empty(1024, np.int64), np.empty(1024, np.int64)
-    leaf_rows = np.empty((8, 1024))
-    buffer = np.empty(({rows}, 1024), real)
-    pair_key, index = np.empty(1024, real), np.empty(1024, np.int32 if RELATIVE else np.int64)
-    box = np.empty((2, 3))
+    parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
+    found = np.empty(2048, np.int64)
+    group_buffer, buffer = np.empty(({rows}, 1024), real), np.empty(({rows}, 1024), real)
+    key, index = np.empty(1024, real), np.empty(1024, np.int32 if RELATIVE else np.int64)
+    box, centre = np.empty((2, 3)), np.empty(3)
     while True:
-        task = take(counter)
-        if task * group >= leaves:
+        first_leaf = group * take(counter)
+        if first_leaf >= leaves:
             break
-        node = leaves // group + task
-        box[0], box[1] = lo[node], hi[node]
-        leaf_count, leaf_rows = reachable_leaves(lo, hi, node_reach, box, node_reach[node], leaf_rows)
-        for leaf in range(task * group, (task + 1) * group):
+        parent = (leaves + first_leaf) // group
+        node_box(nodes, parent, box, centre)
+        origin = start[first_leaf]
+        group_count, found = gather(
+            x, y, z, h, support, nodes, start, box, support * nodes[6, parent], parents, listed, found
+        )
+        key, index = with_room(key, group_count), with_room(index, group_count)
+        group_buffer, buffer = with_columns(group_buffer, group_count), with_columns(buffer, group_count)
+        load_sources(found, group_count, centre, origin, group_buffer, x, y, z, mass, h, support{arrays})
+        for leaf in range(first_leaf, first_leaf + group):
             first, last = start[leaf], start[leaf + 1]
-            box[0], box[1] = lo[leaves + leaf], hi[leaves + leaf]
-            count, key, listed, found = gather(
-                x, y, z, reach, start, leaf_rows, leaf_count, box, node_reach[leaves + leaf], key, listed, found
+            leaf_box(nodes, leaves + leaf, centre, RELATIVE, box)
+            place = place_of(first, found, group_count)
+            count, slot = cull(
+                group_buffer, group_count, place, {rows}, box, support * nodes[6, leaves + leaf], key, index, buffer
             )
-            slot = place_of(first, found[:count])
-            buffer = load_sources(found, count, first, buffer, x, y, z, mass, smoothing_length, support{arrays})
-            pair_key, index = with_room(pair_key, 0, count), with_room(index, 0, count)
-            neighbour_leaf_{tag}(leaf, first, last, slot, count, buffer, buffer, pair_key, index{results})
-
+            neighbour_leaf_{tag}(leaf, first, last, slot, count, buffer, buffer, key, index{results})
 """
 
 ALL_PAIRS = """
 @njit(cache=True, nogil=True, error_model="numpy")
-def all_pairs_pass_{tag}(
-    counter, x, y, z, mass, smoothing_length, support, reach, lo, hi, node_reach, first_of, last_of, level{arrays}{results}
-):
-    leaves = 1 << level
-    block = 512
+def all_pairs_pass_{tag}(counter, x, y, z, h, mass, support, factor, nodes, first_of, last_of, leaves{arrays}{results}):
+    block = 1024
+    parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
     near, far = np.empty(2048, np.int64), np.empty(2048, np.int64)
-    ranges = np.empty((64, 2), np.int64)
+    ranges = np.empty((leaves + 1, 2), np.int64)
     run = np.empty(block, np.int64)
-    sources = np.empty(({rows}, 1024), real)
-    far_sources = np.empty(({far_rows}, block + 64), real)
-    targets = np.empty(({far_rows}, block + 64), real)
-    no_key, no_index = np.empty(0, real), np.empty(0, np.int64)
-    box = np.empty((2, 3))
+    sources = np.empty(({rows}, 2048), real)
+    far_sources = np.empty(({far_rows}, block + 2 * LANES), real)
+    targets = np.empty(({far_rows}, block + 2 * LANES), real)
+    key, index = np.empty(2048, real), np.empty(2048, np.int32 if RELATIVE else np.int64)
+    box, centre = np.empty((2, 3)), np.empty(3)
     while True:
         leaf = take(counter)
         if leaf >= leaves:
             break
         node = leaves + leaf
         first, last = first_of[node], last_of[node]
-        box[0], box[1] = lo[node], hi[node]
-        near_count, near, far_count, far, range_count, ranges = divide(
-            x, y, z, reach, lo, hi, node_reach, first_of, last_of, level, box, node_reach[node], near, far, ranges
+        node_box(nodes, node, box, centre)
+        near_count, far_count, range_count, near, far = divide(
+            x, y, z, h, factor, nodes, first_of, last_of, leaves, box, factor * nodes[6, node], parents, listed,
+            near, far, ranges
         )
-        slot = place_of(first, near[:near_count])
-        sources = load_sources(near, near_count, first, sources, x, y, z, mass, smoothing_length, support{near_arrays})
-        near_leaf_{tag}(leaf, first, last, slot, near_count, sources, sources, no_key, no_index{results})
-        own = near[slot : slot + last - first]
-        targets = load_far_sources(own, last - first, first, targets, x, y, z, mass, smoothing_length, support{far_arrays})
-        for k in range(range_count):
-            for begin in range(ranges[k, 0], ranges[k, 1], block):
-                count = min(block, ranges[k, 1] - begin)
+        key, index, sources = with_room(key, near_count), with_room(index, near_count), with_columns(sources, near_count)
+        slot = place_of(first, near, near_count)
+        load_sources(near, near_count, centre, first, sources, x, y, z, mass, h, support{arrays})
+        near_leaf_{tag}(leaf, first, last, slot, near_count, sources, sources, key, index{results})
+        if {distant}:
+            for n in range(last - first):
+                run[n] = first + n
+            load_far_sources(run, last - first, centre, first, targets, x, y, z, mass, h, support{far_arrays})
+            for k in range(range_count):
+                for begin in range(ranges[k, 0], ranges[k, 1], block):
+                    count = min(block, ranges[k, 1] - begin)
+                    for n in range(count):
+                        run[n] = begin + n
+                    load_far_sources(run, count, centre, first, far_sources, x, y, z, mass, h, support{far_arrays})
+                    far_leaf_{tag}(leaf, first, last, 0, count, targets, far_sources, key, index{results})
+            for begin in range(0, far_count, block):
+                count = min(block, far_count - begin)
                 for n in range(count):
-                    run[n] = begin + n
-                far_sources = load_far_sources(
-                    run, count, first, far_sources, x, y, z, mass, smoothing_length, support{far_arrays}
-                )
-                far_leaf_{tag}(leaf, first, last, 0, count, targets, far_sources, no_key, no_index{results})
-        for begin in range(0, far_count, block):
-            count = min(block, far_count - begin)
-            far_sources = load_far_sources(
-                far[begin : begin + count], count, first, far_sources, x, y, z, mass, smoothing_length, support{far_arrays}
-            )
-            far_leaf_{tag}(leaf, first, last, 0, count, targets, far_sources, no_key, no_index{results})
-
+                    run[n] = far[begin + n]
+                load_far_sources(run, count, centre, first, far_sources, x, y, z, mass, h, support{far_arrays})
+                far_leaf_{tag}(leaf, first, last, 0, count, targets, far_sources, key, index{results})
 """
 
 
@@ -104,16 +97,6 @@ def _kernel(name: str) -> Kernel:
     if name not in KERNELS:
         raise ValueError(f"there is no kernel {name!r}; there are {', '.join(KERNELS)}")
     return KERNELS[name]
-
-
-def _results(terms, virial: bool) -> str:
-    names = [f"out_{effect}_{output}" for effect, output in output_kinds(terms)]
-    names += [f"virial_{effect}" for effect in virial_effects(terms)] if virial else []
-    return "".join(f", {name}" for name in names)
-
-
-def _listed(names) -> str:
-    return "".join(f", {name}" for name in names)
 
 
 @functools.lru_cache(maxsize=128)
@@ -126,7 +109,7 @@ def neighbour_pass(
     sources = Sources()
     loop = leaf_loop(f"neighbour_leaf_{tag}", sources, terms, needs, "neighbour", virial)
     body = NEIGHBOUR.format(
-        tag=tag, arrays=_listed(needs.arrays), results=_results(terms, virial), rows=len(needs.rows)
+        tag=tag, arrays=listed(needs.arrays), results=listed(results(terms, virial)), rows=len(needs.rows)
     )
     text = _joined(precision, sources, loader("load_sources", needs, precision), loop, body)
     module = load_module(f"neighbour_pass_{tag}", text)
@@ -138,36 +121,29 @@ def all_pairs_pass(
     kernel: str, terms: tuple[PairTerm, ...], precision: str, virial: bool
 ) -> tuple[ModuleType, Callable, list[str], bool]:
     """As `neighbour_pass`, for a sum over all pairs; also whether all of its terms have a form for far pairs."""
-    needs = Needs(_kernel(kernel), terms, [term.pair for term in terms], masked=False)
     distant = all(term.far is not None for term in terms)
-    far_terms = terms if distant else ()
-    far_needs = Needs(_kernel(kernel), far_terms, [term.far for term in far_terms], masked=False)
-    arrays = list(dict.fromkeys(needs.arrays + far_needs.arrays))
+    pair, far = [term.pair for term in terms], [term.far for term in terms if distant]
+    needs = Needs(_kernel(kernel), terms, pair + far, masked=distant)
+    far_needs = Needs(_kernel(kernel), terms if distant else (), far, masked=False)
     tag = "_".join(effect_names(terms))
     sources = Sources()
-    loops = leaf_loop(f"near_leaf_{tag}", sources, terms, needs, "near", virial)
+    loops = leaf_loop(f"near_leaf_{tag}", sources, terms, needs, "near" if distant else "all", virial)
     loops += loader("load_far_sources", far_needs, precision)
-    if distant:
-        loops += leaf_loop(f"far_leaf_{tag}", sources, terms, far_needs, "far", virial)
-    else:  # everything is near: the walk finds nothing out of an infinite reach
-        results = _results(terms, virial)
-        loops += [
-            "@njit",
-            f"def far_leaf_{tag}(leaf, first, last, slot, count, targets, buffer, key, index{results}):",
-            "    return",
-        ]
+    loops += leaf_loop(f"far_leaf_{tag}", sources, far_needs.terms, far_needs, "far", virial) if distant else []
     body = ALL_PAIRS.format(
         tag=tag,
-        arrays=_listed(arrays),
-        near_arrays=_listed(needs.arrays),
-        far_arrays=_listed(far_needs.arrays),
-        results=_results(terms, virial),
+        arrays=listed(needs.arrays),
+        far_arrays=listed(far_needs.arrays),
+        results=listed(results(terms, virial)),
         rows=len(needs.rows),
         far_rows=len(far_needs.rows),
+        distant=distant,
     )
+    if not distant:  # everything is near: the walk finds nothing out of an infinite reach
+        body = body[: body.index("        if False:")]
     text = _joined(precision, sources, loader("load_sources", needs, precision), loops, body)
     module = load_module(f"all_pairs_pass_{tag}", text)
-    return module, getattr(module, f"all_pairs_pass_{tag}"), arrays, distant
+    return module, getattr(module, f"all_pairs_pass_{tag}"), needs.arrays, distant
 
 
 @functools.lru_cache(maxsize=64)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from astroinertia.engines.numba_parts import take
+from astroinertia.engines.numba_vectors import LANES, take
 from astroinertia.engines.threads import available_threads, share_out
 
 SHARE = 64  # leaves that a thread takes at a time
@@ -61,40 +61,42 @@ def arrange(position: np.ndarray, leaf_size: int, threads: int | None = None) ->
     return order, leaves
 
 
+@dataclass(frozen=True)
+class Nodes:
+    """What is refitted at every pass, in rows with room for one more vector at their ends.
+
+    columns (4, N + LANES): x, y, z and one more value of each particle; rows (7, 2L + LANES): the low and high corners of
+    the box of each node, and the largest of that value in it.
+    """
+
+    columns: np.ndarray
+    rows: np.ndarray
+
+
+def fit(leaves: Leaves, position: np.ndarray, values: np.ndarray, threads: int | None = None) -> Nodes:
+    """Boxes of all nodes and their largest value, from position (N, 3) and values (N,) in arranged order.
+
+    A particle that has NaN makes NaN of the boxes, or largest values, of all nodes above it.
+    """
+    position = np.ascontiguousarray(position, dtype=np.float64)
+    values = np.ascontiguousarray(values, dtype=np.float64)
+    columns = np.empty((4, len(position) + LANES))
+    rows = np.zeros((7, 2 * leaves.count + LANES))
+    columns[:, len(position) :] = 0.0
+    share_out(_fit_leaves, threads or available_threads(), leaves.start, position, values, columns, rows)
+    _fit_upward(leaves.count, rows)
+    return Nodes(columns, rows)
+
+
 def boxes(leaves: Leaves, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Bounding boxes of all nodes, position (N, 3) in arranged order: (lo, hi), each (2L, 3); NaN spreads upward."""
-    fitted = fit(leaves, position, np.zeros(len(position)))
-    return fitted.lo, fitted.hi
+    rows = fit(leaves, position, np.zeros(len(position))).rows[:, : 2 * leaves.count]
+    return np.ascontiguousarray(rows[:3].T), np.ascontiguousarray(rows[3:6].T)
 
 
 def largest(leaves: Leaves, values: np.ndarray) -> np.ndarray:
     """Largest of a per-particle value (N,), in arranged order, in every node: (2L,); NaN spreads upward."""
-    return fit(leaves, np.zeros((len(values), 3)), values).largest
-
-
-@dataclass(frozen=True)
-class Nodes:
-    """What is refitted at every pass: coordinates (3, N) of the particles; boxes lo, hi (2L, 3) and the largest of a
-    per-particle value (2L,) of the nodes."""
-
-    columns: np.ndarray
-    lo: np.ndarray
-    hi: np.ndarray
-    largest: np.ndarray
-
-
-def fit(leaves: Leaves, position: np.ndarray, values: np.ndarray, threads: int | None = None) -> Nodes:
-    """Boxes of all nodes and their largest value, from position (N, 3) and values (N,) in arranged order."""
-    position = np.ascontiguousarray(position, dtype=np.float64)
-    values = np.ascontiguousarray(values, dtype=np.float64)
-    rows = 2 * leaves.count
-    nodes = Nodes(np.empty((3, len(position))), np.zeros((rows, 3)), np.zeros((rows, 3)), np.zeros(rows))
-    share_out(
-        _fit_leaves, threads or available_threads(), leaves.start, position, values,
-        nodes.columns, nodes.lo, nodes.hi, nodes.largest,
-    )  # fmt: skip
-    _fit_upward(nodes.lo, nodes.hi, nodes.largest)
-    return nodes
+    return fit(leaves, np.zeros((len(values), 3)), values).rows[6, : 2 * leaves.count].copy()
 
 
 @njit(cache=True)
@@ -163,41 +165,36 @@ def _split_subtrees(counter, position, order, top, depth):
 
 
 @njit(cache=True, error_model="numpy")
-def _fit_leaf(position, values, columns, first, last, node, lo, hi, largest):
-    for a in range(3):
+def _fit_leaf(position, values, columns, first, last, node, rows):
+    for a in range(4):
         column = columns[a]
-        low = high = position[first, a]
-        unknown = 0.0
+        low, high, unknown = np.inf, -np.inf, 0.0
         for j in range(first, last):
-            x = position[j, a]
+            x = position[j, a] if a < 3 else values[j]
             column[j] = x
             low = x if x < low else low
             high = x if x > high else high
-            unknown += x - x  # 0, or NaN if any is NaN (or infinite, of which no box can be made)
-        lo[node, a] = low + unknown
-        hi[node, a] = high + unknown
-    top, unknown = values[first], 0.0
-    for j in range(first, last):
-        top = values[j] if values[j] > top else top
-        unknown += 0.0 * values[j] if np.isnan(values[j]) else 0.0
-    largest[node] = top + unknown
+            unknown += x if np.isnan(x) else 0.0
+        if a < 3:
+            rows[a, node] = low + unknown
+        rows[3 + a, node] = high + unknown
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _fit_leaves(counter, start, position, values, columns, lo, hi, largest):
+def _fit_leaves(counter, start, position, values, columns, rows):
     count = len(start) - 1
     while True:
         begin = SHARE * take(counter)
         if begin >= count:
             break
         for leaf in range(begin, min(begin + SHARE, count)):
-            _fit_leaf(position, values, columns, start[leaf], start[leaf + 1], count + leaf, lo, hi, largest)
+            _fit_leaf(position, values, columns, start[leaf], start[leaf + 1], count + leaf, rows)
 
 
 @njit(cache=True, error_model="numpy")
-def _fit_upward(lo, hi, largest):
-    for node in range(len(largest) // 2 - 1, 0, -1):
-        for a in range(3):
-            lo[node, a] = np.minimum(lo[2 * node, a], lo[2 * node + 1, a])
-            hi[node, a] = np.maximum(hi[2 * node, a], hi[2 * node + 1, a])
-        largest[node] = np.maximum(largest[2 * node], largest[2 * node + 1])
+def _fit_upward(count, rows):
+    for a in range(7):
+        row = rows[a]
+        for node in range(count - 1, 0, -1):
+            one, other = row[2 * node], row[2 * node + 1]
+            row[node] = np.minimum(one, other) if a < 3 else np.maximum(one, other)

@@ -1,0 +1,209 @@
+"""The text of the loops over pairs: one for each pass, fused from just the terms that it carries.
+
+In every loop the target particle is i and the source j. Names of functions hold the names of the effects, so that an
+effect which is not listed leaves no trace in what is compiled.
+"""
+
+from collections.abc import Sequence
+
+from astroinertia.engines.numba_passes import (
+    AXES,
+    KERNEL_NAMES,
+    SEPARATION,
+    VIRIAL_AXES,
+    Needs,
+    listed,
+    output_kinds,
+    results,
+    virial_effects,
+)
+from astroinertia.engines.numba_source import Sources, argument_names
+from astroinertia.engines.terms import PairTerm
+
+# The sources within reach of the target, by their places in the buffer; the massless one fills the last vector up.
+WITHIN_REACH = """
+vectors = near_indices(all_x, all_y, all_z, all_reach2, x_i, y_i, z_i, reach2_i, count, index, index)
+"""
+# The same where what is beyond reach counts too: both parts go by one key, so that no pair is missed or taken twice.
+BY_KEY = """
+for k in range(count):
+    x_ij, y_ij, z_ij = x_i - all_x[k], y_i - all_y[k], z_i - all_z[k]
+    key[k] = x_ij * x_ij + y_ij * y_ij + z_ij * z_ij - larger_of(reach2_i, all_reach2[k])
+vectors = compressed_indices(0, key, count, index, 0)
+"""
+LISTED = """
+for k in range(vectors, padded(vectors)):
+    index[k] = count
+for k in range(padded(vectors)):
+    j = index[k]
+"""
+
+
+def leaf_loop(name: str, sources: Sources, terms: Sequence[PairTerm], needs: Needs, mode: str, virial: bool) -> list[str]:
+    """The loop over the targets of one leaf and the sources in its buffer.
+
+    mode: "neighbour", pairs within reach; "near", those by the terms' pair functions and the others by their far
+    functions; "all", all pairs by their pair functions; "far", all by their far functions, with targets in a buffer of
+    their own.
+    """
+    kinds = output_kinds(terms)
+    target = "targets" if mode == "far" else "buffer"
+    lines = [
+        "@njit(fastmath=LOOP_FLAGS, **PART)",
+        f"def {name}(leaf, first, last, slot, count, targets, buffer, key, index{listed(results(terms, virial))}):",
+        "    widest_vectors()",
+    ]
+    lines += [f"    all_{row} = buffer[{k}]" for k, row in enumerate(needs.rows)]
+    if virial:
+        lines += [f"    total_{e}_{a}{b} = 0.0" for e in virial_effects(terms) for a, b in VIRIAL_AXES]
+    lines += ["    for i in range(first, last):", "        s = slot + i - first"]
+    used = [row for row in needs.rows if row != "mass" or virial]
+    lines += [f"        {row}_i = {target}[{needs.rows.index(row)}, s]" for row in used]
+    lines += [f"        {line}" for line in _powers(needs, "i")]
+    lines += [f"        {name} = real(0)" for name in _accumulators(kinds, terms, virial)]
+    if mode in ("neighbour", "near"):
+        lines += _indented(2, (WITHIN_REACH if mode == "neighbour" else BY_KEY) + LISTED)
+        lines += [f"            {line}" for line in _pair_lines(sources, terms, needs, "listed", virial)]
+    if mode != "neighbour":
+        form = {"near": "rest", "all": "all", "far": "far"}[mode]
+        lines += [f"        for j in range({'count' if form == 'rest' else 'padded(count)'}):"]
+        lines += [f"            {line}" for line in _pair_lines(sources, terms, needs, form, virial)]
+    lines += [f"        {line}" for line in _stores(kinds)]
+    if virial:
+        lines += [
+            f"        total_{e}_{a}{b} -= 0.5 * np.float64(mass_i) * np.float64(virial_{e}_{a}{b})"
+            for e in virial_effects(terms)
+            for a, b in VIRIAL_AXES
+        ]
+        for e in virial_effects(terms):
+            lines += [f"    virial_{e}[leaf, {k}] += total_{e}_{a}{b}" for k, (a, b) in enumerate(VIRIAL_AXES)]
+    return [*lines, "", ""]
+
+
+def _indented(depth: int, text: str) -> list[str]:
+    return ["    " * depth + line for line in text.strip().splitlines()]
+
+
+def _accumulators(kinds: dict, terms: Sequence[PairTerm], virial: bool) -> list[str]:
+    names = []
+    for (effect, output), how in kinds.items():
+        suffixes = {
+            "central": [f"_{a}" for a in AXES],
+            "outer": [f"_{a}{b}" for a in AXES for b in AXES],
+        }.get(how, [""])
+        names += [f"sum_{effect}_{output}{suffix}" for suffix in suffixes]
+    if virial:
+        names += [f"virial_{e}_{a}{b}" for e in virial_effects(terms) for a, b in VIRIAL_AXES]
+    return names
+
+
+def _powers(needs: Needs, side: str) -> list[str]:
+    # Powers of 1/h, made in the same way on both sides, so that they round alike.
+    largest = max((KERNEL_NAMES[stem][1] for stem in needs.kernels[side]), default=0)
+    lines = []
+    if largest >= 2:
+        lines.append(f"inverse_h2_{side} = inverse_h_{side} * inverse_h_{side}")
+    if "W" in needs.kernels[side]:
+        lines.append(f"inverse_h3_{side} = inverse_h2_{side} * inverse_h_{side}")
+    if "dW" in needs.kernels[side]:
+        lines.append(f"inverse_h4_{side} = inverse_h2_{side} * inverse_h2_{side}")
+    return lines
+
+
+def _kernel_lines(sources: Sources, needs: Needs, side: str) -> list[str]:
+    lines = [f"q_{side} = r * inverse_h_{side}"] if needs.kernels[side] else []
+    for stem in needs.kernels[side]:
+        attribute, power = KERNEL_NAMES[stem]
+        function = sources.add(getattr(needs.kernel, attribute))
+        factor = f"inverse_h{power if power > 1 else ''}_{side}"
+        lines.append(f"{stem}_{side} = {function}(q_{side}) * {factor}")
+    return lines
+
+
+def _pair_lines(sources: Sources, terms: Sequence[PairTerm], needs: Needs, form: str, virial: bool) -> list[str]:
+    """One pair; form "listed" (sources by their places), "rest" (those beyond reach, by far functions), "all", "far"."""
+    far = form in ("rest", "far")
+
+    def source(row: str) -> str:
+        return f"at(all_{row}, j)" if form == "listed" else f"all_{row}[j]"
+
+    lines = [f"{a}_ij = {a}_i - {source(a)}" for a in AXES]
+    lines += ["r2 = x_ij * x_ij + y_ij * y_ij + z_ij * z_ij", f"mass_j = {source('mass')}"]
+    if form == "rest":
+        lines += ["within = key[j] < real(0)", "mass_j = where(within, real(0), mass_j)"]
+        lines += ["r2 = where(within, larger_of(reach2_i, all_reach2[j]), r2)"]
+    lines += ["inverse_r = inverse_distance(r2)", "r = r2 * inverse_r"]
+    if any(output.of == "position" for term in terms for output in term.outputs):
+        lines += [f"vector_position_{a}_ij = {a}_ij" for a in AXES]
+    for name in needs.vectors:
+        lines += [f"vector_{name}_{a}_ij = vector_{name}_{a}_i - {source(f'vector_{name}_{a}')}" for a in AXES]
+    lines += [f"{row}_j = {source(row)}" for row in needs.rows if row.startswith(("field_", "inverse_h")) or row == "h"]
+    lines += _powers(needs, "j")
+    for side in "ij":
+        lines += _kernel_lines(sources, needs, side)
+    if needs.approach:
+        products = " + ".join(f"vector_velocity_{a}_ij * {a}_ij" for a in AXES)
+        lines.append(f"v_r = ({products}) * inverse_r")
+    values: dict[tuple[str, str], list] = {}
+    for k, term in enumerate(terms):
+        function = term.far if far else term.pair
+        name = sources.add(function, f"{term.effect}_{'far' if far else 'pair'}_{k}", reciprocal=far)
+        called = [_argument(n) for n in argument_names(function)] + (["inverse_r"] if far else [])
+        targets = [f"value_{k}_{n}" for n in range(len(term.outputs))]
+        lines.append(f"{', '.join(targets)}, = {name}({', '.join(called)})")
+        for value, output in zip(targets, term.outputs, strict=True):
+            values.setdefault((term.effect, output.name), []).append((value, output))
+    lines.append("mass_over_r = mass_j * inverse_r")
+    for (effect, name), parts in values.items():
+        lines += _reduction(f"sum_{effect}_{name}", parts, form)
+    if virial:
+        for effect in virial_effects(terms):
+            parts = [v for (e, _), pairs in values.items() if e == effect for v, o in pairs if o.how == "central"]
+            lines.append(f"stress_{effect} = mass_over_r * ({' + '.join(parts)})")
+            for a, b in VIRIAL_AXES:
+                lines.append(f"virial_{effect}_{a}{b} += stress_{effect} * ({AXES[a]}_ij * {AXES[b]}_ij)")
+    return lines
+
+
+def _reduction(total: str, parts: list, form: str) -> list[str]:
+    how = parts[0][1].how
+    value = " + ".join(v for v, _ in parts)
+    if how == "central":
+        lines = [f"{total}_force = mass_over_r * ({value})"]
+        return lines + [f"{total}_{a} += {total}_force * {a}_ij" for a in AXES]
+    if how == "sum":
+        return [f"{total} += mass_j * ({value})"]
+    if how == "max":
+        excluded = ["j >= count"]
+        excluded += ["j == s"] if form in ("listed", "all") else ["within"] if form == "rest" else []
+        condition = " | ".join(f"({e})" for e in excluded)
+        return [f"{total} = maximum({total}, where({condition}, real(0), {v}))" for v, _ in parts]
+    lines = []
+    for k, (v, output) in enumerate(parts):
+        lines.append(f"{total}_weight_{k} = mass_over_r * {v}")
+        for a in AXES:
+            lines.append(f"{total}_{k}_{a} = {total}_weight_{k} * vector_{output.of}_{a}_ij")
+            lines += [f"{total}_{a}{b} += {total}_{k}_{a} * {b}_ij" for b in AXES]
+    return lines
+
+
+def _argument(name: str) -> str:
+    stem, _, side = name.rpartition("_")
+    plain = name in ("r", "v_r", *SEPARATION) or stem in KERNEL_NAMES or stem == "h"
+    return name if plain else f"field_{stem}_{side}"
+
+
+def _stores(kinds: dict) -> list[str]:
+    lines = []
+    for (effect, output), how in kinds.items():
+        out, total = f"out_{effect}_{output}", f"sum_{effect}_{output}"
+        if how == "central":
+            lines += [f"{out}[i, {k}] -= np.float64({total}_{a})" for k, a in enumerate(AXES)]
+        elif how == "sum":
+            lines.append(f"{out}[i] += np.float64({total})")
+        elif how == "max":
+            lines.append(f"{out}[i] = maximum({out}[i], np.float64({total}))")
+        else:
+            for k, a in enumerate(AXES):
+                lines += [f"{out}[i, {k}, {n}] += np.float64({total}_{a}{b})" for n, b in enumerate(AXES)]
+    return lines
