@@ -57,7 +57,7 @@ class Archive:
             raise ArchiveError(f"the run folder {folder} cannot be made: {error.strerror or error}.") from error
         lock = _locked(folder)
         try:
-            _refuse_if_taken(folder, metadata)
+            refuse_if_taken(folder, metadata)
             archive = cls(folder, {}, lock)
             archive._commit(_empty_manifest(described))
         except BaseException:
@@ -289,7 +289,10 @@ def _locked(folder: Path) -> Any:
     return lock
 
 
-def _refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
+def refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
+    """Raise ArchiveError if the folder holds a run already, or the result of one; one that is not there is free."""
+    if not folder.is_dir():
+        return
     if (folder / MANIFEST).exists():
         other = _read_manifest(folder)["metadata"].get("name", "?")
         raise ArchiveError(f"{folder} already holds the run '{other}'; resume it, or choose another folder.")

@@ -12,7 +12,7 @@ import jax
 import numpy as np
 
 from astroinertia import dataset
-from astroinertia.archive import Archive
+from astroinertia.archive import Archive, refuse_if_taken
 from astroinertia.build import Prepared, metadata, prepare, restore
 from astroinertia.errors import NumericalError, RunInterrupted
 from astroinertia.models import sph
@@ -29,7 +29,10 @@ SMALLEST_STEP = 1e-13
 
 @dataclass(frozen=True)
 class Progress:
-    """What a run tells while it goes, in code units and seconds of wall time."""
+    """What a run tells while it goes, in code units and seconds of wall time.
+
+    energy_error: change of the total energy over the largest of the kinetic, internal and potential energies.
+    """
 
     time: float
     end: float
@@ -50,22 +53,18 @@ def run_scene(scene: Scene, folder: Path, listener: Listener | None = None) -> P
     Raises SceneError, ArchiveError (the folder holds another run), NumericalError, and RunInterrupted after a signal,
     with everything sealed so that `resume` goes on.
     """
-    archive = Archive.create(folder, metadata(scene))
-    try:
-        with jax.enable_x64(True):
-            return _Run(prepare(scene), archive, listener).finish()
-    finally:
-        archive.close()
+    described = metadata(scene)
+    refuse_if_taken(folder, described)
+    with jax.enable_x64(True):
+        prepared = prepare(scene)  # before the folder is made: a scene that cannot be built leaves nothing behind
+        with Archive.create(folder, described) as archive:
+            return _Run(prepared, archive, listener).finish()
 
 
 def resume(folder: Path, listener: Listener | None = None) -> Path:
     """Go on with an interrupted run, bit for bit as if it had never stopped, and return its netCDF file."""
-    archive = Archive.open(folder)
-    try:
-        with jax.enable_x64(True):
-            return _Run(restore(archive), archive, listener).finish()
-    finally:
-        archive.close()
+    with jax.enable_x64(True), Archive.open(folder) as archive:
+        return _Run(restore(archive), archive, listener).finish()
 
 
 class _Run:
@@ -189,8 +188,8 @@ class _Run:
         if self.listener is None or (not force and clock.monotonic() - self.told < 0.2):
             return
         self.told = clock.monotonic()
-        energy = energy_budget(self.problem, self.state)["total"]
-        opening = self.counters["opening_energy"]
+        energy = energy_budget(self.problem, self.state)
+        largest = max(energy["kinetic"], abs(energy["internal"]), *map(abs, energy["potential"].values()), 1e-300)
         self.listener(
             Progress(
                 time=float(self.state.time),
@@ -198,7 +197,7 @@ class _Run:
                 step=int(self.state.step),
                 timestep=float(self.state.rates.timestep),
                 wall_time=self.counters["wall_time"] + self.told - self.opened,
-                energy_error=abs(energy - opening) / max(abs(opening), 1e-300),
+                energy_error=abs(energy["total"] - self.counters["opening_energy"]) / largest,
                 ledger_closure=ledger_closure(self.problem, self.state),
                 density_max=float(np.max(self.state.rates.fluid.density)),
             )

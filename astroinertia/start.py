@@ -61,7 +61,7 @@ class Sphere:
 
 def sphere(scene: Scene, units: CodeUnits) -> Sphere | None:
     """The unstretched sphere of a scene's body; None for a particle table."""
-    body = scene.body
+    body: Any = scene.body
     if body.kind == "table":
         return None
     profile = {
@@ -115,7 +115,8 @@ def entropies(scene: Scene, units: CodeUnits, ball: Sphere | None, fluid: Any, s
 
 def particles(scene: Scene, units: CodeUnits, ball: Sphere | None, problem: Problem, listener: Any = None) -> Particles:
     """The particles of a scene, settled to equilibrium where the scene asks for it; `listener` hears how that goes."""
-    body, fluid = scene.body, problem.equation_of_state
+    body: Any = scene.body
+    fluid = problem.equation_of_state
     if ball is None:
         return _table(scene, units, fluid)
     mass = np.full(body.particles, ball.mass / body.particles)
@@ -141,7 +142,8 @@ def _settled(
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     # The polytrope's own pressure, carried by a gas of exponent 5/3 at least: with the entropy rising outwards the body
     # has a stable equilibrium also where its own index has none (n = 3 is neutral). The stretch comes afterwards.
-    star = Polytrope(scene.body.index, ball.mass, ball.radius)
+    body: Any = scene.body
+    star = Polytrope(body.index, ball.mass, ball.radius)
     gamma = max(star.gamma, 5.0 / 3.0)
     entropy = star.constant * ball.density(s) ** (star.gamma - gamma)
     still = replace(
@@ -150,7 +152,7 @@ def _settled(
         equation_of_state=eos.ideal(gamma),
         effects=tuple(effect for effect in problem.effects if effect.kind in ("gravity", "pressure")),
     )
-    spin = scene.body.rotation
+    spin = body.rotation
     rotation = None
     if spin is not None:
         ((measure, value),) = _amount(scene, units).items()
@@ -187,11 +189,12 @@ def _amount(scene: Scene, units: CodeUnits) -> dict[str, float]:
 def _rotation(
     scene: Scene, units: CodeUnits, ball: Sphere | None, mass: np.ndarray, position: np.ndarray
 ) -> np.ndarray:
-    spin, binding = scene.body.rotation, None
+    body: Any = scene.body
+    spin, binding = body.rotation, None
     if spin is None:
         return np.zeros_like(position)
     if ball is not None and "gravity" in scene.effects:
-        semi_axes = ball.radius * np.asarray(scene.body.axes)
+        semi_axes = ball.radius * np.asarray(body.axes)
         binding = profiles.ellipsoid_gravitational_energy(ball.profile, ball.mass, semi_axes)
     scale = None if spin.scale is None else units.to_code(spin.scale, "length")
     try:
@@ -201,7 +204,7 @@ def _rotation(
 
 
 def _table(scene: Scene, units: CodeUnits, fluid: Any) -> Particles:
-    body = scene.body
+    body: Any = scene.body
     table = read_table(Path(scene.origin or ".") / body.file)
     mass = units.to_code(table.mass, "mass")
     position = units.to_code(table.position, "length")
@@ -216,15 +219,17 @@ def _table(scene: Scene, units: CodeUnits, fluid: Any) -> Particles:
 
 
 def _constant(scene: Scene, units: CodeUnits, ball: Sphere | None, gamma: float) -> float:
-    constant = scene.equation_of_state.constant
+    body: Any = scene.body
+    chosen: Any = scene.equation_of_state
+    constant = chosen.constant
     if constant != FROM_BODY:
         return units.to_code(constant, pressure_constant_dimension(gamma))
     if ball is None:
         raise SceneError('[equation_of_state] constant = "from body" needs a body of known structure, not a table.')
     centre = np.array([1e-3])
-    if scene.body.kind == "polytrope":
-        star = Polytrope(scene.body.index, ball.mass, ball.radius)
+    if body.kind == "polytrope":
+        star = Polytrope(body.index, ball.mass, ball.radius)
         pressure, density = star.central_pressure, star.central_density
     else:
         pressure, density = float(ball.pressure(centre)[0]), float(ball.density(centre)[0])
-    return (scene.body.pressure_fraction or 1.0) * eos.polytropic_constant(density, pressure, gamma)
+    return (body.pressure_fraction or 1.0) * eos.polytropic_constant(density, pressure, gamma)

@@ -24,7 +24,7 @@ Array = Any
 class Problem:
     """The physics and the numerics of a particle run, in code units.
 
-    eta sets h = eta (m/rho)^(1/3); smoothing_tolerance is the relative error allowed in h. The time step is the least of
+    eta sets h = eta (m/rho)^(1/3); smoothing_tolerance is the relative error allowed in h. The step is the least of
     courant times the effects' own limits, acceleration_factor sqrt(h/|a|), energy_factor u/|du/dt| and max_timestep.
     """
 

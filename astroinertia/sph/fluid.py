@@ -15,8 +15,8 @@ class Fluid:
 
     velocity is the one predicted for this instant where a step is under way. grad_h is Omega and zeta the softening
     correction of Price & Monaghan (2007, MNRAS 374, 1347), None where nothing is softened. acceleration is the total of
-    the evaluation before. internal_energy is specific, thermal_energy its part above the cold curve. gradients and sums hold {effect: {output: array}} of the passes made so far; memory holds what
-    effects evolve for themselves.
+    the evaluation before. internal_energy is specific, thermal_energy its part above the cold curve. gradients and sums
+    hold {effect: {output: array}} of the passes made so far; memory holds what effects evolve for themselves.
     """
 
     time: Array

@@ -499,7 +499,8 @@ def test_pair_functions_are_finite_with_their_gradients_where_particles_coincide
         effect = catalogue.build(kind, options)
         for term in (*effect.gradient_terms, *effect.neighbour_terms):
             arguments = term.pair.__code__.co_varnames[1 : term.pair.__code__.co_argcount]
-            values = [0.0 if name in ("v_r", "dW_i", "dW_j", "r", "x_ij", "y_ij", "z_ij") else 1.0 for name in arguments]
+            zero = ("v_r", "dW_i", "dW_j", "r", "x_ij", "y_ij", "z_ij")
+            values = [0.0 if name in zero else 1.0 for name in arguments]
             for number in range(len(term.outputs)):
 
                 def output(values: Any, term: Any = term, number: int = number) -> Any:
