@@ -60,10 +60,7 @@ def run_steps(path: Path, steps: int, particles: int, engine: str) -> dict[str, 
     }
 
 
-@pytest.mark.parametrize("path", SIMS, ids=lambda path: path.stem)
-def test_the_books_of_every_scene_close(path: Path) -> None:
-    """Ledger against direct sums, each effect's virial tensor by two routes, energy, momentum and spin."""
-    figures = run_steps(path, STEPS, 300, "numba_cpu")
+def check(figures: dict[str, Any]) -> None:
     assert figures["closure"] <= 1e-12, figures
     assert figures["closure_now"] <= 1e-11, figures
     assert max(figures["mismatch"].values()) <= 1e-11, figures
@@ -71,6 +68,21 @@ def test_the_books_of_every_scene_close(path: Path) -> None:
     if figures["internal"]:
         assert figures["momentum"] <= 1e-13, figures
         assert figures["spin"] <= 1e-11, figures
+
+
+@pytest.mark.parametrize("path", SIMS, ids=lambda path: path.stem)
+def test_the_books_of_every_scene_close(path: Path) -> None:
+    """Ledger against direct sums, each effect's virial tensor by two routes, energy, momentum and spin."""
+    check(run_steps(path, STEPS, 300, "numba_cpu"))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("engine", ["numba_cpu", "xla"])
+@pytest.mark.parametrize("path", SIMS, ids=lambda path: path.stem)
+def test_the_books_close_in_both_engines(path: Path, engine: str, result) -> None:
+    figures = run_steps(path, 1200, 600, engine)
+    result(engine=engine, steps=1200, particles=600, **figures)
+    check(figures)
 
 
 SMOOTH = """
