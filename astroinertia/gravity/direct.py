@@ -10,7 +10,8 @@ def direct_pair(xp, dphi_i, dphi_j, phi_i, phi_j):
 
 def direct_far(xp, r):
     """The same where neither kernel reaches."""
-    return 1.0 / (r * r), -1.0 / r
+    inverse = 1.0 / r
+    return inverse * inverse, -inverse
 
 
 DIRECT_GRAVITY = PairTerm(
