@@ -53,5 +53,5 @@ class Gravity(Effect):
         return 0.5 * xp.sum(fluid.mass * fluid.sums["gravity"]["potential"])
 
     def timestep(self, xp, fluid):
-        """A tenth of the free-fall time of the densest matter, t_ff = sqrt(3 pi/(32 rho)): cold gas has no sound to limit it."""
+        """A tenth of the free-fall time sqrt(3 pi/(32 rho)) of the densest matter, for cold gas, which has no sound."""
         return 0.1 * xp.sqrt(3.0 * math.pi / (32.0 * xp.max(fluid.density)))

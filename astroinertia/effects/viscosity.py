@@ -120,16 +120,18 @@ class Viscosity(Effect):
     (Monaghan 1997, JCP 136, 298, in signal-velocity form; beta is in units of alpha). Work and heating cancel exactly
     for the velocities that the pair is evaluated with.
 
-    switch "cullen_dehnen": alpha follows Cullen & Dehnen (2010, MNRAS 408, 669), eqs. 13 to 18. It jumps to
-    alpha_max s/(v_sig^2 + s), s = H^2 xi max(0, -d(div v)/dt), where the flow begins to converge, and decays towards it
-    over h decay_length/v_sig. d(div v)/dt = div a - tr (grad v)^2 with gradients that are exact in linear flows, and
-    xi leaves out shear and noise. H is a kernel radius in that paper; it is 2 h here for every kernel.
-    switch "none": alpha = alpha_max. limiter "balsara": alpha is reduced by |div v|/(|div v| + |curl v| + 1e-4 c/h) in
-    the pair force (Balsara 1995, JCP 121, 357), with the same gradients. limiter "reconstruction" does so too, and puts
-    for v_r in Pi_ij the jump that is left at the midpoint when the linear flow of both sides is taken out, with van
-    Leer's limiter of the two gradients (Frontiere, Raskin & Owen 2017, JCP 332, 160, eqs. 41 to 43; Rosswog 2020, MNRAS
-    498, 4230): a smooth collapse then heats by nothing. Evrard's collapse of 1000 particles keeps 92 % of the peak of
-    its kinetic energy, against 60 % with balsara alone.
+    switch "cullen_dehnen": alpha follows Cullen & Dehnen (2010, MNRAS 408, 669). Where the flow begins to converge it
+    jumps to min(alpha_max, s/c^2), s = (2 h)^2 xi max(0, -d(div v)/dt) (their eqs. 13 and 18; the minimum is that of
+    Price et al. 2018, PASA 35, e031, eq. 45, as their eq. 14 leaves alpha below a half in shocks of Mach 2 to 4), and
+    then decays over h decay_length/v_sig (eqs. 15 and 16). d(div v)/dt = div a - tr (grad v)^2 with gradients that are
+    exact in linear flows; xi leaves out shear and noise. switch "none": alpha = alpha_max.
+
+    limiter "reconstruction": v_r in Pi_ij is the jump that is left at the midpoint when the linear flow of both sides
+    is taken out, with van Leer's limiter of the two gradients (Frontiere, Raskin & Owen 2017, JCP 332, 160, eqs. 41 to
+    43; Rosswog 2020, MNRAS 498, 4230), so that a smooth flow heats by next to nothing; and alpha is reduced by
+    d^2/(d^2 + |curl v|^2 + (1e-4 c/h)^2), d = div v, which spares shocks. limiter "balsara": v_r itself, and alpha is
+    reduced by |d|/(|d| + |curl v| + 1e-4 c/h) (Balsara 1995, JCP 121, 357). The figures are in
+    tests/physics/test_shocks.py: streams that collide are stopped, and do not run through each other.
     """
 
     alpha_max: Any = 1.0
@@ -196,7 +198,7 @@ class Viscosity(Effect):
         # The particle's own sound is a signal too, where it has no neighbour.
         signal = xp.maximum(sums["signal"], fluid.sound_speed) + 1e-30
         steepening = 4.0 * fluid.smoothing_length**2 * limited * xp.maximum(-rate, 0.0)
-        wanted = self.alpha_max * steepening / (signal**2 + steepening)
+        wanted = xp.minimum(self.alpha_max, steepening / (fluid.sound_speed**2 + 1e-30))
         decayed = wanted + (fluid.memory["viscosity_alpha"] - wanted) * xp.exp(
             -interval * signal / (self.decay_length * fluid.smoothing_length)
         )
@@ -217,7 +219,9 @@ class Viscosity(Effect):
             return alpha + xp.zeros_like(fluid.density)
         divergence, curl = divergence_and_curl(xp, gradient(xp, fluid.gradients[self.kind], "velocity"))
         noise = 1e-4 * fluid.sound_speed / fluid.smoothing_length + 1e-30
-        return alpha * xp.abs(divergence) / (xp.abs(divergence) + curl + noise)
+        if self.limiter == "balsara":
+            return alpha * xp.abs(divergence) / (xp.abs(divergence) + curl + noise)
+        return alpha * divergence**2 / (divergence**2 + curl**2 + noise**2)
 
     def fields(self, xp, fluid):
         """The coefficients alpha c and beta alpha, limited."""
@@ -230,8 +234,8 @@ class Viscosity(Effect):
         }
         if self.limiter == "reconstruction":
             flow = gradient(xp, fluid.gradients[self.kind], "velocity")
-            for k, l in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
-                fields[f"strain_{'xyz'[k]}{'xyz'[l]}"] = 0.5 * (flow[:, k, l] + flow[:, l, k])
+            for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
+                fields[f"strain_{'xyz'[a]}{'xyz'[b]}"] = 0.5 * (flow[:, a, b] + flow[:, b, a])
         return fields
 
     def timestep(self, xp, fluid):
