@@ -38,7 +38,7 @@ class Engine:
     support: float = 2.0
     motion: float = 0.01
     growth: float = 0.04
-    leaf_size: int = 16
+    leaf_size: int = 8
     block: int = 32
     wide_leaf: int = 128
     pairs_in_chunk: int | None = None

@@ -80,6 +80,8 @@ def smoothing_lengths(
         new = jnp.where(outside, jnp.sqrt(low * jnp.minimum(high, 1e300)), newton)
         return new, low, high, jnp.log(new / h), count + 1
 
+    # A guess beyond what the lists cover would send the first pass through all tiles.
+    guess = jnp.minimum(guess, (1.0 + 0.5 * arrangement.reach.growth) * arrangement.smoothing_length)
     start = (guess, jnp.zeros_like(guess), jnp.full_like(guess, jnp.inf), jnp.ones_like(guess), 0)
     return jax.lax.while_loop(unfinished, improved, start)[0]
 

@@ -49,8 +49,7 @@ def runner(engine: Any, method: str, arrangement: Any, *static: Any) -> Callable
         return lambda *arrays: getattr(engine, method)(arrangement, *static, *arrays)
     import jax
 
-    compiled = jax.jit(lambda *arrays: vars_of(getattr(engine, method)(arrangement, *static, *arrays)))
-    return lambda *arrays: jax.block_until_ready(compiled(*arrays))
+    return lambda *arrays: jax.block_until_ready(vars_of(getattr(engine, method)(arrangement, *static, *arrays)))
 
 
 def vars_of(result: Any) -> Any:
@@ -85,16 +84,16 @@ def measure(engine_name: str, precision: str, particles: int, repeats: int) -> l
     order, arrangement = engine.arrange(position, start)
     rows = [("arrange", particles / (time.perf_counter() - begin) * 2, "particles/s")]
     position, mass = position[np.asarray(order)], np.full(particles, 1.0 / particles)
-    solve = runner(engine, "density", arrangement, KERNEL)
     tolerance = 1e-5 if precision == "mixed" else 1e-10
 
     def density(guess: np.ndarray, softening: bool = False) -> Any:
-        if engine.name == "xla":
-            return runner(engine, "density", arrangement, KERNEL)(position, mass, guess, ETA, tolerance, softening)
-        return solve(position, mass, guess, ETA, tolerance, softening)
+        solve = runner(engine, "density", arrangement, KERNEL)
+        return vars_of(solve(position, mass, guess, ETA, tolerance, softening))
 
-    solved = vars_of(density(start))
-    length = np.asarray(solved["smoothing_length"])
+    length = np.asarray(density(start)["smoothing_length"])
+    # A run sorts by the smoothing lengths that it has found.
+    order, arrangement = engine.arrange(position, length)
+    position, length = position[np.asarray(order)], length[np.asarray(order)]
     nearby = length * (1.0 + 0.02 * np.random.default_rng(4).normal(size=particles))
     for what, guess, softening in (
         ("density, h given", length, False),
