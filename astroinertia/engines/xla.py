@@ -55,6 +55,8 @@ class Engine:
 
         Returns the order (N,) and the arrangement of the particles in that order.
         """
+        if not jax.config.jax_enable_x64:  # type: ignore[attr-defined]
+            raise ValueError("the xla engine computes in 64 bits: use it within jax.enable_x64(True)")
         return xla_lists.arrange(
             np.asarray(position, dtype=np.float64),
             np.asarray(smoothing_length, dtype=np.float64),

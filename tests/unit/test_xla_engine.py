@@ -155,6 +155,7 @@ def energy(engine, arrangement, fields, position):
     return sum(jnp.log1p(value**2).mean() for value in jax.tree.leaves([near, all_pairs]))
 
 
+@pytest.mark.slow
 def test_forward_and_reverse_derivatives_agree_and_are_right():
     engine = Engine(wide_leaf=32, motion=0.05)
     arrangement, fields = body(engine)
@@ -173,6 +174,7 @@ def test_forward_and_reverse_derivatives_agree_and_are_right():
     assert float((gradient * direction).sum()) == pytest.approx(float(difference), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_reverse_mode_stores_no_pairs():
     engine = Engine(wide_leaf=32, pairs_in_chunk=2048)
     arrangement, fields = body(engine)
@@ -238,6 +240,13 @@ def test_what_is_not_a_number_stays_so_and_the_solve_ends():
         arrangement, "cubic", position, fields["mass"], fields["smoothing_length"], 1.2, 1e-6, False
     )
     assert np.isnan(solved.density[7])
+
+
+def test_single_precision_by_oversight_is_refused():
+    with jax.enable_x64(False), pytest.raises(ValueError, match="64 bits"):
+        Engine().arrange(clustered(9), np.full(9, 0.5))
+    with pytest.raises(ValueError, match="precision"):
+        Engine(precision="float32")  # type: ignore[arg-type]
 
 
 def test_few_particles():
