@@ -116,9 +116,8 @@ def test_an_ellipsoid_converges_at_full_size(family: str, result) -> None:
     for name in ("I_zz", "axes", "rate"):
         result(**{f"{name}_{count}": errors[count][name] for count in counts})
         result(**{f"order_{name}": order(counts, [errors[count][name] for count in counts])})
-    if family == "dyson":
-        assert errors[30000]["I_zz"] <= 0.01
-    assert errors[30000]["I_zz"] < errors[3000]["I_zz"]
+    # Errors of opposite sign may cancel at one size, so the bar is on the finest.
+    assert errors[30000]["I_zz"] <= {"dyson": 0.01, "cold": 0.02, "toy_star": 0.01}[family]
 
 
 def test_evrards_cloud_collapses_and_bounces() -> None:
