@@ -23,8 +23,8 @@ def cache_directory() -> Path:
     Raises PermissionError for a directory that somebody else owns or may write to.
     """
     chosen = os.environ.get("ASTROINERTIA_CACHE")
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    path = Path(chosen) if chosen else Path(home) / "astroinertia" / "kernels"
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
+    path = Path(chosen) if chosen else home / "astroinertia" / "kernels"
     try:
         path.mkdir(mode=0o700, parents=True, exist_ok=True)
     except OSError:
@@ -46,7 +46,7 @@ def _loaded(name: str, text: str) -> ModuleType:
         handle, temporary = tempfile.mkstemp(suffix=".tmp", dir=path.parent)
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(text)
-        os.replace(temporary, path)
+        Path(temporary).replace(path)
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -61,7 +61,8 @@ def _refuse_strangers(path: Path) -> None:
     status = path.stat()
     if status.st_uid != os.getuid():
         raise PermissionError(
-            f"{path} holds code to be run but belongs to another user: set ASTROINERTIA_CACHE to a directory of your own"
+            f"{path} holds code to be run but belongs to another user: "
+            "set ASTROINERTIA_CACHE to a directory of your own"
         )
     if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         raise PermissionError(f"{path} holds code to be run but others may write to it: chmod 700 it")

@@ -15,8 +15,8 @@ import numpy as np
 from astroinertia.engines import tree
 from astroinertia.engines.numba_modules import all_pairs_pass, density_pass, neighbour_pass
 from astroinertia.engines.numba_passes import VIRIAL_AXES, output_kinds, virial_effects
-from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.engines.terms import Density, PairTerm
+from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.sph.kernels import KERNELS
 
 LEAF_SIZE = 32  # most particles in a leaf
@@ -90,7 +90,7 @@ class Engine:
         Raises ValueError if guess or mass is not positive, or if no smoothing length can hold enough particles.
         """
         position, mass, guess = _array(position), _array(mass), _array(guess)
-        module, function = density_pass(kernel, self.precision, softening)
+        _, function = density_pass(kernel, self.precision, softening)
         if np.min(guess, initial=1.0) <= 0.0 or np.min(mass, initial=1.0) <= 0.0:
             raise ValueError("masses and the first guess of smoothing lengths must be positive")
         if mass.sum() * KERNELS[kernel].w(np, 0.0) <= mass.max() * eta**3:
@@ -98,7 +98,9 @@ class Engine:
         leaves = arrangement.leaves
         nodes = tree.fit(leaves, position, guess, self.workers)
         sides = nodes.rows[3:6, 1] - nodes.rows[:3, 1]
-        smallest = 1e-12 * float(np.sqrt((sides**2).sum()))  # where many particles lie in one place, no h is small enough
+        smallest = 1e-12 * float(
+            np.sqrt((sides**2).sum())
+        )  # where many particles lie in one place, no h is small enough
         options = (KERNELS[kernel].support, LISTED, eta, max(tolerance, FINEST[self.precision]), smallest)
         results = np.empty((4, len(mass)))
         share_out(

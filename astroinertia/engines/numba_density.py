@@ -1,8 +1,8 @@
 """The text of the density pass: smoothing lengths, densities and their gradient factors, solved leaf by leaf.
 
-With S(h) = sum_j m_j w(r/h), the condition rho = m (eta/h)^3 reads S(h) = m eta^3. S never falls as h grows, so its root
-is unique. Newton steps are taken in log S against log h, in which S is nearly straight, and kept within the bracket that
-the signs of earlier steps have proved; a step that leaves it is replaced by bisection.
+With S(h) = sum_j m_j w(r/h), the condition rho = m (eta/h)^3 reads S(h) = m eta^3. S never falls as h grows, so its
+root is unique. Newton steps are taken in log S against log h, in which S is nearly straight, and kept within the
+bracket that the signs of earlier steps have proved; a step that leaves it is replaced by bisection.
 Omega = -sum m q w'/(3 S) and zeta = sum m (phi + q phi')/(3 rho h) follow from Price & Monaghan (2007, MNRAS 374,
 1347, equations 7 and 15) with rho ~ h^-3.
 """
@@ -39,11 +39,15 @@ def moments(distance, weight, vectors, inverse_h):
 
 @njit(**PART)
 def load_sources(found, count, centre, buffer, x, y, z, mass):
-    # Rows: x, y, z, mass, and the reach of the sources, which is of no account here.
+    # Rows: x, y, z, mass, the reach of the sources (of no account here), what x, y, z lost by rounding.
     load_row(x, found, count, centre[0] if RELATIVE else 0.0, buffer[0])
     load_row(y, found, count, centre[1] if RELATIVE else 0.0, buffer[1])
     load_row(z, found, count, centre[2] if RELATIVE else 0.0, buffer[2])
     load_row(mass, found, count, 0.0, buffer[3])
+    if RELATIVE:
+        load_low(x, found, count, centre[0], buffer[0], buffer[5])
+        load_low(y, found, count, centre[1], buffer[1], buffer[6])
+        load_low(z, found, count, centre[2], buffer[2], buffer[7])
     no_reach = buffer[4]
     for k in range(padded(count)):
         no_reach[k] = 0
@@ -76,7 +80,7 @@ def bisected(low, high, h):
 
 @njit(**PART)
 def solve(x, y, z, mass, distance, weight, count, s, i, state, options, results):
-    # Solve for particle i, source s of a buffer. state: h, what the bracket is, and the h up to which the buffer holds all
+    # Solve for particle i, source s of a buffer. state: h, its bracket, and the h up to which the buffer holds all
     # neighbours; beyond it the state is left for another buffer, and False returned.
     support, margin, eta, tolerance, smallest = options[0], options[1], options[2], options[3], options[4]
     h, low, high, limit = state[0], state[1], state[2], state[3]
@@ -99,11 +103,14 @@ def solve(x, y, z, mass, distance, weight, count, s, i, state, options, results)
         total, slope = moments(distance, weight, n, real(1.0 / h))
         factor = step_factor(target / total - 1.0, total, slope)
         new = h * factor
+        if np.isnan(total):
+            new = total
+            break
         if total < target:
             low = h
         else:
             high = h
-        if abs(factor - 1.0) <= tolerance or np.isnan(total):
+        if abs(factor - 1.0) <= tolerance:
             break
         if high - low <= tolerance * h or (h <= smallest and total > target):
             new = h
@@ -123,7 +130,7 @@ def solve_alone(i, x, y, z, h, mass, nodes, start, state, options, results):
     leaves = len(start) - 1
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
     found = np.empty(1024, np.int64)
-    buffer, lists = np.empty((5, 1024), real), np.empty((2, 1024), real)
+    buffer, lists = np.empty((8, 1024), real), np.empty((2, 1024), real)
     box, centre = np.empty((2, 3)), np.empty(3)
     for a in range(2):
         box[a, 0], box[a, 1], box[a, 2] = x[i], y[i], z[i]
@@ -160,7 +167,7 @@ def density_pass_{tag}(counter, x, y, z, h, mass, options, nodes, start, results
     reach = options[0] * options[1]
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
     found = np.empty(2048, np.int64)
-    group_buffer, buffer, lists = np.empty((5, 1024), real), np.empty((5, 1024), real), np.empty((2, 1024), real)
+    group_buffer, buffer, lists = np.empty((8, 1024), real), np.empty((8, 1024), real), np.empty((2, 1024), real)
     key, index = np.empty(1024, real), np.empty(1024, np.int32 if RELATIVE else np.int64)
     box, centre, state = np.empty((2, 3)), np.empty(3), np.empty(4)
     unsolved = np.empty((4, start[1] - start[0] + 1))
@@ -182,7 +189,9 @@ def density_pass_{tag}(counter, x, y, z, h, mass, options, nodes, start, results
             limit = options[1] * nodes[6, leaves + leaf]
             leaf_box(nodes, leaves + leaf, centre, RELATIVE, box)
             place = place_of(first, found, group_count)
-            count, slot = cull(group_buffer, group_count, place, 4, box, options[0] * limit, key, index, buffer)
+            count, slot = cull(
+                group_buffer, group_count, place, 4, 5 if RELATIVE else 0, box, options[0] * limit, key, index, buffer
+            )
             left = solve_leaf(
                 first, last, slot, count, limit, h, buffer, lists, state, unsolved, options, results
             )

@@ -39,7 +39,9 @@ for k in range(padded(vectors)):
 """
 
 
-def leaf_loop(name: str, sources: Sources, terms: Sequence[PairTerm], needs: Needs, mode: str, virial: bool) -> list[str]:
+def leaf_loop(
+    name: str, sources: Sources, terms: Sequence[PairTerm], needs: Needs, mode: str, virial: bool
+) -> list[str]:
     """The loop over the targets of one leaf and the sources in its buffer.
 
     mode: "neighbour", pairs within reach; "near", those by the terms' pair functions and the others by their far
@@ -121,7 +123,7 @@ def _kernel_lines(sources: Sources, needs: Needs, side: str) -> list[str]:
 
 
 def _pair_lines(sources: Sources, terms: Sequence[PairTerm], needs: Needs, form: str, virial: bool) -> list[str]:
-    """One pair; form "listed" (sources by their places), "rest" (those beyond reach, by far functions), "all", "far"."""
+    """One pair; form: "listed" (sources by their places), "rest" (beyond reach, by far functions), "all" or "far"."""
     far = form in ("rest", "far")
 
     def source(row: str) -> str:
@@ -146,7 +148,7 @@ def _pair_lines(sources: Sources, terms: Sequence[PairTerm], needs: Needs, form:
         lines.append(f"v_r = ({products}) * inverse_r")
     values: dict[tuple[str, str], list] = {}
     for k, term in enumerate(terms):
-        function = term.far if far else term.pair
+        function = term.far if far and term.far else term.pair
         name = sources.add(function, f"{term.effect}_{'far' if far else 'pair'}_{k}", reciprocal=far)
         called = [_argument(n) for n in argument_names(function)] + (["inverse_r"] if far else [])
         targets = [f"value_{k}_{n}" for n in range(len(term.outputs))]

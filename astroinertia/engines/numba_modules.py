@@ -19,7 +19,7 @@ def neighbour_pass_{tag}(counter, x, y, z, h, mass, support, nodes, start{arrays
     group = min(leaves, GROUP)
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
     found = np.empty(2048, np.int64)
-    group_buffer, buffer = np.empty(({rows}, 1024), real), np.empty(({rows}, 1024), real)
+    group_buffer, buffer = np.empty(({rows} + 3, 1024), real), np.empty(({rows} + 3, 1024), real)
     key, index = np.empty(1024, real), np.empty(1024, np.int32 if RELATIVE else np.int64)
     box, centre = np.empty((2, 3)), np.empty(3)
     while True:
@@ -40,7 +40,8 @@ def neighbour_pass_{tag}(counter, x, y, z, h, mass, support, nodes, start{arrays
             leaf_box(nodes, leaves + leaf, centre, RELATIVE, box)
             place = place_of(first, found, group_count)
             count, slot = cull(
-                group_buffer, group_count, place, {rows}, box, support * nodes[6, leaves + leaf], key, index, buffer
+                group_buffer, group_count, place, {rows}, {rows} if RELATIVE else 0, box,
+                support * nodes[6, leaves + leaf], key, index, buffer
             )
             neighbour_leaf_{tag}(leaf, first, last, slot, count, buffer, buffer, key, index{results})
 """
@@ -53,7 +54,7 @@ def all_pairs_pass_{tag}(counter, x, y, z, h, mass, support, factor, nodes, firs
     near, far = np.empty(2048, np.int64), np.empty(2048, np.int64)
     ranges = np.empty((leaves + 1, 2), np.int64)
     run = np.empty(block, np.int64)
-    sources = np.empty(({rows}, 2048), real)
+    sources = np.empty(({rows} + 3, 2048), real)
     far_sources = np.empty(({far_rows}, block + 2 * LANES), real)
     targets = np.empty(({far_rows}, block + 2 * LANES), real)
     key, index = np.empty(2048, real), np.empty(2048, np.int32 if RELATIVE else np.int64)
@@ -69,7 +70,8 @@ def all_pairs_pass_{tag}(counter, x, y, z, h, mass, support, factor, nodes, firs
             x, y, z, h, factor, nodes, first_of, last_of, leaves, box, factor * nodes[6, node], parents, listed,
             near, far, ranges
         )
-        key, index, sources = with_room(key, near_count), with_room(index, near_count), with_columns(sources, near_count)
+        key, index = with_room(key, near_count), with_room(index, near_count)
+        sources = with_columns(sources, near_count)
         slot = place_of(first, near, near_count)
         load_sources(near, near_count, centre, first, sources, x, y, z, mass, h, support{arrays})
         near_leaf_{tag}(leaf, first, last, slot, near_count, sources, sources, key, index{results})

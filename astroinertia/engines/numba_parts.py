@@ -5,6 +5,9 @@ text, says exactly what is compiled. Functions that are called for every particl
 making, for every new reference to an array is an atomic count.
 """
 
+# pyright: reportCallIssue=false
+# (numba itself gives intrinsics their first argument)
+
 import numpy as np
 from numba import njit
 
@@ -28,7 +31,7 @@ BELOW = 32  # nodes that are looked at together where their common ancestor is i
 
 @njit(**PART)
 def near_nodes(nodes, count, box, factor, target_reach, parents, found):
-    """Nodes count to 2 count - 1 (one level of the tree) that come within the larger of two reaches of a box, ascending.
+    """The nodes of one level, count to 2 count - 1, that come within the larger of two reaches of a box, ascending.
 
     nodes (7, 2L or more): corners and largest h. Returns their number; parents and found have room for them all.
     """
@@ -82,9 +85,9 @@ def divide(
 ):
     """Split all particles by whether they come within the larger of two reaches of a box.
 
-    Nodes targets to 2 targets - 1 hold the particles first_of to last_of - 1. Returns the numbers of, and the arrays of,
-    `near`: indices within reach; `far`: indices out of reach in nodes that are within; and the number of `ranges` (K, 2):
-    runs of particles whose nodes are out of reach.
+    Nodes targets to 2 targets - 1 hold the particles first_of to last_of - 1. Returns the numbers of `near` (indices
+    within reach), `far` (indices out of reach in nodes that are within) and `ranges` (K, 2) (runs of particles whose
+    nodes are out of reach), and the arrays near and far, maybe larger ones.
     """
     n = near_nodes(nodes, targets, box, factor, target_reach, parents, listed)
     total = 0
@@ -157,19 +160,32 @@ def row_excess(x, y, z, reach2, count, box, target_reach2, key):
 
 
 @njit(**PART)
-def cull(group, group_count, place, rows, box, target_reach, key, index, buffer):
+def recentre(row, low, count, centre):
+    """Make a row of coordinates relative to another centre, with the digits that its precision left over."""
+    widest_vectors()
+    for k in range(count):
+        row[k] = (row[k] - centre) + low[k]
+
+
+@njit(**PART)
+def cull(group, group_count, place, rows, low, box, target_reach, key, index, buffer):
     """Close up the sources of a group that come within the larger of two reaches of a box.
 
-    group (rows or more, ...): x, y, z, mass, squared reach, ...; the first `rows` rows are copied to the buffer, and after
-    them a massless copy of the last source. key and index are work space with room for the group. Returns the number, and
-    where the source that stood at `place` in the group stands now.
+    group (rows or more, ...): x, y, z, mass, squared reach, ...; the first `rows` rows are copied to the buffer, with a
+    massless copy of the last source after them. If low > 0, rows low to low + 2 are what coordinates lost by rounding,
+    and those in the buffer are made relative to the middle of the box. key and index have room for the group.
+    Returns the number, and where the source that stood at `place` in the group stands now.
     """
     row_excess(group[0], group[1], group[2], group[4], group_count, box, target_reach * target_reach, key)
     count = compressed_indices(0, key, group_count, index, 0)
     for k in range(rows):
-        row = buffer[k]
-        compressed_values(group[k], key, group_count, row, 0)
-        row[count] = row[count - 1]
+        compressed_values(group[k], key, group_count, buffer[k], 0)
+    if low > 0:
+        for a in range(3):
+            compressed_values(group[low + a], key, group_count, buffer[low + a], 0)
+            recentre(buffer[a], buffer[low + a], count, buffer.dtype.type(0.5 * (box[0, a] + box[1, a])))
+    for k in range(rows):
+        buffer[k, count] = buffer[k, count - 1]
     buffer[3, count] = 0
     return count, place_of(place, index, count)
 
@@ -192,6 +208,14 @@ def load_row(source, found, count, zero, row):
     for k in range(count):
         row[k] = at(source, found[k]) - zero
     fill_row(row, count)
+
+
+@njit(**PART)
+def load_low(source, found, count, zero, high, row):
+    """What source[found] - zero lost when it was rounded to `high`."""
+    widest_vectors()
+    for k in range(count):
+        row[k] = (at(source, found[k]) - zero) - np.float64(high[k])
 
 
 @njit(**PART)

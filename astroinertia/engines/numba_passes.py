@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from astroinertia.engines import numba_parts, numba_vectors
-from astroinertia.engines.numba_source import Sources, argument_names
+from astroinertia.engines.numba_source import argument_names
 from astroinertia.engines.terms import PairTerm
 
 AXES = "xyz"
@@ -31,9 +31,10 @@ def output_kinds(terms: Iterable[PairTerm]) -> dict[tuple[str, str], str]:
     kinds: dict[tuple[str, str], str] = {}
     for term in terms:
         for output in term.outputs:
-            known = kinds.setdefault((term.effect, output.name), output.how)
-            if known != output.how:
-                raise ValueError(f"output {output.name} of effect {term.effect} is gathered in two ways")
+            known = kinds.get((term.effect, output.name))
+            if known not in (None, output.how) or known == "max":
+                raise ValueError(f"output {output.name} of effect {term.effect} comes twice and cannot be added up")
+            kinds[term.effect, output.name] = output.how
     return kinds
 
 
@@ -112,8 +113,9 @@ def inverse_distance(r2):
 def header(precision: str) -> list[str]:
     """The opening of a generated module: the shared parts and the pair precision."""
     symmetric = "{'contract', 'nsz', 'arcp', 'afn'}" if precision == "mixed" else "{'contract', 'nsz'}"
+    vectors = re.sub(r"COMPRESSES = .*", f"COMPRESSES = {numba_vectors.COMPRESSES}", inspect.getsource(numba_vectors))
     return [
-        inspect.getsource(numba_vectors),
+        vectors,
         re.sub(r"from astroinertia\.[\w.]+ import (\([^)]*\)|.*)\n", "", inspect.getsource(numba_parts)),
         ROOTS[precision],
         f"real = np.{'float32' if precision == 'mixed' else 'float64'}",
@@ -129,7 +131,7 @@ def header(precision: str) -> list[str]:
 def loader(name: str, needs: Needs, precision: str) -> list[str]:
     """A function that copies sources into the rows of a buffer, in mixed precision relative to a centre.
 
-    Vectors are then relative to those of the particle `origin`.
+    Vectors are then relative to those of the particle `origin`, and three more rows hold what coordinates lost.
     """
     lines = [
         "@njit(**PART)",
@@ -149,7 +151,14 @@ def loader(name: str, needs: Needs, precision: str) -> list[str]:
                 "inverse_h": "load_inverse(h, found, count",
             }.get(row, f"load_row({row}, found, count, 0.0")
         lines.append(f"    {call}, buffer[{k}])")
-    lines += ["    mass_row = buffer[3]", "    for k in range(count, padded(count) + LANES):", "        mass_row[k] = 0"]
+    if mixed and needs.masked:
+        for k, a in enumerate(AXES):
+            lines.append(f"    load_low({a}, found, count, centre[{k}], buffer[{k}], buffer[{len(needs.rows) + k}])")
+    lines += [
+        "    mass_row = buffer[3]",
+        "    for k in range(count, padded(count) + LANES):",
+        "        mass_row[k] = 0",
+    ]
     return [*lines, "", ""]
 
 

@@ -19,7 +19,9 @@ PAIR_DECORATOR = '@njit(forceinline=True, error_model="numpy", fastmath=PAIR_FLA
 
 
 def argument_names(function: Callable) -> list[str]:
-    """The names that a pair function asks for, without the namespace."""
+    """The names that a pair function asks for, without the namespace; ValueError for what is not a Python function."""
+    if not isinstance(function, types.FunctionType):
+        raise ValueError(f"a pair function must be a plain Python function, not {function!r}")
     return list(inspect.signature(function).parameters)[1:]
 
 
@@ -67,8 +69,6 @@ class Sources:
 
 
 def _translated(sources: Sources, function: Callable, name: str, reciprocal: bool) -> str:
-    if not isinstance(function, types.FunctionType):
-        raise ValueError(f"a pair function must be a plain Python function, not {function!r}")
     try:
         node = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
     except (OSError, SyntaxError) as error:

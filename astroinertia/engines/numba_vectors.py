@@ -288,6 +288,17 @@ def _boxes_in_reach(inside):
     return boxes_in_reach
 
 
+# The functions that are made below:
+# compressed_values(values, key, count, out, offset): append to out[offset:] those of values[:count] whose key is not
+# >= 0, and return how far `out` is filled. compressed_indices(first, ...): likewise for the indices first + k. Elements
+# of `key` are as wide as those of `out`.
+# near_squares(x, y, z, mass, x_i, y_i, z_i, reach2, count, squares, masses): squared distances and masses of the
+# sources not beyond the reach; near_indices(x, y, z, reach2, x_i, y_i, z_i, reach2_i, count, indices, indices): indices
+# of the sources not beyond the larger of two reaches. Both return how many there are.
+# in_reach(lo_x, ..., hi_z, size, first, last, box, factor, target_reach, out, offset): append the numbers of those
+# boxes first to last - 1 that come within max(target_reach, factor size) of a box (2, 3), with some slack; a particle
+# is a box whose corners are one. out_of_reach(...): the others.
+# NaN is always within reach. All may store LANES elements past what they return, and read LANES too many.
 if COMPRESSES:
     compressed_values = _compressed(False)
     compressed_indices = _compressed(True)
@@ -298,21 +309,21 @@ if COMPRESSES:
 else:
 
     @njit(**PART)
-    def compressed_values(values, key, count, out, offset):
+    def _plain_compressed_values(values, key, count, out, offset):
         for k in range(count):
             out[offset] = values[k]
             offset += 1 - np.int64(key[k] >= 0)
         return offset
 
     @njit(**PART)
-    def compressed_indices(first, key, count, out, offset):
+    def _plain_compressed_indices(first, key, count, out, offset):
         for k in range(count):
             out[offset] = first + k
             offset += 1 - np.int64(key[k] >= 0)
         return offset
 
     @njit(**PART)
-    def near_squares(x, y, z, mass, x_i, y_i, z_i, reach2, count, squares, masses):
+    def _plain_near_squares(x, y, z, mass, x_i, y_i, z_i, reach2, count, squares, masses):
         n = 0
         for k in range(count):
             dx, dy, dz = x_i - x[k], y_i - y[k], z_i - z[k]
@@ -322,7 +333,7 @@ else:
         return n
 
     @njit(**PART)
-    def near_indices(x, y, z, reach2, x_i, y_i, z_i, reach2_i, count, indices, _):
+    def _plain_near_indices(x, y, z, reach2, x_i, y_i, z_i, reach2_i, count, indices, _):
         n = 0
         for k in range(count):
             dx, dy, dz = x_i - x[k], y_i - y[k], z_i - z[k]
@@ -331,7 +342,7 @@ else:
         return n
 
     @njit(**PART)
-    def beyond_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, size, k, box, factor, target_reach):
+    def _plain_beyond_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, size, k, box, factor, target_reach):
         dx = larger_of(0.0, larger_of(lo_x[k] - box[1, 0], box[0, 0] - hi_x[k]))
         dy = larger_of(0.0, larger_of(lo_y[k] - box[1, 1], box[0, 1] - hi_y[k]))
         dz = larger_of(0.0, larger_of(lo_z[k] - box[1, 2], box[0, 2] - hi_z[k]))
@@ -339,27 +350,19 @@ else:
         return np.int64(dx * dx + dy * dy + dz * dz >= reach * reach * SLACK)
 
     @njit(**PART)
-    def in_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, size, first, last, box, factor, target_reach, out, n):
+    def _plain_in_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, size, first, last, box, factor, target_reach, out, n):
         for k in range(first, last):
             out[n] = k
-            n += 1 - beyond_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, size, k, box, factor, target_reach)
+            n += 1 - _plain_beyond_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, size, k, box, factor, target_reach)
         return n
 
     @njit(**PART)
-    def out_of_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, size, first, last, box, factor, target_reach, out, n):
+    def _plain_out_of_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, size, first, last, box, factor, target_reach, out, n):
         for k in range(first, last):
             out[n] = k
-            n += beyond_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, size, k, box, factor, target_reach)
+            n += _plain_beyond_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, size, k, box, factor, target_reach)
         return n
 
-
-# compressed_values(values, key, count, out, offset): append to out[offset:] those of values[:count] whose key is not
-# >= 0, and return how far `out` is filled. compressed_indices(first, ...): likewise for the indices first + k. Elements
-# of `key` are as wide as those of `out`.
-# near_squares(x, y, z, mass, x_i, y_i, z_i, reach2, count, squares, masses): squared distances and masses of the sources
-# not beyond the reach; near_indices(x, y, z, reach2, x_i, y_i, z_i, reach2_i, count, indices, indices): indices of the
-# sources not beyond the larger of two reaches. Both return how many there are.
-# in_reach(lo_x, ..., hi_z, size, first, last, box, factor, target_reach, out, offset): append the numbers of those boxes
-# first to last - 1 that come within max(target_reach, factor size) of a box (2, 3), with some slack; a particle is a box
-# whose corners are one. out_of_reach(...): the others.
-# NaN is always within reach. All of them may store LANES elements past what they return, and read LANES too many.
+    compressed_values, compressed_indices = _plain_compressed_values, _plain_compressed_indices
+    near_squares, near_indices = _plain_near_squares, _plain_near_indices
+    in_reach, out_of_reach = _plain_in_reach, _plain_out_of_reach

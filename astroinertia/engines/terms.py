@@ -27,8 +27,9 @@ class PairTerm:
     """A pair function, written once for every engine, and its outputs.
 
     `pair(xp, ...)` names its scalars: `r`, `h_i`, `W_i`, `dW_i`, `phi_i`, `dphi_i` (and `_j`), `v_r` = v_ij.x_ij/r,
-    `x_ij`, `y_ij`, `z_ij` = x_i - x_j, or any per-particle field with the suffix `_i` or `_j`. It is branch-free and finite at r = 0, uses only arithmetic and
-    xp.where, maximum, minimum, abs and sqrt, and returns one scalar for each output, without the factor m_j.
+    `x_ij`, `y_ij`, `z_ij` = x_i - x_j, or any per-particle field with the suffix `_i` or `_j`. It is branch-free and
+    finite at r = 0, uses only arithmetic and xp.where, maximum, minimum, abs and sqrt, and returns one scalar for each
+    output, without the factor m_j.
     `far`, for sums over all pairs, is what `pair` becomes beyond the support of both kernels.
     """
 

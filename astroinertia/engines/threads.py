@@ -15,7 +15,7 @@ from numba import config
 
 def available_threads() -> int:
     """Threads that a loop is shared out over unless told otherwise: NUMBA_NUM_THREADS, or the processor's cores."""
-    return int(config.NUMBA_NUM_THREADS)
+    return int(config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
 
 def share_out(function: Callable[..., Any], threads: int, *arguments: Any) -> None:

@@ -6,6 +6,9 @@ every node is a contiguous range of particles. Leaf sizes differ by at most one.
 by the particles; boxes are refitted to wherever the particles are now.
 """
 
+# pyright: reportCallIssue=false
+# (numba itself gives intrinsics their first argument)
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,8 +49,8 @@ def balanced_leaves(particles: int, leaf_size: int) -> Leaves:
 def arrange(position: np.ndarray, leaf_size: int, threads: int | None = None) -> tuple[np.ndarray, Leaves]:
     """Sort particles into leaves by median splits along the longest side of each node's box.
 
-    position (N, 3). Returns order (N,) int64, such that position[order] is leaf after leaf, and the leaves. The order is
-    a function of the positions alone, whatever the number of threads. NaN positions are carried along.
+    position (N, 3). Returns order (N,) int64, such that position[order] is leaf after leaf, and the leaves. The order
+    is a function of the positions alone, whatever the number of threads. NaN positions are carried along.
     """
     position = np.ascontiguousarray(position, dtype=np.float64)
     if position.ndim != 2 or position.shape[1] != 3:
@@ -65,8 +68,8 @@ def arrange(position: np.ndarray, leaf_size: int, threads: int | None = None) ->
 class Nodes:
     """What is refitted at every pass, in rows with room for one more vector at their ends.
 
-    columns (4, N + LANES): x, y, z and one more value of each particle; rows (7, 2L + LANES): the low and high corners of
-    the box of each node, and the largest of that value in it.
+    columns (4, N + LANES): x, y, z and one more value of each particle; rows (7, 2L + LANES): the low and high corners
+    of the box of each node, and the largest of that value in it.
     """
 
     columns: np.ndarray
