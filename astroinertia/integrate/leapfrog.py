@@ -1,8 +1,8 @@
 """Kick-drift-kick with the ledger beside it.
 
 Half kick, drift, forces, half kick: second order, symplectic for a fixed step, one force evaluation a step (Hernquist
-& Katz 1989, ApJS 70, 419; Springel 2005, MNRAS 364, 1105). A force linear in the velocity enters through its matrix M_e by
-the implicit midpoint rule, so that a Coriolis force does no work; other velocity-dependent effects see the velocity
+& Katz 1989, ApJS 70, 419; Springel 2005, MNRAS 364, 1105). A force linear in the velocity enters through its matrix M_e
+by the implicit midpoint rule, so that a Coriolis force does no work; other velocity-dependent effects see the velocity
 predicted for the end of the step, which makes them time-centred.
 """
 
