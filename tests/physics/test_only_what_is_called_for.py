@@ -57,7 +57,7 @@ TABLES = {
 TRACES = {
     "gravity": r"gravity|direct_pair|direct_far|softening_pair|zeta_over_omega|\bd?phi_[ij]\b|_phi\b|_dphi\b",
     "pressure": r"pressure_pair|pressure_weight|out_pressure",
-    "viscosity": r"viscosity|gradient_pair|trend_pair",
+    "viscosity": r"viscosity|gradient_pair|trend_pair|reconstructed_pair|strain_",
     "conduction": r"conduction|relative_velocity_pair|pressure_jump_pair",
 }
 HALVES = (
