@@ -66,12 +66,12 @@ class Engine:
         for level in range(leaves.depth + 1):
             edges = leaves.start[:: 1 << (leaves.depth - level)]
             first[1 << level : 2 << level], last[1 << level : 2 << level] = edges[:-1], edges[1:]
-        volume = _expanded_volume(leaves, position[order], _array(smoothing_length)[order])
+        volume = _expanded_volume(leaves, position[order], _array(smoothing_length)[order], self.workers)
         return order, Arrangement(leaves, first, last, volume)
 
     def stale(self, arrangement: Arrangement, position: Any, smoothing_length: Any) -> bool:
         """Whether the leaves have loosened so much that arranging particles anew pays."""
-        volume = _expanded_volume(arrangement.leaves, _array(position), _array(smoothing_length))
+        volume = _expanded_volume(arrangement.leaves, _array(position), _array(smoothing_length), self.workers)
         return not volume <= LOOSENED * arrangement.volume
 
     def density(
@@ -198,9 +198,9 @@ def _finished(results: dict[str, dict[str, np.ndarray]]) -> dict[str, dict[str, 
     return results
 
 
-def _expanded_volume(leaves: tree.Leaves, position: np.ndarray, smoothing_length: np.ndarray) -> float:
+def _expanded_volume(leaves: tree.Leaves, position: np.ndarray, smoothing_length: np.ndarray, threads: int) -> float:
     """Mean over leaves of the volume of the box widened by two smoothing lengths all round, in units of h^3."""
-    nodes = tree.fit(leaves, position, smoothing_length)
+    nodes = tree.fit(leaves, position, smoothing_length, threads)
     at_leaves = nodes.rows[:, leaves.count : 2 * leaves.count]
     sides = (at_leaves[3:6] - at_leaves[:3]) / at_leaves[6] + 4.0
     return float(np.mean(np.prod(sides, axis=0)))

@@ -14,9 +14,8 @@ def softening_moment(distance, weight, vectors, inverse_h):
 """
 
 SOFTENING = """
-@njit(fastmath=LOOP_FLAGS, **PART)
+@njit(fastmath=LOOP_FLAGS, forceinline=True, **PART)
 def softening_moment(distance, weight, vectors, inverse_h):
-    widest_vectors()
     total = real(0)
     for k in range(vectors):
         q = distance[k] * inverse_h
@@ -25,9 +24,8 @@ def softening_moment(distance, weight, vectors, inverse_h):
 """
 
 DENSITY = """
-@njit(fastmath=LOOP_FLAGS, **PART)
+@njit(fastmath=LOOP_FLAGS, forceinline=True, **PART)
 def moments(distance, weight, vectors, inverse_h):
-    widest_vectors()
     total = real(0)
     slope = real(0)
     for k in range(vectors):
@@ -53,9 +51,8 @@ def load_sources(found, count, centre, buffer, x, y, z, mass):
         no_reach[k] = 0
 
 
-@njit(fastmath=LOOP_FLAGS, **PART)
+@njit(fastmath=LOOP_FLAGS, forceinline=True, **PART)
 def take_roots(distance, count):
-    widest_vectors()
     for k in range(count):
         distance[k] *= inverse_distance(distance[k])
 
@@ -79,54 +76,64 @@ def bisected(low, high, h):
 
 
 @njit(**PART)
-def solve(x, y, z, mass, distance, weight, count, s, i, state, options, results):
-    # Solve for particle i, source s of a buffer. state: h, its bracket, and the h up to which the buffer holds all
-    # neighbours; beyond it the state is left for another buffer, and False returned.
+def solve_leaf(first, last, slot, count, limit, buffer, lists, unsolved, options, results):
+    # Solve for the particles of a leaf, from the guesses in results[0]. The buffer holds all neighbours up to
+    # h = limit; particles that outgrow it are left, with where they got to, and their number is returned.
+    widest_vectors()
+    x, y, z, mass, distance, weight = buffer[0], buffer[1], buffer[2], buffer[3], lists[0], lists[1]
     support, margin, eta, tolerance, smallest = options[0], options[1], options[2], options[3], options[4]
-    h, low, high, limit = state[0], state[1], state[2], state[3]
-    target = np.float64(mass[s]) * eta * eta * eta
-    covered = 0.0
-    n = 0
-    for attempt in range(200):
-        if h > covered:
-            if h > limit:
-                state[0], state[1], state[2] = h, low, high
-                return False
-            covered = min(margin * h, limit)
-            reach = real(support * covered)
-            n = near_squares(x, y, z, mass, x[s], y[s], z[s], reach * reach, count, distance, weight)
-            for k in range(n, padded(n)):
-                distance[k] = real(0)
-                weight[k] = real(0)
-            n = padded(n)
-            take_roots(distance, n)
-        total, slope = moments(distance, weight, n, real(1.0 / h))
-        factor = step_factor(target / total - 1.0, total, slope)
-        new = h * factor
-        if np.isnan(total):
-            new = total
-            break
-        if total < target:
-            low = h
-        else:
-            high = h
-        if abs(factor - 1.0) <= tolerance:
-            break
-        if high - low <= tolerance * h or (h <= smallest and total > target):
-            new = h
-            break
-        h = new if low < new < high else bisected(low, high, h)
-    density = (total + slope * (new - h) / h) / (new * new * new)
-    results[0, i] = new
-    results[1, i] = density
-    results[2, i] = slope / (3.0 * total)
-    results[3, i] = np.float64(softening_moment(distance, weight, n, real(1.0 / h))) / (3.0 * density * new)
-    return True
+    left = 0
+    for i in range(first, last):
+        s = slot + i - first
+        x_i, y_i, z_i = x[s], y[s], z[s]
+        target = np.float64(mass[s]) * eta * eta * eta
+        h, low, high, covered = results[0, i], 0.0, np.inf, 0.0
+        n = 0
+        new = total = slope = 0.0
+        for attempt in range(200):
+            if h > covered:
+                if h > limit:
+                    break
+                covered = min(margin * h, limit)
+                reach = real(support * covered)
+                n = near_squares(x, y, z, mass, x_i, y_i, z_i, reach * reach, count, distance, weight)
+                for k in range(n, padded(n)):
+                    distance[k] = real(0)
+                    weight[k] = real(0)
+                n = padded(n)
+                take_roots(distance, n)
+            total, slope = moments(distance, weight, n, real(1.0 / h))
+            factor = step_factor(target / total - 1.0, total, slope)
+            new = h * factor
+            if np.isnan(total):
+                new = total
+                break
+            if total < target:
+                low = h
+            else:
+                high = h
+            if abs(factor - 1.0) <= tolerance:
+                break
+            if high - low <= tolerance * h or (h <= smallest and total > target):
+                new = h
+                break
+            h = new if low < new < high else bisected(low, high, h)
+        if h > limit:
+            results[0, i] = h
+            unsolved[left] = i
+            left += 1
+            continue
+        density = (total + slope * (new - h) / h) / (new * new * new)
+        results[0, i] = new
+        results[1, i] = density
+        results[2, i] = slope / (3.0 * total)
+        results[3, i] = np.float64(softening_moment(distance, weight, n, real(1.0 / h))) / (3.0 * density * new)
+    return left
 
 
 @njit(**PART)
-def solve_alone(i, x, y, z, h, mass, nodes, start, state, options, results):
-    # A particle whose h has outgrown its leaf's list gathers lists of its own, each larger than the last.
+def solve_alone(i, x, y, z, h, mass, nodes, start, unsolved, options, results):
+    # A particle whose h has outgrown its leaf's buffer gathers its own, each larger than the last.
     leaves = len(start) - 1
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
     found = np.empty(1024, np.int64)
@@ -135,29 +142,14 @@ def solve_alone(i, x, y, z, h, mass, nodes, start, state, options, results):
     for a in range(2):
         box[a, 0], box[a, 1], box[a, 2] = x[i], y[i], z[i]
     centre[0], centre[1], centre[2] = x[i], y[i], z[i]
-    solved = False
-    while not solved:
-        state[3] = 1.3 * state[0]
-        count, found = gather(x, y, z, h, 0.0, nodes, start, box, options[0] * state[3], parents, listed, found)
+    left = 1
+    while left > 0:
+        limit = 1.3 * results[0, i]
+        count, found = gather(x, y, z, h, 0.0, nodes, start, box, options[0] * limit, parents, listed, found)
         buffer, lists = with_columns(buffer, count), with_columns(lists, count)
         load_sources(found, count, centre, buffer, x, y, z, mass)
-        s = place_of(i, found, count)
-        solved = solve(
-            buffer[0], buffer[1], buffer[2], buffer[3], lists[0], lists[1], count, s, i, state, options, results
-        )
-
-
-@njit(**PART)
-def solve_leaf(first, last, slot, count, limit, h, buffer, lists, state, unsolved, options, results):
-    # Returns how many of the leaf's particles are left unsolved, and their states in `unsolved` (4, ...).
-    x, y, z, mass, distance, weight = buffer[0], buffer[1], buffer[2], buffer[3], lists[0], lists[1]
-    left = 0
-    for i in range(first, last):
-        state[0], state[1], state[2], state[3] = h[i], 0.0, np.inf, limit
-        if not solve(x, y, z, mass, distance, weight, count, slot + i - first, i, state, options, results):
-            unsolved[0, left], unsolved[1, left], unsolved[2, left], unsolved[3, left] = i, state[0], state[1], state[2]
-            left += 1
-    return left
+        place = place_of(i, found, count)
+        left = solve_leaf(i, i + 1, place, count, limit, buffer, lists, unsolved, options, results)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -169,8 +161,8 @@ def density_pass_{tag}(counter, x, y, z, h, mass, options, nodes, start, results
     found = np.empty(2048, np.int64)
     group_buffer, buffer, lists = np.empty((8, 1024), real), np.empty((8, 1024), real), np.empty((2, 1024), real)
     key, index = np.empty(1024, real), np.empty(1024, np.int32 if RELATIVE else np.int64)
-    box, centre, state = np.empty((2, 3)), np.empty(3), np.empty(4)
-    unsolved = np.empty((4, start[1] - start[0] + 1))
+    box, centre = np.empty((2, 3)), np.empty(3)
+    unsolved, own = np.empty(start[1] - start[0] + 1, np.int64), np.empty(1, np.int64)
     while True:
         first_leaf = group * take(counter)
         if first_leaf >= leaves:
@@ -192,10 +184,9 @@ def density_pass_{tag}(counter, x, y, z, h, mass, options, nodes, start, results
             count, slot = cull(
                 group_buffer, group_count, place, 4, 5 if RELATIVE else 0, box, options[0] * limit, key, index, buffer
             )
-            left = solve_leaf(
-                first, last, slot, count, limit, h, buffer, lists, state, unsolved, options, results
-            )
+            for i in range(first, last):
+                results[0, i] = h[i]
+            left = solve_leaf(first, last, slot, count, limit, buffer, lists, unsolved, options, results)
             for k in range(left):
-                state[0], state[1], state[2] = unsolved[1, k], unsolved[2, k], unsolved[3, k]
-                solve_alone(np.int64(unsolved[0, k]), x, y, z, h, mass, nodes, start, state, options, results)
+                solve_alone(unsolved[k], x, y, z, h, mass, nodes, start, own, options, results)
 """

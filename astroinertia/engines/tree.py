@@ -18,6 +18,7 @@ from astroinertia.engines.numba_vectors import LANES, take
 from astroinertia.engines.threads import available_threads, share_out
 
 SHARE = 64  # leaves that a thread takes at a time
+# What numba keeps compiled for this file does not notice changes of numba_vectors: change something here, too.
 
 
 @dataclass(frozen=True)
