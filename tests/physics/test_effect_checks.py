@@ -204,7 +204,7 @@ def _changed(term: Any, change: Any) -> Any:
 PAIRS = {
     "gravity": ("all_pair_terms", direct.DIRECT_GRAVITY, "acceleration"),
     "pressure": ("neighbour_terms", pressure.PRESSURE, "acceleration"),
-    "viscosity": ("neighbour_terms", viscosity.VISCOSITY, "acceleration"),
+    "viscosity": ("neighbour_terms", viscosity.RECONSTRUCTED, "acceleration"),
     "conduction": ("neighbour_terms", conduction.RELATIVE_VELOCITY, "heating"),
 }
 
@@ -237,7 +237,7 @@ def test_a_wrong_sign_in_the_softening_term_is_named() -> None:
 
 
 def test_a_wrong_sign_in_the_viscous_force_is_named() -> None:
-    broken = with_broken("viscosity", neighbour_terms=(flipped(viscosity.VISCOSITY),))
+    broken = with_broken("viscosity", neighbour_terms=(flipped(viscosity.RECONSTRUCTED),))
     assert checks.failing(checked(*at_first(BruteEngine(), broken))) == {"viscosity": ("dissipation",)}
 
 
