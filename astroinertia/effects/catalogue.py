@@ -102,7 +102,7 @@ CATALOGUE: Mapping[str, Entry] = {
         {
             "alpha_max": positive("dimensionless", 1.0, "linear coefficient in a shock"),
             "alpha_min": not_negative("dimensionless", 0.0, "linear coefficient far from shocks"),
-            "beta": not_negative("dimensionless", 2.0, "quadratic coefficient, as a multiple of the linear one"),
+            "beta": not_negative("dimensionless", 4.0, "quadratic coefficient, as a multiple of the linear one"),
             "decay_length": positive("dimensionless", 10.0, "smoothing lengths over which the coefficient decays"),
             "switch": Option(
                 "choice",

@@ -94,7 +94,7 @@ class Engine:
         if np.min(guess, initial=1.0) <= 0.0 or np.min(mass, initial=1.0) <= 0.0:
             raise ValueError("masses and the first guess of smoothing lengths must be positive")
         if mass.sum() * KERNELS[kernel].w(np, 0.0) <= mass.max() * eta**3:
-            raise ValueError(f"{len(mass)} particles are too few for a smoothing length of {eta:g} (m/rho)^(1/3)")
+            raise ValueError(f"{len(mass)} particles are too few for a smoothing length of {eta:.3g} (m/rho)^(1/3)")
         leaves = arrangement.leaves
         nodes = tree.fit(leaves, position, guess, self.workers)
         sides = nodes.rows[3:6, 1] - nodes.rows[:3, 1]

@@ -5,12 +5,13 @@ from typing import Any
 from astroinertia.sph.fluid import Fluid
 
 Array = Any
+NONE = 1e-100  # rates below this, in code units, are no limit; dividing by its square does not overflow
 
 
 def acceleration_limit(xp: Any, smoothing_length: Array, acceleration: Array) -> Array:
     """min sqrt(h/|a|) over particles, (N,), (N, 3): Monaghan (1989, J. Comput. Phys. 82, 1)."""
     size = xp.sqrt((acceleration**2).sum(axis=1))
-    return xp.sqrt(xp.min(smoothing_length / xp.maximum(size, _tiny(xp, size))))
+    return xp.sqrt(xp.min(smoothing_length / xp.maximum(size, NONE)))
 
 
 def energy_limit(xp: Any, fluid: Fluid, heating: Array, acceleration: Array) -> Array:
@@ -20,7 +21,8 @@ def energy_limit(xp: Any, fluid: Fluid, heating: Array, acceleration: Array) -> 
     """
     at_hand = fluid.smoothing_length * xp.sqrt((acceleration**2).sum(axis=1))
     content = fluid.internal_energy + xp.where(heating > 0.0, at_hand, 0.0)
-    return xp.min(content / xp.maximum(xp.abs(heating), _tiny(xp, heating)))
+    rate = xp.abs(heating)
+    return xp.min(xp.where(rate > NONE, content / xp.maximum(rate, NONE), xp.inf))
 
 
 def shortest(xp: Any, limits: list[Array]) -> Array:
@@ -29,7 +31,3 @@ def shortest(xp: Any, limits: list[Array]) -> Array:
     for limit in limits[1:]:
         shortest_limit = xp.minimum(shortest_limit, limit)
     return shortest_limit
-
-
-def _tiny(xp: Any, like: Array) -> float:
-    return float(xp.finfo(like.dtype).tiny)

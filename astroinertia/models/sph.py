@@ -14,6 +14,7 @@ from astroinertia.effects.effect import Effect
 from astroinertia.inertia.ledger import after_heating, open_ledger
 from astroinertia.integrate import leapfrog, timestep
 from astroinertia.integrate.leapfrog import Rates, State
+from astroinertia.sph.density import density
 from astroinertia.sph.fluid import Fluid
 
 Array = Any
@@ -226,8 +227,8 @@ def potential_energies(problem: Problem, state: State) -> dict[str, Array]:
 
 def _density(problem: Problem, arrangement: Any, state: State) -> Any:
     softening = any(effect.needs_zeta for effect in problem.effects)
-    return problem.engine.density(
-        arrangement, problem.kernel, state.position, state.mass, state.smoothing_length,
+    return density(
+        problem.engine, arrangement, problem.kernel, state.position, state.mass, state.smoothing_length,
         problem.eta, problem.smoothing_tolerance, softening,
     )  # fmt: skip
 

@@ -24,6 +24,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Kernel:
@@ -31,6 +33,7 @@ class Kernel:
 
     eta: the recommended h / (m/rho)^(1/3), the defaults of the code of Price et al. 2018 (PASA 35, e031): 58, 87 and
     113 neighbours for the splines and 74, 113 and 137 for the Wendland kernels.
+    self_excess: (epsilon_100, alpha) of the function `self_excess`, where it is not 0.
     """
 
     name: str
@@ -40,6 +43,7 @@ class Kernel:
     dw: Callable
     phi: Callable
     dphi: Callable
+    self_excess: tuple[float, float] | None = None
 
 
 def neighbour_number(kernel: Kernel, eta: float) -> float:
@@ -50,6 +54,18 @@ def neighbour_number(kernel: Kernel, eta: float) -> float:
 def eta_for_neighbours(kernel: Kernel, neighbours: float) -> float:
     """The eta that gives a mean neighbour number: the inverse of `neighbour_number`."""
     return (3.0 * neighbours / (4.0 * math.pi)) ** (1.0 / 3.0) / kernel.support
+
+
+def self_excess(kernel: Kernel, eta: float) -> float:
+    """What the sum of m w over a settled body has too much, in units of a particle's mass.
+
+    epsilon w(0) with epsilon = epsilon_100 (neighbours/100)^-alpha (Dehnen & Aly 2012, eqs. 18 and 19): particles keep
+    their distance from each other, but not from themselves. 0 for the splines, whose errors cancel.
+    """
+    if kernel.self_excess is None:
+        return 0.0
+    share, falls = kernel.self_excess
+    return share * (neighbour_number(kernel, eta) / 100.0) ** -falls * kernel.w(np, 0.0)
 
 
 # M4, cubic spline, support 2, normalised by 1/(4 pi)
@@ -343,8 +359,8 @@ _ALL = (
     Kernel("cubic", 2.0, 1.2, cubic_w, cubic_dw, cubic_phi, cubic_dphi),
     Kernel("quartic", 2.5, 1.1, quartic_w, quartic_dw, quartic_phi, quartic_dphi),
     Kernel("quintic", 3.0, 1.0, quintic_w, quintic_dw, quintic_phi, quintic_dphi),
-    Kernel("wendland_c2", 2.0, 1.3, wendland_c2_w, wendland_c2_dw, wendland_c2_phi, wendland_c2_dphi),
-    Kernel("wendland_c4", 2.0, 1.5, wendland_c4_w, wendland_c4_dw, wendland_c4_phi, wendland_c4_dphi),
-    Kernel("wendland_c6", 2.0, 1.6, wendland_c6_w, wendland_c6_dw, wendland_c6_phi, wendland_c6_dphi),
+    Kernel("wendland_c2", 2.0, 1.3, wendland_c2_w, wendland_c2_dw, wendland_c2_phi, wendland_c2_dphi, (0.0294, 0.977)),
+    Kernel("wendland_c4", 2.0, 1.5, wendland_c4_w, wendland_c4_dw, wendland_c4_phi, wendland_c4_dphi, (0.01342, 1.579)),
+    Kernel("wendland_c6", 2.0, 1.6, wendland_c6_w, wendland_c6_dw, wendland_c6_phi, wendland_c6_dphi, (0.0116, 2.236)),
 )
 KERNELS: dict[str, Kernel] = {kernel.name: kernel for kernel in _ALL}

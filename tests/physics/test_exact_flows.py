@@ -77,7 +77,7 @@ def evrard_peaks(particles: int, *settings: str) -> dict[str, Any]:
     start = prepared(EVRARD, f"body.particles={particles}", *settings)
     times = np.arange(0.6, 1.3001, 0.01)
     records = evolve(start, list(times))
-    found: dict[str, Any] = {"seconds": float(records[-1]["time"])}
+    found: dict[str, Any] = {}
     reference = json.loads((REFERENCE / "evrard.json").read_text())["value"]
     for name, key in (("kinetic_energy", "K_max"), ("internal_energy", "U_max")):
         values = np.array([record[name] for record in records])
@@ -93,18 +93,18 @@ def evrard_peaks(particles: int, *settings: str) -> dict[str, Any]:
     return found
 
 
-# Largest errors of I_zz and the axes at 1000 particles, half as much again as measured: 0.0044 and 0.014; 0.041 and
-# 0.033; 0.030 and 0.025.
-BARS = {"dyson": (0.007, 0.021), "cold": (0.062, 0.050), "toy_star": (0.045, 0.037)}
+# Largest errors of I_zz and the axes at 3000 particles, half as much again as measured: 0.0034 and 0.0057; 0.0197 and
+# 0.0157; 0.0175 and 0.0113. From 1000 particles on they fell with an order of 2.2, 2.0 and 2.0 in N^(1/3).
+BARS = {"dyson": (0.0050, 0.0086), "cold": (0.030, 0.024), "toy_star": (0.027, 0.017)}
 
 
 @pytest.mark.parametrize("family", BARS)
 def test_an_ellipsoid_follows_its_exact_solution_and_converges(family: str) -> None:
-    coarse, fine = ellipsoid_errors(family, 300), ellipsoid_errors(family, 1000)
+    coarse, fine = ellipsoid_errors(family, 1000), ellipsoid_errors(family, 3000)
     assert fine["I_zz"] < BARS[family][0], fine
     assert fine["rate"] < BARS[family][0], fine
     assert fine["axes"] < BARS[family][1], fine
-    assert order([300, 1000], [coarse["I_zz"], fine["I_zz"]]) > 1.0, (coarse, fine)
+    assert order([1000, 3000], [coarse["I_zz"], fine["I_zz"]]) > 1.5, (coarse, fine)
 
 
 @pytest.mark.full(inputs=["sims/dyson_ellipsoid.toml", "sims/cold_spheroid.toml"])
@@ -116,18 +116,18 @@ def test_an_ellipsoid_converges_at_full_size(family: str, result) -> None:
     for name in ("I_zz", "axes", "rate"):
         result(**{f"{name}_{count}": errors[count][name] for count in counts})
         result(**{f"order_{name}": order(counts, [errors[count][name] for count in counts])})
-    # Errors of opposite sign may cancel at one size, so the bar is on the finest.
-    assert errors[30000]["I_zz"] <= {"dyson": 0.01, "cold": 0.02, "toy_star": 0.01}[family]
+    assert errors[30000]["I_zz"] <= 0.01
+    assert order(counts, [errors[count]["I_zz"] for count in counts]) >= 1.0
 
 
 def test_evrards_cloud_collapses_and_bounces() -> None:
-    """1000 particles blur the centre: the kinetic peak was 15 % low and the thermal one 24 % low when measured."""
-    peaks = evrard_peaks(1000, "numerics.precision=float64")
-    assert abs(peaks["kinetic_energy_error"]) < 0.2, peaks
-    assert -0.30 < peaks["internal_energy_error"] < 0.0, peaks
+    """3000 particles: the kinetic peak was 13.5 % low and the thermal one 16.4 % low when measured."""
+    peaks = evrard_peaks(3000)
+    assert abs(peaks["kinetic_energy_error"]) < 0.17, peaks
+    assert -0.20 < peaks["internal_energy_error"] < 0.0, peaks
     assert abs(peaks["kinetic_energy_time_error"]) < 0.04, peaks
-    assert abs(peaks["internal_energy_time_error"]) < 0.07, peaks
-    assert peaks["energy_error"] < 0.015, peaks
+    assert abs(peaks["internal_energy_time_error"]) < 0.03, peaks
+    assert peaks["energy_error"] < 0.01, peaks
 
 
 @pytest.mark.full(inputs=["sims/evrard.toml"])

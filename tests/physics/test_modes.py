@@ -1,8 +1,8 @@
 """A settled polytrope rings at its own frequencies: radial fundamental and l = 2 f-mode, in one run, undamped.
 
 Errors of the frequencies with the quintic kernel on 113 neighbours, measured: radial, n = 1: +2.4 % at 1000 particles,
-+1.2 % at 3000; n = 1.5: +1.1 % at 1500, +0.7 % at 3000, +0.12 % at 30,000; l = 2: within 0.8 % in all of these. The body
-is a little too small and stiff by its surface layer, which thins as N^-1/3 or faster.
++1.2 % at 3000; n = 1.5: +1.1 % at 1500, +0.7 % at 3000, +0.12 % at 30,000; l = 2: within 0.8 % in all of these. The
+body is a little too small and stiff by its surface layer, which thins as N^-1/3 or faster.
 """
 
 from functools import partial
