@@ -4,8 +4,8 @@ With s = sum_j m_j w(r/h_i) = rho h^3 and t = sum_j m_j q dw(q) < 0, both of one
 
     h solves  s = eta^3 m;    d ln s / d ln h = -t/s = 3 Omega,
 
-so that the pass gives Newton's step, the density and Omega (grad_h) at once. h^3 rho always grows with h: the root is
-unique, and a bracket makes the iteration safe.
+so that the pass gives Newton's step, the density and Omega (grad_h) at once, and the last pass of the iteration is the
+one that counts. h^3 rho always grows with h: the root is unique, and a bracket makes the iteration safe.
 """
 
 from functools import partial
@@ -20,8 +20,6 @@ from astroinertia.sph.kernels import KERNELS
 
 Array = Any
 MOST_ITERATIONS = 100
-# Newton's iteration squares the error: a last change of a tenth of the root of the tolerance is more than enough.
-LAST_CHANGE = 0.1
 # What rounding leaves of a change of ln h, for pairs in float64 and float32.
 ROUNDING = {"float64": 1e-13, "mixed": 3e-6}
 
@@ -41,35 +39,35 @@ def density(
     """Smoothing lengths, densities, grad_h and zeta (N,), differentiable in position (N, 3), mass (N,) and eta."""
     with jax.named_scope("density"):
         guess = jax.lax.stop_gradient(guess)
-        h = smoothing_lengths(kernel, precision, tolerance, arrangement, position, mass, guess, eta)
-        sums = _sums(kernel, precision, softening, arrangement, position, mass, h)
+        h, sums = solved(kernel, precision, tolerance, softening, arrangement, position, mass, guess, eta)
         s, t = sums[:, 0], sums[:, 1]
         zeta = h * h * sums[:, 2] / (3.0 * s) if softening else None
         return h, s / (h * h * h), -t / (3.0 * s), zeta
 
 
-@partial(jax.custom_jvp, nondiff_argnums=(0, 1, 2))
-def smoothing_lengths(
+@partial(jax.custom_jvp, nondiff_argnums=(0, 1, 2, 3))
+def solved(
     kernel: str,
     precision: str,
     tolerance: float,
+    softening: bool,
     arrangement: Arrangement,
     position: Array,
     mass: Array,
     guess: Array,
     eta: Array,
-) -> Array:
-    """Smoothing lengths (N,) with rho(h) = m (eta/h)^3 for each particle, whatever the guess."""
+) -> tuple[Array, Array]:
+    """Smoothing lengths (N,) with rho(h) = m (eta/h)^3 for each particle, whatever the guess, and the sums there."""
     wanted = eta**3 * mass
     rounding = ROUNDING[precision]
-    enough = max(LAST_CHANGE * tolerance**0.5, rounding)
+    enough = max(tolerance, rounding)
 
     def unfinished(state: tuple) -> Array:
-        _, _, _, change, count = state
+        _, _, _, _, change, count = state
         return (count < MOST_ITERATIONS) & (jnp.abs(change) > enough).any()
 
     def improved(state: tuple) -> tuple:
-        h, low, high, _, count = state
+        h, low, high, _, _, count = state
         sums = _sums(kernel, precision, False, arrangement, position, mass, h)
         excess = jnp.log(sums[:, 0] / wanted)
         slope = jnp.maximum(-sums[:, 1] / sums[:, 0], 0.3)
@@ -78,28 +76,34 @@ def smoothing_lengths(
         newton = h * jnp.exp(jnp.clip(-excess / slope, -0.7, 0.7))
         outside = (newton < low * (1.0 - rounding)) | (newton > high * (1.0 + rounding))
         new = jnp.where(outside, jnp.sqrt(low * jnp.minimum(high, 1e300)), newton)
-        return new, low, high, jnp.log(new / h), count + 1
+        change = jnp.log(new / h)
+        # To first order in the change, which is below the tolerance in the end.
+        sums = sums * (1.0 + slope * change)[:, None]
+        return new, low, high, sums, change, count + 1
 
     # A guess beyond what the lists cover would send the first pass through all tiles.
     guess = jnp.minimum(guess, (1.0 + 0.5 * arrangement.reach.growth) * arrangement.smoothing_length)
-    start = (guess, jnp.zeros_like(guess), jnp.full_like(guess, jnp.inf), jnp.ones_like(guess), 0)
-    return jax.lax.while_loop(unfinished, improved, start)[0]
+    nothing = jnp.zeros_like(guess)
+    start = (guess, nothing, nothing + jnp.inf, jnp.zeros((len(guess), 2)), nothing + 1.0, 0)
+    h, _, _, sums, _, _ = jax.lax.while_loop(unfinished, improved, start)
+    return h, _sums(kernel, precision, True, arrangement, position, mass, h) if softening else sums
 
 
-@smoothing_lengths.defjvp
-def _smoothing_lengths_jvp(kernel, precision, tolerance, primals, tangents):
+@solved.defjvp
+def _solved_jvp(kernel, precision, tolerance, softening, primals, tangents):
     # d ln(s/(eta^3 m)) = 0 along the solution, with d ln s / d ln h = -t/s.
     arrangement, position, mass, guess, eta = primals
     _, d_position, d_mass, _, d_eta = tangents
-    h = smoothing_lengths(kernel, precision, tolerance, arrangement, position, mass, guess, eta)
+    h, _ = solved(kernel, precision, tolerance, False, arrangement, position, mass, guess, eta)
 
-    def at_fixed_length(position: Array, mass: Array) -> Array:
-        return _sums(kernel, precision, False, arrangement, position, mass, h)
+    def sums_at(position: Array, mass: Array, h: Array) -> Array:
+        return _sums(kernel, precision, softening, arrangement, position, mass, h)
 
-    sums, d_sums = jax.jvp(at_fixed_length, (position, mass), (d_position, d_mass))
+    sums, d_sums = jax.jvp(lambda *moved: sums_at(*moved, h), (position, mass), (d_position, d_mass))
     s, t = sums[:, 0], sums[:, 1]
-    change = d_sums[:, 0] / s - d_mass / mass - 3.0 * d_eta / eta
-    return h, h * change * (s / t)
+    d_h = h * (d_sums[:, 0] / s - d_mass / mass - 3.0 * d_eta / eta) * (s / t)
+    _, by_h = jax.jvp(lambda h: sums_at(position, mass, h), (h,), (d_h,))
+    return (h, sums), (d_h, d_sums + by_h)
 
 
 def _sums(
@@ -109,7 +113,9 @@ def _sums(
     shape = KERNELS[kernel]
     tiles = arrangement.neighbours
     covered = xla_lists.covers(jnp, arrangement, position, h) & (shape.support <= arrangement.reach.support)
-    places = xla_tiles.Places(precision, {"position": position, "smoothing_length": h, "mass": mass})
+    places = xla_tiles.Places(
+        precision, {"position": position, "mass": mass, "smoothing_length": h}, ("smoothing_length",)
+    )
     boxes = xla_tiles.boxes_of(places, shape.support, tiles)
 
     def chunk_sums(target: Array, source: Array) -> dict[str, Array]:

@@ -103,16 +103,18 @@ class Pairs:
 class Places:
     """Fields of particles in one table (N + 1, F), so that a tile gathers them at once.
 
-    The last row stands for empty places: a copy of a particle, so that pairs stay finite, but without mass.
+    The last row stands for empty places: a copy of a particle, so that pairs stay finite, but without mass. Fields
+    named in `own`, the last ones, are gathered for targets only.
     """
 
-    def __init__(self, precision: str, fields: Mapping[str, Array]) -> None:
+    def __init__(self, precision: str, fields: Mapping[str, Array], own: tuple[str, ...] = ()) -> None:
         self.dtype = jnp.float32 if precision == "mixed" else jnp.float64
         self.columns, first = {}, 0
         for name, array in fields.items():
             width = 3 if array.ndim == 2 else 1
             self.columns[name] = (first, width)
             first += width
+        self.shared = min([self.columns[name][0] for name in own], default=first)
         table = jnp.concatenate([array if array.ndim == 2 else array[:, None] for array in fields.values()], axis=1)
         self.table = jnp.concatenate([table, table[:1].at[:, self.columns["mass"][0]].set(0.0)])
 
@@ -126,12 +128,14 @@ class Places:
 
         Vectors are relative to the first particle of the leaf, which keeps their differences exact to rounding.
         """
-        sides = [self.table[members] for members in (target, source)]
+        sides = [self.table[target], self.table[:, : self.shared][source]]
         origin = sides[0][:, :1]
         fields: list[dict[str, Array]] = []
         for side in sides:
             mine = {}
             for name, (first, width) in self.columns.items():
+                if first >= side.shape[2]:
+                    break
                 if width == 1:
                     mine[name] = side[:, :, first].astype(self.dtype)
                 else:
