@@ -149,7 +149,7 @@ def _neighbour_sums(
     tiles = arrangement.neighbours
     h = fields["smoothing_length"]
     covered = xla_lists.covers(jnp, arrangement, fields["position"], h) & (shape.support <= arrangement.reach.support)
-    boxes = xla_tiles.boxes_of(work.places, shape.support, tiles)
+    boxes = xla_tiles.boxes_of(work.places, shape.support, tiles, covered)
     zero = xla_tiles.empty_sums(terms, tiles, virial, h.dtype)
     sums = xla_tiles.sum_over_tiles(tiles, covered, boxes, partial(work.chunk, far=False, limited=True), zero)
     return work.named([sums], tiles)

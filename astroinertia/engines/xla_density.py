@@ -116,7 +116,7 @@ def _sums(
     places = xla_tiles.Places(
         precision, {"position": position, "mass": mass, "smoothing_length": h}, ("smoothing_length",)
     )
-    boxes = xla_tiles.boxes_of(places, shape.support, tiles)
+    boxes = xla_tiles.boxes_of(places, shape.support, tiles, covered)
 
     def chunk_sums(target: Array, source: Array) -> dict[str, Array]:
         targets, sources, (_, masses) = places.tile(target, source)

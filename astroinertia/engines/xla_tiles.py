@@ -230,20 +230,27 @@ def _in_reach(boxes: tuple[Array, Array, Array, Array], leaf: Array, block: Arra
     return ~((gap * gap).sum(axis=1) > jnp.maximum(width[:, 3], spread[:, 3]) ** 2)
 
 
-def boxes_of(places: Places, support: float, tiles: Tiles) -> tuple[Array, Array, Array, Array]:
-    """Centres (L, 3) and half-widths with the reach beside them (L, 4) of leaves, then the same of blocks."""
+def boxes_of(places: Places, support: float, tiles: Tiles, covered: Array) -> tuple[Array, Array, Array, Array]:
+    """Centres (L, 3) and half-widths with the reach beside them (L, 4) of leaves, then the same of blocks.
+
+    Worked out only where the lists do not cover all pairs; zeros otherwise.
+    """
     position, h = jax.lax.stop_gradient((places.column("position"), places.column("smoothing_length")))
-    reach = support * h
-    parts = []
-    for members in (tiles.slots, tiles.blocks):
-        # An empty place takes the position of the first of its group, so that it does not stretch the box.
-        members = jnp.where(members < len(position) - 1, members, members[:, :1])
-        points = position[members]
-        low, high = points.min(axis=1), points.max(axis=1)
-        middle = 0.5 * (low + high)
-        half = jnp.concatenate([(high - middle) * (1.0 + 1e-6), reach[members].max(axis=1)[:, None]], axis=1)
-        parts += [middle, half]
-    return tuple(parts)  # type: ignore[return-value]
+
+    def found() -> tuple[Array, ...]:
+        parts = []
+        for members in (tiles.slots, tiles.blocks):
+            # An empty place takes the position of the first of its group, so that it does not stretch the box.
+            members = jnp.where(members < len(position) - 1, members, members[:, :1])
+            points = position[members]
+            low, high = points.min(axis=1), points.max(axis=1)
+            middle = 0.5 * (low + high)
+            reach = (support * h)[members].max(axis=1)
+            parts += [middle, jnp.concatenate([(high - middle) * (1.0 + 1e-6), reach[:, None]], axis=1)]
+        return tuple(parts)
+
+    shapes = [(len(members), width) for members in (tiles.slots, tiles.blocks) for width in (3, 4)]
+    return jax.lax.cond(covered, lambda: tuple(jnp.zeros(shape, h.dtype) for shape in shapes), found)
 
 
 def term_sums(
