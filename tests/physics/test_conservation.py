@@ -80,7 +80,8 @@ def test_the_books_of_every_scene_close(path: Path) -> None:
 @pytest.mark.parametrize("engine", ["numba_cpu", "xla"])
 @pytest.mark.parametrize("path", SIMS, ids=lambda path: path.stem)
 def test_the_books_close_in_both_engines(path: Path, engine: str, result) -> None:
-    figures = run_steps(path, 1200, 600, engine)
+    with jax.enable_x64(True):
+        figures = run_steps(path, 1200, 600, engine)
     result(engine=engine, steps=1200, particles=600, **figures)
     check(figures)
 
