@@ -6,6 +6,7 @@ largest moment.
 """
 
 import itertools
+import sys
 from functools import cache
 from typing import Any
 
@@ -17,21 +18,43 @@ ROUND_OFF_GAP = 1e-9  # moments nearer than this share of the largest are equal 
 _PERMUTATIONS = tuple(itertools.permutations(range(3)))
 
 
-def namespace(array: Array) -> Any:
-    """The module that an array belongs to, numpy or jax.numpy; numpy for lists and numbers."""
-    return array.__array_namespace__() if hasattr(array, "__array_namespace__") else np
+def namespace(*arrays: Array) -> Any:
+    """The module that arrays belong to: jax.numpy where one of them does, else numpy, as for lists and numbers."""
+    found = (array.__array_namespace__() for array in arrays if hasattr(array, "__array_namespace__"))
+    return next((module for module in found if module is not np), np)
+
+
+def is_known(array: Array) -> bool:
+    """Whether an array has values that can be looked at now: not so inside jax.jit, jax.grad or jax.vmap."""
+    # A tracer can only have come from a jax that is already imported, and numpy users need not wait for one.
+    return "jax" not in sys.modules or not isinstance(array, sys.modules["jax"].core.Tracer)
 
 
 def inertia_from_second_moment(second_moment: Array) -> Array:
     """I = tr(Q) 1 - Q; linear, so it also turns dQ/dt into dI/dt and d2Q/dt2 into d2I/dt2."""
     xp = namespace(second_moment)
-    return xp.trace(second_moment, axis1=-2, axis2=-1)[..., None, None] * xp.eye(3) - second_moment
+    x, y, z = (second_moment[..., k, k] for k in range(3))
+    # I_xx = Q_yy + Q_zz and not tr(Q) - Q_xx, in which a thin rod along x would lose the digits of its thickness.
+    diagonal = xp.stack([y + z, z + x, x + y], axis=-1)
+    return xp.where(xp.eye(3, dtype=bool), diagonal[..., None, :], -second_moment)
 
 
 def second_moment_from_inertia(inertia: Array) -> Array:
     """Q = tr(I)/2 1 - I, the inverse of `inertia_from_second_moment`."""
     xp = namespace(inertia)
     return 0.5 * xp.trace(inertia, axis1=-2, axis2=-1)[..., None, None] * xp.eye(3) - inertia
+
+
+def point_inertia(mass: Array, position: Array) -> Array:
+    """m (|x|^2 1 - x (x) x), (..., 3, 3): the inertia tensor about the origin of point masses.
+
+    mass (...,) and position (..., 3) in any consistent units. With the whole mass and a shift it is the term of the
+    parallel-axis theorem (Goldstein, Poole & Safko 2002, Classical Mechanics, eq. 5.25).
+    Checked by tests/unit/test_tensor.py and test_inertia_identities.py.
+    """
+    xp = namespace(mass, position)
+    x = xp.asarray(position)
+    return xp.asarray(mass)[..., None, None] * inertia_from_second_moment(x[..., :, None] * x[..., None, :])
 
 
 def twice_symmetric(tensor: Array) -> Array:

@@ -1,0 +1,92 @@
+"""A rigid body as far as its motion is concerned: mass, centre of mass and inertia tensor, composed by + and -."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+
+from astroinertia.inertia.tensor import is_known, moment_about, namespace, point_inertia
+
+Array = Any
+
+_SMALLEST_SHARE = 4.0  # roundings of its parts that a total mass must exceed to be told from 0
+_ORTHOGONAL = 1e3  # roundings by which the products of a rotation matrix's columns may be off
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Body:
+    """Mass, centre of mass and inertia tensor about it; numpy or jax arrays in any consistent units.
+
+    mass (...,), negative for a hole; centre (..., 3); inertia (..., 3, 3) about the centre of mass, in the axes of the
+    frame in use. Leading axes are a batch. A JAX pytree. Source: Goldstein, Poole & Safko (2002), Classical Mechanics,
+    section 5.3. Checked by tests/unit/test_body.py and test_inertia_identities.py.
+    """
+
+    mass: Array
+    centre: Array
+    inertia: Array
+
+    def about(self, point: Array) -> Array:
+        """Inertia tensor about a point (..., 3), by the parallel-axis theorem: (..., 3, 3)."""
+        point = namespace(self.centre, point).asarray(point)
+        return self.inertia + point_inertia(self.mass, self.centre - point)
+
+    def moment(self, axis: Array, point: Array | None = None) -> Array:
+        """Moment of inertia (...,) about the line along axis (..., 3), of any length, through point (..., 3).
+
+        The line passes through the centre of mass where no point is given.
+        """
+        inertia = self.inertia if point is None else self.about(point)
+        return moment_about(inertia, namespace(inertia, axis).asarray(axis))
+
+    def translated(self, by: Array) -> "Body":
+        """The body moved by a vector (..., 3)."""
+        return Body(self.mass, self.centre + namespace(self.centre, by).asarray(by), self.inertia)
+
+    def rotated(self, matrix: Array, about: Array | None = None) -> "Body":
+        """The body turned by a rotation (or mirrored), matrix (..., 3, 3), about a point (..., 3).
+
+        An active rotation: a point x of the body goes to about + matrix (x - about), and I to R I R^T. The point is the
+        centre of mass where none is given. A matrix that is not orthogonal is a ValueError.
+        """
+        xp = namespace(matrix, self.inertia)
+        matrix = xp.asarray(matrix)
+        if is_known(matrix):
+            product = xp.swapaxes(matrix, -1, -2) @ matrix
+            if not (abs(product - xp.eye(3, dtype=matrix.dtype)) < _ORTHOGONAL * xp.finfo(matrix.dtype).eps).all():
+                raise ValueError("a rotation matrix must be orthogonal, and this one is not")
+        inertia = matrix @ self.inertia @ xp.swapaxes(matrix, -1, -2)
+        inertia = 0.5 * (inertia + xp.swapaxes(inertia, -1, -2))  # products round, and a tensor stays symmetric
+        if about is None:
+            return Body(self.mass, self.centre, inertia)
+        about = xp.asarray(about)
+        return Body(self.mass, about + (matrix @ (self.centre - about)[..., None])[..., 0], inertia)
+
+    def __add__(self, other: "Body") -> "Body":
+        """Both bodies as one rigid body; a total mass of 0 has no centre and is a ValueError (not seen inside jit)."""
+        if not isinstance(other, Body):
+            return NotImplemented
+        xp = namespace(self.inertia, other.inertia)
+        mine, theirs = xp.asarray(self.mass), xp.asarray(other.mass)
+        total = mine + theirs
+        if is_known(total):
+            least = _SMALLEST_SHARE * xp.finfo(total.dtype).eps * xp.maximum(abs(mine), abs(theirs))
+            if (abs(total) <= least).any():
+                raise ValueError("the masses add up to 0, so the sum of the bodies has no centre of mass")
+        # With the vector between the centres, and not with each centre's own, nothing is lost far from the origin.
+        apart = other.centre - self.centre
+        share = theirs / total
+        return Body(
+            total,
+            self.centre + share[..., None] * apart,
+            self.inertia + other.inertia + point_inertia(mine * share, apart),
+        )
+
+    def __neg__(self) -> "Body":
+        """The hole that this body would leave: negative mass and inertia at the same place."""
+        return Body(-self.mass, self.centre, -self.inertia)
+
+    def __sub__(self, other: "Body") -> "Body":
+        """This body with the hole that the other would leave."""
+        return self + -other if isinstance(other, Body) else NotImplemented
