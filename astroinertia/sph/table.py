@@ -2,8 +2,8 @@
 
 u is the specific internal energy, and may be called specific_internal_energy. A CSV file names its columns in the first
 line that is not a comment (#); an npz file holds one array a column, never pickled objects; an nc file is the result of
-an earlier run.
-Tests: tests/unit/test_initial.py.
+an earlier run, or has the columns as variables; of h5 and hdf5 files, table_hdf5.py tells.
+Tests: tests/unit/test_initial.py, tests/unit/test_hdf5_tables.py.
 """
 
 import csv
@@ -11,15 +11,19 @@ import itertools
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from astroinertia.errors import SceneError
+from astroinertia.sph.table_hdf5 import SUFFIXES as HDF5_SUFFIXES
+from astroinertia.sph.table_hdf5 import VECTORS, hdf5_columns, split_vectors
 
 REQUIRED = ("mass", "x", "y", "z")
 OPTIONAL = ("vx", "vy", "vz", "u")
 MAX_BYTES = 2**30
 MAX_PARTICLES = 10_000_000
+FEWEST_PARTICLES = 4  # that have a volume
 _MAX_LINE = 1024
 _ALIASES = {"specific_internal_energy": "u"}
 
@@ -34,17 +38,16 @@ class Table:
     internal_energy: np.ndarray | None
 
 
-def read_table(path: str | Path) -> Table:
-    """Return the particles of a file, in the file's own units; SceneError that says what is wrong with it."""
+def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES) -> Table:
+    """Particles of a file, `fewest` or more, in the file's own units; SceneError that says what is wrong with it."""
     path = Path(path)
     if not path.is_file():
         raise SceneError(f"particle table {path} is {'a directory' if path.is_dir() else 'not there'}")
     if path.stat().st_size > MAX_BYTES:
         raise SceneError(f"particle table {path} is larger than {MAX_BYTES >> 20} MiB")
-    readers = {".csv": _csv_columns, ".npz": _npz_columns, ".nc": _snapshot_columns}
-    if path.suffix.lower() not in readers:
-        raise SceneError(f"particle table {path} must be a .csv, .npz or .nc file")
-    return _checked(path, readers[path.suffix.lower()](path))
+    if path.suffix.lower() not in _READERS:
+        raise SceneError(f"particle table {path} must be a .csv, .npz, .nc, .h5 or .hdf5 file")
+    return _checked(path, _READERS[path.suffix.lower()](path), fewest)
 
 
 def _csv_columns(path: Path) -> dict[str, np.ndarray]:
@@ -88,19 +91,43 @@ def _npz_columns(path: Path) -> dict[str, np.ndarray]:
         raise SceneError(f"particle table {path} is not an npz file of plain numbers") from error
 
 
-def _snapshot_columns(path: Path) -> dict[str, np.ndarray]:
+def _netcdf_columns(path: Path) -> dict[str, np.ndarray]:
     import netCDF4  # only here: most runs read no file
 
     try:
         with netCDF4.Dataset(path) as file:
-            group = file.groups["snapshots"]
-            if len(group.dimensions["particle"]) > MAX_PARTICLES:
+            if "snapshots" in file.groups:
+                return _snapshot_columns(path, file.groups["snapshots"])
+            named = {_ALIASES.get(name, name): variable for name, variable in file.variables.items()}
+            found = {name: named[name] for name in (*REQUIRED, *OPTIONAL, *VECTORS) if name in named}
+            if any(variable.size > 3 * MAX_PARTICLES for variable in found.values()):
                 raise SceneError(f"particle table {path} has more than {MAX_PARTICLES} particles")
-            names = ("mass", "position", "velocity", "internal_energy")
-            mass, position, velocity, energy = (np.ma.filled(group[name][-1], np.nan).T for name in names)
+            columns = {name: np.ma.filled(variable[:].astype(float), np.nan) for name, variable in found.items()}
     except (OSError, KeyError, IndexError, ValueError, RuntimeError) as error:
-        raise SceneError(f"particle table {path} is not the result of a run with snapshots") from error
+        raise SceneError(f"particle table {path} is not the result of a run, nor a netCDF file of columns") from error
+    columns = split_vectors(path, columns)
+    _check_names(path, list(columns))
+    return columns
+
+
+def _snapshot_columns(path: Path, group: Any) -> dict[str, np.ndarray]:
+    if len(group.dimensions["particle"]) > MAX_PARTICLES:
+        raise SceneError(f"particle table {path} has more than {MAX_PARTICLES} particles")
+    names = ("mass", "position", "velocity", "internal_energy")
+    mass, position, velocity, energy = (np.ma.filled(group[name][-1], np.nan).T for name in names)
     return dict(zip(REQUIRED + OPTIONAL, [mass, *position, *velocity, energy], strict=True))
+
+
+def _hdf5_columns(path: Path) -> dict[str, np.ndarray]:
+    columns = hdf5_columns(path, (*REQUIRED, *OPTIONAL, *_ALIASES), MAX_PARTICLES)
+    columns = {_ALIASES.get(name, name): column for name, column in columns.items()}
+    _check_names(path, list(columns))
+    return columns
+
+
+_READERS = {".csv": _csv_columns, ".npz": _npz_columns, ".nc": _netcdf_columns} | dict.fromkeys(
+    HDF5_SUFFIXES, _hdf5_columns
+)
 
 
 def _check_names(path: Path, names: list[str]) -> None:
@@ -114,7 +141,7 @@ def _check_names(path: Path, names: list[str]) -> None:
         )
 
 
-def _checked(path: Path, columns: dict[str, np.ndarray]) -> Table:
+def _checked(path: Path, columns: dict[str, np.ndarray], fewest: int) -> Table:
     count = columns["mass"].size
     for name, column in columns.items():
         if column.shape != (count,):
@@ -123,8 +150,8 @@ def _checked(path: Path, columns: dict[str, np.ndarray]) -> Table:
             raise SceneError(
                 f"particle table {path}: {name} of row {int(np.argmin(np.isfinite(column))) + 1} is not finite"
             )
-    if not 4 <= count <= MAX_PARTICLES:
-        raise SceneError(f"particle table {path} has {count} particles, not 4 to {MAX_PARTICLES}")
+    if not fewest <= count <= MAX_PARTICLES:
+        raise SceneError(f"particle table {path} has {count} particles, not {fewest} to {MAX_PARTICLES}")
     if not (columns["mass"] > 0).all():
         raise SceneError(f"particle table {path}: mass of row {int(np.argmin(columns['mass'])) + 1} is not positive")
     if "u" in columns and not (columns["u"] >= 0).all():

@@ -220,7 +220,7 @@ BAD = {
     "binary.csv": (bytes(range(256)), "not text"),
     "junk.npz": (bytes(range(256)), "not an npz file"),
     "junk.nc": (bytes(range(256)), "not the result of a run"),
-    "table.txt": (b"mass,x,y,z\n", "must be a .csv, .npz or .nc"),
+    "table.txt": (b"mass,x,y,z\n", "must be a .csv, .npz, .nc, .h5 or .hdf5"),
 }
 
 

@@ -1,0 +1,135 @@
+"""Particle tables in HDF5 and netCDF: every layout that is read, and what a hostile file is told."""
+
+import h5py
+import netCDF4
+import numpy as np
+import pytest
+
+from astroinertia.errors import SceneError
+from astroinertia.sph.table import read_table
+
+VALUES = np.random.default_rng(5).random((6, 8))
+NAMES = ("mass", "x", "y", "z", "vx", "vy", "vz", "u")
+
+
+def fill(group, columns=NAMES):
+    for name, column in zip(columns, VALUES.T, strict=False):
+        group.create_dataset(name, data=column, compression="gzip")
+
+
+def as_vectors(group):
+    group["mass"], group["position"], group["velocity"] = VALUES[:, 0], VALUES[:, 1:4], VALUES[:, 4:7]
+    group["specific_internal_energy"] = VALUES[:, 7]
+    group["note"] = "not a column"
+
+
+def as_one_table(group):
+    table = np.zeros(6, dtype=[("mass", "f8"), ("position", "f8", (3,)), ("velocity", "f8", (3,)), ("u", "f8")])
+    table["mass"], table["u"] = VALUES[:, 0], VALUES[:, 7]
+    table["position"], table["velocity"] = VALUES[:, 1:4], VALUES[:, 4:7]
+    group["table"] = table
+
+
+@pytest.mark.parametrize("write", [fill, as_vectors, as_one_table])
+@pytest.mark.parametrize("place", ["/", "particles"])
+def test_every_layout_is_read(tmp_path, write, place):
+    with h5py.File(tmp_path / "p.hdf5", "w") as file:
+        write(file.require_group(place))
+        file.require_group("about").attrs["author"] = "someone"
+    table = read_table(tmp_path / "p.hdf5")
+    np.testing.assert_array_equal(table.mass, VALUES[:, 0])
+    np.testing.assert_array_equal(table.position, VALUES[:, 1:4])
+    np.testing.assert_array_equal(table.velocity, VALUES[:, 4:7])
+    np.testing.assert_array_equal(table.internal_energy, VALUES[:, 7])
+
+
+def test_a_netcdf_file_of_columns_is_read(tmp_path):
+    with netCDF4.Dataset(tmp_path / "p.nc", "w") as file:
+        file.createDimension("particle", 6)
+        file.createDimension("i", 3)
+        file.createVariable("mass", "f8", ("particle",))[:] = VALUES[:, 0]
+        file.createVariable("position", "f4", ("particle", "i"))[:] = VALUES[:, 1:4]
+    table = read_table(tmp_path / "p.nc")
+    np.testing.assert_array_equal(table.mass, VALUES[:, 0])
+    np.testing.assert_array_equal(table.position, VALUES[:, 1:4].astype("f4"))
+
+
+def huge(file):
+    for name in NAMES[:4]:
+        file.create_dataset(name, shape=(10**12,), chunks=(1000,), dtype="f8")
+
+
+def in_another_file(file):
+    fill(file, NAMES[1:4])
+    file["mass"] = h5py.ExternalLink("/etc/hostname", "mass")
+
+
+def in_raw_bytes(file):
+    fill(file, NAMES[1:4])
+    file.create_dataset("mass", shape=(6,), dtype="f8", external=[("/etc/hostname", 0, 48)])
+
+
+def virtual(file):
+    layout = h5py.VirtualLayout(shape=(6,), dtype="f8")
+    layout[:] = h5py.VirtualSource("/somewhere/else.h5", "mass", shape=(6,))
+    file.create_virtual_dataset("mass", layout)
+    fill(file, NAMES[1:4])
+
+
+def words(file):
+    fill(file, NAMES[1:4])
+    file["mass"] = ["a"] * 6
+
+
+def flat(file):
+    file["mass"], file["position"] = np.ones(6), np.ones((6, 2))
+
+
+def twice(file):
+    fill(file.create_group("a"))
+    fill(file.create_group("b"))
+
+
+def crowded(file):
+    for number in range(1001):
+        file.create_group(f"g{number}")
+
+
+BAD = {
+    huge: "at most 10000000 particles",
+    in_another_file: "lacks mass",
+    in_raw_bytes: "mass is kept in another file",
+    virtual: "mass is kept in another file",
+    words: "mass is not of numbers",
+    flat: "position is not three numbers",
+    twice: "more than one group",
+    crowded: "more than 1000 members",
+}
+
+
+@pytest.mark.parametrize("write", BAD, ids=lambda write: write.__name__)
+def test_bad_files_get_one_sentence(tmp_path, write):
+    with h5py.File(tmp_path / "p.h5", "w") as file:
+        write(file)
+    with pytest.raises(SceneError, match=BAD[write]) as caught:
+        read_table(tmp_path / "p.h5")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_group_that_holds_itself_is_no_trap(tmp_path):
+    with h5py.File(tmp_path / "p.h5", "w") as file:
+        fill(file.create_group("particles"))
+        file["again"] = file["/"]  # a hard link; a reader that walks the tree never ends
+        file["particles/up"] = file["/"]
+    assert read_table(tmp_path / "p.h5").mass.size == 6
+
+
+def test_what_is_no_hdf5_file_and_what_is_cut_off(tmp_path):
+    (tmp_path / "junk.h5").write_bytes(bytes(range(256)))
+    with h5py.File(tmp_path / "p.h5", "w") as file:
+        fill(file)
+    whole = (tmp_path / "p.h5").read_bytes()
+    (tmp_path / "cut.h5").write_bytes(whole[: len(whole) // 2])
+    for name in ("junk.h5", "cut.h5"):
+        with pytest.raises(SceneError, match="not an HDF5 file that can be read"):
+            read_table(tmp_path / name)
