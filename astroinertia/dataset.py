@@ -32,7 +32,7 @@ from astroinertia.dataset_schema import (
     reason_for_absence,
 )
 from astroinertia.errors import ArchiveError
-from astroinertia.inertia.tensor import ROUND_OFF_GAP
+from astroinertia.inertia.principal import ROUND_OFF_GAP
 from astroinertia.units import DIMENSIONLESS, SPEED_OF_LIGHT, CodeUnits
 
 _OBSERVERS = ((0.0, 0.0), (np.pi / 2, 0.0))  # polar angle and azimuth of the schema's observers

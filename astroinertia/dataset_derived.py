@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.inertia import tensor
+from astroinertia.inertia import principal, tensor
 
 Series = Mapping[str, np.ndarray]
 
@@ -29,10 +29,10 @@ def derived_quantities(series: Series, tolerance: float, reference_radius: float
     if not _has(series, "inertia_tensor", "mass"):
         return found
     inertia, mass = series["inertia_tensor"], series["mass"]
-    moments, axes = tensor.tracked_frame(inertia, tolerance)
-    found |= {"principal_moments": moments, "principal_axes": axes, "principal_gap": tensor.principal_gap(moments)}
+    moments, axes = principal.tracked_frame(inertia, tolerance)
+    found |= {"principal_moments": moments, "principal_axes": axes, "principal_gap": principal.principal_gap(moments)}
     if "inertia_rate" in found:
-        found["figure_rotation_rate"] = tensor.figure_rotation(moments, axes, found["inertia_rate"], tolerance)
+        found["figure_rotation_rate"] = principal.figure_rotation(moments, axes, found["inertia_rate"], tolerance)
     axis = axes[:, 2]
     if _has(series, "angular_momentum"):
         angular_momentum = series["angular_momentum"]
