@@ -56,6 +56,7 @@ class Entry:
 DIMENSIONS: Mapping[str, tuple[int, int, int]] = {
     "dimensionless": (0, 0, 0),
     "mass": (1, 0, 0),
+    "moment_of_inertia": (1, 2, 0),
     "length": (0, 1, 0),
     "time": (0, 0, 1),
     "velocity": (0, 1, -1),
@@ -208,6 +209,46 @@ CATALOGUE: Mapping[str, Entry] = {
         },
         "particles",
         "Binney & Tremaine 2008, sections 2.2 and 2.3",
+    ),
+    "target_tensor": Entry(
+        "astroinertia.effects.target_tensor",
+        "TargetTensor",
+        "a force that drives the body's inertia tensor to a given elongation, orientation or size",
+        {
+            "stiffness": positive(
+                "inverse_time_squared", REQUIRED, "acceleration per distance, of size and elongation"
+            ),
+            "axis_ratios": Option(
+                "dimensionless",
+                None,
+                "ratios of the semi-axes that the body is to have, at any size",
+                shape=(3,),
+                minimum=0.0,
+                exclusive=True,
+            ),
+            "moments": Option(
+                "moment_of_inertia",
+                None,
+                "principal moments that it is to have; give these or axis_ratios",
+                shape=(3,),
+                minimum=0.0,
+            ),
+            "first_axis": Option(
+                "dimensionless",
+                None,
+                "where the first of them is to point; without it any orientation will do",
+                shape=(3,),
+            ),
+            "second_axis": Option("dimensionless", None, "where the second is, what is across the first", shape=(3,)),
+            "orientation_stiffness": positive(
+                "inverse_time_squared", None, "of the orientation; as stiffness without it"
+            ),
+            "normal": Option(
+                "dimensionless", None, "of the plane that alone is driven; all space without it", shape=(3,)
+            ),
+        },
+        "particles",
+        "Zajac, Jones & Glazier 2003; Merks et al. 2006",
     ),
 }
 

@@ -37,9 +37,16 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "softening": 0.3,
         "origin": (0.3, 0.2, 0.1),
     },
+    "target_tensor": {
+        "stiffness": 2.0,
+        "axis_ratios": (3.0, 1.0, 2.0),
+        "first_axis": (1.0, 0.3, 0.2),
+        "second_axis": (0.0, 1.0, 1.0),
+        "orientation_stiffness": 1.3,
+    },
 }
-INTERNAL = ("gravity", "pressure", "viscosity", "conduction")
-POTENTIAL = ("gravity", "pressure", "rotating_frame", "tide", "external_field")
+INTERNAL = ("gravity", "pressure", "viscosity", "conduction", "target_tensor")
+POTENTIAL = ("gravity", "pressure", "rotating_frame", "tide", "external_field", "target_tensor")
 
 
 def effects() -> tuple[Any, ...]:
@@ -219,7 +226,7 @@ def test_a_pair_force_that_is_not_antisymmetric_is_named(kind: str) -> None:
     assert expected in found[kind]
 
 
-@pytest.mark.parametrize("kind", ["gravity", "pressure", "rotating_frame", "tide", "external_field"])
+@pytest.mark.parametrize("kind", POTENTIAL)
 def test_a_wrong_sign_in_a_force_with_a_potential_is_named(kind: str) -> None:
     if kind in PAIRS:
         place, term, _ = PAIRS[kind]

@@ -52,6 +52,7 @@ TABLES = {
     "rotating_frame": "rate = 0.3",
     "tide": "mass = 3.0\nposition = [8.0, 1.0, 0.0]\nperiod = 10.0",
     "external_field": "point_mass = 2.0\nsoftening = 0.3",
+    "target_tensor": "stiffness = 2.0\naxis_ratios = [2.0, 1.0, 1.0]",
 }
 # What a compiled program could hold of an effect, whatever its name: its functions, fields, memories and kernels.
 TRACES = {
@@ -61,7 +62,7 @@ TRACES = {
     "conduction": r"conduction|relative_velocity_pair|pressure_jump_pair",
 }
 HALVES = (
-    ("gravity", "pressure", "damping", "tide"),
+    ("gravity", "pressure", "damping", "tide", "target_tensor"),
     ("pressure", "viscosity", "conduction", "rotating_frame", "external_field"),
 )
 
