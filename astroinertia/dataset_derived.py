@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.inertia import principal, tensor
+from astroinertia.inertia.spin import angular_velocity
 
 Series = Mapping[str, np.ndarray]
 
@@ -36,7 +37,7 @@ def derived_quantities(series: Series, tolerance: float, reference_radius: float
     axis = axes[:, 2]
     if _has(series, "angular_momentum"):
         angular_momentum = series["angular_momentum"]
-        spin = tensor.angular_velocity(inertia, angular_momentum)
+        spin = angular_velocity(inertia, angular_momentum)
         energy = 0.5 * (angular_momentum * spin).sum(-1)
         found |= {"angular_velocity": spin, "rotational_energy": energy}
         if _has(series, "gravitational_energy"):

@@ -5,7 +5,7 @@ from typing import Any
 
 import jax
 
-from astroinertia.inertia.tensor import is_known, moment_about, namespace, point_inertia
+from astroinertia.inertia.tensor import about_point, is_known, moment_about, namespace, point_inertia, rotated
 
 Array = Any
 
@@ -30,7 +30,7 @@ class Body:
     def about(self, point: Array) -> Array:
         """Inertia tensor about a point (..., 3), by the parallel-axis theorem: (..., 3, 3)."""
         point = namespace(self.centre, point).asarray(point)
-        return self.inertia + point_inertia(self.mass, self.centre - point)
+        return about_point(self.inertia, self.mass, self.centre - point)
 
     def moment(self, axis: Array, point: Array | None = None) -> Array:
         """Moment of inertia (...,) about the line along axis (..., 3), of any length, through point (..., 3).
@@ -56,8 +56,7 @@ class Body:
             product = xp.swapaxes(matrix, -1, -2) @ matrix
             if not (abs(product - xp.eye(3, dtype=matrix.dtype)) < _ORTHOGONAL * xp.finfo(matrix.dtype).eps).all():
                 raise ValueError("a rotation matrix must be orthogonal, and this one is not")
-        inertia = matrix @ self.inertia @ xp.swapaxes(matrix, -1, -2)
-        inertia = 0.5 * (inertia + xp.swapaxes(inertia, -1, -2))  # products round, and a tensor stays symmetric
+        inertia = rotated(self.inertia, matrix)
         if about is None:
             return Body(self.mass, self.centre, inertia)
         about = xp.asarray(about)

@@ -1,16 +1,21 @@
 """Inertia tensors and what follows from them: pure functions of arrays, numpy or jax, any consistent units.
 
-Tensors have shape (..., 3, 3); leading axes are batches.
+Tensors have shape (..., 3, 3); leading axes are batches. Each function says about which point and in which axes its
+tensor is. Source, where none is given: Goldstein, Poole & Safko (2002), Classical Mechanics, chapter 5. Checked by
+tests/unit/test_tensor.py and, over twelve decades of mass and length, by test_inertia_identities.py.
 """
 
 import sys
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 Array = Any
 
-_SINGULAR = 1e-14  # share of the largest moment below which the smallest counts as 0
+_ROUND_OFF = 1e-12  # share of the largest moment by which sums over many points may miss an equality
+_GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)  # exact to degree 5: r^4 times a linear density
+_LABELS = ["x", "y", "z"]
 
 
 def namespace(*arrays: Array) -> Any:
@@ -37,19 +42,173 @@ def inertia_from_second_moment(second_moment: Array) -> Array:
 def second_moment_from_inertia(inertia: Array) -> Array:
     """Q = tr(I)/2 1 - I, the inverse of `inertia_from_second_moment`."""
     xp = namespace(inertia)
-    return 0.5 * xp.trace(inertia, axis1=-2, axis2=-1)[..., None, None] * xp.eye(3) - inertia
+    x, y, z = (inertia[..., k, k] for k in range(3))
+    diagonal = 0.5 * xp.stack([y + z - x, z + x - y, x + y - z], axis=-1)
+    return xp.where(xp.eye(3, dtype=bool), diagonal[..., None, :], -inertia)
 
 
 def point_inertia(mass: Array, position: Array) -> Array:
     """m (|x|^2 1 - x (x) x), (..., 3, 3): the inertia tensor about the origin of point masses.
 
-    mass (...,) and position (..., 3) in any consistent units. With the whole mass and a shift it is the term of the
-    parallel-axis theorem (Goldstein, Poole & Safko 2002, Classical Mechanics, eq. 5.25).
-    Checked by tests/unit/test_tensor.py and test_inertia_identities.py.
+    mass (...,) and position (..., 3). With the whole mass and a shift it is the term of the parallel-axis theorem.
     """
     xp = namespace(mass, position)
     x = xp.asarray(position)
     return xp.asarray(mass)[..., None, None] * inertia_from_second_moment(x[..., :, None] * x[..., None, :])
+
+
+def centre_of_mass(mass: Array, position: Array, weights: Array | None = None) -> Array:
+    """Centre of mass (..., 3) of particles: mass (..., N), position (..., N, 3), weights (..., N) that multiply mass.
+
+    Any vector will do for position: with velocities it is the velocity of the centre. A total mass of 0 gives NaN.
+    """
+    xp = namespace(mass, position)
+    mass, x = _weighted(xp, mass, weights), xp.asarray(position)
+    # Around one of the points, so that a body far from the origin keeps the digits that its coordinates have.
+    near = x[..., :1, :]
+    total = mass.sum(-1)[..., None]
+    shift = (mass[..., None, :] * xp.swapaxes(x - near, -1, -2)).sum(-1)
+    return near[..., 0, :] + xp.where(total != 0, shift, xp.nan) / xp.where(total != 0, total, 1)
+
+
+def second_moment(mass: Array, position: Array, origin: Array | None = None, weights: Array | None = None) -> Array:
+    """Q = sum m x (x) x, (..., 3, 3), of particles about a point.
+
+    mass (..., N); position (..., N, 3); origin (..., 3), the centre of mass where none is given; weights (..., N) that
+    multiply mass, such as 0 or 1 for a selection. In the axes of the positions.
+    """
+    return mixed_moment(mass, position, position, origin, origin, weights)
+
+
+def mixed_moment(
+    mass: Array,
+    left: Array,
+    right: Array,
+    left_origin: Array | None = None,
+    right_origin: Array | None = None,
+    weights: Array | None = None,
+) -> Array:
+    """sum m a (x) b, (..., 3, 3), of vectors (..., N, 3) that particles carry, each relative to its origin (..., 3).
+
+    mass (..., N). Where no origin is given the vectors are relative to their mass-weighted mean. P has positions and
+    velocities, K velocities twice, V_e positions and accelerations. weights (..., N) multiply mass.
+    """
+    xp = namespace(mass, left, right)
+    a = _relative(xp, mass, left, left_origin, weights)
+    b = a if right is left and right_origin is left_origin else _relative(xp, mass, right, right_origin, weights)
+    mass = _weighted(xp, mass, weights)
+    # Summed along the last axis, where numpy adds pairwise and keeps digits that a running sum loses.
+    rows = [xp.stack([(mass * a[i] * b[j]).sum(-1) for j in range(3)], axis=-1) for i in range(3)]
+    return xp.stack(rows, axis=-2)
+
+
+def inertia_tensor(mass: Array, position: Array, origin: Array | None = None, weights: Array | None = None) -> Array:
+    """I = sum m (|x|^2 1 - x (x) x), (..., 3, 3), of particles about a point.
+
+    mass (..., N); position (..., N, 3); origin (..., 3), the centre of mass where none is given; weights (..., N) that
+    multiply mass, such as 0 or 1 for a selection. In the axes of the positions.
+    """
+    return inertia_from_second_moment(second_moment(mass, position, origin, weights))
+
+
+def grid_inertia(density: Any, coordinates: Sequence[str] = ("x", "y", "z"), origin: Any = None) -> Any:
+    """Mass, centre of mass and inertia tensor of a density on a rectangular grid: xarray in, xarray out.
+
+    density: DataArray with the dimensions `coordinates`, whose coordinates are the centres of cells, ascending or
+    descending, evenly spaced or not (walls lie midway between centres); its other dimensions are batches. origin (3,),
+    the centre of mass where none is given. Returns a Dataset with mass (...), centre_of_mass (..., i) and
+    inertia_tensor (..., i, j) about the origin, in the axes of the grid. Exact for a density that is constant in each
+    cell. ValueError where a dimension has fewer than two cells or is not ascending or descending.
+    """
+    import xarray as xr  # only here: nobody else who uses tensors need wait for it
+
+    centres, widths = {}, {}
+    for name in coordinates:
+        if name not in density.coords or density.sizes.get(name, 0) < 2:
+            raise ValueError(f"the density needs a coordinate {name!r} of two or more cells")
+        values = np.asarray(density[name].values, dtype=float)
+        step = np.diff(values)
+        if not ((step > 0).all() or (step < 0).all()):
+            raise ValueError(f"the coordinate {name!r} is neither ascending nor descending")
+        walls = np.concatenate([values[:1] - step[:1] / 2, values[1:] - step / 2, values[-1:] + step[-1:] / 2])
+        centres[name] = xr.DataArray((walls[1:] + walls[:-1]) / 2, {name: density[name].values}, [name])
+        widths[name] = xr.DataArray(abs(np.diff(walls)), {name: density[name].values}, [name])
+
+    def integral(factors: Mapping[str, Any]) -> Any:
+        return xr.dot(density, *(factors.get(name, 1.0) * widths[name] for name in coordinates), dim=list(coordinates))
+
+    mass = integral({})
+    # Twice, the second time around the first result, which keeps the digits of a body far from the grid's origin.
+    middle = {name: float(centres[name].mean()) for name in coordinates}
+    centre = {name: middle[name] + integral({name: centres[name] - middle[name]}) / mass for name in coordinates}
+    about = centre if origin is None else dict(zip(coordinates, origin, strict=True))
+    offset = {name: centres[name] - about[name] for name in coordinates}
+    square = {name: offset[name] ** 2 + widths[name] ** 2 / 12 for name in coordinates}
+    i, j = (xr.IndexVariable(name, _LABELS) for name in "ij")
+    rows = [
+        xr.concat([integral({a: square[a]} if a == b else {a: offset[a], b: offset[b]}) for b in coordinates], j)
+        for a in coordinates
+    ]
+    second = xr.concat(rows, i).transpose(..., "i", "j")
+    tensor = second.copy(data=inertia_from_second_moment(second.data))
+    place = xr.concat(list(centre.values()), i).transpose(..., "i")
+    told = "the centre of mass" if origin is None else f"({', '.join(f'{float(each):g}' for each in origin)})"
+    found = xr.Dataset({"mass": mass, "centre_of_mass": place, "inertia_tensor": tensor})
+    found["inertia_tensor"].attrs = {"long_name": "inertia tensor", "origin": told, "frame": "axes of the grid"}
+    units = density.attrs.get("units"), density[coordinates[0]].attrs.get("units")
+    if None not in units:
+        found["mass"].attrs["units"], found["inertia_tensor"].attrs["units"] = (
+            f"{units[0]} {units[1]}{n}" for n in "35"
+        )
+        found["centre_of_mass"].attrs["units"] = units[1]
+    return found
+
+
+def radial_profile_inertia(radius: Array, density: Array) -> tuple[Array, Array]:
+    """Mass (...,) and inertia tensor (..., 3, 3) about its centre of a sphere with a radial density profile.
+
+    radius (n,), ascending, not negative; density (..., n) at these radii, linear between them and 0 outside of them.
+    M = 4 pi int rho r^2 dr and I = (8 pi / 3) int rho r^4 dr, exact for that density. ValueError for other radii.
+    """
+    xp = namespace(radius, density)
+    radius, density = xp.asarray(radius), xp.asarray(density)
+    if is_known(radius) and not (
+        radius.ndim == 1 and radius.size > 1 and radius[0] >= 0 and (xp.diff(radius) > 0).all()
+    ):
+        raise ValueError("the radii must be two or more, ascending and not negative")
+    share = xp.asarray(0.5 * (1 + _GAUSS_NODES), dtype=density.dtype)
+    width = xp.diff(radius)[:, None]
+    at = radius[:-1, None] + width * share
+    value = density[..., :-1, None] + (density[..., 1:, None] - density[..., :-1, None]) * share
+    part = value * at**2 * width * xp.asarray(0.5 * _GAUSS_WEIGHTS, dtype=density.dtype)
+    mass, moment = 4 * np.pi * part.sum((-2, -1)), 8 * np.pi / 3 * (part * at**2).sum((-2, -1))
+    return mass, moment[..., None, None] * xp.eye(3, dtype=moment.dtype)
+
+
+def about_point(inertia: Array, mass: Array, offset: Array) -> Array:
+    """From the tensor (..., 3, 3) about the centre of mass to that about a point at `offset` (..., 3) from it.
+
+    The parallel-axis theorem with its full outer product, I + M (d^2 1 - d (x) d); mass (...,).
+    """
+    return inertia + point_inertia(mass, offset)
+
+
+def about_centre(inertia: Array, mass: Array, offset: Array) -> Array:
+    """From the tensor (..., 3, 3) about a point to that about the centre of mass, at `offset` (..., 3) from it.
+
+    The inverse of `about_point`. Digits that the shift has swallowed do not come back: the error is a rounding of
+    M d^2.
+    """
+    return inertia - point_inertia(mass, offset)
+
+
+def rotated(inertia: Array, matrix: Array) -> Array:
+    """R I R^T, (..., 3, 3): the tensor of the body turned by R (..., 3, 3) about the point that I is about.
+
+    The transposed matrix gives the tensor of the same body in the turned axes.
+    """
+    turned = matrix @ inertia @ namespace(inertia, matrix).swapaxes(matrix, -1, -2)
+    return 0.5 * twice_symmetric(turned)  # products round, and a tensor stays symmetric
 
 
 def twice_symmetric(tensor: Array) -> Array:
@@ -64,23 +223,60 @@ def axial_vector(tensor: Array) -> Array:
 
 
 def moment_about(inertia: Array, axis: Array) -> Array:
-    """n.I.n about the axis n (..., 3), which need not be a unit vector."""
-    xp = namespace(inertia)
+    """n.I.n about the axis n (..., 3), which need not be a unit vector, through the point that I is about."""
+    xp = namespace(inertia, axis)
     return xp.einsum("...i,...ij,...j->...", axis, inertia, axis) / (axis**2).sum(-1)
 
 
-def angular_velocity(inertia: Array, angular_momentum: Array) -> Array:
-    """The Tisserand mean spin I^-1 L, (..., 3); NaN where I has no inverse.
+def invariants(inertia: Array) -> Array:
+    """Trace, sum of principal minors and determinant, (..., 3): the same in all axes."""
+    (xx, xy, xz), (yy, yz), (zz,) = ([inertia[..., i, j] for j in range(i, 3)] for i in range(3))
+    minors = [yy * zz - yz * yz, zz * xx - xz * xz, xx * yy - xy * xy]
+    determinant = xx * minors[0] - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
+    return namespace(inertia).stack([xx + yy + zz, minors[0] + minors[1] + minors[2], determinant], axis=-1)
 
-    It is the rigid rotation that carries the body's angular momentum (Munk & MacDonald 1960, Rotation of the Earth).
+
+def require_plausible(inertia: Array) -> None:
+    """Refuse a tensor (..., 3, 3) that no body of positive mass has; ValueError that names what fails.
+
+    It must be finite, symmetric and positive, and no principal moment may exceed the sum of the other two, each to
+    1e-12 of the largest.
     """
-    xp = namespace(inertia, angular_momentum)
-    minors = 0.5 * (xp.trace(inertia, axis1=-2, axis2=-1) ** 2 - (inertia**2).sum((-2, -1)))
-    # det(I) over the sum of its principal minors is the smallest moment where that is small.
-    smallest = xp.linalg.det(inertia) / xp.where(minors > 0, minors, 1.0)
-    solvable = (minors > 0) & (smallest > _SINGULAR * xp.trace(inertia, axis1=-2, axis2=-1))
-    safe = xp.where(solvable[..., None, None], inertia, xp.eye(3, dtype=inertia.dtype))
-    return xp.where(solvable[..., None], xp.linalg.solve(safe, angular_momentum[..., None])[..., 0], xp.nan)
+    tensor = np.asarray(inertia, dtype=float)
+    if tensor.shape[-2:] != (3, 3) or not np.isfinite(tensor).all():
+        raise ValueError("an inertia tensor has 3 x 3 finite components")
+    size = abs(tensor).max((-2, -1), keepdims=True)
+    if (abs(tensor - np.swapaxes(tensor, -1, -2)) > _ROUND_OFF * size).any():
+        raise ValueError("an inertia tensor is symmetric, and this one is not")
+    moments = np.linalg.eigvalsh(tensor).reshape(-1, 3)
+    for low, middle, high in moments:
+        if low < -_ROUND_OFF * max(-low, high):
+            raise ValueError(f"principal moments are not negative, and this tensor has {low:.6g}")
+        if low + middle < high * (1 - _ROUND_OFF):
+            raise ValueError(
+                f"no body has these moments: {low:.6g} + {middle:.6g} < {high:.6g}, "
+                "and none may exceed the sum of the other two"
+            )
+
+
+def radius_of_gyration(moment: Array, mass: Array) -> Array:
+    """sqrt(I / M), (...,): the distance from the axis at which the mass has the moment (...,) about it."""
+    xp = namespace(moment, mass)
+    return xp.sqrt(xp.asarray(moment) / mass)
+
+
+def equivalent_ring(inertia: Array, mass: Array, axis: Array) -> tuple[Array, Array]:
+    """Radius (...,) and tensor (..., 3, 3) about its centre of the thin ring with this mass and this moment about axis.
+
+    inertia (..., 3, 3) about a point of the axis (..., 3); mass (...,). The ring lies around the axis and has half its
+    moment about a diameter.
+    """
+    xp = namespace(inertia, axis)
+    axis = xp.asarray(axis)
+    moment = moment_about(inertia, axis)
+    along = axis[..., :, None] * axis[..., None, :] / (axis**2).sum(-1)[..., None, None]
+    ring = 0.5 * moment[..., None, None] * (xp.eye(3, dtype=along.dtype) + along)
+    return radius_of_gyration(moment, mass), ring
 
 
 def equivalent_semi_axes(mass: Array, moments: Array) -> Array:
@@ -89,5 +285,17 @@ def equivalent_semi_axes(mass: Array, moments: Array) -> Array:
     a_k^2 = 5 Q_k / M with Q_k = (I_1 + I_2 + I_3)/2 - I_k.
     """
     xp = namespace(moments)
-    second = 0.5 * moments.sum(-1, keepdims=True) - moments
-    return xp.sqrt(xp.maximum(5.0 * second, 0.0) / xp.asarray(mass)[..., None])
+    squares = 5.0 * (0.5 * moments.sum(-1, keepdims=True) - moments) / xp.asarray(mass)[..., None]
+    # The root of a safe number first: at a flat body's 0 the root has no derivative, and 0 passes on none.
+    return xp.where(squares > 0, xp.sqrt(xp.where(squares > 0, squares, 1.0)), 0.0)
+
+
+def _weighted(xp: Any, mass: Array, weights: Array | None) -> Array:
+    return xp.asarray(mass) if weights is None else xp.asarray(mass) * xp.asarray(weights)
+
+
+def _relative(xp: Any, mass: Array, vector: Array, origin: Array | None, weights: Array | None) -> list[Array]:
+    """The three components (..., N) of vectors (..., N, 3) relative to an origin (..., 3)."""
+    vector = xp.asarray(vector)
+    origin = centre_of_mass(mass, vector, weights) if origin is None else xp.asarray(origin)
+    return [vector[..., k] - origin[..., k, None] for k in range(3)]
