@@ -1,0 +1,131 @@
+"""Balancing of rotors: unbalance in two planes, corrections that cancel it, and the best of discrete holes.
+
+The rotor spins about z through the origin. Its unbalance is two vectors (2,) across the axis, which turn with it: the
+static one, U = sum m (x, y) = M (c_x, c_y), and the dynamic one, D = sum m z (x, y) = -(I_xz, I_yz) about the origin.
+It runs without forces on its bearings if and only if both are zero, whatever I_xy, I_xx and I_yy are. Two masses in two
+planes can always do that (Norton 2012, Design of Machinery, 5th ed., section 12.3; ISO 21940-11).
+Any consistent units. Checked by tests/unit/test_balancing.py.
+"""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from astroinertia.inertia.body import Body
+from astroinertia.inertia.tensor import namespace
+
+Array = Any
+
+MOST_COMBINATIONS = 2_000_000
+"""Of the holes in one half of the search; more would not fit in the memory of a small machine."""
+
+
+@dataclass(frozen=True)
+class Holes:
+    """A choice of masses for holes: mass (n,), the residual in both planes (2, 2) and its norm."""
+
+    mass: np.ndarray
+    residual: np.ndarray
+    size: float
+
+
+def unbalance_of_body(body: Body) -> tuple[Array, Array]:
+    """Static and dynamic unbalance U and D, (..., 2) each, of a body that spins about z through the origin."""
+    inertia = body.about(namespace(body.inertia).zeros(3))
+    return body.mass[..., None] * body.centre[..., :2], -inertia[..., :2, 2]
+
+
+def unbalance_of_measurements(unbalance: Array, planes: Array) -> tuple[Array, Array]:
+    """U and D, (2,) each, from vectors m r (n, 2) measured in planes at z (n,)."""
+    xp = namespace(unbalance, planes)
+    unbalance, planes = xp.asarray(unbalance), xp.asarray(planes)
+    return unbalance.sum(0), planes @ unbalance
+
+
+def phasors(size: Array, angle: Array) -> Array:
+    """Vectors (..., 2) of length `size` at `angle` from x towards y, in radians."""
+    xp = namespace(size, angle)
+    return xp.asarray(size)[..., None] * xp.stack([xp.cos(angle), xp.sin(angle)], axis=-1)
+
+
+def two_plane_equivalent(static: Array, dynamic: Array, planes: Sequence[float]) -> Array:
+    """The vectors m r in two planes that are the same unbalance, (..., 2 planes, 2).
+
+    static, dynamic: U and D (..., 2); planes: their two z. Planes at one place are a ValueError. At the places of the
+    bearings and times the rate squared they are the forces on them.
+    """
+    first, second = planes
+    if first == second:
+        raise ValueError(f"two planes are needed, and both are at {first:g}")
+    xp = namespace(static, dynamic)
+    share = (dynamic - first * static) / (second - first)
+    return xp.stack([static - share, share], axis=-2)
+
+
+def two_plane_correction(static: Array, dynamic: Array, planes: Sequence[float]) -> Array:
+    """Vectors m r to be added in two planes to balance a rotor, (..., 2 planes, 2): minus its equivalent there."""
+    return -two_plane_equivalent(static, dynamic, planes)
+
+
+def correction_masses(correction: Array, radii: Array, remove: bool = False) -> tuple[Array, Array]:
+    """Masses (..., 2) and angles (..., 2) in radians, from x towards y, of corrections m r (..., 2, 2) at two radii.
+
+    With `remove` the masses are taken away, on the side opposite to where they would be added; both are positive.
+    A radius that is not positive is a ValueError.
+    """
+    xp = namespace(correction)
+    radii = xp.asarray(radii)
+    if not (radii > 0).all():
+        raise ValueError("the radii of the corrections must be positive")
+    sign = -1.0 if remove else 1.0
+    mass = xp.hypot(correction[..., 0], correction[..., 1]) / radii
+    return mass, xp.arctan2(sign * correction[..., 1], sign * correction[..., 0])
+
+
+def bearing_forces(static: Array, dynamic: Array, rate: Array, bearings: Sequence[float]) -> Array:
+    """Forces (..., 2 bearings, 2) of a rotor on bearings at two z when it turns at `rate` (rad per time).
+
+    Components along the rotor's own x and y, which turn with it; weight is left out.
+    """
+    rate = namespace(static, rate).asarray(rate)
+    return rate[..., None, None] ** 2 * two_plane_equivalent(static, dynamic, bearings)
+
+
+def best_holes(
+    static: Array,
+    dynamic: Array,
+    planes: Sequence[float],
+    radii: Array,
+    angle: Array,
+    position: Array,
+    masses: Sequence[float],
+) -> Holes:
+    """The masses for given holes that leave the least unbalance in two planes, of all that there are.
+
+    static, dynamic: U and D, (2,); planes: the two z in which what is left is judged; radii, angle (radians), position
+    (z): of the holes, (n,) each; masses: what any hole can be given, negative to remove, besides nothing. The residual
+    is that of U and D in the planes, and its size the root of its squares' sum. Exact: all sums of one half of the
+    holes are looked up in those of the other (Horowitz & Sahni 1974, J. ACM 21, 277). More than MOST_COMBINATIONS sums
+    in a half are a ValueError.
+    """
+    holes = phasors(np.asarray(radii, dtype=float), np.asarray(angle, dtype=float))
+    each = two_plane_equivalent(holes, np.asarray(position, dtype=float)[:, None] * holes, planes).reshape(-1, 4)
+    start = two_plane_equivalent(np.asarray(static), np.asarray(dynamic), planes).reshape(4)
+    choices = np.unique([0.0, *masses])
+    middle = len(each) // 2
+    if len(choices) ** (len(each) - middle) > MOST_COMBINATIONS:
+        raise ValueError(f"{len(each)} holes with {len(choices)} choices each are too many to try them all")
+    one, other = (_combinations(choices, len(half)) for half in (each[:middle], each[middle:]))
+    distance, index = cKDTree(other @ each[middle:]).query(-(start + one @ each[:middle]))
+    best = int(np.argmin(distance))
+    mass = np.concatenate([one[best], other[index[best]]])
+    residual = start + mass @ each
+    return Holes(mass, residual.reshape(2, 2), float(np.linalg.norm(residual)))
+
+
+def _combinations(choices: np.ndarray, count: int) -> np.ndarray:
+    return np.array(list(itertools.product(choices, repeat=count))).reshape(-1, count)
