@@ -8,6 +8,7 @@ import numpy as np
 
 from astroinertia.effects.effect import Effect, moments
 from astroinertia.inertia import target
+from astroinertia.inertia.tensor import require_plausible
 
 PARALLEL = 1e-6  # sine of the angle below which two directions do not span a plane
 
@@ -42,14 +43,10 @@ class TargetTensor(Effect):
         """Refuses no target or two, impossible moments, axes that are not two, and a stiffness of no axes."""
         if (options["axis_ratios"] is None) == (options["moments"] is None):
             raise ValueError("it needs one of axis_ratios and moments")
-        given = options["moments"]
-        if given is not None:
-            largest = max(given)
-            if largest > sum(given) - largest or largest == 0.0:
-                raise ValueError(
-                    f"no body has the moments {', '.join(f'{m:g}' for m in given)}: the largest must be above zero and "
-                    f"not above the sum of the other two"
-                )
+        if options["moments"] is not None:
+            require_plausible(np.diag(options["moments"]))
+            if not any(options["moments"]):
+                raise ValueError("the moments must not all be zero")
         first, second = options["first_axis"], options["second_axis"]
         if (first is None) != (second is None):
             raise ValueError("it needs both first_axis and second_axis, or neither")

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.tensor import namespace
@@ -120,7 +120,7 @@ def best_holes(
     if len(choices) ** (len(each) - middle) > MOST_COMBINATIONS:
         raise ValueError(f"{len(each)} holes with {len(choices)} choices each are too many to try them all")
     one, other = (_combinations(choices, len(half)) for half in (each[:middle], each[middle:]))
-    distance, index = cKDTree(other @ each[middle:]).query(-(start + one @ each[:middle]))
+    distance, index = KDTree(other @ each[middle:]).query(-(start + one @ each[:middle]))
     best = int(np.argmin(distance))
     mass = np.concatenate([one[best], other[index[best]]])
     residual = start + mass @ each

@@ -125,8 +125,8 @@ def _shares(
     # T, Q/T and N, in the plane where there is one, and the unit tensor there.
     plane = xp.eye(3)
     if normal is not None:
-        normal = xp.asarray(normal)
-        plane = plane - xp.outer(normal, normal) / (normal @ normal)
+        across: Any = xp.asarray(normal)
+        plane = plane - xp.outer(across, across) / (across @ across)
         second_moment, target = plane @ second_moment @ plane, plane @ target @ plane
     own = xp.trace(target, axis1=-2, axis2=-1)
     trace = xp.trace(second_moment, axis1=-2, axis2=-1) if free_size else own

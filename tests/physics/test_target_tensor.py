@@ -119,8 +119,8 @@ def test_energy_is_conserved_to_second_order_in_the_step() -> None:
     [
         ("", "needs one of axis_ratios and moments"),
         ("axis_ratios = [1.0, 1.0, 2.0]\nmoments = [1.0, 1.0, 1.0]", "needs one of axis_ratios and moments"),
-        ("moments = [1.0, 2.1, 1.0]", "no body has the moments 1, 2.1, 1"),
-        ("moments = [0.0, 0.0, 0.0]", "no body has the moments 0, 0, 0"),
+        ("moments = [1.0, 2.1, 1.0]", r"no body has these moments: 1 \+ 1 < 2\.1"),
+        ("moments = [0.0, 0.0, 0.0]", "must not all be zero"),
         ("axis_ratios = [1.0, 1.0, 2.0]\nfirst_axis = [1.0, 0.0, 0.0]", "needs both first_axis and second_axis"),
         ("axis_ratios = [1.0, 1.0, 2.0]\norientation_stiffness = 1.0", "needs first_axis and second_axis"),
         (
