@@ -1,0 +1,261 @@
+"""Closed forms of homogeneous solids and thick shells as bodies: see `astroinertia.inertia.shapes`."""
+
+import math
+from typing import Any
+
+from astroinertia.inertia.body import Body
+from astroinertia.inertia.mean_squares import body_of, body_of_simplices, checked, checked_points, refuse
+from astroinertia.inertia.plates import polygon_plate
+
+Array = Any
+
+GOLDEN_RATIO = (1 + math.sqrt(5)) / 2
+# <x^2> of the regular solids by number of faces, over the square of an edge: half their moment coefficients, which are
+# 1/20, 1/6, 1/10, (39 phi + 28)/150 and phi^2/10 (Satterly 1958, Mathematical Gazette 42, 11).
+_REGULAR_SOLIDS = {4: 1 / 40, 6: 1 / 12, 8: 1 / 20, 12: (39 * GOLDEN_RATIO + 28) / 300, 20: GOLDEN_RATIO**2 / 20}
+
+
+def box(mass: Array, length: Array, width: Array, height: Array) -> Body:
+    """A cuboid, length along x, width along y, height along z: <x^2> = l^2/12 and so on; faces at x = -l/2 and l/2.
+
+    Source: Machinery's Handbook, 31st ed. (2020), p. 253, prism.
+    """
+    xp, (mass, x, y, z) = checked(mass, length=length, width=width, height=height)
+    return body_of(xp, mass, x**2 / 12, y**2 / 12, z**2 / 12)
+
+
+def hollow_box(mass: Array, length: Array, width: Array, height: Array, wall: Array) -> Body:
+    """A closed box with walls of one thickness, outer sizes as for `box`; a wall of 0 is the limit of a thin shell.
+
+    The difference of two boxes, outer sides a, b, c and inner ones a', b', c', with the common factor 2 wall taken out,
+    so that thin walls lose no digits. The mass is that of the walls; walls thicker than half a side are a ValueError.
+    """
+    xp, (mass, *outer, wall) = checked(mass, ("wall",), length=length, width=width, height=height, wall=wall)
+    for side in outer:
+        refuse(2 * wall > side, "the walls of a hollow box must not be thicker than half of its smallest side")
+    inner = [side - 2 * wall for side in outer]
+
+    def share(k: int) -> tuple[Array, Array]:
+        """(abc - a'b'c') and (a^3 bc - a'^3 b'c'), each over 2 wall, for the side a = outer[k]."""
+        a, b, c = (outer[(k + step) % 3] for step in range(3))
+        a_in, c_in = inner[k], inner[(k + 2) % 3]
+        cross = b + c_in  # (bc - b'c') / (2 wall)
+        return b * c + a_in * cross, (a**2 + a * a_in + a_in**2) * b * c + a_in**3 * cross
+
+    squares = [second / (12 * volume) for volume, second in map(share, range(3))]
+    return body_of(xp, mass, *squares)
+
+
+def solid_sphere(mass: Array, radius: Array) -> Body:
+    """A solid sphere: <x^2> = r^2/5, so I = 2 m r^2/5 about every diameter, and 7 m r^2/5 about a tangent, at x = r.
+
+    Source: Machinery's Handbook, 31st ed. (2020), p. 253, sphere.
+    """
+    return thick_spherical_layer(mass, outer_radius=radius, inner_radius=0.0)
+
+
+def thick_spherical_layer(mass: Array, outer_radius: Array, inner_radius: Array) -> Body:
+    """A sphere with a concentric hollow: <x^2> = (R^5 - r^5) / (5 (R^3 - r^3)); r = R is the thin shell.
+
+    R - r is divided out, so that thin layers lose no digits.
+    Source: Machinery's Handbook, 31st ed. (2020), p. 238, hollow sphere.
+    """
+    xp, (mass, outer, inner) = checked(mass, ("inner_radius",), outer_radius=outer_radius, inner_radius=inner_radius)
+    refuse(inner > outer, "the inner radius of a spherical layer must not exceed its outer radius")
+    square = _fifth_over_third(outer, inner) / 5
+    return body_of(xp, mass, square, square, square)
+
+
+def layered_sphere(masses: Array, outer_radii: Array) -> Body:
+    """Homogeneous concentric layers, from the middle out: masses (..., n) and outer radii (..., n).
+
+    I is the sum of those of the layers, each between its own radius and the one before. Radii that do not grow outwards
+    are a ValueError. Source: `thick_spherical_layer`.
+    """
+    xp, masses, radii = checked_points(masses, outer_radii, (None,), "the outer radii of layers")
+    inner = xp.concatenate([xp.zeros_like(radii[..., :1]), radii[..., :-1]], axis=-1)
+    refuse(inner >= radii, "the outer radii of layers must be positive and grow outwards")
+    _, (masses, outer, inner) = checked(masses, ("inner_radius",), outer_radius=radii, inner_radius=inner)
+    total = masses.sum(-1)
+    square = (masses * _fifth_over_third(outer, inner)).sum(-1) / (5 * total)
+    return body_of(xp, total, square, square, square)
+
+
+def ellipsoid(mass: Array, semi_axes: Array) -> Body:
+    """A solid ellipsoid with semi-axes (..., 3) along x, y, z: <x^2> = a^2/5 and so on.
+
+    Source: Machinery's Handbook, 31st ed. (2020), p. 254, ellipsoid.
+    """
+    xp, mass, axes = checked_points(mass, semi_axes, (3,), "the semi-axes of an ellipsoid")
+    xp, (mass, a, b, c) = checked(mass, semi_axis_x=axes[..., 0], semi_axis_y=axes[..., 1], semi_axis_z=axes[..., 2])
+    return body_of(xp, mass, a**2 / 5, b**2 / 5, c**2 / 5)
+
+
+def cylinder(mass: Array, radius: Array, height: Array) -> Body:
+    """A solid cylinder along z: <x^2> = r^2/4, <z^2> = h^2/12; its ends are at z = -h/2 and h/2.
+
+    Source: Machinery's Handbook, 31st ed. (2020), p. 253, cylinder.
+    """
+    return elliptic_cylinder(mass, radius, radius, height)
+
+
+def thick_cylinder(mass: Array, outer_radius: Array, inner_radius: Array, height: Array) -> Body:
+    """A tube with a thick wall and open ends, along z: <x^2> = (R^2 + r^2)/4, <z^2> = h^2/12; r = R is the thin tube.
+
+    Source: Machinery's Handbook, 31st ed. (2020), p. 253, hollow cylinder.
+    """
+    xp, (mass, outer, inner, height) = checked(
+        mass, ("inner_radius",), outer_radius=outer_radius, inner_radius=inner_radius, height=height
+    )
+    refuse(inner > outer, "the inner radius of a tube must not exceed its outer radius")
+    square = (outer**2 + inner**2) / 4
+    return body_of(xp, mass, square, square, height**2 / 12)
+
+
+def elliptic_cylinder(mass: Array, semi_axis_x: Array, semi_axis_y: Array, height: Array) -> Body:
+    """A solid cylinder along z with an elliptic section: <x^2> = a^2/4, <y^2> = b^2/4, <z^2> = h^2/12.
+
+    Source: Meriam & Kraige (2012), Table D/4, elliptical cylinder.
+    """
+    xp, (mass, a, b, height) = checked(mass, semi_axis_x=semi_axis_x, semi_axis_y=semi_axis_y, height=height)
+    return body_of(xp, mass, a**2 / 4, b**2 / 4, height**2 / 12)
+
+
+def capsule(mass: Array, radius: Array, length: Array) -> Body:
+    """A cylinder along z, length l (0 or more), with a hemisphere on each end; tips at z = -l/2 - r and l/2 + r.
+
+    With s = 4r/(3l + 4r), the hemispheres' share of the volume: <x^2> = (1 - s) r^2/4 + s r^2/5,
+    <z^2> = (1 - s) l^2/12 + s (r^2/5 + l^2/4 + 3 l r/8). Source: the sum of its parts (centroid of a hemisphere 3r/8).
+    """
+    xp, (mass, r, length) = checked(mass, ("length",), radius=radius, length=length)
+    ends = 4 * r / (3 * length + 4 * r)
+    across = (1 - ends) * r**2 / 4 + ends * r**2 / 5
+    along = (1 - ends) * length**2 / 12 + ends * (r**2 / 5 + length**2 / 4 + 3 * length * r / 8)
+    return body_of(xp, mass, across, across, along)
+
+
+def cone(mass: Array, radius: Array, height: Array) -> Body:
+    """A solid right circular cone: <x^2> = 3 r^2/20, <z^2> = 3 h^2/80; base at z = -h/4, apex at z = 3h/4.
+
+    Source: Machinery's Handbook, 31st ed. (2020), p. 237, cone (there about apex, base and centre line).
+    """
+    return frustum(mass, base_radius=radius, top_radius=0.0, height=height)
+
+
+def frustum(mass: Array, base_radius: Array, top_radius: Array, height: Array) -> Body:
+    """A cone cut off parallel to its base, radii R below and r above; the base is at z = -h (R^2 + 2Rr + 3r^2)/(4 S).
+
+    S = R^2 + Rr + r^2; <x^2> = 3 (R^5 - r^5) / (20 (R^3 - r^3)), with R - r divided out;
+    <z^2> = 3 h^2 (R^4 + 4R^3 r + 10R^2 r^2 + 4R r^3 + r^4) / (80 S^2).
+    Source: Machinery's Handbook, 31st ed. (2020), p. 237, frustum of cone (there about the large end).
+    """
+    xp, (mass, r, t, height) = checked(
+        mass, ("top_radius",), base_radius=base_radius, top_radius=top_radius, height=height
+    )
+    across = 3 * _fifth_over_third(r, t) / 20
+    quartic = r**4 + 4 * r**3 * t + 10 * r**2 * t**2 + 4 * r * t**3 + t**4
+    along = 3 * height**2 * quartic / (80 * (r**2 + r * t + t**2) ** 2)
+    return body_of(xp, mass, across, across, along)
+
+
+def rectangular_pyramid(mass: Array, length: Array, width: Array, height: Array) -> Body:
+    """A right pyramid on a rectangle: <x^2> = l^2/20, <y^2> = w^2/20, <z^2> = 3 h^2/80; base at z = -h/4.
+
+    Source: Machinery's Handbook, 31st ed. (2020), p. 253, pyramid, rectangular base.
+    """
+    xp, (mass, length, width, height) = checked(mass, length=length, width=width, height=height)
+    return body_of(xp, mass, length**2 / 20, width**2 / 20, 3 * height**2 / 80)
+
+
+def paraboloid(mass: Array, radius: Array, height: Array) -> Body:
+    """A solid of revolution under a parabola: <x^2> = r^2/6, <z^2> = h^2/18; flat base of radius r at z = -h/3.
+
+    Source: Machinery's Handbook, 31st ed. (2020), p. 254, paraboloid.
+    """
+    xp, (mass, radius, height) = checked(mass, radius=radius, height=height)
+    return body_of(xp, mass, radius**2 / 6, radius**2 / 6, height**2 / 18)
+
+
+def torus(mass: Array, ring_radius: Array, tube_radius: Array) -> Body:
+    """A solid ring, R from the axis to the middle of the tube, a of the tube: <x^2> = R^2/2 + 3a^2/8, <z^2> = a^2/4.
+
+    A tube wider than the ring is a ValueError. Source: Machinery's Handbook, 31st ed. (2020), p. 254, torus.
+    """
+    xp, (mass, ring, tube) = checked(mass, ring_radius=ring_radius, tube_radius=tube_radius)
+    refuse(tube > ring, "the tube of a torus must not be wider than its ring")
+    across = ring**2 / 2 + 3 * tube**2 / 8
+    return body_of(xp, mass, across, across, tube**2 / 4)
+
+
+def hemisphere(mass: Array, radius: Array) -> Body:
+    """Half of a solid sphere: <x^2> = r^2/5, <z^2> = 19 r^2/320; flat face at z = -3r/8.
+
+    Source: Meriam & Kraige (2012), Table D/4, hemisphere.
+    """
+    return spherical_cap(mass, radius, height=radius)
+
+
+def spherical_cap(mass: Array, radius: Array, height: Array) -> Body:
+    """The part of a solid sphere on one side of a plane, h from the plane to the top, at most 2r; dome along +z.
+
+    <x^2> = h (20r^2 - 15rh + 3h^2) / (20 (3r - h)), <z^2> = h^2 (40r^2 - 24rh + 3h^2) / (80 (3r - h)^2);
+    its top is h (8r - 3h) / (4 (3r - h)) above its centre of mass.
+    Source: Machinery's Handbook, 31st ed. (2020), p. 254, spherical segment, for I_zz.
+    """
+    xp, (mass, r, h) = checked(mass, radius=radius, height=height)
+    refuse(h > 2 * r, "the height of a spherical cap must not exceed the diameter of its sphere")
+    across = h * (20 * r**2 - 15 * r * h + 3 * h**2) / (20 * (3 * r - h))
+    along = h**2 * (40 * r**2 - 24 * r * h + 3 * h**2) / (80 * (3 * r - h) ** 2)
+    return body_of(xp, mass, across, across, along)
+
+
+def spherical_sector(mass: Array, radius: Array, height: Array) -> Body:
+    """A cap of height h with the cone down to the centre of its sphere; h at most 2r, a whole sphere; dome along +z.
+
+    <x^2> = h (3r - h)/10 and, with c = 1 - h/r, <z^2> = r^2 (19 - 26c + 19c^2)/320; the centre of the sphere is
+    3r (1 + c)/8 below the centre of mass. Source: Machinery's Handbook, 31st ed. (2020), p. 254, for I_zz.
+    """
+    xp, (mass, r, h) = checked(mass, radius=radius, height=height)
+    refuse(h > 2 * r, "the height of a spherical sector must not exceed the diameter of its sphere")
+    cosine = 1 - h / r
+    across = h * (3 * r - h) / 10
+    return body_of(xp, mass, across, across, r**2 * (19 - 26 * cosine + 19 * cosine**2) / 320)
+
+
+def tetrahedron(mass: Array, vertices: Array) -> Body:
+    """A solid tetrahedron with its vertices (..., 4, 3) anywhere in space, row by row; it stays where they are.
+
+    <x x> about the centroid is sum v v / 20 over the vertices. Source: Eberly (2002), Polyhedral Mass Properties.
+    """
+    _, mass, corners = checked_points(mass, vertices, (4, 3), "the vertices of a tetrahedron")
+    return body_of_simplices(mass, corners[..., None, :, :])
+
+
+def regular_polyhedron(mass: Array, edge: Array, faces: int) -> Body:
+    """A solid tetrahedron, cube, octahedron, dodecahedron or icosahedron (faces: 4, 6, 8, 12, 20): I is isotropic.
+
+    I/(m edge^2) = 1/20, 1/6, 1/10, (39 phi + 28)/150, phi^2/10. Source: Satterly (1958), Mathematical Gazette 42, 11.
+    """
+    if faces not in _REGULAR_SOLIDS:
+        raise ValueError(f"a regular polyhedron has 4, 6, 8, 12 or 20 faces, not {faces}")
+    xp, (mass, edge) = checked(mass, edge=edge)
+    square = _REGULAR_SOLIDS[faces] * edge**2
+    return body_of(xp, mass, square, square, square)
+
+
+def prism(mass: Array, vertices: Array, height: Array) -> Body:
+    """A right prism on a simple polygon with corners (..., n, 2) in x and y, from z = -h/2 to h/2; it stays in place.
+
+    The polygon's mean squares, and <z^2> = h^2/12. Source: `polygon_plate`.
+    """
+    base = polygon_plate(mass, vertices)
+    xp, (mass, height) = checked(base.mass, height=height)
+    none = xp.zeros_like(mass)
+    upright = body_of(xp, mass, none, none, height**2 / 12)
+    return Body(upright.mass, base.centre + upright.centre, base.inertia + upright.inertia)
+
+
+def _fifth_over_third(large: Array, small: Array) -> Array:
+    """(a^5 - b^5) / (a^3 - b^3) without the cancellation, and without dividing by a - b."""
+    a, b = large, small
+    return (a**4 + a**3 * b + a**2 * b**2 + a * b**3 + b**4) / (a**2 + a * b + b**2)
