@@ -8,6 +8,7 @@ Any consistent units. Checked by tests/unit/test_balancing.py.
 """
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -103,29 +104,54 @@ def best_holes(
     angle: Array,
     position: Array,
     masses: Sequence[float],
+    most: int | None = None,
 ) -> Holes:
-    """The masses for given holes that leave the least unbalance in two planes, of all that there are.
+    """The masses for given holes that leave the least unbalance in two planes, of all choices.
 
     static, dynamic: U and D, (2,); planes: the two z in which what is left is judged; radii, angle (radians), position
-    (z): of the holes, (n,) each; masses: what any hole can be given, negative to remove, besides nothing. The residual
-    is that of U and D in the planes, and its size the root of its squares' sum. Exact: all sums of one half of the
-    holes are looked up in those of the other (Horowitz & Sahni 1974, J. ACM 21, 277). More than MOST_COMBINATIONS sums
-    in a half are a ValueError.
+    (z): of the holes, (n,) each; masses: what any hole can be given, negative to remove, besides nothing; most: how
+    many holes may be used, all of them where it is not given. The residual is that of U and D in the planes, and its
+    size the root of its squares' sum. Exact: all sums of one half of the holes are looked up in those of the other
+    (Horowitz & Sahni 1974, J. ACM 21, 277). More than MOST_COMBINATIONS sums in a half are a ValueError.
     """
     holes = phasors(np.asarray(radii, dtype=float), np.asarray(angle, dtype=float))
     each = two_plane_equivalent(holes, np.asarray(position, dtype=float)[:, None] * holes, planes).reshape(-1, 4)
     start = two_plane_equivalent(np.asarray(static), np.asarray(dynamic), planes).reshape(4)
-    choices = np.unique([0.0, *masses])
-    middle = len(each) // 2
-    if len(choices) ** (len(each) - middle) > MOST_COMBINATIONS:
-        raise ValueError(f"{len(each)} holes with {len(choices)} choices each are too many to try them all")
-    one, other = (_combinations(choices, len(half)) for half in (each[:middle], each[middle:]))
-    distance, index = KDTree(other @ each[middle:]).query(-(start + one @ each[:middle]))
-    best = int(np.argmin(distance))
-    mass = np.concatenate([one[best], other[index[best]]])
+    values = np.setdiff1d(np.asarray(masses, dtype=float), 0.0)
+    middle, limit = len(each) // 2, len(each) if most is None else most
+    if _count(len(each) - middle, len(values), limit) > MOST_COMBINATIONS:
+        raise ValueError(f"{len(each)} holes with {len(values)} masses for each are too many to try all choices")
+    one, other = (_choices(len(half), values, limit) for half in (each[:middle], each[middle:]))
+    used = np.count_nonzero(one, axis=1), np.count_nonzero(other, axis=1)
+    # Where few may be used, what one half uses the other lacks: each number is tried by itself.
+    splits = (
+        [(one, other)]
+        if limit >= len(each)
+        else [(one[used[0] == k], other[used[1] <= limit - k]) for k in range(limit + 1)]
+    )
+    found = [_nearest(start, each[:middle], each[middle:], *split) for split in splits if len(split[0])]
+    mass = min(found, key=lambda choice: np.linalg.norm(start + choice @ each))
     residual = start + mass @ each
     return Holes(mass, residual.reshape(2, 2), float(np.linalg.norm(residual)))
 
 
-def _combinations(choices: np.ndarray, count: int) -> np.ndarray:
-    return np.array(list(itertools.product(choices, repeat=count))).reshape(-1, count)
+def _nearest(start: np.ndarray, each: np.ndarray, others: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    distance, index = KDTree(other @ others).query(-(start + one @ each))
+    best = int(np.argmin(distance))
+    return np.concatenate([one[best], other[np.atleast_1d(index)[best]]])
+
+
+def _count(places: int, values: int, most: int) -> int:
+    return sum(math.comb(places, k) * values**k for k in range(min(most, places) + 1))
+
+
+def _choices(places: int, values: np.ndarray, most: int) -> np.ndarray:
+    """All ways to give at most so many of the places one of the values, the others 0."""
+    parts = []
+    for k in range(min(most, places) + 1):
+        where = np.array(list(itertools.combinations(range(places), k)), dtype=int)
+        what = np.array(list(itertools.product(values, repeat=k)))
+        part = np.zeros((len(where), len(what), places))
+        np.put_along_axis(part, np.broadcast_to(where[:, None], (len(where), len(what), k)), what[None], axis=2)
+        parts.append(part.reshape(-1, places))
+    return np.concatenate(parts)

@@ -123,7 +123,7 @@ def _shares(
     xp: Any, second_moment: Array, target: Array, free_size: bool, normal: Array | None
 ) -> tuple[Array, Array, Array, Array]:
     # T, Q/T and N, in the plane where there is one, and the unit tensor there.
-    plane = xp.eye(3)
+    plane = xp.eye(3, dtype=second_moment.dtype)
     if normal is not None:
         across: Any = xp.asarray(normal)
         plane = plane - xp.outer(across, across) / (across @ across)

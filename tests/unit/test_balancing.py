@@ -138,6 +138,11 @@ def test_no_other_choice_of_holes_is_better(masses):
     assert best.size == pytest.approx(min(every), rel=1e-12)
     assert np.linalg.norm(best.residual) == pytest.approx(best.size)
     assert best.size < 0.8 * np.linalg.norm(residual_of(body, np.zeros(6)))
+    for most in (0, 2, 3):
+        few = balancing.best_holes(*balancing.unbalance_of_body(body), PLANES, masses=masses, most=most, **HOLES)
+        allowed = [each for each in itertools.product((0.0, *masses), repeat=6) if np.count_nonzero(each) <= most]
+        assert few.size == pytest.approx(min(np.linalg.norm(residual_of(body, each)) for each in allowed), rel=1e-12)
+        assert np.count_nonzero(few.mass) <= most
 
 
 def test_holes_that_can_balance_do_and_balanced_wheels_are_left_alone():
@@ -167,5 +172,5 @@ def test_what_cannot_be_balanced_is_refused():
     with pytest.raises(ValueError, match="radii of the corrections must be positive"):
         balancing.correction_masses(np.ones((2, 2)), np.array([0.1, 0.0]))
     many = {name: np.repeat(values, 8) for name, values in HOLES.items()}
-    with pytest.raises(ValueError, match="48 holes with 3 choices each are too many"):
+    with pytest.raises(ValueError, match="48 holes with 2 masses for each are too many"):
         balancing.best_holes(np.ones(2), np.ones(2), PLANES, masses=(0.05, 0.12), **many)
