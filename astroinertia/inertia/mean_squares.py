@@ -84,14 +84,13 @@ def body_of_simplices(mass: Array, vertices: Array, shares: Array | None = None)
     centres = vertices.mean(-2)
     offsets = vertices - centres[..., None, :]
     own = xp.einsum("...nk,...nl->...kl", offsets, offsets) / (count * (count + 1))
-    if shares is None:
-        shares = xp.ones_like(centres[..., 0])
-    shares = shares / shares.sum(-1, keepdims=True)
+    weights = xp.ones_like(centres[..., 0]) if shares is None else xp.asarray(shares)
+    weights = weights / weights.sum(-1, keepdims=True)
     # Centres relative to one of them: nothing is lost far from the origin.
     start = centres[..., :1, :]
-    centre = start[..., 0, :] + xp.einsum("...k,...ki->...i", shares, centres - start)
+    centre = start[..., 0, :] + xp.einsum("...k,...ki->...i", weights, centres - start)
     away = centres - centre[..., None, :]
-    second = xp.einsum("...k,...kij->...ij", shares, own + away[..., :, None] * away[..., None, :])
+    second = xp.einsum("...k,...kij->...ij", weights, own + away[..., :, None] * away[..., None, :])
     shape = xp.broadcast_shapes(mass.shape, second.shape[:-2])
     mass = xp.broadcast_to(mass, shape)
     return Body(

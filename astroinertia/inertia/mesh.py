@@ -116,7 +116,7 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     tests/unit/test_mesh.py.
     """
     try:
-        import trimesh  # only here: it is an extra
+        import trimesh  # pyright: ignore[reportMissingImports]  an extra: only files need it
     except ImportError:
         raise ArchiveError(f"reading {path} needs the library trimesh: pip install 'astroinertia[mesh]'") from None
     try:

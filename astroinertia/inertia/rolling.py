@@ -1,0 +1,99 @@
+"""Bodies that roll down an incline without slipping, and flywheels: what a moment of inertia does to motion.
+
+Pure functions of numpy or jax arrays (...,), which broadcast, in any consistent units; angles in radians. The default
+of gravity is in m/s^2, so lengths are then in m and times in s. Checked by tests/unit/test_rolling.py.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from astroinertia.inertia.body import Body
+from astroinertia.inertia.tensor import namespace
+
+Array = Any
+
+STANDARD_GRAVITY = 9.80665  # m/s^2 (3rd General Conference on Weights and Measures, 1901)
+
+
+@dataclass(frozen=True)
+class Finish:
+    """How one body ends a race: its rolling coefficient, the time it took and its speed at the end."""
+
+    name: str
+    coefficient: float
+    time: float
+    speed: float
+
+
+def rolling_coefficient(body: Body, radius: Array, axis: Array = (0.0, 0.0, 1.0)) -> Array:
+    """I/(m R^2) about the axis (..., 3) through the centre of mass, for a body that rolls on the radius R (...,).
+
+    2/5 for a solid sphere, 1/2 for a solid cylinder, 2/3 for a thin sphere, 1 for a hoop; above 1 for a spool that
+    rolls on its hub. Source: Goldstein, Poole & Safko (2002), Classical Mechanics, section 5.3.
+    """
+    radius = namespace(radius, body.inertia).asarray(radius)
+    return body.moment(axis) / (body.mass * radius**2)
+
+
+def rolling_acceleration(coefficient: Array, incline: Array, gravity: Array = STANDARD_GRAVITY) -> Array:
+    """g sin(incline) / (1 + k), along the incline, for a body that starts to roll; neither mass nor size matter.
+
+    Source: energy, (1 + k) m v^2 / 2 = m g h (Kleppner & Kolenkow 2014, An Introduction to Mechanics, chapter 7).
+    """
+    xp = namespace(coefficient, incline, gravity)
+    return gravity * xp.sin(incline) / (1 + xp.asarray(coefficient))
+
+
+def rolling_time(coefficient: Array, distance: Array, incline: Array, gravity: Array = STANDARD_GRAVITY) -> Array:
+    """sqrt(2 d / a): the time to roll a distance down the incline from rest."""
+    acceleration = rolling_acceleration(coefficient, incline, gravity)
+    return namespace(acceleration, distance).sqrt(2 * distance / acceleration)
+
+
+def least_friction(coefficient: Array, incline: Array) -> Array:
+    """tan(incline) k / (1 + k): the coefficient of static friction below which the body slips.
+
+    The friction that turns it is I a / R^2 = k m a, out of a normal force m g cos(incline).
+    """
+    xp = namespace(coefficient, incline)
+    coefficient = xp.asarray(coefficient)
+    return xp.tan(incline) * coefficient / (1 + coefficient)
+
+
+def rolling_race(
+    coefficients: Mapping[str, float], distance: float, incline: float, gravity: float = STANDARD_GRAVITY
+) -> list[Finish]:
+    """The bodies, by name, in the order in which they arrive; all start from rest together and none slips."""
+    finishes = []
+    for name, coefficient in coefficients.items():
+        time = float(rolling_time(coefficient, distance, incline, gravity))
+        finishes.append(Finish(name, float(coefficient), time, 2 * distance / time))
+    return sorted(finishes, key=lambda finish: finish.time)
+
+
+def flywheel_energy(body: Body, rate: Array, axis: Array = (0.0, 0.0, 1.0)) -> Array:
+    """I w^2 / 2 for spin at the rate w (...,), in radians per time, about the axis (..., 3) through the centre of mass.
+
+    A disc of 100 kg and 1 m in diameter stores 1.9 kWh at 10,000 revolutions per minute; whether it survives that is
+    told by `spinning_disc_stress`.
+    """
+    return 0.5 * body.moment(axis) * namespace(rate, body.inertia).asarray(rate) ** 2
+
+
+def spinning_disc_stress(density: Array, radius: Array, rate: Array, poisson_ratio: Array = 0.3) -> Array:
+    """(3 + nu)/8 rho w^2 R^2: the greatest stress in a flat disc without a hole, at its centre, hoop and radial alike.
+
+    rate: w, in radians per time; poisson_ratio: 0.3 is that of steel. Source: Timoshenko & Goodier (1970), Theory of
+    Elasticity, section 32, rotating disks, plane stress.
+    """
+    return (3 + poisson_ratio) / 8 * density * (rate * radius) ** 2
+
+
+def bursting_rate(strength: Array, density: Array, radius: Array, poisson_ratio: Array = 0.3) -> Array:
+    """The rate w at which `spinning_disc_stress` reaches the strength of the material: no disc of it stores more.
+
+    The energy per mass is then w^2 R^2 / 4 = 2 strength / ((3 + nu) rho), whatever the size.
+    """
+    xp = namespace(strength, density, radius, poisson_ratio)
+    return xp.sqrt(strength / spinning_disc_stress(density, radius, 1.0, poisson_ratio))
