@@ -1,8 +1,13 @@
 """Principal moments and axes: sorted, right-handed, followed through crossings; numpy or jax, any consistent units.
 
-Tensors have shape (..., 3, 3). Principal axes are rows: axes[..., k, :] is the unit vector of moment k. Where two
-moments are equal the axes in their plane are undefined; `tolerance` says how near counts as equal, as a share of the
-largest moment.
+Tensors have shape (..., 3, 3). Principal axes are rows: axes[..., k, :] is the unit vector of moment k, in the axes and
+about the point of the tensor. Where two moments are equal the axes in their plane are undefined; `tolerance` says how
+near counts as equal, as a share of the largest moment.
+
+What can be known of nearly equal and of very small moments is known: moments, their differences and axes are those of
+the numbers given to their last digits, whatever the gap and the condition number (see eigen.py). A tensor of a thin rod
+that does not lie along x, y or z has lost its smallest moment to the rounding of its own entries, 1e-16 of the largest.
+Checked by tests/unit/test_principal.py against mpmath.
 """
 
 import itertools
@@ -11,17 +16,22 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.inertia.eigen import refined_eigh
 from astroinertia.inertia.tensor import namespace, twice_symmetric
 
 Array = Any
 
-ROUND_OFF_GAP = 1e-9  # moments nearer than this share of the largest are equal to what double precision can tell
+ROUND_OFF_GAP = 1e-9  # what sums over many particles or steps can tell of the gap of two moments
+_ROUNDINGS = 16  # roundings within which the moments of a rotated tensor may differ though they were equal
 _PERMUTATIONS = tuple(itertools.permutations(range(3)))
 
 
-def principal_moments(inertia: Array) -> Array:
-    """Moments about the principal axes, ascending, (..., 3)."""
-    return _eigh(namespace(inertia), inertia)[0]
+def principal_moments(inertia: Array, tolerance: float | None = None) -> Array:
+    """Moments about the principal axes, ascending, (..., 3); NaN where the tensor (..., 3, 3) is not finite.
+
+    In jax the derivative is that of `principal_frame`, with its tolerance.
+    """
+    return principal_frame(inertia, tolerance)[0]
 
 
 def principal_gap(moments: Array) -> Array:
@@ -37,16 +47,30 @@ def principal_gap(moments: Array) -> Array:
     return near / xp.where(largest > 0, largest, 1.0)
 
 
-def principal_frame(inertia: Array, tolerance: float = ROUND_OFF_GAP) -> tuple[Array, Array]:
+def undefined_axes(moments: Array, tolerance: float | None = None) -> Array:
+    """Whether each principal axis is undefined, (..., 3), as a moment (..., 3) equals another within the tolerance.
+
+    The tolerance is 16 roundings of the moments' precision where none is given: 3.6e-15 in double precision.
+    """
+    return principal_gap(moments) <= _gap_tolerance(moments, tolerance)
+
+
+def principal_frame(inertia: Array, tolerance: float | None = None) -> tuple[Array, Array]:
     """Moments, ascending (..., 3), and a right-handed set of principal axes (..., 3, 3), row k for moment k.
 
-    In jax the derivative leaves out the turning of axes within a plane of equal moments, where it has none: finite for
-    a sphere, where that of `eigh` is NaN.
+    inertia (..., 3, 3), whose antisymmetric part is left out. Of each of the axes of the two largest moments, the
+    component that is largest is positive. Moments are NaN where the tensor is not finite.
+
+    In jax derivatives are finite everywhere and right for defined axes and their moments. Where `undefined_axes` says
+    so, those of the axes are zero and each of the equal moments has the mean of their derivatives: that of half the
+    trace of I in the plane of two, of a third of the trace for a sphere. The sum of the outer products of undefined
+    axes does have a derivative: write it as 1 less the outer product of the third. Second derivatives are right for the
+    moments, and for axes where all are defined.
+    Source: Magnus (1985), Econometric Theory 1, 179, for the derivatives.
     """
     if namespace(inertia) is np:
-        moments, vectors = _eigh(np, inertia)
-        return moments, np.swapaxes(_right_handed(np, vectors), -1, -2)
-    return _jax_frame(tolerance)(inertia)
+        return _frame(np, np.asarray(inertia))[:2]
+    return _jax_frame(tolerance)(inertia)[:2]
 
 
 def figure_rotation(moments: Array, axes: Array, inertia_rate: Array, tolerance: float = ROUND_OFF_GAP) -> Array:
@@ -73,7 +97,8 @@ def tracked_frame(inertia: np.ndarray, tolerance: float = ROUND_OFF_GAP) -> tupl
     directions by their overlap, through crossings: a moment that overtakes another keeps its number. Where moments are
     equal within the tolerance, the axes are those in their plane that turned least.
     """
-    moments, vectors = _eigh(np, inertia)
+    moments, axes = principal_frame(inertia)
+    vectors = np.swapaxes(axes, -1, -2)
     gaps = principal_gap(moments)
     start = next((int(np.argmax(ok)) for ok in (gaps.min(-1) > tolerance, gaps.max(-1) > tolerance) if ok.any()), 0)
     axes = np.empty_like(vectors)
@@ -117,41 +142,56 @@ def _settled(moments: np.ndarray, vectors: np.ndarray, before: np.ndarray, toler
     return axes
 
 
-def _eigh(xp: Any, inertia: Array) -> tuple[Array, Array]:
+def _gap_tolerance(moments: Array, tolerance: float | None) -> float:
+    return _ROUNDINGS * float(np.finfo(moments.dtype).eps) if tolerance is None else tolerance
+
+
+def _frame(xp: Any, inertia: Array) -> tuple[Array, Array, Array]:
+    """Moments, axes, and the differences of moments k and l, (..., 3, 3)."""
     # Where a tensor is not finite so are its moments; numpy's own solver raises there, for the whole series.
-    finite = xp.isfinite(inertia).all((-2, -1))
-    moments, vectors = xp.linalg.eigh(xp.where(finite[..., None, None], 0.5 * twice_symmetric(inertia), 0.0))
-    return xp.where(finite[..., None], moments, xp.nan), vectors
+    finite = xp.isfinite(inertia).all((-2, -1))[..., None]
+    matrix = xp.where(finite[..., None], 0.5 * twice_symmetric(inertia), 0.0)
+    moments, differences, vectors = refined_eigh(xp, matrix)
+    second, third = (_signed(xp, vectors[..., k]) for k in (1, 2))
+    axes = xp.stack([xp.cross(second, third), second, third], axis=-2)
+    return xp.where(finite, moments, xp.nan), axes, differences
 
 
-def _right_handed(xp: Any, vectors: Array) -> Array:
-    sign = xp.where(xp.linalg.det(vectors) < 0, -1.0, 1.0)[..., None, None]
-    return xp.concatenate([vectors[..., :1] * sign, vectors[..., 1:]], axis=-1)
+def _signed(xp: Any, vector: Array) -> Array:
+    largest = xp.take_along_axis(vector, xp.argmax(abs(vector), axis=-1, keepdims=True), axis=-1)
+    return xp.where(largest < 0, -vector, vector)
 
 
 @cache
-def _jax_frame(tolerance: float) -> Any:
+def _jax_frame(tolerance: float | None) -> Any:
     import jax  # only here: numpy users need not wait for it
     import jax.numpy as jnp
 
     @jax.custom_jvp
-    def frame(inertia: Array) -> tuple[Array, Array]:
-        moments, vectors = jnp.linalg.eigh(inertia)
-        return moments, jnp.swapaxes(_right_handed(jnp, vectors), -1, -2)
+    @jax.jit
+    def frame(inertia: Array) -> tuple[Array, Array, Array]:
+        return _frame(jnp, inertia)
 
     @frame.defjvp
     def _(primals: tuple, tangents: tuple) -> tuple:
-        moments, axes = frame(primals[0])
-        change = 0.5 * (tangents[0] + jnp.swapaxes(tangents[0], -1, -2))
-        change = jnp.einsum("...ki,...ij,...lj->...kl", axes, change, axes)
-        difference = moments[..., :, None] - moments[..., None, :]
-        largest = jnp.max(jnp.abs(moments), axis=-1)[..., None, None]
-        apart = jnp.abs(difference) > tolerance * largest
-        turning = jnp.where(apart, change / jnp.where(apart, difference, 1.0), 0.0)
+        moments, axes, differences = frame(primals[0])
+        undefined = undefined_axes(moments, tolerance)
+        turn = 0.5 * (tangents[0] + jnp.swapaxes(tangents[0], -1, -2))
+        # Sums of products and no matrix product, for which an accelerator may use fewer digits.
+        turn = (axes[..., :, :, None] * turn[..., None, :, :]).sum(-2)
+        change = (turn[..., :, None, :] * axes[..., None, :, :]).sum(-1)
+        rates = jnp.diagonal(change, axis1=-2, axis2=-1)
+        # As what the others leave of the trace, whose own derivative needs no axis that is undefined.
+        rest = jnp.trace(tangents[0], axis1=-2, axis2=-1) - jnp.where(undefined, 0.0, rates).sum(-1)
+        equal = jnp.maximum(undefined.sum(-1), 1).astype(moments.dtype)
+        rates = jnp.where(undefined, (rest / equal)[..., None], rates)
         # d e_k = sum_l (e_l . dI e_k) / (I_k - I_l) e_l
-        return (moments, axes), (
-            jnp.diagonal(change, axis1=-2, axis2=-1),
-            jnp.einsum("...kl,...li->...ki", turning, axes),
+        turns = ~undefined[..., :, None] & (differences != 0)
+        turning = jnp.where(turns, change / jnp.where(turns, differences, 1.0), 0.0)
+        return (moments, axes, differences), (
+            rates,
+            (turning[..., :, :, None] * axes[..., None, :, :]).sum(-2),
+            rates[..., :, None] - rates[..., None, :],
         )
 
     return frame

@@ -1,5 +1,6 @@
 """Principal axes and moments, their tracking and figure rotation, against closed forms."""
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -123,19 +124,171 @@ def test_a_tensor_that_is_not_finite_is_passed_over():
     assert np.einsum("tki,tki->tk", axes[1:], axes[:-1]).min() > 0.95
 
 
-def test_jax_gives_the_same_numbers_and_finite_gradients_at_a_sphere():
-    jax = pytest.importorskip("jax")
-    from jax.test_util import check_grads
+def test_a_sphere_on_the_way_through_a_crossing_of_all_three_moments_does_not_flip():
+    share = np.linspace(-1, 1, 101)  # a sphere at the middle output
+    slopes = np.array([0.3, -0.1, -0.5])
+    matrices = np.stack([rotation((1, 2, 3), 0.2 * s) for s in share])
+    inertia = np.stack([turned(2 + slopes * s, matrix) for s, matrix in zip(share, matrices, strict=True)])
+    moments, axes = principal.tracked_frame(inertia, tolerance=1e-3)
+    np.testing.assert_allclose(moments, 2 + share[:, None] * np.sort(-slopes) * -1, rtol=1e-12)
+    assert np.einsum("tki,tki->tk", axes[1:], axes[:-1]).min() > np.cos(0.02)
+    assert abs(np.einsum("tki,ti->tk", axes, matrices[..., 2])[[0, -1]]).max(axis=1).tolist() == pytest.approx([1, 1])
+
+
+def exact_frame(matrix, digits=60):
+    """Moments, ascending, and axes as rows of a symmetric mpmath matrix."""
+    with mpmath.workdps(digits):
+        values, vectors = mpmath.eigsy(matrix)
+        order = sorted(range(3), key=lambda k: values[k])
+        return [values[k] for k in order], [[vectors[i, k] for i in range(3)] for k in order]
+
+
+def signed_like(rows, axes):
+    """Exact axes with the signs of others."""
+    return [
+        [-x if mpmath.fdot(row, map(mpmath.mpf, axis)) < 0 else x for x in row]
+        for row, axis in zip(rows, axes, strict=True)
+    ]
+
+
+def rotated_tensor(moments, seed):
+    matrix = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    inertia = turned(np.asarray(moments, float), matrix)
+    return 0.5 * (inertia + inertia.T)
+
+
+BODIES = {
+    "plain": (1.0, 1.7, 2.4),
+    "rod": (1e-12, 1.0, 1.0 + 1e-12),
+    "graded": (1e-12, 1e-6, 1.0),
+    "disc": (1.0, 1.0 + 1e-9, 2.0),
+    "nearly a sphere": (1.0, 1.0 + 1e-13, 1.0 - 1e-12),
+    "exactly a spheroid but for rounding": (1.0, 1.0, 2.0),
+    "not a body": (-1e-12, 1e-13, 1.0),
+}
+
+
+@pytest.mark.parametrize("moments", BODIES.values(), ids=BODIES)
+@pytest.mark.parametrize("scale", [1.0, 1e-70, 1e60])
+def test_moments_and_axes_are_those_of_the_numbers_given(moments, scale):
+    for seed in range(3):
+        inertia = scale * rotated_tensor(moments, seed)
+        found, axes = principal.principal_frame(inertia)
+        exact, rows = exact_frame(mpmath.matrix(inertia.tolist()))
+        with mpmath.workdps(60):
+            for value, true in zip(found, exact, strict=True):
+                assert abs(mpmath.mpf(value) / true - 1) < 3e-16
+            for axis, row in zip(axes, signed_like(rows, axes), strict=True):
+                assert max(abs(mpmath.mpf(x) - y) for x, y in zip(axis, row, strict=True)) < 1e-14
+
+
+def test_plain_eigh_would_lose_the_thickness_of_a_rod():
+    inertia = rotated_tensor(BODIES["rod"], 0)
+    exact = float(exact_frame(mpmath.matrix(inertia.tolist()))[0][0])
+    assert abs(np.linalg.eigvalsh(inertia)[0] / exact - 1) > 1e-6
+
+
+def test_a_thin_rod_along_an_axis_keeps_its_thickness_beyond_double_precision():
+    np.testing.assert_array_equal(principal.principal_moments(np.diag([1.0, 1e-200, 1.0])), [1e-200, 1.0, 1.0])
+
+
+@pytest.mark.parametrize("gap", [1.0, 1e-6, 1e-12])
+def test_derivatives_of_moments_and_axes_match_exact_arithmetic(gap):
+    import jax
+
+    inertia = rotated_tensor((1.0, 1.0 + gap, 1.0 + 2.1 * gap if gap == 1 else 2.4), 5)
+    with jax.enable_x64(True):
+        argument = jax.numpy.asarray(inertia)
+        axes = np.asarray(principal.principal_frame(argument)[1])
+        rates, turning = map(np.asarray, jax.jit(jax.jacrev(principal.principal_frame))(argument))
+    with mpmath.workdps(80):
+        centre, step = mpmath.matrix(inertia.tolist()), mpmath.mpf(10) ** -30 * gap
+        size = [0.0, 0.0, 0.0]
+        error = [0.0, 0.0, 0.0]
+        error_of_rates = 0.0
+        for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+            direction = mpmath.matrix(3)
+            direction[i, j] = direction[j, i] = 1
+            frames = [exact_frame(centre + sign * step * direction, 80) for sign in (1, -1)]
+            rows = [signed_like(frame[1], axes) for frame in frames]
+            twice = [array[..., i, j] + (array[..., j, i] if i != j else 0) for array in (rates, turning)]
+            for k in range(3):
+                true = (frames[0][0][k] - frames[1][0][k]) / (2 * step)
+                error_of_rates = max(error_of_rates, abs(float(true - mpmath.mpf(float(twice[0][k])))))
+                for m in range(3):
+                    true = (rows[0][k][m] - rows[1][k][m]) / (2 * step)
+                    size[k] = max(size[k], abs(float(true)))
+                    error[k] = max(error[k], abs(float(true - mpmath.mpf(float(twice[1][k, m])))))
+    assert error_of_rates < 1e-14
+    assert size[0] > 0.1 / gap  # the axes do turn
+    # The goal is max(1e-10, 1e-15 / gap); differences of refined moments keep all digits at every gap.
+    assert max(e / s for e, s in zip(error, size, strict=True)) < 1e-13
+
+
+def test_equal_moments_have_the_mean_derivative_and_their_axes_none():
+    import jax
 
     with jax.enable_x64(True):
-        inertia = random_tensor(5)
-        for function in (principal.principal_moments, tensor.inertia_from_second_moment, tensor.axial_vector):
-            np.testing.assert_allclose(function(jax.numpy.asarray(inertia)), function(inertia), rtol=1e-12, atol=1e-12)
+        derivative = jax.jacfwd(principal.principal_frame)
+        rates, turning = derivative(3.0 * jax.numpy.eye(3))
+        assert principal.undefined_axes(principal.principal_moments(3.0 * np.eye(3))).all()
+        np.testing.assert_allclose(rates, np.broadcast_to(np.eye(3) / 3, (3, 3, 3)), rtol=1e-15)
+        assert (turning == 0).all()
 
-        def about_last_axis(inertia):
-            moments, axes = principal.principal_frame(inertia)
-            return (axes[2] @ jax.numpy.array([0.2, 0.5, 1.0])) ** 2 + moments[0] * moments[2]
+        spheroid = rotated_tensor((1.0, 1.0, 2.0), 3)
+        moments, axes = principal.principal_frame(spheroid)
+        assert principal.undefined_axes(moments).tolist() == [True, True, False]
+        rates, turning = derivative(jax.numpy.asarray(spheroid))
+        lone = np.outer(axes[2], axes[2])
+        np.testing.assert_allclose(rates, [(np.eye(3) - lone) / 2] * 2 + [lone], atol=1e-15)
+        assert (turning[:2] == 0).all()
+        # The axis of symmetry turns by P dI e / (I_3 - I_1).
+        change = np.array([[0.3, -0.2, 0.5], [-0.2, 0.7, 0.1], [0.5, 0.1, -0.4]])
+        np.testing.assert_allclose(
+            np.einsum("kij,ij->k", turning[2], change), (np.eye(3) - lone) @ change @ axes[2] / (2.0 - 1.0), atol=1e-14
+        )
 
-        check_grads(about_last_axis, (jax.numpy.asarray(inertia),), order=1, modes=["fwd", "rev"], rtol=1e-5)
-        gradient = jax.jit(jax.grad(about_last_axis))(jax.numpy.eye(3))
-        assert np.isfinite(gradient).all()
+
+def test_derivatives_are_finite_everywhere():
+    import jax
+
+    diagonals = [[0, 0, 0], [1, 1, 1], [0, 1, 1], [1, 1, 2], [1e-300, 1, 1], [np.nan, 1, 1]]
+    with jax.enable_x64(True):
+        inertia = jax.numpy.asarray(np.array(diagonals, float)[:, :, None] * np.eye(3))
+        for found in jax.jit(jax.vmap(jax.jacrev(principal.principal_frame)))(inertia):
+            assert np.isfinite(found).all()
+
+
+def test_second_derivatives_of_the_moments():
+    import jax
+
+    change = np.array([[0.3, -0.2, 0.5], [-0.2, 0.7, 0.1], [0.5, 0.1, -0.4]])
+    bodies = np.array([[1.0, 1.7, 2.4], [1.0, 1.0, 2.4]])
+    with jax.enable_x64(True):
+
+        def along(step, inertia):
+            return principal.principal_moments(inertia + step * jax.numpy.asarray(change))
+
+        second = jax.jit(jax.vmap(jax.jacfwd(jax.jacfwd(along)), in_axes=(None, 0)))
+        for moments, found in zip(bodies, second(0.0, bodies[:, :, None] * np.eye(3)), strict=True):
+            lone = 2 * (change[2, 0] ** 2 / (2.4 - moments[0]) + change[2, 1] ** 2 / (2.4 - moments[1]))
+            assert found[2] == pytest.approx(lone, rel=1e-13)
+            assert found.sum() == pytest.approx(0.0, abs=1e-13)  # the trace is linear
+
+
+def test_numpy_and_jax_agree_in_sign_and_number_and_keep_single_precision():
+    import jax
+
+    inertia = np.stack([rotated_tensor(moments, 1) for moments in BODIES.values()])
+    with jax.enable_x64(True):
+        for mine, theirs in zip(
+            principal.principal_frame(inertia), principal.principal_frame(jax.numpy.asarray(inertia)), strict=True
+        ):
+            np.testing.assert_allclose(mine, theirs, rtol=1e-15, atol=2e-14)
+        both = (
+            principal.principal_frame(inertia[:1].astype(np.float32)),
+            principal.principal_frame(jax.numpy.asarray(inertia[:1], "float32")),
+        )
+    assert {array.dtype for pair in both for array in pair} == {np.dtype(np.float32)}
+    np.testing.assert_allclose(both[0][0][0], BODIES["plain"], rtol=2e-7)
+    np.testing.assert_array_equal(both[0][0], both[1][0])
