@@ -214,16 +214,16 @@ def fit_to_tensor(
     with jax.enable_x64(True):
         first, structured = ravel_pytree(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), start))
 
-        def residual(flat: Array) -> Array:
-            return weight * (inertia_of(structured(flat)) - wanted)[rows, columns]
+        def tensor(flat: Array) -> Array:
+            return inertia_of(structured(flat))
 
-        slope = jax.jit(jax.jacfwd(residual) if first.size <= len(rows) else jax.jacrev(residual))
-        value = jax.jit(residual)
+        value = jax.jit(tensor)
+        slope = jax.jit(jax.jacfwd(tensor) if first.size <= len(rows) else jax.jacrev(tensor))
         limits = (-np.inf, np.inf) if bounds is None else tuple(np.asarray(ravel_pytree(side)[0]) for side in bounds)
         found = least_squares(
-            lambda flat: np.asarray(value(flat)),
+            lambda flat: weight * (np.asarray(value(flat)) - wanted)[rows, columns],
             np.asarray(first),
-            jac=lambda flat: np.asarray(slope(flat)),  # type: ignore[arg-type]
+            jac=lambda flat: weight[:, None] * np.asarray(slope(flat))[rows, columns],  # type: ignore[arg-type]
             bounds=limits,
             x_scale="jac",
             ftol=1e-15,
@@ -231,7 +231,7 @@ def fit_to_tensor(
             gtol=1e-15,
         )
         parameters = jax.tree.map(np.asarray, structured(jnp.asarray(found.x)))
-        reached = np.asarray(inertia_of(structured(jnp.asarray(found.x))))
+        reached = np.asarray(value(found.x))
     return Fit(parameters, reached, float(np.linalg.norm(found.fun)), int(found.nfev))
 
 
