@@ -67,7 +67,7 @@ test-quick: $(VENV)/test
 test-full: $(VENV)/test
 	$(RUN) -m pytest -m full
 
-bench: $(VENV)/run
+bench: $(VENV)/test
 	@for each in tests/benchmarks/*.py; do echo "$$each"; $(RUN) $$each || exit 1; done
 
 lint: $(VENV)/lint
