@@ -11,10 +11,10 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.dataset import open_snapshots
-from astroinertia.dataset_derived import SPINLESS, strain
+from astroinertia.dataset_derived import SPINLESS
 from astroinertia.errors import ArchiveError
 from astroinertia.inertia import tensor
-from astroinertia.units import SPEED_OF_LIGHT
+from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
 
 MOTION = "motion"  # the share that is not an effect's: the kinetic tensor's
 
@@ -144,11 +144,11 @@ class InertiaAccessor:
         """
         if self._unit("m") == "1":
             raise ValueError("the dataset is dimensionless: the speed of light has no value in it")
-        acceleration = 2.0 * self._values("kinetic_tensor") + tensor.twice_symmetric(
-            self._values("virial_tensor").sum(axis=1)
+        acceleration = second_moment_acceleration(
+            self._values("kinetic_tensor"), self._values("virial_tensor").sum(axis=1)
         )
-        scale = self.dataset.attrs["gravitational_constant"] / SPEED_OF_LIGHT**4
-        plus, cross = strain(acceleration, polar_angle, azimuth, scale)
+        gravity = self.dataset.attrs["gravitational_constant"]
+        plus, cross = gravitational_wave_strain(acceleration, polar_angle, azimuth, gravitational_constant=gravity)
         names = {"plus": plus, "cross": cross}
         text = "gravitational-wave strain times distance"
         return xr.Dataset({name: self._series(values, f"{text}, {name}", "m", "") for name, values in names.items()})

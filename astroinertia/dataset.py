@@ -13,12 +13,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.archive import MANIFEST, Archive
-from astroinertia.dataset_derived import (
-    PARTICLE_GAP_TOLERANCE,
-    derived_quantities,
-    second_moment_acceleration,
-    strain,
-)
+from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE, derived_quantities
 from astroinertia.dataset_schema import (
     CONVENTIONS,
     DERIVED,
@@ -32,8 +27,9 @@ from astroinertia.dataset_schema import (
     reason_for_absence,
 )
 from astroinertia.errors import ArchiveError
+from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
 from astroinertia.inertia.principal import ROUND_OFF_GAP
-from astroinertia.units import DIMENSIONLESS, SPEED_OF_LIGHT, CodeUnits
+from astroinertia.units import DIMENSIONLESS, CodeUnits
 
 _OBSERVERS = ((0.0, 0.0), (np.pi / 2, 0.0))  # polar angle and azimuth of the schema's observers
 _INERTIAL = "inertial"
@@ -61,7 +57,10 @@ def open_snapshots(path: Path | str, damaged: str = "raise") -> xr.Dataset | Non
         with netCDF4.Dataset(source) as file:
             if "snapshots" not in file.groups:
                 return None
-        return xr.open_dataset(source, group="snapshots", engine="netcdf4")
+        # The labels are not read from the file: netCDF (4.10) crashes when a file that is open elsewhere in the process
+        # is opened again after a variable of strings was read from it and it was closed.
+        found = xr.open_dataset(source, group="snapshots", engine="netcdf4", drop_variables="i")
+        return found.assign_coords(i=_label("i"))
     parts = list(source.read_snapshots(damaged))
     if not parts:
         return None
@@ -115,9 +114,11 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     values = {name: np.asarray(array) for name, array in series.items()}
     values |= derived_quantities(values, tolerance, radius)
     if not dimensionless and frame == _INERTIAL and {"kinetic_tensor", "virial_tensor"} <= set(values):
-        over_c4 = units.gravitational_constant / SPEED_OF_LIGHT**4
-        acceleration = units.to_si(second_moment_acceleration(values), "energy")
-        strains = [strain(acceleration, *angles, over_c4) for angles in _OBSERVERS]
+        acceleration = second_moment_acceleration(values["kinetic_tensor"], values["virial_tensor"].sum(axis=1))
+        acceleration, gravity = units.to_si(acceleration, "energy"), units.gravitational_constant
+        strains = [
+            gravitational_wave_strain(acceleration, *angles, gravitational_constant=gravity) for angles in _OBSERVERS
+        ]
         for name, pair in zip(("gw_strain_plus", "gw_strain_cross"), zip(*strains, strict=True), strict=True):
             values[name] = np.stack(pair, axis=-1)
     time = values.pop("time")

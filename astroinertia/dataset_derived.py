@@ -1,11 +1,11 @@
 """Quantities that follow from the recorded ones: pure functions of arrays with time leading, in consistent units."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from astroinertia.inertia import principal, tensor
+from astroinertia.inertia.evolution import second_moment_acceleration
 from astroinertia.inertia.spin import angular_velocity
 
 Series = Mapping[str, np.ndarray]
@@ -26,7 +26,8 @@ def derived_quantities(series: Series, tolerance: float, reference_radius: float
     if _has(series, "mixed_moment"):
         found["inertia_rate"] = tensor.inertia_from_second_moment(tensor.twice_symmetric(series["mixed_moment"]))
     if _has(series, "kinetic_tensor", "virial_tensor"):
-        found["inertia_acceleration"] = tensor.inertia_from_second_moment(second_moment_acceleration(series))
+        acceleration = second_moment_acceleration(series["kinetic_tensor"], series["virial_tensor"].sum(axis=1))
+        found["inertia_acceleration"] = tensor.inertia_from_second_moment(acceleration)
     if not _has(series, "inertia_tensor", "mass"):
         return found
     inertia, mass = series["inertia_tensor"], series["mass"]
@@ -60,11 +61,6 @@ def derived_quantities(series: Series, tolerance: float, reference_radius: float
     return found
 
 
-def second_moment_acceleration(series: Series) -> np.ndarray:
-    """d2Q/dt2 = 2 K + sum over effects of (V + V^T), (T, 3, 3): Chandrasekhar's tensor virial theorem."""
-    return 2.0 * series["kinetic_tensor"] + tensor.twice_symmetric(series["virial_tensor"].sum(axis=1))
-
-
 def spin_axis(series: Series, otherwise: np.ndarray) -> np.ndarray:
     """The direction of the angular momentum (T, 3); `otherwise` (T, 3) where the body does not spin."""
     angular_momentum = series["angular_momentum"]
@@ -75,22 +71,6 @@ def spin_axis(series: Series, otherwise: np.ndarray) -> np.ndarray:
     else:
         spins = size > 0.0
     return np.where(spins[:, None], angular_momentum / np.where(spins, size, 1.0)[:, None], otherwise)
-
-
-def strain(second_moment_acceleration: Any, polar_angle: float, azimuth: float, gravity_over_c4: float) -> tuple:
-    """Plus and cross strain times distance (T,), (T,), for d2Q/dt2 (T, 3, 3) seen from (theta, phi) in radians.
-
-    The quadrupole formula h_ij = (2 G / c^4 D) TT(d2Q/dt2), with plus and cross along the spherical directions theta
-    and phi at the observer (Thorne 1980, Reviews of Modern Physics 52, 299).
-    """
-    sine, cosine = np.sin(polar_angle), np.cos(polar_angle)
-    theta = np.array([cosine * np.cos(azimuth), cosine * np.sin(azimuth), -sine])
-    phi = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-
-    def along(one: np.ndarray, other: np.ndarray) -> Any:
-        return np.einsum("i,...ij,j->...", one, second_moment_acceleration, other)
-
-    return gravity_over_c4 * (along(theta, theta) - along(phi, phi)), 2.0 * gravity_over_c4 * along(theta, phi)
 
 
 def _has(series: Series, *names: str) -> bool:
