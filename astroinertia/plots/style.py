@@ -95,14 +95,18 @@ def styled() -> Iterator[None]:
         yield
 
 
-def begin(dataset: xr.Dataset, title: str, size: tuple[float, float]) -> Figure:
-    """An empty figure with the run's name, in inches; no pyplot, so nothing is shown or kept."""
+def page(title: str, size: tuple[float, float]) -> Figure:
+    """An empty figure with a title, in inches; no pyplot, so nothing is shown or kept."""
     figure = Figure(figsize=size, layout="constrained")
     figure.get_layout_engine().set(h_pad=0.09, w_pad=0.09, hspace=0.03, wspace=0.03)  # type: ignore[union-attr]
+    figure.suptitle(title, x=0.012, ha="left", fontsize=13, fontweight="bold", color=INK)
+    return figure
+
+
+def begin(dataset: xr.Dataset, title: str, size: tuple[float, float]) -> Figure:
+    """An empty figure with the run's name."""
     name = str(dataset.attrs.get("name", "")).replace("_", " ")
-    figure.suptitle(
-        f"{name}: {title}" if name else title, x=0.012, ha="left", fontsize=13, fontweight="bold", color=INK
-    )
+    figure = page(f"{name}: {title}" if name else title, size)
     if dataset["time"].attrs.get("units") == "1":
         figure.text(0.988, 0.99, "units in which G = 1", ha="right", va="top", fontsize=9, color=GREY)
     return figure

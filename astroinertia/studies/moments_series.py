@@ -32,9 +32,9 @@ def moments_series(
     component) and `mass` (series, particle) or (particle,), in any units and in any order of dimensions; nothing else
     is read. about: a fixed point (3,); the centre of mass of each snapshot where none is given. tolerance: principal
     moments nearer than this share of the largest count as equal; axes are continuous in time (principal.tracked_frame).
-    buffer: bytes of particles to hold at a time; the next are read while these are summed. A chunk of the file that
-    holds many snapshots is unpacked again for every buffer: store one snapshot a chunk. ValueError for dimensions or
-    variables that are not there.
+    buffer: bytes of particles to hold at a time; the next are read while these are summed. netCDF's own cache, 64 MB a
+    variable, comes on top (netCDF4.set_chunk_cache). A chunk of the file that holds many snapshots is unpacked
+    again for every buffer: store one snapshot a chunk. ValueError for dimensions or variables that are not there.
     """
     position, mass = _arranged(snapshots, series, particle, component)
     count = position.sizes[series]

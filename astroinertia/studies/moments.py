@@ -1,0 +1,220 @@
+"""The inertia of what a file holds - particles, a mesh, a snapshot of a run - in one call: a file in, xarray out.
+
+Tests: tests/unit/test_moments.py.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from astroinertia import dataset
+from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE
+from astroinertia.errors import SceneError
+from astroinertia.inertia import tensor
+from astroinertia.inertia.body import Body
+from astroinertia.inertia.mesh import mesh_body, read_mesh
+from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_frame, principal_gap
+from astroinertia.sph.table import MAX_BYTES, MAX_PARTICLES, read_table
+from astroinertia.units import quantity
+
+PLAIN = ("1", "1")
+MESHES = (".stl", ".obj", ".ply", ".off")
+SAME_VOLUME = "radius of the sphere of the same volume"
+OUTERMOST = "distance of the outermost particle from the centre of mass"
+
+
+@dataclass(frozen=True)
+class Matter:
+    """What a file holds: the body; points (N, 3) of it to be shown; a radius to compare with, and what that is.
+
+    units: SI, or 1 for numbers whose unit is not known, of mass and of length. gap_tolerance: how near principal
+    moments must be to count as equal, as a share of the largest. text: what it is, in words.
+    """
+
+    body: Body
+    points: np.ndarray
+    radius: float
+    radius_convention: str
+    units: tuple[str, str]
+    gap_tolerance: float
+    text: str
+    file_length: float = 1.0  # the file's unit of length, in that of this record
+
+
+def read_matter(
+    path: str | Path, units: tuple[str, str] = PLAIN, snapshot: int | None = None, density: float | None = None
+) -> Matter:
+    """The matter of a particle table (.csv, .npz, .nc, .h5, .hdf5), of a closed mesh (.stl, .obj, .ply, .off) or a run.
+
+    units: of mass and length in the file, such as ("Msun", "Rsun"); the result is then in SI. A run knows its own.
+    snapshot: which one of a run, from 0, or from the end if negative; the last where none is given. density: of the
+    inside of a mesh, 1 where none is given, in the units of the file.
+    SceneError or ArchiveError for a file that is not such, and for units that are none.
+    """
+    path = Path(path)
+    if path.suffix.lower() in MESHES and snapshot is None:
+        return _mesh(path, units, 1.0 if density is None else density)
+    if density is not None:
+        raise SceneError(f"{path} is not a mesh, so its density is not to be given")
+    if path.is_dir() or (path.is_file() and path.suffix.lower() == ".nc"):
+        found = _run_matter(path, units, -1 if snapshot is None else snapshot)
+        if found is not None:
+            return found
+    if snapshot is not None:
+        raise SceneError(f"{path} has no snapshots to choose from")
+    table = read_table(path, fewest=1)
+    return _particles(table.mass, table.position, units, ROUND_OFF_GAP, _counted(table.mass.size))
+
+
+def moments(
+    matter: Matter,
+    about: Sequence[float] | None = None,
+    axis: Sequence[float] | None = None,
+    radius: float | None = None,
+) -> xr.Dataset:
+    """Tensor, principal moments and axes, ratios, radii and equivalent ellipsoid of a body.
+
+    All of them are about one point: `about` (3,), or the centre of mass. axis (3,): one more moment, about the line
+    through that point along it. radius: R of the ratio I/(M R^2), else the one that the matter has. In the units of the
+    matter and the axes of its file. principal_axes has unit vectors in rows, right-handed; where axis_defined is false
+    the direction is arbitrary within the plane of equal moments. triaxiality is (a^2 - b^2) / (a^2 - c^2) of the
+    semi-axes a >= b >= c, 0 for an oblate body and 1 for a prolate one (Franx, Illingworth & de Zeeuw 1991, ApJ 383,
+    112), NaN for a sphere. ValueError for an axis without a direction and a radius that is not positive.
+    """
+    body, origin = matter.body, np.asarray(matter.body.centre if about is None else about, dtype=float)
+    radius, convention = (matter.radius, matter.radius_convention) if radius is None else (radius, "as given")
+    if not radius >= 0 or (convention == "as given" and radius == 0):
+        raise ValueError(f"the radius of the ratio I/(M R^2) must be positive, not {radius:g}")
+    inertia = np.asarray(body.inertia if about is None else body.about(origin))
+    principal, axes = principal_frame(inertia)
+    gap = principal_gap(principal)
+    lengths = tensor.equivalent_semi_axes(body.mass, principal)
+    a2, b2, c2 = np.sort(lengths)[::-1] ** 2
+    size = float(body.mass) * radius**2
+    mass, length, moment = matter.units[0], matter.units[1], _moment_unit(matter.units)
+    p = ("principal",)
+    variables = {
+        "mass": ((), float(body.mass), mass, "total mass"),
+        "centre_of_mass": (("i",), np.asarray(body.centre), length, "centre of mass"),
+        "origin": (("i",), origin, length, "point that all moments are about"),
+        "inertia_tensor": (("i", "j"), inertia, moment, "inertia tensor"),
+        "principal_moments": (p, principal, moment, "principal moments of inertia, ascending"),
+        "principal_axes": ((*p, "i"), axes, "1", "principal axes, unit vectors"),
+        "principal_gap": (p, gap, "1", "distance of each principal moment from the nearest other, over the largest"),
+        "axis_defined": (p, gap > matter.gap_tolerance, "1", "whether the principal axis has a direction of its own"),
+        "radius_of_gyration": (p, np.sqrt(np.maximum(principal, 0.0) / body.mass), length, "radii of gyration"),
+        "moment_ratio": (p, principal / size if size > 0 else np.full(3, np.nan), "1", "I / (M R^2)"),
+        "reference_radius": ((), radius, length, f"R: {convention}"),
+        "semi_axes": (
+            p, lengths, length, "semi-axes of the homogeneous ellipsoid with this mass and this tensor",
+        ),
+        "triaxiality": (
+            (), (a2 - b2) / (a2 - c2) if gap.max() > matter.gap_tolerance else np.nan, "1", "triaxiality",
+        ),
+    }  # fmt: skip
+    if axis is not None:
+        direction = np.asarray(axis, dtype=float)
+        if not np.linalg.norm(direction) > 0:
+            raise ValueError("an axis needs a direction")
+        about_axis = float(tensor.moment_about(inertia, direction))
+        unit = direction / np.linalg.norm(direction)
+        gyration = np.sqrt(max(about_axis, 0.0) / float(body.mass))
+        variables |= {
+            "axis": (("i",), unit, "1", "direction of the chosen axis, through the origin of the moments"),
+            "axis_moment": ((), about_axis, moment, "moment of inertia about the chosen axis"),
+            "axis_radius_of_gyration": ((), gyration, length, "radius of gyration about the chosen axis"),
+        }
+    return xr.Dataset(
+        {
+            name: (dims, value, {"units": unit, "long_name": told})
+            for name, (dims, value, unit, told) in variables.items()
+        },
+        coords={"i": list("xyz"), "j": list("xyz"), "principal": [1, 2, 3]},
+        attrs={
+            "title": f"inertia of {matter.text}",
+            "about": "centre of mass" if about is None else "a given point",
+            "radius_convention": convention,
+            "gap_tolerance": matter.gap_tolerance,
+        },
+    )
+
+
+def _moment_unit(units: tuple[str, str]) -> str:
+    return "1" if units == PLAIN else "kg m2"
+
+
+def _run_matter(path: Path, units: tuple[str, str], snapshot: int) -> Matter | None:
+    """A snapshot of a run; None for a netCDF file without any."""
+    try:
+        snapshots = dataset.open_snapshots(path)
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{path} cannot be read as netCDF") from error
+    if snapshots is None:
+        if path.is_dir():
+            raise SceneError(f"the run {path} has no snapshots yet")
+        return None
+    # Not closed here: xarray shares the handle with whoever else has this file open in the process.
+    count = snapshots.sizes["snapshot_time"]
+    if not -count <= snapshot < count:
+        raise SceneError(f"{path} has {count} snapshots, numbered from 0: there is no {snapshot}")
+    if snapshots.sizes["particle"] > MAX_PARTICLES:
+        raise SceneError(f"{path} has more than {MAX_PARTICLES} particles")
+    if units != PLAIN:
+        raise SceneError(f"{path} says which units it is in; leave --units out")
+    one = snapshots[["mass", "position"]].isel(snapshot_time=snapshot).load()
+    own = (str(one["mass"].attrs.get("units", "1")), str(one["position"].attrs.get("units", "1")))
+    time = one["snapshot_time"]
+    text = f"snapshot {snapshot % count} of {count}, at time {float(time):.6g} {time.attrs.get('units', '')}".strip()
+    mass, position = one["mass"].values, one["position"].transpose("particle", "i").values
+    found = _particles(mass, position, PLAIN, PARTICLE_GAP_TOLERANCE, f"{_counted(mass.size)}, {text}")
+    return replace(found, units=own)
+
+
+def _mesh(path: Path, units: tuple[str, str], density: float) -> Matter:
+    if not path.is_file():
+        raise SceneError(f"mesh {path} is {'a directory' if path.is_dir() else 'not there'}")
+    if path.stat().st_size > MAX_BYTES:
+        raise SceneError(f"mesh {path} is larger than {MAX_BYTES >> 20} MiB")
+    if not 0 < density < np.inf:
+        raise SceneError(f"the density of a mesh must be positive, not {density:g}")
+    vertices, faces = read_mesh(path)
+    mass_unit, length_unit = _sizes(units)
+    try:
+        body = mesh_body(vertices * length_unit, faces, density=density * mass_unit / length_unit**3)
+    except ValueError as error:
+        raise SceneError(f"mesh {path}: {error}") from error
+    volume = float(body.mass) / (density * mass_unit) * length_unit**3
+    radius = (3 * volume / (4 * np.pi)) ** (1 / 3)
+    text = f"a mesh of {len(faces)} triangles, of density {density:g}"
+    return Matter(
+        body, vertices * length_unit, radius, SAME_VOLUME, _own_units(units), ROUND_OFF_GAP, text, length_unit
+    )
+
+
+def _counted(count: int) -> str:
+    return "1 particle" if count == 1 else f"{count} particles"
+
+
+def _sizes(units: tuple[str, str]) -> tuple[float, float]:
+    """The units of mass and length in a file, in those of the result."""
+    mass, length = (
+        1.0 if unit == "1" else quantity(f"1 {unit}", kind)
+        for unit, kind in zip(units, ("mass", "length"), strict=True)
+    )
+    return mass, length
+
+
+def _own_units(units: tuple[str, str]) -> tuple[str, str]:
+    return PLAIN if units == PLAIN else ("kg", "m")
+
+
+def _particles(mass: np.ndarray, position: np.ndarray, units: tuple[str, str], tolerance: float, text: str) -> Matter:
+    mass_unit, length_unit = _sizes(units)
+    mass, position = mass * mass_unit, position * length_unit
+    centre = tensor.centre_of_mass(mass, position)
+    body = Body(mass.sum(), centre, tensor.inertia_tensor(mass, position, centre))
+    radius = float(np.sqrt(((position - centre) ** 2).sum(-1).max()))
+    return Matter(body, position, radius, OUTERMOST, _own_units(units), tolerance, text, length_unit)

@@ -1,0 +1,196 @@
+"""What `astroinertia moments` and the functions behind it say of tables, meshes and snapshots."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from astroinertia.cli import main
+from astroinertia.errors import SceneError
+from astroinertia.inertia.mesh import icosphere
+from astroinertia.studies.moments import moments, read_matter
+from astroinertia.units import SOLAR_MASS, SOLAR_RADIUS
+
+BOX = np.array([[x, y, z] for x in (-1, 1) for y in (-2, 2) for z in (-3, 3)], float)
+
+
+def write_table(path, mass, position):
+    rows = [",".join(map(repr, map(float, (m, *x)))) for m, x in zip(mass, position, strict=True)]
+    path.write_text("mass,x,y,z\n" + "\n".join(rows) + "\n")
+    return path
+
+
+@pytest.fixture
+def box(tmp_path):
+    """Eight masses of 1 at the corners of a box of 2 x 4 x 6 whose centre is at (10, 0, 0)."""
+    return write_table(tmp_path / "box.csv", np.ones(8), BOX + [10.0, 0.0, 0.0])
+
+
+def write_mesh(path, vertices, faces):
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+    path.write_text("\n".join(lines + [f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()]) + "\n")
+    return path
+
+
+def test_masses_at_the_corners_of_a_box(box):
+    found = moments(read_matter(box))
+    # 8 masses: I_x = 8 (2^2 + 3^2), and so on
+    np.testing.assert_allclose(found["inertia_tensor"], np.diag([104.0, 80.0, 40.0]), atol=1e-13)
+    np.testing.assert_allclose(found["principal_moments"], [40.0, 80.0, 104.0], rtol=1e-14)
+    np.testing.assert_allclose(abs(found["principal_axes"]), np.eye(3)[::-1], atol=1e-14)
+    np.testing.assert_allclose(found["principal_gap"], [40 / 104, 24 / 104, 24 / 104], rtol=1e-13)
+    np.testing.assert_allclose(found["radius_of_gyration"], np.sqrt([5.0, 10.0, 13.0]), rtol=1e-14)
+    np.testing.assert_allclose(found["moment_ratio"], np.array([40, 80, 104]) / (8 * 14), rtol=1e-13)
+    np.testing.assert_allclose(found["semi_axes"], np.sqrt(5.0) * np.array([3.0, 2.0, 1.0]), rtol=1e-13)
+    assert float(found["triaxiality"]) == pytest.approx((9 - 4) / (9 - 1))
+    assert found["axis_defined"].values.all()
+    np.testing.assert_allclose(found["centre_of_mass"], [10, 0, 0])
+
+
+def test_about_a_point_everything_is_about_that_point(box):
+    found = moments(read_matter(box), about=(10.0, 0.0, 5.0), axis=(0, 0, -2))
+    np.testing.assert_allclose(np.diag(found["inertia_tensor"]), [104 + 200, 80 + 200, 40], rtol=1e-13)
+    np.testing.assert_allclose(found["principal_moments"], [40, 280, 304], rtol=1e-13)
+    assert float(found["axis_moment"]) == pytest.approx(40)
+    assert float(found["axis_radius_of_gyration"]) == pytest.approx(np.sqrt(5))
+    assert found["origin"].values.tolist() == [10, 0, 5]
+
+
+def test_units_of_a_file_become_si(box):
+    plain, found = moments(read_matter(box)), moments(read_matter(box, units=("Msun", "Rsun")))
+    factor = SOLAR_MASS * SOLAR_RADIUS**2
+    np.testing.assert_allclose(found["principal_moments"], plain["principal_moments"] * factor, rtol=1e-13)
+    np.testing.assert_allclose(found["moment_ratio"], plain["moment_ratio"], rtol=1e-13)
+    assert found["inertia_tensor"].attrs["units"] == "kg m2"
+    assert plain["inertia_tensor"].attrs["units"] == "1"
+
+
+@pytest.mark.parametrize(
+    ("stretch", "defined", "triaxiality"),
+    [
+        ((1, 1, 1), [False, False, False], np.nan),
+        ((2, 2, 1), [False, False, True], 0.0),
+        ((1, 1, 2), [True, False, False], 1.0),
+        ((1, 1, 0), [False, False, True], 0.0),  # a plate
+        ((1, 0, 0), [True, False, False], 1.0),  # a rod
+    ],
+)
+def test_axes_of_equal_moments_are_undefined(tmp_path, stretch, defined, triaxiality):
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float) * stretch
+    found = moments(read_matter(write_table(tmp_path / "p.csv", np.ones(8), corners)))
+    assert found["axis_defined"].values.tolist() == defined
+    np.testing.assert_allclose(float(found["triaxiality"]), triaxiality, atol=1e-12)
+
+
+def test_a_mesh_of_a_sphere_has_the_ratio_of_a_homogeneous_sphere(tmp_path):
+    vertices, faces = icosphere(4, radius=100.0)
+    found = moments(read_matter(write_mesh(tmp_path / "ball.obj", vertices, faces), ("kg", "km"), density=1e12))
+    # 2/5 with the radius of equal volume, up to the facets: the error is of the square of their size.
+    np.testing.assert_allclose(found["moment_ratio"], 0.4, rtol=2e-5)
+    assert float(found["mass"]) == pytest.approx(4 / 3 * np.pi * 100**3 * 1e12, rel=4e-3)
+    assert float(found["reference_radius"]) == pytest.approx(1e5, rel=2e-3)
+    assert found.attrs["radius_convention"] == "radius of the sphere of the same volume"
+
+
+def test_a_snapshot_is_chosen_by_its_number(tmp_path):
+    main(["new", str(tmp_path / "star.toml")])
+    small = ["body.particles=64", "body.relax=false", "body.placement=lattice", "time.max_steps=2"]
+    overrides = [part for setting in small for part in ("--set", setting)]
+    assert main(["run", str(tmp_path / "star.toml"), *overrides, "--output", str(tmp_path / "run")]) == 0
+    run = tmp_path / "run"
+    with (
+        xr.open_dataset(run / "rotating_star.nc") as series,
+        xr.open_dataset(run / "rotating_star.nc", group="snapshots") as particles,
+    ):
+        first = moments(read_matter(run, snapshot=0))
+        direct = series["inertia_tensor"].values[0]
+        np.testing.assert_allclose(first["inertia_tensor"], direct, rtol=0, atol=1e-14 * abs(direct).max())
+        last, negative = moments(read_matter(run / "rotating_star.nc")), moments(read_matter(run, snapshot=-1))
+        np.testing.assert_array_equal(last["inertia_tensor"], negative["inertia_tensor"])
+        count = particles.sizes["snapshot_time"]
+    assert first["mass"].attrs["units"] == "kg"
+    with pytest.raises(SceneError, match=f"has {count} snapshots"):
+        read_matter(run, snapshot=count)
+    with pytest.raises(SceneError, match="leave --units out"):
+        read_matter(run, units=("g", "cm"))
+
+
+def test_the_command_prints_the_numbers(box, capsys):
+    assert main(["moments", str(box), "--axis", "z"]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("inertia of 8 particles\nall about the centre of mass\n")
+    lines = {line[:30].strip(): line[30:].split() for line in told.splitlines() if len(line) > 30}
+    assert list(map(float, lines["moment"])) == [40, 80, 104]
+    assert lines["centre of mass  (x y z)"] == ["10", "0", "0"]
+    assert float(lines["moment about it"][0]) == 40
+    assert "outermost particle" in told
+
+
+def test_the_command_says_which_axes_are_undefined(tmp_path, capsys):
+    two = write_table(tmp_path / "two.csv", [1, 1], [[0, 0, 0], [0, 0, 2]])
+    assert main(["moments", str(two), "--units", "kg,cm", "--about=0,0,1"]) == 0
+    told = capsys.readouterr().out
+    assert told.count("undefined") == 7  # two axes of three components, and the line that explains it
+    assert "all about the point (0, 0, 0.01), in SI" in told
+    assert "nan" not in told
+
+
+def test_json_and_netcdf_hold_the_same(box, tmp_path, capsys):
+    corners = write_table(tmp_path / "cube.csv", np.ones(8), BOX / [1, 2, 3])
+    assert main(["moments", str(corners), "--json", "--output", str(tmp_path / "cube.nc")]) == 0
+    told = json.loads(capsys.readouterr().out)
+    with xr.open_dataset(tmp_path / "cube.nc") as stored:
+        np.testing.assert_array_equal(told["principal_moments"]["value"], stored["principal_moments"])
+        assert told["triaxiality"]["value"] is None and np.isnan(stored["triaxiality"])
+        assert not stored["axis_defined"].values.any()
+
+
+def test_the_command_draws(box, tmp_path, capsys):
+    assert main(["moments", str(box), "--plot", str(tmp_path / "box.png")]) == 0
+    assert (tmp_path / "box.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["none.csv"], "not there"),
+        (["none.stl"], "mesh none.stl is not there"),
+        (["none.xyz"], "not there"),
+        (["junk.nc"], "cannot be read as netCDF"),
+        (["junk.h5"], "not an HDF5 file"),
+        (["open.obj"], "mesh open.obj: "),
+        (["."], "holds no run"),
+        (["p.csv", "--about", "1,2"], "--about takes three numbers"),
+        (["p.csv", "--about=0,0,nan"], "--about takes three numbers"),
+        (["p.csv", "--axis", "w"], "--axis takes three numbers"),
+        (["p.csv", "--axis", "0,0,0"], "an axis needs a direction"),
+        (["p.csv", "--units", "kg"], "--units takes"),
+        (["p.csv", "--units", "kg,furlongs2"], "furlongs2"),
+        (["p.csv", "--units", "m,kg"], "not a mass"),
+        (["p.csv", "--radius", "-1"], "must be positive"),
+        (["p.csv", "--radius", "nan"], "must be positive"),
+        (["p.csv", "--density", "2"], "not a mesh"),
+        (["ball.obj", "--density", "-2"], "density of a mesh must be positive"),
+        (["p.csv", "--snapshot", "0"], "no snapshots"),
+        (["p.csv", "--plot", "p.gif"], "must be a .png file"),
+        (["p.csv", "--output", "nowhere/p.nc"], "a folder that is there"),
+        (["point.csv", "--plot", "p.png"], "nothing to draw"),
+    ],
+)
+def test_what_is_wrong_gets_one_sentence_and_writes_nothing(arguments, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_table(tmp_path / "p.csv", np.ones(8), BOX)
+    write_table(tmp_path / "point.csv", [1.0], [[1.0, 2.0, 3.0]])
+    vertices, faces = icosphere(0)
+    write_mesh(tmp_path / "ball.obj", vertices, faces)
+    write_mesh(tmp_path / "open.obj", vertices, faces[1:])
+    for name in ("junk.nc", "junk.h5"):
+        (tmp_path / name).write_bytes(bytes(range(256)))
+    before = sorted(tmp_path.iterdir())
+    assert main(["moments", *arguments]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert words in told.err
+    assert told.err.count("\n") == 1
+    assert sorted(tmp_path.iterdir()) == before
