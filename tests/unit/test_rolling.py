@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from astroinertia.inertia import rolling, shapes
+from tests.scripts import run_sim
 
 BODIES = {  # k = I/(m R^2), and the shape, of radius 0.3 and mass 2
     "hoop": (1.0, lambda m, r: shapes.hoop(m, r)),
@@ -90,3 +91,14 @@ def test_the_stress_balances_the_disc():
     np.testing.assert_allclose(residual.coef, 0.0, atol=1e-14)
     assert radial(radius) == pytest.approx(0, abs=1e-14)
     assert rolling.spinning_disc_stress(density, radius, rate, nu) == pytest.approx(radial(0), rel=1e-14)
+
+
+def test_the_script_of_the_race(tmp_path):
+    told = run_sim("rolling_race.py", "--incline", "30", "--output", tmp_path / "race.png")
+    places = [line.split("  ")[0:3] for line in told.splitlines()[1:8]]
+    assert [" ".join(place).split(None, 1)[1].strip() for place in places] == [
+        "solid ball", "capsule", "solid cylinder", "thin ball", "thick tube", "hoop", "spool on its hub",
+    ]  # fmt: skip
+    assert (tmp_path / "race.png").stat().st_size > 20_000
+    assert "--incline" in run_sim("rolling_race.py", "--help")
+    assert "between 0 and 90 degrees" in run_sim("rolling_race.py", "--incline", "90", code=2)
