@@ -75,11 +75,13 @@ class Body:
                 raise ValueError("the masses add up to 0, so the sum of the bodies has no centre of mass")
         # With the vector between the centres, and not with each centre's own, nothing is lost far from the origin.
         apart = other.centre - self.centre
-        share = theirs / total
+        # From the heavier one, which the sum's centre is near to: a light one far away would bring its own roundings.
+        from_mine = self.centre + (theirs / total)[..., None] * apart
+        from_theirs = other.centre - (mine / total)[..., None] * apart
         return Body(
             total,
-            self.centre + share[..., None] * apart,
-            self.inertia + other.inertia + point_inertia(mine * share, apart),
+            xp.where((abs(mine) >= abs(theirs))[..., None], from_mine, from_theirs),
+            self.inertia + other.inertia + point_inertia(mine * (theirs / total), apart),
         )
 
     def __neg__(self) -> "Body":

@@ -64,11 +64,10 @@ def centre_of_mass(mass: Array, position: Array, weights: Array | None = None) -
     """
     xp = namespace(mass, position)
     mass, x = _weighted(xp, mass, weights), xp.asarray(position)
-    # Around one of the points, so that a body far from the origin keeps the digits that its coordinates have.
-    near = x[..., :1, :]
-    total = mass.sum(-1)[..., None]
-    shift = (mass[..., None, :] * xp.swapaxes(x - near, -1, -2)).sum(-1)
-    return near[..., 0, :] + xp.where(total != 0, shift, xp.nan) / xp.where(total != 0, total, 1)
+    share = mass / xp.where(mass.sum(-1) != 0, mass.sum(-1), xp.nan)[..., None]
+    # Twice, the second time around the first result: a body far from the origin keeps the digits of its coordinates.
+    near = (share[..., None, :] * xp.swapaxes(x, -1, -2)).sum(-1)
+    return near + (share[..., None, :] * xp.swapaxes(x - near[..., None, :], -1, -2)).sum(-1)
 
 
 def second_moment(mass: Array, position: Array, origin: Array | None = None, weights: Array | None = None) -> Array:
