@@ -16,7 +16,7 @@ from astroinertia.errors import SceneError
 from astroinertia.inertia import tensor
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mesh import mesh_body, read_mesh
-from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_frame, principal_gap
+from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_frame, principal_gap, undefined_axes
 from astroinertia.sph.table import MAX_BYTES, MAX_PARTICLES, read_table
 from astroinertia.units import quantity
 
@@ -82,18 +82,23 @@ def moments(
     matter and the axes of its file. principal_axes has unit vectors in rows, right-handed; where axis_defined is false
     the direction is arbitrary within the plane of equal moments. triaxiality is (a^2 - b^2) / (a^2 - c^2) of the
     semi-axes a >= b >= c, 0 for an oblate body and 1 for a prolate one (Franx, Illingworth & de Zeeuw 1991, ApJ 383,
-    112), NaN for a sphere. ValueError for an axis without a direction and a radius that is not positive.
+    112), NaN for a sphere. ValueError for an axis without a direction, a radius that is not positive, and moments that
+    overflow.
     """
     body, origin = matter.body, np.asarray(matter.body.centre if about is None else about, dtype=float)
     radius, convention = (matter.radius, matter.radius_convention) if radius is None else (radius, "as given")
-    if not radius >= 0 or (convention == "as given" and radius == 0):
+    if convention == "as given" and not 0 < radius < np.inf:
         raise ValueError(f"the radius of the ratio I/(M R^2) must be positive, not {radius:g}")
-    inertia = np.asarray(body.inertia if about is None else body.about(origin))
+    with np.errstate(over="ignore", invalid="ignore"):
+        inertia = np.asarray(body.inertia if about is None else body.about(origin))
+    if not np.isfinite(inertia).all():
+        raise ValueError("the moments are too large for a number")
     principal, axes = principal_frame(inertia)
-    gap = principal_gap(principal)
+    gap, undefined = principal_gap(principal), undefined_axes(principal, matter.gap_tolerance)
+    gyration = tensor.radius_of_gyration(np.maximum(principal, 0.0), body.mass)
     lengths = tensor.equivalent_semi_axes(body.mass, principal)
     a2, b2, c2 = np.sort(lengths)[::-1] ** 2
-    size = float(body.mass) * radius**2
+    size = float(body.mass) * radius * radius
     mass, length, moment = matter.units[0], matter.units[1], _moment_unit(matter.units)
     p = ("principal",)
     variables = {
@@ -104,15 +109,15 @@ def moments(
         "principal_moments": (p, principal, moment, "principal moments of inertia, ascending"),
         "principal_axes": ((*p, "i"), axes, "1", "principal axes, unit vectors"),
         "principal_gap": (p, gap, "1", "distance of each principal moment from the nearest other, over the largest"),
-        "axis_defined": (p, gap > matter.gap_tolerance, "1", "whether the principal axis has a direction of its own"),
-        "radius_of_gyration": (p, np.sqrt(np.maximum(principal, 0.0) / body.mass), length, "radii of gyration"),
+        "axis_defined": (p, ~undefined, "1", "whether the principal axis has a direction of its own"),
+        "radius_of_gyration": (p, gyration, length, "radii of gyration"),
         "moment_ratio": (p, principal / size if size > 0 else np.full(3, np.nan), "1", "I / (M R^2)"),
         "reference_radius": ((), radius, length, f"R: {convention}"),
         "semi_axes": (
             p, lengths, length, "semi-axes of the homogeneous ellipsoid with this mass and this tensor",
         ),
         "triaxiality": (
-            (), (a2 - b2) / (a2 - c2) if gap.max() > matter.gap_tolerance else np.nan, "1", "triaxiality",
+            (), np.nan if undefined.all() else (a2 - b2) / (a2 - c2), "1", "triaxiality",
         ),
     }  # fmt: skip
     if axis is not None:
@@ -121,11 +126,11 @@ def moments(
             raise ValueError("an axis needs a direction")
         about_axis = float(tensor.moment_about(inertia, direction))
         unit = direction / np.linalg.norm(direction)
-        gyration = np.sqrt(max(about_axis, 0.0) / float(body.mass))
+        radius_about_axis = tensor.radius_of_gyration(max(about_axis, 0.0), body.mass)
         variables |= {
             "axis": (("i",), unit, "1", "direction of the chosen axis, through the origin of the moments"),
             "axis_moment": ((), about_axis, moment, "moment of inertia about the chosen axis"),
-            "axis_radius_of_gyration": ((), gyration, length, "radius of gyration about the chosen axis"),
+            "axis_radius_of_gyration": ((), radius_about_axis, length, "radius of gyration about the chosen axis"),
         }
     return xr.Dataset(
         {
@@ -200,10 +205,9 @@ def _counted(count: int) -> str:
 
 def _sizes(units: tuple[str, str]) -> tuple[float, float]:
     """The units of mass and length in a file, in those of the result."""
-    mass, length = (
-        1.0 if unit == "1" else quantity(f"1 {unit}", kind)
-        for unit, kind in zip(units, ("mass", "length"), strict=True)
-    )
+    if units == PLAIN:
+        return 1.0, 1.0
+    mass, length = (quantity(f"1 {unit}", kind) for unit, kind in zip(units, ("mass", "length"), strict=True))
     return mass, length
 
 
@@ -214,7 +218,8 @@ def _own_units(units: tuple[str, str]) -> tuple[str, str]:
 def _particles(mass: np.ndarray, position: np.ndarray, units: tuple[str, str], tolerance: float, text: str) -> Matter:
     mass_unit, length_unit = _sizes(units)
     mass, position = mass * mass_unit, position * length_unit
-    centre = tensor.centre_of_mass(mass, position)
-    body = Body(mass.sum(), centre, tensor.inertia_tensor(mass, position, centre))
-    radius = float(np.sqrt(((position - centre) ** 2).sum(-1).max()))
+    with np.errstate(over="ignore", invalid="ignore"):  # `moments` says so of what is too large
+        centre = tensor.centre_of_mass(mass, position)
+        body = Body(mass.sum(), centre, tensor.inertia_tensor(mass, position, centre))
+        radius = float(np.sqrt(((position - centre) ** 2).sum(-1).max()))
     return Matter(body, position, radius, OUTERMOST, _own_units(units), tolerance, text, length_unit)

@@ -170,6 +170,10 @@ def test_the_command_draws(box, tmp_path, capsys):
         (["p.csv", "--units", "m,kg"], "not a mass"),
         (["p.csv", "--radius", "-1"], "must be positive"),
         (["p.csv", "--radius", "nan"], "must be positive"),
+        (["p.csv", "--radius", "inf"], "must be positive"),
+        (["p.csv", "--units", "kg,1"], "not a length"),
+        (["p.csv", "--about", "1e200,0,0"], "too large for a number"),
+        (["far.csv"], "too large for a number"),
         (["p.csv", "--density", "2"], "not a mesh"),
         (["ball.obj", "--density", "-2"], "density of a mesh must be positive"),
         (["p.csv", "--snapshot", "0"], "no snapshots"),
@@ -182,6 +186,7 @@ def test_what_is_wrong_gets_one_sentence_and_writes_nothing(arguments, words, tm
     monkeypatch.chdir(tmp_path)
     write_table(tmp_path / "p.csv", np.ones(8), BOX)
     write_table(tmp_path / "point.csv", [1.0], [[1.0, 2.0, 3.0]])
+    write_table(tmp_path / "far.csv", np.ones(8), 1e200 * BOX)
     vertices, faces = icosphere(0)
     write_mesh(tmp_path / "ball.obj", vertices, faces)
     write_mesh(tmp_path / "open.obj", vertices, faces[1:])
