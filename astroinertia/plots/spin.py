@@ -75,8 +75,11 @@ def _period(scale: float):
 
 def _ratios(axes, dataset: xr.Dataset) -> None:
     times, factor, _ = style.shown_times(dataset)
-    rate = dataset.inertia.spin_rate().values
-    for values, colour, dashes, name in _laws(dataset):
+    rate, laws = dataset.inertia.spin_rate().values, _laws(dataset)
+    if not any(values.any() for values, *_ in laws):
+        style.note(axes, "at rest at the start: the laws predict no spin")
+        return
+    for values, colour, dashes, name in laws:
         axes.plot(times, rate / values, color=colour, linestyle=dashes, label=f"over {name}")
     axes.axhline(1, color=style.GREY, linewidth=0.8)
     low, high = axes.get_ylim()

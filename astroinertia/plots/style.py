@@ -28,6 +28,7 @@ EFFECTS = {
     "tide": SKY,
     "rotating_frame": YELLOW,
     "external_field": PURPLE,
+    "target_tensor": ORANGE,
 }
 SPARE = (PURPLE, SKY, ORANGE, YELLOW, GREEN)
 TIME_MAP, DENSITY_MAP = "viridis", "inferno"

@@ -1,11 +1,13 @@
 """Bodies driven to a prescribed elongation and orientation, in space and in a plane, keep their momentum."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from astroinertia.cli import main
 from astroinertia.errors import SceneError
 from astroinertia.models import sph
 from astroinertia.models.series import series_record
@@ -134,3 +136,12 @@ def test_energy_is_conserved_to_second_order_in_the_step() -> None:
 def test_impossible_targets_are_refused(options: str, sentence: str) -> None:
     with pytest.raises(SceneError, match=sentence):
         prepared(SCENE.format(options=options, damping=DAMPED))
+
+
+def test_the_star_made_to_order_runs_and_is_shown(tmp_path: Path) -> None:
+    """It starts at rest and is turned: no scaling law has a spin to begin with."""
+    scene = Path(__file__).parents[2] / "sims" / "made_to_order.toml"
+    settings = ["--set", "body.particles=150", "--set", "time.end=0.3"]
+    assert main(["run", str(scene), "--output", str(tmp_path / "run"), *settings]) == 0
+    assert main(["show", str(tmp_path / "run")]) == 0
+    assert {"ledger.png", "spin.png", "shape.png"} <= {path.name for path in (tmp_path / "run").iterdir()}
