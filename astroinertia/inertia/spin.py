@@ -52,11 +52,9 @@ def rotational_energy(
     """
     if (inertia is None) + (angular_velocity is None) + (angular_momentum is None) != 1:
         raise ValueError("the rotational energy follows from two of inertia, angular_velocity and angular_momentum")
-    if angular_velocity is None:
-        angular_velocity = _spin(inertia, angular_momentum)
-    elif angular_momentum is None:
-        angular_momentum = _applied(inertia, angular_velocity)
-    return 0.5 * (angular_velocity * angular_momentum).sum(-1)
+    rate = _spin(inertia, angular_momentum) if angular_velocity is None else angular_velocity
+    momentum = _applied(inertia, rate) if angular_momentum is None else angular_momentum
+    return 0.5 * (rate * momentum).sum(-1)
 
 
 def bearing_torque(inertia: Array, angular_velocity: Array) -> Array:

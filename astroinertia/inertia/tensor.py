@@ -63,11 +63,8 @@ def centre_of_mass(mass: Array, position: Array, weights: Array | None = None) -
     Any vector will do for position: with velocities it is the velocity of the centre. A total mass of 0 gives NaN.
     """
     xp = namespace(mass, position)
-    mass, x = _weighted(xp, mass, weights), xp.asarray(position)
-    share = mass / xp.where(mass.sum(-1) != 0, mass.sum(-1), xp.nan)[..., None]
-    # Twice, the second time around the first result: a body far from the origin keeps the digits of its coordinates.
-    near = (share[..., None, :] * xp.swapaxes(x, -1, -2)).sum(-1)
-    return near + (share[..., None, :] * xp.swapaxes(x - near[..., None, :], -1, -2)).sum(-1)
+    centre = _centred(xp, _weighted(xp, mass, weights), xp.asarray(position))[0]
+    return xp.stack(centre, axis=-1)
 
 
 def second_moment(mass: Array, position: Array, origin: Array | None = None, weights: Array | None = None) -> Array:
@@ -93,12 +90,14 @@ def mixed_moment(
     velocities, K velocities twice, V_e positions and accelerations. weights (..., N) multiply mass.
     """
     xp = namespace(mass, left, right)
-    a = _relative(xp, mass, left, left_origin, weights)
-    b = a if right is left and right_origin is left_origin else _relative(xp, mass, right, right_origin, weights)
     mass = _weighted(xp, mass, weights)
-    # Summed along the last axis, where numpy adds pairwise and keeps digits that a running sum loses.
-    rows = [xp.stack([(mass * a[i] * b[j]).sum(-1) for j in range(3)], axis=-1) for i in range(3)]
-    return xp.stack(rows, axis=-2)
+    a = _relative(xp, mass, left, left_origin)
+    b = a if right is left and right_origin is left_origin else _relative(xp, mass, right, right_origin)
+    weighted = [mass * each for each in a]
+    # Sums along the last axis, where numpy adds pairwise and keeps digits that a running sum loses.
+    rows = [[(weighted[i] * b[j]).sum(-1) if i <= j or a is not b else None for j in range(3)] for i in range(3)]
+    full = [[rows[i][j] if rows[i][j] is not None else rows[j][i] for j in range(3)] for i in range(3)]
+    return xp.stack([xp.stack(row, axis=-1) for row in full], axis=-2)
 
 
 def inertia_tensor(mass: Array, position: Array, origin: Array | None = None, weights: Array | None = None) -> Array:
@@ -293,8 +292,26 @@ def _weighted(xp: Any, mass: Array, weights: Array | None) -> Array:
     return xp.asarray(mass) if weights is None else xp.asarray(mass) * xp.asarray(weights)
 
 
-def _relative(xp: Any, mass: Array, vector: Array, origin: Array | None, weights: Array | None) -> list[Array]:
+def _relative(xp: Any, mass: Array, vector: Array, origin: Array | None) -> list[Array]:
     """The three components (..., N) of vectors (..., N, 3) relative to an origin (..., 3)."""
     vector = xp.asarray(vector)
-    origin = centre_of_mass(mass, vector, weights) if origin is None else xp.asarray(origin)
-    return [vector[..., k] - origin[..., k, None] for k in range(3)]
+    if origin is None:
+        return _centred(xp, mass, vector)[1]
+    about = xp.asarray(origin)
+    return [vector[..., k] - about[..., k, None] for k in range(3)]
+
+
+def _centred(xp: Any, mass: Array, vector: Array) -> tuple[list[Array], list[Array]]:
+    """Components (...,) of the weighted mean of vectors (..., N, 3), and (..., N) of the vectors relative to it."""
+    total = mass.sum(-1)
+    share = mass / xp.where(total != 0, total, xp.nan)[..., None]
+    centre, relative = [], []
+    for k in range(3):
+        # Twice, the second time around the first result: a body far from the origin keeps the digits that its
+        # coordinates have, and its vectors are relative to the mean itself, not to the mean as rounded.
+        near = (share * vector[..., k]).sum(-1)
+        offset = vector[..., k] - near[..., None]
+        rest = (share * offset).sum(-1)
+        centre.append(near + rest)
+        relative.append(offset - rest[..., None])
+    return centre, relative
