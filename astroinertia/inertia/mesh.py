@@ -1,8 +1,9 @@
 """Mass, centre and inertia of closed triangular meshes, exactly, by the divergence theorem.
 
 A mesh is vertices (..., V, 3) in any consistent units and faces (F, 3): for each triangle the numbers of its corners,
-anticlockwise as seen from outside. Inner surfaces that are wound the other way, seen from outside of the material, are
-cavities. Leading axes of the vertices are a batch of bodies with the same faces.
+anticlockwise as seen from outside. The surface of a cavity is seen from the cavity, so inside out; any other separate
+part that is inside out counts as negative too, which shows only if the whole does. Leading axes of the vertices are a
+batch of bodies with the same faces.
 """
 
 from pathlib import Path
