@@ -74,12 +74,14 @@ def _shares_moved(panel, before: Body, after: Body) -> None:
     panel.set_xscale("log")
     panel.set_yticks(range(len(rows)), rows)
     panel.set_ylim(len(rows) - 0.4, -0.6)
-    panel.set_xlim(SMALLEST, 3 * max(float(np.max(shares)), 1e-3))
-    panel.axvline(float(np.finfo(float).eps), color=style.GREEN, linewidth=1, linestyle="--", zorder=1)
-    panel.annotate(
-        "round-off", (float(np.finfo(float).eps), 1.0), xycoords=("data", "axes fraction"), xytext=(4, -2),
-        textcoords="offset points", fontsize=8, color=style.GREEN, va="top",
-    )  # fmt: skip
+    low, round_off = max(float(np.min(shares)) / 30, SMALLEST), float(np.finfo(float).eps)
+    panel.set_xlim(low, 3 * max(float(np.max(shares)), 1e-3))
+    if low < round_off:
+        panel.axvline(round_off, color=style.GREEN, linewidth=1, linestyle="--", zorder=1)
+        panel.annotate(
+            "round-off", (round_off, 1.0), xycoords=("data", "axes fraction"), xytext=(4, -2),
+            textcoords="offset points", fontsize=8, color=style.GREEN, va="top",
+        )  # fmt: skip
     panel.set_xlabel("share of $M k$ and of $I_{zz} = M k^2$")
     panel.set_title("Unbalance and products of inertia")
 

@@ -13,7 +13,7 @@ from numba import njit
 from astroinertia.inertia import tensor
 from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_gap, tracked_frame
 
-BUFFER = 2**25  # bytes of particles that are read at a time; two such buffers are held, and copies while one is read
+BUFFER = 2**23  # bytes of particles that are read at a time, which a cache still holds when they are summed
 _BLOCK = 256  # particles summed by themselves before they join the total, which keeps the digits of a long sum
 
 
