@@ -4,6 +4,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from astroinertia.inertia import target
 from astroinertia.inertia.tensor import axial_vector
@@ -59,6 +61,16 @@ def test_it_does_not_see_translation_and_exerts_no_net_force(options):
     assert energy(mass, shifted, **options) == pytest.approx(energy(mass, position, **options), rel=1e-12)
     force = target.target_energy_gradient(mass, position, TARGET, STIFFNESS, **options)
     assert np.linalg.norm(force.sum(0)) < 1e-13 * np.linalg.norm(force, axis=1).sum()
+
+
+@given(st.floats(-6, 6), st.floats(-6, 6), st.sampled_from(list(CASES)))
+def test_it_scales_as_mass_times_length_squared(mass, length, case):
+    """Over twelve decades of each; the acceleration's matrix stays as it is."""
+    second, scale = second_moment(*cloud()), 10.0 ** (mass + 2.0 * length)
+    for function, factor in ((target.target_energy, scale), (target.target_matrix, 1.0)):
+        small = function(second, TARGET, STIFFNESS, **CASES[case])
+        large = function(scale * second, scale * TARGET, STIFFNESS, **CASES[case])
+        np.testing.assert_allclose(large, factor * small, rtol=1e-11, atol=1e-12 * factor)
 
 
 def torque(position, force):
