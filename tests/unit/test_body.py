@@ -112,3 +112,10 @@ def test_jax_differentiates_through_a_body(points):
 
         # Two equal masses at distance s have M s^2 / 2 about their centre.
         assert jax.grad(moment)(3.0, body) == pytest.approx(3.0 * float(body.mass), rel=1e-14)
+
+
+def test_a_light_part_far_away_does_not_round_off_the_place_of_a_heavy_one():
+    heavy = Body(1e9, np.array([0.3, 0.2, 0.1]), np.eye(3))
+    light = Body(1e-9, np.array([1e6, 0.0, 0.0]), np.eye(3))
+    for whole in (heavy + light, light + heavy):
+        np.testing.assert_allclose(whole.centre - heavy.centre, [1e-12, 0.0, 0.0], atol=1e-16)
