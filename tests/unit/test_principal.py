@@ -200,15 +200,25 @@ def test_a_thin_rod_along_an_axis_keeps_its_thickness_beyond_double_precision():
     np.testing.assert_array_equal(principal.principal_moments(np.diag([1.0, 1e-200, 1.0])), [1e-200, 1.0, 1.0])
 
 
-@pytest.mark.parametrize("gap", [1.0, 1e-6, 1e-12])
-def test_derivatives_of_moments_and_axes_match_exact_arithmetic(gap):
+@pytest.fixture(scope="module")
+def derivatives():
+    """Derivatives of the moments and of the axes of a tensor (3, 3), compiled once."""
     import jax
 
+    compiled = jax.jit(jax.jacrev(principal.principal_frame))
+
+    def of(inertia):
+        with jax.enable_x64(True):
+            return tuple(map(np.asarray, compiled(jax.numpy.asarray(inertia))))
+
+    return of
+
+
+@pytest.mark.parametrize("gap", [1.0, 1e-6, 1e-12])
+def test_derivatives_of_moments_and_axes_match_exact_arithmetic(gap, derivatives):
     inertia = rotated_tensor((1.0, 1.0 + gap, 1.0 + 2.1 * gap if gap == 1 else 2.4), 5)
-    with jax.enable_x64(True):
-        argument = jax.numpy.asarray(inertia)
-        axes = np.asarray(principal.principal_frame(argument)[1])
-        rates, turning = map(np.asarray, jax.jit(jax.jacrev(principal.principal_frame))(argument))
+    axes = principal.principal_frame(inertia)[1]
+    rates, turning = derivatives(inertia)
     with mpmath.workdps(80):
         centre, step = mpmath.matrix(inertia.tolist()), mpmath.mpf(10) ** -30 * gap
         size = [0.0, 0.0, 0.0]
@@ -233,38 +243,31 @@ def test_derivatives_of_moments_and_axes_match_exact_arithmetic(gap):
     assert max(e / s for e, s in zip(error, size, strict=True)) < 1e-13
 
 
-def test_equal_moments_have_the_mean_derivative_and_their_axes_none():
-    import jax
+def test_equal_moments_have_the_mean_derivative_and_their_axes_none(derivatives):
+    rates, turning = derivatives(3.0 * np.eye(3))
+    assert principal.undefined_axes(principal.principal_moments(3.0 * np.eye(3))).all()
+    np.testing.assert_allclose(rates, np.broadcast_to(np.eye(3) / 3, (3, 3, 3)), rtol=1e-15)
+    assert (turning == 0).all()
 
-    with jax.enable_x64(True):
-        derivative = jax.jacfwd(principal.principal_frame)
-        rates, turning = derivative(3.0 * jax.numpy.eye(3))
-        assert principal.undefined_axes(principal.principal_moments(3.0 * np.eye(3))).all()
-        np.testing.assert_allclose(rates, np.broadcast_to(np.eye(3) / 3, (3, 3, 3)), rtol=1e-15)
-        assert (turning == 0).all()
-
-        spheroid = rotated_tensor((1.0, 1.0, 2.0), 3)
-        moments, axes = principal.principal_frame(spheroid)
-        assert principal.undefined_axes(moments).tolist() == [True, True, False]
-        rates, turning = derivative(jax.numpy.asarray(spheroid))
-        lone = np.outer(axes[2], axes[2])
-        np.testing.assert_allclose(rates, [(np.eye(3) - lone) / 2] * 2 + [lone], atol=1e-15)
-        assert (turning[:2] == 0).all()
-        # The axis of symmetry turns by P dI e / (I_3 - I_1).
-        change = np.array([[0.3, -0.2, 0.5], [-0.2, 0.7, 0.1], [0.5, 0.1, -0.4]])
-        np.testing.assert_allclose(
-            np.einsum("kij,ij->k", turning[2], change), (np.eye(3) - lone) @ change @ axes[2] / (2.0 - 1.0), atol=1e-14
-        )
+    spheroid = rotated_tensor((1.0, 1.0, 2.0), 3)
+    moments, axes = principal.principal_frame(spheroid)
+    assert principal.undefined_axes(moments).tolist() == [True, True, False]
+    rates, turning = derivatives(spheroid)
+    lone = np.outer(axes[2], axes[2])
+    np.testing.assert_allclose(rates, [(np.eye(3) - lone) / 2] * 2 + [lone], atol=1e-15)
+    assert (turning[:2] == 0).all()
+    # The axis of symmetry turns by P dI e / (I_3 - I_1).
+    change = np.array([[0.3, -0.2, 0.5], [-0.2, 0.7, 0.1], [0.5, 0.1, -0.4]])
+    expected = (np.eye(3) - lone) @ change @ axes[2] / (2.0 - 1.0)
+    np.testing.assert_allclose(np.einsum("kij,ij->k", turning[2], change), expected, atol=1e-14)
 
 
-def test_derivatives_are_finite_everywhere():
-    import jax
-
-    diagonals = [[0, 0, 0], [1, 1, 1], [0, 1, 1], [1, 1, 2], [1e-300, 1, 1], [np.nan, 1, 1]]
-    with jax.enable_x64(True):
-        inertia = jax.numpy.asarray(np.array(diagonals, float)[:, :, None] * np.eye(3))
-        for found in jax.jit(jax.vmap(jax.jacrev(principal.principal_frame)))(inertia):
-            assert np.isfinite(found).all()
+@pytest.mark.parametrize(
+    "diagonal", [(0, 0, 0), (1, 1, 1), (0, 1, 1), (1, 1, 2), (1e-300, 1, 1), (1, 1 + 2e-15, 1 + 4e-15), (np.nan, 1, 1)]
+)
+def test_derivatives_are_finite_everywhere(diagonal, derivatives):
+    for found in derivatives(np.diag(np.array(diagonal, float))):
+        assert np.isfinite(found).all()
 
 
 def test_second_derivatives_of_the_moments():
