@@ -93,4 +93,8 @@ def test_balancing_is_drawn_with_its_two_vectors(after):
     # arrows run from the axis to M c and to -(I_xz, I_yz) about the origin, which the offset changes by M c_x c_z
     assert static.texts[0].xy == pytest.approx((0.04, 0.03))
     assert dynamic.texts[0].xy == pytest.approx((-0.04 + 20 * 0.002 * 0.01, 0.022 + 20 * 0.0015 * 0.01))
+    for panel, vector in ((static, after.mass * after.centre[:2]), (dynamic, -after.about(np.zeros(3))[:2, 2])):
+        dots = [line.get_xydata()[0] for line in panel.lines if len(line.get_xdata()) == 1]
+        ends = [np.asarray(text.xy) for text in panel.texts] + dots
+        np.testing.assert_allclose(ends[1], vector, rtol=1e-6, atol=1e-12)
     assert all(line.get_xdata().min() >= 1e-17 for line in moved.lines if len(line.get_xdata()) == 5)
