@@ -92,8 +92,10 @@ def bearing_forces(static: Array, dynamic: Array, rate: Array, bearings: Sequenc
 
     Components along the rotor's own x and y, which turn with it; weight is left out.
     """
-    rate = namespace(static, rate).asarray(rate)
-    return rate[..., None, None] ** 2 * two_plane_equivalent(static, dynamic, bearings)
+    forces = two_plane_equivalent(static, dynamic, bearings)
+    xp = namespace(forces, rate)
+    rate = xp.asarray(rate, dtype=xp.result_type(forces, rate))
+    return rate[..., None, None] ** 2 * forces
 
 
 def best_holes(

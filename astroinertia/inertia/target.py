@@ -35,9 +35,10 @@ def target_tensor(squares: Array, axes: Array | None = None) -> Array:
 
     Values are second moments; squares of semi-axes will do where only their ratios count.
     """
-    xp = namespace(squares if axes is None else axes)
-    axes = xp.eye(3) if axes is None else axes
-    return xp.einsum("k,ki,kj->ij", xp.asarray(squares), axes, axes)
+    xp = namespace(squares, axes)
+    squares = xp.asarray(squares)
+    axes = xp.eye(3, dtype=squares.dtype) if axes is None else axes
+    return xp.einsum("k,ki,kj->ij", squares, axes, axes)
 
 
 def target_energy(

@@ -112,6 +112,8 @@ def test_batches_and_jax_give_the_same():
     np.testing.assert_array_equal(whole[3], balancing.two_plane_correction(static[3], dynamic[3], PLANES))
     forces = balancing.bearing_forces(static, dynamic, np.arange(6.0), PLANES)
     np.testing.assert_allclose(forces[3], balancing.bearing_forces(static[3], dynamic[3], 3.0, PLANES), rtol=1e-14)
+    single = np.ones(2, dtype=np.float32)
+    assert balancing.bearing_forces(single, single, 3.0, PLANES).dtype == np.float32
     with jax.enable_x64(True):
         slope = jax.jacobian(lambda u: balancing.two_plane_correction(u, jax.numpy.asarray(dynamic[0]), PLANES))
         np.testing.assert_allclose(

@@ -170,3 +170,15 @@ def test_batches_spheres_and_points():
         for degenerate in (np.eye(3), np.zeros((3, 3))):
             assert np.isfinite(target.target_matrix(degenerate, TARGET, STIFFNESS, **options)).all()
             assert np.isfinite(target.target_energy(degenerate, TARGET, STIFFNESS, **options))
+
+
+@pytest.mark.parametrize("options", CASES.values(), ids=CASES)
+def test_derivatives_are_finite_for_round_bodies_and_single_precision_is_kept(options):
+    for second in (np.eye(3), np.diag([1.0, 1.0, 3.0])):
+        with jax.enable_x64(True):
+            slope = jax.jacrev(lambda q: target.target_matrix(q, jnp.asarray(TARGET), STIFFNESS, **options))
+            assert np.isfinite(slope(jnp.asarray(second))).all()
+    normal = {name: value.astype(np.float32) for name, value in options.items() if name == "normal"}
+    single = target.target_tensor(np.array([1.0, 2.0, 4.0], dtype=np.float32))
+    for function in (target.target_energy, target.target_matrix):
+        assert function(single, single, STIFFNESS, **{**options, **normal}).dtype == np.float32
