@@ -1,7 +1,6 @@
 """The command line: the only file that prints or exits. Heavy modules are imported by the commands that need them."""
 
 import argparse
-import math
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from rich.console import Console
 from rich.text import Text
 
+from astroinertia import cli_moments
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 
 if TYPE_CHECKING:
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from astroinertia.scene.schema import Scene
 
 GOOD, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-AXES = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
 SECONDS_BETWEEN_LINES = 10.0  # where the output is no terminal
 
 DESCRIPTION = (
@@ -37,22 +36,6 @@ more:
   astroinertia moments particles.csv         the inertia tensor of a particle table, a mesh or a snapshot
   astroinertia resume runs/coarse            go on after Ctrl-C, a crash or a power cut
   python -c "import xarray; print(xarray.open_dataset('runs/coarse/<name>.nc'))"
-"""
-
-MOMENTS_HELP = """\
-files:
-  .csv .npz .nc .h5 .hdf5   columns mass, x, y, z (or position, of three numbers a particle)
-  .stl .obj .ply .off       a closed mesh, homogeneous inside; needs the extra astroinertia[mesh]
-  runs/NAME or its .nc      a snapshot of a run
-
-All moments are about one point. I/(M R^2) takes for R the distance of the outermost particle from the centre of mass,
-or for a mesh the radius of the sphere of the same volume, unless --radius gives one; the output says which.
-POINT, R and RHO are in the units of the file. Where two moments are equal, their axes are undefined, and said to be.
-
-example: astroinertia moments particles.csv
-         astroinertia moments particles.h5 --units Msun,Rsun --axis z --plot star.png
-         astroinertia moments asteroid.stl --density 2000 --units kg,m --about=-1,0,2.5
-         astroinertia moments runs/pulsar_collapse --snapshot 0 --json
 """
 
 
@@ -143,34 +126,16 @@ def _parser() -> argparse.ArgumentParser:
     )
     show.add_argument("file", metavar="FILE", type=Path, help="netCDF file of a run, or the run's folder")
     show.add_argument("--output", type=Path, metavar="DIR", help="folder for the pictures (default: beside the file)")
-    _moments_arguments(commands)
-    return parser
 
-
-def _moments_arguments(commands) -> None:
     moments = _command(
         commands,
         "moments",
         _moments,
         "print the inertia tensor of a particle table, a mesh or a snapshot, and what follows from it",
-        "astroinertia moments asteroid.stl --density 2000 --units kg,m --plot asteroid.png",
+        "astroinertia moments particles.csv",
     )
-    moments.formatter_class = argparse.RawDescriptionHelpFormatter
-    moments.epilog = MOMENTS_HELP
-    moments.add_argument("file", metavar="FILE", type=Path, help="particle table, mesh, netCDF file or folder of a run")
-    moments.add_argument(
-        "--about", metavar="POINT", help="point x,y,z that all moments are about (default: the centre of mass)"
-    )
-    moments.add_argument(
-        "--axis", help="one more moment, about this axis through that point: x, y, z or a vector 1,1,0"
-    )
-    moments.add_argument("--units", metavar="MASS,LENGTH", help="units of the file; results are then in SI (kg, m)")
-    moments.add_argument("--radius", type=float, metavar="R", help="the radius of the ratio I/(M R^2)")
-    moments.add_argument("--density", type=float, metavar="RHO", help="density of the inside of a mesh (default: 1)")
-    moments.add_argument("--snapshot", type=int, metavar="N", help="snapshot of a run, from 0 (default: the last)")
-    moments.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the inertia ellipsoid with its polhodes")
-    moments.add_argument("--json", action="store_true", help="print everything as JSON")
-    moments.add_argument("--output", type=Path, metavar="FILE.nc", help="write everything as netCDF")
+    cli_moments.add_arguments(moments)
+    return parser
 
 
 def _command(commands, name: str, action: Callable, text: str, example: str) -> argparse.ArgumentParser:
@@ -362,56 +327,8 @@ def _show(options: argparse.Namespace) -> int:
 
 
 def _moments(options: argparse.Namespace) -> int:
-    import json
-
-    from astroinertia.plots.body_summary import body_summary, plain_values
-    from astroinertia.studies.moments import PLAIN, moments, read_matter
-
-    for written, suffix in ((options.plot, ".png"), (options.output, ".nc")):
-        if written is not None and (written.suffix != suffix or not written.parent.is_dir()):
-            raise SceneError(f"{written} cannot be written: it must be a {suffix} file in a folder that is there")
-    units = PLAIN if options.units is None else _pair(options.units)
-    axis = None if options.axis is None else AXES.get(options.axis) or _vector("--axis", options.axis)
-    about = None if options.about is None else _vector("--about", options.about)
-    matter = read_matter(options.file, units, options.snapshot, options.density)
-    size = matter.file_length
-    try:
-        found = moments(
-            matter,
-            None if about is None else [size * each for each in about],
-            axis,
-            None if options.radius is None else size * options.radius,
-        )
-    except ValueError as error:
-        raise SceneError(f"{options.file}: {error}") from error
-    if options.plot is not None:
-        from astroinertia.plots.ellipsoid import ellipsoid_figure
-        from astroinertia.plots.style import save
-
-        if not (found["principal_moments"][-1] > 0 and found["mass"] > 0):
-            raise SceneError(f"{options.file} is a point without moments of inertia, so there is nothing to draw")
-        save(ellipsoid_figure(found, matter.points, options.file.stem), options.plot)
-    if options.output is not None:
-        found.to_netcdf(options.output, engine="netcdf4")
-    print(json.dumps(plain_values(found), indent=2) if options.json else body_summary(found))
+    print(cli_moments.report(options))
     return GOOD
-
-
-def _vector(name: str, text: str) -> list[float]:
-    try:
-        vector = [float(part) for part in text.split(",")]
-    except ValueError:
-        vector = []
-    if len(vector) != 3 or not all(map(math.isfinite, vector)):
-        raise SceneError(f"{name} takes three numbers such as 0,0,1, not '{text:.40}'")
-    return vector
-
-
-def _pair(text: str) -> tuple[str, str]:
-    mass, comma, length = (part.strip() for part in text.partition(","))
-    if not (mass and comma and length):
-        raise SceneError(f"--units takes a unit of mass and one of length such as kg,m, not '{text:.40}'")
-    return mass, length
 
 
 if __name__ == "__main__":
