@@ -226,7 +226,7 @@ class Viscosity(Effect):
 
     def fields(self, xp, fluid):
         """The coefficients alpha c and beta alpha, limited, and the strain rate where flows are reconstructed."""
-        flow = None if self.limiter == "none" else gradient(xp, fluid.gradients[self.kind], "velocity")
+        flow: Any = None if self.limiter == "none" else gradient(xp, fluid.gradients[self.kind], "velocity")
         alpha = self.strength(xp, fluid, flow)
         fields = {
             "density": fluid.density,

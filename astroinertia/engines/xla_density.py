@@ -99,7 +99,7 @@ def _solved_jvp(kernel, precision, tolerance, softening, primals, tangents):
     def sums_at(position: Array, mass: Array, h: Array) -> Array:
         return _sums(kernel, precision, softening, arrangement, position, mass, h)
 
-    sums, d_sums = jax.jvp(lambda *moved: sums_at(*moved, h), (position, mass), (d_position, d_mass))
+    sums, d_sums = jax.jvp(lambda x, m: sums_at(x, m, h), (position, mass), (d_position, d_mass))
     s, t = sums[:, 0], sums[:, 1]
     d_h = h * (d_sums[:, 0] / s - d_mass / mass - 3.0 * d_eta / eta) * (s / t)
     _, by_h = jax.jvp(lambda h: sums_at(position, mass, h), (h,), (d_h,))

@@ -14,6 +14,8 @@ from typing import Any
 
 import jax
 
+from astroinertia.inertia.tensor import inertia_from_second_moment
+
 Array = Any
 
 
@@ -57,14 +59,9 @@ class Ledger:
     heating: Compensated
     largest_inertia: Array
 
-    def inertia_tensor(self, xp: Any) -> Array:
+    def inertia_tensor(self) -> Array:
         """I = tr(Q) 1 - Q as the ledger has it, (3, 3)."""
-        return inertia_from_second_moment(xp, self.second_moment.total)
-
-
-def inertia_from_second_moment(xp: Any, second_moment: Array) -> Array:
-    """I = tr(Q) 1 - Q, (3, 3)."""
-    return xp.trace(second_moment) * xp.eye(3) - second_moment
+        return inertia_from_second_moment(self.second_moment.total)
 
 
 def weighted_outer(mass: Array, left: Array, right: Array) -> Array:
@@ -103,7 +100,7 @@ def open_ledger(xp: Any, mass: Array, position: Array, velocity: Array, effects:
         impulse=empty(effects, 3),
         work=empty(effects),
         heating=empty(effects),
-        largest_inertia=xp.sqrt((inertia_from_second_moment(xp, second) ** 2).sum()),
+        largest_inertia=xp.sqrt((inertia_from_second_moment(second) ** 2).sum()),
     )
 
 
@@ -113,7 +110,7 @@ def after_drift(xp: Any, ledger: Ledger, dt: Array) -> Ledger:
     # In a steady rotation P + P^T is the small rest of large numbers: their carries count.
     spreading = (mixed.value + mixed.value.T) + (mixed.carry + mixed.carry.T)
     second_moment = ledger.second_moment.add(dt * spreading + dt**2 * kinetic)
-    size = xp.sqrt((inertia_from_second_moment(xp, second_moment.total) ** 2).sum())
+    size = xp.sqrt((inertia_from_second_moment(second_moment.total) ** 2).sum())
     return _replace(
         ledger,
         second_moment=second_moment,

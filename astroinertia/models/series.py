@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 
 from astroinertia.effects.effect import Effect
-from astroinertia.inertia.ledger import inertia_from_second_moment, moments, weighted_outer
+from astroinertia.inertia.ledger import moments, weighted_outer
+from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.integrate.leapfrog import State
 from astroinertia.models.sph import Problem, effect_accelerations, internal_energy, potential_energies, virial_tensors
 
@@ -26,7 +27,7 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
     relative = position - centre
     second, mixed, kinetic = moments(mass, position, velocity)
     ledger = state.ledger
-    direct, evolved = inertia_from_second_moment(np, second), np.asarray(ledger.inertia_tensor(problem.engine.xp))
+    direct, evolved = inertia_from_second_moment(second), np.asarray(ledger.inertia_tensor())
     tensors = virial_tensors(problem, arrangement, state.rates.fluid)
     virial = np.stack([np.asarray(tensors[name]) for name in names])
     accelerations = [np.asarray(a) for a in effect_accelerations(problem.engine.xp, state.rates)]
@@ -79,8 +80,8 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
 def ledger_closure(problem: Problem, state: State) -> float:
     """|I of the ledger - I by direct summation| over the largest |I| of the run."""
     second = moments(*(np.asarray(array) for array in (state.mass, state.position, state.velocity)))[0]
-    evolved = np.asarray(state.ledger.inertia_tensor(problem.engine.xp))
-    return float(np.linalg.norm(evolved - inertia_from_second_moment(np, second)) / state.ledger.largest_inertia)
+    evolved = np.asarray(state.ledger.inertia_tensor())
+    return float(np.linalg.norm(evolved - inertia_from_second_moment(second)) / state.ledger.largest_inertia)
 
 
 def energy_budget(problem: Problem, state: State) -> dict[str, Any]:
