@@ -97,7 +97,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--speed", type=float, default=1000.0, help="revolutions a minute (default: 1000)")
     parser.add_argument("--remove", action="store_true", help="take mass away instead of adding it")
-    parser.add_argument("--picture", type=Path, default=Path("balanced_wheel.png"), help="where the picture goes")
+    parser.add_argument("--output", type=Path, default=Path("balanced_wheel.png"), help="where the picture goes")
     options = parser.parse_args()
     rate = 2 * np.pi * options.speed / 60
     before = wheel()
@@ -110,7 +110,7 @@ def main() -> None:
     for name, done in (("corrections", cut), ("clips", clips)):
         for edge, what in zip(EDGES, done, strict=True):
             print(f"{name} at {1000 * edge:+.0f} mm: {what}")
-    print(f"picture: {style.save(balance_figure(before, practical, name='wheel'), options.picture)}")
+    print(f"picture: {style.save(balance_figure(before, practical, name='wheel'), options.output)}")
 
 
 if __name__ == "__main__":

@@ -184,7 +184,7 @@ def test_the_balanced_wheel_of_sims(tmp_path):
     picture = tmp_path / "wheel.png"
     script = Path(__file__).parents[2] / "sims" / "balanced_wheel.py"
     for extra in ([], ["--remove"]):
-        command = [sys.executable, str(script), "--speed", "3000", "--picture", str(picture), *extra]
+        command = [sys.executable, str(script), "--speed", "3000", "--output", str(picture), *extra]
         done = subprocess.run(command, cwd=script.parents[1], capture_output=True, text=True, check=True)
         lines = [line for line in done.stdout.splitlines() if line.startswith(("I_xz", "I_yz", "force"))]
         before, corrected, clips = np.array([[float(word) for word in line.split()[-3:]] for line in lines]).T
