@@ -1,0 +1,223 @@
+"""Velocity gradients, viscosity and conduction, against closed forms, on a few hundred particles."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from astroinertia.effects import catalogue
+from astroinertia.effects.gradients import divergence_and_curl, gradient, shear_squared
+from astroinertia.models import sph
+from tests.ball import ball, state_of
+from tests.pairs import pair_sums
+
+FLOW = np.array([[0.3, -0.7, 0.2], [0.5, -0.4, 0.9], [-0.1, 0.6, 0.25]])
+
+
+def test_gradients_are_exact_in_linear_flows_at_the_surface_too() -> None:
+    position = ball()
+    viscosity = catalogue.build("viscosity", {"switch": "none"})
+    _, state, _ = state_of(viscosity, position=position, velocity=position @ FLOW.T)
+    found = gradient(np, state.rates.fluid.gradients["viscosity"], "velocity")
+    assert np.abs(found - FLOW).max() < 1e-12
+    divergence, curl = divergence_and_curl(np, found)
+    assert np.allclose(divergence, np.trace(FLOW), atol=1e-12)
+    vorticity = [FLOW[2, 1] - FLOW[1, 2], FLOW[0, 2] - FLOW[2, 0], FLOW[1, 0] - FLOW[0, 1]]
+    assert np.allclose(curl, np.linalg.norm(vorticity), atol=1e-12)
+    shear = 0.5 * (FLOW + FLOW.T) - np.trace(FLOW) / 3 * np.eye(3)
+    assert np.allclose(shear_squared(np, found), (shear**2).sum(), atol=1e-12)
+
+
+def test_gradients_are_finite_without_neighbours_and_in_a_plane() -> None:
+    random = np.random.default_rng(4)
+    plane = random.normal(size=(40, 3)) * (1.0, 1.0, 0.0)
+    position = np.concatenate([plane, [[1e3, 0.0, 0.0]]])
+    fields = {
+        "position": position,
+        "mass": np.ones(41),
+        "smoothing_length": np.full(41, 0.8),
+        "velocity": position @ FLOW.T,
+    }
+    terms = catalogue.build("viscosity", {"switch": "none"}).gradient_terms
+    sums = pair_sums(terms, fields, "cubic")["viscosity"]
+    found = gradient(np, sums, "velocity")
+    assert np.all(np.isfinite(found))
+    assert np.array_equal(found[-1], np.zeros((3, 3)))
+
+
+def heat_and_drag(velocity: np.ndarray, position: np.ndarray, steps: int = 0, **options: Any) -> dict[str, Any]:
+    """Viscous figures of a flow after some steps of 1e-3 with pressure: total heating, and what it is made of."""
+    listed = (catalogue.build("pressure"), catalogue.build("viscosity", options))
+    problem, state, arrangement = state_of(*listed, position=position, velocity=velocity)
+    for _ in range(steps):
+        state = sph.step(problem, arrangement, state, np.float64(1e-3))
+    fluid = state.rates.fluid
+    heating = fluid.sums["viscosity"]["heating"]
+    force = fluid.sums["viscosity"]["acceleration"]
+    return {
+        "heating": fluid.mass @ heating,
+        "each": heating,
+        "work": fluid.mass @ (force * fluid.velocity).sum(axis=1),
+        "kinetic": 0.5 * fluid.mass @ (fluid.velocity**2).sum(axis=1),
+        "alpha": state.memory.get("viscosity_alpha"),
+        "force": force,
+        "fluid": fluid,
+    }
+
+
+@pytest.mark.parametrize("options", [{}, {"switch": "none"}, {"switch": "none", "limiter": "none"}], ids=str)
+def test_rigid_rotation_dissipates_nothing(options: dict[str, Any]) -> None:
+    """No pair closes in rigid rotation: what is left is round-off, 1e-14 of the kinetic energy in a rotation time."""
+    position = ball()
+    found = heat_and_drag(np.cross([0.0, 0.3, 1.0], position), position, **options)
+    assert 0 <= found["heating"] < 1e-14 * found["kinetic"]
+
+
+def test_the_switch_keeps_differential_rotation_almost_free_of_viscosity() -> None:
+    """A flow that only shears turns on less than a hundredth of the constant viscosity without a limiter."""
+    position = ball(500)
+    spin = 1.0 / (1.0 + 4.0 * (position[:, 0] ** 2 + position[:, 1] ** 2))
+    velocity = np.cross(np.stack([0 * spin, 0 * spin, spin], axis=1), position)
+    heats = [
+        heat_and_drag(velocity, position, **options)["heating"]
+        for options in ({"switch": "none", "limiter": "none"}, {"switch": "none"}, {})
+    ]
+    assert heats[1] < 0.2 * heats[0]
+    assert heats[2] < 0.01 * heats[0]
+
+
+def test_viscosity_heats_every_particle_with_what_it_takes_from_the_motion() -> None:
+    position, random = ball(), np.random.default_rng(5)
+    for options in ({}, {"switch": "none"}):
+        found = heat_and_drag(random.normal(size=position.shape) - 3 * position, position, 3, **options)
+        assert found["each"].min() >= 0
+        assert found["heating"] > 0
+        assert abs(found["work"] + found["heating"]) < 1e-14 * found["heating"]
+        mass = found["fluid"].mass
+        assert np.abs(mass @ found["force"]).max() < 1e-14 * (mass @ np.linalg.norm(found["force"], axis=1))
+
+
+def test_a_smooth_collapse_is_not_viscous() -> None:
+    """A linear inflow leaves no jump to dissipate: round-off, where the plain form heats at the rate of the inflow."""
+    position = ball()
+    plain = heat_and_drag(-(position @ FLOW.T @ FLOW), position, switch="none", limiter="balsara")
+    found = heat_and_drag(-(position @ FLOW.T @ FLOW), position, switch="none")
+    assert plain["heating"] > 0.05 * plain["kinetic"]
+    assert 0 <= found["heating"] < 1e-12 * found["kinetic"]
+
+
+def test_gas_that_expands_is_not_viscous() -> None:
+    position = ball()
+    found = heat_and_drag(2.0 * position, position)
+    assert found["heating"] == 0
+    assert np.all(found["force"] == 0)
+
+
+def test_alpha_jumps_where_the_flow_steepens_and_decays_afterwards() -> None:
+    """Two streams meet in a bar of 31 spacings: alpha is up at the interface, before any particle has moved by a tenth
+    of a spacing, and zero where its neighbours do not see it.
+    """
+    position = np.stack(np.meshgrid(np.arange(-15.0, 16), *2 * [np.arange(4.0)]), axis=-1).reshape(-1, 3)
+    velocity = np.stack([-np.tanh(position[:, 0]), *2 * [0 * position[:, 0]]], axis=1)
+    listed = (catalogue.build("pressure"), catalogue.build("viscosity"))
+    problem, state, arrangement = state_of(*listed, position=position, velocity=velocity, entropy=1.0)
+    for _ in range(4):
+        state = sph.step(problem, arrangement, state, np.float64(0.02))
+    alpha, x = state.memory["viscosity_alpha"], np.abs(position[:, 0])
+    assert alpha[x == 0].mean() > 0.5
+    assert alpha[x >= 6].max() < 1e-4
+    assert 0 <= alpha.min() <= alpha.max() <= 1
+    # The same particles in a flow that no longer steepens: alpha decays as exp(-dt v_sig/(10 h)).
+    viscosity, fluid = listed[1], state.rates.fluid
+    still = jax.tree.map(np.zeros_like, fluid.gradients["viscosity"])
+    still["position"], still["signal"] = (
+        fluid.gradients["viscosity"]["position"],
+        fluid.gradients["viscosity"]["signal"],
+    )
+    quiet = SimpleNamespace(**{**vars(fluid), "gradients": {"viscosity": still}, "memory": state.memory})
+    h, signal = fluid.smoothing_length, np.maximum(still["signal"], fluid.sound_speed)
+    later = viscosity.remember(np, quiet, 0.05)["viscosity_alpha"]
+    assert np.allclose(later, alpha * np.exp(-0.05 * signal / (10.0 * h)), rtol=1e-12, atol=1e-30)
+
+
+def test_the_signal_velocity_covers_sound_approach_and_viscosity() -> None:
+    position = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]])
+    fields = {
+        "position": position,
+        "velocity": np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]),
+        "mass": np.ones(2),
+        "smoothing_length": np.full(2, 0.2),
+        "density": np.ones(2),
+        "sound_speed": np.array([0.5, 0.7]),
+        "viscosity_linear": np.array([0.5, 0.7]),
+        "viscosity_quadratic": np.full(2, 2.0),
+    }
+    terms = catalogue.build("viscosity", {"limiter": "balsara"}).neighbour_terms
+    found = pair_sums(terms, fields, "cubic")["viscosity"]
+    assert np.allclose(found["signal"], 0.6 + 2.0 + 0.6 + 2.0 * 2.0)
+
+
+def test_reconstruction_leaves_a_smooth_collapse_alone() -> None:
+    """A homologous contraction is no shock: what Balsara's factor leaves in full, reconstruction all but removes."""
+    position = ball(500)
+    heats = [
+        heat_and_drag(-position, position, switch="none", limiter=limiter)["heating"]
+        for limiter in ("balsara", "reconstruction")
+    ]
+    assert heats[1] < 1e-10 * heats[0]
+
+
+@pytest.mark.parametrize("signal", ["relative_velocity", "pressure_jump"])
+def test_conduction_moves_heat_downhill_and_keeps_its_sum(signal: str) -> None:
+    position, random = ball(), np.random.default_rng(6)
+    hot = position[:, 0] > 0
+    effect = catalogue.build("conduction", {"signal": signal})
+    _, state, _ = state_of(
+        catalogue.build("pressure"),
+        effect,
+        position=position,
+        velocity=random.normal(size=position.shape),
+        entropy=np.where(hot, 2.0, 0.5),
+    )
+    fluid = state.rates.fluid
+    heating, hot = fluid.sums["conduction"]["heating"], fluid.position[:, 0] > 0
+    assert abs(fluid.mass @ heating) < 1e-15 * (fluid.mass @ np.abs(heating))
+    assert heating[hot].sum() < 0 < heating[~hot].sum()
+    assert "acceleration" not in fluid.sums["conduction"]
+
+
+def test_conduction_leaves_a_body_at_rest_alone() -> None:
+    position = ball()
+    entropy = 1.0 + position[:, 2] ** 2
+    _, state, _ = state_of(
+        catalogue.build("pressure"),
+        catalogue.build("conduction"),
+        position=position,
+        velocity=np.zeros_like(position),
+        entropy=entropy,
+    )
+    assert np.all(state.rates.fluid.sums["conduction"]["heating"] == 0)
+
+
+def test_pair_functions_are_finite_with_their_gradients_where_particles_coincide() -> None:
+    for kind, options in (
+        ("viscosity", {}),
+        ("viscosity", {"limiter": "balsara"}),
+        ("conduction", {}),
+        ("conduction", {"signal": "pressure_jump"}),
+    ):
+        effect = catalogue.build(kind, options)
+        for term in (*effect.gradient_terms, *effect.neighbour_terms):
+            arguments = term.pair.__code__.co_varnames[1 : term.pair.__code__.co_argcount]
+            zero = ("v_r", "dW_i", "dW_j", "r", "x_ij", "y_ij", "z_ij")
+            values = [0.0 if name in zero else 1.0 for name in arguments]
+            for number in range(len(term.outputs)):
+
+                def output(values: Any, term: Any = term, number: int = number) -> Any:
+                    return term.pair(jnp, *values)[number]
+
+                assert np.isfinite(output(values))
+                assert all(np.isfinite(slope) for slope in jax.grad(output)(values))
