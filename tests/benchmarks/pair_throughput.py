@@ -122,12 +122,16 @@ def measure(
     known = {"mass": mass, "position": position, "velocity": velocity, "smoothing_length": length}
     effects = {kind: build(kind) for kind in FORCES if kind in CATALOGUE}
     terms: tuple[PairTerm, ...] = ()
+    plainer = build("viscosity", {"limiter": "balsara"}).neighbour_terms
+    passes = [("pressure + viscosity without reconstruction", effects["pressure"].neighbour_terms + plainer)]
     for kind, effect in effects.items():
         terms += effect.neighbour_terms
-        sums = timed(engine, lambda f, some=terms: engine.neighbour_sums(arrangement, KERNEL, some, f))
-        fields = named_fields(terms, known)
+        passes.append((kind if kind == FORCES[0] else f"+ {kind}", terms))
+    for label, some in passes:
+        sums = timed(engine, lambda f, some=some: engine.neighbour_sums(arrangement, KERNEL, some, f))
+        fields = named_fields(some, known)
         seconds = best_time(lambda sums=sums, fields=fields: sums(fields), repeats, clock)
-        rows.append((f"forces: {'+ ' if kind != FORCES[0] else ''}{kind}", particles / seconds, "particles/s"))
+        rows.append((f"forces: {label}", particles / seconds, "particles/s"))
     gradients = sum((effect.gradient_terms for effect in effects.values()), ())
     for label, some in (("gradients", gradients[:1]), ("gradients with the viscosity switch", gradients)):
         sums = timed(engine, lambda f, some=some: engine.neighbour_sums(arrangement, KERNEL, some, f))
