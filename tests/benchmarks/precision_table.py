@@ -37,7 +37,8 @@ def table(
     for setting in settings:
         result = action(setting)
         took = seconds(lambda setting=setting: action(setting))
-        rows.append(f"| {setting} | {error(result):.1e} | {1e3 * took:.3g} | {'default' if setting == default else ''} |")
+        mark = "default" if setting == default else ""
+        rows.append(f"| {setting} | {error(result):.1e} | {1e3 * took:.3g} | {mark} |")
     return "\n".join(rows) + "\n"
 
 
