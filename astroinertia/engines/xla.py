@@ -195,7 +195,7 @@ class _Work:
         within = None
         if limited:
             within = pairs["r"] < shape.support * jnp.maximum(pairs["h_i"], pairs["h_j"])
-        empty = len(self.places.table) - 1
+        empty = self.places.empty
         other = (target[:, :, None] != source[:, None, :]) & (target < empty)[:, :, None] & (source < empty)[:, None, :]
         return xla_tiles.term_sums(pairs, self.terms, far, mass, within, other, self.virial)
 

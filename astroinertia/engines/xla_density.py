@@ -113,9 +113,7 @@ def _sums(
     shape = KERNELS[kernel]
     tiles = arrangement.neighbours
     covered = xla_lists.covers(jnp, arrangement, position, h) & (shape.support <= arrangement.reach.support)
-    places = xla_tiles.Places(
-        precision, {"position": position, "mass": mass, "smoothing_length": h}, ("smoothing_length",)
-    )
+    places = xla_tiles.Places(precision, {"position": position, "mass": mass, "smoothing_length": h})
     boxes = xla_tiles.boxes_of(places, shape.support, tiles, covered)
 
     def chunk_sums(target: Array, source: Array) -> dict[str, Array]:
