@@ -1,0 +1,206 @@
+"""The solar system as published: `data/planets.csv` in SI, with uncertainty, status and source of each number.
+
+What nobody has measured is absent or has the status "model". A moment ratio always carries the radius that it was
+normalised with, and is only ever compared after `moment_ratios.convert_moment_ratio`.
+
+Tests: tests/unit/test_planets.py.
+"""
+
+import csv
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
+
+from astroinertia.bodies import moment_ratios
+from astroinertia.bodies.tables import data_path
+from astroinertia.units import GRAVITATIONAL_CONSTANT, quantity
+
+STATUSES = ("measured", "hydrostatic", "model", "convention", "assumed")
+_RATIOS = ("polar_moment_ratio", "mean_moment_ratio")
+_TURN_PER_DAY = 2.0 * math.pi / 86400.0
+
+
+@dataclass(frozen=True)
+class Published:
+    """One published number in SI: its standard deviation (NaN where none is published), status and source.
+
+    adopted: whether it is the one that the package takes, where there are several. radius: in metres, that a moment ratio or a gravity coefficient is normalised with; NaN for other quantities.
+    """
+
+    value: float
+    uncertainty: float
+    unit: str
+    status: str
+    adopted: bool
+    radius: float
+    source: str
+    note: str
+
+
+@dataclass(frozen=True)
+class MomentRatio:
+    """I/(M R^2) of one kind ("mean" or "polar") for the radius R (m), with standard deviation, status and source."""
+
+    value: float
+    uncertainty: float
+    kind: str
+    radius: float
+    status: str
+    source: str
+
+
+@dataclass(frozen=True)
+class SolarSystemBody:
+    """A body of the table; quantities in SI. KeyError for a quantity that nobody has published.
+
+    published: every row of a quantity, the adopted one first.
+    """
+
+    name: str
+    published: Mapping[str, tuple[Published, ...]]
+
+    def adopted(self, quantity_name: str) -> Published:
+        """Return the adopted number of a quantity, such as "core_radius"; KeyError where there is none."""
+        if quantity_name not in self.published:
+            raise KeyError(f"the table has no {quantity_name.replace('_', ' ')} of {self.name}")
+        return self.published[quantity_name][0]
+
+    def has(self, quantity_name: str) -> bool:
+        """Return whether the table has a number of this quantity."""
+        return quantity_name in self.published
+
+    def value(self, quantity_name: str) -> float:
+        """Return the adopted value of a quantity, NaN where there is none."""
+        return self.adopted(quantity_name).value if self.has(quantity_name) else math.nan
+
+    @property
+    def gravitational_parameter(self) -> float:
+        """GM in m3 s-2, of the body alone."""
+        return self.adopted("gm").value
+
+    @property
+    def mass(self) -> float:
+        """GM over the G of astropy, in kg."""
+        return self.gravitational_parameter / GRAVITATIONAL_CONSTANT
+
+    @property
+    def mean_radius(self) -> float:
+        """The published mean radius in m (IAU: of the sphere of the same volume)."""
+        return self.adopted("mean_radius").value
+
+    @property
+    def equatorial_radius(self) -> float:
+        """The equatorial radius in m, (ab)^(1/2) of a triaxial body."""
+        return self.adopted("equatorial_radius").value
+
+    @property
+    def flattening(self) -> float:
+        """1 - c/a of the published radii, NaN without a polar radius."""
+        return 1.0 - self.value("polar_radius") / self.value("equatorial_radius")
+
+    @property
+    def mean_density(self) -> float:
+        """Mass over the volume of the mean radius, in kg m-3."""
+        return 3.0 * self.mass / (4.0 * math.pi * self.mean_radius**3)
+
+    @property
+    def angular_velocity(self) -> float:
+        """Sidereal spin rate in rad s-1, negative if retrograde."""
+        return self.adopted("rotation_rate").value
+
+    @property
+    def small_m(self) -> float:
+        """Omega^2 R^3/(GM) with the mean radius."""
+        return self.angular_velocity**2 * self.mean_radius**3 / self.gravitational_parameter
+
+    @property
+    def rotation_parameter(self) -> float:
+        """Omega^2 a^3/(GM) with the equatorial radius."""
+        return self.angular_velocity**2 * self.equatorial_radius**3 / self.gravitational_parameter
+
+    def zonal_harmonic(self, radius: float | None = None) -> float:
+        """Return J2 for a reference radius in m, the equatorial one unless given: J2 goes as radius^-2."""
+        j2 = self.adopted("j2")
+        return j2.value * (j2.radius / (self.equatorial_radius if radius is None else radius)) ** 2
+
+    def moment_ratio(self, kind: str = "mean", radius: float | None = None) -> MomentRatio:
+        """Return the adopted moment ratio as "mean" or "polar", for a radius in m: the mean radius unless given.
+
+        C - I = (2/3) J2 M a^2 turns one kind into the other, exactly. KeyError for a body without a ratio or without
+        the J2 that this takes; ValueError for another kind.
+        """
+        return self.moment_ratio_rows(kind, radius)[0]
+
+    def moment_ratio_rows(self, kind: str = "mean", radius: float | None = None) -> tuple[MomentRatio, ...]:
+        """Return every published moment ratio, normalised like `moment_ratio`; the adopted one first."""
+        if kind not in ("mean", "polar"):
+            raise ValueError(f'a moment ratio is "mean" or "polar", not {kind!r}')
+        radius = self.mean_radius if radius is None else radius
+        rows = [(name, row) for name in _RATIOS for row in self.published.get(name, ())]
+        if not rows:
+            raise KeyError(f"the table has no moment ratio of {self.name}")
+        rows.sort(key=lambda pair: not pair[1].adopted)
+        return tuple(self._normalised(name.partition("_")[0], row, kind, radius) for name, row in rows)
+
+    def _normalised(self, published_kind: str, row: Published, kind: str, radius: float) -> MomentRatio:
+        value = moment_ratios.convert_moment_ratio(row.value, row.radius, radius)
+        uncertainty = moment_ratios.convert_moment_ratio(row.uncertainty, row.radius, radius)
+        if published_kind != kind:
+            turn = moment_ratios.mean_from_polar if kind == "mean" else moment_ratios.polar_from_mean
+            value = turn(value, self.zonal_harmonic(radius))
+        return MomentRatio(value, uncertainty, kind, radius, row.status, row.source)
+
+
+@lru_cache(maxsize=1)
+def solar_system() -> Mapping[str, SolarSystemBody]:
+    """Return every body of the table by name, in the order of the table: Sun, planets with their moons, asteroids."""
+    with data_path("planets.csv").open(encoding="utf-8", newline="") as stream:
+        lines = [line for line in stream if not line.startswith("#")]
+    found: dict[str, dict[str, list[Published]]] = {}
+    for row in csv.DictReader(lines):
+        rows = found.setdefault(row["body"], {}).setdefault(row["quantity"], [])
+        rows.insert(0 if row["use"] == "adopted" else len(rows), _published(row))
+    return MappingProxyType(
+        {
+            name: SolarSystemBody(name, MappingProxyType({key: tuple(rows) for key, rows in quantities.items()}))
+            for name, quantities in found.items()
+        }
+    )
+
+
+def body(name: str) -> SolarSystemBody:
+    """Return the body of this name, in upper or lower case; KeyError, which lists the names, for one not there."""
+    for known, found in solar_system().items():
+        if known.lower() == name.lower():
+            return found
+    raise KeyError(f"there is no body '{name}' in the table; it has {', '.join(solar_system())}")
+
+
+def _published(row: dict[str, str]) -> Published:
+    scale, unit = _scale(row["unit"])
+    return Published(
+        value=scale * float(row["value"]),
+        uncertainty=scale * float(row["uncertainty"]) / float(row["sigmas"]) if row["uncertainty"] else math.nan,
+        unit=unit,
+        status=row["status"],
+        adopted=row["use"] == "adopted",
+        radius=1e3 * float(row["radius_km"]) if row["radius_km"] else math.nan,
+        source=row["source"],
+        note=row["note"],
+    )
+
+
+@lru_cache(maxsize=32)
+def _scale(unit: str) -> tuple[float, str]:
+    if unit == "1":
+        return 1.0, "1"
+    if unit == "deg":
+        return math.radians(1.0), "rad"
+    if unit == "deg/d":
+        return _TURN_PER_DAY / 360.0, "rad s-1"
+    if unit == "km3/s2":
+        return 1e9, "m3 s-2"
+    kind, si = {"km": ("length", "m"), "kg/m3": ("density", "kg m-3")}[unit]
+    return quantity(f"1 {unit}", kind), si
