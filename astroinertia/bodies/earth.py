@@ -1,0 +1,34 @@
+"""The Preliminary Reference Earth Model (PREM) of Dziewonski & Anderson 1981, from data/prem.csv.
+
+Tests: tests/unit/test_layered.py (mass and moment of inertia), tests/unit/test_clairaut.py (flattening).
+"""
+
+import csv
+from functools import lru_cache
+
+import numpy as np
+
+from astroinertia.bodies.layered import LayeredBody, polynomial_layers
+from astroinertia.bodies.tables import data_path
+from astroinertia.units import GRAVITATIONAL_CONSTANT
+
+
+@lru_cache(maxsize=1)
+def _rows() -> tuple[dict[str, str], ...]:
+    with data_path("prem.csv").open(encoding="utf-8", newline="") as file:
+        return tuple(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def prem_layer_names() -> tuple[str, ...]:
+    """The names of PREM's 13 layers from the centre to the ocean."""
+    return tuple(row["name"] for row in _rows())
+
+
+def prem(gravitational_constant: float = GRAVITATIONAL_CONSTANT) -> LayeredBody:
+    """PREM's density with its jumps, in SI: 13 layers of cubic polynomials in r/R, mean radius R = 6371 km.
+
+    Source: Dziewonski & Anderson 1981, PEPI 25, 297, table I. Checked by tests/unit/test_layered.py.
+    """
+    radii = np.array([float(row["outer_radius_km"]) for row in _rows()]) * 1e3
+    coefficients = [[1e3 * float(row[f"a{k}"]) for k in range(4)] for row in _rows()]
+    return polynomial_layers(radii, coefficients, gravitational_constant)
