@@ -26,7 +26,8 @@ _TURN_PER_DAY = 2.0 * math.pi / 86400.0
 class Published:
     """One published number in SI: its standard deviation (NaN where none is published), status and source.
 
-    adopted: whether it is the one that the package takes, where there are several. radius: in metres, that a moment ratio or a gravity coefficient is normalised with; NaN for other quantities.
+    adopted: whether it is the one that the package takes, where there are several. radius: in metres, that a moment
+    ratio or a gravity coefficient is normalised with; NaN for other quantities.
     """
 
     value: float

@@ -1,0 +1,94 @@
+"""Sweeps: a model over every combination of parameter values, as a Dataset with a dimension for each parameter.
+
+Tests: tests/unit/test_sweeps.py.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from astroinertia.errors import SceneError
+
+CHUNK = 65536  # members of a chunk: some megabytes of intermediate results
+LARGEST = 50_000_000  # members; more than that in memory at once is a mistake more often than a wish
+
+
+@dataclass(frozen=True)
+class Model:
+    """A function of arrays of one shape (members,), by name, that returns arrays of that shape, by name.
+
+    inputs and outputs: unit and a few words for each name. A member that is impossible is NaN in every output.
+    """
+
+    function: Callable[..., Mapping[str, Any]]
+    inputs: Mapping[str, tuple[str, str]]
+    outputs: Mapping[str, tuple[str, str]]
+
+
+def sweep(
+    model: Model,
+    values: Mapping[str, Sequence[float] | np.ndarray],
+    fixed: Mapping[str, float] | None = None,
+    dask: bool = False,
+    chunk: int = CHUNK,
+) -> xr.Dataset:
+    """Return the model's outputs over all combinations of `values`, one dimension for each name in them.
+
+    fixed: inputs that stay as they are. dask: the arrays are lazy and computed in chunks of about `chunk` members, in
+    parallel by the scheduler that dask is set to, when they are asked for (needs the extra astroinertia[dask]).
+    SceneError for a name that the model does not have, and for values that are none, not finite or too many.
+    """
+    fixed = {} if fixed is None else dict(fixed)
+    for name in (*values, *fixed):
+        if name not in model.inputs:
+            raise SceneError(f"there is no parameter '{name}' here; there is {', '.join(model.inputs)}")
+    axes = {name: np.atleast_1d(np.asarray(each, dtype=float)) for name, each in values.items()}
+    for name, each in axes.items():
+        if each.ndim != 1 or not each.size or not np.isfinite(each).all():
+            raise SceneError(f"a sweep needs a list of finite values of {name}")
+    members = math.prod(each.size for each in axes.values())
+    if members > LARGEST:
+        raise SceneError(f"{members} combinations are more than the {LARGEST} that a sweep may have")
+    if not axes:
+        raise SceneError("a sweep needs at least one parameter with its values")
+    names = list(axes)
+    points = [xr.DataArray(each, dims=[name], coords={name: each}) for name, each in axes.items()]
+    if dask:
+        points = _chunked(points, members, chunk)
+
+    def columns(*given: np.ndarray) -> tuple[np.ndarray, ...]:
+        same = np.broadcast_arrays(*given)
+        found = model.function(**{name: each.ravel() for name, each in zip(names, same, strict=True)}, **fixed)
+        return tuple(np.asarray(found[name], dtype=float).reshape(same[0].shape) for name in model.outputs)
+
+    found = xr.apply_ufunc(
+        columns,
+        *points,
+        output_core_dims=[[] for _ in model.outputs],
+        output_dtypes=[float] * len(model.outputs),
+        dask="parallelized" if dask else "forbidden",
+    )
+    found = (found,) if len(model.outputs) == 1 else found
+    dataset = xr.Dataset(dict(zip(model.outputs, found, strict=True))).transpose(*names)
+    for name, (unit, text) in {**model.outputs, **{name: model.inputs[name] for name in names}}.items():
+        dataset[name].attrs = {"units": unit, "long_name": text}
+    dataset.attrs = {name: float(value) for name, value in fixed.items()}
+    return dataset
+
+
+def _chunked(points: list[xr.DataArray], members: int, chunk: int) -> list[xr.DataArray]:
+    """Split the first dimensions, so that a block of all of them has about `chunk` members."""
+    try:
+        import dask.array  # noqa: F401 - xarray's chunk() needs it, and says so less clearly
+    except ImportError:
+        raise SceneError("a sweep in parallel needs dask: pip install 'astroinertia[dask]'") from None
+    rest, split = members, []
+    for point in points:
+        rest //= point.size
+        each = min(point.size, max(1, chunk // max(rest, 1)))
+        split.append(point.chunk({point.dims[0]: each}))
+    return split
