@@ -1,0 +1,126 @@
+"""Sampling of a posterior with affine-invariant ensembles (emcee), and what says whether the samples can be believed.
+
+Sources: Goodman & Weare 2010, CAMCoS 5, 65; Foreman-Mackey et al. 2013, PASP 125, 306 (emcee); Gelman et al. 2013,
+Bayesian Data Analysis, sect. 11.4 (R-hat of split chains); Sokal 1996 (autocorrelation time).
+Tests: tests/unit/test_sampling.py.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import xarray as xr
+
+from astroinertia.errors import NumericalError, SceneError
+
+R_HAT_LIMIT = 1.01  # Vehtari et al. 2021, Bayesian Analysis 16, 667
+QUANTILES = (0.05, 0.16, 0.5, 0.84, 0.95)
+LEAST_AUTOCORRELATION_TIMES = 50  # draws of a chain over the time: below, emcee's estimate of it is not to be trusted
+
+
+def sample(
+    log_probability: Callable[[np.ndarray], np.ndarray],
+    start: Callable[[np.random.Generator, int], np.ndarray],
+    names: Sequence[str],
+    draws: int = 2000,
+    chains: int = 4,
+    walkers: int = 32,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Return draws of a posterior: each name in (chain, walker, draw), with `log_probability` and the acceptance.
+
+    log_probability: of positions (n, parameters), -inf where impossible, (n,). start: positions (walkers, parameters)
+    from a generator and a number. A chain is an ensemble of its own; half as many draws again are thrown away first.
+    SceneError without emcee, or for fewer walkers than twice the parameters; NumericalError for a start that is
+    impossible. Whether the result is converged is in `diagnostics`.
+    """
+    try:
+        import emcee
+    except ImportError:
+        raise SceneError("sampling a posterior needs emcee: pip install 'astroinertia[inference]'") from None
+    if walkers < 2 * len(names) or walkers % 2:
+        raise SceneError(f"{len(names)} parameters need an even number of walkers, {2 * len(names)} at least")
+    positions, densities, accepted = [], [], []
+    for generator in np.random.default_rng(seed).spawn(chains):
+        begin = np.asarray(start(generator, walkers), dtype=float)
+        if not np.isfinite(log_probability(begin)).all():
+            raise NumericalError("the sampling begins where the posterior is zero")
+        sampler = emcee.EnsembleSampler(
+            walkers,
+            len(names),
+            log_probability,
+            vectorize=True,
+            # snooker and differential evolution keep curved and stretched posteriors moving (ter Braak & Vrugt 2008)
+            moves=[(emcee.moves.StretchMove(), 0.4), (emcee.moves.DEMove(), 0.5), (emcee.moves.DESnookerMove(), 0.1)],
+        )
+        sampler.random_state = np.random.RandomState(int(generator.integers(2**31))).get_state()
+        state = sampler.run_mcmc(begin, draws // 2)
+        sampler.reset()
+        sampler.run_mcmc(state, draws)
+        positions.append(sampler.get_chain())
+        densities.append(sampler.get_log_prob())
+        accepted.append(sampler.acceptance_fraction)
+    chain = np.moveaxis(np.stack(positions), 1, 2)
+    dims = ("chain", "walker", "draw")
+    return xr.Dataset(
+        {name: (dims, chain[..., k]) for k, name in enumerate(names)}
+        | {
+            "log_probability": (dims, np.moveaxis(np.stack(densities), 1, 2)),
+            "acceptance": (("chain", "walker"), np.stack(accepted)),
+        },
+        coords={"chain": np.arange(chains), "walker": np.arange(walkers), "draw": np.arange(draws)},
+        attrs={"sampler": "emcee", "seed": seed, "discarded_draws": draws // 2},
+    )
+
+
+def diagnostics(posterior: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
+    """Return, for each of `names`, autocorrelation time (draws), effective number of samples, R-hat and `converged`.
+
+    R-hat compares the spread between halves of chains, each with all its walkers, to that within them: 1 when they
+    agree. Converged: R-hat below 1.01 and chains of at least 50 autocorrelation times.
+    """
+    from emcee.autocorr import integrated_time
+
+    draws = posterior.sizes["draw"]
+    found: dict[str, list[float]] = {"autocorrelation_time": [], "effective_samples": [], "r_hat": []}
+    for name in names:
+        values = posterior[name].transpose("chain", "walker", "draw").values
+        times = [float(integrated_time(each.T, has_walkers=True, quiet=True, tol=0)[0]) for each in values]
+        found["autocorrelation_time"].append(max(times))
+        found["effective_samples"].append(values.size / max(times) if np.isfinite(max(times)) else 0.0)
+        found["r_hat"].append(r_hat(values))
+    dataset = xr.Dataset({name: ("parameter", each) for name, each in found.items()}, {"parameter": list(names)})
+    long_enough = LEAST_AUTOCORRELATION_TIMES * dataset["autocorrelation_time"] <= draws
+    dataset["converged"] = long_enough & (dataset["r_hat"] < R_HAT_LIMIT)
+    return dataset
+
+
+def r_hat(values: np.ndarray) -> float:
+    """Return R-hat of values (chain, walker, draw): each chain in two halves, all walkers of a half together."""
+    half = values.shape[2] // 2
+    pieces = np.concatenate([values[:, :, :half], values[:, :, half : 2 * half]]).reshape(2 * len(values), -1)
+    within = pieces.var(axis=1, ddof=1).mean()
+    between = pieces.mean(axis=1).var(ddof=1)
+    if within == 0.0:
+        return 1.0 if between == 0.0 else np.inf
+    count = pieces.shape[1]
+    return float(np.sqrt((count - 1) / count + between / within))
+
+
+def summary(posterior: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
+    """Return mean, standard deviation and the quantiles 0.05, 0.16, 0.5, 0.84, 0.95 of each of `names`.
+
+    NumericalError for samples that have not converged: the sentence says which, and by how much.
+    """
+    checks = diagnostics(posterior, names)
+    bad = checks["parameter"].values[~checks["converged"].values]
+    if len(bad):
+        raise NumericalError(
+            f"the samples have not converged: {', '.join(bad)} (autocorrelation time up to "
+            f"{float(checks['autocorrelation_time'].max()):.0f} of {posterior.sizes['draw']} draws, "
+            f"R-hat up to {float(checks['r_hat'].max()):.3f}); draw more"
+        )
+    stacked = posterior[list(names)].to_array("parameter")
+    over = ("chain", "walker", "draw")
+    return checks.assign(
+        mean=stacked.mean(over), standard_deviation=stacked.std(over), quantiles=stacked.quantile(QUANTILES, over)
+    )
