@@ -1,0 +1,291 @@
+"""Neutron stars and white dwarfs of a cold equation of state: one star, the star of a mass, the heaviest, sequences.
+
+Units are geometric, G = c = Msun = 1 (a length of 1 is G Msun/c^2 = 1.476625 km), but for names that end in a unit.
+R is the areal (circumferential) radius of the non-rotating star, the radius of every ratio here.
+
+Sources: Hartle 1967, ApJ 150, 1005; Hinderer 2008, ApJ 677, 1216; Yagi & Yunes 2013, PRD 88, 023009 (the bar
+quantities). Tests: tests/unit/test_neutron_stars.py, tests/physics/test_neutron_stars.py.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from astroinertia.bodies.equations_of_state import SOLAR_LENGTH, Barotrope
+from astroinertia.bodies.slow_rotation import Equations, SlowRotation, slow_rotation
+from astroinertia.bodies.tov import TOLERANCE, Structure, structure
+from astroinertia.errors import NumericalError
+from astroinertia.units import SOLAR_MASS
+
+_SCAN_TOLERANCE = 1e-7
+_SCAN_FROM, _SCAN_TO, _SCAN_PER_DECADE = 1e-8, 30.0, 8  # central eta: from cold gas to far beyond every maximum
+
+
+@dataclass(frozen=True, eq=False)
+class NeutronStar:
+    """A star with its answers to slow rotation and to tides."""
+
+    equation_of_state: Barotrope = field(repr=False)
+    structure: Structure = field(repr=False)
+    rotation: SlowRotation
+
+    @property
+    def mass(self) -> float:
+        """Gravitational mass M."""
+        return self.structure.mass
+
+    @property
+    def rest_mass(self) -> float:
+        """Rest mass of the baryons."""
+        return self.structure.rest_mass
+
+    @property
+    def radius(self) -> float:
+        """Areal radius R."""
+        return self.structure.radius
+
+    @property
+    def compactness(self) -> float:
+        """G M/(R c^2)."""
+        return self.structure.compactness
+
+    @property
+    def central_rest_density(self) -> float:
+        """Rest-mass density at the centre."""
+        return self.structure.central_rest_density
+
+    @property
+    def central_pressure(self) -> float:
+        """Pressure at the centre."""
+        return self.structure.central_pressure
+
+    @property
+    def moment_of_inertia(self) -> float:
+        """I = J/Omega of slow rigid rotation."""
+        return self.moment_ratio * self.mass * self.radius**2
+
+    @property
+    def moment_ratio(self) -> float:
+        """I/(M R^2)."""
+        return self.rotation.moment_ratio
+
+    @property
+    def moment_bar(self) -> float:
+        """I/M^3 (G = c = 1)."""
+        return self.moment_ratio / self.compactness**2
+
+    @property
+    def tidal_love_number(self) -> float:
+        """k2 of Hinderer 2008: 3/4 for an incompressible Newtonian star, half the fluid Love number."""
+        return self.rotation.tidal_love_number
+
+    @property
+    def tidal_deformability(self) -> float:
+        """Lambda = (2/3) k2/C^5, the Love bar of I-Love-Q."""
+        return 2 / 3 * self.tidal_love_number / self.compactness**5
+
+    @property
+    def quadrupole(self) -> float:
+        """Q/Omega^2: the mass quadrupole of slow rotation, positive for an oblate star."""
+        return self.rotation.quadrupole * self.radius**5
+
+    @property
+    def quadrupole_bar(self) -> float:
+        """Q M/J^2, 1 for a Kerr hole; NaN for a Newtonian star."""
+        return self.rotation.quadrupole_bar
+
+    @property
+    def redshift(self) -> float:
+        """Redshift of light from the surface, 0 for a Newtonian star."""
+        return 1 / math.sqrt(1 - 2 * self.compactness) - 1 if self.structure.relativistic else 0.0
+
+    @property
+    def causal(self) -> bool:
+        """Whether sound is nowhere in the star faster than light."""
+        centre = self.structure.central_log_enthalpy
+        return self.equation_of_state.causal_up_to(math.expm1(centre) if self.structure.relativistic else centre)
+
+    @property
+    def mass_kg(self) -> float:
+        """Gravitational mass in kg."""
+        return self.mass * SOLAR_MASS
+
+    @property
+    def radius_km(self) -> float:
+        """Areal radius in km."""
+        return self.radius * SOLAR_LENGTH / 1e3
+
+    @property
+    def moment_of_inertia_kg_m2(self) -> float:
+        """I in kg m2 (1e38 of them are the customary 1e45 g cm2)."""
+        return self.moment_of_inertia * SOLAR_MASS * SOLAR_LENGTH**2
+
+
+def _central(equation: Barotrope, given: dict[str, float | None]) -> float:
+    named = {name: value for name, value in given.items() if value is not None}
+    if len(named) != 1:
+        raise ValueError(f"give exactly one of {', '.join(given)}, not {len(named)}")
+    ((name, value),) = named.items()
+    if name == "central_enthalpy":
+        return float(value)
+    return equation.enthalpy_of(name.removeprefix("central_"), float(value))
+
+
+def star(
+    equation_of_state: Barotrope,
+    *,
+    central_rest_density: float | None = None,
+    central_energy_density: float | None = None,
+    central_pressure: float | None = None,
+    central_enthalpy: float | None = None,
+    relativistic: bool = True,
+    tolerance: float = TOLERANCE,
+) -> NeutronStar:
+    """Return the star with one given central value; central_enthalpy is (e + P)/rho0 - 1.
+
+    At the default tolerance every property is good to 1e-9 (most to 1e-10). ValueError where the equation of state
+    does not cover the centre or not exactly one central value is given.
+    """
+    enthalpy = _central(
+        equation_of_state,
+        {
+            "central_rest_density": central_rest_density,
+            "central_energy_density": central_energy_density,
+            "central_pressure": central_pressure,
+            "central_enthalpy": central_enthalpy,
+        },
+    )
+    whole = structure(equation_of_state, enthalpy, relativistic, tolerance, Equations())
+    return NeutronStar(equation_of_state, whole, slow_rotation(whole))
+
+
+@dataclass(frozen=True)
+class StableBranch:
+    """Central enthalpies between which the mass rises to the heaviest star.
+
+    turning_point: whether the upper end is a maximum of the mass, not the end of the equation of state or of the scan.
+    """
+
+    lowest: float
+    highest: float
+    turning_point: bool
+
+
+@lru_cache(maxsize=64)
+def stable_branch(equation_of_state: Barotrope, relativistic: bool = True) -> StableBranch:
+    """Return the stretch of rising mass that ends at the heaviest star (stable, by the turning-point theorem).
+
+    ValueError where the mass falls with central density throughout (gamma below 4/3).
+    Source: Harrison, Thorne, Wakano & Wheeler 1965, Gravitation Theory and Gravitational Collapse, ch. 7.
+    """
+    end = min(_SCAN_TO, equation_of_state.largest_enthalpy)
+    count = max(8, round(_SCAN_PER_DECADE * math.log10(end / _SCAN_FROM))) if end > _SCAN_FROM else 8
+    logs = np.linspace(math.log(min(_SCAN_FROM, end / 10)), math.log(end), count + 1)
+    logs[-1] = math.log(end) - (0.0 if end == _SCAN_TO else 1e-15)
+
+    def mass(log_enthalpy: float, tolerance: float = TOLERANCE) -> float:
+        return structure(equation_of_state, min(math.exp(log_enthalpy), end), relativistic, tolerance).mass
+
+    masses = np.array([mass(float(x), _SCAN_TOLERANCE) for x in logs])
+    top = int(np.argmax(masses))
+    if top == 0:
+        raise ValueError(f"equation of state {equation_of_state.name}: no stable star, its mass falls with density")
+    bottom = top
+    while bottom > 0 and masses[bottom - 1] < masses[bottom]:
+        bottom -= 1
+    highest, turning = float(logs[top]), False
+    if top < count:
+        found = minimize_scalar(
+            lambda x: -mass(x), bounds=(logs[top - 1], logs[top + 1]), method="bounded", options={"xatol": 1e-7}
+        )
+        if not found.success:
+            raise NumericalError("the maximum of the mass was not found")
+        highest, turning = float(found.x), True
+    lowest = float(logs[bottom])
+    if bottom > 0:
+        found = minimize_scalar(
+            mass, bounds=(logs[bottom - 1], logs[bottom + 1]), method="bounded", options={"xatol": 1e-7}
+        )
+        lowest = float(found.x)
+    return StableBranch(math.exp(lowest), min(math.exp(highest), end), turning)
+
+
+def maximum_mass(equation_of_state: Barotrope, relativistic: bool = True, tolerance: float = TOLERANCE) -> NeutronStar:
+    """Return the heaviest star: M to 1e-10, its central enthalpy (and so R) to about 1e-6.
+
+    ValueError where the mass has no maximum within the equation of state.
+    """
+    branch = stable_branch(equation_of_state, relativistic)
+    if not branch.turning_point:
+        raise ValueError(
+            f"equation of state {equation_of_state.name}: the mass still rises at the largest central enthalpy, "
+            f"{branch.highest:.3g}; there is no maximum"
+        )
+    return star(equation_of_state, central_enthalpy=branch.highest, relativistic=relativistic, tolerance=tolerance)
+
+
+def star_of_mass(
+    equation_of_state: Barotrope, mass: float, relativistic: bool = True, tolerance: float = TOLERANCE
+) -> NeutronStar:
+    """Return the stable star of a given gravitational mass (solar masses), on the branch of the heaviest star.
+
+    ValueError for a mass above the maximum or below the least of that branch.
+    """
+    if not (math.isfinite(mass) and mass > 0):
+        raise ValueError(f"the mass must be positive and finite, not {mass!r}")
+    branch = stable_branch(equation_of_state, relativistic)
+
+    def excess(log_enthalpy: float) -> float:
+        enthalpy = min(max(math.exp(log_enthalpy), branch.lowest), branch.highest)
+        return structure(equation_of_state, enthalpy, relativistic, tolerance).mass / mass - 1
+
+    low, high = math.log(branch.lowest), math.log(branch.highest)
+    above, below = excess(high), excess(low)
+    if above < 0 or below > 0:
+        raise ValueError(
+            f"equation of state {equation_of_state.name}: stable stars have {mass * (1 + below):.6g} to "
+            f"{mass * (1 + above):.6g} solar masses, not {mass:.6g}"
+        )
+    enthalpy = math.exp(float(brentq(excess, low, high, xtol=1e-14, rtol=1e-14)))
+    return star(equation_of_state, central_enthalpy=enthalpy, relativistic=relativistic, tolerance=tolerance)
+
+
+@dataclass(frozen=True, eq=False)
+class Sequence:
+    """Stars of one equation of state by rising central density, with `stable` for each."""
+
+    stars: tuple[NeutronStar, ...] = field(repr=False)
+    stable: np.ndarray
+
+    def column(self, name: str) -> np.ndarray:
+        """The property `name` of every star, such as "mass" or "radius_km"."""
+        return np.array([getattr(one, name) for one in self.stars])
+
+
+def sequence(
+    equation_of_state: Barotrope,
+    central_rest_densities: Iterable[float] | None = None,
+    count: int = 40,
+    relativistic: bool = True,
+    tolerance: float = TOLERANCE,
+) -> Sequence:
+    """Return stars of the given central rest densities, or `count` of them over the stable branch.
+
+    Without densities they are spaced evenly in ln eta from a thousandth of the branch's highest eta (or its lowest).
+    """
+    branch = stable_branch(equation_of_state, relativistic)
+    if central_rest_densities is None:
+        enthalpies = np.geomspace(max(branch.lowest, 1e-3 * branch.highest), branch.highest, count).tolist()
+    else:
+        enthalpies = [equation_of_state.enthalpy_of("rest_density", value) for value in sorted(central_rest_densities)]
+    stars = tuple(
+        star(equation_of_state, central_enthalpy=value, relativistic=relativistic, tolerance=tolerance)
+        for value in enthalpies
+    )
+    slack = 1 + 1e-12
+    stable = [branch.lowest <= value * slack and value <= branch.highest * slack for value in enthalpies]
+    return Sequence(stars, np.array(stable))

@@ -1,0 +1,165 @@
+"""Cold equations of state from tables: monotone, with the first law of thermodynamics kept exactly between the rows.
+
+Rows give the pressure and either the energy density or the rest-mass density; the specific enthalpy eta of each row
+follows from the first law, d ln(1 + eta) = dP/(e + P) or d eta = dP/rho0, by quadrature of a monotone interpolant.
+Between rows ln P is the cubic of ln eta whose slopes are the table's own (dP/d eta = rho0), and rho0 and e are derived
+from it: a power law is reproduced exactly. Two rows of one pressure are a phase transition, where the density jumps.
+
+Sources: Swesty 1996, J. Comput. Phys. 127, 118 (consistency by construction); Fritsch & Carlson 1980, SIAM J. Numer.
+Anal. 17, 238 (monotone cubics). Tests: tests/unit/test_tabulated_equation.py.
+"""
+
+import math
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from scipy.interpolate import CubicSpline, PchipInterpolator
+
+from astroinertia.bodies.equations_of_state import Barotrope, PowerLaw
+
+_FEWEST_ROWS = 4
+_FINEST = 64  # knots a row: below this every interval must have its density rising
+_FIRST_LAW = 0.02  # allowed change of the table's rho0 over that from its own P and e
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+
+
+@dataclass(frozen=True, eq=False)
+class TablePiece:
+    """A smooth stretch of a table: knots in ln eta with ln P and its slope eta rho0/P."""
+
+    log_enthalpy: list[float] = field(repr=False)
+    log_pressure: list[float] = field(repr=False)
+    slope: list[float] = field(repr=False)
+
+    def _cubic(self, enthalpy: float) -> tuple[float, float, float]:
+        """P with the first and second derivative of ln P by ln eta."""
+        x = math.log(enthalpy)
+        cell = min(max(bisect_right(self.log_enthalpy, x) - 1, 0), len(self.log_enthalpy) - 2)
+        width = self.log_enthalpy[cell + 1] - self.log_enthalpy[cell]
+        s = (x - self.log_enthalpy[cell]) / width
+        rise = self.log_pressure[cell + 1] - self.log_pressure[cell]
+        left, right = self.slope[cell] * width, self.slope[cell + 1] * width
+        second, third = 3 * rise - 2 * left - right, left + right - 2 * rise
+        value = self.log_pressure[cell] + s * (left + s * (second + s * third))
+        slope = (left + s * (2 * second + 3 * s * third)) / width
+        return math.exp(value), slope, (2 * second + 6 * s * third) / width**2
+
+    def at(self, enthalpy: float) -> tuple[float, float]:
+        """Rest-mass density and pressure at eta."""
+        pressure, slope, _ = self._cubic(enthalpy)
+        return pressure * slope / enthalpy, pressure
+
+    def sound_speed_squared(self, enthalpy: float) -> float:
+        """Return dP/de at eta, in c^2."""
+        _, slope, bend = self._cubic(enthalpy)
+        return slope * enthalpy / ((1 + enthalpy) * (slope * (slope - 1) + bend))
+
+
+def _monotone(x: np.ndarray, y: np.ndarray):
+    """The cubic spline through the rows where that rises throughout, else the monotone cubic of Fritsch and Carlson."""
+    if len(x) >= _FEWEST_ROWS:
+        spline = CubicSpline(x, y)
+        fine = np.linspace(x[:-1], x[1:], 17).ravel(order="F")
+        if np.all(spline(fine, 1) > 0):
+            return spline
+    return PchipInterpolator(x, y)
+
+
+def _knots(log_pressure: np.ndarray, log_density: np.ndarray, by_energy: bool, start: float, parts: int):
+    """eta, rho0 and ln P at `parts` knots a row: the first law integrated from eta = start at the first row."""
+    curve = _monotone(log_pressure, log_density)
+    fine = np.concatenate(
+        [np.linspace(a, b, parts, endpoint=False) for a, b in pairwise(log_pressure)] + [log_pressure[-1:]]
+    )
+    half = np.diff(fine)[:, None] / 2
+    points = (fine[1:] + fine[:-1])[:, None] / 2 + half * _NODES
+    pressure, density = np.exp(points), np.exp(curve(points))
+    rise = np.sum(half * _WEIGHTS * pressure / (density + pressure if by_energy else density), axis=1)
+    at_knots = np.exp(curve(fine))
+    if by_energy:
+        eta = np.expm1(math.log1p(start) + np.concatenate([[0.0], np.cumsum(rise)]))
+        return eta, (at_knots + np.exp(fine)) / (1 + eta), fine
+    return start + np.concatenate([[0.0], np.cumsum(rise)]), at_knots, fine
+
+
+def _piece(log_pressure: np.ndarray, log_density: np.ndarray, by_energy: bool, start: float):
+    """The stretch from eta = start, and the eta at its end; knots are added until the density rises everywhere."""
+    parts = 1
+    while parts <= _FINEST:
+        eta, density, fine = _knots(log_pressure, log_density, by_energy, start, parts)
+        x, slope = np.log(eta), eta * density / np.exp(fine)
+        piece = TablePiece(x.tolist(), fine.tolist(), slope.tolist())
+        inside = np.exp(np.linspace(x[:-1], x[1:], 9)[1:-1].ravel())
+        found = np.array([piece._cubic(float(value))[1:] for value in inside])
+        if np.all(found[:, 0] > 1) and np.all(found[:, 0] * (found[:, 0] - 1) + found[:, 1] > 0):
+            return piece, float(eta[-1])
+        parts *= 2
+    raise ValueError("the table is too rough: no smooth curve with a rising density passes through its rows")
+
+
+def _rows(name: str, values, count: int) -> np.ndarray:
+    rows = np.asarray(values, dtype=float)
+    if rows.shape != (count,) or count < _FEWEST_ROWS:
+        raise ValueError(f"a table needs {_FEWEST_ROWS} or more whole rows, not {count} with {name} of {rows.shape}")
+    if not np.all(np.isfinite(rows) & (rows > 0)):
+        raise ValueError(f"every {name} of a table must be positive and finite")
+    wrong = np.flatnonzero(np.diff(rows) < 0)
+    if wrong.size:
+        raise ValueError(f"{name} must rise from row to row; it falls after row {wrong[0]}: {rows[wrong[0]]:.6g}, "
+                         f"then {rows[wrong[0] + 1]:.6g}")  # fmt: skip
+    return rows
+
+
+def tabulated(pressure, energy_density=None, rest_density=None, name: str = "table") -> Barotrope:
+    """The equation of state of a table: rows of pressure with energy density or rest-mass density, or both.
+
+    Arrays of one length, rising, in geometric units (G = c = Msun = 1). With both densities the energy density counts
+    and the rest-mass density is checked against the first law (to 2%, up to a constant factor: the mass of a baryon).
+    Below the first row the pressure falls to zero as a power law with the gamma of the first two rows; beyond the last
+    one the equation is not given. ValueError for tables that are not monotone, too short, or not those of matter.
+    Sound faster than light is allowed (`Barotrope.causal_up_to` tells).
+    """
+    if energy_density is None and rest_density is None:
+        raise ValueError("a table needs energy_density or rest_density beside the pressure")
+    by_energy = energy_density is not None
+    P = _rows("pressure", pressure, np.size(pressure))
+    density = (
+        _rows("energy_density", energy_density, len(P)) if by_energy else _rows("rest_density", rest_density, len(P))
+    )
+    still = np.flatnonzero(np.diff(density) == 0)
+    if still.size:
+        raise ValueError(f"rows {still[0]} and {still[0] + 1} of the table have the same density")
+
+    first = math.log(P[1] / P[0]) / math.log(density[1] / density[0]) if P[1] > P[0] else 0.0
+    if first <= 1:
+        raise ValueError(f"the table's first rows have gamma {first:.3g}: a surface of zero pressure needs one above 1")
+    index = 1 / (first - 1)
+    surface_density = density[0] - index * P[0] if by_energy else density[0]
+    start = (index + 1) * P[0] / surface_density
+    if surface_density <= 0:
+        raise ValueError("the table begins at too high a pressure for its density to end at a surface")
+    edges, pieces = [0.0, start], [PowerLaw(float(surface_density), float(start), 0.0, index)]
+    transitions = np.flatnonzero(np.diff(P) == 0)
+    if np.any(np.diff(transitions) == 1):
+        raise ValueError("a phase transition is two rows of the same pressure, not more")
+    for low, high in zip([0, *(transitions + 1)], [*(transitions + 1), len(P)], strict=True):
+        if high - low < 2:
+            raise ValueError("between two phase transitions a table needs two or more rows")
+        piece, end = _piece(np.log(P[low:high]), np.log(density[low:high]), by_energy, edges[-1])
+        pieces.append(piece)
+        edges.append(end)
+    equation = Barotrope(name, tuple(edges), tuple(pieces))
+    if by_energy and rest_density is not None:
+        _check_first_law(equation, P, _rows("rest_density", rest_density, len(P)))
+    return equation
+
+
+def _check_first_law(equation: Barotrope, pressure: np.ndarray, rest_density: np.ndarray) -> None:
+    distinct = np.concatenate([[True], np.diff(pressure) > 0])
+    eta = [equation.enthalpy_of("pressure", float(value)) for value in pressure[distinct][:-1]]
+    factor = rest_density[distinct][:-1] / equation.rest_density(eta)
+    spread = float(np.max(np.abs(factor / factor[0] - 1)))
+    if spread > _FIRST_LAW:
+        raise ValueError(f"the table's rest densities differ by {100 * spread:.2g}% from those of the first law")

@@ -1,0 +1,207 @@
+"""Structure of a non-rotating star of a cold equation of state, relativistic (TOV) or Newtonian, in the log-enthalpy.
+
+With h = ln((e + P)/rho0) falling from h_c to exactly 0 at the surface, and instead of r and m(r) the variables
+
+    U = r^2 e_c/h_c,   W = m/(r^3 e_c),   B = m_b/(r^3 e_c)   (e_c: central energy density, m_b: rest mass)
+
+every equation is regular and of order one from white dwarfs to the most compact star, since h_c itself is the strength
+of relativity (G = c = 1 below; primes are d/dln r; E = e/e_c, p = P/(e_c h_c)):
+
+    f = 1 - 2 h_c U W = 1 - 2m/r,   q = W + 4 pi h_c p,   -d(h/h_c)/dln r = U q/f,
+    U' = 2 U,   W' = 4 pi E - 3 W,   B' = 4 pi rho0/(e_c sqrt f) - 3 B.
+
+Newton's star is the same with h_c = 0 in f and q, and h the specific enthalpy. Piece by piece of the equation of state
+the independent variable is 1 - h/h_c in the inner half and the fourth root of h/h_c outside, so that breaks, jumps of
+density and the surface are met exactly and fractional powers of the depth are smooth. Perturbations are integrated in
+the same pass (slow_rotation.py).
+
+Sources: Lindblom 1992, ApJ 398, 569; Oppenheimer & Volkoff 1939, Phys. Rev. 55, 374. Tests: tests/unit/test_tov.py.
+"""
+
+import math
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from astroinertia.bodies.equations_of_state import Barotrope, Piece
+from astroinertia.errors import NumericalError
+
+TOLERANCE = 1e-11  # at the knee of tests/benchmarks/work_precision_tov.py
+_ABSOLUTE = 1e-3  # absolute tolerance over the relative one; everything integrated is of order one
+_START = 1e-5  # 1 - h/h_c of the first point: what the series drops changes the star by less than 1e-15
+_HANDOVER = 0.5  # h/h_c at which the fourth root takes over
+_ROOT = 4  # h/h_c = t^4: rho0 ~ h^n becomes t^(4 n)
+
+
+class Local(NamedTuple):
+    """What a perturbation needs to know of the star at one radius, scaled as above."""
+
+    depth: float  # 1 - h/h_c
+    relativity: float  # h_c, or 0 for Newton's star
+    U: float
+    W: float
+    E: float
+    p: float
+    f: float
+    q: float
+
+
+class Perturbation(Protocol):
+    """Equations that ride along: y' = dy/dln r, linear or not, regular at the centre."""
+
+    def start(self, here: Local) -> list[float]:
+        """Values near the centre."""
+        ...
+
+    def slopes(self, here: Local, values: list[float]) -> list[float]:
+        """dy/dln r."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """A star from the centre outwards, in geometric units (G = c = Msun = 1; without c for a Newtonian one).
+
+    Arrays hold the points that the integrator chose, the centre first and the surface last.
+    """
+
+    relativistic: bool
+    central_log_enthalpy: float  # of a Newtonian star: the specific enthalpy
+    central_rest_density: float
+    central_energy_density: float
+    central_pressure: float
+    mass: float
+    rest_mass: float
+    radius: float
+    compactness: float  # M/R
+    r: np.ndarray = field(repr=False)
+    enclosed_mass: np.ndarray = field(repr=False)
+    log_enthalpy: np.ndarray = field(repr=False)
+    scaled_surface: tuple[float, float] = field(repr=False)  # U and W
+    perturbation: tuple[float, ...] = field(repr=False)  # values at the surface
+
+    @property
+    def relativity(self) -> float:
+        """h_c of a relativistic star, 0 of a Newtonian one."""
+        return self.central_log_enthalpy if self.relativistic else 0.0
+
+    @property
+    def lapse(self) -> np.ndarray:
+        """exp(nu/2) = sqrt(-g_tt) at r, 1 throughout for a Newtonian star."""
+        if not self.relativistic:
+            return np.ones_like(self.r)
+        return math.sqrt(1 - 2 * self.compactness) * np.exp(-self.log_enthalpy)
+
+
+def _integrate(slope, start: float, end: float, values: list[float], tolerance: float):
+    solution = solve_ivp(slope, (start, end), values, method="DOP853", rtol=tolerance, atol=_ABSOLUTE * tolerance)
+    if not solution.success or not np.all(np.isfinite(solution.y[:, -1])):
+        raise NumericalError(f"the structure of the star could not be integrated: {solution.message}")
+    return solution.t, solution.y
+
+
+def structure(
+    equation_of_state: Barotrope,
+    central_enthalpy: float,
+    relativistic: bool = True,
+    tolerance: float = TOLERANCE,
+    perturbation: Perturbation | None = None,
+) -> Structure:
+    """Return the star whose centre has the specific enthalpy eta = (e + P)/rho0 - 1.
+
+    tolerance is the relative one of each step (DOP853). ValueError where the equation of state does not cover the
+    centre; NumericalError where the integration fails.
+    """
+    if not (math.isfinite(central_enthalpy) and central_enthalpy > 0):
+        raise ValueError(f"the central enthalpy must be positive and finite, not {central_enthalpy!r}")
+    if not 3e-14 <= tolerance <= 1e-3:
+        raise ValueError(f"the tolerance must lie between 3e-14 and 1e-3, not {tolerance!r}")
+    innermost = equation_of_state.piece_at(central_enthalpy)
+    rest_density, pressure = innermost.at(central_enthalpy)
+    h_c = math.log1p(central_enthalpy) if relativistic else central_enthalpy
+    e_c = rest_density * (1 + central_enthalpy) - pressure if relativistic else rest_density
+    eps = h_c if relativistic else 0.0
+
+    def local(piece: Piece, fraction: float, U: float, W: float) -> tuple[Local, float]:
+        eta = math.expm1(h_c * fraction) if relativistic else h_c * fraction
+        density, pressure = piece.at(eta)
+        energy = density * (1 + eta) - pressure if relativistic else density
+        p = pressure / (e_c * h_c)
+        here = Local(1 - fraction, eps, U, W, energy / e_c, p, 1 - 2 * eps * U * W, W + 4 * math.pi * eps * p)
+        return here, density / e_c
+
+    def slopes(piece: Piece, fraction: float, values: np.ndarray) -> list[float]:
+        """Derivatives by the depth 1 - h/h_c."""
+        U, W, B, *rest = values.tolist()
+        here, density = local(piece, fraction, U, W)
+        if here.f <= 0:
+            raise NumericalError("the star has a horizon: the equation of state or its units cannot be right")
+        rate = here.f / (here.q * U)
+        whole = [
+            2 * U * rate,
+            (4 * math.pi * here.E - 3 * W) * rate,
+            (4 * math.pi * density / math.sqrt(here.f) - 3 * B) * rate,
+        ]
+        if perturbation is not None:
+            whole += [rate * value for value in perturbation.slopes(here, rest)]
+        return whole
+
+    inside = [edge for edge in equation_of_state.edges[1:] if edge < central_enthalpy]
+    breaks = [(math.log1p(edge) if relativistic else edge) / h_c for edge in inside]
+    fractions = [1.0, *breaks[::-1], 0.0]  # of h_c, from the centre to the surface
+    pieces = equation_of_state.pieces[: len(inside) + 1][::-1]
+
+    # The series at the centre: densities are linear in r^2 there, so that their means lie 3/5 of the way.
+    depth = min(_START, 0.5 * (1 - fractions[1]))
+    density = rest_density / e_c
+    centre, _ = local(innermost, 1.0, 0.0, 4 * math.pi / 3)
+    there, density_there = local(innermost, 1 - depth, 0.0, 4 * math.pi / 3)
+    W = 4 * math.pi / 3 * (centre.E + 0.6 * (there.E - centre.E))
+    B = 4 * math.pi / 3 * (density + 0.6 * (density_there - density))
+    here, _ = local(innermost, 1 - depth, 2 * depth / centre.q, W)
+    values = [here.U, W, B]
+    if perturbation is not None:
+        values += perturbation.start(here)
+
+    trail = [(np.array([1 - depth]), np.array(values)[:, None])]
+    for piece, (high, low) in zip(pieces, pairwise(fractions), strict=True):
+        if high > _HANDOVER:
+            start, end = max(1 - high, depth), 1 - max(low, _HANDOVER)
+            depths, states = _integrate(
+                lambda s, y, piece=piece: slopes(piece, 1 - s, y), start, end, values, tolerance
+            )
+            trail.append((1 - depths[1:], states[:, 1:]))
+            values = states[:, -1]
+        if low < _HANDOVER:
+
+            def outwards(t, y, piece=piece):
+                return [-_ROOT * t ** (_ROOT - 1) * value for value in slopes(piece, t**_ROOT, y)]
+
+            start, end = min(high, _HANDOVER) ** (1 / _ROOT), low ** (1 / _ROOT)
+            roots, states = _integrate(outwards, start, end, values, tolerance)
+            trail.append((roots[1:] ** _ROOT, states[:, 1:]))
+            values = states[:, -1]
+
+    fraction = np.concatenate([[1.0], *(part for part, _ in trail)])
+    U, W, B = np.concatenate([[[0.0], [4 * math.pi / 3], [0.0]], *(part[:3] for _, part in trail)], axis=1)
+    r = np.sqrt(U * h_c / e_c)
+    compactness = float(h_c * U[-1] * W[-1])
+    return Structure(
+        relativistic=relativistic,
+        central_log_enthalpy=h_c,
+        central_rest_density=rest_density,
+        central_energy_density=e_c,
+        central_pressure=pressure,
+        mass=float(W[-1] * e_c * r[-1] ** 3),
+        rest_mass=float(B[-1] * e_c * r[-1] ** 3),
+        radius=float(r[-1]),
+        compactness=compactness,
+        r=r,
+        enclosed_mass=W * e_c * r**3,
+        log_enthalpy=fraction * h_c,
+        scaled_surface=(float(U[-1]), float(W[-1])),
+        perturbation=tuple(float(value) for value in values[3:]),
+    )
