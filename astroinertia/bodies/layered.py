@@ -127,6 +127,7 @@ class LayeredBody:
 
 
 _FOUR_PI = 4 * math.pi
+_SURFACE = 1e-12  # round-off of a density that vanishes at the surface, as a share of the greatest
 
 
 def _powers(x: Array, terms: int) -> Array:
@@ -206,6 +207,7 @@ def _checked(radii: Array, coefficients: Array, gravitational_constant: Array) -
         x = radii / radii[-1]
         depth = np.concatenate([[0.0], x[:-1]])[:, None] + np.diff(x, prepend=0.0)[:, None] * np.linspace(0, 1, 33)
         rho = np.stack([np.polyval(c[::-1], each) for c, each in zip(coefficients, depth, strict=True)])
+        rho[-1, -1] += _SURFACE * rho.max()  # at the surface itself it may vanish
         if not (np.isfinite(rho).all() and (rho > 0).all()):
             raise ValueError("the density must be positive in every layer: an empty one has no level surfaces")
     return LayeredBody(radii, coefficients, gravitational_constant)
