@@ -19,7 +19,7 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from astroinertia.bodies.tables import data_path
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGHT
@@ -28,6 +28,7 @@ SOLAR_LENGTH = GRAVITATIONAL_CONSTANT * SOLAR_MASS / SPEED_OF_LIGHT**2  # m; 1.4
 SOLAR_TIME = SOLAR_LENGTH / SPEED_OF_LIGHT  # s
 _SOLAR_DENSITY = SOLAR_MASS / SOLAR_LENGTH**3  # kg m-3
 
+_ROUNDING = 1e-13  # a value this close to that at an edge is the edge
 _CGS_DENSITY = 1e3  # kg m-3 in one g cm-3
 _CGS_PRESSURE = 0.1  # Pa in one dyn cm-2
 
@@ -173,14 +174,17 @@ class Barotrope:
                     high *= 4
                     if high > 1e12:
                         raise ValueError(f"equation of state {self.name}: it never reaches a {quantity} of {value:.6g}")
-            if excess(high, piece) >= 0:
-                if excess(low, piece) > 1e-13:
+            if excess(high, piece) >= -_ROUNDING:
+                if excess(low, piece) > _ROUNDING:
                     raise ValueError(
                         f"equation of state {self.name}: a {quantity} of {value:.6g} lies inside a jump of density"
                     )
                 if excess(low, piece) >= 0:
                     return low
-                return float(brentq(excess, low, high, args=(piece,), xtol=1e-300, rtol=8.9e-16, maxiter=500))
+                if excess(high, piece) <= 0:
+                    return high
+                found = root_scalar(excess, (piece,), "brentq", (low, high), xtol=1e-300, rtol=8.9e-16, maxiter=500)
+                return found.root
         raise ValueError(
             f"equation of state {self.name}: a {quantity} of {value:.6g} lies above the largest that it covers, "
             f"{value * (1 + excess(self.edges[-1], self.pieces[-1])):.6g}"

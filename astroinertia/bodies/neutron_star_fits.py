@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from astroinertia.bodies.equations_of_state import SOLAR_LENGTH
-from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS
+from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 # Neutron stars of realistic equations of state, taken here as the range of the fits by compactness.
 LATTIMER_SCHUTZ_RANGE = (0.07 * SOLAR_LENGTH / 1e3, 0.32)  # from 0.07 Msun/km
@@ -122,8 +122,3 @@ def shedding_frequency(mass, radius_km, source: str = "haensel_2009") -> np.ndar
         raise ValueError(f"there is no limit {source!r}; there are {', '.join(KEPLER_FACTORS)}")
     radius = np.asarray(radius_km, dtype=float)
     return 1e3 * KEPLER_FACTORS[source] * np.sqrt(np.asarray(mass, dtype=float)) * (10 / radius) ** 1.5
-
-
-def solar_masses(mass_kg) -> np.ndarray:
-    """Mass in solar masses (IAU 2015 nominal G Msun over CODATA 2018 G) from one in kg."""
-    return np.asarray(mass_kg, dtype=float) / SOLAR_MASS

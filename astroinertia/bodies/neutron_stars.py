@@ -13,15 +13,15 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import fminbound, root_scalar
 
 from astroinertia.bodies.equations_of_state import SOLAR_LENGTH, Barotrope
 from astroinertia.bodies.slow_rotation import Equations, SlowRotation, slow_rotation
 from astroinertia.bodies.tov import TOLERANCE, Structure, structure
-from astroinertia.errors import NumericalError
 from astroinertia.units import SOLAR_MASS
 
 _SCAN_TOLERANCE = 1e-7
+_TURNING_POINT = 1e-7  # in ln eta: the mass is flat there, to a part in 1e13
 _SCAN_FROM, _SCAN_TO, _SCAN_PER_DECADE = 1e-8, 30.0, 8  # central eta: from cold gas to far beyond every maximum
 
 
@@ -179,7 +179,8 @@ class StableBranch:
 def stable_branch(equation_of_state: Barotrope, relativistic: bool = True) -> StableBranch:
     """Return the stretch of rising mass that ends at the heaviest star (stable, by the turning-point theorem).
 
-    ValueError where the mass falls with central density throughout (gamma below 4/3).
+    The heaviest is sought on a grid of eight stars a decade of central eta. ValueError where the mass does not rise
+    with central density (gamma of 4/3 and below).
     Source: Harrison, Thorne, Wakano & Wheeler 1965, Gravitation Theory and Gravitational Collapse, ch. 7.
     """
     end = min(_SCAN_TO, equation_of_state.largest_enthalpy)
@@ -192,25 +193,19 @@ def stable_branch(equation_of_state: Barotrope, relativistic: bool = True) -> St
 
     masses = np.array([mass(float(x), _SCAN_TOLERANCE) for x in logs])
     top = int(np.argmax(masses))
-    if top == 0:
-        raise ValueError(f"equation of state {equation_of_state.name}: no stable star, its mass falls with density")
+    if masses[top] < masses[0] * (1 + 100 * _SCAN_TOLERANCE):
+        raise ValueError(
+            f"equation of state {equation_of_state.name}: no stable star, its mass does not rise with density"
+        )
     bottom = top
     while bottom > 0 and masses[bottom - 1] < masses[bottom]:
         bottom -= 1
-    highest, turning = float(logs[top]), False
+    lowest, highest = float(logs[bottom]), float(logs[top])
     if top < count:
-        found = minimize_scalar(
-            lambda x: -mass(x), bounds=(logs[top - 1], logs[top + 1]), method="bounded", options={"xatol": 1e-7}
-        )
-        if not found.success:
-            raise NumericalError("the maximum of the mass was not found")
-        highest, turning = float(found.x), True
-    lowest = float(logs[bottom])
+        highest = float(fminbound(lambda x: -mass(float(x)), logs[top - 1], logs[top + 1], xtol=_TURNING_POINT))
     if bottom > 0:
-        found = minimize_scalar(
-            mass, bounds=(logs[bottom - 1], logs[bottom + 1]), method="bounded", options={"xatol": 1e-7}
-        )
-        lowest = float(found.x)
+        lowest = float(fminbound(lambda x: mass(float(x)), logs[bottom - 1], logs[bottom + 1], xtol=_TURNING_POINT))
+    turning = top < count
     return StableBranch(math.exp(lowest), min(math.exp(highest), end), turning)
 
 
@@ -250,7 +245,7 @@ def star_of_mass(
             f"equation of state {equation_of_state.name}: stable stars have {mass * (1 + below):.6g} to "
             f"{mass * (1 + above):.6g} solar masses, not {mass:.6g}"
         )
-    enthalpy = math.exp(float(brentq(excess, low, high, xtol=1e-14, rtol=1e-14)))
+    enthalpy = math.exp(root_scalar(excess, bracket=(low, high), method="brentq", xtol=1e-14, rtol=1e-14).root)
     return star(equation_of_state, central_enthalpy=enthalpy, relativistic=relativistic, tolerance=tolerance)
 
 

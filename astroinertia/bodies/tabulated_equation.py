@@ -17,10 +17,11 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from astroinertia.bodies.equations_of_state import Barotrope, PowerLaw
+from astroinertia.bodies.equations_of_state import Barotrope, Piece, PowerLaw
 
 _FEWEST_ROWS = 4
-_FINEST = 64  # knots a row: below this every interval must have its density rising
+_FIRST = 16  # knots a row: stars of two rows a decade keep a power law to 1e-8
+_FINEST = 128  # by then the density must rise throughout
 _FIRST_LAW = 0.02  # allowed change of the table's rho0 over that from its own P and e
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
@@ -86,7 +87,7 @@ def _knots(log_pressure: np.ndarray, log_density: np.ndarray, by_energy: bool, s
 
 def _piece(log_pressure: np.ndarray, log_density: np.ndarray, by_energy: bool, start: float):
     """The stretch from eta = start, and the eta at its end; knots are added until the density rises everywhere."""
-    parts = 1
+    parts = _FIRST
     while parts <= _FINEST:
         eta, density, fine = _knots(log_pressure, log_density, by_energy, start, parts)
         x, slope = np.log(eta), eta * density / np.exp(fine)
@@ -140,7 +141,8 @@ def tabulated(pressure, energy_density=None, rest_density=None, name: str = "tab
     start = (index + 1) * P[0] / surface_density
     if surface_density <= 0:
         raise ValueError("the table begins at too high a pressure for its density to end at a surface")
-    edges, pieces = [0.0, start], [PowerLaw(float(surface_density), float(start), 0.0, index)]
+    edges = [0.0, start]
+    pieces: list[Piece] = [PowerLaw(float(surface_density), float(start), 0.0, index)]
     transitions = np.flatnonzero(np.diff(P) == 0)
     if np.any(np.diff(transitions) == 1):
         raise ValueError("a phase transition is two rows of the same pressure, not more")

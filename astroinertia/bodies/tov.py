@@ -31,7 +31,7 @@ from astroinertia.errors import NumericalError
 
 TOLERANCE = 1e-11  # at the knee of tests/benchmarks/work_precision_tov.py
 _ABSOLUTE = 1e-3  # absolute tolerance over the relative one; everything integrated is of order one
-_START = 1e-5  # 1 - h/h_c of the first point: what the series drops changes the star by less than 1e-15
+_START = 1e-5  # 1 - h/h_c of the first point: what the series drops changes the star by less than 1e-14
 _HANDOVER = 0.5  # h/h_c at which the fourth root takes over
 _ROOT = 4  # h/h_c = t^4: rho0 ~ h^n becomes t^(4 n)
 
@@ -160,8 +160,9 @@ def structure(
     centre, _ = local(innermost, 1.0, 0.0, 4 * math.pi / 3)
     there, density_there = local(innermost, 1 - depth, 0.0, 4 * math.pi / 3)
     W = 4 * math.pi / 3 * (centre.E + 0.6 * (there.E - centre.E))
-    B = 4 * math.pi / 3 * (density + 0.6 * (density_there - density))
     here, _ = local(innermost, 1 - depth, 2 * depth / centre.q, W)
+    here, _ = local(innermost, 1 - depth, depth * (1 / centre.q + here.f / here.q), W)
+    B = 4 * math.pi / 3 * (density + 0.6 * (density_there / math.sqrt(here.f) - density))
     values = [here.U, W, B]
     if perturbation is not None:
         values += perturbation.start(here)
