@@ -1,16 +1,20 @@
 """The Preliminary Reference Earth Model (PREM) of Dziewonski & Anderson 1981, from data/prem.csv.
 
-Tests: tests/unit/test_layered.py (mass and moment of inertia), tests/unit/test_clairaut.py (flattening).
+Tests: tests/unit/test_layered.py (mass and moment of inertia), tests/unit/test_clairaut.py (flattening to first order),
+tests/unit/test_figures.py (in full).
 """
 
 import csv
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
+from astroinertia.bodies.figures import RotatingFigure, figure_of_density
 from astroinertia.bodies.layered import LayeredBody, polynomial_layers
 from astroinertia.bodies.tables import data_path
 from astroinertia.units import GRAVITATIONAL_CONSTANT
+
+EARTH_ROTATION_RATE = 7.292115e-5  # rad/s, nominal mean (Groten 2004, J. Geodesy 77, 724)
 
 
 @lru_cache(maxsize=1)
@@ -32,3 +36,27 @@ def prem(gravitational_constant: float = GRAVITATIONAL_CONSTANT) -> LayeredBody:
     radii = np.array([float(row["outer_radius_km"]) for row in _rows()]) * 1e3
     coefficients = [[1e3 * float(row[f"a{k}"]) for k in range(4)] for row in _rows()]
     return polynomial_layers(radii, coefficients, gravitational_constant)
+
+
+def _polynomial(coefficients: np.ndarray, scale: float, r: np.ndarray) -> np.ndarray:
+    return np.polynomial.polynomial.polyval(r / scale, coefficients)
+
+
+def prem_figure(
+    angular_velocity: float = EARTH_ROTATION_RATE, gravitational_constant: float = GRAVITATIONAL_CONSTANT, **accuracy
+) -> RotatingFigure:
+    """The hydrostatic figure of PREM to all orders, in SI: 1/f = 299.779, J2 = 1.07177e-3 at the Earth's rate.
+
+    PREM's density is that of the level surfaces by mean radius. accuracy: harmonics, nodes and accuracy of
+    `figures.figure_of_density`. Checked by tests/unit/test_figures.py.
+    """
+    body = prem(gravitational_constant)
+    radii = np.asarray(body.outer_radii)
+    densities = [partial(_polynomial, np.asarray(layer), radii[-1]) for layer in body.coefficients]
+    return figure_of_density(
+        radii.tolist(),
+        densities,
+        angular_velocity=angular_velocity,
+        gravitational_constant=gravitational_constant,
+        **accuracy,
+    )

@@ -1,0 +1,148 @@
+"""Laws between pressure and density for figures of equilibrium, in terms of the enthalpy e = int dP/rho.
+
+A law has density(enthalpy), pressure(enthalpy), enthalpy(pressure), all increasing, and `surface_index`: where the
+pressure is zero, the density vanishes as e^surface_index (0: it is finite there). Any consistent units.
+Tests: tests/unit/test_figures.py.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+
+class Barotrope(Protocol):
+    """What a figure needs to know of a material."""
+
+    @property
+    def surface_index(self) -> float:
+        """The power of the enthalpy with which the density vanishes at zero pressure."""
+        ...
+
+    def density(self, enthalpy) -> np.ndarray:
+        """Density at an enthalpy of 0 or more."""
+        ...
+
+    def pressure(self, enthalpy) -> np.ndarray:
+        """Pressure at an enthalpy of 0 or more."""
+        ...
+
+    def enthalpy(self, pressure) -> np.ndarray:
+        """Enthalpy at a pressure of 0 or more."""
+        ...
+
+
+@dataclass(frozen=True)
+class PolytropicLaw:
+    """P = K rho^(1 + 1/n) with index n > 0: e = (n + 1) K rho^(1/n)."""
+
+    index: float
+    constant: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (self.index > 0 and self.constant > 0):
+            raise ValueError("a polytropic law needs an index and a constant above zero")
+
+    @property
+    def surface_index(self) -> float:
+        """n."""
+        return self.index
+
+    def density(self, enthalpy) -> np.ndarray:
+        """(e/((n + 1) K))^n."""
+        return (np.asarray(enthalpy) / ((self.index + 1) * self.constant)) ** self.index
+
+    def pressure(self, enthalpy) -> np.ndarray:
+        """Rho e/(n + 1)."""
+        return self.density(enthalpy) * enthalpy / (self.index + 1)
+
+    def enthalpy(self, pressure) -> np.ndarray:
+        """(n + 1) K^(n/(n + 1)) P^(1/(n + 1))."""
+        n = self.index
+        return (n + 1) * (self.constant**n * np.asarray(pressure)) ** (1 / (n + 1))
+
+
+@dataclass(frozen=True)
+class Incompressible:
+    """One density at any pressure: e = P/rho."""
+
+    value: float
+
+    def __post_init__(self) -> None:
+        if not self.value > 0:
+            raise ValueError("a density must be above zero")
+
+    @property
+    def surface_index(self) -> float:
+        """0."""
+        return 0.0
+
+    def density(self, enthalpy) -> np.ndarray:
+        """The density."""
+        return np.full_like(np.asarray(enthalpy, dtype=float), self.value)
+
+    def pressure(self, enthalpy) -> np.ndarray:
+        """Rho e."""
+        return self.value * np.asarray(enthalpy)
+
+    def enthalpy(self, pressure) -> np.ndarray:
+        """P/rho."""
+        return np.asarray(pressure) / self.value
+
+
+@dataclass(frozen=True, eq=False)
+class CondensedLaw:
+    """A solid or liquid with a smooth P(rho), zero at `zero_density` > 0, up to `largest_density`.
+
+    The enthalpy P/rho + int P/rho^2 drho is integrated from a Chebyshev series of `terms` terms, and inverted by
+    Newton's method. Densities beyond the largest are refused with ValueError.
+    """
+
+    pressure_of_density: Callable
+    zero_density: float
+    largest_density: float
+    terms: int = 64
+    _energy: chebyshev.Chebyshev = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not 0 < self.zero_density < self.largest_density:
+            raise ValueError("a condensed law needs 0 < zero_density < largest_density")
+        domain = [self.zero_density, self.largest_density]
+        slope = chebyshev.Chebyshev.interpolate(
+            lambda rho: np.asarray(self.pressure_of_density(rho)) / rho**2, self.terms, domain
+        )
+        object.__setattr__(self, "_energy", slope.integ(lbnd=self.zero_density))
+
+    @property
+    def surface_index(self) -> float:
+        """0."""
+        return 0.0
+
+    def _enthalpy_of_density(self, density):
+        return np.asarray(self.pressure_of_density(density)) / density + self._energy(density)
+
+    def _density_where(self, function: Callable, value) -> np.ndarray:
+        """Bisection to round-off: the functions increase with density."""
+        value = np.asarray(value, dtype=float)
+        if np.any(value > function(np.asarray(self.largest_density))):
+            raise ValueError(f"the pressure is beyond that of the largest density {self.largest_density:g} of the law")
+        low, high = np.full_like(value, self.zero_density), np.full_like(value, self.largest_density)
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            below = function(middle) < value
+            low, high = np.where(below, middle, low), np.where(below, high, middle)
+        return 0.5 * (low + high)
+
+    def density(self, enthalpy) -> np.ndarray:
+        """Density at an enthalpy."""
+        return self._density_where(self._enthalpy_of_density, enthalpy)
+
+    def pressure(self, enthalpy) -> np.ndarray:
+        """Pressure at an enthalpy."""
+        return np.asarray(self.pressure_of_density(self.density(enthalpy)))
+
+    def enthalpy(self, pressure) -> np.ndarray:
+        """Enthalpy at a pressure."""
+        return self._enthalpy_of_density(self._density_where(self.pressure_of_density, pressure))
