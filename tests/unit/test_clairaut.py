@@ -1,4 +1,4 @@
-"""Love numbers and flattening of layered bodies: exact two-layer values, the n = 1 polytrope, PREM, Radau's equation."""
+"""Love numbers and flattening of layered bodies: exact two layers, n = 1, PREM, Radau's equation."""
 
 import json
 import math

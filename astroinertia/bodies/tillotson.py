@@ -1,0 +1,111 @@
+"""Tillotson's equation of state, with its parameters for rocks, iron and ice.
+
+Sources: Tillotson 1962, General Atomic report GA-3216; Melosh 1989, Impact Cratering, app. II; Benz & Asphaug 1999,
+Icarus 142, 5. Tests: tests/unit/test_materials.py.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from astroinertia.bodies.materials import inverted
+
+Array = Any
+
+_NODES = 20  # of the collocation of the cold curve
+_PICARD = 24  # iterations: each gains a factor (order times the logarithm of the compression) over its number
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Tillotson:
+    """Pressure from density and energy; as a cold material, on the isentrope from the reference density at no energy.
+
+    With eta = rho/rho_0 and mu = eta - 1, compressed or cold: P = (a + b/(E/(E_0 eta^2) + 1)) rho E + A mu + B mu^2;
+    expanded and above the energy of complete vaporisation: P = a rho E + (b rho E/(E/(E_0 eta^2) + 1) + A mu
+    exp(-beta (1/eta - 1))) exp(-alpha (1/eta - 1)^2); between, linear in E. SI. Source: Melosh 1989, eqs. AII.3 to 5.
+    """
+
+    reference_density: Array
+    a: Array
+    b: Array
+    linear: Array  # A
+    quadratic: Array  # B
+    energy_scale: Array  # E_0
+    incipient_vaporisation: Array
+    complete_vaporisation: Array
+    alpha: Array
+    beta: Array
+
+    @property
+    def bulk_modulus(self) -> Array:
+        """K = A at the reference state."""
+        return self.linear
+
+    @property
+    def derivative(self) -> Array:
+        """K' = 1 + 2 B/A + a + b of the cold curve at the reference state."""
+        return 1 + 2 * self.quadratic / self.linear + self.a + self.b
+
+    def pressure_at(self, density: Array, energy: Array) -> Array:
+        """Pressure at a density and an energy a mass, any regime, any shape."""
+        eta = density / self.reference_density
+        mu = eta - 1
+        thermal = self.b * density * energy / (energy / (self.energy_scale * eta**2) + 1)
+        condensed = self.a * density * energy + thermal + self.linear * mu + self.quadratic * mu**2
+        stretch = jnp.maximum(1 / eta - 1, 0.0)
+        cold_part = self.linear * mu * jnp.exp(-self.beta * stretch)
+        vapour = self.a * density * energy + (thermal + cold_part) * jnp.exp(-self.alpha * stretch**2)
+        share = (energy - self.incipient_vaporisation) / (self.complete_vaporisation - self.incipient_vaporisation)
+        share = jnp.where(eta < 1, jnp.clip(share, 0.0, 1.0), 0.0)
+        return share * vapour + (1 - share) * condensed
+
+    def energy(self, density: Array) -> Array:
+        """The energy of the cold curve, dE/d rho = P(rho, E)/rho^2 with E = 0 at the reference density.
+
+        Picard's iteration of its collocation in ln rho, which converges like a factorial.
+        """
+        nodes, to_nodes, to_end = _integrals()
+        width = jnp.log(jnp.asarray(density, dtype=float) / self.reference_density)[..., None]
+        rho = self.reference_density * jnp.exp(width * nodes)
+
+        def slope(energy: Array) -> Array:
+            return width * self.pressure_at(rho, energy) / rho
+
+        def better(energy: Array, _: None) -> tuple[Array, None]:
+            return slope(energy) @ to_nodes, None
+
+        energy, _ = jax.lax.scan(better, jnp.zeros_like(rho), length=_PICARD)
+        return slope(energy) @ to_end
+
+    def pressure(self, density: Array) -> Array:
+        """Pressure of the cold curve."""
+        return self.pressure_at(density, self.energy(density))
+
+    def density(self, pressure: Array) -> Array:
+        """Density at a pressure on the cold curve, by Newton's method."""
+        return inverted(self, pressure)
+
+
+@lru_cache(maxsize=1)
+def _integrals() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Gauss's nodes on (0, 1), the matrix of integrals from 0 to each, and the weights of the whole."""
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    legendre = np.polynomial.legendre.Legendre
+    to_values = np.linalg.inv(np.polynomial.legendre.legvander(nodes, _NODES - 1))
+    rising = np.stack([legendre.basis(k).integ(lbnd=-1)(nodes) for k in range(_NODES)])
+    return (nodes + 1) / 2, (rising.T @ to_values / 2).T, weights / 2
+
+
+GRANITE = Tillotson(2680.0, 0.5, 1.3, 18.0e9, 18.0e9, 16.0e6, 3.5e6, 18.0e6, 5.0, 5.0)
+"""Melosh 1989, table AII.3."""
+BASALT = Tillotson(2700.0, 0.5, 1.5, 26.7e9, 26.7e9, 487.0e6, 4.72e6, 18.2e6, 5.0, 5.0)
+"""Benz & Asphaug 1999, table II."""
+IRON = Tillotson(7800.0, 0.5, 1.5, 128.0e9, 105.0e9, 9.5e6, 2.4e6, 8.67e6, 5.0, 5.0)
+"""Melosh 1989, table AII.3."""
+ICE = Tillotson(917.0, 0.3, 0.1, 9.47e9, 9.47e9, 10.0e6, 0.773e6, 3.04e6, 10.0, 5.0)
+"""Benz & Asphaug 1999, table II."""
