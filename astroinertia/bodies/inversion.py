@@ -1,0 +1,247 @@
+"""Interiors from what is measured: mean density, moment ratio and one density or radius fix two constant layers.
+
+With x = r_core/R, the mean density s and k = I/(M R^2) (mean radius), mass and moment say
+
+    s = rho_m + (rho_c - rho_m) x^3,        (5/2) k s = rho_m + (rho_c - rho_m) x^5.
+
+Exact where a body exists; where none does, the error says what forbids it. Errors propagate by the exact jacobian.
+Source: elementary; Sohl & Schubert 2015, Treatise on Geophysics 10.02, sec. 2. Tests: tests/unit/test_inversion.py.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from astroinertia.bodies.double_precision import double_precision
+from astroinertia.bodies.layered import LayeredBody, constant_layers
+from astroinertia.inertia.tensor import is_known
+
+Array = Any
+
+_HOMOGENEOUS = 0.4  # I/(M R^2) of a homogeneous sphere
+_NEWTON_STEPS = 60
+_GIVEN = ("mantle_density", "core_density", "core_radius_ratio")
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class TwoLayers:
+    """A core and a mantle of constant density: core_radius_ratio r_core/R and the two densities; a JAX pytree."""
+
+    core_radius_ratio: Array
+    core_density: Array
+    mantle_density: Array
+
+    @property
+    def core_mass_fraction(self) -> Array:
+        """Mass of the core over that of the body."""
+        core = self.core_density * self.core_radius_ratio**3
+        return core / (core + self.mantle_density * (1 - self.core_radius_ratio**3))
+
+    def body(self, mean_radius: Array = 1.0, gravitational_constant: Array = 1.0) -> LayeredBody:
+        """The layered body of this structure (of scalars) with a mean radius."""
+        xp = np if all(is_known(each) for each in jax.tree.leaves((self, mean_radius))) else jnp
+        radii = xp.stack([self.core_radius_ratio * mean_radius, xp.asarray(mean_radius, dtype=float)])
+        densities = xp.stack([xp.asarray(self.core_density), xp.asarray(self.mantle_density)])
+        return constant_layers(radii, densities, gravitational_constant)
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class TwoLayersWithErrors:
+    """The structure, and the covariance (3, 3) of (core_radius_ratio, core_density, mantle_density)."""
+
+    structure: TwoLayers
+    covariance: Array
+
+    @property
+    def standard_errors(self) -> TwoLayers:
+        """The standard error of each number of the structure."""
+        return TwoLayers(*np.sqrt(np.diag(self.covariance)))
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class ThreeLayers:
+    """A family of bodies of core, mantle and shell, all arrays of one shape: a curve through the bodies that fit.
+
+    core_radius_ratio and shell_boundary_ratio are radii over R; NaN where no such body exists. A JAX pytree.
+    """
+
+    core_radius_ratio: Array
+    shell_boundary_ratio: Array
+    core_density: Array
+    mantle_density: Array
+    shell_density: Array
+
+
+def two_layers(
+    mean_density: Array,
+    moment_ratio: Array,
+    *,
+    mantle_density: Array | None = None,
+    core_density: Array | None = None,
+    core_radius_ratio: Array | None = None,
+) -> TwoLayers:
+    """The two-layer body of a mean density and I/(M R^2) (mean radius R), with one more number of it given; scalars.
+
+    Exactly one of the last three is given; the body is unique. ValueError where there is none, with the reason. A core
+    lighter than its mantle (moment ratio above 0.4) is found, too. Within a JAX transformation nothing is refused: a
+    body that cannot be has a NaN or a negative density. Source: the module's equations. Checked by
+    tests/unit/test_inversion.py.
+    """
+    name, given = _the_given(mantle_density, core_density, core_radius_ratio)
+    found = _solved(mean_density, moment_ratio, given, name)
+    if all(is_known(each) for each in (mean_density, moment_ratio, given)):
+        _refuse_the_impossible(float(mean_density), float(moment_ratio), name, float(given), found)
+    return found
+
+
+def two_layers_with_errors(
+    mean_density: float,
+    moment_ratio: float,
+    errors: Array,
+    *,
+    mantle_density: float | None = None,
+    core_density: float | None = None,
+    core_radius_ratio: float | None = None,
+) -> TwoLayersWithErrors:
+    """The same with its covariance, from the errors of (mean density, moment ratio, the given number).
+
+    errors: three standard errors, or a covariance (3, 3). Linear in the errors, by the exact jacobian: near the limits
+    of what exists, sample instead. ValueError as for `two_layers`. Checked by tests/unit/test_inversion.py.
+    """
+    name, given = _the_given(mantle_density, core_density, core_radius_ratio)
+    structure = two_layers(mean_density, moment_ratio, **{name: given})
+    errors = np.asarray(errors, dtype=float)
+    covariance = np.diag(errors**2) if errors.ndim == 1 else errors
+    if covariance.shape != (3, 3) or not (np.linalg.eigvalsh(covariance) >= -1e-12 * np.abs(covariance).max()).all():
+        raise ValueError("errors must be three standard errors or a covariance (3, 3) that is positive")
+    with jax.enable_x64(True):
+
+        def parameters(measured: Array) -> Array:
+            return jnp.stack(jax.tree.leaves(_solved(measured[0], measured[1], measured[2], name)))
+
+        jacobian = np.asarray(jax.jacfwd(parameters)(jnp.array([mean_density, moment_ratio, given], dtype=float)))
+    return TwoLayersWithErrors(structure, jacobian @ covariance @ jacobian.T)
+
+
+def three_layer_family(
+    mean_density: float,
+    moment_ratio: float,
+    shell_density: float,
+    shell_boundary_ratio: Array,
+    *,
+    mantle_density: float | None = None,
+    core_density: float | None = None,
+    core_radius_ratio: float | None = None,
+) -> ThreeLayers:
+    """The bodies of core, mantle and shell that fit, one for each inner radius of the shell over R (any shape).
+
+    The shell is taken off, and the rest is a two-layer body with its own mean density and moment ratio. NaN where there
+    is none; ValueError where there is none at all. Source and check as for `two_layers`.
+    """
+    name, given = _the_given(mantle_density, core_density, core_radius_ratio)
+    family = _family(mean_density, moment_ratio, shell_density, shell_boundary_ratio, given, name)
+    core = family.core_radius_ratio
+    if is_known(core) and not np.isfinite(core).any():
+        raise ValueError("no body of three layers has this mean density and moment ratio with the given numbers")
+    return family
+
+
+def _the_given(*values: Any) -> tuple[str, Any]:
+    given = [(name, value) for name, value in zip(_GIVEN, values, strict=True) if value is not None]
+    if len(given) != 1:
+        raise ValueError(f"exactly one of {', '.join(_GIVEN)} must be given, not {len(given)}")
+    return given[0]
+
+
+@double_precision("name")
+def _solved(mean_density: Array, moment_ratio: Array, given: Array, name: str) -> TwoLayers:
+    moment_density = moment_ratio / _HOMOGENEOUS * mean_density  # mean density that the moment would tell
+    if name == "mantle_density":
+        x = jnp.sqrt((moment_density - given) / (mean_density - given))
+        return TwoLayers(x, given + (mean_density - given) / x**3, jnp.asarray(given, dtype=float))
+    if name == "core_density":
+        x = _core_radius((mean_density - moment_density) / (given - mean_density))
+        mantle = (mean_density - given * x**3) / (1 - x**3)
+        return TwoLayers(x, jnp.asarray(given, dtype=float), mantle)
+    excess = (mean_density - moment_density) / (given**3 * (1 - given**2))
+    mantle = mean_density - excess * given**3
+    return TwoLayers(jnp.asarray(given, dtype=float), mantle + excess, mantle)
+
+
+def _core_radius(share: Array) -> Array:
+    """The x of x^3 (1 + x)/(1 + x + x^2) = share, unique from 0 at 0 to 1 at 2/3; NaN beyond.
+
+    What follows for x when the mantle's density is eliminated.
+    """
+    inside = (share >= 0) & (share <= 2 / 3)
+    wanted = jnp.where(inside, share, 0.1)
+
+    def excess(x: Array) -> Array:
+        return x**3 * (1 + x) / (1 + x + x**2) - wanted
+
+    def solve(function: Any, guess: Array) -> Array:
+        def improve(_: int, x: Array) -> Array:
+            value, slope = jax.jvp(function, (x,), (jnp.ones_like(x),))
+            return jnp.clip(x - value / jnp.where(slope > 0, slope, 1.0), 0.0, 1.0)
+
+        return jax.lax.fori_loop(0, _NEWTON_STEPS, improve, guess)
+
+    guess = jax.lax.stop_gradient(jnp.minimum(jnp.cbrt(wanted * 1.5), 1.0))
+    x = jax.lax.custom_root(excess, guess, solve, lambda linear, y: y / linear(jnp.ones_like(y)))
+    return jnp.where(inside, x, jnp.nan)
+
+
+@double_precision("name")
+def _family(mean_density: Array, moment_ratio: Array, shell_density: Array, boundary: Array, given: Array, name: str):
+    boundary = jnp.asarray(boundary, dtype=float)
+    inner_density = (mean_density - shell_density * (1 - boundary**3)) / boundary**3
+    moment_density = moment_ratio / _HOMOGENEOUS * mean_density
+    inner_moment = (moment_density - shell_density * (1 - boundary**5)) / boundary**5
+    within = given / boundary if name == "core_radius_ratio" else given
+    found = _solved(inner_density, _HOMOGENEOUS * inner_moment / inner_density, within, name)
+    exists = (found.core_radius_ratio > 0) & (found.core_radius_ratio < 1) & (boundary <= 1) & (boundary > 0)
+    exists = exists & (found.core_density > 0) & (found.mantle_density > 0) & (shell_density > 0)
+    values = (found.core_radius_ratio * boundary, boundary, found.core_density, found.mantle_density, shell_density)
+    return ThreeLayers(*(jnp.where(exists, each, jnp.nan) for each in values))
+
+
+def _refuse_the_impossible(s: float, k: float, name: str, given: float, found: TwoLayers) -> None:
+    told = f"{name.replace('_', ' ')} {given:g}"
+    if not (s > 0 and np.isfinite(s)):
+        raise ValueError(f"a mean density must be positive, not {s:g}")
+    if not 0 < k < 2 / 3:
+        raise ValueError(f"a moment ratio lies between 0 and 2/3 (a hollow shell), not at {k:g}")
+    if name == "core_radius_ratio":
+        if not 0 < given < 1:
+            raise ValueError(f"a core radius ratio lies between 0 and 1, not at {given:g}")
+    elif not given > 0:
+        raise ValueError(f"a density must be positive, not {given:g}")
+    if name != "core_radius_ratio" and given == s and k != _HOMOGENEOUS:
+        raise ValueError(f"with {told} equal to the mean density the body is homogeneous: its moment ratio is 0.4")
+    x, core, mantle = (float(each) for each in (found.core_radius_ratio, found.core_density, found.mantle_density))
+    if k == _HOMOGENEOUS and name != "core_radius_ratio":
+        raise ValueError("a moment ratio of 0.4 is that of a homogeneous body: the size of its core is undefined")
+    if name == "mantle_density":
+        if (given < s) != (k < _HOMOGENEOUS):
+            side, other = ("below", "above") if given < s else ("above", "below")
+            raise ValueError(f"with {told} {side} the mean density {s:g} the moment ratio cannot be {other} 0.4: {k:g}")
+        if not x > 0:
+            limit = _HOMOGENEOUS * given / s
+            raise ValueError(f"with {told} even a point core leaves a moment ratio of {limit:g}: {k:g} cannot be")
+    if name == "core_density":
+        if (given > s) != (k < _HOMOGENEOUS):
+            side, other = ("above", "above") if given > s else ("below", "below")
+            raise ValueError(f"with {told} {side} the mean density {s:g} the moment ratio cannot be {other} 0.4: {k:g}")
+        if not mantle > 0:
+            limit = _HOMOGENEOUS * (s / given) ** (2 / 3)
+            raise ValueError(f"with {told} and no mantle at all the moment ratio is {limit:.6g}: {k:g} cannot be")
+    if not core > 0:
+        raise ValueError(f"with {told} the core would need a negative density, {core:g}")
+    if not mantle > 0:
+        raise ValueError(f"with {told} the mantle would need a negative density, {mantle:g}")
