@@ -8,7 +8,7 @@ quantities). Tests: tests/unit/test_neutron_stars.py, tests/physics/test_neutron
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import fminbound, root_scalar
 
 from astroinertia.bodies.equations_of_state import SOLAR_LENGTH, Barotrope
+from astroinertia.bodies.neutron_star_fits import shedding_frequency
 from astroinertia.bodies.slow_rotation import Equations, SlowRotation, slow_rotation
 from astroinertia.bodies.tov import TOLERANCE, Structure, structure
 from astroinertia.units import SOLAR_MASS
@@ -103,6 +104,10 @@ class NeutronStar:
         """Redshift of light from the surface, 0 for a Newtonian star."""
         return 1 / math.sqrt(1 - 2 * self.compactness) - 1 if self.structure.relativistic else 0.0
 
+    def shedding_frequency(self, source: str = "haensel_2009") -> float:
+        """Fastest rigid rotation in Hz by a published estimate, a name of neutron_star_fits.KEPLER_FACTORS."""
+        return float(shedding_frequency(self.mass, self.radius_km, source))
+
     @property
     def causal(self) -> bool:
         """Whether sound is nowhere in the star faster than light."""
@@ -175,6 +180,11 @@ class StableBranch:
     turning_point: bool
 
 
+def _minimum(function: Callable[[float], float], low: float, high: float) -> float:
+    found = fminbound(lambda x: function(float(x)), low, high, xtol=_TURNING_POINT)
+    return np.asarray(found).item()
+
+
 @lru_cache(maxsize=64)
 def stable_branch(equation_of_state: Barotrope, relativistic: bool = True) -> StableBranch:
     """Return the stretch of rising mass that ends at the heaviest star (stable, by the turning-point theorem).
@@ -202,9 +212,9 @@ def stable_branch(equation_of_state: Barotrope, relativistic: bool = True) -> St
         bottom -= 1
     lowest, highest = float(logs[bottom]), float(logs[top])
     if top < count:
-        highest = float(fminbound(lambda x: -mass(float(x)), logs[top - 1], logs[top + 1], xtol=_TURNING_POINT))
+        highest = _minimum(lambda x: -mass(x), logs[top - 1], logs[top + 1])
     if bottom > 0:
-        lowest = float(fminbound(lambda x: mass(float(x)), logs[bottom - 1], logs[bottom + 1], xtol=_TURNING_POINT))
+        lowest = _minimum(mass, logs[bottom - 1], logs[bottom + 1])
     turning = top < count
     return StableBranch(math.exp(lowest), min(math.exp(highest), end), turning)
 

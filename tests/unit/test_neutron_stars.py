@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from astroinertia.bodies.equations_of_state import constant_density, polytrope, read2009
+from astroinertia.bodies.equations_of_state import SOLAR_TIME, constant_density, polytrope, read2009
 from astroinertia.bodies.neutron_stars import maximum_mass, sequence, stable_branch, star, star_of_mass
 from astroinertia.bodies.tabulated_equation import tabulated
 from astroinertia.units import SOLAR_MASS
@@ -88,6 +88,9 @@ def test_properties_of_a_star():
     assert body.redshift == pytest.approx((1 - 2 * body.mass / body.radius) ** -0.5 - 1, rel=1e-14)
     assert body.structure.lapse[-1] == pytest.approx(1 / (1 + body.redshift), rel=1e-15)
     assert body.tidal_deformability == pytest.approx(2 / 3 * body.tidal_love_number / body.compactness**5, rel=1e-15)
+    # about 0.65 of the orbital frequency at the equator of the sphere (Haensel et al. 2009: 1.08 kHz to 1.67 kHz)
+    orbit = math.sqrt(body.mass / body.radius**3) / (2 * math.pi) / SOLAR_TIME
+    assert body.shedding_frequency() / orbit == pytest.approx(0.589, abs=0.001)
     # Q_bar = Q M/J^2 with J = I Omega
     assert body.quadrupole_bar == pytest.approx(body.quadrupole * body.mass / body.moment_of_inertia**2, rel=1e-13)
     same = [star(GAMMA_TWO, central_pressure=body.central_pressure), star(GAMMA_TWO, central_enthalpy=0.256),
