@@ -19,6 +19,7 @@ from astroinertia.bodies.equations_of_state import SOLAR_LENGTH, Barotrope
 from astroinertia.bodies.neutron_star_fits import shedding_frequency
 from astroinertia.bodies.slow_rotation import Equations, SlowRotation, slow_rotation
 from astroinertia.bodies.tov import TOLERANCE, Structure, structure
+from astroinertia.errors import NumericalError
 from astroinertia.units import SOLAR_MASS
 
 _SCAN_TOLERANCE = 1e-7
@@ -152,8 +153,9 @@ def star(
 ) -> NeutronStar:
     """Return the star with one given central value; central_enthalpy is (e + P)/rho0 - 1.
 
-    At the default tolerance every property is good to 1e-9 (most to 1e-10). ValueError where the equation of state
-    does not cover the centre or not exactly one central value is given.
+    At the default tolerance every property is good to 2e-10 (3e-11 for gamma of 5/3 and above, and for all of Read et
+    al.), less for stars of hundreds of scale lengths (gamma near 6/5). ValueError where the equation of state does not
+    cover the centre or not exactly one central value is given; NumericalError where there is no surface.
     """
     enthalpy = _central(
         equation_of_state,
@@ -201,7 +203,15 @@ def stable_branch(equation_of_state: Barotrope, relativistic: bool = True) -> St
     def mass(log_enthalpy: float, tolerance: float = TOLERANCE) -> float:
         return structure(equation_of_state, min(math.exp(log_enthalpy), end), relativistic, tolerance).mass
 
-    masses = np.array([mass(float(x), _SCAN_TOLERANCE) for x in logs])
+    masses = []
+    for x in logs:
+        try:
+            masses.append(mass(float(x), _SCAN_TOLERANCE))
+        except NumericalError:  # soft matter: from some density on the star has no surface
+            if not masses:
+                raise
+            break
+    count = len(masses) - 1
     top = int(np.argmax(masses))
     if masses[top] < masses[0] * (1 + 100 * _SCAN_TOLERANCE):
         raise ValueError(

@@ -32,6 +32,7 @@ from astroinertia.errors import NumericalError
 TOLERANCE = 1e-11  # at the knee of tests/benchmarks/work_precision_tov.py
 _ABSOLUTE = 1e-3  # absolute tolerance over the relative one; everything integrated is of order one
 _START = 1e-5  # 1 - h/h_c of the first point: what the series drops changes the star by less than 1e-14
+_SHALLOWEST = 1e-7  # least M/R over h_c: a polytrope of n = 4.9999 has 1e-5, one of n = 5 is infinite
 _HANDOVER = 0.5  # h/h_c at which the fourth root takes over
 _ROOT = 4  # h/h_c = t^4: rho0 ~ h^n becomes t^(4 n)
 
@@ -113,7 +114,8 @@ def structure(
     """Return the star whose centre has the specific enthalpy eta = (e + P)/rho0 - 1.
 
     tolerance is the relative one of each step (DOP853). ValueError where the equation of state does not cover the
-    centre; NumericalError where the integration fails.
+    centre; NumericalError where the integration fails or finds no surface (gamma of 6/5 and below, for relativistic
+    stars of large eta below about 1.25).
     """
     if not (math.isfinite(central_enthalpy) and central_enthalpy > 0):
         raise ValueError(f"the central enthalpy must be positive and finite, not {central_enthalpy!r}")
@@ -136,6 +138,8 @@ def structure(
     def slopes(piece: Piece, fraction: float, values: np.ndarray) -> list[float]:
         """Derivatives by the depth 1 - h/h_c."""
         U, W, B, *rest = values.tolist()
+        if fraction < _HANDOVER and U * W < _SHALLOWEST:
+            raise NumericalError("the star has no surface that can be found: its equation of state is too soft")
         here, density = local(piece, fraction, U, W)
         if here.f <= 0:
             raise NumericalError("the star has a horizon: the equation of state or its units cannot be right")

@@ -16,6 +16,7 @@ from astroinertia.bodies.equations_of_state import (
 from astroinertia.bodies.neutron_stars import maximum_mass, star, star_of_mass
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.bodies.tov import structure
+from astroinertia.errors import NumericalError
 
 PROPERTIES = ("mass", "radius", "rest_mass", "moment_ratio", "tidal_love_number", "quadrupole_bar")
 
@@ -118,6 +119,14 @@ def test_soft_and_stiff(gamma):
         agree(body, rigid, 1e-4)
     newton = star(equation, central_enthalpy=eta, relativistic=False)
     assert newton.moment_ratio == pytest.approx(lane_emden(1 / (gamma - 1)).moment_ratio, rel=2e-9)
+
+
+@pytest.mark.parametrize(("gamma", "eta", "relativistic"), [(1.2, 1e-3, False), (1.2, 1e-3, True), (1.1, 0.1, True),
+                                                            (1.1, 1e-9, False), (1.21, 2.0, True)])  # fmt: skip
+def test_stars_without_a_surface_are_refused(gamma, eta, relativistic):
+    """n = 5 and above have none, and relativity takes it from somewhat stiffer ones (Nilsson & Uggla 2000)."""
+    with pytest.raises(NumericalError, match="no surface that can be found"):
+        star(polytrope(1.0, gamma), central_enthalpy=eta, relativistic=relativistic)
 
 
 def test_beyond_the_stable_stars():

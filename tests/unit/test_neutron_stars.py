@@ -45,6 +45,8 @@ def test_branches():
     """Newton's limits: gamma below 4/3 has no stable star, gamma above it no heaviest one."""
     with pytest.raises(ValueError, match="no stable star"):
         stable_branch(polytrope(0.1, 1.3))
+    with pytest.raises(ValueError, match="no stable star"):
+        stable_branch(polytrope(0.1, 4 / 3), relativistic=False)
     with pytest.raises(ValueError, match="there is no maximum"):
         maximum_mass(GAMMA_TWO, relativistic=False)
     with pytest.raises(ValueError, match="there is no maximum"):
