@@ -20,7 +20,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 from astroinertia.bodies.equations_of_state import Barotrope, Piece, PowerLaw
 
 _FEWEST_ROWS = 4
-_FIRST = 16  # knots a row: with four rows a decade, stars of pieces that are power laws keep them to 1e-8
+_FIRST = 16  # knots a row: tables of four rows a decade then keep pieces of power laws to 1e-8
 _FINEST = 128  # by then the density must rise throughout
 _FIRST_LAW = 0.02  # allowed change of the table's rho0 over that from its own P and e
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
