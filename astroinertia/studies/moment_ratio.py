@@ -1,0 +1,255 @@
+"""Moment ratios of the solar system against models, in one call: a Dataset out.
+
+Three models stand beside what is published: the polytrope with the same I/(M R^2), a uniform core in a uniform mantle
+(and a crust where it is known), and hydrostatic equilibrium, which turns J2 and the spin into a ratio.
+Tests: tests/unit/test_moment_ratio.py.
+"""
+
+from collections.abc import Iterable
+from functools import lru_cache
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import CubicSpline
+
+from astroinertia.bodies.clairaut import radau_darwin_moment_ratio
+from astroinertia.bodies.moment_ratios import UNIFORM
+from astroinertia.bodies.planets import SolarSystemBody, body, solar_system
+from astroinertia.bodies.polytrope import lane_emden
+from astroinertia.errors import SceneError
+from astroinertia.studies.core_inversion import core_inversion
+from astroinertia.studies.sweeps import Model, sweep
+from astroinertia.studies.two_layers import love_numbers, moment_ratio_of, two_layers
+
+SYNCHRONOUS = ("Moon", "Io", "Europa", "Ganymede", "Callisto", "Titan")
+_HOMOGENEOUS_LOVE_NUMBER = 1.5  # no fluid body whose density falls outwards responds more
+_INDICES = np.linspace(0.0, 4.5, 46)
+
+TWO_LAYERS = Model(
+    lambda mass, radius, **known: _two_layer_outputs(mass, radius, **known),
+    {
+        "mass": ("kg", "mass"),
+        "radius": ("m", "mean radius"),
+        "moment_ratio": ("1", "I/(M R^2), mean moment and mean radius"),
+        "core_density": ("kg m-3", "density of the core"),
+        "mantle_density": ("kg m-3", "density of the mantle"),
+        "core_radius": ("m", "radius of the core"),
+    },
+    {
+        "moment_ratio_found": ("1", "I/(M R^2), mean moment and mean radius"),
+        "core_radius_found": ("m", "radius of the core"),
+        "core_density_found": ("kg m-3", "density of the core"),
+        "mantle_density_found": ("kg m-3", "density of the mantle"),
+        "core_mass_fraction": ("1", "mass of the core over that of the body"),
+        "central_condensation": ("1", "central over mean density"),
+        "love_number": ("1", "fluid Love number k2"),
+    },
+)
+"""Two uniform layers from mass, radius and two of the other inputs, for `studies.sweeps.sweep`."""
+
+
+def _two_layer_outputs(mass, radius, **known):
+    if "core_radius" in known:
+        known["core_radius_ratio"] = known.pop("core_radius") / radius
+    mean_density = 3 * mass / (4 * np.pi * radius**3)
+    found = two_layers(mean_density, **known)
+    return {
+        "moment_ratio_found": moment_ratio_of(mean_density, found),
+        "core_radius_found": found.core_radius_ratio * radius,
+        "core_density_found": found.core_density,
+        "mantle_density_found": found.mantle_density,
+        "core_mass_fraction": found.core_mass_fraction,
+        "central_condensation": found.core_density / mean_density,
+        "love_number": love_numbers(found),
+    }
+
+
+def two_layer_sweep(name: str, values: dict, fixed: dict | None = None, dask: bool = False) -> xr.Dataset:
+    """Return two-layer models of a body over all combinations of `values`, as `studies.sweeps.sweep` does.
+
+    values and fixed: of TWO_LAYERS' inputs in SI. Mass and radius are the body's unless given; where only one of the
+    densities and the core radius is given, the ratio is the measured one. SceneError as there, and for three of them.
+    """
+    one = _body(name)
+    fixed = {} if fixed is None else dict(fixed)
+    given = {**values, **fixed}
+    for key, value in (("mass", one.mass), ("radius", one.mean_radius)):
+        if key not in given:
+            fixed[key] = value
+    known = [key for key in given if key not in ("mass", "radius")]
+    if len(known) == 1 and known != ["moment_ratio"]:
+        fixed["moment_ratio"] = _ratio(one).value
+        known.append("moment_ratio")
+    if len(known) != 2:
+        raise SceneError(
+            f"two layers of {one.name} follow from two of moment_ratio, core_density, mantle_density and core_radius, "
+            "or from one of the last three and the published ratio"
+        )
+    found = sweep(TWO_LAYERS, values, fixed, dask)
+    found.attrs |= {"body": one.name, "title": f"two-layer models of {one.name}"}
+    return found
+
+
+def polytropes(indices: Iterable[float] = _INDICES) -> xr.Dataset:
+    """Return I/(M R^2) and rho_c over the mean density of polytropes along `index`, 0 <= n < 5."""
+    indices = np.asarray(list(indices), dtype=float)
+    solutions = [lane_emden(float(index)) for index in indices]
+    return xr.Dataset(
+        {
+            "moment_ratio": ("index", [each.moment_ratio for each in solutions], {"long_name": "I/(M R^2)"}),
+            "central_condensation": (
+                "index", [each.central_to_mean for each in solutions], {"long_name": "central over mean density"},
+            ),
+        },
+        {"index": ("index", indices, {"units": "1", "long_name": "polytropic index n"})},
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=1)
+def _splines() -> tuple[CubicSpline, CubicSpline]:
+    sequence = polytropes()
+    ratio = sequence["moment_ratio"].values
+    by_ratio = CubicSpline(ratio[::-1], _INDICES[::-1])
+    return by_ratio, CubicSpline(_INDICES, np.log(sequence["central_condensation"].values))
+
+
+def polytropic_index(ratio) -> np.ndarray:
+    """Return the index of the polytrope with this I/(M R^2), to 1e-5; NaN above 0.4 and below 0.0063 (n = 4.5)."""
+    ratio = np.asarray(ratio, dtype=float)
+    possible = (ratio <= UNIFORM) & (ratio >= lane_emden(float(_INDICES[-1])).moment_ratio)
+    return np.where(possible, _splines()[0](np.where(possible, ratio, UNIFORM)), np.nan)
+
+
+def fluid_love_number(one: SolarSystemBody) -> float:
+    """Return the fluid k2 that J2 (and C22, where tides act) of a body stands for if it is in equilibrium, else NaN.
+
+    3 J2/m for a free body, 4 C22/m for a synchronous one (its J2 is 5/6 k2 m), m = Omega^2 R^3/(GM), first order in m.
+    NaN where there is no coefficient, and where k2 is above that of a homogeneous fluid: the figure is not a fluid's.
+    Source: Murray & Dermott 1999, Solar System Dynamics, sect. 4.7; Hubbard & Anderson 1978, Icarus 33, 336.
+    """
+    if one.name in SYNCHRONOUS:
+        if not one.has("c22"):
+            return np.nan
+        c22 = one.adopted("c22")
+        found = 4 * c22.value * (c22.radius / one.mean_radius) ** 2 / one.small_m
+    else:
+        found = 3 * one.zonal_harmonic(one.mean_radius) / one.small_m if one.has("j2") else np.nan
+    return found if found <= _HOMOGENEOUS_LOVE_NUMBER else np.nan
+
+
+def synchronous_share(one: SolarSystemBody) -> float:
+    """Return 5/2 for a synchronous moon, whose J2 tides make that much larger than its spin alone would, else 1."""
+    return 2.5 if one.name in SYNCHRONOUS else 1.0
+
+
+def moment_ratio(names: Iterable[str] | None = None) -> xr.Dataset:
+    """Return published moment ratios of bodies (all of the table unless named) beside those of models, along `body`.
+
+    All ratios are of the mean moment for the mean radius; `published_*` is what the source says, for its own radius and
+    moment. SI units. Lows and highs are the 16th and 84th percentile of the errors carried through the inversion.
+    SceneError for a name that is not in the table.
+    """
+    bodies = [_body(name) for name in (solar_system() if names is None else names)]
+    columns = [_column(each) for each in bodies]
+    numbers = {
+        name: ("body", [each[name] for each in columns], {"units": unit, "long_name": text})
+        for name, (unit, text) in _VARIABLES.items()
+    }
+    return xr.Dataset(
+        numbers,
+        {"body": [each.name for each in bodies]},
+        {"title": "moment ratios of the solar system", "ratios": "mean moment over M R^2, R the mean radius"},
+    )
+
+
+_VARIABLES = {
+    "mass": ("kg", "mass"),
+    "mean_radius": ("m", "mean radius"),
+    "mean_density": ("kg m-3", "mean density"),
+    "angular_velocity": ("rad s-1", "sidereal rate of spin"),
+    "small_m": ("1", "Omega^2 R^3/(G M)"),
+    "zonal_harmonic_2": ("1", "J2 for the mean radius"),
+    "published_moment_ratio": ("1", "moment ratio as published"),
+    "published_radius": ("m", "radius that it is normalised with"),
+    "published_kind": ("", "moment that it is of: mean or polar"),
+    "status": ("", "how it is known"),
+    "source": ("", "source of the ratio"),
+    "moment_ratio": ("1", "I/(M R^2)"),
+    "moment_ratio_uncertainty": ("1", "standard deviation of I/(M R^2)"),
+    "polytropic_index": ("1", "index of the polytrope with this I/(M R^2)"),
+    "fluid_love_number": ("1", "k2 that J2 or C22 stands for in hydrostatic equilibrium"),
+    "hydrostatic_moment_ratio": ("1", "I/(M R^2) from it (Radau-Darwin)"),
+    "core_radius": ("m", "radius of a uniform core in a uniform mantle"),
+    "core_radius_low": ("m", "16th percentile of it"),
+    "core_radius_high": ("m", "84th percentile of it"),
+    "core_density": ("kg m-3", "density of the core"),
+    "mantle_density": ("kg m-3", "density of the mantle"),
+    "assumed": ("", "what the inversion to a core assumes"),
+    "published_core_radius": ("m", "published core radius"),
+    "published_core_radius_uncertainty": ("m", "standard deviation of it"),
+    "central_condensation": ("1", "central over mean density"),
+    "central_condensation_uncertainty": ("1", "standard deviation of it"),
+    "central_condensation_source": ("", "where the central density is from"),
+}
+
+
+def _column(one: SolarSystemBody) -> dict:
+    rows = [row for name in ("polar_moment_ratio", "mean_moment_ratio") for row in one.published.get(name, ())]
+    row = next(each for each in rows if each.adopted)
+    ratio = one.moment_ratio()
+    love = fluid_love_number(one)
+    found = core_inversion(one)
+    index = float(polytropic_index(ratio.value))
+    core = one.adopted("core_radius") if one.has("core_radius") else None
+    known = np.isfinite(found.core_density)
+    condensation, spread, source = np.nan, np.nan, ""
+    if one.has("central_density"):
+        condensation, source = one.value("central_density") / one.mean_density, "published"
+    elif known:
+        condensation, source = found.core_density / one.mean_density, "two layers"
+        spread = found.core_density_deviation / one.mean_density
+    elif row.status == "model":
+        condensation, source = float(np.exp(_splines()[1](index))), "polytrope"
+    return {
+        "mass": one.mass,
+        "mean_radius": one.mean_radius,
+        "mean_density": one.mean_density,
+        "angular_velocity": one.angular_velocity,
+        "small_m": one.small_m,
+        "zonal_harmonic_2": one.zonal_harmonic(one.mean_radius) if one.has("j2") else np.nan,
+        "published_moment_ratio": row.value,
+        "published_radius": row.radius,
+        "published_kind": "polar" if row in one.published.get("polar_moment_ratio", ()) else "mean",
+        "status": row.status,
+        "source": row.source,
+        "moment_ratio": ratio.value,
+        "moment_ratio_uncertainty": ratio.uncertainty,
+        "polytropic_index": index,
+        "fluid_love_number": love,
+        "hydrostatic_moment_ratio": float(radau_darwin_moment_ratio(np.float64(love))),
+        "core_radius": found.core_radius,
+        "core_radius_low": found.core_radius_low,
+        "core_radius_high": found.core_radius_high,
+        "core_density": found.core_density,
+        "mantle_density": found.mantle_density,
+        "assumed": found.assumed,
+        "published_core_radius": np.nan if core is None else core.value,
+        "published_core_radius_uncertainty": np.nan if core is None else core.uncertainty,
+        "central_condensation": condensation,
+        "central_condensation_uncertainty": spread,
+        "central_condensation_source": source,
+    }
+
+
+def _body(name: str) -> SolarSystemBody:
+    try:
+        return body(name)
+    except KeyError as error:
+        raise SceneError(str(error.args[0])) from None
+
+
+def _ratio(one: SolarSystemBody):
+    try:
+        return one.moment_ratio()
+    except KeyError as error:
+        raise SceneError(str(error.args[0])) from None

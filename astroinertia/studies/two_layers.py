@@ -1,0 +1,139 @@
+"""Many bodies of a uniform core, mantle and perhaps a crust at once: arrays in, arrays out, NaN where none can be.
+
+The exact inversions are those of `bodies.inversion`; a core must be denser than its mantle, and that than its crust.
+Tests: tests/unit/test_two_layers.py.
+"""
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import jax
+import numpy as np
+
+from astroinertia.bodies import inversion
+from astroinertia.bodies.clairaut import love_number
+from astroinertia.bodies.inversion import ThreeLayers, TwoLayers
+from astroinertia.bodies.layered import constant_layers
+from astroinertia.bodies.moment_ratios import UNIFORM
+
+KNOWN = ("moment_ratio", "mantle_density", "core_density", "core_radius_ratio")
+
+
+def two_layers(mean_density, **known) -> TwoLayers:
+    """Return the bodies with two of moment_ratio, mantle_density, core_density and core_radius_ratio as given.
+
+    Numbers or arrays that broadcast. moment_ratio: I/(M R^2) of the mean moment and the mean radius R;
+    core_radius_ratio: r_core/R. ValueError for other names, or not two of them. Checked by
+    tests/unit/test_two_layers.py.
+    """
+    names = tuple(name for name in KNOWN if name in known)
+    if len(names) != 2 or len(known) != 2:
+        raise ValueError(f"two layers follow from two of {', '.join(KNOWN)}, not from {', '.join(known) or 'none'}")
+    mean, *given = _same(mean_density, *(known[name] for name in names))
+    if names[0] == "moment_ratio":
+        found = _batch(_inverted(names[1]), mean, *given)
+    else:
+        with np.errstate(all="ignore"):
+            found = _forward(mean, **dict(zip(names, given, strict=True)))
+    ratio, core, mantle = found
+    possible = (ratio > 0) & (ratio < 1) & (mantle > 0) & (core > mantle)
+    return TwoLayers(*(np.where(possible, each, np.nan)[()] for each in found))
+
+
+def three_layers(mean_density, moment_ratio, crust_share, crust_density, **known) -> ThreeLayers:
+    """Return the bodies below a crust (thickness over R, density) with core_density or mantle_density as given.
+
+    Or with core_radius_ratio, over R. Numbers or arrays that broadcast. Checked by tests/unit/test_two_layers.py.
+    """
+    ((name, value),) = known.items()
+    arrays = _same(mean_density, moment_ratio, crust_density, 1 - np.asarray(crust_share), value)
+    found = _batch(_peeled(name), *arrays)
+    core_ratio, boundary, core, mantle, crust = found
+    possible = (core_ratio > 0) & (core_ratio < boundary) & (boundary < 1) & (core > mantle) & (mantle > crust)
+    return ThreeLayers(*(np.where(possible, each, np.nan)[()] for each in found))
+
+
+def moment_ratio_of(mean_density, layers: TwoLayers):
+    """Return I/(M R^2), of the mean moment and the mean radius."""
+    excess = (layers.core_density - layers.mantle_density) * layers.core_radius_ratio**5
+    return UNIFORM * (layers.mantle_density + excess) / mean_density
+
+
+def love_numbers(layers: TwoLayers | ThreeLayers):
+    """Return the fluid k_2 of each body, exact; NaN where there is none. Checked by tests/unit/test_two_layers.py."""
+    radii, densities = [layers.core_radius_ratio], [layers.core_density, layers.mantle_density]
+    if isinstance(layers, ThreeLayers):
+        radii, densities = [*radii, layers.shell_boundary_ratio], [*densities, layers.shell_density]
+    same = _same(*radii, *densities)
+    good = np.isfinite(same).all(axis=0)
+    stand_in = [*np.linspace(0.5, 0.8, len(radii)), *np.ones(len(densities))]
+    filled = [np.where(good, each, other) for each, other in zip(same, stand_in, strict=True)]
+    return np.where(good, _batch(_love_number(len(radii)), *filled)[0], np.nan)[()]
+
+
+def impossible(mean_density: float, **known: float) -> str | None:
+    """Return why no body of two layers has these two numbers, with the inequality broken; None if one does."""
+    if np.isfinite(two_layers(mean_density, **known).core_density):
+        return None
+    told = {name: f"{name.replace('_', ' ')} {value:g}" for name, value in known.items()}
+    if "moment_ratio" in known:
+        rest = {name: value for name, value in known.items() if name != "moment_ratio"}
+        if known["moment_ratio"] >= UNIFORM:
+            return (
+                f"{told['moment_ratio']} is not below {UNIFORM:g}, that of a body with a core no denser than its mantle"
+            )
+        try:
+            inversion.two_layers(mean_density, known["moment_ratio"], **rest)
+        except ValueError as error:
+            return str(error)
+        return f"with {' and '.join(told.values())} the core would not be denser than the mantle"
+    if not known.get("mantle_density", 0.5 * mean_density) < mean_density:
+        return f"{told['mantle_density']} kg/m3 is not below the mean density {mean_density:.5g} kg/m3"
+    if not known.get("core_density", 2 * mean_density) > mean_density:
+        return f"{told['core_density']} kg/m3 is not above the mean density {mean_density:.5g} kg/m3"
+    return f"with {' and '.join(told.values())} no mantle of a positive density is left"
+
+
+def _same(*values) -> list[np.ndarray]:
+    return list(np.broadcast_arrays(*(np.asarray(each, dtype=float) for each in values)))
+
+
+def _forward(mean, mantle_density=None, core_density=None, core_radius_ratio=None):
+    if core_radius_ratio is None:
+        return np.cbrt((mean - mantle_density) / (core_density - mantle_density)), core_density, mantle_density
+    cube = core_radius_ratio**3
+    if core_density is None:
+        return core_radius_ratio, mantle_density + (mean - mantle_density) / cube, mantle_density
+    return core_radius_ratio, core_density, (mean - core_density * cube) / (1 - cube)
+
+
+def _batch(function: Callable, *arrays: np.ndarray) -> list[np.ndarray]:
+    """What a function of JAX gives for each member of arrays of one shape, in 64 bits."""
+    with jax.enable_x64(True):
+        found = function(*(each.ravel() for each in arrays))
+    return [np.asarray(each).reshape(arrays[0].shape) for each in jax.tree.leaves(found)]
+
+
+@lru_cache(maxsize=8)
+def _inverted(name: str) -> Callable:
+    return jax.jit(jax.vmap(lambda mean, ratio, given: inversion.two_layers(mean, ratio, **{name: given})))
+
+
+@lru_cache(maxsize=8)
+def _peeled(name: str) -> Callable:
+    return jax.jit(
+        jax.vmap(
+            lambda mean, ratio, crust, boundary, given: inversion.three_layer_family(
+                mean, ratio, crust, boundary, **{name: given}
+            )
+        )
+    )
+
+
+@lru_cache(maxsize=8)
+def _love_number(boundaries: int) -> Callable:
+    def one(*values):
+        radii = jax.numpy.stack([*values[:boundaries], jax.numpy.ones_like(values[0])])
+        return love_number(constant_layers(radii, jax.numpy.stack(values[boundaries:])))
+
+    return jax.jit(jax.vmap(one))
