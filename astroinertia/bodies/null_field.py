@@ -116,12 +116,12 @@ class Trial:
 
     def conditions(self) -> tuple[np.ndarray, np.ndarray]:
         """F_l and its derivatives by a_2, ..., w."""
-        functions = [each[1:] for each in self.basis.decaying_harmonics(self.r, self.mu)]
+        h, radial, angular = (each[1:] for each in self.basis.decaying_harmonics(self.r, self.mu))
         exponent = None if self.basis.focal_radius else -(self.basis.degrees[1:, None] + 1)
         values, fluxes = self.potential_changes
-        weighted = functions[0] * self.weights
-        jacobian = (self.flux(*functions[1:]) * self.weights) @ values[1:].T - weighted @ fluxes[1:].T
-        return self.identity(*functions, exponent), jacobian
+        weighted = h * self.weights
+        jacobian = (self.flux(radial, angular) * self.weights) @ values[1:].T - weighted @ fluxes[1:].T
+        return self.identity(h, radial, angular, exponent), jacobian
 
 
 def _points(nodes: int) -> tuple[np.ndarray, np.ndarray]:

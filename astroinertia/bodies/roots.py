@@ -1,0 +1,17 @@
+"""The root of a function of one variable between two ends, to round-off."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import brentq
+
+_TOLERANCE = np.float64(1e-15)  # scipy allows no less than four times round-off
+
+
+def root_between(function: Callable[[float], float], low: float, high: float) -> float:
+    """Return the root of `function` between `low` and `high` to 1e-15, absolute and relative (Brent's method).
+
+    ValueError unless the function has different signs there. Source: Brent 1973, Algorithms for Minimization without
+    Derivatives, ch. 4. Test: tests/unit/test_ellipsoids.py (every figure found from a quantity).
+    """
+    return float(brentq(function, low, high, xtol=_TOLERANCE, rtol=_TOLERANCE))  # pyright: ignore[reportArgumentType]
