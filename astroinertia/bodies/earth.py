@@ -9,7 +9,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from astroinertia.bodies.figures import RotatingFigure, figure_of_density
+from astroinertia.bodies.figures import NODES, RotatingFigure, figure_of_density
 from astroinertia.bodies.layered import LayeredBody, polynomial_layers
 from astroinertia.bodies.tables import data_path
 from astroinertia.units import GRAVITATIONAL_CONSTANT
@@ -43,11 +43,14 @@ def _polynomial(coefficients: np.ndarray, scale: float, r: np.ndarray) -> np.nda
 
 
 def prem_figure(
-    angular_velocity: float = EARTH_ROTATION_RATE, gravitational_constant: float = GRAVITATIONAL_CONSTANT, **accuracy
+    angular_velocity: float = EARTH_ROTATION_RATE,
+    gravitational_constant: float = GRAVITATIONAL_CONSTANT,
+    harmonics: int | None = None,
+    nodes: int = NODES,
 ) -> RotatingFigure:
     """The hydrostatic figure of PREM to all orders, in SI: 1/f = 299.779, J2 = 1.07177e-3 at the Earth's rate.
 
-    PREM's density is that of the level surfaces by mean radius. accuracy: harmonics, nodes and accuracy of
+    PREM's density is that of the level surfaces by mean radius. harmonics and nodes: as in
     `figures.figure_of_density`. Checked by tests/unit/test_figures.py.
     """
     body = prem(gravitational_constant)
@@ -58,5 +61,6 @@ def prem_figure(
         densities,
         angular_velocity=angular_velocity,
         gravitational_constant=gravitational_constant,
-        **accuracy,
+        harmonics=harmonics,
+        nodes=nodes,
     )

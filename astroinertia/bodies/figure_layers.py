@@ -12,12 +12,15 @@ Tests: tests/unit/test_figures.py.
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
 FEWEST_NODES = 6  # of a thin layer
 _PANEL_RATIO = 2.5  # of the radii at the ends of one panel of the outer integral: (s/s')^(2k-2) falls steeply
 _MOST_PANELS = 12
+_TALLEST = 3.0
+_STEEP_INDEX = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +45,21 @@ class Layer:
 
 def node_count(bottom: float, top: float, nodes: int) -> int:
     """Return the number of nodes of a layer when one that reaches the centre has `nodes`: thin layers need fewer."""
-    return min(nodes, FEWEST_NODES + math.ceil((nodes - FEWEST_NODES) * (1 - bottom / top)))
+    return min(nodes, FEWEST_NODES + math.ceil((nodes - FEWEST_NODES) * (1 - (bottom / top) ** 2)))
+
+
+def cut_tall_layers(edges: np.ndarray) -> tuple[np.ndarray, list[int]]:
+    """Return edges with every layer outside the innermost cut to a top below `_TALLEST` bottoms, and whose part it is.
+
+    The field around a small core falls as a power of the radius, which no short polynomial follows over decades.
+    """
+    finer, owner = [edges[0], edges[1]], [0]
+    for number, (bottom, top) in enumerate(pairwise(edges[1:]), start=1):
+        parts = math.ceil(math.log(top / bottom) / math.log(_TALLEST) - 1e-9)
+        finer.extend(bottom * (top / bottom) ** (np.arange(1, parts + 1) / parts))
+        owner.extend([number] * parts)
+        finer[-1] = top
+    return np.array(finer), owner
 
 
 def _lagrange(x: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -126,10 +143,10 @@ def layer(bottom: float, top: float, surface_power: float, count: int, harmonics
 def surface_power(index: float) -> float:
     """Return a power p for which d = u^p and the density d^index of depth d are smooth enough in u (index > 0).
 
-    Both are powers of u with whole exponents where that takes p <= 4; else the one that counts more is, the other
-    has an exponent of 5 or more.
+    Both are powers of u with whole exponents where that takes p <= 4; else one of them is (the density's, if it
+    rises more steeply than d), and the other has an exponent of 5 or more.
     """
     for power in range(1, 5):
         if abs(power * index - round(power * index)) < 1e-9:
             return float(power)
-    return float(max(2, math.ceil(6 / index))) if index > 1 else math.ceil(5 * index) / index
+    return float(max(2, math.ceil(6 / index))) if index > _STEEP_INDEX else math.ceil(5 * index) / index

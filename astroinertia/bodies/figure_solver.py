@@ -189,8 +189,8 @@ def _share_left_out(field: Field, equator: float, pole: float) -> float:
     return float(left_out)
 
 
-def _on_points(start: Solution, sphere: Angles) -> np.ndarray:
-    """The shape of a solution at other points of mu, by its Legendre series."""
+def on_points(start: Solution, sphere: Angles) -> np.ndarray:
+    """Return the shape of a solution at other points of mu, by its Legendre series."""
     count = len(start.sphere.mu)
     terms = legendre_even(start.sphere.mu, count - 1) * start.sphere.weights
     series = start.shape @ terms.T * (4 * np.arange(count) + 1)
@@ -223,7 +223,7 @@ def solve(
         first_shape = np.ones((len(radius), len(sphere.mu)))
         first = state(first_shape, material.first_depth(radius), rotation.at(1.0, 1.0))
     else:
-        first = state(_on_points(start, sphere), start.potential, start.small_m)
+        first = state(on_points(start, sphere), start.potential, start.small_m)
     z, sweeps = fixed_point(sweep, first, _TOLERANCE, _MOST_SWEEPS if start is None else _MOST_SWEEPS // 3)
     small_m = float(z[-1])
     densities, scale, field, x, level, u, equator = one_sweep(z)

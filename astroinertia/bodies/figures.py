@@ -11,26 +11,29 @@ Tests: tests/unit/test_figures.py, tests/hard/test_figures_hard.py.
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from astroinertia.bodies.barotropes import Barotrope, PolytropicLaw
-from astroinertia.bodies.figure_layers import layer, node_count, surface_power
-from astroinertia.bodies.figure_shapes import node_ranges
+from astroinertia.bodies.figure_layers import Layer, cut_tall_layers, layer, node_count, surface_power
+from astroinertia.bodies.figure_shapes import angles, multipoles, node_ranges
 from astroinertia.bodies.figure_solver import (
     GivenDensity,
     Hydrostatic,
     Material,
     Rotation,
     Solution,
+    on_points,
     solve,
     volume_integral,
 )
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.errors import NumericalError
 
-STAGES = (10, 14, 18, 24, 28, 32, 40)  # numbers of harmonics tried in turn when none is given
+STAGES = (4, 7, 10, 14, 18, 24, 28, 32, 40)  # numbers of harmonics, each the start of the next
+DEFAULT_HARMONICS = 10  # J2 to J20, or more if the truncation asks for it
 TRUNCATION = 1e-11  # a share of the harmonics left out below which no more are added
 ACCURACY = 1e-6  # the largest share of the harmonics left out, and virial error, that is not refused
 NODES = 32  # of a layer that reaches the centre
@@ -43,9 +46,11 @@ class RotatingFigure:
     """A rotating body in equilibrium, in the units of its mass, mean radius and gravitational constant.
 
     mean_radius: of the sphere of equal volume. zonal_harmonics: J2, J4, ... with the equatorial radius and the mass.
-    radius, density, pressure (node): of the level surfaces, by mean radius, ascending; a jump has two nodes.
-    mu (point) and shape (node, point): r/radius on each surface. truncation: estimated share of the potential at the
-    pole in the harmonics left out. virial_error: (2T + W + 3 int P dV)/|W|, an independent measure of the error.
+    radius, density, enclosed_mass, pressure (node): of the level surfaces, by mean radius, ascending; a jump of density
+    has two nodes.
+    mu (point) and shape (node, point): r/radius on each surface. harmonics: P_2 to P_(2 harmonics) shape the surfaces.
+    truncation: estimate of what those left out have of the potential at the surface, in G M/R_mean. virial_error:
+    (2T + W + 3 int P dV)/|W|, an independent measure of the error.
     """
 
     mass: float
@@ -61,6 +66,7 @@ class RotatingFigure:
     gravitational_energy: float
     radius: np.ndarray
     density: np.ndarray
+    enclosed_mass: np.ndarray
     pressure: np.ndarray
     mu: np.ndarray
     shape: np.ndarray
@@ -183,14 +189,22 @@ def _figure(solution: Solution, mass: float, mean_radius: float, gravitational_c
         gravitational_energy=gravitational * gravitational_constant * mass**2 / mean_radius,
         radius=radius * mean_radius,
         density=np.concatenate(densities) * mass / mean_radius**3,
+        enclosed_mass=radius**3 * (field.outer[0] - 2 * field.medium) * mass,
         pressure=np.concatenate(_pressures(solution, potentials)) * unit_pressure,
         mu=solution.sphere.mu,
         shape=solution.shape,
-        harmonics=len(harmonics),
+        harmonics=len(field.outer) - 1,
         truncation=solution.truncation,
         virial_error=virial_error,
         sweeps=solution.sweeps,
     )
+
+
+def _layers(edges, powers, nodes: int, harmonics: int) -> list[Layer]:
+    return [
+        layer(float(bottom), float(top), power, node_count(bottom, top, nodes), harmonics)
+        for (bottom, top), power in zip(pairwise(edges), powers, strict=True)
+    ]
 
 
 def _converged(edges, powers, nodes, harmonics, accuracy, rotation: Rotation, material: Callable) -> Solution:
@@ -198,29 +212,37 @@ def _converged(edges, powers, nodes, harmonics, accuracy, rotation: Rotation, ma
     if nodes < 4 or (harmonics is not None and harmonics < FEWEST_HARMONICS):
         raise ValueError(f"a figure needs 4 nodes or more and {FEWEST_HARMONICS} harmonics or more")
     best: Solution | None = None
-    for count in STAGES if harmonics is None else (harmonics,):
-        layers = [
-            layer(float(bottom), float(top), power, node_count(bottom, top, nodes), count)
-            for bottom, top, power in zip(edges[:-1], edges[1:], powers, strict=True)
-        ]
+    stages = STAGES if harmonics is None else [*(count for count in STAGES if count < harmonics), harmonics]
+    for count in stages:
+        layers = _layers(edges, powers, nodes, count)
         try:
             solution = solve(layers, material(layers), rotation, count, best)
         except NumericalError:
-            if best is None:
+            if best is None or harmonics is not None:
                 raise
             break
-        if best is not None and solution.truncation > best.truncation:
+        if best is not None and harmonics is None and solution.truncation > max(best.truncation, TRUNCATION):
             break
         best = solution
-        if best.truncation < TRUNCATION:
+        if harmonics is None and count >= DEFAULT_HARMONICS and best.truncation < TRUNCATION:
             break
     assert best is not None
     if best.truncation > accuracy:
         raise NumericalError(
             f"the body is too flat for the theory of figures: {len(best.field.outer) - 1} harmonics leave out"
-            f" {best.truncation:.1e} of the potential at its pole, more than the accuracy of {accuracy:.1e}"
+            f" {best.truncation:.1e} of the potential at its surface, more than the accuracy of {accuracy:.1e}"
         )
-    return best
+    return best if harmonics is not None else _with_harmonics(best, edges, powers, nodes)
+
+
+def _with_harmonics(solution: Solution, edges, powers, nodes: int) -> Solution:
+    """The same surfaces with their exterior harmonics up to the default number, where fewer were enough for them."""
+    if len(solution.field.exterior) > DEFAULT_HARMONICS:
+        return solution
+    sphere = angles(2 * DEFAULT_HARMONICS + 8, DEFAULT_HARMONICS)
+    layers = _layers(edges, powers, nodes, DEFAULT_HARMONICS)
+    field = multipoles(layers, on_points(solution, sphere), solution.densities, sphere)
+    return replace(solution, field=replace(solution.field, exterior=field.exterior))
 
 
 def _layer_edges(edges) -> np.ndarray:
@@ -281,6 +303,8 @@ def figure_of_density(
         raise ValueError("each layer needs one density")
     _positive(gravitational_constant=gravitational_constant)
     mean_radius = float(edges[-1])
+    edges, owner = cut_tall_layers(edges / mean_radius)
+    densities = [densities[number] for number in owner]
 
     def at_nodes(layers):
         values = []
@@ -297,15 +321,11 @@ def figure_of_density(
             raise ValueError("the body has no mass")
         return GivenDensity([value / mass for value in values])
 
-    whole = [
-        layer(float(a), float(b), 1.0, nodes, 3)
-        for a, b in zip(edges[:-1] / mean_radius, edges[1:] / mean_radius, strict=True)
-    ]
-    mass = at_nodes(whole)[1] * mean_radius**3
+    powers = [1.0] * len(densities)
+    mass = at_nodes(_layers(edges, powers, nodes, FEWEST_HARMONICS))[1] * mean_radius**3
     rate_unit = math.sqrt(gravitational_constant * mass / mean_radius**3)
     rotation = _rotation(small_m, rotation_parameter, angular_velocity, rate_unit)
-    powers = [1.0] * len(densities)
-    solution = _converged(edges / mean_radius, powers, nodes, harmonics, accuracy, rotation, material)
+    solution = _converged(edges, powers, nodes, harmonics, accuracy, rotation, material)
     return _figure(solution, mass, mean_radius, gravitational_constant, accuracy)
 
 
@@ -336,6 +356,8 @@ def figure_of_barotropes(
         raise ValueError("the outer fractions must end with 1, and each layer needs one law")
     reference = 1.0 if mean_radius is None else mean_radius
     _positive(mass=mass, mean_radius=reference, gravitational_constant=gravitational_constant)
+    edges, owner = cut_tall_layers(edges)
+    laws = [laws[number] for number in owner]
     index = laws[-1].surface_index
     powers = [*[1.0] * (len(laws) - 1), surface_power(index) if index > 0 else 1.0]
     if mean_radius is None:

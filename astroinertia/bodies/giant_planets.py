@@ -1,0 +1,136 @@
+"""Jupiter and Saturn as composite polytropes that fit mass, equatorial radius, J2 and J4, and predict the rest.
+
+The model is of the piecewise polytropes of Neuenschwander et al. 2021, ApJ 910, 38, with two pieces of one index n: an
+envelope P = K rho^(1 + 1/n) and, inside a given share of the mean radius, a core with a K of its own (denser matter).
+n and K_core/K are fitted; J6 and higher, C/(M a^2) and the polar radius follow. Rotation is rigid: what winds add to
+the measured harmonics is left out, by Militzer & Hubbard 2023, PSJ 4, 95, -0.8 % of Jupiter's J6 and +6 % of Saturn's,
+and much of Saturn's J8 and J10 (Iess et al. 2019, Science 364, eaat2965, table 2).
+
+Inputs: data/planets.csv (G M, equatorial radius, rotation) and data/zonal_harmonics.csv.
+Tests: tests/physics/test_giant_planets.py.
+"""
+
+import csv
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from astroinertia.bodies import planets
+from astroinertia.bodies.barotropes import PolytropicLaw
+from astroinertia.bodies.figures import RotatingFigure, figure_of_barotropes
+from astroinertia.bodies.tables import data_path
+from astroinertia.errors import NumericalError
+from astroinertia.units import GRAVITATIONAL_CONSTANT
+
+CORE_FRACTION = 0.15  # of the mean radius: the compact cores of three-layer models (Nettelmann et al. 2012, 2013)
+_TOLERANCE = 1e-10
+_ITERATIONS = 40
+_DIFFERENCE = 1e-5
+_ROUND_OFF = 1e-12
+_LARGEST_STEP = np.array([0.1, 0.8])  # of n and ln(K/K_core): further away there may be no figure at all
+
+
+@dataclass(frozen=True, eq=False)
+class GravityField:
+    """A planet from outside, in SI: J2, J4, ... and their uncertainties (3 sigma) for its equatorial radius."""
+
+    name: str
+    gravitational_parameter: float
+    equatorial_radius: float
+    angular_velocity: float
+    zonal_harmonics: np.ndarray
+    uncertainties: np.ndarray
+
+    @property
+    def rotation_parameter(self) -> float:
+        """q = Omega^2 a^3/(G M)."""
+        return self.angular_velocity**2 * self.equatorial_radius**3 / self.gravitational_parameter
+
+
+@dataclass(frozen=True, eq=False)
+class GiantPlanet:
+    """A fitted model: its figure (SI), index n, K_core/K, the core's shares of radius and mass, what was measured."""
+
+    field: GravityField
+    figure: RotatingFigure
+    index: float
+    core_constant_ratio: float
+    core_fraction: float
+    core_mass_fraction: float
+
+
+def measured_field(name: str) -> GravityField:
+    """Return the field of "Jupiter" (Durante et al. 2020) or "Saturn" (Iess et al. 2019), harmonics to degree 10.
+
+    KeyError for other names. Checked by tests/physics/test_giant_planets.py.
+    """
+    body = planets.body(name)
+    radius = body.equatorial_radius
+    with data_path("zonal_harmonics.csv").open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(line for line in file if not line.startswith("#")) if row["body"] == name]
+    if not rows:
+        raise KeyError(f"no zonal harmonics of {name} in data/zonal_harmonics.csv")
+    scales = [1e-6 * (1e3 * float(row["radius_km"]) / radius) ** int(row["degree"]) for row in rows]
+    return GravityField(
+        name=name,
+        gravitational_parameter=body.gravitational_parameter,
+        equatorial_radius=radius,
+        angular_velocity=body.angular_velocity,
+        zonal_harmonics=np.array([float(row["value_e6"]) * scale for row, scale in zip(rows, scales, strict=True)]),
+        uncertainties=np.array([float(row["uncertainty_e6"]) * scale for row, scale in zip(rows, scales, strict=True)]),
+    )
+
+
+def giant_planet(field: GravityField, core_fraction: float = CORE_FRACTION) -> GiantPlanet:
+    """Return the composite polytrope with the mass, equatorial radius, rotation, J2 and J4 of `field`.
+
+    core_fraction: the core's share of the mean radius, which the field leaves open. Newton's method for n and
+    ln(K/K_core), from the single polytrope that has J2. Raises ValueError for a core outside (0, 1), NumericalError if
+    no such model is found. Source: Neuenschwander et al. 2021; checked by tests/physics/test_giant_planets.py.
+    """
+    if not 0 < core_fraction < 1:
+        raise ValueError(f"the core must take a share between 0 and 1 of the radius, not {core_fraction!r}")
+    measured = field.zonal_harmonics[:2]
+
+    def figure(parameters, mass=1.0, mean_radius=1.0, gravitational_constant=1.0) -> RotatingFigure:
+        index, softness = parameters
+        laws = [PolytropicLaw(index, math.exp(-softness)), PolytropicLaw(index)]
+        return figure_of_barotropes(
+            [core_fraction, 1.0],
+            laws,
+            mass=mass,
+            mean_radius=mean_radius,
+            rotation_parameter=field.rotation_parameter,
+            gravitational_constant=gravitational_constant,
+            harmonics=12,
+        )
+
+    def misfit(parameters):
+        return figure(parameters).zonal_harmonics[:2] / measured - 1
+
+    parameters = np.array([1.0, 0.0])
+    for free in (1, 2):  # the index alone first
+        for _ in range(_ITERATIONS):
+            now = misfit(parameters)[:free]
+            if np.abs(now).max() < _TOLERANCE:
+                break
+            slopes = [(misfit(parameters + _DIFFERENCE * unit)[:free] - now) / _DIFFERENCE for unit in np.eye(2)[:free]]
+            step = np.linalg.solve(np.array(slopes).T, -now)
+            step /= max(1.0, float(np.abs(step / _LARGEST_STEP[:free]).max()))
+            parameters[:free] += step
+        else:
+            raise NumericalError(f"no composite polytrope with a core of {core_fraction:g} R fits {field.name}")
+    shape = figure(parameters)
+    mean_radius = field.equatorial_radius * shape.mean_radius / shape.equatorial_radius
+    mass = field.gravitational_parameter / GRAVITATIONAL_CONSTANT
+    fitted = figure(parameters, mass, mean_radius, GRAVITATIONAL_CONSTANT)
+    core_top = np.searchsorted(fitted.radius, core_fraction * mean_radius * (1 - _ROUND_OFF))
+    return GiantPlanet(
+        field=field,
+        figure=fitted,
+        index=float(parameters[0]),
+        core_constant_ratio=math.exp(-parameters[1]),
+        core_fraction=core_fraction,
+        core_mass_fraction=float(fitted.enclosed_mass[core_top]) / mass,
+    )
