@@ -14,7 +14,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 _SERIES_END = 0.04  # xi up to which six terms of the series at the centre are exact to round-off
-_HANDOVER = 1.0  # xi at which theta takes over as the independent variable (theta is 0.83 to 0.86 there)
+HANDOVER = 1.0  # xi at which theta takes over as the independent variable (theta is 0.83 to 0.86 there)
 _RELATIVE, _ABSOLUTE = 2.3e-14, 1e-20
 
 
@@ -37,15 +37,21 @@ class LaneEmden:
     def theta_at(self, xi) -> np.ndarray:
         """Return theta at any xi (to 1e-11), zero beyond xi_1."""
         xi = np.asarray(xi, dtype=float)
-        return np.where(xi < self.xi_1, np.clip(_interpolate(self, xi)[0], 0.0, 1.0), 0.0)
+        return np.where(xi < self.xi_1, np.clip(hermite(self.xi, self.theta, self._slope, xi), 0.0, 1.0), 0.0)
 
     def mass_at(self, xi) -> np.ndarray:
         """Return the mass -xi^2 theta' at any xi (to 1e-10), constant beyond xi_1."""
         xi = np.asarray(xi, dtype=float)
-        return np.where(xi < self.xi_1, np.clip(_interpolate(self, xi)[1], 0.0, self.surface_mass), self.surface_mass)
+        slope = self.xi**2 * np.maximum(self.theta, 0) ** self.index
+        mass = np.clip(hermite(self.xi, self.mass, slope, xi), 0.0, self.surface_mass)
+        return np.where(xi < self.xi_1, mass, self.surface_mass)
+
+    @property
+    def _slope(self) -> np.ndarray:
+        return np.where(self.xi > 0, -self.mass / np.where(self.xi > 0, self.xi, 1.0) ** 2, 0.0)
 
 
-def _series(n: float, xi):
+def central_series(n: float, xi):
     """theta, -xi^2 theta' and the integral of theta^n xi^4 near the centre, to xi^10.
 
     theta = sum a_k xi^2k, with theta^n = sum b_k xi^2k from J.C.P. Miller's recurrence and
@@ -82,25 +88,10 @@ def lane_emden(index: float) -> LaneEmden:
     if not 0 <= n < 5:
         raise ValueError(f"a polytrope of finite radius needs an index 0 <= n < 5, not {index!r}")
 
-    def outwards(xi, y):
-        theta_n = y[0] ** n
-        return [-y[1] / xi**2, xi**2 * theta_n, xi**4 * theta_n]
-
-    def inwards(t, y):
-        xi, mass = y[0], y[1]
-        dxi = -4 * t**3 * xi**2 / mass
-        theta_n = t ** (4 * n)
-        return [dxi, xi**2 * theta_n * dxi, xi**4 * theta_n * dxi]
-
     inner = np.linspace(0.0, _SERIES_END, 9)
-    theta_0, mass_0, moment_0 = _series(n, inner)
-    middle = np.linspace(_SERIES_END, _HANDOVER, 257)
-    theta_1, mass_1, moment_1 = _solve(
-        _SERIES_END, _HANDOVER, middle, outwards, [theta_0[-1], mass_0[-1], moment_0[-1]]
-    )
-    t_start = theta_1[-1] ** 0.25
-    t = t_start * np.linspace(1.0, 0.0, 1025)
-    xi_2, mass_2, moment_2 = _solve(t_start, 0.0, t, inwards, [_HANDOVER, mass_1[-1], moment_1[-1]])
+    middle = np.linspace(_SERIES_END, HANDOVER, 257)
+    share = np.linspace(1.0, 0.0, 1025)
+    (theta_0, mass_0, _), (theta_1, mass_1, _), (t, xi_2, mass_2, moment_2) = _both_ways(n, inner, middle, share)
     xi_1, surface = float(xi_2[-1]), float(mass_2[-1])
     return LaneEmden(
         index=n,
@@ -114,24 +105,51 @@ def lane_emden(index: float) -> LaneEmden:
     )
 
 
-def _interpolate(solution: LaneEmden, xi):
-    """Cubic Hermite interpolation of theta and mass, with the slopes that the equation itself gives."""
-    nodes = solution.xi
-    safe = np.where(nodes > 0, nodes, 1.0)
-    slopes = (
-        np.where(nodes > 0, -solution.mass / safe**2, 0.0),
-        nodes**2 * np.maximum(solution.theta, 0) ** solution.index,
-    )
-    cell = np.clip(np.searchsorted(nodes, xi, side="right") - 1, 0, len(nodes) - 2)
+def _both_ways(n: float, inner: np.ndarray, middle: np.ndarray, share: np.ndarray):
+    """The solution at nodes: xi of the series, then xi up to the handover, then shares of t at the handover.
+
+    Each ascends in radius; the second and third begin and end with the ends of their ranges.
+    """
+
+    def outwards(xi, y):
+        theta_n = y[0] ** n
+        return [-y[1] / xi**2, xi**2 * theta_n, xi**4 * theta_n]
+
+    def inwards(t, y):
+        xi, mass = y[0], y[1]
+        dxi = -4 * t**3 * xi**2 / mass
+        theta_n = t ** (4 * n)
+        return [dxi, xi**2 * theta_n * dxi, xi**4 * theta_n * dxi]
+
+    start = [float(value) for value in central_series(n, _SERIES_END)]
+    theta, mass, moment = _solve(_SERIES_END, HANDOVER, middle, outwards, start)
+    t = theta[-1] ** 0.25 * share
+    outer = _solve(t[0], 0.0, t, inwards, [HANDOVER, mass[-1], moment[-1]])
+    return central_series(n, inner), (theta, mass, moment), (t, *outer)
+
+
+def nodes_of(index: float, core: np.ndarray, share: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return xi, theta and -xi^2 theta' at chosen nodes, to about 1e-13: what a quadrature needs.
+
+    core: ascending xi in (0, HANDOVER); share: descending values in (0, 1) of t = theta^(1/4) over its value at
+    xi = HANDOVER, from where it is the smooth variable up to the surface t = 0. The result ascends in radius.
+    """
+    series = core < _SERIES_END
+    middle = np.concatenate([[_SERIES_END], core[~series], [HANDOVER]])
+    first, second, third = _both_ways(float(index), core[series], middle, np.concatenate([[1.0], share, [0.0]]))
+    xi = np.concatenate([core, third[1][1:-1]])
+    theta = np.concatenate([first[0], second[0][1:-1], third[0][1:-1] ** 4])
+    return xi, theta, np.concatenate([first[1], second[1][1:-1], third[2][1:-1]])
+
+
+def hermite(nodes: np.ndarray, values: np.ndarray, slopes: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Cubic interpolation with given slopes between ascending nodes."""
+    cell = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
     width = nodes[cell + 1] - nodes[cell]
-    s = (xi - nodes[cell]) / width
-    results = []
-    for value, slope in zip((solution.theta, solution.mass), slopes, strict=True):
-        left, right = value[cell], value[cell + 1]
-        d_left, d_right = slope[cell] * width, slope[cell + 1] * width
-        cubic = (1 - s) ** 2 * ((1 + 2 * s) * left + s * d_left) + s**2 * ((3 - 2 * s) * right + (s - 1) * d_right)
-        results.append(cubic)
-    return results
+    s = (at - nodes[cell]) / width
+    left, right = values[cell], values[cell + 1]
+    d_left, d_right = slopes[cell] * width, slopes[cell + 1] * width
+    return (1 - s) ** 2 * ((1 + 2 * s) * left + s * d_left) + s**2 * ((3 - 2 * s) * right + (s - 1) * d_right)
 
 
 @dataclass(frozen=True)
