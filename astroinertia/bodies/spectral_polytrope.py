@@ -4,9 +4,8 @@ The density is a sum of solutions of Helmholtz's equation (bodies/spheroidal_bas
 (bodies/null_field.py), and the exterior field is never expanded, so that nothing depends on whether multipoles converge
 down to the surface.
 
-Measured: J_2 and C/(M a^2) are exact to 1e-14 from degree 12 on for q = 0.09, 16 for 0.25, and to 1e-11 from 38 on for
-q = 0.6, 80 for 0.9. At mass shedding, where the surface has a cusp, errors fall as degree^-4 only: 1e-5 at degree 38,
-1e-6 at 80.
+Measured, error of J_2: at q = 0.09 1e-13 with degree 12, at 0.25 4e-13 with 16, at 0.6 3e-14 with 28, at 0.9 1e-12 with
+56. At mass shedding, where the surface has a cusp, errors fall as degree^-4 only: 5e-6 of q at degree 38, 1e-6 at 80.
 
 Source: Wisdom & Hubbard 2016, Icarus 267, 315 (expansion in Bessel functions, to q = 0.3).
 Tests: tests/unit/test_spectral_polytrope.py, tests/hard/test_spectral_polytrope_hard.py.

@@ -93,7 +93,7 @@ def test_darwin_ellipsoids_are_in_equilibrium():
 
 @pytest.mark.parametrize("gap", [3.0, 1.3, 1.0, 0.9])
 def test_energy_follows_angular_momentum(gap):
-    """dE = Omega dJ along a sequence of rigidly rotating bodies: it fails if any term of the interaction is left out."""
+    """dE = Omega dJ along a sequence of rigid rotators: it fails if any term of the interaction is left out."""
     ahead, behind = darwin.from_gap(gap + 1e-4), darwin.from_gap(gap - 1e-4)
     momentum = ahead.orbital_angular_momentum - behind.orbital_angular_momentum
     work = (ahead.orbital_energy - behind.orbital_energy) / momentum
