@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from rich.console import Console
 from rich.text import Text
 
-from astroinertia import cli_moments
+from astroinertia import cli_moments, cli_ratios
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ a first session:
 more:
   astroinertia run star.toml --set body.particles=5000 --set "time.end=2 s" --output runs/coarse
   astroinertia moments particles.csv         the inertia tensor of a particle table, a mesh or a snapshot
+  astroinertia ratios --body Mars            moment ratios of the solar system, and cores that they allow
   astroinertia resume runs/coarse            go on after Ctrl-C, a crash or a power cut
   python -c "import xarray; print(xarray.open_dataset('runs/coarse/<name>.nc'))"
 """
@@ -135,6 +136,15 @@ def _parser() -> argparse.ArgumentParser:
         "astroinertia moments particles.csv",
     )
     cli_moments.add_arguments(moments)
+
+    ratios = _command(
+        commands,
+        "ratios",
+        _ratios,
+        "print the moment ratios of the solar system, measured against models",
+        "astroinertia ratios --body Mars",
+    )
+    cli_ratios.add_arguments(ratios)
     return parser
 
 
@@ -328,6 +338,11 @@ def _show(options: argparse.Namespace) -> int:
 
 def _moments(options: argparse.Namespace) -> int:
     print(cli_moments.report(options))
+    return GOOD
+
+
+def _ratios(options: argparse.Namespace) -> int:
+    print(cli_ratios.report(options))
     return GOOD
 
 

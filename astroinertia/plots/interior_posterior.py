@@ -24,7 +24,7 @@ def posterior_figure(
     titles have the median and the 16th and 84th percentiles. SceneError without the package corner.
     """
     try:
-        import corner
+        import corner  # pyright: ignore[reportMissingImports]  an extra: only this picture needs it
     except ImportError:
         raise SceneError("this picture needs corner: pip install 'astroinertia[inference]'") from None
     if names is None:

@@ -34,7 +34,7 @@ def sample(
     impossible. Whether the result is converged is in `diagnostics`.
     """
     try:
-        import emcee
+        import emcee  # pyright: ignore[reportMissingImports]  an extra: only sampling needs it
     except ImportError:
         raise SceneError("sampling a posterior needs emcee: pip install 'astroinertia[inference]'") from None
     if walkers < 2 * len(names) or walkers % 2:
@@ -78,7 +78,7 @@ def diagnostics(posterior: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
     R-hat compares the spread between halves of chains, each with all its walkers, to that within them: 1 when they
     agree. Converged: R-hat below 1.01 and chains of at least 50 autocorrelation times.
     """
-    from emcee.autocorr import integrated_time
+    from emcee.autocorr import integrated_time  # pyright: ignore[reportMissingImports]
 
     draws = posterior.sizes["draw"]
     found: dict[str, list[float]] = {"autocorrelation_time": [], "effective_samples": [], "r_hat": []}

@@ -83,7 +83,7 @@ def sweep(
 def _chunked(points: list[xr.DataArray], members: int, chunk: int) -> list[xr.DataArray]:
     """Split the first dimensions, so that a block of all of them has about `chunk` members."""
     try:
-        import dask.array  # noqa: F401 - xarray's chunk() needs it, and says so less clearly
+        import dask.array  # noqa: F401  # pyright: ignore[reportMissingImports]  xarray's chunk() needs it
     except ImportError:
         raise SceneError("a sweep in parallel needs dask: pip install 'astroinertia[dask]'") from None
     rest, split = members, []

@@ -31,13 +31,12 @@ def two_layers(mean_density, **known) -> TwoLayers:
         raise ValueError(f"two layers follow from two of {', '.join(KNOWN)}, not from {', '.join(known) or 'none'}")
     mean, *given = _same(mean_density, *(known[name] for name in names))
     if names[0] == "moment_ratio":
-        found = _batch(_inverted(names[1]), mean, *given)
+        ratio, core, mantle = _batch(_inverted(names[1]), mean, *given)
     else:
         with np.errstate(all="ignore"):
-            found = _forward(mean, **dict(zip(names, given, strict=True)))
-    ratio, core, mantle = found
+            ratio, core, mantle = _forward(mean, **dict(zip(names, given, strict=True)))
     possible = (ratio > 0) & (ratio < 1) & (mantle > 0) & (core > mantle)
-    return TwoLayers(*(np.where(possible, each, np.nan)[()] for each in found))
+    return TwoLayers(*(np.where(possible, each, np.nan)[()] for each in (ratio, core, mantle)))
 
 
 def three_layers(mean_density, moment_ratio, crust_share, crust_density, **known) -> ThreeLayers:
@@ -98,13 +97,17 @@ def _same(*values) -> list[np.ndarray]:
     return list(np.broadcast_arrays(*(np.asarray(each, dtype=float) for each in values)))
 
 
-def _forward(mean, mantle_density=None, core_density=None, core_radius_ratio=None):
-    if core_radius_ratio is None:
-        return np.cbrt((mean - mantle_density) / (core_density - mantle_density)), core_density, mantle_density
-    cube = core_radius_ratio**3
-    if core_density is None:
-        return core_radius_ratio, mantle_density + (mean - mantle_density) / cube, mantle_density
-    return core_radius_ratio, core_density, (mean - core_density * cube) / (1 - cube)
+def _forward(mean: np.ndarray, **known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    if "core_radius_ratio" not in known:
+        mantle, core = known["mantle_density"], known["core_density"]
+        return np.cbrt((mean - mantle) / (core - mantle)), core, mantle
+    fraction = known["core_radius_ratio"]
+    cube = fraction**3
+    if "mantle_density" in known:
+        mantle = known["mantle_density"]
+        return fraction, mantle + (mean - mantle) / cube, mantle
+    core = known["core_density"]
+    return fraction, core, (mean - core * cube) / (1 - cube)
 
 
 def _batch(function: Callable, *arrays: np.ndarray) -> list[np.ndarray]:

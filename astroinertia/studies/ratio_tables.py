@@ -1,0 +1,228 @@
+"""Moment ratios as text: the table of the solar system, one body in detail, and the README's table in Markdown.
+
+Tests: tests/unit/test_ratios_cli.py.
+"""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from astroinertia.bodies.moment_ratios import UNIFORM
+from astroinertia.bodies.planets import SolarSystemBody, body
+from astroinertia.errors import SceneError
+from astroinertia.studies.core_inversion import core_inversion
+from astroinertia.studies.moment_ratio import TWO_LAYERS, fluid_love_number, polytropic_index
+from astroinertia.studies.two_layers import impossible
+
+NOTHING = "-"
+_COLUMNS = ("body", "I/(M R^2)", "known how", "hydrostatic", "polytrope", "core", "published core", "rho_c/mean")
+_UNDER = (
+    "I: mean moment; R: mean radius. hydrostatic: what J2 (C22) and the spin say for a fluid; - where it is none.\n"
+    "polytrope: index n with this ratio. core: of uniform layers with this ratio, in km, 16th to 84th percentile.\n"
+    f"A uniform sphere has {UNIFORM:g}; `--body NAME` shows sources, radii and what is assumed."
+)
+_MARKDOWN_COLUMNS = ("body", "mean radius (km)", "I/(M R²)", "published as", "known how", "hydrostatic", "n", "source")
+
+
+def solar_system_text(dataset: xr.Dataset) -> str:
+    """Return the table that the command prints, from `studies.moment_ratio.moment_ratio`."""
+    rows = [_COLUMNS] + [_row(dataset.isel(body=k)) for k in range(dataset.sizes["body"])]
+    widths = [max(len(row[k]) for row in rows) for k in range(len(_COLUMNS))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return "\n".join([lines[0], "  ".join("-" * width for width in widths), *lines[1:], "", _UNDER])
+
+
+def markdown(dataset: xr.Dataset) -> str:
+    """Return the same bodies as a Markdown table with the published ratio, its radius and its source."""
+    lines = [f"| {' | '.join(_MARKDOWN_COLUMNS)} |", "|---" * len(_MARKDOWN_COLUMNS) + "|"]
+    for k in range(dataset.sizes["body"]):
+        one = dataset.isel(body=k)
+        letter = "C" if str(one["published_kind"].values) == "polar" else "I"
+        radius = float(one["published_radius"]) / 1e3
+        cells = (
+            str(one["body"].values),
+            f"{float(one['mean_radius']) / 1e3:.7g}",
+            _with_error(float(one["moment_ratio"]), float(one["moment_ratio_uncertainty"])),
+            f"{letter} {float(one['published_moment_ratio']):.7g} at {radius:.7g} km",
+            str(one["status"].values),
+            _plain(float(one["hydrostatic_moment_ratio"]), ".4f"),
+            _plain(float(one["polytropic_index"]), ".2f"),
+            str(one["source"].values),
+        )
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def body_text(dataset: xr.Dataset, known: Mapping[str, float]) -> str:
+    """Return one body in detail; known: two-layer parameters in SI, by name. SceneError for layers that cannot be."""
+    one = body(str(dataset["body"].values[0]))
+    lines = [
+        f"{one.name}: mass {one.mass:.6g} kg, mean radius {one.mean_radius / 1e3:.6g} km, "
+        f"mean density {one.mean_density:.5g} kg/m3",
+        "",
+        f"I/(M R^2), mean moment, R = {one.mean_radius / 1e3:.6g} km",
+        *_published_lines(one),
+        f"  {UNIFORM:<21g} uniform sphere",
+    ]
+    ratio = one.moment_ratio()
+    love = fluid_love_number(one)
+    if math.isfinite(love):
+        hydrostatic = float(dataset["hydrostatic_moment_ratio"][0])
+        lines.append(
+            f"  {hydrostatic:<21.5f} hydrostatic: fluid k2 = {love:.4f} from gravity and spin, "
+            f"{100 * (hydrostatic / ratio.value - 1):+.1f} % of the published"
+        )
+    else:
+        lines.append("  no hydrostatic value: gravity and spin are not those of a fluid, or not known")
+    lines.append(f"  polytrope with this ratio: n = {_plain(float(polytropic_index(ratio.value)), '.3f')}")
+    lines += ["", *(_layer_lines(one, known) if known else _assumed_lines(one))]
+    if one.has("core_radius"):
+        lines += ["", "published core radius"]
+        for row in one.published["core_radius"]:
+            error = f" +- {row.uncertainty / 1e3:.0f}" if math.isfinite(row.uncertainty) else ""
+            note = f" ({row.note})" if row.note else ""
+            lines.append(f"  {f'{row.value / 1e3:.0f}{error} km':<21} {row.status}, {row.source}{note}")
+    return "\n".join(lines)
+
+
+def sweep_text(dataset: xr.Dataset) -> str:
+    """Return what a sweep holds, in a few lines."""
+    possible = dataset["core_radius_found"].notnull()
+    lines = [
+        f"{dataset.attrs['title']}: {' x '.join(f'{size} {name}' for name, size in dataset.sizes.items())}, "
+        f"{int(possible.sum())} of {possible.size} possible"
+    ]
+    for name in ("moment_ratio_found", "core_radius_found", "core_density_found", "mantle_density_found"):
+        if bool(possible.any()):
+            scale, unit = (1e3, "km") if name.startswith("core_radius") else (1.0, dataset[name].attrs["units"])
+            low, high = float(dataset[name].min()) / scale, float(dataset[name].max()) / scale
+            lines.append(
+                f"  {name[:-6].replace('_', ' '):<16} {low:.6g} to {high:.6g} {'' if unit == '1' else unit}".rstrip()
+            )
+    return "\n".join(lines)
+
+
+def _row(one: xr.Dataset) -> tuple[str, ...]:
+    def value(name: str, scale: float = 1.0) -> float:
+        return float(one[name]) / scale
+
+    core = NOTHING
+    if math.isfinite(value("core_radius")):
+        centre = value("core_radius", 1e3)
+        up, down = value("core_radius_high", 1e3) - centre, centre - value("core_radius_low", 1e3)
+        core = f"{centre:.0f} +{up:.0f} -{down:.0f}"
+    published = NOTHING
+    if math.isfinite(value("published_core_radius")):
+        published = f"{value('published_core_radius', 1e3):.0f}"
+        if math.isfinite(value("published_core_radius_uncertainty")):
+            published += f" +- {value('published_core_radius_uncertainty', 1e3):.0f}"
+    return (
+        str(one["body"].values),
+        _with_error(value("moment_ratio"), value("moment_ratio_uncertainty")),
+        str(one["status"].values),
+        _plain(value("hydrostatic_moment_ratio"), ".4f"),
+        _plain(value("polytropic_index"), ".2f"),
+        core,
+        published,
+        _plain(value("central_condensation"), ".3g"),
+    )
+
+
+def _published_lines(one: SolarSystemBody) -> list[str]:
+    published = sorted(
+        (
+            (name[:-13], row)
+            for name in ("polar_moment_ratio", "mean_moment_ratio")
+            for row in one.published.get(name, ())
+        ),
+        key=lambda pair: not pair[1].adopted,
+    )
+    lines = []
+    for ratio, (kind, row) in zip(one.moment_ratio_rows(), published, strict=True):
+        letter = "C" if kind == "polar" else "I"
+        lines.append(
+            f"  {_with_error(ratio.value, ratio.uncertainty, ' +- '):<21} {ratio.status}, {ratio.source}: "
+            f"{letter}/(M R^2) = {row.value:.7g} for {row.radius / 1e3:.7g} km" + (f" ({row.note})" if row.note else "")
+        )
+    return lines
+
+
+def _assumed_lines(one: SolarSystemBody) -> list[str]:
+    found = core_inversion(one)
+    if not found.assumed:
+        return ["no core is inverted: nothing is assumed for its layers; give --core-density or --mantle-density"]
+    lines = [
+        f"uniform layers with the published ratio, assumed: {found.assumed}",
+        f"  core radius          {found.core_radius / 1e3:.0f} km, between {found.core_radius_low / 1e3:.0f} and "
+        f"{found.core_radius_high / 1e3:.0f} km (16th and 84th percentile)",
+        f"  core density         {found.core_density:.0f} +- {found.core_density_deviation:.0f} kg/m3",
+        f"  mantle density       {found.mantle_density:.0f} +- {found.mantle_density_deviation:.0f} kg/m3",
+        f"  fluid k2             {found.love_number:.4f}",
+    ]
+    if found.possible_share < 0.995:
+        lines.append(f"  {100 * (1 - found.possible_share):.0f} % of what the errors allow has no such layers at all")
+    return lines
+
+
+def _layer_lines(one: SolarSystemBody, known: Mapping[str, float]) -> list[str]:
+    given = dict(known)
+    predicted = len(given) == 2 and "moment_ratio" not in given
+    if len(given) == 1 and "moment_ratio" not in given:
+        given["moment_ratio"] = one.moment_ratio().value
+    if len(given) != 2:
+        raise SceneError(
+            "two layers follow from one or two of --core-density, --mantle-density and --core-radius, or from one of "
+            "them with --moment-ratio"
+        )
+    ratio_known = {("core_radius_ratio" if name == "core_radius" else name): value for name, value in given.items()}
+    if "core_radius" in given:
+        ratio_known["core_radius_ratio"] = given["core_radius"] / one.mean_radius
+    why = impossible(one.mean_density, **ratio_known)
+    if why is not None:
+        raise SceneError(f"no two layers of {one.name} are like this: {why}")
+    found = {
+        name: float(value)
+        for name, value in TWO_LAYERS.function(mass=one.mass, radius=one.mean_radius, **given).items()
+    }
+    ratio = one.moment_ratio()
+    off = found["moment_ratio_found"] - ratio.value
+    sigmas = f", {abs(off) / ratio.uncertainty:.1f} standard deviations" if math.isfinite(ratio.uncertainty) else ""
+    told = f"{off:+.5f} of the published{sigmas}" if predicted or "moment_ratio" in known else "as published"
+    j2 = one.small_m * found["love_number"] / 3
+    measured = f" (measured {one.zonal_harmonic(one.mean_radius):.4g})" if one.has("j2") else ""
+    return [
+        f"two uniform layers with {' and '.join(_told(name, value) for name, value in known.items())}",
+        f"  I/(M R^2)            {found['moment_ratio_found']:.5f}, {told}",
+        f"  core radius          {found['core_radius_found'] / 1e3:.0f} km, "
+        f"{found['core_radius_found'] / one.mean_radius:.4f} of the body's",
+        f"  core density         {found['core_density_found']:.0f} kg/m3, "
+        f"{100 * found['core_mass_fraction']:.1f} % of the mass",
+        f"  mantle density       {found['mantle_density_found']:.0f} kg/m3",
+        f"  fluid k2             {found['love_number']:.4f}",
+        *([] if "synchronous" in one.adopted("rotation_rate").note or one.name == "Moon"
+          else [f"  hydrostatic J2       {j2:.4g}{measured}, to first order"]),
+    ]  # fmt: skip
+
+
+def _told(name: str, value: float) -> str:
+    if name == "core_radius":
+        return f"core radius {value / 1e3:g} km"
+    if name == "moment_ratio":
+        return f"I/(M R^2) {value:g}"
+    return f"{name.replace('_', ' ')} {value:g} kg/m3"
+
+
+def _plain(value: float, form: str) -> str:
+    return format(value, form) if np.isfinite(value) else NOTHING
+
+
+def _with_error(value: float, error: float, between: str = "(") -> str:
+    """0.36428(11), or with another sign between the two."""
+    if not math.isfinite(error):
+        return f"{value:.4g}"
+    digits = max(0, 1 - math.floor(math.log10(error)))
+    if between == "(":
+        return f"{value:.{digits}f}({round(error * 10**digits)})"
+    return f"{value:.{digits}f}{between}{error:.{digits}f}"

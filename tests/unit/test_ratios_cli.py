@@ -1,0 +1,141 @@
+"""The command `ratios`: what it prints, writes and refuses."""
+
+import csv
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from astroinertia.cli import main
+
+
+@pytest.fixture
+def elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def _rows(text: str) -> dict[str, list[str]]:
+    return {line.split()[0]: line.split() for line in text.splitlines() if line.strip()}
+
+
+def test_the_table_has_every_body_and_what_is_known_of_it(elsewhere, capsys):
+    assert main(["ratios", "--csv", "all.csv", "--netcdf", "all.nc"]) == 0
+    told = capsys.readouterr().out
+    rows = _rows(told)
+    assert rows["Mars"][1:3] == ["0.36428(11)", "measured"]
+    assert rows["Jupiter"][2] == "model"
+    assert rows["Titan"][2] == "hydrostatic"
+    assert rows["Mercury"][3] == "-"  # its figure is no fluid's
+    assert max(map(len, told.splitlines())) <= 120
+    with xr.open_dataset(elsewhere / "all.nc") as written, (elsewhere / "all.csv").open() as stream:
+        assert written.sizes["body"] == 17
+        assert written["core_radius"].attrs["units"] == "m"
+        table = {row["body"]: row for row in csv.DictReader(stream)}
+        for name in ("Earth", "Moon"):
+            assert float(table[name]["moment_ratio"]) == float(written["moment_ratio"].sel(body=name))
+        assert str(written["source"].sel(body="Mars").values).startswith("Le Maistre")
+
+
+def test_markdown_has_a_source_in_every_row(capsys):
+    assert main(["ratios", "--markdown"]) == 0
+    head, rule, *rows = capsys.readouterr().out.splitlines()
+    assert len(rows) == 17
+    assert {line.count("|") for line in (head, rule, *rows)} == {9}
+    assert all(len(row.split("|")[-2].strip()) > 10 for row in rows)
+    assert "| C 0.36419 at 3396 km |" in rows[5]
+
+
+def test_one_body_is_told_with_every_published_ratio_and_core(capsys):
+    assert main(["ratios", "--body", "mars"]) == 0
+    told = capsys.readouterr().out
+    for words in ("0.36428 +- 0.00011", "C/(M R^2) = 0.36419 for 3396 km", "Konopliv", "1830 +- 40 km", "1650 +- 20 km",
+                  "core density 6000(175)", "hydrostatic"):  # fmt: skip
+        assert words in told
+
+
+def test_a_core_density_gives_the_core_with_the_published_ratio(capsys):
+    assert main(["ratios", "--body", "Mars", "--core-density", "7 g/cm3"]) == 0
+    told = capsys.readouterr().out
+    assert "0.36428, as published" in told
+    assert "core radius          1737 km" in told
+    assert main(["ratios", "--body", "Mars", "--core-density", "7000"]) == 0
+    assert capsys.readouterr().out == told
+
+
+def test_two_densities_predict_a_ratio(capsys):
+    assert main(["ratios", "--body", "Mars", "--core-density", "7000", "--mantle-density", "3458.3"]) == 0
+    told = re.search(
+        r"I/\(M R\^2\) +(0\.36\d+), ([+-]0\.\d+) of the published, (\d\.\d) standard", capsys.readouterr().out
+    )
+    assert told is not None
+    assert float(told[2]) == pytest.approx(float(told[1]) - 0.364279, abs=2e-5)
+    assert float(told[3]) == pytest.approx(abs(float(told[2])) / 0.00011, abs=0.1)
+    assert main(["ratios", "--body", "Mars", "--core-density", "7000", "--core-radius", "1500"]) == 0
+    assert "standard deviations" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--body", "Pluto"], "no body 'Pluto'"),
+        (["--body", "Mars", "--core-density", "3000"], "below the mean density"),
+        (["--body", "Mars", "--moment-ratio", "0.45", "--mantle-density", "3500"], "0.45 is not below 0.4"),
+        (["--body", "Mars", "--core-density", "-7000"], "positive number in kg/m3"),
+        (["--body", "Mars", "--core-density", "nan"], "positive number"),
+        (["--body", "Mars", "--core-density", "7 km"], "is not a density"),
+        (["--body", "Mars", "--moment-ratio", "0.36"], "two layers follow from"),
+        (["--core-density", "7000"], "name it with --body"),
+        (["--body", "Mars", "--sweep", "core_density=6000:9000:7"], "needs a file"),
+        (["--body", "Mars", "--sweep", "colour=1:2:3", "--netcdf", "x.nc"], "no parameter 'colour'"),
+        (["--body", "Mars", "--sweep", "core_density=1:2", "--netcdf", "x.nc"], "NAME=START:STOP:COUNT"),
+        (["--body", "Mars", "--sweep", "core_density=1:2:0", "--netcdf", "x.nc"], "1 to 100000 values"),
+        (["--body", "Mars", "--dask"], "--dask is for sweeps"),
+        (["--plot", "missing/x.png"], "cannot be written"),
+        (["--netcdf", "x.csv"], "must be a .nc file"),
+    ],
+)
+def test_what_cannot_be_gets_one_sentence_and_writes_nothing(arguments, words, elsewhere, capsys):
+    assert main(["ratios", *arguments]) == 2
+    caught = capsys.readouterr()
+    assert words in caught.err
+    assert caught.err.count("\n") == 1
+    assert caught.out == ""
+    assert list(elsewhere.iterdir()) == []
+
+
+@pytest.mark.parametrize("dask", [False, True])
+def test_a_sweep_goes_to_netcdf(dask, elsewhere, capsys):
+    if dask:
+        pytest.importorskip("dask")
+    sweeps = ["--sweep", "core_density=5000:8000:4", "--sweep", "moment_ratio=0.35:0.41:3"]
+    assert main(["ratios", "--body", "Mars", *sweeps, "--netcdf", "x.nc", *(["--dask"] if dask else [])]) == 0
+    assert "8 of 12 possible" in capsys.readouterr().out
+    with xr.open_dataset(elsewhere / "x.nc") as found:
+        assert dict(found.sizes) == {"core_density": 4, "moment_ratio": 3}
+        assert np.isnan(found["core_radius_found"].sel(moment_ratio=0.41)).all()
+        radius = found["core_radius_found"].sel(moment_ratio=0.38)
+        assert (radius.diff("core_density") < 0).all()
+        assert found.attrs["body"] == "Mars"
+
+
+def test_the_picture_has_every_known_body_with_labels_apart(elsewhere):
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    from astroinertia.plots import moment_ratios, style
+    from astroinertia.studies.moment_ratio import moment_ratio, polytropes
+
+    figure = moment_ratios.moment_ratio_figure(moment_ratio(), polytropes())
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    for axes, least in zip(figure.axes, (5, 11), strict=True):
+        names = [text for text in axes.texts if text.get_text() in {*moment_ratio()["body"].values}]
+        assert len(names) >= least
+        boxes = [text.get_window_extent(canvas.get_renderer()) for text in names]
+        frame = axes.get_window_extent()
+        for k, box in enumerate(boxes):
+            assert frame.x0 <= box.x0 and box.x1 <= frame.x1
+            assert not any(box.overlaps(other) for other in boxes[:k])
+    written = style.save(figure, elsewhere / "ratios.png")
+    assert written.stat().st_size > 50_000
