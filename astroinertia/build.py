@@ -77,8 +77,8 @@ def restore(archive: Archive) -> Prepared:
     return Prepared(problem, state, arrangement, outputs_of(scene, units), units, stored[1])
 
 
-def problem_of(scene: Scene, units: CodeUnits) -> tuple[Problem, start.Sphere | None]:
-    """The physics and numerics that a scene calls for, and the sphere that its body is before it is stretched."""
+def problem_of(scene: Scene, units: CodeUnits) -> tuple[Problem, start.Sphere | start.Star | None]:
+    """The physics and numerics that a scene calls for, and the sphere or star that its body is at first."""
     numerics, ball = scene.numerics, start.sphere(scene, units)
     longest = (
         outputs_of(scene, units).end if numerics.max_timestep is None else units.to_code(numerics.max_timestep, "time")
@@ -150,7 +150,7 @@ def metadata(scene: Scene) -> dict[str, Any]:
         "dimensionless": scene.dimensionless,
         "code_units": {"mass": units.mass, "length": units.length, "G": units.gravitational_constant},
         "reference_radius": None if ball is None else ball.radius,
-        "reference_radius_convention": "radius of the initial body before its axes stretch it",
+        "reference_radius_convention": (ball or start.Sphere).radius_convention,
         "model": scene.model,
         "engine": scene.numerics.engine,
         "precision": scene.numerics.precision,

@@ -1,20 +1,26 @@
 """The body of a scene as particles: placed, at its temperature, turning (all in code units)."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.bodies.rotating_star import RotatingStar, rotating_star, rotating_star_with
+from astroinertia.bodies.rotation_laws import RotationLaw
+from astroinertia.bodies.scf_matter import polytropic_matter
 from astroinertia.engines import numba_cpu
-from astroinertia.errors import SceneError
+from astroinertia.errors import NumericalError, SceneError
 from astroinertia.models import relaxation
 from astroinertia.models.sph import Problem
-from astroinertia.scene.schema import FROM_BODY, Scene
+from astroinertia.scene.fluids import FROM_BODY
+from astroinertia.scene.schema import Scene
 from astroinertia.sph import eos, profiles
 from astroinertia.sph.initial import place
 from astroinertia.sph.profiles import Profile
+from astroinertia.sph.rotating import mapped
 from astroinertia.sph.rotation import linear_velocity, rotation_velocity
 from astroinertia.sph.table import read_table
 from astroinertia.units import CodeUnits, pressure_constant_dimension
@@ -22,6 +28,7 @@ from astroinertia.units import CodeUnits, pressure_constant_dimension
 _PRESSURE_NODES = 4096
 # Smoothing and the surface leave this much of the density at 4000 particles; the error falls as N^-1/3.
 _DENSITY_ERROR = 0.12
+_OUTERMOST = 1e-6  # of the mass: what is outside the shell where profiles are floored
 
 
 @dataclass(frozen=True)
@@ -42,10 +49,11 @@ class Sphere:
     profile: Profile
     mass: float
     radius: float
+    radius_convention = "radius of the initial body before its axes stretch it"
 
     def density(self, s: np.ndarray) -> np.ndarray:
         """Density at s = r/R, floored where the profile ends so that particles at the surface keep a temperature."""
-        inside = np.minimum(s, float(self.profile.radius(np.array(1.0 - 1e-6))))
+        inside = np.minimum(s, float(self.profile.radius(np.array(1.0 - _OUTERMOST))))
         return self.profile.density(inside) * self.mass / self.radius**3
 
     def pressure(self, s: np.ndarray) -> np.ndarray:
@@ -55,25 +63,97 @@ class Sphere:
         weight = self.profile.density(nodes) * self.profile.enclosed(nodes) / nodes**2
         slices = 0.5 * (weight[1:] + weight[:-1]) * np.diff(nodes)
         above = np.concatenate([np.cumsum(slices[::-1])[::-1], [0.0]])
-        inside = np.minimum(s, float(self.profile.radius(np.array(1.0 - 1e-6))))
+        inside = np.minimum(s, float(self.profile.radius(np.array(1.0 - _OUTERMOST))))
         return np.interp(inside, nodes, above) * self.mass**2 / self.radius**4
 
+    def hydrostatic(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Pressure of equilibrium and density at s."""
+        return self.pressure(s), self.density(s)
 
-def sphere(scene: Scene, units: CodeUnits) -> Sphere | None:
-    """The unstretched sphere of a scene's body; None for a particle table."""
+    def densest(self) -> tuple[float, float]:
+        """Pressure of equilibrium and density near the centre."""
+        centre = np.array([1e-3])
+        return float(self.pressure(centre)[0]), float(self.density(centre)[0])
+
+
+@dataclass(frozen=True)
+class Star:
+    """A rotating star in equilibrium, with the polytrope at rest whose glass is mapped to it."""
+
+    star: RotatingStar
+    profile: Profile
+    radius_convention = "equatorial radius of the initial star"
+
+    @property
+    def mass(self) -> float:
+        """Total mass."""
+        return self.star.mass
+
+    @property
+    def radius(self) -> float:
+        """Equatorial radius."""
+        return self.star.equatorial_radius
+
+    def hydrostatic(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Pressure of equilibrium and density at positions (N, 3), floored at the surface."""
+        star = self.star
+        level = star.level(np.hypot(position[:, 0], position[:, 1]), position[:, 2])
+        level = np.maximum(level, star.level_enclosing(1 - _OUTERMOST))
+        matter = star.field.matter
+        return star.max_density * star.max_enthalpy * matter.pressure(level), star.max_density * matter.density(level)
+
+    def densest(self) -> tuple[float, float]:
+        """The largest pressure and density."""
+        return self.star.max_pressure, self.star.max_density
+
+
+def sphere(scene: Scene, units: CodeUnits) -> Sphere | Star | None:
+    """The unstretched sphere, or the rotating star, of a scene's body; None for a particle table."""
     body: Any = scene.body
     if body.kind == "table":
         return None
+    mass, radius = units.to_code(body.mass, "mass"), units.to_code(body.radius, "length")
+    if body.kind == "rotating_star":
+        return Star(_rotating_star(body, units, mass, radius), profiles.polytrope(body.index))
     profile = {
         "polytrope": lambda: profiles.polytrope(body.index),
         "uniform": profiles.uniform,
         "power_law": lambda: profiles.power_law(body.exponent),
         "dyson": lambda: profiles.dyson(body.gamma),
     }[body.kind]()
-    return Sphere(profile, units.to_code(body.mass, "mass"), units.to_code(body.radius, "length"))
+    return Sphere(profile, mass, radius)
 
 
-def equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | None) -> Any:
+def _rotating_star(body: Any, units: CodeUnits, mass: float, radius: float) -> RotatingStar:
+    # In units of mass and equatorial radius, in which the law's scale is given to the solver.
+    rate, spin = (mass / radius**3) ** 0.5, (mass**3 * radius) ** 0.5
+    wanted = {
+        "axis_ratio": body.axis_ratio,
+        "rotational_to_gravitational": body.t_over_w,
+        "angular_velocity": None if body.rate is None else units.to_code(body.rate, "angular_velocity") / rate,
+        "angular_momentum": None
+        if body.angular_momentum is None
+        else units.to_code(body.angular_momentum, "angular_momentum") / spin,
+    }
+    ((quantity, value),) = ((name, value) for name, value in wanted.items() if value is not None)
+    scale = None if body.scale is None else units.to_code(body.scale, "length") / radius
+    try:
+        unit_star = _unit_star(body.index, RotationLaw(body.law, scale), quantity, value)
+    except (ValueError, NumericalError) as error:
+        units_told = " (in units of its mass, equatorial radius and G)" if quantity.startswith("angular") else ""
+        raise SceneError(f"[body] {error}{units_told}.") from None
+    return replace(unit_star, mass=mass, equatorial_radius=radius)
+
+
+@lru_cache(maxsize=8)
+def _unit_star(index: float, law: RotationLaw, quantity: str, value: float) -> RotatingStar:
+    matter = polytropic_matter(index)
+    if quantity == "axis_ratio":
+        return rotating_star(matter, value, law)
+    return rotating_star_with(quantity, value, matter, law)
+
+
+def equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> Any:
     """The scene's equation of state in code units, its constant taken from the body where the scene says so."""
     chosen = scene.equation_of_state
     if chosen.kind == "ideal":
@@ -90,30 +170,33 @@ def equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | None) -> An
     return eos.hybrid(nuclear, chosen.gamma_1, chosen.gamma_2, chosen.gamma_thermal, constant)
 
 
-def entropies(scene: Scene, units: CodeUnits, ball: Sphere | None, fluid: Any, s: np.ndarray) -> np.ndarray:
-    """The entropy function of particles at s = r/R in the unstretched sphere, (N,).
+def entropies(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, fluid: Any, where: np.ndarray) -> np.ndarray:
+    """The entropy function of particles, (N,), at s = r/R in the unstretched sphere or at positions in the star.
 
     What the scene gives, or that of hydrostatic equilibrium times its pressure_fraction; zero where the equation of
     state is barotropic, and for the hybrid one, whose cold part holds the body.
     """
     body = scene.body
     if not fluid.thermal:
-        return np.zeros_like(s)
+        return np.zeros(len(where))
     if body.entropy is not None:
         gamma = fluid.gamma if scene.equation_of_state.kind == "ideal" else fluid.gamma_thermal
-        return np.full_like(s, units.to_code(body.entropy, pressure_constant_dimension(gamma)))
+        return np.full(len(where), units.to_code(body.entropy, pressure_constant_dimension(gamma)))
     if ball is None:
         raise SceneError("[body] a table without a column u needs specific_internal_energy or entropy.")
     if scene.equation_of_state.kind == "hybrid" or "pressure" not in scene.effects:
-        return np.zeros_like(s)
+        return np.zeros(len(where))
     if "gravity" not in scene.effects:
         raise SceneError(
             "[body] needs specific_internal_energy or entropy: without gravity there is no equilibrium to take it from."
         )
-    return (body.pressure_fraction or 1.0) * ball.pressure(s) / ball.density(s) ** fluid.gamma
+    pressure, density = ball.hydrostatic(where)
+    return (body.pressure_fraction or 1.0) * pressure / density**fluid.gamma
 
 
-def particles(scene: Scene, units: CodeUnits, ball: Sphere | None, problem: Problem, listener: Any = None) -> Particles:
+def particles(
+    scene: Scene, units: CodeUnits, ball: Sphere | Star | None, problem: Problem, listener: Any = None
+) -> Particles:
     """The particles of a scene, settled to equilibrium where the scene asks for it; `listener` hears how that goes."""
     body: Any = scene.body
     fluid = problem.equation_of_state
@@ -122,53 +205,71 @@ def particles(scene: Scene, units: CodeUnits, ball: Sphere | None, problem: Prob
     mass = np.full(body.particles, ball.mass / body.particles)
     unit_sphere = place(ball.profile, body.particles, body.placement, body.seed)
     s = np.linalg.norm(unit_sphere, axis=1)
-    position = unit_sphere * ball.radius
-    if body.relax and body.kind == "polytrope" and body.index > 0 and {"gravity", "pressure"} <= set(scene.effects):
-        position, velocity = _settled(scene, units, ball, problem, mass, position, s, listener)
-        position = position * np.asarray(body.axes)
-        velocity = velocity * np.asarray(body.axes) + _flow(scene, units, position)
+    settles = body.relax and {"gravity", "pressure"} <= set(scene.effects)
+    if isinstance(ball, Star):
+        where = position = mapped(ball.star, ball.profile.enclosed(s), unit_sphere)
+        spin = ball.star.rotation_law
+        rotation = relaxation.Rotation(
+            "angular_momentum", ball.star.angular_momentum, scale=spin.scale, law=spin.kind, edge=ball.radius
+        )
+        velocity = rotation_velocity(mass, position, spin.kind, scale=spin.scale,
+                                     angular_momentum=ball.star.angular_momentum)  # fmt: skip
+        if settles:
+            gamma = max(1 + 1 / body.index, 5.0 / 3.0)
+            pressure, density = ball.hydrostatic(position)
+            position, velocity = _settled(problem, mass, position, gamma, pressure / density**gamma, rotation, listener)
+        velocity = velocity + _flow(scene, units, position)
     else:
-        position = position * np.asarray(body.axes)
-        velocity = _flow(scene, units, position) + _rotation(scene, units, ball, mass, position)
+        where, position = s, unit_sphere * ball.radius
+        if settles and body.kind == "polytrope" and body.index > 0:
+            star = Polytrope(body.index, ball.mass, ball.radius)
+            gamma = max(star.gamma, 5.0 / 3.0)
+            entropy = star.constant * ball.density(s) ** (star.gamma - gamma)
+            position, velocity = _settled(problem, mass, position, gamma, entropy, _spin(scene, units), listener, ball)
+            position = position * np.asarray(body.axes)
+            velocity = velocity * np.asarray(body.axes) + _flow(scene, units, position)
+        else:
+            position = position * np.asarray(body.axes)
+            velocity = _flow(scene, units, position) + _rotation(scene, units, ball, mass, position)
     if body.specific_internal_energy is not None and fluid.thermal:
         energy = units.to_code(body.specific_internal_energy, "specific_energy")
         return Particles(mass, position, velocity, None, np.full_like(mass, energy))
-    return Particles(mass, position, velocity, entropies(scene, units, ball, fluid, s), None)
+    return Particles(mass, position, velocity, entropies(scene, units, ball, fluid, where), None)
 
 
 def _settled(
-    scene: Scene, units: CodeUnits, ball: Sphere, problem: Problem, mass: np.ndarray, position: np.ndarray,
-    s: np.ndarray, listener: Any,
+    problem: Problem, mass: np.ndarray, position: np.ndarray, gamma: float, entropy: np.ndarray,
+    rotation: relaxation.Rotation | None, listener: Any, ball: Sphere | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     # The polytrope's own pressure, carried by a gas of exponent 5/3 at least: with the entropy rising outwards the body
-    # has a stable equilibrium also where its own index has none (n = 3 is neutral). The stretch comes afterwards.
-    body: Any = scene.body
-    star = Polytrope(body.index, ball.mass, ball.radius)
-    gamma = max(star.gamma, 5.0 / 3.0)
-    entropy = star.constant * ball.density(s) ** (star.gamma - gamma)
+    # has a stable equilibrium also where its own index has none (n = 3 is neutral). Any stretch comes afterwards.
     still = replace(
         problem,
         engine=numba_cpu.Engine(precision="float64"),
         equation_of_state=eos.ideal(gamma),
         effects=tuple(effect for effect in problem.effects if effect.kind in ("gravity", "pressure")),
     )
-    spin = body.rotation
-    rotation = None
-    if spin is not None:
-        ((measure, value),) = _amount(scene, units).items()
-        scale = None if spin.scale is None else units.to_code(spin.scale, "length")
-        rotation = relaxation.Rotation(measure, value, spin.axis, scale)
+    target = None if ball is None else lambda enclosed: ball.density(ball.profile.radius(enclosed / ball.mass))
     relaxed = relaxation.relax(
         still,
         mass,
         position,
         entropy,
-        target_density=lambda enclosed: ball.density(ball.profile.radius(enclosed / ball.mass)),
+        target_density=target,
         rotation=rotation,
         tolerances=relaxation.Tolerances(density_error=_DENSITY_ERROR * max(1.0, (4000 / len(mass)) ** (1 / 3))),
         listener=listener,
     )
     return relaxed.position, relaxed.velocity
+
+
+def _spin(scene: Scene, units: CodeUnits) -> relaxation.Rotation | None:
+    spin = scene.body.rotation
+    if spin is None:
+        return None
+    ((measure, value),) = _amount(scene, units).items()
+    scale = None if spin.scale is None else units.to_code(spin.scale, "length")
+    return relaxation.Rotation(measure, value, spin.axis, scale, spin.law)
 
 
 def _flow(scene: Scene, units: CodeUnits, position: np.ndarray) -> np.ndarray:
@@ -187,13 +288,13 @@ def _amount(scene: Scene, units: CodeUnits) -> dict[str, float]:
 
 
 def _rotation(
-    scene: Scene, units: CodeUnits, ball: Sphere | None, mass: np.ndarray, position: np.ndarray
+    scene: Scene, units: CodeUnits, ball: Sphere | Star | None, mass: np.ndarray, position: np.ndarray
 ) -> np.ndarray:
     body: Any = scene.body
     spin, binding = body.rotation, None
     if spin is None:
         return np.zeros_like(position)
-    if ball is not None and "gravity" in scene.effects:
+    if isinstance(ball, Sphere) and "gravity" in scene.effects:
         semi_axes = ball.radius * np.asarray(body.axes)
         binding = profiles.ellipsoid_gravitational_energy(ball.profile, ball.mass, semi_axes)
     scale = None if spin.scale is None else units.to_code(spin.scale, "length")
@@ -218,7 +319,7 @@ def _table(scene: Scene, units: CodeUnits, fluid: Any) -> Particles:
     return Particles(mass, position, velocity, entropies(scene, units, None, fluid, np.zeros_like(mass)), None)
 
 
-def _constant(scene: Scene, units: CodeUnits, ball: Sphere | None, gamma: float) -> float:
+def _constant(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, gamma: float) -> float:
     body: Any = scene.body
     chosen: Any = scene.equation_of_state
     constant = chosen.constant
@@ -226,10 +327,9 @@ def _constant(scene: Scene, units: CodeUnits, ball: Sphere | None, gamma: float)
         return units.to_code(constant, pressure_constant_dimension(gamma))
     if ball is None:
         raise SceneError('[equation_of_state] constant = "from body" needs a body of known structure, not a table.')
-    centre = np.array([1e-3])
     if body.kind == "polytrope":
         star = Polytrope(body.index, ball.mass, ball.radius)
         pressure, density = star.central_pressure, star.central_density
     else:
-        pressure, density = float(ball.pressure(centre)[0]), float(ball.density(centre)[0])
+        pressure, density = ball.densest()
     return (body.pressure_fraction or 1.0) * eos.polytropic_constant(density, pressure, gamma)

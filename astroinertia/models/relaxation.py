@@ -18,6 +18,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from astroinertia import cache
+from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.errors import NumericalError
 from astroinertia.integrate.leapfrog import State
 from astroinertia.models import sph
@@ -33,12 +34,18 @@ _VERSION = 2  # part of the cache key: raise it when the outcome changes
 
 @dataclass(frozen=True)
 class Rotation:
-    """Rotation to be in equilibrium with: one measure (as in sph.rotation) and its value; scale is A of j_constant."""
+    """Rotation to be in equilibrium with: one measure (as in sph.rotation), its value, and the law with its scale.
+
+    Beyond `edge` from the axis the specific angular momentum is constant: a particle that pressure throws out of a fast
+    star comes back, while with the law itself centrifugal force would carry it away for ever.
+    """
 
     measure: str
     value: float
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     scale: float | None = None
+    law: str = "rigid"
+    edge: float | None = None
 
 
 @dataclass(frozen=True)
@@ -207,14 +214,20 @@ def _forces(problem: Problem, state: State, centre: np.ndarray, rotation: Rotati
 def _rotation(problem: Problem, state: State, centre: np.ndarray, rotation: Rotation):
     x, axis = state.position - centre, np.asarray(rotation.axis) / np.linalg.norm(rotation.axis)
     energy = sph.potential_energies(problem, state).get("gravity")
-    law = "rigid" if rotation.scale is None else "j_constant"
     velocity = rotation_velocity(
-        state.mass, x, law, rotation.axis, rotation.scale, energy, **{rotation.measure: rotation.value}
+        state.mass,
+        x,
+        rotation.law,
+        rotation.axis,
+        rotation.scale,
+        energy,
+        rotation.edge,
+        **{rotation.measure: rotation.value},
     )
     outwards = x - (x @ axis)[:, None] * axis
     squared = (outwards**2).sum(axis=1)
     rates = np.sqrt((velocity**2).sum(axis=1) / np.maximum(squared, 1e-300))
-    on_axis = rates * (1.0 if rotation.scale is None else 1 + squared / rotation.scale**2)
+    on_axis = rates / RotationLaw(rotation.law, rotation.scale).rate(np.sqrt(squared))  # of the half within the edge
     return velocity, float(np.median(on_axis)), rates[:, None] ** 2 * outwards
 
 

@@ -57,6 +57,7 @@ SUGGESTED: dict[str, Any] = {
     "series_steps": 10,
     "pressure_fraction": 0.9,
     "t_over_w": 0.02,
+    "axis_ratio": 0.8,
     "entropy": "1e8 m4 kg^(-2/3) s-2",
     "particles": 3000,
     "units": "code",

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
-from astroinertia.scene.schema import FROM_BODY, Scene, Units
+from astroinertia.scene.fluids import FROM_BODY
+from astroinertia.scene.schema import Scene, Units
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
 from astroinertia.units import DIMENSIONLESS, CodeUnits, si_unit
 
@@ -127,16 +128,19 @@ def _body(scene: Scene) -> tuple[Line, ...]:
     if body.kind == "table":
         lines = [Line("particles", f"from the table {body.file}")]
     else:
-        shape = {"polytrope": "index", "power_law": "exponent", "dyson": "gamma"}.get(body.kind)
+        shape = {"polytrope": "index", "power_law": "exponent", "dyson": "gamma", "rotating_star": "index"}
+        shape = shape.get(body.kind)
         kind = f"{body.kind.replace('_', ' ')}{f' of {shape} {getattr(body, shape):g}' if shape else ''}"
-        density = body.mass / (4.0 / 3.0 * math.pi * body.radius**3 * math.prod(body.axes))
+        axes = getattr(body, "axes", (1.0, 1.0, 1.0))
+        density = body.mass / (4.0 / 3.0 * math.pi * body.radius**3 * math.prod(axes))
         fall = math.sqrt(3.0 * math.pi / (32.0 * units.gravitational_constant * density))
+        sphere = " in the equatorial sphere" if body.kind == "rotating_star" else ""
         lines = [
-            Line("kind", kind, "" if body.axes == (1.0, 1.0, 1.0) else f"axes {_numbers(body.axes)}"),
+            Line("kind", kind, "" if axes == (1.0, 1.0, 1.0) else f"axes {_numbers(axes)}"),
             Line("particles", f"{body.particles}", f"of {_shown(scene, body.mass / body.particles, 'mass')} each"),
             Line("mass", _shown(scene, body.mass, "mass")),
-            Line("radius", _shown(scene, body.radius, "length")),
-            Line("mean density", _shown(scene, density, "density")),
+            Line("equatorial radius" if sphere else "radius", _shown(scene, body.radius, "length")),
+            Line("mean density", _shown(scene, density, "density"), sphere.strip()),
             Line("free-fall time", _shown(scene, fall, "time"), "of the mean density"),
         ]
         settles = body.relax and {"gravity", "pressure"} <= set(scene.effects)
@@ -158,18 +162,20 @@ def _motion(scene: Scene) -> list[Line]:
     body, lines = scene.body, []
     if body.velocity_gradient is not None:
         lines.append(Line("velocity", "linear in position", "velocity_gradient"))
-    if body.rotation is None:
+    spin: Any = body if body.kind == "rotating_star" else body.rotation
+    if spin is None:
         return [*lines, Line("rotation", "none")]
-    spin = body.rotation
     dimensions = {
         "rate": "angular_velocity",
         "period": "time",
         "angular_momentum": "angular_momentum",
         "t_over_w": "dimensionless",
+        "axis_ratio": "dimensionless",
     }
-    name = next(name for name in dimensions if getattr(spin, name) is not None)
+    name = next(name for name in dimensions if getattr(spin, name, None) is not None)
     value = _shown(scene, getattr(spin, name), dimensions[name])
-    return [*lines, Line("rotation", f"{spin.law}, {name} {value}", f"about {_numbers(spin.axis)}")]
+    about = "in equilibrium, about z" if spin is body else f"about {_numbers(spin.axis)}"
+    return [*lines, Line("rotation", f"{spin.law}, {name} {value}", about)]
 
 
 def _equation_of_state(scene: Scene) -> tuple[Line, ...]:

@@ -7,76 +7,72 @@ data of effects/catalogue.py, so that no effect that a scene does not list is im
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
+from astroinertia.scene.fluids import AnyEquationOfState, Part, as_tuple
 from astroinertia.scene.quantities import (
     AngularMomentum,
     AngularVelocity,
-    Density,
     Duration,
     Length,
     Mass,
     Number,
     PositiveNumber,
     SpecificEnergy,
-    Speed,
     VelocityGradient,
     checked,
     dimensional,
 )
-from astroinertia.units import pressure_constant_dimension, shown
+from astroinertia.units import pressure_constant_dimension
 
 MOST_PARTICLES = 50_000_000
 MOST_RECORDS = 1e6  # a record holds some hundreds of numbers
 MOST_SNAPSHOTS = 1e5
 MOST_STEPS = 1e10
 
-
-class Part(BaseModel):
-    """Base of every part of a scene: frozen, unknown keys refused, no silent conversions."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-
-def _as_tuple(value: Any) -> Any:
-    return tuple(_as_tuple(item) for item in value) if isinstance(value, list) else value
-
-
-Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(_as_tuple)]
-Axes = Annotated[tuple[PositiveNumber, PositiveNumber, PositiveNumber], BeforeValidator(_as_tuple)]
+Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(as_tuple)]
+Axes = Annotated[tuple[PositiveNumber, PositiveNumber, PositiveNumber], BeforeValidator(as_tuple)]
 _Row = tuple[VelocityGradient, VelocityGradient, VelocityGradient]
-GradientMatrix = Annotated[tuple[_Row, _Row, _Row], BeforeValidator(_as_tuple)]
+GradientMatrix = Annotated[tuple[_Row, _Row, _Row], BeforeValidator(as_tuple)]
 Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]
-FROM_BODY = "from body"
+Law = Literal["rigid", "j_constant", "v_constant"]
+
+
+def _exactly_one(part: Part, *names: str) -> None:
+    given = [name for name in names if getattr(part, name) is not None]
+    if len(given) != 1:
+        told = "none is given" if not given else f"{' and '.join(given)} are given"
+        raise ValueError(f"needs exactly one of {', '.join(names[:-1])} and {names[-1]}, but {told}.")
+
+
+def _law_with_scale(part: Any) -> None:
+    if part.law != "rigid" and part.scale is None:
+        raise ValueError(f"needs a scale, for its law is {part.law}.")
+    if part.law == "rigid" and part.scale is not None:
+        raise ValueError("has a scale, which only the laws j_constant and v_constant use.")
 
 
 class Rotation(Part):
     """How the body turns at the start; exactly one of rate, period, angular_momentum and t_over_w."""
 
-    law: Literal["rigid", "j_constant"] = Field(
+    law: Law = Field(
         default="rigid",
-        description="rigid: one rate everywhere; j_constant: rate_c / (1 + s^2/scale^2) with cylindrical radius s",
+        description="rigid: one rate; j_constant: rate / (1 + s^2/scale^2), v_constant: rate / (1 + s^2/scale^2)^(1/2) "
+        "with s from the axis",
     )
-    rate: AngularVelocity | None = Field(default=None, description="angular velocity (at the axis, for j_constant)")
-    period: Duration | None = Field(default=None, description="rotation period (at the axis, for j_constant)")
+    rate: AngularVelocity | None = Field(default=None, description="angular velocity on the axis")
+    period: Duration | None = Field(default=None, description="rotation period on the axis")
     angular_momentum: AngularMomentum | None = Field(default=None, description="total angular momentum")
     t_over_w: Annotated[float, Field(ge=0.0, lt=0.5)] | None = Field(
         default=None, description="rotational kinetic over absolute gravitational energy, T/|W|"
     )
     axis: Vector = Field(default=(0.0, 0.0, 1.0), description="direction of the rotation axis, any length")
-    scale: Length | None = Field(default=None, description="length over which a j_constant law falls off")
+    scale: Length | None = Field(default=None, description="length over which a law that is not rigid falls off")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        names = ("rate", "period", "angular_momentum", "t_over_w")
-        given = [name for name in names if getattr(self, name) is not None]
-        if len(given) != 1:
-            told = "none is given" if not given else f"{' and '.join(given)} are given"
-            raise ValueError(f"needs exactly one of {', '.join(names[:-1])} and {names[-1]}, but {told}.")
-        if self.law == "j_constant" and self.scale is None:
-            raise ValueError("needs a scale, for its law is j_constant.")
-        if self.law == "rigid" and self.scale is not None:
-            raise ValueError("has a scale, which only the law j_constant uses.")
+        _exactly_one(self, "rate", "period", "angular_momentum", "t_over_w")
+        _law_with_scale(self)
         if sum(component**2 for component in self.axis) == 0.0:
             raise ValueError("has an axis of zero length.")
         return self
@@ -126,8 +122,11 @@ class Body(Part):
         return self
 
 
+Count = Annotated[int, Field(ge=16, le=MOST_PARTICLES)]
+
+
 class _Sized(Body):
-    particles: Annotated[int, Field(ge=16, le=MOST_PARTICLES)] = Field(description="number of particles")
+    particles: Count = Field(description="number of particles")
     mass: Mass = Field(description="total mass")
     radius: Length = Field(description="radius before the axes stretch it; semi-axes are radius * axes")
     axes: Axes = Field(default=(1.0, 1.0, 1.0), description="stretch along x, y and z")
@@ -160,6 +159,32 @@ class DysonBody(_Sized):
     gamma: Annotated[float, Field(gt=1.0, le=10.0)] = Field(description="adiabatic exponent of the profile")
 
 
+class RotatingStarBody(Body):
+    """A rotating polytrope in equilibrium (self-consistent field), up to mass shedding; it turns about z."""
+
+    kind: Literal["rotating_star"]
+    particles: Count = Field(description="number of particles")
+    mass: Mass = Field(description="total mass")
+    radius: Length = Field(description="equatorial radius of a rotating_star")
+    index: Annotated[float, Field(gt=0.0, lt=5.0)] = Field(description="polytropic index n: P ~ rho^(1 + 1/n)")
+    law: Law = Field(default="rigid", description="rotation law, as in body.rotation")
+    scale: Length | None = Field(default=None, description="length over which a law that is not rigid falls off")
+    axis_ratio: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
+        default=None, description="polar over equatorial radius; or give t_over_w, rate or angular_momentum"
+    )
+    t_over_w: Annotated[float, Field(ge=0.0, lt=0.5)] | None = Field(default=None, description="T/|W| of the star")
+    rate: AngularVelocity | None = Field(default=None, description="angular velocity on the star's axis")
+    angular_momentum: AngularMomentum | None = Field(default=None, description="total angular momentum of the star")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.rotation is not None:
+            raise ValueError("has a table rotation, but a rotating_star turns as its own law and axis_ratio say.")
+        _exactly_one(self, "axis_ratio", "t_over_w", "rate", "angular_momentum")
+        _law_with_scale(self)
+        return self
+
+
 class TableBody(Body):
     """The user's own particles."""
 
@@ -170,106 +195,8 @@ class TableBody(Body):
     relax: bool = Field(default=False, description="settle the particles to equilibrium before the start")
 
 
-AnyBody = Annotated[PolytropeBody | UniformBody | PowerLawBody | DysonBody | TableBody, Field(discriminator="kind")]
-
-Gamma = Annotated[float, Field(gt=1.0, le=10.0)]
-
-
-def _pressure_constant(value: Any, gamma: float | None, info: ValidationInfo) -> float | str:
-    if value == FROM_BODY:
-        return FROM_BODY
-    if isinstance(value, str) and not any(character.isdigit() for character in value):
-        raise ValueError(f"must be \"from body\" or a quantity, not '{shown(value)}'.")
-    if gamma is None:
-        raise ValueError("cannot be read without a valid exponent.")
-    code = bool((info.context or {}).get("code"))
-    return checked(dimensional(value, pressure_constant_dimension(gamma), code), "positive")
-
-
-class IdealGas(Part):
-    """P = A rho^gamma with an entropy A of each particle that only dissipation raises."""
-
-    kind: Literal["ideal"]
-    gamma: Gamma = Field(default=5.0 / 3.0, description="adiabatic exponent")
-
-
-class IsothermalGas(Part):
-    """P = sound_speed^2 rho."""
-
-    kind: Literal["isothermal"]
-    sound_speed: Speed = Field(description="isothermal sound speed")
-
-
-class PolytropicFluid(Part):
-    """P = K rho^gamma, one K everywhere and for ever."""
-
-    kind: Literal["polytropic"]
-    gamma: Gamma = Field(description="exponent")
-    constant: float | str = Field(
-        default=FROM_BODY, description='K, or "from body": the K that holds the body in equilibrium'
-    )
-
-    @field_validator("constant", mode="before")
-    @classmethod
-    def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
-        return _pressure_constant(value, info.data.get("gamma"), info)
-
-
-class PiecewisePolytropicFluid(Part):
-    """P = K_k rho^gamma_k between dividing densities; P and u are continuous."""
-
-    kind: Literal["piecewise_polytropic"]
-    densities: Annotated[tuple[Density, ...], BeforeValidator(_as_tuple), Field(min_length=1, max_length=20)] = Field(
-        description="dividing densities, rising"
-    )
-    gammas: Annotated[tuple[Gamma, ...], BeforeValidator(_as_tuple), Field(min_length=2, max_length=21)] = Field(
-        description="exponents of the pieces, one more than there are densities"
-    )
-    constant: float | str = Field(default=FROM_BODY, description='K of the first piece, or "from body"')
-
-    @field_validator("constant", mode="before")
-    @classmethod
-    def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
-        gammas = info.data.get("gammas")
-        return _pressure_constant(value, gammas[0] if gammas else None, info)
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        if len(self.gammas) != len(self.densities) + 1:
-            raise ValueError(
-                f"needs one more of gammas than of densities, but has {len(self.gammas)} and {len(self.densities)}."
-            )
-        if any(b <= a for a, b in zip(self.densities, self.densities[1:], strict=False)):
-            raise ValueError("needs densities that rise.")
-        return self
-
-
-class HybridFluid(Part):
-    """Cold part that stiffens at nuclear density, and a thermal part for what shocks heat.
-
-    Janka, Zwerger & Moenchmeyer 1993, A&A 268, 360; Dimmelmeier, Font & Mueller 2002, A&A 388, 917.
-    """
-
-    kind: Literal["hybrid"]
-    gamma_1: Gamma = Field(
-        default=1.31, description="exponent of the cold part below nuclear density (below 4/3 collapses)"
-    )
-    gamma_2: Gamma = Field(default=2.5, description="exponent of the cold part above nuclear density")
-    gamma_thermal: Gamma = Field(default=1.5, description="exponent of the thermal part")
-    nuclear_density: Density = Field(description="density at which the cold part stiffens")
-    constant: float | str = Field(
-        default=FROM_BODY,
-        description='K below nuclear density, or "from body": the K that gives the body its own central pressure',
-    )
-
-    @field_validator("constant", mode="before")
-    @classmethod
-    def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
-        return _pressure_constant(value, info.data.get("gamma_1"), info)
-
-
-AnyEquationOfState = Annotated[
-    IdealGas | IsothermalGas | PolytropicFluid | PiecewisePolytropicFluid | HybridFluid, Field(discriminator="kind")
+AnyBody = Annotated[
+    PolytropeBody | UniformBody | PowerLawBody | DysonBody | RotatingStarBody | TableBody, Field(discriminator="kind")
 ]
 
 

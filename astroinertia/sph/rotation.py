@@ -1,7 +1,6 @@
 """Initial velocity fields: rotation laws with one given measure of the amount of rotation, and linear flows.
 
-rigid:       Omega the same everywhere
-j_constant:  Omega = Omega_0/(1 + (w/A)^2), w the distance from the axis (Eriguchi & Mueller 1985, A&A 146, 260)
+The laws are those of bodies/rotation_laws.py: rigid, j_constant and v_constant.
 
 All functions take arrays in code units with the centre of mass at the origin. Tests: tests/unit/test_initial.py.
 """
@@ -10,7 +9,8 @@ import math
 
 import numpy as np
 
-LAWS = ("rigid", "j_constant")
+from astroinertia.bodies.rotation_laws import RotationLaw
+
 MEASURES = ("rate", "period", "angular_momentum", "t_over_w")
 
 
@@ -21,13 +21,15 @@ def rotation_velocity(
     axis=(0.0, 0.0, 1.0),
     scale: float | None = None,
     gravitational_energy: float | None = None,
+    edge: float | None = None,
     **measure: float,
 ) -> np.ndarray:
     """Return velocities (N, 3) that rotate about an axis through the origin.
 
     Exactly one of `rate` (on the axis), `period` (2 pi over it), `angular_momentum` (along the axis) and `t_over_w`
     (which needs gravitational_energy) is given; the last two hold for these particles to round-off. `scale` is A of
-    j_constant. ValueError where these contradict.
+    a law that is not rigid; beyond `edge` from the axis the specific angular momentum stays what it is there.
+    ValueError where these contradict.
     """
     if len(measure) != 1 or next(iter(measure)) not in MEASURES:
         raise ValueError(f"rotation needs exactly one of {', '.join(MEASURES)}, not {', '.join(measure) or 'none'}")
@@ -36,14 +38,12 @@ def rotation_velocity(
     if axis.shape != (3,) or not math.isfinite(length) or length == 0:
         raise ValueError("the rotation axis must be three finite numbers that are not all zero")
     unit = np.cross(axis / length, position)  # velocity for rate 1, rigid
-    if law == "j_constant":
-        if scale is None or not scale > 0:
-            raise ValueError("rotation law j_constant needs a positive scale")
-        unit = unit / (1 + (unit**2).sum(axis=1) / scale**2)[:, None]
-    elif law != "rigid":
-        raise ValueError(f"the rotation law must be one of {', '.join(LAWS)}, not {law!r}")
-    elif scale is not None:
-        raise ValueError("scale belongs to rotation law j_constant only")
+    w = np.linalg.norm(unit, axis=1)
+    if edge is None:
+        unit = unit * RotationLaw(law, scale).rate(w)[:, None]
+    else:
+        inside = np.minimum(w, edge)
+        unit = unit * (RotationLaw(law, scale).rate(inside) * (inside / np.maximum(w, 1e-300)) ** 2)[:, None]
     return unit * _rate(name, value, mass, position, unit, axis / length, gravitational_energy)
 
 

@@ -164,7 +164,7 @@ def test_rotation_by_rate_and_by_angular_momentum_are_one_equilibrium():
 
 
 def test_differential_rotation_relaxes_on_its_own_law():
-    body = relaxed(1.5, 500, Rotation("rate", 0.6, scale=0.5))
+    body = relaxed(1.5, 500, Rotation("rate", 0.6, scale=0.5, law="j_constant"))
     x, v = body.position.values, body.velocity.values
     w2 = (x[:, :2] ** 2).sum(axis=1)
     np.testing.assert_allclose(np.linalg.norm(v, axis=1), 0.6 / (1 + w2 / 0.25) * np.sqrt(w2), rtol=1e-9)

@@ -13,6 +13,7 @@ from astroinertia.effects.catalogue import CATALOGUE, REQUIRED
 from astroinertia.errors import SceneError
 from astroinertia.scene import schema
 from astroinertia.scene.example import example_text
+from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.load import KINDS, load_file, loads, resolved_text
 from astroinertia.scene.plan import cadence, code_units, plan, records, smoothing
 from astroinertia.scene.text import toml_text, with_overrides
@@ -282,4 +283,4 @@ def test_entropy_has_the_dimension_of_its_equation_of_state():
 def test_constants_of_equations_of_state():
     scene = loads(SCENE, ["equation_of_state={kind='polytropic', gamma=2, constant='3 m5 kg-1 s-2'}"])
     assert scene.equation_of_state.constant == 3.0
-    assert loads(SCENE).equation_of_state.constant == schema.FROM_BODY
+    assert loads(SCENE).equation_of_state.constant == FROM_BODY

@@ -1,0 +1,122 @@
+"""The fluid that a scene may ask for: equations of state, validated and frozen, in SI (or code units)."""
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+
+from astroinertia.scene.quantities import Density, Speed, checked, dimensional
+from astroinertia.units import pressure_constant_dimension, shown
+
+FROM_BODY = "from body"
+
+
+class Part(BaseModel):
+    """Base of every part of a scene: frozen, unknown keys refused, no silent conversions."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+def as_tuple(value: Any) -> Any:
+    """Lists of lists as tuples of tuples: what TOML has and frozen models keep."""
+    return tuple(as_tuple(item) for item in value) if isinstance(value, list) else value
+
+
+Gamma = Annotated[float, Field(gt=1.0, le=10.0)]
+
+
+def _pressure_constant(value: Any, gamma: float | None, info: ValidationInfo) -> float | str:
+    if value == FROM_BODY:
+        return FROM_BODY
+    if isinstance(value, str) and not any(character.isdigit() for character in value):
+        raise ValueError(f"must be \"from body\" or a quantity, not '{shown(value)}'.")
+    if gamma is None:
+        raise ValueError("cannot be read without a valid exponent.")
+    code = bool((info.context or {}).get("code"))
+    return checked(dimensional(value, pressure_constant_dimension(gamma), code), "positive")
+
+
+class IdealGas(Part):
+    """P = A rho^gamma with an entropy A of each particle that only dissipation raises."""
+
+    kind: Literal["ideal"]
+    gamma: Gamma = Field(default=5.0 / 3.0, description="adiabatic exponent")
+
+
+class IsothermalGas(Part):
+    """P = sound_speed^2 rho."""
+
+    kind: Literal["isothermal"]
+    sound_speed: Speed = Field(description="isothermal sound speed")
+
+
+class PolytropicFluid(Part):
+    """P = K rho^gamma, one K everywhere and for ever."""
+
+    kind: Literal["polytropic"]
+    gamma: Gamma = Field(description="exponent")
+    constant: float | str = Field(
+        default=FROM_BODY, description='K, or "from body": the K that holds the body in equilibrium'
+    )
+
+    @field_validator("constant", mode="before")
+    @classmethod
+    def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
+        return _pressure_constant(value, info.data.get("gamma"), info)
+
+
+class PiecewisePolytropicFluid(Part):
+    """P = K_k rho^gamma_k between dividing densities; P and u are continuous."""
+
+    kind: Literal["piecewise_polytropic"]
+    densities: Annotated[tuple[Density, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=20)] = Field(
+        description="dividing densities, rising"
+    )
+    gammas: Annotated[tuple[Gamma, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=21)] = Field(
+        description="exponents of the pieces, one more than there are densities"
+    )
+    constant: float | str = Field(default=FROM_BODY, description='K of the first piece, or "from body"')
+
+    @field_validator("constant", mode="before")
+    @classmethod
+    def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
+        gammas = info.data.get("gammas")
+        return _pressure_constant(value, gammas[0] if gammas else None, info)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if len(self.gammas) != len(self.densities) + 1:
+            raise ValueError(
+                f"needs one more of gammas than of densities, but has {len(self.gammas)} and {len(self.densities)}."
+            )
+        if any(b <= a for a, b in zip(self.densities, self.densities[1:], strict=False)):
+            raise ValueError("needs densities that rise.")
+        return self
+
+
+class HybridFluid(Part):
+    """Cold part that stiffens at nuclear density, and a thermal part for what shocks heat.
+
+    Janka, Zwerger & Moenchmeyer 1993, A&A 268, 360; Dimmelmeier, Font & Mueller 2002, A&A 388, 917.
+    """
+
+    kind: Literal["hybrid"]
+    gamma_1: Gamma = Field(
+        default=1.31, description="exponent of the cold part below nuclear density (below 4/3 collapses)"
+    )
+    gamma_2: Gamma = Field(default=2.5, description="exponent of the cold part above nuclear density")
+    gamma_thermal: Gamma = Field(default=1.5, description="exponent of the thermal part")
+    nuclear_density: Density = Field(description="density at which the cold part stiffens")
+    constant: float | str = Field(
+        default=FROM_BODY,
+        description='K below nuclear density, or "from body": the K that gives the body its own central pressure',
+    )
+
+    @field_validator("constant", mode="before")
+    @classmethod
+    def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
+        return _pressure_constant(value, info.data.get("gamma_1"), info)
+
+
+AnyEquationOfState = Annotated[
+    IdealGas | IsothermalGas | PolytropicFluid | PiecewisePolytropicFluid | HybridFluid, Field(discriminator="kind")
+]

@@ -1,0 +1,152 @@
+"""Rotating stars as particles: the map of the glass, the laws of equations of state, and what scenes say of them."""
+
+import numpy as np
+import pytest
+
+from astroinertia import start
+from astroinertia.bodies.rotating_star import rotating_star
+from astroinertia.bodies.rotation_laws import RotationLaw
+from astroinertia.bodies.scf_matter import matter_of, polytropic_matter
+from astroinertia.build import metadata, prepare
+from astroinertia.errors import SceneError
+from astroinertia.scene.load import loads
+from astroinertia.scene.plan import code_units, plan
+from astroinertia.sph import eos, profiles
+from astroinertia.sph.initial import place
+from astroinertia.sph.rotating import ColdLaw, mapped
+from astroinertia.sph.rotation import rotation_velocity
+
+SCENE = """\
+name = "star"
+units = "code"
+[body]
+kind = "rotating_star"
+particles = 500
+mass = 2.0
+radius = 3.0
+index = 1.5
+axis_ratio = 0.7
+relax = false
+[equation_of_state]
+kind = "ideal"
+[effects.gravity]
+[effects.pressure]
+[time]
+end = 1.0
+"""
+FLUIDS = {
+    "polytropic": eos.polytropic(5 / 3, 1.3),
+    "piecewise": eos.piecewise_polytropic([0.1, 0.5], [1.6, 2.5, 1.9], 1.0),
+    "hybrid": eos.hybrid(0.3, 4 / 3, 2.5, 1.5, 0.7),
+}
+
+
+@pytest.mark.parametrize("fluid", FLUIDS.values(), ids=FLUIDS)
+def test_the_cold_law_is_inverted_to_round_off_and_holds_a_star_up(fluid):
+    law, rho = ColdLaw(fluid, 2.0), np.logspace(-20, 0.3, 500)
+    np.testing.assert_allclose(law.density(law.enthalpy(rho)), rho, rtol=2e-14)
+    np.testing.assert_allclose(law.pressure(law.enthalpy(rho)), fluid.pressure(np, rho, 0 * rho), rtol=4e-14)
+    star = rotating_star(matter_of(law, float(law.enthalpy(np.array([2.0]))[0])), 0.8)
+    assert star.max_density == pytest.approx(2.0, rel=1e-12)
+    # the kinks of piecewise laws lie on levels that cross the mesh
+    assert star.virial_error < (1e-9 if fluid is FLUIDS["polytropic"] else 1e-5)
+
+
+def test_a_gas_without_a_surface_is_refused():
+    with pytest.raises(ValueError, match="enthalpy vanishes"):
+        ColdLaw(eos.isothermal(1.0), 1.0)
+
+
+@pytest.mark.parametrize("law", [RotationLaw(), RotationLaw("j_constant", 0.3)], ids=lambda law: law.kind)
+def test_the_map_keeps_mass_and_moments_and_adds_no_noise(law):
+    star = rotating_star(polytropic_matter(1.5), 0.65, law, mass=2.0, equatorial_radius=3.0)
+    profile, count = profiles.polytrope(1.5), 20_000
+    ball = place(profile, count, "lattice", seed=3)
+    x = mapped(star, profile.enclosed(np.linalg.norm(ball, axis=1)), ball)
+    w, z = np.hypot(x[:, 0], x[:, 1]), np.abs(x[:, 2])
+    assert np.abs(x.mean(axis=0)).max() < 1e-14
+    assert 2.0 * np.mean(w**2) == pytest.approx(star.polar_moment, rel=1e-12)
+    assert 2.0 * np.mean(z**2 + w**2 / 2) == pytest.approx(star.equatorial_moment, rel=1e-12)
+    assert (star.level(w, z) > 0).all()
+    # mass in cylinders and slabs by quadrature; random points would be off by 0.005 at best
+    nodes, weights = np.polynomial.legendre.leggauss(80)
+    share, weights = (nodes + 1) / 2, weights / 2
+    for radius, height in ((0.9, 3.0), (1.5, 0.6), (3.0, 0.5), (3.0, 1.0)):
+        rows, columns = radius * share, height * share
+        rho = star.density(rows[:, None], columns[None, :])
+        mass = 4 * np.pi * radius * height * (weights * rows) @ rho @ weights
+        assert np.mean((w < radius) & (z < height)) == pytest.approx(mass / 2.0, abs=0.002)
+
+
+def test_a_ring_is_not_placed():
+    with pytest.raises(ValueError, match="ring"):
+        mapped(rotating_star(polytropic_matter(1.5), -0.5), np.array([0.5]), np.array([[0.0, 0.0, 1.0]]))
+
+
+def test_a_scene_turns_as_its_star_does():
+    scene = loads(SCENE, ('body.law="v_constant"', "body.scale=1.5"))
+    units = code_units(scene)
+    star = start.sphere(scene, units)
+    ready = prepare(scene)
+    x, v = (np.asarray(value) for value in (ready.state.position, ready.state.velocity))
+    momentum = np.asarray(ready.state.mass) @ np.cross(x, v)
+    assert momentum[2] == pytest.approx(star.star.angular_momentum, rel=1e-12)
+    assert np.abs(momentum[:2]).max() < 1e-3 * momentum[2]  # what 500 points and a law that is not rigid leave
+    rate = v[:, 1] * x[:, 0] - v[:, 0] * x[:, 1]
+    w = np.hypot(x[:, 0], x[:, 1])
+    np.testing.assert_allclose(rate / w**2, star.star.rotation_rate(w), rtol=0.005)  # one factor makes L exact
+    # the entropy is the star's own, one for all
+    np.testing.assert_allclose(
+        ready.state.entropy, star.star.max_pressure / star.star.max_density ** (5 / 3), rtol=1e-9
+    )
+    told = metadata(scene)
+    assert told["reference_radius"] == 3.0
+    assert "equatorial" in told["reference_radius_convention"]
+    text = plan(scene).text()
+    assert "rotating star of index 1.5" in text
+    assert "v_constant, axis_ratio 0.7 (in equilibrium, about z)" in text
+
+
+@pytest.mark.parametrize(
+    ("setting", "value"), [("t_over_w", 0.03), ("rate", 0.12), ("angular_momentum", 0.5)], ids=lambda part: str(part)
+)
+def test_a_scene_gives_one_measure_of_its_own(setting, value):
+    scene = loads(SCENE.replace("axis_ratio = 0.7", f"{setting} = {value}"))
+    star = start.sphere(scene, code_units(scene)).star
+    names = {"t_over_w": "rotational_to_gravitational", "rate": "angular_velocity"}
+    assert getattr(star, names.get(setting, setting)) == pytest.approx(value, rel=1e-9)
+
+
+def test_a_pressure_deficit_and_the_hybrid_equation_start_from_the_star():
+    """The initial star of a collapse: equilibrium of index 3, and a cold pressure that falls short of it by a tenth."""
+    scene = loads(
+        SCENE.replace('kind = "ideal"', 'kind = "hybrid"\nnuclear_density = 1e4\ngamma_1 = 1.3'),
+        ("body.index=3.0", "body.pressure_fraction=0.9", "body.axis_ratio=0.75"),
+    )
+    units = code_units(scene)
+    star = start.sphere(scene, units)
+    fluid = start.equation_of_state(scene, units, star)
+    densest = np.array([star.star.max_density])
+    assert fluid.pressure(np, densest, 0 * densest)[0] == pytest.approx(0.9 * star.star.max_pressure, rel=1e-12)
+
+
+def test_scenes_that_contradict_themselves_are_told():
+    for setting, told in (
+        ("body.t_over_w=0.02", "exactly one of axis_ratio, t_over_w, rate and angular_momentum"),
+        ("body.rotation.t_over_w=0.02", "turns as its own law"),
+        ('body.law="j_constant"', "needs a scale"),
+        ("body.scale=1.0", "only the laws j_constant and v_constant"),
+        ("body.index=0.0", "greater than 0"),
+    ):
+        with pytest.raises(SceneError) as caught:
+            loads(SCENE, (setting,))
+        assert told in str(caught.value), setting
+    scene = loads(SCENE, ("body.axis_ratio=0.5",))
+    with pytest.raises(SceneError, match=r"^\[body\] no polytrope of index 1.5 .*mass shedding"):
+        start.sphere(scene, code_units(scene))
+
+
+def test_beyond_an_edge_particles_keep_the_angular_momentum_of_the_edge():
+    x = np.array([[0.5, 0, 0], [1, 0, 0], [0, 4, 0]], dtype=float)
+    v = rotation_velocity(np.ones(3), x, edge=1.0, rate=2.0)
+    np.testing.assert_allclose(np.linalg.norm(v, axis=1), [1.0, 2.0, 0.5])
