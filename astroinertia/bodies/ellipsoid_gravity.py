@@ -33,8 +33,9 @@ def index_symbols(axes) -> np.ndarray:
 def index_integral(squares, indices: tuple[int, ...], power: int):
     """Return abc times the integral of u^power du/(Delta product over `indices` of (a_i^2 + u)).
 
-    indices (0, 1) with power 0 give A_12, with power 1 B_12. squares: a^2, b^2, c^2; complex values near the positive
-    axis give derivatives. Relative error 3e-16 for any axes. Source: Chandrasekhar 1969, ch. 3, eqs 18 to 22.
+    indices (0, 1) with power 0 give A_12, with power 1 B_12. squares: a^2, b^2, c^2, and after them any other shifts
+    that `indices` may name; complex values near the positive axis give derivatives. Relative error 3e-16 for any axes.
+    Source: Chandrasekhar 1969, ch. 3, eqs 18 to 22.
     Test: tests/unit/test_ellipsoids.py.
     """
     sizes = [abs(each) for each in squares]
@@ -42,7 +43,7 @@ def index_integral(squares, indices: tuple[int, ...], power: int):
     last = math.ceil((math.log(max(sizes)) + _LOG_TAIL) / _LOG_STEP)
     u = np.exp(_LOG_STEP * np.arange(first, last + 1))
     terms = u * np.ones_like(u, dtype=np.result_type(*[np.asarray(each) for each in squares], float))
-    for each in squares:
+    for each in squares[:3]:
         terms = terms * np.sqrt(each / (each + u))
     for index in indices:
         terms = terms / (squares[index] + u)

@@ -42,6 +42,28 @@ def _unit(b: float) -> HomogeneousEllipsoid:
     return HomogeneousEllipsoid(b, c, float(2 * index_integral((1.0, b * b, c * c), (0, 1), 1)))
 
 
+@lru_cache(maxsize=1)
+def pear_bifurcation() -> HomogeneousEllipsoid:
+    """Return the ellipsoid where the pear-shaped figures branch off, b/a = 0.432232: none is stable beyond.
+
+    There the third harmonic x (x^2/(a^2 + s) + y^2/(b^2 + s) + z^2/(c^2 + s) - 1), 3/(a^2 + s) + 1/(b^2 + s) +
+    1/(c^2 + s) = 0, is neutral: a^2 s^2 abc integral du/(Delta (a^2 + u)(u - s)^2) = c^2 A_3, just as xy is at the
+    bifurcation from the Maclaurin sequence.
+    Source: Poincare 1885, Acta Math. 7, 259; Chandrasekhar 1969, section 40, with the numbers.
+    Test: tests/hard/test_ellipsoids_hard.py.
+    """
+
+    def difference(b: float) -> float:
+        y, z = b * b, _unit(b).c_over_a ** 2
+        # the root between -1 and -b^2 of 3 (y + s)(z + s) + (1 + s)(y + z + 2 s) = 0
+        linear, constant = 4 * (y + z) + 2, 3 * y * z + y + z
+        shift = (linear + math.sqrt(linear**2 - 20 * constant)) / 10
+        third = shift**2 * index_integral((1.0, y, z, shift), (0, 3, 3), 0)
+        return float(third - z * index_integral((1.0, y, z), (2,), 0))
+
+    return _unit(root_between(difference, 0.3, 0.6))
+
+
 def from_angular_velocity(angular_velocity: float, **scale: float) -> HomogeneousEllipsoid:
     """Return the ellipsoid of given Omega (in the units of `scale`), 0 < Omega^2 <= 0.374230 pi G rho.
 

@@ -212,7 +212,7 @@ class RotatingPolytrope:
         return self.trial.w + np.tensordot(self.trial.unknowns[:-1], self.trial.basis.helmholtz_solutions(r, mu)[0], 1)
 
     def surface_radius(self, mu) -> np.ndarray:
-        """Radius of the surface at mu = cos(colatitude)."""
+        """Radius of the surface (points,) at mu = cos(colatitude); NumericalError where it is not found."""
         mu = np.abs(np.atleast_1d(np.asarray(mu, dtype=float)))
         order = np.argsort(self.trial.mu)
         guess = np.interp(mu, self.trial.mu[order], self.trial.swelling[order])
@@ -222,14 +222,14 @@ class RotatingPolytrope:
         return at_mu.r * self.mean_radius / self._mean
 
     def density(self, r, mu) -> np.ndarray:
-        """Density at radius r and mu = cos(colatitude); zero outside."""
+        """Density at radius r and mu = cos(colatitude), of any shapes that broadcast; zero outside."""
         r, mu = np.broadcast_arrays(np.asarray(r, float), np.asarray(mu, float))
         inside = r < self.surface_radius(mu.ravel()).reshape(mu.shape)
         density = self._dimensionless_density(np.where(inside, r, 0.0) * self._mean / self.mean_radius, mu)
         return np.where(inside, density * self._density_unit, 0.0)
 
     def pressure(self, r, mu) -> np.ndarray:
-        """Pressure K rho^2 at radius r and mu = cos(colatitude); zero outside."""
+        """Pressure K rho^2 at radius r and mu = cos(colatitude), of any shapes that broadcast; zero outside."""
         return self.constant * self.density(r, mu) ** 2
 
     def rescaled(self, mass: float, mean_radius: float, gravitational_constant: float) -> "RotatingPolytrope":

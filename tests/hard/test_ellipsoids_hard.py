@@ -89,6 +89,37 @@ def test_jacobi_exists_from_the_bifurcation_on_only():
     assert jacobi.from_angular_momentum(least).b_over_a == pytest.approx(1.0, abs=1e-7)
 
 
+def test_pear_shaped_figures_branch_off():
+    """Chandrasekhar 1969, section 40: b/a = 0.432232, c/a = 0.345069; Darwin's hand values agree to four digits."""
+    body = jacobi.pear_bifurcation()
+    assert body.b_over_a == pytest.approx(0.432232, abs=5e-7)
+    assert body.c_over_a == pytest.approx(0.345069, abs=5e-7)
+    assert body.omega2 == pytest.approx(0.284030, abs=5e-7)
+    np.testing.assert_allclose(body.axes, [1.885827, 0.814975, 0.650659], rtol=2e-4)
+
+
+def test_third_harmonic_of_the_pear_is_neutral():
+    """The potential of a layer as thick as the perpendicular times the harmonic undoes gravity: by quadrature."""
+    body = jacobi.pear_bifurcation()
+    a, b, c = squares = body.axes**2
+    s = np.roots([5, 4 * (b + c) + 2 * a, 3 * b * c + a * (b + c)]).min()
+    assert 3 / (a + s) + 1 / (b + s) + 1 / (c + s) == pytest.approx(0.0, abs=1e-12)
+
+    def harmonic(x):
+        return x[..., 0] * ((x**2 / (squares + s)).sum(-1) - 1)
+
+    x, weights = np.polynomial.legendre.leggauss(300)
+    angle = 2 * np.pi * np.arange(600) / 600
+    polar, around = np.meshgrid(x, angle, indexing="ij")
+    sphere = np.stack([polar, np.sqrt(1 - polar**2) * np.cos(around), np.sqrt(1 - polar**2) * np.sin(around)], axis=-1)
+    # an area element times the perpendicular is abc times the solid angle of the sphere that is stretched
+    layer = body.axes.prod() * harmonic(sphere * body.axes) * weights[:, None] * (2 * np.pi / 600)
+    inside = np.array([0.9, 0.05, 0.03])
+    potential = body.density * (layer / np.linalg.norm(sphere * body.axes - inside, axis=-1)).sum()
+    gravity = 2 * np.pi * body.density * c * ellipsoid_gravity.index_symbols(body.axes)[2]
+    assert potential == pytest.approx(gravity * harmonic(inside), rel=1e-8)
+
+
 @pytest.mark.parametrize("b", [1e-4, 1e-6, 1e-9, 1e-12])
 def test_jacobi_needles(b):
     """For b -> 0: c -> b and Omega^2/(pi G rho) -> 4 (b/a)^2 (ln(2a/b) - 3/2), from the potential of a thin rod."""
