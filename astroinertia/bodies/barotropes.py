@@ -2,7 +2,7 @@
 
 A law has density(enthalpy), pressure(enthalpy), enthalpy(pressure), all increasing, and `surface_index`: where the
 pressure is zero, the density vanishes as e^surface_index (0: it is finite there). Any consistent units.
-Tests: tests/unit/test_figures.py.
+Tests: tests/unit/test_barotropes.py.
 """
 
 from collections.abc import Callable
@@ -11,6 +11,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.polynomial import chebyshev
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 
 class Barotrope(Protocol):
@@ -146,3 +147,78 @@ class CondensedLaw:
     def enthalpy(self, pressure) -> np.ndarray:
         """Enthalpy at a pressure."""
         return self._enthalpy_of_density(self._density_where(self.pressure_of_density, pressure))
+
+
+_FINER = 8  # intervals between two rows of a table for the spline of its enthalpy
+
+
+@dataclass(frozen=True, eq=False)
+class TabulatedLaw:
+    """A table of pressure and density, both above zero and ascending: a cubic spline of ln rho by ln P.
+
+    Below the first row it goes on as the polytrope that touches it there. Beyond the last it is refused with
+    ValueError. Rows of a smooth law a factor of 2 apart in pressure keep it to 3e-6, of 1.1 to 1e-10.
+    """
+
+    pressures: np.ndarray
+    densities: np.ndarray
+    _log_density: CubicSpline = field(init=False, repr=False)
+    _log_enthalpy: CubicHermiteSpline = field(init=False, repr=False)
+    _log_pressure: CubicHermiteSpline = field(init=False, repr=False)
+    _first_index: float = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        pressures, densities = np.asarray(self.pressures, dtype=float), np.asarray(self.densities, dtype=float)
+        rows = np.array([pressures, densities])
+        if pressures.ndim != 1 or len(pressures) < 4 or pressures.shape != densities.shape:
+            raise ValueError("a table needs four rows or more of one pressure and one density")
+        if not (np.all(np.isfinite(rows)) and np.all(rows > 0) and np.all(np.diff(rows, axis=1) > 0)):
+            raise ValueError("pressures and densities of a table must be above zero and ascend")
+        knots = np.log(pressures)
+        spline = CubicSpline(knots, np.log(densities))
+        steepness = float(spline(knots[0], 1))
+        if not 0 < steepness < 1:
+            raise ValueError(
+                "the density of a table must rise with a power of the pressure between 0 and 1 at its start"
+            )
+        index = steepness / (1 - steepness)
+        finer = np.interp(np.arange((len(knots) - 1) * _FINER + 1) / _FINER, np.arange(len(knots)), knots)
+        points, weights = np.polynomial.legendre.leggauss(4)
+        width = np.diff(finer)[:, None]
+        inside = finer[:-1, None] + width * (points + 1) / 2
+        steps = np.exp(inside - spline(inside)) @ weights * width[:, 0] / 2  # of de = (P/rho) dlnP
+        start = (index + 1) * pressures[0] / densities[0]
+        enthalpy = start + np.concatenate([[0.0], np.cumsum(steps)])
+        slope = np.exp(finer - spline(finer)) / enthalpy
+        object.__setattr__(self, "_log_density", spline)
+        object.__setattr__(self, "_log_enthalpy", CubicHermiteSpline(finer, np.log(enthalpy), slope))
+        object.__setattr__(self, "_log_pressure", CubicHermiteSpline(np.log(enthalpy), finer, 1 / slope))
+        object.__setattr__(self, "_first_index", index)
+
+    @property
+    def surface_index(self) -> float:
+        """The index of the polytrope that goes on below the first row."""
+        return self._first_index
+
+    def _beyond(self, value, knots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The logarithm of a value within the table, and by what factor it is below it."""
+        value = np.asarray(value, dtype=float)
+        first, last = np.exp(knots[0]), np.exp(knots[-1])
+        if np.any(value > last * (1 + 1e-12)):
+            raise ValueError("the body asks for more pressure than the table goes to")
+        return np.log(np.clip(value, first, last)), np.minimum(value / first, 1.0)
+
+    def density(self, enthalpy) -> np.ndarray:
+        """Density at an enthalpy."""
+        inside, below = self._beyond(enthalpy, self._log_pressure.x)
+        return np.exp(self._log_density(self._log_pressure(inside))) * below**self._first_index
+
+    def pressure(self, enthalpy) -> np.ndarray:
+        """Pressure at an enthalpy."""
+        inside, below = self._beyond(enthalpy, self._log_pressure.x)
+        return np.exp(self._log_pressure(inside)) * below ** (self._first_index + 1)
+
+    def enthalpy(self, pressure) -> np.ndarray:
+        """Enthalpy at a pressure."""
+        inside, below = self._beyond(pressure, self._log_enthalpy.x)
+        return np.exp(self._log_enthalpy(inside)) * below ** (1 / (self._first_index + 1))

@@ -68,6 +68,18 @@ class Rotation:
         assert self.small_m is not None
         return self.small_m * scale**self.radius_power
 
+    def slowed(self, share: float) -> "Rotation":
+        """A share of the centrifugal force."""
+        return Rotation(
+            None if self.small_m is None else share * self.small_m,
+            None if self.rotation_parameter is None else share * self.rotation_parameter,
+            self.radius_power,
+        )
+
+    def first(self) -> float:
+        """M of the first guess: that of Roche's model for q, a/c = 1 + q/2."""
+        return self.at(1.0, 1.0 if self.rotation_parameter is None else (1 + self.rotation_parameter / 2) ** (1 / 3))
+
 
 def volume_integral(layers: Sequence[Layer], values: Sequence[np.ndarray]) -> float:
     """4 pi int f s^2 ds, by parts within each layer, f at the nodes of each."""
@@ -75,7 +87,7 @@ def volume_integral(layers: Sequence[Layer], values: Sequence[np.ndarray]) -> fl
     for each, f in zip(layers, values, strict=True):
         change = each.top**3 * (each.inner[0, -1] @ (each.slope @ f))
         total += each.top**3 * f[-1] - each.bottom**3 * f[0] - change
-    return 4 * math.pi / 3 * total
+    return 4 * math.pi / 3 * float(total)
 
 
 def _smooth_at_surface(below_top: np.ndarray, depth: np.ndarray) -> np.ndarray:
@@ -221,7 +233,7 @@ def solve(
 
     if start is None:
         first_shape = np.ones((len(radius), len(sphere.mu)))
-        first = state(first_shape, material.first_depth(radius), rotation.at(1.0, 1.0))
+        first = state(first_shape, material.first_depth(radius), rotation.first())
     else:
         first = state(on_points(start, sphere), start.potential, start.small_m)
     z, sweeps = fixed_point(sweep, first, _TOLERANCE, _MOST_SWEEPS if start is None else _MOST_SWEEPS // 3)

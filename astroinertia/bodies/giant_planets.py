@@ -85,7 +85,7 @@ def measured_field(name: str) -> GravityField:
 def giant_planet(field: GravityField, core_fraction: float = CORE_FRACTION) -> GiantPlanet:
     """Return the composite polytrope with the mass, equatorial radius, rotation, J2 and J4 of `field`.
 
-    core_fraction: the core's share of the mean radius, which the field leaves open. Newton's method for n and
+    core_fraction: the core's share of the mean radius, which the field leaves open. Broyden's method for n and
     ln(K/K_core), from the single polytrope that has J2. Raises ValueError for a core outside (0, 1), NumericalError if
     no such model is found. Source: Neuenschwander et al. 2021; checked by tests/physics/test_giant_planets.py.
     """
@@ -111,14 +111,17 @@ def giant_planet(field: GravityField, core_fraction: float = CORE_FRACTION) -> G
 
     parameters = np.array([1.0, 0.0])
     for free in (1, 2):  # the index alone first
+        now = misfit(parameters)[:free]
+        slopes = np.array([misfit(parameters + _DIFFERENCE * unit)[:free] - now for unit in np.eye(2)[:free]]).T
+        slopes /= _DIFFERENCE
         for _ in range(_ITERATIONS):
-            now = misfit(parameters)[:free]
             if np.abs(now).max() < _TOLERANCE:
                 break
-            slopes = [(misfit(parameters + _DIFFERENCE * unit)[:free] - now) / _DIFFERENCE for unit in np.eye(2)[:free]]
-            step = np.linalg.solve(np.array(slopes).T, -now)
+            step = np.linalg.solve(slopes, -now)
             step /= max(1.0, float(np.abs(step / _LARGEST_STEP[:free]).max()))
             parameters[:free] += step
+            before, now = now, misfit(parameters)[:free]
+            slopes += np.outer(now - before - slopes @ step, step) / (step @ step)
         else:
             raise NumericalError(f"no composite polytrope with a core of {core_fraction:g} R fits {field.name}")
     shape = figure(parameters)

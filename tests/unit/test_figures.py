@@ -11,6 +11,7 @@ import pytest
 from astroinertia.bodies.barotropes import CondensedLaw, Incompressible, PolytropicLaw
 from astroinertia.bodies.earth import prem_figure
 from astroinertia.bodies.figures import figure_of_barotropes, figure_of_density, figure_of_polytrope
+from astroinertia.bodies.spectral_polytrope import rotating_polytrope
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "figures.json").read_text())
 
@@ -65,6 +66,29 @@ def test_jupiters_polytrope_of_wisdom_and_hubbard():
     assert figure.zonal_harmonics[0] == pytest.approx(entry["value"]["2"], rel=1e-12)
 
 
+@pytest.mark.parametrize("q", [0.02, 0.12, 0.27])
+def test_the_bessel_series_agrees(q):
+    exact, figure = rotating_polytrope(q), figure_of_polytrope(1.0, rotation_parameter=q)
+    np.testing.assert_allclose(figure.zonal_harmonics[:3], exact.zonal_harmonics[:3], rtol=1e-9)
+    assert figure.zonal_harmonics[0] == pytest.approx(exact.zonal_harmonics[0], rel=1e-11)
+    ratios = figure.polar_moment_ratio_equatorial, figure.equatorial_moment_ratio_equatorial, figure.moment_ratio
+    expected = exact.polar_moment_ratio_equatorial, exact.equatorial_moment_ratio_equatorial, exact.moment_ratio
+    np.testing.assert_allclose(ratios, expected, rtol=1e-11)
+    assert figure.gravitational_energy == pytest.approx(exact.gravitational_energy, rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    "entry", entries("rotating_polytrope_published"), ids=lambda entry: str([*entry["inputs"].values()])
+)
+def test_published_rotating_polytropes(entry):
+    """Yoshida 2022, RNAAS 6, 27: to the accuracy of that grid, 1e-5 of the oblateness; n = 3 is coarser inside."""
+    index, oblateness = entry["inputs"]["N"], entry["inputs"]["f_oblateness=1-Rp/Re"]
+    figure = figure_of_polytrope(index, rotation_parameter=entry["value"]["q_Omega2Re3_GM"])
+    assert figure.flattening == pytest.approx(oblateness, abs=1e-5)
+    ratio = entry["value"]["Izz_MRe2"]
+    assert figure.polar_moment_ratio_equatorial == pytest.approx(ratio, rel=2e-5 if index < 3 else 4e-4)
+
+
 def test_harmonics_and_nodes_converge_geometrically():
     exact = entries("n1_polytrope_rotating.WisdomHubbard2016")[0]["value"]["2"]
 
@@ -81,8 +105,8 @@ def test_harmonics_and_nodes_converge_geometrically():
 @pytest.mark.parametrize("index", [0.1, 0.5, 0.95, 1.5, 2.2, 3.0, 4.0])
 def test_polytropes_obey_the_virial_theorem_and_integrate_their_own_density(index):
     units = {"mass": 2.0, "mean_radius": 3.0, "gravitational_constant": 5.0}
-    figure = figure_of_polytrope(index, rotation_parameter=0.12, nodes=96, **units)
-    assert abs(figure.virial_error) < 1e-12
+    figure = figure_of_polytrope(index, rotation_parameter=0.12, nodes=64, **units)
+    assert abs(figure.virial_error) < 3e-12
     assert abs(figure_of_polytrope(index, rotation_parameter=0.12).virial_error) < 1e-9
     # Mass and moments again as a pile of homogeneous bodies between the nodes, second order in their distance.
     radius = figure.radius[:, None] * figure.shape
@@ -91,8 +115,8 @@ def test_polytropes_obey_the_virial_theorem_and_integrate_their_own_density(inde
     tops = np.concatenate([0.5 * (radius[:-1] ** 5 + radius[1:] ** 5), radius[-1:] ** 5])
     second = 4 * math.pi / 5 * falls @ tops @ weights
     quadrupole = 4 * math.pi / 5 * falls @ tops @ (weights * (1.5 * figure.mu**2 - 0.5))
-    assert figure.mean_moment == pytest.approx(2 / 3 * second, rel=1e-2)
-    assert figure.polar_moment - figure.equatorial_moment == pytest.approx(-quadrupole, rel=1e-2)
+    assert figure.mean_moment == pytest.approx(2 / 3 * second, rel=2.5e-2)
+    assert figure.polar_moment - figure.equatorial_moment == pytest.approx(-quadrupole, rel=2.5e-2)
     difference = figure.polar_moment - figure.equatorial_moment
     assert figure.zonal_harmonics[0] * 2.0 * figure.equatorial_radius**2 == pytest.approx(difference, rel=1e-13)
 

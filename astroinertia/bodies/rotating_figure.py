@@ -1,0 +1,174 @@
+"""A rotating body in equilibrium and what follows from it: moments, harmonics, energies, shape.
+
+Tests: tests/unit/test_figures.py.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from astroinertia.bodies.figure_shapes import node_ranges
+from astroinertia.bodies.figure_solver import Solution, volume_integral
+from astroinertia.errors import NumericalError
+
+
+@dataclass(frozen=True, eq=False)
+class RotatingFigure:
+    """A rotating body in equilibrium, in the units of its mass, mean radius and gravitational constant.
+
+    mean_radius: of the sphere of equal volume. zonal_harmonics: J2, J4, ... with the equatorial radius and the mass.
+    radius, density, enclosed_mass, pressure (node): of the level surfaces, by mean radius, ascending; a jump of density
+    has two nodes.
+    mu (point) and shape (node, point): r/radius on each surface. harmonics: P_2 to P_(2 harmonics) shape the surfaces.
+    truncation: estimate of what those left out have of the potential at the surface, in G M/R_mean. virial_error:
+    (2T + W + 3 int P dV)/|W|, an independent measure of the error. sweeps: of the last stage.
+    """
+
+    mass: float
+    mean_radius: float
+    gravitational_constant: float
+    small_m: float
+    equatorial_radius: float
+    polar_radius: float
+    zonal_harmonics: np.ndarray
+    mean_moment: float
+    polar_moment: float
+    equatorial_moment: float
+    gravitational_energy: float
+    radius: np.ndarray
+    density: np.ndarray
+    enclosed_mass: np.ndarray
+    pressure: np.ndarray
+    mu: np.ndarray
+    shape: np.ndarray
+    harmonics: int
+    truncation: float
+    virial_error: float
+    sweeps: int
+
+    @property
+    def angular_velocity(self) -> float:
+        """Omega = sqrt(m G M/R_mean^3)."""
+        return math.sqrt(self.small_m * self.gravitational_constant * self.mass / self.mean_radius**3)
+
+    @property
+    def rotation_parameter(self) -> float:
+        """q = Omega^2 a^3/(G M)."""
+        return self.small_m * (self.equatorial_radius / self.mean_radius) ** 3
+
+    @property
+    def flattening(self) -> float:
+        """f = 1 - c/a of the surface."""
+        return 1 - self.polar_radius / self.equatorial_radius
+
+    @property
+    def moment_ratio(self) -> float:
+        """I/(M R_mean^2) with the mean moment I."""
+        return self.mean_moment / (self.mass * self.mean_radius**2)
+
+    @property
+    def polar_moment_ratio_equatorial(self) -> float:
+        """C/(M a^2)."""
+        return self.polar_moment / (self.mass * self.equatorial_radius**2)
+
+    @property
+    def equatorial_moment_ratio_equatorial(self) -> float:
+        """A/(M a^2)."""
+        return self.equatorial_moment / (self.mass * self.equatorial_radius**2)
+
+    @property
+    def dynamical_ellipticity(self) -> float:
+        """H = (C - A)/C."""
+        return (self.polar_moment - self.equatorial_moment) / self.polar_moment
+
+    @property
+    def secular_love_number(self) -> float:
+        """k2 = 3 J2/q, the fluid Love number at this rate of rotation; NaN without rotation."""
+        return 3 * float(self.zonal_harmonics[0]) / self.rotation_parameter if self.small_m else math.nan
+
+    @property
+    def kinetic_energy(self) -> float:
+        """T = C Omega^2/2."""
+        return 0.5 * self.polar_moment * self.angular_velocity**2
+
+    @property
+    def angular_momentum(self) -> float:
+        """L = C Omega."""
+        return self.polar_moment * self.angular_velocity
+
+    @property
+    def rotational_to_gravitational(self) -> float:
+        """T/|W|."""
+        return self.kinetic_energy / -self.gravitational_energy
+
+
+def _pressures(solution: Solution, u: list[np.ndarray]) -> list[np.ndarray]:
+    """Pressure at the nodes, dP = rho du from the surface, in G M^2/R^4."""
+    top, pressures = 0.0, []
+    for each, rho, potential_of_level in reversed(list(zip(solution.layers, solution.densities, u, strict=True))):
+        pressures.append(top - each.outer[1] @ (rho * (each.slope @ potential_of_level)))
+        top = pressures[-1][0]
+    return pressures[::-1]
+
+
+def figure_of_solution(
+    solution: Solution, mass: float, mean_radius: float, gravitational_constant: float, accuracy: float
+) -> RotatingFigure:
+    """Return the quantities of a solution, in the units of mass, mean radius and G.
+
+    NumericalError if it misses the virial theorem by more than `accuracy`, which tells of too few nodes.
+    """
+    layers, densities, field = solution.layers, solution.densities, solution.field
+    parts = node_ranges(layers)
+    radius = np.concatenate([each.radius for each in layers])
+    potentials = [solution.potential[part] for part in parts]
+    fifth = solution.shape**5 @ solution.sphere.weights
+    second_moment = 0.0
+    for each, part, rho in zip(layers, parts, densities, strict=True):
+        f = fifth[part]
+        inside = each.top**5 * (each.inner[1, -1] @ (f * (each.slope @ rho)))
+        second_moment += 4 * math.pi / 5 * (each.top**5 * f[-1] * rho[-1] - each.bottom**5 * f[0] * rho[0] - inside)
+    harmonics = field.exterior[1:]
+    mean, difference = float(2 / 3 * second_moment), -float(harmonics[0])
+    polar = mean + 2 / 3 * difference
+    kinetic = 0.5 * polar * solution.small_m
+    # With u = V + (m/2)(x^2 + y^2) constant on surfaces that enclose (4 pi/3) s^3: W = -(1/2) int rho V dV.
+    total = volume_integral(layers, [rho * u for rho, u in zip(densities, potentials, strict=True)])
+    gravitational = -0.5 * (total - kinetic)
+    falls = [
+        each.top**3 * float(each.inner[0, -1] @ (rho * (each.slope @ u)))
+        for each, rho, u in zip(layers, densities, potentials, strict=True)
+    ]
+    three_pressure = -4 * math.pi * sum(falls)
+    virial_error = (2 * kinetic + gravitational + three_pressure) / -gravitational
+    if not abs(virial_error) < accuracy:
+        raise NumericalError(
+            f"the figure misses the virial theorem by {virial_error:.1e}, more than the accuracy of {accuracy:.1e}:"
+            " more nodes are needed, or a density without jumps and kinks within a layer"
+        )
+    unit_pressure = gravitational_constant * mass**2 / mean_radius**4
+    unit_moment = mass * mean_radius**2
+    return RotatingFigure(
+        mass=mass,
+        mean_radius=mean_radius,
+        gravitational_constant=gravitational_constant,
+        small_m=solution.small_m,
+        equatorial_radius=solution.equator * mean_radius,
+        polar_radius=solution.pole * mean_radius,
+        zonal_harmonics=-harmonics / solution.equator ** (2.0 * np.arange(1, len(harmonics) + 1)),
+        mean_moment=mean * unit_moment,
+        polar_moment=polar * unit_moment,
+        equatorial_moment=(polar - difference) * unit_moment,
+        gravitational_energy=gravitational * gravitational_constant * mass**2 / mean_radius,
+        radius=radius * mean_radius,
+        density=np.concatenate(densities) * mass / mean_radius**3,
+        enclosed_mass=radius**3 * (field.outer[0] - 2 * field.medium) * mass,
+        pressure=np.concatenate(_pressures(solution, potentials)) * unit_pressure,
+        mu=solution.sphere.mu,
+        shape=solution.shape,
+        harmonics=len(field.outer) - 1,
+        truncation=solution.truncation,
+        virial_error=virial_error,
+        sweeps=solution.sweeps,
+    )
