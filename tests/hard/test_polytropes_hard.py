@@ -55,9 +55,9 @@ def test_radial_fundamental_at_four_thirds(index):
     np.testing.assert_allclose(expansion, expansion[0], rtol=2e-6)
     slope = 3 * abs(Polytrope(index).gravitational_energy) / (1.5 * Polytrope(index).moment_of_inertia)
     assert mode.gamma_derivative == pytest.approx(slope, rel=1e-8)
-    for step in (1e-8, -1e-8):
+    for step in (1e-8, -1e-8):  # the second order is slope x step over the gap to the next mode
         near = radial_modes(index, 4 / 3 + step, 1)[0].squared_frequency
-        assert near == pytest.approx((3 * (4 / 3 + step) - 4) / 3 * slope, rel=1e-6)
+        assert near == pytest.approx((3 * (4 / 3 + step) - 4) / 3 * slope, rel=1e-6 + 1e-8 * slope / 100)
     assert radial_modes(index, 1.1, 1)[0].squared_frequency < -0.1
 
 
