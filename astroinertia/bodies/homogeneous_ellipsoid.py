@@ -10,6 +10,7 @@ from typing import Self
 import numpy as np
 
 from astroinertia.bodies import ellipsoid_gravity
+from astroinertia.bodies.scales import positive_scale
 
 
 @dataclass(frozen=True)
@@ -28,10 +29,7 @@ class HomogeneousEllipsoid:
 
     def rescaled(self, mass: float = 1.0, mean_radius: float = 1.0, gravitational_constant: float = 1.0) -> Self:
         """The same figure with another mass, mean radius and G; ValueError unless they are positive and finite."""
-        for each in (mass, mean_radius, gravitational_constant):
-            if not (0 < each < math.inf):
-                raise ValueError("mass, mean radius and gravitational constant have to be positive and finite")
-        return replace(self, mass=mass, mean_radius=mean_radius, gravitational_constant=gravitational_constant)
+        return replace(self, **positive_scale(mass, mean_radius, gravitational_constant))
 
     @property
     def axes(self) -> np.ndarray:

@@ -97,7 +97,7 @@ class Trial:
         return -self.values[1:] * self.r / np.where(slope < 0, slope, -math.inf)
 
     def identity(self, h, radial, angular, exponent=None):
-        """Half of Green's surface integral of (V grad h - h grad V) for harmonic h of degree 2 and more.
+        """Green's surface integral of (V grad h - h grad V) over 4 pi, for harmonic h of degree 2 and more.
 
         With exponent (-l - 1 or l) the h are r^exponent P_l(mu), and the spherical part of the flux is taken relative
         to that through r = pi, which cannot contribute: what is left is small with the rotation, and so are errors.

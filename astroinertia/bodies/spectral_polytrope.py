@@ -18,6 +18,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from astroinertia.bodies.null_field import QUANTITIES, Trial, find_surface, newton, rebased, sphere
+from astroinertia.bodies.scales import positive_scale
 from astroinertia.bodies.spheroidal_basis import legendre_polynomials
 from astroinertia.errors import NumericalError
 
@@ -233,8 +234,8 @@ class RotatingPolytrope:
         return self.constant * self.density(r, mu) ** 2
 
     def rescaled(self, mass: float, mean_radius: float, gravitational_constant: float) -> "RotatingPolytrope":
-        """The same figure with another mass, mean radius and G."""
-        return replace(self, mass=mass, mean_radius=mean_radius, gravitational_constant=gravitational_constant)
+        """The same figure with another mass, mean radius and G; ValueError unless they are positive and finite."""
+        return replace(self, **positive_scale(mass, mean_radius, gravitational_constant))
 
 
 def _ratios(body: RotatingPolytrope) -> np.ndarray:
@@ -307,7 +308,7 @@ def rotating_polytrope(
         raise ValueError("a polytrope needs a finite rotation of zero or more, and an axis ratio of at most one")
     if degree is not None and (degree < 8 or degree % 2):
         raise ValueError(f"the degree of the expansion has to be even and at least 8, not {degree}")
-    if target > QUANTITIES[quantity](_milestones()[-1])[0]:
+    if target > _FROM_SPHERE[quantity] and target > QUANTITIES[quantity](_milestones()[-1])[0]:
         limit = float(QUANTITIES[quantity](mass_shedding().trial)[0])
         if target > limit:
             raise NumericalError(f"the polytrope sheds mass at {quantity} = {limit:.6g}: {target:.9g} is beyond")

@@ -47,6 +47,8 @@ def figure(name, action, exact):
     return table(name, "step of ln u", STEPS, at_step(action), lambda body: abs(body.omega2 / exact - 1), DEFAULT)
 
 
+finest = at_step(darwin.contact)(0.2)
+
 # Independent values of fifteen and of thirteen digits: tests/reference/ellipsoids.json
 publish(
     "ellipsoids",
@@ -55,5 +57,6 @@ publish(
         one_symbol((1.0, 0.5, 1e-4)),
         figure("Jacobi ellipsoid of b/a = 0.5, Omega^2", lambda: jacobi.from_axis_ratio(0.5), 0.309557013747839),
         figure("Roche limit of p = 0, Omega^2", lambda: roche.limit(0.0), 0.09009299712128),
+        figure("Darwin ellipsoids in contact, Omega^2, against a step of 0.2", darwin.contact, finest.omega2),
     ],
 )
