@@ -27,6 +27,7 @@ SYNCHRONOUS = ("Moon", "Io", "Europa", "Ganymede", "Callisto", "Titan")
 _HOMOGENEOUS_LOVE_NUMBER = 1.5  # no fluid body whose density falls outwards responds more
 _INDICES = np.linspace(0.0, 4.5, 46)
 _RADAU_DARWIN_LEAST = 0.75  # fluid k2 of the polytrope n = 0.67
+_ROUND_OFF = 1e-14  # of a ratio that was computed as 0.4
 _CONDENSED = tuple(np.linspace(0.6, 3.5, 11))  # indices between which that of a fluid k2 is interpolated, to 1e-4
 
 TWO_LAYERS = Model(
@@ -122,8 +123,8 @@ def _splines() -> tuple[CubicSpline, CubicSpline, CubicSpline]:
 def polytropic_index(ratio) -> np.ndarray:
     """Return the index of the polytrope with this I/(M R^2), to 1e-5; NaN above 0.4 and below 0.0063 (n = 4.5)."""
     ratio = np.asarray(ratio, dtype=float)
-    possible = (ratio <= UNIFORM) & (ratio >= lane_emden(float(_INDICES[-1])).moment_ratio)
-    return np.where(possible, _splines()[0](np.where(possible, ratio, UNIFORM)), np.nan)
+    possible = (ratio <= UNIFORM * (1 + _ROUND_OFF)) & (ratio >= lane_emden(float(_INDICES[-1])).moment_ratio)
+    return np.where(possible, _splines()[0](np.where(possible, np.minimum(ratio, UNIFORM), UNIFORM)), np.nan)
 
 
 def fluid_love_number(one: SolarSystemBody) -> float:

@@ -120,6 +120,7 @@ def test_a_sweep_goes_to_netcdf(dask, elsewhere, capsys):
         assert found.attrs["body"] == "Mars"
 
 
+@pytest.mark.slow
 def test_the_picture_has_every_known_body_with_labels_apart(elsewhere):
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 

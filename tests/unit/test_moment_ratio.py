@@ -1,0 +1,123 @@
+"""Moment ratios of the solar system against models: the sequence of polytropes, fluid figures, two-layer sweeps."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from astroinertia.bodies import apsidal
+from astroinertia.bodies.planets import body
+from astroinertia.bodies.polytrope import lane_emden
+from astroinertia.errors import SceneError
+from astroinertia.studies.moment_ratio import (
+    fluid_love_number,
+    hydrostatic_moment_ratio,
+    moment_ratio,
+    polytropes,
+    polytropic_index,
+    two_layer_sweep,
+)
+
+
+def test_one_call_compares_published_ratios_with_models():
+    found = moment_ratio(["Mars", "earth", "Jupiter"])
+    assert found["body"].values.tolist() == ["Mars", "Earth", "Jupiter"]
+    mars = found.sel(body="Mars")
+    assert float(mars["moment_ratio"]) == pytest.approx(0.36428, abs=5e-6)
+    assert float(mars["published_moment_ratio"]) == 0.36419
+    assert float(mars["published_radius"]) == 3396e3
+    assert str(mars["published_kind"].values) == "polar"
+    assert str(found["status"].sel(body="Jupiter").values) == "model"
+    assert found["central_condensation_source"].values.tolist() == ["two layers", "published", "polytrope"]
+    for name, variable in found.variables.items():
+        if name != "body":
+            assert {"units", "long_name"} <= set(variable.attrs), name
+    with pytest.raises(SceneError, match="no body 'Pluto'"):
+        moment_ratio(["Pluto"])
+
+
+@pytest.mark.parametrize("index", [0.0, 0.05, 0.333, 1.0, 1.77, 3.0, 3.25, 4.4])
+def test_the_index_of_a_ratio_is_found_between_the_nodes(index):
+    assert polytropic_index(lane_emden(index).moment_ratio) == pytest.approx(index, abs=1e-5)
+
+
+def test_ratios_of_no_polytrope_have_no_index():
+    assert np.isnan(polytropic_index([0.41, 0.0, -0.1, np.nan])).all()
+
+
+def test_polytropes_are_a_dataset_along_the_index():
+    found = polytropes([0.0, 1.0, 3.0])
+    np.testing.assert_allclose(found["moment_ratio"], [0.4, 2 / 3 - 4 / np.pi**2, 0.07535763996], rtol=1e-9)
+    np.testing.assert_allclose(found["central_condensation"], [1.0, np.pi**2 / 3, 54.18248], rtol=1e-6)
+
+
+def test_fluid_love_numbers_of_free_and_of_synchronous_bodies():
+    """Of Io: 1.2924 (Anderson et al. 2001) from C22; of Titan 1.0097 (Iess et al. 2010), both for the IAU radius."""
+    assert fluid_love_number(body("Io")) == pytest.approx(1.2924, abs=1e-3)
+    assert fluid_love_number(body("Titan")) == pytest.approx(1.0097, abs=1e-3)
+    assert fluid_love_number(body("Earth")) == pytest.approx(0.9383, abs=6e-3)  # 3 J2/q, with the other radius
+    for name in ("Moon", "Mercury", "Venus", "Vesta"):
+        assert np.isnan(fluid_love_number(body(name)))
+
+
+@pytest.mark.parametrize("index", [0.1, 0.5, 0.72, 1.0, 1.42, 2.2, 3.1])
+def test_hydrostatic_ratio_of_polytropes(index):
+    found = hydrostatic_moment_ratio(apsidal.love_number(index))
+    assert found == pytest.approx(lane_emden(index).moment_ratio, abs=2e-4)
+
+
+def test_hydrostatic_ratio_ends():
+    assert hydrostatic_moment_ratio(1.5) == pytest.approx(0.4, rel=1e-12)
+    assert np.isnan(hydrostatic_moment_ratio(np.nan))
+    assert np.isnan(hydrostatic_moment_ratio(1e-6))
+
+
+def test_the_sweep_of_a_body_takes_its_mass_radius_and_ratio():
+    found = two_layer_sweep("Mars", {"core_density": np.linspace(6000, 9000, 4), "radius": [3.3e6, 3.3895e6]})
+    assert found["core_radius_found"].dims == ("core_density", "radius")
+    assert found.attrs["moment_ratio"] == pytest.approx(0.364279, abs=1e-6)
+    one = found.sel(core_density=7000.0, radius=3.3895e6)
+    assert float(one["core_radius_found"]) == pytest.approx(1737e3, rel=1e-3)
+    mass = 4 / 3 * np.pi * (
+        float(one["core_radius_found"]) ** 3 * (7000 - float(one["mantle_density_found"]))
+        + 3.3895e6**3 * float(one["mantle_density_found"])
+    )  # fmt: skip
+    assert mass == pytest.approx(body("Mars").mass, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"moment_ratio": [0.36]}, "two layers of Mars follow from two of"),
+        ({"core_density": [7e3], "mantle_density": [3e3], "core_radius": [1e6]}, "follow from two of"),
+        ({"colour": [1.0]}, "follow from two of|no parameter"),
+    ],
+)
+def test_sweeps_that_are_no_body_are_told(values, words):
+    with pytest.raises(SceneError, match=words):
+        two_layer_sweep("Mars", values)
+
+
+def test_a_body_without_a_ratio_cannot_be_inverted(monkeypatch):
+    from dataclasses import replace
+
+    from astroinertia.bodies import planets
+    from astroinertia.studies import moment_ratio as study
+
+    mars = body("Mars")
+    without = {name: rows for name, rows in mars.published.items() if not name.endswith("moment_ratio")}
+    monkeypatch.setattr(study, "body", lambda _: replace(mars, published=without))
+    with pytest.raises(SceneError, match="no moment ratio of Mars"):
+        two_layer_sweep("Mars", {"core_density": [7000.0]})
+    assert planets.body("Mars") is mars
+
+
+def test_the_package_and_its_studies_import_no_extras():
+    code = (
+        "import sys, astroinertia, astroinertia.cli, astroinertia.studies.interior_inference, "
+        "astroinertia.studies.moment_ratio, astroinertia.plots.interior_posterior\n"
+        "print([name for name in ('emcee', 'corner', 'dask') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
