@@ -26,7 +26,7 @@ from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.bodies.polytrope_elements import Basis, Elements, polytrope_elements
 from astroinertia.errors import NumericalError
 
-_RESOLUTIONS = (20, 28, 40, 56, 80)  # polynomials an element: tried in turn until two neighbours agree
+RESOLUTIONS = (20, 28, 40, 56, 80)  # polynomials an element: tried in turn until two neighbours agree
 _LIMITS = (np.inf, 1e4, 1e2, 1.0, 1e-2, 1e-4, 1e-6)  # of omega^2: each Rayleigh-Ritz works among slower modes
 _TOLERANCE = 1e-9  # relative difference of two resolutions up to which a mode counts as converged
 _RESEMBLANCE = 1e-5  # the same, up to which it is known to be there: no label may skip a mode that has yet to converge
@@ -60,7 +60,7 @@ class Mode:
 
 
 @dataclass(frozen=True)
-class _Spectrum:
+class Spectrum:
     """Eigenvalues in ascending order, with the fields of each (node, mode)."""
 
     elements: Elements
@@ -80,8 +80,11 @@ def _displacement_basis(elements: Elements, slope_weight: float) -> Basis:
     return elements.basis(elements.polynomials, elements.mass_power, mass, slope_weight * mass * elements.x**2)
 
 
-def _radial_spectrum(elements: Elements, gamma: float) -> _Spectrum:
-    """All radial modes of one discretisation; x y is the displacement."""
+def radial_spectrum(elements: Elements, gamma: float) -> Spectrum:
+    """Return all radial modes of one discretisation, true and unconverged ones alike: what `radial_modes` chooses from.
+
+    omega^2 in G M/R^3. Source: module text. Checked by tests/unit/test_oscillations.py.
+    """
     x, weights = elements.x, elements.weights
     basis = _displacement_basis(elements, 1.0)
     stiff = weights * gamma * elements.pressure * x**4
@@ -92,11 +95,15 @@ def _radial_spectrum(elements: Elements, gamma: float) -> _Spectrum:
     # the quotient is exact to second order in what round-off did to the vectors
     values = (stiff @ slope**2 + soft @ y**2) / (elements.mass_weights @ y**2)
     radial = x[:, None] * y
-    return _Spectrum(elements, values, radial, np.zeros_like(radial), x[:, None] * slope + 3 * y, None)
+    return Spectrum(elements, values, radial, np.zeros_like(radial), x[:, None] * slope + 3 * y, None)
 
 
-def _nonradial_spectrum(elements: Elements, gamma: float, degree: int, gravity: bool = True) -> _Spectrum:
-    """All modes of one discretisation; without `gravity` in Cowling's approximation."""
+def nonradial_spectrum(elements: Elements, gamma: float, degree: int, gravity: bool = True) -> Spectrum:
+    """Return all modes of one discretisation, converged or not: what `nonradial_modes` chooses from.
+
+    Without `gravity` in Cowling's approximation. omega^2 in G M/R^3. Source: module text. Checked by
+    tests/unit/test_oscillations.py.
+    """
     p = elements.polynomials
     x, weights, mass = elements.x, elements.weights, elements.mass_weights
     column, ell = x[:, None], degree * (degree + 1)
@@ -126,7 +133,7 @@ def _nonradial_spectrum(elements: Elements, gamma: float, degree: int, gravity: 
     )
     values, turn = _refined(elements, gamma, ell, (y, z, divergence), source, response @ vectors)
     y, z, divergence, potential = (part @ turn for part in (y, z, divergence, potential))
-    return _Spectrum(elements, values, column * y, column * z, divergence, column**2 * potential)
+    return Spectrum(elements, values, column * y, column * z, divergence, column**2 * potential)
 
 
 def _local_energy(
@@ -181,7 +188,7 @@ def _shared(coarse: np.ndarray, fine: np.ndarray, tolerance: float) -> tuple[np.
     return np.flatnonzero((nearest <= tolerance * np.abs(fine)) & (np.abs(fine) > _FLOOR)), nearest
 
 
-def _winding(spectrum: _Spectrum, mode: int, gamma: float) -> int:
+def _winding(spectrum: Spectrum, mode: int, gamma: float) -> int:
     """Acoustic minus buoyant nodes of xi_r: each counts by the sense in which (xi_r, p') turns there.
 
     Source: Scuflaire 1974, A&A 36, 107, and Osaki 1975, PASJ 27, 237; exact in Cowling's approximation.
@@ -203,13 +210,13 @@ def _fundamental(gamma: float, degree: int, coarse: Elements, fine: Elements) ->
     It has no nodes in Cowling's approximation. While the perturbation of gravity is turned on no two levels cross: it
     keeps its place among all.
     """
-    spectra = [_nonradial_spectrum(each, gamma, degree, gravity=False) for each in (coarse, fine)]
+    spectra = [nonradial_spectrum(each, gamma, degree, gravity=False) for each in (coarse, fine)]
     common, _ = _shared(spectra[0].values, spectra[1].values, _RESEMBLANCE)
     found = [mode for mode in common if spectra[1].values[mode] > 0 and _winding(spectra[1], mode, gamma) == 0]
     return int(found[0]) if len(found) == 1 else None
 
 
-def _mode(label: str, degree: int, spectrum: _Spectrum, place: int, difference: float) -> Mode:
+def _mode(label: str, degree: int, spectrum: Spectrum, place: int, difference: float) -> Mode:
     elements = spectrum.elements
     ell = degree * (degree + 1)
     inner = elements.weights * elements.x**2
@@ -252,8 +259,8 @@ def radial_modes(index: float, gamma: float, count: int = 3) -> tuple[Mode, ...]
     if count < 1:
         raise ValueError(f"the number of modes must be at least 1, not {count!r}")
     coarse = None
-    for polynomials in _RESOLUTIONS:
-        fine = _radial_spectrum(polytrope_elements(n, polynomials), gamma)
+    for polynomials in RESOLUTIONS:
+        fine = radial_spectrum(polytrope_elements(n, polynomials), gamma)
         if coarse is not None and len(coarse.values) >= count:
             difference = np.abs(fine.values[:count] - coarse.values[:count])
             if np.all(difference <= _TOLERANCE * np.abs(fine.values[:count]) + _FLOOR):
@@ -282,8 +289,8 @@ def nonradial_modes(
     stratification = gamma * n / (n + 1) - 1
     buoyant = gravity_modes if abs(stratification) > _NEUTRAL else 0
     coarse = None
-    for polynomials in _RESOLUTIONS:
-        fine = _nonradial_spectrum(polytrope_elements(n, polynomials), gamma, degree)
+    for polynomials in RESOLUTIONS:
+        fine = nonradial_spectrum(polytrope_elements(n, polynomials), gamma, degree)
         if coarse is not None:
             place = _fundamental(gamma, degree, coarse.elements, fine.elements)
             common, difference = _shared(coarse.values, fine.values, _RESEMBLANCE)
