@@ -22,7 +22,7 @@ _LOG_TAIL = 38.0  # ln u below the smallest squared axis at which exp(ln u) is b
 def index_symbols(axes) -> np.ndarray:
     """Return A_1, A_2, A_3 of the semi-axes (..., 3): dimensionless, of sum 2, to 1e-15.
 
-    Source: Chandrasekhar 1969, ch. 3, eq. 18. Test: tests/unit/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, ch. 3; Carlson 1995. Test: tests/unit/test_ellipsoids.py.
     """
     axes = _checked(axes)
     squares = np.moveaxis(axes**2 / _scale2(axes), -1, 0)
@@ -35,7 +35,7 @@ def index_integral(squares, indices: tuple[int, ...], power: int):
 
     indices (0, 1) with power 0 give A_12, with power 1 B_12. squares: a^2, b^2, c^2, and after them any other shifts
     that `indices` may name; complex values near the positive axis give derivatives. Relative error 3e-16 for any axes.
-    Source: Chandrasekhar 1969, ch. 3, eqs 18 to 22.
+    Source: Chandrasekhar 1969, section 21.
     Test: tests/unit/test_ellipsoids.py.
     """
     sizes = [abs(each) for each in squares]
@@ -53,7 +53,7 @@ def index_integral(squares, indices: tuple[int, ...], power: int):
 def potential(axes, points, density: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
     """Return the potential (negative) of the homogeneous ellipsoid at points (..., 3), inside and outside.
 
-    Source: Chandrasekhar 1969, ch. 3, eqs 40 and 69 (Ferrers). Test: tests/unit/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, ch. 3 (Ferrers). Test: tests/unit/test_ellipsoids.py.
     """
     axes, points = _checked(axes), np.asarray(points, dtype=float)
     squares = axes**2 + _confocal(axes, points)[..., None]
@@ -65,7 +65,7 @@ def potential(axes, points, density: float = 1.0, gravitational_constant: float 
 def acceleration(axes, points, density: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
     """Return the gravity (..., 3) of the homogeneous ellipsoid at points (..., 3), inside and outside.
 
-    Source: Chandrasekhar 1969, ch. 3, eqs 40 and 69. Test: tests/unit/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, ch. 3. Test: tests/unit/test_ellipsoids.py.
     """
     axes, points = _checked(axes), np.asarray(points, dtype=float)
     squares = axes**2 + _confocal(axes, points)[..., None]
@@ -75,7 +75,7 @@ def acceleration(axes, points, density: float = 1.0, gravitational_constant: flo
 def gravitational_energy(axes, mass: float = 1.0, gravitational_constant: float = 1.0) -> float:
     """Return W = -(3/5) G M^2 R_F(a^2, b^2, c^2) of the homogeneous ellipsoid.
 
-    Source: Chandrasekhar 1969, ch. 3, eq. 128. Test: tests/unit/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, section 22. Test: tests/unit/test_ellipsoids.py.
     """
     axes = _checked(axes)
     scale2 = _scale2(axes)[..., 0]
@@ -85,7 +85,7 @@ def gravitational_energy(axes, mass: float = 1.0, gravitational_constant: float 
 def potential_energy_tensor(axes, mass: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
     """Return the diagonal of Chandrasekhar's potential-energy tensor (3,), of sum W.
 
-    Source: Chandrasekhar 1969, ch. 3, eq. 126. Test: tests/unit/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, section 22. Test: tests/unit/test_ellipsoids.py.
     """
     axes = _checked(axes)
     factor = -0.3 * gravitational_constant * mass**2 / np.prod(axes)

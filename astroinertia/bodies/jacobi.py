@@ -4,7 +4,7 @@
 
 Both symbols are sums of positive terms, so that b = a is reached exactly: there the sequence joins the Maclaurin one.
 
-Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 6, eqs 4 and 6.
+Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, section 39, eqs 4 and 5.
 Tests: tests/unit/test_ellipsoids.py, tests/hard/test_ellipsoids_hard.py.
 """
 

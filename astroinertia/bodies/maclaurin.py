@@ -75,7 +75,7 @@ def _squares(l: float) -> tuple[float, float, float]:  # noqa: E741
 def from_second_eccentricity(second_eccentricity: float, **scale: float) -> MaclaurinSpheroid:
     """Return the spheroid of given sqrt(a^2 - c^2)/c >= 0; `scale`: mass, mean_radius, gravitational_constant.
 
-    ValueError unless it is finite. Source: Chandrasekhar 1969, ch. 5, eq. 6. Test: tests/unit/test_ellipsoids.py.
+    ValueError unless it is finite. Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/test_ellipsoids.py.
     """
     l = float(second_eccentricity)  # noqa: E741
     if not (0 <= l < math.inf):
@@ -173,7 +173,7 @@ def _found(quantity: Callable[[MaclaurinSpheroid], float], target: float, ends, 
 def bifurcation() -> MaclaurinSpheroid:
     """Return the spheroid where the Jacobi ellipsoids branch off (secular limit): a^4 A_11 = c^2 A_3, T/|W| = 0.137528.
 
-    Source: Chandrasekhar 1969, ch. 6, eq. 12. Test: tests/hard/test_ellipsoids_hard.py.
+    Source: Chandrasekhar 1969, section 39, eq. 4 with b = a. Test: tests/hard/test_ellipsoids_hard.py.
     """
 
     def difference(l: float) -> float:  # noqa: E741
