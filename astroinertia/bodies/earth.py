@@ -5,11 +5,11 @@ tests/unit/test_figures.py (in full).
 """
 
 import csv
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 
-from astroinertia.bodies.figures import NODES, RotatingFigure, figure_of_density
+from astroinertia.bodies.figures import NODES, RotatingFigure, figure_of_layered_body
 from astroinertia.bodies.layered import LayeredBody, polynomial_layers
 from astroinertia.bodies.tables import data_path
 from astroinertia.units import GRAVITATIONAL_CONSTANT
@@ -38,10 +38,6 @@ def prem(gravitational_constant: float = GRAVITATIONAL_CONSTANT) -> LayeredBody:
     return polynomial_layers(radii, coefficients, gravitational_constant)
 
 
-def _polynomial(coefficients: np.ndarray, scale: float, r: np.ndarray) -> np.ndarray:
-    return np.polynomial.polynomial.polyval(r / scale, coefficients)
-
-
 def prem_figure(
     angular_velocity: float = EARTH_ROTATION_RATE,
     gravitational_constant: float = GRAVITATIONAL_CONSTANT,
@@ -51,16 +47,7 @@ def prem_figure(
     """The hydrostatic figure of PREM to all orders, in SI: 1/f = 299.779, J2 = 1.07177e-3 at the Earth's rate.
 
     PREM's density is that of the level surfaces by mean radius. harmonics and nodes: as in
-    `figures.figure_of_density`. Checked by tests/unit/test_figures.py.
+    `figures.figure_of_layered_body`. Checked by tests/unit/test_figures.py.
     """
     body = prem(gravitational_constant)
-    radii = np.asarray(body.outer_radii)
-    densities = [partial(_polynomial, np.asarray(layer), radii[-1]) for layer in body.coefficients]
-    return figure_of_density(
-        radii.tolist(),
-        densities,
-        angular_velocity=angular_velocity,
-        gravitational_constant=gravitational_constant,
-        harmonics=harmonics,
-        nodes=nodes,
-    )
+    return figure_of_layered_body(body, angular_velocity=angular_velocity, harmonics=harmonics, nodes=nodes)

@@ -15,7 +15,9 @@ Tests: tests/unit/test_figures.py, tests/hard/test_figures_hard.py.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -35,6 +37,9 @@ from astroinertia.bodies.figure_solver import (
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.bodies.rotating_figure import RotatingFigure, figure_of_solution
 from astroinertia.errors import NumericalError
+
+if TYPE_CHECKING:  # it brings JAX along, which figures do not need
+    from astroinertia.bodies.layered import LayeredBody
 
 STAGES = (4, 7, 10, 14, 18, 24, 28, 32, 40)  # numbers of harmonics, each the start of the next
 DEFAULT_HARMONICS = 10  # J2 to J20, or more if the truncation asks for it
@@ -192,6 +197,41 @@ def figure_of_density(
     rotation = _rotation(small_m, rotation_parameter, angular_velocity, rate_unit)
     solution = _converged(edges, powers, nodes, harmonics, accuracy, rotation, material)
     return figure_of_solution(solution, mass, mean_radius, gravitational_constant, accuracy)
+
+
+def figure_of_layered_body(
+    body: "LayeredBody",
+    *,
+    small_m: float | None = None,
+    rotation_parameter: float | None = None,
+    angular_velocity: float | None = None,
+    harmonics: int | None = None,
+    nodes: int = NODES,
+    accuracy: float = ACCURACY,
+) -> RotatingFigure:
+    """Return the figure of a body of layers of polynomial density (layered.py), which is that of its level surfaces.
+
+    Units, G and mean radius are the body's; arguments, errors and source as for `figure_of_density`. Checked by
+    tests/unit/test_figures.py.
+    """
+    radii = np.asarray(body.outer_radii, dtype=float)
+    thick = np.diff(radii, prepend=0.0) > 0
+    layers = [partial(_polynomial, np.asarray(layer, dtype=float), radii[-1]) for layer in body.coefficients]
+    return figure_of_density(
+        radii[thick].tolist(),
+        [density for density, kept in zip(layers, thick, strict=True) if kept],
+        small_m=small_m,
+        rotation_parameter=rotation_parameter,
+        angular_velocity=angular_velocity,
+        gravitational_constant=float(body.gravitational_constant),
+        harmonics=harmonics,
+        nodes=nodes,
+        accuracy=accuracy,
+    )
+
+
+def _polynomial(coefficients: np.ndarray, scale: float, r: np.ndarray) -> np.ndarray:
+    return np.polynomial.polynomial.polyval(r / scale, coefficients)
 
 
 def figure_of_barotropes(

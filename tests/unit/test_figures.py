@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies.barotropes import CondensedLaw, Incompressible, PolytropicLaw
-from astroinertia.bodies.earth import prem_figure
+from astroinertia.bodies.clairaut import hydrostatic_figure
+from astroinertia.bodies.earth import prem, prem_figure
 from astroinertia.bodies.figures import figure_of_barotropes, figure_of_density, figure_of_polytrope
 from astroinertia.bodies.spectral_polytrope import rotating_polytrope
 
@@ -64,6 +65,14 @@ def test_jupiters_polytrope_of_wisdom_and_hubbard():
     for degree, value in entry["value"].items():
         assert figure.zonal_harmonics[int(degree) // 2 - 1] == pytest.approx(value, rel=3e-9), degree
     assert figure.zonal_harmonics[0] == pytest.approx(entry["value"]["2"], rel=1e-12)
+
+
+@pytest.mark.parametrize(("q", "harmonics"), [(0.05, 4), (0.155, 5), (0.25, 6), (0.25, 10), (0.35, 8)])
+def test_the_truncation_estimates_the_error(q, harmonics):
+    exact = rotating_polytrope(q)
+    figure = figure_of_polytrope(1.0, rotation_parameter=q, harmonics=harmonics, accuracy=1e-2)
+    assert 0.03 < abs(figure.flattening - exact.flattening) / figure.truncation < 0.6
+    assert abs(figure.zonal_harmonics[0] / exact.zonal_harmonics[0] - 1) < 0.2 * figure.truncation
 
 
 @pytest.mark.parametrize("q", [0.02, 0.12, 0.27])
@@ -149,8 +158,19 @@ def test_the_figure_of_prem():
     assert 1 / earth.flattening == pytest.approx(299.8, abs=0.1)
     slow = [prem_figure(inputs["omega"] * share, gravitational_constant=constant) for share in (0.1, 0.2)]
     over_m = [figure.flattening / figure.small_m for figure in slow]
+    assert earth.level_flattening[-1] == pytest.approx(earth.flattening, rel=1e-10)
     first_order = (4 * over_m[0] - over_m[1]) / 3 * exact["m"]
     assert 1 / first_order == pytest.approx(exact["inv_flattening_first_order"], rel=1e-8)
+
+
+def test_every_level_of_prem_has_clairauts_flattening_when_slow():
+    rate = 7.292115e-6
+    slow = [prem_figure(share * rate) for share in (1.0, 2.0)]
+    tops = np.append(np.flatnonzero(np.diff(slow[0].radius) == 0), -1)
+    over_m = [figure.level_flattening[tops] / figure.small_m for figure in slow]
+    first_order = hydrostatic_figure(prem(), rate)
+    expected = np.asarray(first_order.layer_flattenings) / float(first_order.small_m)
+    np.testing.assert_allclose((4 * over_m[0] - over_m[1]) / 3, expected, rtol=1e-8)
 
 
 def test_barotropes_hold_at_every_node():
