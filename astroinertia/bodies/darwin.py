@@ -9,7 +9,7 @@ both, Omega^2 = 2 mu (1 + 2 delta). That is what an interaction energy of a poin
 so that dE = Omega dJ holds exactly along the sequence, and energy and angular momentum are least at one and the same
 separation: the secular limit. Figures are told apart by d/(2a), one where they touch.
 
-Source: Lai, Rasio & Shapiro 1993, ApJS 88, 205, section 8 (n = 0), which mends the orbit of Chandrasekhar 1969, ch. 8.
+Source: Lai, Rasio & Shapiro 1993, ApJS 88, 205 (the energy, for n = 0); Chandrasekhar 1969, ch. 8 (the problem).
 Tests: tests/unit/test_roche.py, tests/hard/test_ellipsoids_hard.py.
 """
 
@@ -117,7 +117,7 @@ def from_gap(gap: float, **scale: float) -> DarwinEllipsoid:
     """Return the figure of given d/(2a), 0.8 to 1e4: one where the two touch, and less where they would overlap.
 
     `scale`: mass (of each), mean_radius, gravitational_constant. ValueError outside.
-    Source: Lai et al. 1993, section 8. Test: tests/unit/test_roche.py.
+    Source: Lai et al. 1993. Test: tests/unit/test_roche.py.
     """
     if not (_NARROWEST <= gap <= _WIDEST):
         raise ValueError(f"d/(2a) of Darwin ellipsoids lies in {_NARROWEST} <= d/(2a) <= {_WIDEST:g}, not {gap!r}")
@@ -157,7 +157,7 @@ def closest(**scale: float) -> DarwinEllipsoid:
 def secular_limit(**scale: float) -> DarwinEllipsoid:
     """Return the figure of least energy and angular momentum: closer ones are secularly unstable.
 
-    Source: Lai et al. 1993, section 8. Test: tests/unit/test_roche.py.
+    Source: Lai et al. 1993. Test: tests/unit/test_roche.py.
     """
     return _turning_point("angular momentum").rescaled(**scale)
 
