@@ -176,20 +176,19 @@ def level_surfaces(field: Field, x: np.ndarray, small_m: float, sphere: Angles) 
     raise NumericalError(_NO_EQUILIBRIUM)
 
 
-def radius_at(field: Field, level: float, mu: float, small_m: float, guess: float) -> float:
-    """Return r/s of the outermost surface at one mu, by Newton's method."""
-    harmonics = len(field.outer) - 1
-    legendre = legendre_even(np.array([mu]), harmonics)
+def radii_at(field: Field, nodes: slice, level: np.ndarray, mu: float, small_m: float, guess: np.ndarray) -> np.ndarray:
+    """Return r/s (node,) at one mu of the surfaces of `nodes`, whose scaled potentials are `level`: Newton's method."""
+    legendre = legendre_even(np.array([mu]), len(field.outer) - 1)
     spin = np.array([0.5 * small_m * (1 - mu**2)])
-    x = np.array([[guess]])
+    x = guess[:, None]
     for _ in range(_NEWTON_STEPS):
-        value, slope = potential(field, slice(-1, None), x, legendre, spin)
-        if not slope[0, 0] < 0:
+        value, slope = potential(field, nodes, x, legendre, spin)
+        if not slope.max() < 0:
             break
-        step = (level - value) / slope
+        step = (level[:, None] - value) / slope
         x = x + step
         if np.abs(step).max() < _SHAPE_TOLERANCE**0.5:
-            return float(x[0, 0])
+            return x[:, 0]
     raise NumericalError(_NO_EQUILIBRIUM)
 
 

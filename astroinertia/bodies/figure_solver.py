@@ -22,7 +22,7 @@ from astroinertia.bodies.figure_shapes import (
     level_surfaces,
     multipoles,
     node_ranges,
-    radius_at,
+    radii_at,
 )
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.errors import NumericalError
@@ -30,6 +30,7 @@ from astroinertia.errors import NumericalError
 _TOLERANCE = 1e-13  # of shape and potential between two sweeps
 _MOST_SWEEPS = 120
 _ROUND_OFF = 1e-16
+_SURFACE = slice(-1, None)
 _NEAR_SURFACE = 1e-5  # below this share of the layer's thickness differences of the potential are rough
 _ASYMPTOTIC_TERMS = 10
 _SCALE_TOLERANCE = 1e-12  # of the mass, after which the densities are scaled by what is left
@@ -169,7 +170,7 @@ class Hydrostatic:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A converged figure: shape (node, point), potential u at the nodes, equator and pole r/R, m, R/reference."""
+    """A converged figure: shape (node, point); potential u, equator and pole r/s of the surfaces; m; R/reference."""
 
     layers: Sequence[Layer]
     sphere: Angles
@@ -179,8 +180,8 @@ class Solution:
     potential: np.ndarray
     small_m: float
     scale: float
-    equator: float
-    pole: float
+    equator: np.ndarray
+    pole: np.ndarray
     truncation: float
     sweeps: int
 
@@ -224,7 +225,7 @@ def solve(
         densities, scale = material.densities(layers, z[shapes:-1])
         field = multipoles(layers, z[:shapes].reshape(len(radius), -1), densities, sphere)
         x, level = level_surfaces(field, z[:shapes].reshape(len(radius), -1), float(z[-1]), sphere)
-        equator = radius_at(field, level[-1], 0.0, float(z[-1]), float(x[-1, 0]))
+        equator = float(radii_at(field, _SURFACE, level[_SURFACE], 0.0, float(z[-1]), x[_SURFACE, 0])[0])
         return densities, scale, field, x, level, radius**2 * level + field.constant, equator
 
     def sweep(z):
@@ -238,7 +239,9 @@ def solve(
         first = state(on_points(start, sphere), start.potential, start.small_m)
     z, sweeps = fixed_point(sweep, first, _TOLERANCE, _MOST_SWEEPS if start is None else _MOST_SWEEPS // 3)
     small_m = float(z[-1])
-    densities, scale, field, x, level, u, equator = one_sweep(z)
-    pole = radius_at(field, level[-1], 1.0, small_m, float(x[-1, -1]))
-    truncation = _share_left_out(field, equator, pole)
+    densities, scale, field, x, level, u, _ = one_sweep(z)
+    everywhere = slice(None)
+    equator = radii_at(field, everywhere, level, 0.0, small_m, x[:, 0])
+    pole = radii_at(field, everywhere, level, 1.0, small_m, x[:, -1])
+    truncation = _share_left_out(field, float(equator[-1]), float(pole[-1]))
     return Solution(layers, sphere, field, densities, x, u, small_m, scale, equator, pole, truncation, sweeps)

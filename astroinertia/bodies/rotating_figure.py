@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from astroinertia.bodies.figure_shapes import angles, legendre_even, node_ranges
+from astroinertia.bodies.figure_shapes import node_ranges
 from astroinertia.bodies.figure_solver import Solution, volume_integral
 from astroinertia.errors import NumericalError
 
@@ -18,8 +18,8 @@ class RotatingFigure:
     """A rotating body in equilibrium, in the units of its mass, mean radius and gravitational constant.
 
     mean_radius: of the sphere of equal volume. zonal_harmonics: J2, J4, ... with the equatorial radius and the mass.
-    radius, density, enclosed_mass, pressure (node): of the level surfaces, by mean radius, ascending; a jump of density
-    has two nodes.
+    radius, density, enclosed_mass, pressure, level_flattening 1 - c/a (node): of the level surfaces, by mean radius,
+    ascending; a jump of density has two nodes.
     mu (point) and shape (node, point): r/radius on each surface. harmonics: P_2 to P_(2 harmonics) shape the surfaces.
     truncation: estimate of what those left out have of the potential at the surface, in G M/R_mean (n = 1: the error of
     the flattening is 0.1 to 0.5 of it, that of J2 less). virial_error:
@@ -41,6 +41,7 @@ class RotatingFigure:
     density: np.ndarray
     enclosed_mass: np.ndarray
     pressure: np.ndarray
+    level_flattening: np.ndarray
     mu: np.ndarray
     shape: np.ndarray
     harmonics: int
@@ -62,15 +63,6 @@ class RotatingFigure:
     def flattening(self) -> float:
         """f = 1 - c/a of the surface."""
         return 1 - self.polar_radius / self.equatorial_radius
-
-    @property
-    def level_flattening(self) -> np.ndarray:
-        """1 - c/a of each level surface (node), by the Legendre series of its shape."""
-        count = len(self.mu)
-        series = angles(count, count - 1)
-        coefficients = (self.shape * series.weights) @ series.legendre.T * (4 * np.arange(count) + 1)
-        equator, pole = (coefficients @ legendre_even(np.array([0.0, 1.0]), count - 1)).T
-        return 1 - pole / equator
 
     @property
     def moment_ratio(self) -> float:
@@ -158,15 +150,16 @@ def figure_of_solution(
             " more nodes are needed, or a density without jumps and kinks within a layer"
         )
     unit_pressure = gravitational_constant * mass**2 / mean_radius**4
+    equator = float(solution.equator[-1])
     unit_moment = mass * mean_radius**2
     return RotatingFigure(
         mass=mass,
         mean_radius=mean_radius,
         gravitational_constant=gravitational_constant,
         small_m=solution.small_m,
-        equatorial_radius=solution.equator * mean_radius,
-        polar_radius=solution.pole * mean_radius,
-        zonal_harmonics=-harmonics / solution.equator ** (2.0 * np.arange(1, len(harmonics) + 1)),
+        equatorial_radius=equator * mean_radius,
+        polar_radius=float(solution.pole[-1]) * mean_radius,
+        zonal_harmonics=-harmonics / equator ** (2.0 * np.arange(1, len(harmonics) + 1)),
         mean_moment=mean * unit_moment,
         polar_moment=polar * unit_moment,
         equatorial_moment=(polar - difference) * unit_moment,
@@ -175,6 +168,7 @@ def figure_of_solution(
         density=np.concatenate(densities) * mass / mean_radius**3,
         enclosed_mass=radius**3 * (field.outer[0] - 2 * field.medium) * mass,
         pressure=np.concatenate(_pressures(solution, potentials)) * unit_pressure,
+        level_flattening=1 - solution.pole / solution.equator,
         mu=solution.sphere.mu,
         shape=solution.shape,
         harmonics=len(field.outer) - 1,
