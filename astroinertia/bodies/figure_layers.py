@@ -43,8 +43,13 @@ class Layer:
     down: np.ndarray  # (s/top)^(2k-2), 1 for harmonic 0
 
 
-def node_count(bottom: float, top: float, nodes: int) -> int:
-    """Return the number of nodes of a layer when one that reaches the centre has `nodes`: thin layers need fewer."""
+def node_count(bottom: float, top: float, nodes: int, surface_power: float) -> int:
+    """Return the number of nodes of a layer when one that reaches the centre has `nodes`: thin layers need fewer.
+
+    Not so at a surface where the density falls with a broken power of the depth, however thin the layer.
+    """
+    if surface_power != 1:
+        return nodes
     return min(nodes, FEWEST_NODES + math.ceil((nodes - FEWEST_NODES) * (1 - (bottom / top) ** 2)))
 
 

@@ -53,7 +53,7 @@ _CONDENSED_EDGES = 3.0 ** np.arange(1, 8)  # xi at which a polytrope with a larg
 
 def _layers(edges, powers, nodes: int, harmonics: int) -> list[Layer]:
     return [
-        layer(float(bottom), float(top), power, node_count(bottom, top, nodes), harmonics)
+        layer(float(bottom), float(top), power, node_count(bottom, top, nodes, power), harmonics)
         for (bottom, top), power in zip(pairwise(edges), powers, strict=True)
     ]
 
