@@ -23,7 +23,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh, solve_triangular
 
 from astroinertia.bodies.polytrope import lane_emden
-from astroinertia.bodies.polytrope_elements import Basis, Elements, polytrope_elements
+from astroinertia.bodies.polytrope_elements import BUOYANT, Basis, Elements, polytrope_elements
 from astroinertia.errors import NumericalError
 
 RESOLUTIONS = (20, 28, 40, 56, 80)  # polynomials an element: tried in turn until two neighbours agree
@@ -142,7 +142,7 @@ def _local_energy(
     """E without the field, between all pairs of displacements (x y, x z) of given divergence.
 
     squares: as the sum of compression and buoyancy, rho (p'/rho)^2/c^2 + rho N^2 xi_r^2, in which nothing cancels;
-    it is not integrable for n = 0.
+    it diverges as n -> 0.
     """
     y, z, divergence = fields
     n, x, mass, gravity = elements.index, elements.x, elements.mass_weights, elements.gravity
@@ -173,7 +173,9 @@ def _refined(elements: Elements, gamma: float, ell: int, fields: tuple, source: 
             break
         parts = [part[:, chosen] for part in (y, z, divergence, source, response)]
         inertia = _inner(mass, parts[0], parts[0]) + ell * _inner(mass, parts[1], parts[1])
-        energy = _local_energy(elements, gamma, ell, parts[:3], squares=elements.index > 0) + parts[3].T @ parts[4]
+        energy = (
+            _local_energy(elements, gamma, ell, parts[:3], squares=elements.index >= BUOYANT) + parts[3].T @ parts[4]
+        )
         found, vectors = eigh(0.5 * (energy + energy.T), inertia)
         for whole in (y, z, divergence, source, response, turn):
             whole[:, chosen] = whole[:, chosen] @ vectors

@@ -51,14 +51,15 @@ class LaneEmden:
         return np.where(self.xi > 0, -self.mass / np.where(self.xi > 0, self.xi, 1.0) ** 2, 0.0)
 
 
-def central_series(n: float, xi):
+def central_series(n: float | complex, xi):
     """theta, -xi^2 theta' and the integral of theta^n xi^4 near the centre, to xi^10.
 
     theta = sum a_k xi^2k, with theta^n = sum b_k xi^2k from J.C.P. Miller's recurrence and
     a_(k+1) = -b_k / ((2k + 2)(2k + 3)).
     """
-    xi = np.asarray(xi, dtype=float)
-    a, b = [1.0], [1.0]
+    xi = np.asarray(xi, dtype=complex if np.iscomplexobj(xi) else float)
+    a: list = [1.0]
+    b: list = [1.0]
     for k in range(5):
         a.append(-b[k] / ((2 * k + 2) * (2 * k + 3)))
         b.append(sum((n * i - (k + 1 - i)) * a[i] * b[k + 1 - i] for i in range(1, k + 2)) / (k + 1))

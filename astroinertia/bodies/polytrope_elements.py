@@ -16,6 +16,7 @@ from astroinertia.bodies.polytrope import HANDOVER, lane_emden, nodes_of
 
 _STEEP = 1.5  # index from which theta = t^2 is smooth enough; below it t^4 is taken, which large n would make too flat
 _CONDENSED = 2.5  # index from which the envelope needs more than two elements, each half as far out as the one before
+BUOYANT = 0.01  # index from which the energy of buoyancy is calculated by itself: it diverges at the surface as n -> 0
 _EXTRA_NODES = 24  # of the quadrature beyond the number of polynomials: the structure is no polynomial
 
 
@@ -119,7 +120,7 @@ def polytrope_elements(index: float, polynomials: int) -> Elements:
     solution = lane_emden(n)
     nodes = polynomials + _EXTRA_NODES
     s, quadrature = (np.tile(part, (envelope + 1, 1)) for part in roots_legendre(nodes))
-    if 0 < n < 1:  # buoyancy and compression of an outer layer go as this power of t, which is singular
+    if BUOYANT <= n < 1:  # buoyancy and compression of an outer layer go as this power of t, which is singular
         surface = power * n - 1
         s[-1], quadrature[-1] = roots_jacobi(nodes, surface, 0.0)
         quadrature[-1] /= (1 - s[-1]) ** surface

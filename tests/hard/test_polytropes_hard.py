@@ -119,11 +119,12 @@ def test_the_softest_bodies_join_the_homogeneous_one():
     for degree in (2, 5):
         kelvin = 2 * degree * (degree - 1) / (2 * degree + 1)
         shift = []
-        for index in (1e-2, 1e-3):
+        for index in (1e-2, 1e-3, 1e-6):
             modes = {mode.label: mode.squared_frequency for mode in nonradial_modes(index, 5 / 3, degree, 1, 1)}
             shift.append(modes["f"] / kelvin - 1)
         assert 0 < shift[1] < 0.01
         assert shift[0] / shift[1] == pytest.approx(10, rel=0.05)
+        assert shift[1] / shift[2] == pytest.approx(1000, rel=0.005)
 
 
 def test_extreme_interfaces():

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 from scipy.special import spherical_jn
 
-from astroinertia.bodies.apsidal import DEGREES, apsidal_constant, complement_slope, core_zone, love_number
+from astroinertia.bodies.apsidal import (
+    DEGREES,
+    apsidal_constant,
+    complement_slope,
+    core_zone,
+    index_derivatives,
+    love_number,
+)
 from astroinertia.bodies.clairaut import love_number_from_radau, radau_slope
 from astroinertia.bodies.polytrope import lane_emden
 
@@ -54,6 +61,23 @@ def test_integrals_of_the_zone(index):
     assert 2 * zone.moment[-1] / (3 * mass * radius**2) == pytest.approx(solution.moment_ratio, rel=2e-14)
     assert zone.binding[-1] * radius / mass**2 == pytest.approx(3 / (5 - index), rel=2e-14)
     assert 3 * zone.volume_work[-1] * radius / mass**2 == pytest.approx(3 / (5 - index), rel=2e-14)
+
+
+@pytest.mark.parametrize("index", [0.0, *(pytest.param(n, marks=pytest.mark.slow) for n in (0.3, 1.5, 4.0))])
+def test_derivatives_by_index(index):
+    """Against W = -3/(5 - n), whose derivative is exact, and against differences."""
+    step = 1e-30
+    zone = core_zone(complex(index, step), 0.0, 2, ())
+    binding = (zone.binding[-1] * zone.r[-1] / zone.mass[-1] ** 2).imag / step
+    assert binding == pytest.approx(3 / (5 - index) ** 2, rel=1e-12)
+    change, low = 1e-4, max(index - 1e-4, 0.0)
+    slopes = index_derivatives((index + change + low) / 2)
+    for name in ("xi_1", "surface_mass", "moment_ratio", "central_to_mean"):
+        difference = getattr(lane_emden(index + change), name) - getattr(lane_emden(low), name)
+        assert getattr(slopes, name) == pytest.approx(difference / (index + change - low), rel=1e-6)
+    for degree in (2, 8):
+        difference = love_number(index + change, degree) - love_number(low, degree)
+        assert slopes.love_numbers[degree] == pytest.approx(difference / (index + change - low), rel=1e-6)
 
 
 def test_bad_arguments_are_refused():

@@ -15,7 +15,7 @@ ENTRIES = json.loads((Path(__file__).parents[1] / "reference" / "love_numbers.js
 LAYERS = [each for each in ENTRIES if each["name"] == "two_layer_clairaut" and float(each["inputs"]["rc/R"]) > 0]
 
 
-@pytest.mark.parametrize("index", [0.3, 1.5, 3.0])
+@pytest.mark.parametrize("index", [0.3, 3.0])
 def test_equal_indices_make_a_single_polytrope(index):
     body = composite_polytrope(index, index, pressure_ratio=0.1)
     assert body.moment_ratio == pytest.approx(lane_emden(index).moment_ratio, rel=2e-14)
