@@ -27,6 +27,7 @@ from itertools import pairwise
 import numpy as np
 
 from astroinertia.bodies.figure_layers import Layer
+from astroinertia.bodies.scf_mesh import even_legendre
 from astroinertia.errors import NumericalError
 
 _NEWTON_STEPS = 12
@@ -47,19 +48,7 @@ def angles(points: int, harmonics: int) -> Angles:
     """Return the points of one hemisphere for harmonics P_0 to P_(2 `harmonics`)."""
     mu, weights = np.polynomial.legendre.leggauss(2 * points)
     mu, weights = mu[points:], weights[points:]
-    return Angles(mu, weights / weights.sum(), legendre_even(mu, harmonics))
-
-
-def legendre_even(mu, harmonics: int) -> np.ndarray:
-    """Return P_0, P_2, ... P_(2 `harmonics`) at mu, (harmonic, ...)."""
-    mu = np.asarray(mu, dtype=float)
-    before, now = np.ones_like(mu), mu
-    values = [before]
-    for degree in range(1, 2 * harmonics):
-        before, now = now, ((2 * degree + 1) * mu * now - degree * before) / (degree + 1)
-        if degree % 2:
-            values.append(now)
-    return np.array(values)
+    return Angles(mu, weights / weights.sum(), even_legendre(mu, 2 * harmonics))
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +167,7 @@ def level_surfaces(field: Field, x: np.ndarray, small_m: float, sphere: Angles) 
 
 def radii_at(field: Field, nodes: slice, level: np.ndarray, mu: float, small_m: float, guess: np.ndarray) -> np.ndarray:
     """Return r/s (node,) at one mu of the surfaces of `nodes`, whose scaled potentials are `level`: Newton's method."""
-    legendre = legendre_even(np.array([mu]), len(field.outer) - 1)
+    legendre = even_legendre(np.array([mu]), 2 * (len(field.outer) - 1))
     spin = np.array([0.5 * small_m * (1 - mu**2)])
     x = guess[:, None]
     for _ in range(_NEWTON_STEPS):

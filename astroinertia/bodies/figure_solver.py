@@ -18,13 +18,13 @@ from astroinertia.bodies.figure_shapes import (
     Field,
     angles,
     fixed_point,
-    legendre_even,
     level_surfaces,
     multipoles,
     node_ranges,
     radii_at,
 )
 from astroinertia.bodies.polytrope import lane_emden
+from astroinertia.bodies.scf_mesh import even_legendre
 from astroinertia.errors import NumericalError
 
 _TOLERANCE = 1e-13  # of shape and potential between two sweeps
@@ -205,9 +205,9 @@ def _share_left_out(field: Field, equator: float, pole: float) -> float:
 def on_points(start: Solution, sphere: Angles) -> np.ndarray:
     """Return the shape of a solution at other points of mu, by its Legendre series."""
     count = len(start.sphere.mu)
-    terms = legendre_even(start.sphere.mu, count - 1) * start.sphere.weights
+    terms = even_legendre(start.sphere.mu, 2 * count - 2) * start.sphere.weights
     series = start.shape @ terms.T * (4 * np.arange(count) + 1)
-    return series @ legendre_even(sphere.mu, count - 1)
+    return series @ even_legendre(sphere.mu, 2 * count - 2)
 
 
 def solve(
