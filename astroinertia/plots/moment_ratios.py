@@ -23,7 +23,7 @@ STATUS_WORDS = {
 CONDENSATION_MARKERS = {"published": "o", "two layers": "s", "polytrope": "D"}
 CONDENSATION_WORDS = {
     "published": "central density from seismology or a solar model",
-    "two layers": "central density of the two-layer inversion",
+    "two layers": "central density of the inversion to uniform layers",
     "polytrope": "put on the curve: central density unknown",
 }
 _NEAR = (0.93, 2.75, 0.298, 0.412)  # limits of the panel of solid bodies

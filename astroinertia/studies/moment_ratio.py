@@ -28,7 +28,7 @@ _HOMOGENEOUS_LOVE_NUMBER = 1.5  # no fluid body whose density falls outwards res
 _INDICES = np.linspace(0.0, 4.5, 46)
 _RADAU_DARWIN_LEAST = 0.75  # fluid k2 of the polytrope n = 0.67
 _ROUND_OFF = 1e-14  # of a ratio that was computed as 0.4
-_CONDENSED = tuple(np.linspace(0.6, 3.5, 11))  # indices between which that of a fluid k2 is interpolated, to 1e-4
+_CONDENSED = tuple(np.linspace(0.6, 3.5, 6))  # indices between which that of a fluid k2 is found, the ratio to 2e-5
 
 TWO_LAYERS = Model(
     lambda mass, radius, **known: _two_layer_outputs(mass, radius, **known),

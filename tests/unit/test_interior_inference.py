@@ -51,6 +51,7 @@ def test_every_draw_has_the_mass_and_moment_of_its_coordinates(posterior):
     assert posterior.attrs["sampled"] == ["mean_density", "moment_ratio", "core_density"]
 
 
+@pytest.mark.slow
 def test_a_fluid_love_number_alone_finds_the_ratio():
     observed = {"mean_density": MEAN, "love_number": Gaussian(LOVE, 2e-3)}
     found = summary(
