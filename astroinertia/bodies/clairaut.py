@@ -18,13 +18,13 @@ Tests: tests/unit/test_clairaut.py, tests/hard/test_layered_hard.py; cost: tests
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from astroinertia.bodies.collocation import collocation
 from astroinertia.bodies.double_precision import double_precision
 from astroinertia.bodies.layered import LayeredBody, layer_bounds
 
@@ -158,22 +158,6 @@ def radau_darwin_error(body: LayeredBody, steps: int = DEFAULT_STEPS) -> Array:
     return radau_darwin_moment_ratio(love_number(body, 2, steps)) - body.moment_ratio
 
 
-@lru_cache(maxsize=32)
-def _collocation(power: int) -> tuple[np.ndarray, ...]:
-    """Nodes and weights of a step on (0, 1), and of inner integrals that are exact for the kernel's powers.
-
-    lagrange[i, q, j]: the j-th Lagrange polynomial at c_i tau_q; at_end[q, j]: at tau_q.
-    """
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    tau, inner_weights = np.polynomial.legendre.leggauss((_NODES + power) // 2 + 1)
-    c, tau = (nodes + 1) / 2, (tau + 1) / 2
-    legendre = np.polynomial.legendre.legvander
-    to_values = np.linalg.inv(legendre(nodes, _NODES - 1))
-    lagrange = legendre(2 * c[:, None] * tau - 1, _NODES - 1) @ to_values
-    at_end = legendre(2 * tau - 1, _NODES - 1) @ to_values
-    return c, weights / 2, tau, inner_weights / 2, lagrange, at_end
-
-
 def _density(coefficients: Array, x: Array) -> Array:
     """The density of layers (layers, terms) at x (layers, ...)."""
     return sum(_column(coefficients[:, k], x) * x**k for k in range(coefficients.shape[1]))
@@ -239,20 +223,20 @@ def _through_steps(body: LayeredBody, x_in: Array, x_out: Array, power: int) -> 
 
     The integral of the kernel times an interpolating polynomial is exact, so that a step may begin at the centre.
     """
-    c, weights, tau, inner_weights, lagrange, at_end = _collocation(power)
+    c, weights, tau, inner_weights, to_node, to_end = collocation(_NODES, power)
     width = x_out - x_in
     x = x_in[..., None] + width[..., None] * c
     safe = jnp.where(x > 0, x, 1.0)
     drop = -3 / power * _density_slope(body.coefficients, x) / _mean_density(body, x)  # with P: dA/dx = -drop P
     ratio = jnp.where(x > 0, x_in[..., None] / safe, 1.0)
     reach = ratio[..., None] + (1 - ratio[..., None]) * tau  # s/x in the inner integral from x_in to each node
-    kernel = jnp.einsum("...iq,q,iqj->...ij", 1 - reach**power, inner_weights, lagrange)
+    kernel = jnp.einsum("...iq,q,iqj->...ij", 1 - reach**power, inner_weights, to_node)
     system = jnp.eye(_NODES) + (x - x_in[..., None])[..., None] * kernel * drop[..., None, :]
     sources = jnp.stack([jnp.ones_like(x), ratio**power], axis=-1)
     disturbance = jnp.linalg.solve(system, sources)  # P at the nodes for (A, b) = (1, 0) and (0, 1)
     moved = width[..., None, None] * drop[..., None] * disturbance
     last = jnp.where(x_out > 0, x_in / jnp.where(x_out > 0, x_out, 1.0), 1.0)
-    weight_of_inside = (last[..., None] + (1 - last[..., None]) * tau) ** power * inner_weights @ at_end
+    weight_of_inside = (last[..., None] + (1 - last[..., None]) * tau) ** power * inner_weights @ to_end
     lost = jnp.einsum("i,...is->...s", weights, moved)
     gained = jnp.einsum("...i,...is->...s", weight_of_inside, moved)
     return jnp.stack([jnp.array([1.0, 0.0]) - lost, gained + last[..., None] ** power * jnp.array([0.0, 1.0])], -2)

@@ -84,7 +84,7 @@ class LayeredBody:
         x_in, x_out, _ = layer_bounds(self)
         x = x_in[:, None] + (x_out - x_in)[:, None] * jnp.linspace(0.0, 1.0, 33)
         density = jnp.sum(self.coefficients[:, None, :] * _powers(x, self.coefficients.shape[1]), axis=-1)
-        return jnp.all(jnp.diff(density.ravel()) <= 1e-12 * jnp.max(density))
+        return jnp.all(jnp.diff(density.ravel()) <= _RISE * jnp.max(density))
 
     @double_precision()
     def density(self, r: Array) -> Array:
@@ -127,6 +127,7 @@ class LayeredBody:
 
 
 _FOUR_PI = 4 * math.pi
+_RISE = 1e-9  # of density from round-off in steep polynomials, as a share of the greatest
 _SURFACE = 1e-12  # round-off of a density that vanishes at the surface, as a share of the greatest
 
 

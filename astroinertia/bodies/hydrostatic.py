@@ -1,0 +1,336 @@
+"""Planets in hydrostatic equilibrium from what they are made of: layers of cold materials, from the centre outwards.
+
+By mass, with t = (m/M)^(1/3) so that all is smooth at the centre, and V = (r/t)^3:
+
+    V t^3 = (9 M/4 pi) integral of t^2/rho dt,    dP/dt = -(3 G M^2/4 pi) t V^(-4/3),
+
+and by radius, with t = r/R and V = m/t^3,
+
+    V t^3 = 4 pi R^3 integral of rho t^2 dt,    dP/dt = -(G/R) rho V t.
+
+The layers' boundaries lie at known t, where P is continuous and rho jumps; the one unknown is the pressure at the
+centre, found by Newton's method so that the surface has its own. Each step is a Gauss-Legendre collocation of P, solved
+by Picard's iteration; the integral of t^2 times a polynomial is exact, so that the centre is no singular point.
+
+Sources: Seager et al. 2007, ApJ 669, 1279, sec. 2; Hairer, Norsett & Wanner 1993, Solving ODEs I, sec. II.7.
+Tests: tests/physics/test_hydrostatic.py, tests/hard/test_layered_hard.py; cost:
+tests/benchmarks/work_precision_layered.py.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from astroinertia.bodies.collocation import collocation
+from astroinertia.bodies.double_precision import double_precision
+from astroinertia.bodies.layered import LayeredBody
+from astroinertia.bodies.materials import Material
+from astroinertia.errors import NumericalError
+from astroinertia.inertia.tensor import is_known
+
+Array = Any
+
+DEFAULT_STEPS = 4  # a layer: the knee in tests/benchmarks/results/work_precision_layered.md
+_NODES = 8  # collocation nodes a step
+_PICARD = 20  # iterations a step: each gains a factor of the step's share of P/K over its number
+_NEWTON_STEPS = 50
+_TOLERANCE = 1e-13  # of the logarithm of the central pressure
+_LARGEST_CHANGE = 1.0  # of that logarithm in a step of Newton's method
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class HydrostaticPlanet:
+    """A planet in equilibrium; a JAX pytree. Rows (layers, rows) run outwards; a boundary has a row on each side.
+
+    mass, mean_radius, mean_moment I, gravitational_energy W and central_pressure are scalars; moments and ratios use
+    the mean radius. radius, enclosed_mass, pressure, density and density_slope (d rho/dr) are the profile. residual:
+    the surface pressure left over as a share of the central one, or what an iteration still changed, if that is more.
+    """
+
+    mass: Array
+    mean_radius: Array
+    mean_moment: Array
+    gravitational_energy: Array
+    central_pressure: Array
+    radius: Array
+    enclosed_mass: Array
+    pressure: Array
+    density: Array
+    density_slope: Array
+    residual: Array
+    gravitational_constant: Array
+
+    @property
+    def moment_ratio(self) -> Array:
+        """I/(M R^2) with the mean radius."""
+        return self.mean_moment / (self.mass * self.mean_radius**2)
+
+    @property
+    def layer_radii(self) -> Array:
+        """Outer radius (layers,) of each layer."""
+        return self.radius[:, -1]
+
+    @double_precision()
+    def layered(self) -> LayeredBody:
+        """The same as polynomial layers, for gravity, Love numbers and figures: a cubic in r between each two rows.
+
+        Density and its slope are met at each row; in between the error falls with the fourth power of their distance
+        (2e-9 of the moment ratio for an Earth of 4 steps a layer).
+        """
+        x = self.radius / self.mean_radius
+        low, high = x[:, :-1].ravel(), x[:, 1:].ravel()
+        width = high - low
+        some = width > 0
+        safe = jnp.where(some, width, 1.0)
+        start, end = self.density[:, :-1].ravel(), self.density[:, 1:].ravel()
+        slopes = self.density_slope * self.mean_radius
+        first, last = slopes[:, :-1].ravel(), slopes[:, 1:].ravel()
+        mean = (end - start) / safe
+        square = jnp.where(some, (3 * mean - 2 * first - last) / safe, 0.0)
+        cube = jnp.where(some, (first + last - 2 * mean) / safe**2, 0.0)
+        first = jnp.where(some, first, 0.0)
+        coefficients = jnp.stack(
+            [
+                start - low * (first - low * (square - low * cube)),
+                first - low * (2 * square - 3 * low * cube),
+                square - 3 * low * cube,
+                cube,
+            ],
+            axis=-1,
+        )  # of powers of x rather than of x - low
+        return LayeredBody(high * self.mean_radius, coefficients, self.gravitational_constant)
+
+
+def planet_from_masses(
+    layer_masses: Array,
+    materials: Sequence[Material],
+    *,
+    surface_pressure: Array = 0.0,
+    gravitational_constant: Array = 1.0,
+    steps: int = DEFAULT_STEPS,
+) -> HydrostaticPlanet:
+    """The planet of layers with given masses (layers,) from the centre outwards, each of one material.
+
+    Units: any consistent ones of masses, material parameters and G. A layer of no mass is allowed, and so is a lighter
+    layer below a heavier one (an equilibrium, if an unstable one). ValueError for masses that cannot be; NumericalError
+    where no equilibrium is found or a material is asked for more pressure than its equation reaches. Within a JAX
+    transformation nothing is refused: see `residual`; a gradient by the mass of a core that is absent is not its own.
+    Source and checks: the module.
+    """
+    return _planet(layer_masses, materials, surface_pressure, gravitational_constant, steps, "mass")
+
+
+def planet_from_radii(
+    outer_radii: Array,
+    materials: Sequence[Material],
+    *,
+    surface_pressure: Array = 0.0,
+    gravitational_constant: Array = 1.0,
+    steps: int = DEFAULT_STEPS,
+) -> HydrostaticPlanet:
+    """The planet of layers with given outer radii (layers,), ascending, each of one material; its mass is found.
+
+    Arguments and errors as for `planet_from_masses`. Source and checks: the module.
+    """
+    return _planet(outer_radii, materials, surface_pressure, gravitational_constant, steps, "radius")
+
+
+def _planet(
+    layers: Array, materials: Sequence[Material], surface_pressure: Array, g: Array, steps: int, by: str
+) -> HydrostaticPlanet:
+    if is_known(layers):
+        layers = np.asarray(layers, dtype=float)
+        widths = layers if by == "mass" else np.diff(layers, prepend=0.0)
+        if layers.shape != (len(materials),):
+            raise ValueError(f"{len(materials)} materials need as many layers, not {layers.shape}")
+        if not (np.isfinite(layers).all() and (widths >= 0).all() and widths.sum() > 0):
+            raise ValueError(
+                f"each layer needs a {by} that is finite and {'not negative' if by == 'mass' else 'rises'}"
+            )
+    if steps < 1:
+        raise ValueError(f"a layer needs at least one step, not {steps}")
+    planet = _solve(layers, tuple(materials), surface_pressure, g, steps, by)
+    if is_known(planet.residual) and not abs(float(planet.residual)) < 1e-9:
+        raise NumericalError(
+            "no hydrostatic equilibrium was found: its pressure is beyond what the materials' equations of state reach"
+        )
+    return planet
+
+
+@double_precision("steps", "by")
+def _solve(
+    layers: Array, materials: tuple, surface_pressure: Array, gravitational_constant: Array, steps: int, by: str
+) -> HydrostaticPlanet:
+    layers = jnp.asarray(layers, dtype=float)
+    g = gravitational_constant
+    densities = jnp.stack([jnp.asarray(each.reference_density, dtype=float) for each in materials])
+    if by == "mass":  # scale: M or R, what t is a share of
+        scale = jnp.sum(layers)
+        edges = jnp.concatenate([jnp.zeros(1), _cube_root(jnp.cumsum(layers) / scale)])
+        equation = _ByMass(scale, g)
+        mass, radius = scale, jnp.cbrt(3 * jnp.sum(layers / densities) / _FOUR_PI)
+    else:
+        scale = layers[-1]
+        edges = jnp.concatenate([jnp.zeros(1), layers]) / scale
+        equation = _ByRadius(scale, g)
+        mass, radius = _FOUR_PI / 3 * scale**3 * jnp.sum(densities * jnp.diff(edges**3)), scale
+
+    def integrate(log_pressure: Array) -> tuple[Array, Array]:
+        state = jnp.zeros(5).at[1].set(jnp.exp(log_pressure))
+        rows = []
+        for k, material in enumerate(materials):
+            state, inner = _through_layer(equation, material, edges[k], edges[k + 1], state, steps)
+            rows.append(inner)
+        return state, jnp.stack(rows)
+
+    def excess(log_pressure: Array) -> Array:
+        return (integrate(log_pressure)[0][1] - surface_pressure) * jnp.exp(-log_pressure)
+
+    # the uncompressed planet's, which compression raises: 3 G M^2/(8 pi R^4)
+    guess = jnp.log(1.5 * 3 * g * mass**2 / (2 * _FOUR_PI * radius**4) + surface_pressure)
+    log_pressure = jax.lax.custom_root(excess, jax.lax.stop_gradient(guess), _newton, lambda f, y: y / f(1.0))
+    end, rows = integrate(log_pressure)
+    t, content, pressure = rows[..., 0], rows[..., 1], rows[..., 2]
+    r, m = (_cube_root(content), scale * t**3) if by == "mass" else (scale * t, content)
+    rho, compressibility = [], []
+    for k, material in enumerate(materials):
+        value, change = jax.jvp(material.density, (pressure[k],), (jnp.ones_like(pressure[k]),))
+        rho.append(value)
+        compressibility.append(change)
+    density = jnp.stack(rho)
+    positive = r > 0
+    gravity = jnp.where(positive, g * m / jnp.where(positive, r, 1.0) ** 2, 0.0)
+    return HydrostaticPlanet(
+        mass=m[-1, -1],
+        mean_radius=r[-1, -1],
+        mean_moment=end[2],
+        gravitational_energy=end[3],
+        central_pressure=jnp.exp(log_pressure),
+        radius=r,
+        enclosed_mass=m,
+        pressure=pressure,
+        density=density,
+        density_slope=-jnp.stack(compressibility) * density * gravity,
+        residual=jnp.maximum(jnp.abs(end[1] - surface_pressure), end[4]) * jnp.exp(-log_pressure),
+        gravitational_constant=jnp.asarray(g, dtype=float),
+    )
+
+
+_FOUR_PI = 4 * math.pi
+
+
+class _ByMass(NamedTuple):
+    """The equations with t = (m/M)^(1/3); the content is r^3."""
+
+    mass: Array
+    g: Array
+
+    def content_slope(self, density: Array) -> Array:
+        """Of the content over t^2."""
+        return 9 * self.mass / (_FOUR_PI * density)
+
+    def pressure_slope(self, _: Array, mean_content: Array) -> Array:
+        """Of the pressure over t; mean_content is V."""
+        return -3 * self.g * self.mass**2 / _FOUR_PI * mean_content ** (-4 / 3)
+
+    def moment_and_energy_slopes(self, _: Array, mean_content: Array, t: Array) -> Array:
+        """Of I and W: (2/3) r^2 dm/dt and -(G m/r) dm/dt."""
+        u = jnp.cbrt(mean_content)
+        return jnp.stack([2 * self.mass * u**2 * t**4, -3 * self.g * self.mass**2 * t**4 / u])
+
+
+class _ByRadius(NamedTuple):
+    """The equations with t = r/R; the content is m."""
+
+    radius: Array
+    g: Array
+
+    def content_slope(self, density: Array) -> Array:
+        """Of the content over t^2."""
+        return _FOUR_PI * self.radius**3 * density
+
+    def pressure_slope(self, density: Array, mean_content: Array) -> Array:
+        """Of the pressure over t; mean_content is V."""
+        return -self.g / self.radius * density * mean_content
+
+    def moment_and_energy_slopes(self, density: Array, mean_content: Array, t: Array) -> Array:
+        """Of I and W: (2/3) r^2 dm/dt and -(G m/r) dm/dt."""
+        shell = self.content_slope(density) * t**4
+        return jnp.stack([2 / 3 * self.radius**2 * shell, -self.g / self.radius * mean_content * shell])
+
+
+def _through_layer(
+    equation: _ByMass | _ByRadius, material: Material, start: Array, end: Array, state: Array, steps: int
+) -> tuple[Array, Array]:
+    """The state at the outer boundary, and rows (steps * (1 + nodes) + 1, 3) of t, content and P, ending with it.
+
+    state: content, P, I, W, and the largest change of P by a last iteration.
+    """
+    c, weights, tau, inner_weights, to_node, to_end = collocation(_NODES, 2)
+    width = (end - start) / steps
+
+    def step(carried: Array, number: Array) -> tuple[Array, Array]:
+        before = start + number * width
+        content, pressure = carried[0], carried[1]
+        t = before + width * c
+        some = t > 0  # not so only in a layer of no width at the centre
+        safe = jnp.where(some, t, 1.0)
+        inner = before + (width * c)[:, None] * tau
+        growth = jnp.einsum("i,iq,q,iqj->ij", width * c, inner**2, inner_weights, to_node)
+        fall = jnp.einsum("i,iq,q,iqj->ij", width * c, inner, inner_weights, to_node)
+
+        def at(nodes: Array) -> tuple[Array, Array, Array]:
+            density = material.density(nodes)
+            filled = content + growth @ equation.content_slope(density)
+            mean = jnp.where(some, filled / safe**3, 1.0)
+            return density, mean, equation.pressure_slope(density, mean)
+
+        def better(nodes: Array, _: None) -> tuple[Array, Array]:
+            new = pressure + fall @ at(nodes)[2]
+            return new, jnp.max(jnp.abs(new - nodes))
+
+        nodes, changes = jax.lax.scan(better, jnp.full(_NODES, pressure), length=_PICARD)
+        density, mean, pressure_slope = at(nodes)
+        whole = before + width * tau
+        increment = jnp.concatenate([
+            jnp.stack([
+                width * (whole**2 * inner_weights) @ to_end @ equation.content_slope(density),
+                width * (whole * inner_weights) @ to_end @ pressure_slope,
+            ]),
+            width * equation.moment_and_energy_slopes(density, mean, t) @ weights,
+        ])  # fmt: skip
+        unsettled = jnp.maximum(carried[4], changes[-1])
+        rows = jnp.stack([t, mean * t**3, nodes], axis=-1)
+        first = jnp.stack([before, content, pressure])
+        return jnp.append(carried[:4] + increment, unsettled), jnp.concatenate([first[None], rows])
+
+    last, rows = jax.lax.scan(step, state, jnp.arange(steps))
+    return last, jnp.concatenate([rows.reshape(-1, 3), jnp.stack([end, last[0], last[1]])[None]])
+
+
+def _cube_root(value: Array) -> Array:
+    """The cube root, with a derivative of zero at zero."""
+    positive = value > 0
+    return jnp.where(positive, jnp.cbrt(jnp.where(positive, value, 1.0)), 0.0)
+
+
+def _newton(function: Callable[[Array], Array], guess: Array) -> Array:
+    """The root of an increasing function, by Newton's method with bounded steps."""
+
+    def unfinished(state: tuple[Array, Array, Array]) -> Array:
+        count, _, change = state
+        return (count < _NEWTON_STEPS) & (jnp.abs(change) > _TOLERANCE)
+
+    def improve(state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        count, x, _ = state
+        value, slope = jax.jvp(function, (x,), (jnp.ones_like(x),))
+        change = jnp.clip(jnp.where(slope > 0, -value / slope, 1.0), -_LARGEST_CHANGE, _LARGEST_CHANGE)
+        return count + 1, x + change, change
+
+    return jax.lax.while_loop(unfinished, improve, (0, guess, jnp.inf))[1]
