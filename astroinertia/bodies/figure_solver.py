@@ -133,9 +133,15 @@ class Hydrostatic:
     hydrostatic: bool = True
 
     def first_depth(self, radius: np.ndarray) -> np.ndarray:
-        """That of the outermost law in a sphere: Lane-Emden for polytropes, the homogeneous body otherwise."""
+        """That of the outermost law in a sphere: Lane-Emden for polytropes, the homogeneous body otherwise.
+
+        Below 2.5 an index near by does, lest a fit that changes the index integrate Lane-Emden each time.
+        """
         index = self.laws[-1].surface_index
-        return lane_emden(index).theta_at(radius * lane_emden(index).xi_1) if 0 < index < 5 else 0.5 * (1 - radius**2)
+        if not 0 < index < 5:
+            return 0.5 * (1 - radius**2)
+        nearby = lane_emden(max(round(2 * index), 1) / 2 if index < 2.5 else index)
+        return nearby.theta_at(radius * nearby.xi_1)
 
     def _at_scale(self, layers, parts, log_scale: float) -> tuple[list[np.ndarray], float]:
         scale = math.exp(log_scale)

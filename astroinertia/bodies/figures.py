@@ -48,6 +48,7 @@ ACCURACY = 1e-6  # the largest share of the harmonics left out, and virial error
 NODES = 32  # of a layer that reaches the centre
 FEWEST_HARMONICS = 3
 _SPIN_UP = (0.4, 0.6, 0.75, 0.85, 0.93, 1.0)  # shares of the centrifugal force
+_CONDENSED_INDEX = 2.5
 _CONDENSED_EDGES = 3.0 ** np.arange(1, 8)  # xi at which a polytrope with a large envelope is cut into layers
 
 
@@ -299,7 +300,7 @@ def figure_of_polytrope(
     """
     if not 0 < index < 5:
         raise ValueError(f"a polytrope of finite radius and density needs an index 0 < n < 5, not {index!r}")
-    surface = lane_emden(index).xi_1
+    surface = lane_emden(index).xi_1 if index > _CONDENSED_INDEX else 0.0
     edges = [xi / surface for xi in _CONDENSED_EDGES if xi < 0.5 * surface]
     return figure_of_barotropes(
         [*edges, 1.0],
