@@ -252,7 +252,9 @@ def rotating_star(
 def _field(matter: Matter, axis_ratio: float, law: RotationLaw, resolution: Resolution | None) -> Field:
     choices = RESOLUTIONS if resolution is None else (resolution,)
     field = solve_field(matter, axis_ratio, law, choices[0])
-    return field if field.resolved else solve_field(matter, axis_ratio, law, choices[-1])
+    if field.resolved or field.equatorial_gravity >= 0:  # finer harmonics do not bind what sheds mass
+        return field
+    return solve_field(matter, axis_ratio, law, choices[-1])
 
 
 def end_of_sequence(
@@ -261,7 +263,7 @@ def end_of_sequence(
     """Return the flattest star of a sequence: at mass shedding (keplerian_fraction 1 to 1e-8), or before it is torn.
 
     `units` are mass, equatorial_radius and gravitational_constant. Sequences that become flatter than an axis ratio of
-    1/20 are followed to there. NumericalError where not even the sphere can be solved.
+    1/20, or than 96 harmonics can resolve (a liquid at 0.22), are followed to there.
     Test: tests/hard/test_scf_hard.py.
     """
     return _march(lambda star: -1.0, matter, law, resolution, units)[0]

@@ -25,10 +25,10 @@ from astroinertia.bodies.scf_mesh import Mesh, build_mesh, even_legendre
 from astroinertia.errors import NumericalError
 
 _TOLERANCE = 1e-11  # largest change of the angular moments in one iteration, over the largest of them
-_MOST_ITERATIONS = 300
+_MOST_ITERATIONS = 120  # bodies take 10 to 50; what takes longer has turned out to be none
 _HISTORY = 6  # earlier iterations that Anderson's acceleration mixes in
 _TORN = 1e-7  # of the largest enthalpy: below minus this inside, or above it outside, a surface is not closed
-_TRUNCATION = 0.03  # enthalpy that may be left to higher harmonics
+_TRUNCATION = 1e-3  # of the largest enthalpy, that the last harmonics may still add
 _ROOT_STEPS = 12  # of the Illinois rule, from a bracket as wide as the angles stand apart
 
 
@@ -77,12 +77,11 @@ class Field:
 
     @property
     def truncation(self) -> float:
-        """What harmonics beyond the highest would add to the enthalpy, over its maximum: an estimate from the last two.
+        """The last two harmonics of the enthalpy over its maximum: about the error of mass and rate (measured).
 
         The virial theorem holds for the truncated problem as well and does not tell.
         """
-        last = np.abs(self.phi[:, -2:]).max() / self.peak
-        return float(last * self.mesh.degrees[-1] / 2)
+        return float(np.abs(self.phi[:, -2:]).max() / self.peak)
 
     @property
     def resolved(self) -> bool:
