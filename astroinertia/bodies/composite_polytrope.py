@@ -29,7 +29,9 @@ from astroinertia.errors import NumericalError
 
 _NODES = 513  # in each zone, for the profiles
 _SCAN = 33  # places of the interface tried before one is refined
-_TOP = 1e-3  # smallest t of an interface: its pressure is then below 1e-12 of the central one
+_TOP = 1e-3  # smallest t of an interface that is searched for: pressures down to 1e-12 of the central one
+_TOP_OF_HALO = 0.05  # the same for cores without a surface of their own: 3e5 units of length out where n = 5
+_CONDENSED = 4.0  # index of a core from which on the solution has such a halo
 _EDGE = 1e-3  # of the angle pi/2 that these places leave out at the centre
 _ROUGH = 1e-7  # relative tolerance of the search before it is refined
 _PLACE = 1e-15  # relative tolerance of t at the interface
@@ -237,9 +239,11 @@ def _interface(indices: tuple[float, float], weight_ratio: float, name: str, wan
         part, whole = (core.r, envelope.r) if name == "radius_fraction" else (core.mass, envelope.mass)
         return float(part[-1] / whole[-1]) - wanted
 
-    innermost = _innermost(indices[0])
-    places = _TOP + (innermost - _TOP) * np.sin(np.linspace(0.0, np.pi / 2 - _EDGE, _SCAN))
-    found = np.array([excess(t, _ROUGH) for t in places])
+    # far out in the halo of a condensed core the envelope hangs on differences that only full accuracy can tell
+    top = _TOP_OF_HALO if indices[0] >= 5 else _TOP
+    tolerance = ROUND_OFF if indices[0] > _CONDENSED else _ROUGH
+    places = top + (_innermost(indices[0]) - top) * np.sin(np.linspace(0.0, np.pi / 2 - _EDGE, _SCAN))
+    found = np.array([excess(t, tolerance) for t in places])
     changes = np.flatnonzero(found[:-1] * found[1:] <= 0)
     if len(changes) != 1:
         told = "no interface has" if len(changes) == 0 else f"{len(changes)} interfaces have"
@@ -248,7 +252,7 @@ def _interface(indices: tuple[float, float], weight_ratio: float, name: str, wan
             + (": give the pressure" if len(changes) else "")
         )
     low, high = places[changes[0]], places[changes[0] + 1]
-    rough = root_scalar(excess, args=(_ROUGH,), bracket=(low, high), rtol=_ROUGH).root
+    rough = root_scalar(excess, args=(tolerance,), bracket=(low, high), rtol=_ROUGH).root
     for margin in (100 * _ROUGH, np.inf):
         near = float(max(low, rough - margin)), float(min(high, rough + margin))
         if excess(near[0], ROUND_OFF) * excess(near[1], ROUND_OFF) <= 0:

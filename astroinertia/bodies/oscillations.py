@@ -43,7 +43,8 @@ class Mode:
     difference: |change| of omega^2 between two resolutions; gamma_derivative: d omega^2/d Gamma1 at fixed n.
     At the nodes `radius` = r/R: radial (positive at the surface) and horizontal displacement, its divergence, and the
     Eulerian change of the potential in G M/R (None for radial modes). mass_weights integrates over mass: their sum is
-    1, and so is that of mass_weights (radial^2 + l(l+1) horizontal^2).
+    1, and so is that of mass_weights (radial^2 + l(l+1) horizontal^2). Where there is no mass the displacement carries
+    round-off: 4e-6 of itself at the outermost node for n = 4, 2e-8 for n = 3.
     """
 
     label: str

@@ -25,6 +25,7 @@ def test_equal_indices_make_a_single_polytrope(index):
         assert body.love_number(degree) == pytest.approx(love_number(index, degree), rel=5e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "entry", LAYERS, ids=lambda entry: entry["inputs"]["rc/R"] + "-" + entry["inputs"]["rho_c/rho_m"]
 )
@@ -108,11 +109,14 @@ def test_profile_units():
 
 @pytest.mark.slow
 def test_fractions_that_no_or_several_interfaces_have_are_refused():
-    """With a nearly isothermal core the mass fraction has a maximum (Schoenberg & Chandrasekhar 1942)."""
+    """Cores of index 5 in n = 1 have a largest mass if the weights differ by more than 3 (Eggleton et al. 1998)."""
+    assert composite_polytrope(5, 1, mass_fraction=0.9, weight_ratio=0.34).core_mass_fraction == pytest.approx(0.9)
     with pytest.raises(ValueError, match="no interface has mass_fraction"):
-        composite_polytrope(10, 3, mass_fraction=0.9)
-    with pytest.raises(ValueError, match="interfaces have mass_fraction"):
-        composite_polytrope(10, 3, mass_fraction=0.5)
+        composite_polytrope(5, 1, mass_fraction=0.42, weight_ratio=0.32)
+    with pytest.raises(ValueError, match="2 interfaces have mass_fraction"):
+        composite_polytrope(5, 1, mass_fraction=0.38, weight_ratio=0.32)
+    low, high = (composite_polytrope(5, 1, pressure_ratio=p, weight_ratio=0.32) for p in (1e-9, 0.05))
+    assert low.core_mass_fraction < 0.38 > high.core_mass_fraction
 
 
 def test_bad_arguments_are_refused():

@@ -100,6 +100,15 @@ def profile(index, x):
     return mass / total / x**2, theta * radius / total
 
 
+def test_radial_variational_principle():
+    """omega^2 = int (Gamma1 P D^2 - 4 rho g xi^2/x) dV, from the fields that a mode hands out (Chandrasekhar 1964)."""
+    index, gamma = 1.5, 1.9
+    for mode in radial_modes(index, gamma):
+        gravity, enthalpy = profile(index, mode.radius)
+        energy = gamma * enthalpy / (index + 1) * mode.divergence**2 - 4 * gravity * mode.radial**2 / mode.radius
+        assert mode.mass_weights @ energy == pytest.approx(mode.squared_frequency, rel=1e-9)
+
+
 @pytest.mark.parametrize("degree", [0, 3])
 def test_derivative_by_gamma(degree):
     """Hellmann-Feynman against a central difference."""
