@@ -26,6 +26,7 @@ A sweep runs over values from START to STOP, COUNT of them, of core_density, man
 mass or radius; several sweeps make a grid. What cannot be is NaN in the file.
 
 example: astroinertia ratios --body Mars
+         astroinertia ratios --body Mars --compressed
          astroinertia ratios --body Mars --core-density 7000
          astroinertia ratios --body Mars --core-density 7000 --mantle-density 3400
          astroinertia ratios --plot ratios.png --netcdf ratios.nc --csv ratios.csv
@@ -50,6 +51,9 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
         "--sweep", action="append", default=[], metavar="NAME=START:STOP:COUNT",
         help="two-layer models of the body along a parameter; may be repeated",
     )  # fmt: skip
+    command.add_argument(
+        "--compressed", action="store_true", help="invert the ratio of a body to a core with compressed layers, too"
+    )
     command.add_argument("--dask", action="store_true", help="compute a sweep in parallel chunks")
     command.add_argument("--csv", type=Path, metavar="FILE.csv", help="write what is shown as CSV, in SI")
     command.add_argument("--netcdf", type=Path, metavar="FILE.nc", help="write what is shown as netCDF, in SI")
@@ -67,6 +71,8 @@ def report(options: argparse.Namespace) -> str:
         raise SceneError("a density, a radius, a ratio or a sweep is of one body: name it with --body")
     if options.sweep and options.netcdf is None and options.csv is None:
         raise SceneError("a sweep needs a file to go to: --netcdf FILE.nc or --csv FILE.csv")
+    if options.compressed and (options.body is None or options.sweep):
+        raise SceneError("--compressed is for one body in detail: name it with --body, without --sweep")
     if options.dask and not options.sweep:
         raise SceneError("--dask is for sweeps: add --sweep")
     from astroinertia.studies import ratio_tables
@@ -78,7 +84,7 @@ def report(options: argparse.Namespace) -> str:
         text = ratio_tables.sweep_text(shown)
     elif options.body is not None:
         shown = moment_ratio([options.body])
-        text = ratio_tables.body_text(shown, known)
+        text = ratio_tables.body_text(shown, known, options.compressed)
     else:
         shown = moment_ratio()
         text = ratio_tables.markdown(shown) if options.markdown else ratio_tables.solar_system_text(shown)

@@ -2,8 +2,9 @@
 
 Which density is assumed, and which crust, is in data/planets.csv with the status "assumed". Uniform layers leave out
 that matter is compressed with depth: that makes the core of a large planet come out too large (of Earth 3810 km for
-3480 km, of Mars about 1980 km for 1830 km), and a mantle density assumed for one would be worse. For the Moon,
-which is hardly compressed but has a light crust, three layers agree with seismology and laser ranging.
+3480 km, of Mars about 1980 km for 1830 km), and a mantle density assumed for one would be worse; `compressed_core`
+takes compression into account. For the Moon, which is hardly compressed but has a light crust, three layers agree with
+seismology and laser ranging.
 Tests: tests/unit/test_two_layers.py.
 """
 

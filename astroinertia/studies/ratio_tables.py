@@ -55,8 +55,11 @@ def markdown(dataset: xr.Dataset) -> str:
     return "\n".join(lines)
 
 
-def body_text(dataset: xr.Dataset, known: Mapping[str, float]) -> str:
-    """Return one body in detail; known: two-layer parameters in SI, by name. SceneError for layers that cannot be."""
+def body_text(dataset: xr.Dataset, known: Mapping[str, float], compressed: bool = False) -> str:
+    """Return one body in detail; known: two-layer parameters in SI, by name. SceneError for layers that cannot be.
+
+    compressed: with the core of compressed layers as well, which takes seconds.
+    """
     one = body(str(dataset["body"].values[0]))
     lines = [
         f"{one.name}: mass {one.mass:.6g} kg, mean radius {one.mean_radius / 1e3:.6g} km, "
@@ -78,6 +81,8 @@ def body_text(dataset: xr.Dataset, known: Mapping[str, float]) -> str:
         lines.append("  no hydrostatic value: gravity and spin are not those of a fluid, or not known")
     lines.append(f"  polytrope with this ratio: n = {_plain(float(polytropic_index(ratio.value)), '.3f')}")
     lines += ["", *(_layer_lines(one, known) if known else _assumed_lines(one))]
+    if compressed:
+        lines += ["", *_compressed_lines(one)]
     if one.has("core_radius"):
         lines += ["", "published core radius"]
         for row in one.published["core_radius"]:
@@ -164,6 +169,19 @@ def _assumed_lines(one: SolarSystemBody) -> list[str]:
     if found.possible_share < 0.995:
         lines.append(f"  {100 * (1 - found.possible_share):.0f} % of what the errors allow has no such layers at all")
     return lines
+
+
+def _compressed_lines(one: SolarSystemBody) -> list[str]:
+    from astroinertia.studies.compressed_core import compressed_core
+
+    found = compressed_core(one)
+    return [
+        "the same with layers compressed by their weight, bulk moduli of liquid iron and of forsterite",
+        f"  core radius          {found.core_radius / 1e3:.0f} +- {found.core_radius_deviation / 1e3:.0f} km",
+        f"  core density         {found.core_density:.0f} kg/m3, {found.central_density:.0f} at the centre",
+        f"  mantle density       {found.mantle_density:.0f} kg/m3, {found.mantle_reference_density:.0f} uncompressed",
+        f"  fluid k2             {found.love_number:.4f}",
+    ]
 
 
 def _layer_lines(one: SolarSystemBody, known: Mapping[str, float]) -> list[str]:

@@ -1,0 +1,134 @@
+"""The core of a body from its moment ratio, with core and mantle compressed by their own weight.
+
+The layers of `core_inversion` with densities that follow from pressure: core and mantle have the bulk moduli of liquid
+iron and of forsterite, and uncompressed densities that are found, together with the radius of the core, from mass,
+moment and the assumed mean density. This takes away what makes uniform cores of large bodies too large. Phase changes
+and temperature are left out, which the found uncompressed densities take up in part: a body as large as the Earth, with
+its dense lower mantle, is beyond this model.
+Tests: tests/unit/test_compressed_core.py.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import root
+
+from astroinertia.bodies.clairaut import love_number
+from astroinertia.bodies.hydrostatic import HydrostaticPlanet, planet_from_radii
+from astroinertia.bodies.materials import FORSTERITE, IRON_LIQUID
+from astroinertia.bodies.planets import SolarSystemBody
+from astroinertia.errors import NumericalError, SceneError
+from astroinertia.studies.core_inversion import core_inversion
+from astroinertia.units import GRAVITATIONAL_CONSTANT
+
+_TOLERANCE = 1e-10  # relative, of mass, moment and assumed density
+_STEP = 0.25  # standard deviations, of the differences that carry the errors
+
+
+@dataclass(frozen=True)
+class CompressedCore:
+    """A core in SI with the standard deviation of its radius, uncompressed densities, and the fluid k2 of the body."""
+
+    core_radius: float
+    core_radius_deviation: float
+    core_density: float
+    mantle_density: float
+    core_reference_density: float
+    mantle_reference_density: float
+    central_density: float
+    love_number: float
+
+
+def compressed_core(
+    one: SolarSystemBody, ratio_row: int = 0, core_material: Any = IRON_LIQUID, mantle_material: Any = FORSTERITE
+) -> CompressedCore:
+    """Return the core of a body for which the table assumes something, from its published moment ratio.
+
+    ratio_row: which ratio, in the order of `moment_ratio_rows`. The materials are taken with other reference densities;
+    core_density and mantle_density are means. Errors of ratio, assumed density and crust are carried to first order.
+    SceneError for a body for which nothing is assumed, NumericalError where no such body is found.
+    Checked by tests/unit/test_compressed_core.py.
+    """
+    uniform = core_inversion(one, ratio_row, draws=1000)
+    if not uniform.assumed:
+        raise SceneError(f"the table assumes nothing for the layers of {one.name}")
+    ratio = one.moment_ratio_rows()[ratio_row]
+    by_core = one.has("core_density") and one.adopted("core_density").status == "assumed"
+    assumed = one.adopted("core_density" if by_core else "mantle_density")
+    values, deviations = [ratio.value, assumed.value], [ratio.uncertainty, assumed.uncertainty]
+    for name in ("crust_thickness", "crust_density"):
+        if one.has(name):
+            values.append(one.adopted(name).value)
+            deviations.append(one.adopted(name).uncertainty)
+    given, spread = np.array(values), np.nan_to_num(deviations)
+    guess = np.array([uniform.core_radius / one.mean_radius, uniform.core_density, uniform.mantle_density])
+    model = _Model(one, by_core, core_material, mantle_material)
+    found = model.solve(given, guess)
+    steps = np.diag(_STEP * spread)[spread > 0]
+    slopes = [(model.solve(given + step, found) - model.solve(given - step, found))[0] / (2 * _STEP) for step in steps]
+    planet = model.planet(given, found)
+    core, mantle = model.mean_densities(planet)
+    return CompressedCore(
+        core_radius=float(found[0] * one.mean_radius),
+        core_radius_deviation=float(np.linalg.norm(slopes) * one.mean_radius),
+        core_density=core,
+        mantle_density=mantle,
+        core_reference_density=float(found[1]),
+        mantle_reference_density=float(found[2]),
+        central_density=float(planet.density[0, 0]),
+        love_number=float(love_number(planet.layered())),
+    )
+
+
+@dataclass(frozen=True)
+class _Model:
+    """Unknown: core radius over R, and the uncompressed densities of core and mantle.
+
+    Given: moment ratio, assumed mean density, and thickness and density of a crust, if there is one.
+    """
+
+    one: SolarSystemBody
+    by_core: bool
+    core_material: Any
+    mantle_material: Any
+
+    def planet(self, given: np.ndarray, unknown: np.ndarray) -> HydrostaticPlanet:
+        """The planet of these numbers."""
+        radius = self.one.mean_radius
+        radii, materials = [unknown[0] * radius, radius], [
+            replace(self.core_material, reference_density=unknown[1]),
+            replace(self.mantle_material, reference_density=unknown[2]),
+        ]  # fmt: skip
+        if len(given) > 2:
+            radii.insert(1, radius - given[2])
+            materials.append(replace(self.mantle_material, reference_density=given[3]))
+        return planet_from_radii(np.array(radii), materials, gravitational_constant=GRAVITATIONAL_CONSTANT)
+
+    def mean_densities(self, planet: HydrostaticPlanet) -> tuple[float, float]:
+        """Mean densities of core and mantle."""
+        radii, masses = np.asarray(planet.radius[:, -1]), np.asarray(planet.enclosed_mass[:, -1])
+        volumes = 4 / 3 * np.pi * np.diff(radii**3, prepend=0.0)
+        densities = np.diff(masses, prepend=0.0) / volumes
+        return float(densities[0]), float(densities[1])
+
+    def solve(self, given: np.ndarray, guess: np.ndarray) -> np.ndarray:
+        """The unknowns for the given numbers, from a guess."""
+        size = self.one.mass * self.one.mean_radius**2
+
+        def misfit(scaled: np.ndarray) -> list[float]:
+            planet = self.planet(given, scaled * guess)
+            core, mantle = self.mean_densities(planet)
+            return [
+                float(planet.mass) / self.one.mass - 1,
+                float(planet.mean_moment) / (given[0] * size) - 1,
+                (core if self.by_core else mantle) / given[1] - 1,
+            ]
+
+        try:
+            found = root(misfit, np.ones(3), tol=0.1 * _TOLERANCE)
+        except ValueError as error:  # the search left what can be a body
+            raise NumericalError(f"no compressed core of {self.one.name} was found: {error}") from error
+        if not max(map(abs, found.fun)) < _TOLERANCE:
+            raise NumericalError(f"no compressed core of {self.one.name} was found")
+        return found.x * guess

@@ -1,0 +1,73 @@
+"""Cores of compressed layers: the limit of stiff matter, what is measured of Mars, Mercury and the Moon, refusals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from astroinertia.bodies.materials import FORSTERITE, IRON_LIQUID
+from astroinertia.bodies.planets import body
+from astroinertia.cli import main
+from astroinertia.errors import NumericalError, SceneError
+from astroinertia.studies.compressed_core import compressed_core
+from astroinertia.studies.core_inversion import core_inversion
+
+pytestmark = pytest.mark.slow  # the equations of hydrostatic planets are compiled first
+MARS = body("Mars")
+
+
+def _stiffer(factor: float) -> list:
+    return [
+        replace(each, bulk_modulus=factor * each.bulk_modulus, second_derivative=None)
+        for each in (IRON_LIQUID, FORSTERITE)
+    ]
+
+
+def test_stiff_layers_are_the_exact_inversion_and_the_difference_goes_with_the_compressibility():
+    uniform = core_inversion(MARS).core_radius
+    assert compressed_core(MARS, 0, *_stiffer(1e12)).core_radius == pytest.approx(uniform, rel=1e-10)
+    away = [uniform - compressed_core(MARS, 0, *_stiffer(factor)).core_radius for factor in (50.0, 100.0, 200.0)]
+    np.testing.assert_allclose(np.log2(np.array(away[:-1]) / away[1:]), 1.0, atol=0.05)
+
+
+def test_the_core_of_mars_agrees_with_seismology_and_nutation():
+    found = compressed_core(MARS)
+    for published in MARS.published["core_radius"][:2]:  # beneath a solid mantle
+        error = np.hypot(found.core_radius_deviation, published.uncertainty)
+        assert abs(found.core_radius - published.value) < 1.3 * error
+    assert found.core_radius < core_inversion(MARS).core_radius - 50e3
+    assert 3300 < found.mantle_reference_density < 3400  # forsterite with some iron
+    assert found.core_density == pytest.approx(6000, rel=1e-9)
+    assert found.central_density > found.core_density > found.core_reference_density
+
+
+def test_the_older_ratio_of_mercury_gives_the_published_core():
+    found = compressed_core(body("Mercury"), ratio_row=1)
+    assert found.core_radius == pytest.approx(2020e3, abs=30e3)  # Hauck et al. 2013
+    assert found.core_density == pytest.approx(6980, abs=280)
+    newer = compressed_core(body("Mercury"))
+    assert newer.core_density > 7800  # what Genova et al. 2019 take as a sign of a solid inner core
+
+
+def test_the_error_of_the_core_is_that_of_draws_where_compression_is_small():
+    moon = body("Moon")
+    uniform = core_inversion(moon)
+    found = compressed_core(moon, 0, *_stiffer(1e9))
+    assert found.core_radius == pytest.approx(uniform.core_radius, rel=1e-8)
+    spread = (uniform.core_radius_high - uniform.core_radius_low) / 2
+    assert found.core_radius_deviation == pytest.approx(spread, rel=0.2)
+
+
+def test_bodies_without_assumptions_or_solutions_are_told():
+    with pytest.raises(SceneError, match="nothing for the layers of Jupiter"):
+        compressed_core(body("Jupiter"))
+    soft = [replace(each, bulk_modulus=1e9) for each in (IRON_LIQUID, FORSTERITE)]
+    with pytest.raises(NumericalError):
+        compressed_core(MARS, 0, *soft)
+
+
+def test_the_command_shows_it_when_asked(capsys):
+    assert main(["ratios", "--body", "Mars", "--compressed"]) == 0
+    assert "core radius          1917 +- 66 km" in capsys.readouterr().out
+    assert main(["ratios", "--compressed"]) == 2
+    assert "--compressed is for one body" in capsys.readouterr().err
