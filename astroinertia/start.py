@@ -28,6 +28,7 @@ from astroinertia.units import CodeUnits, pressure_constant_dimension
 _PRESSURE_NODES = 4096
 # Smoothing and the surface leave this much of the density at 4000 particles; the error falls as N^-1/3.
 _DENSITY_ERROR = 0.12
+_STABLE_GAMMA = 5.0 / 3.0  # of the gas in which bodies settle, at least
 _OUTERMOST = 1e-6  # of the mass: what is outside the shell where profiles are floored
 
 
@@ -204,42 +205,65 @@ def particles(
         return _table(scene, units, fluid)
     mass = np.full(body.particles, ball.mass / body.particles)
     unit_sphere = place(ball.profile, body.particles, body.placement, body.seed)
-    s = np.linalg.norm(unit_sphere, axis=1)
     settles = body.relax and {"gravity", "pressure"} <= set(scene.effects)
     if isinstance(ball, Star):
-        where = position = mapped(ball.star, ball.profile.enclosed(s), unit_sphere)
-        spin = ball.star.rotation_law
-        rotation = relaxation.Rotation(
-            "angular_momentum", ball.star.angular_momentum, scale=spin.scale, law=spin.kind, edge=ball.radius
-        )
-        velocity = rotation_velocity(mass, position, spin.kind, scale=spin.scale,
-                                     angular_momentum=ball.star.angular_momentum)  # fmt: skip
-        if settles:
-            gamma = max(1 + 1 / body.index, 5.0 / 3.0)
-            pressure, density = ball.hydrostatic(position)
-            position, velocity = _settled(problem, mass, position, gamma, pressure / density**gamma, rotation, listener)
-        velocity = velocity + _flow(scene, units, position)
+        where, position, velocity = _placed_star(body, ball, problem, mass, unit_sphere, settles, listener)
     else:
-        where, position = s, unit_sphere * ball.radius
-        if settles and body.kind == "polytrope" and body.index > 0:
-            star = Polytrope(body.index, ball.mass, ball.radius)
-            gamma = max(star.gamma, 5.0 / 3.0)
-            entropy = star.constant * ball.density(s) ** (star.gamma - gamma)
-            position, velocity = _settled(problem, mass, position, gamma, entropy, _spin(scene, units), listener, ball)
-            position = position * np.asarray(body.axes)
-            velocity = velocity * np.asarray(body.axes) + _flow(scene, units, position)
+        where = np.linalg.norm(unit_sphere, axis=1)
+        settles = settles and body.kind == "polytrope" and body.index > 0
+        axes = np.asarray(body.axes)
+        if settles:
+            position, velocity = _settled_sphere(scene, units, ball, problem, mass, unit_sphere, listener)
+            position, velocity = position * axes, velocity * axes
         else:
-            position = position * np.asarray(body.axes)
-            velocity = _flow(scene, units, position) + _rotation(scene, units, ball, mass, position)
+            position = unit_sphere * ball.radius * axes
+            velocity = _rotation(scene, units, ball, mass, position)
+    velocity = velocity + _flow(scene, units, position)
     if body.specific_internal_energy is not None and fluid.thermal:
         energy = units.to_code(body.specific_internal_energy, "specific_energy")
         return Particles(mass, position, velocity, None, np.full_like(mass, energy))
     return Particles(mass, position, velocity, entropies(scene, units, ball, fluid, where), None)
 
 
+def _placed_star(
+    body: Any, ball: Star, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray, settles: bool, listener: Any
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where particles stand in the exact star, and their positions and velocities, settled or not."""
+    star, law = ball.star, ball.star.rotation_law
+    exact = mapped(star, ball.profile.enclosed(np.linalg.norm(unit_sphere, axis=1)), unit_sphere)
+    if not settles:
+        spin = rotation_velocity(mass, exact, law.kind, scale=law.scale, angular_momentum=star.angular_momentum)
+        return exact, exact, spin
+    gamma = max(1 + 1 / body.index, _STABLE_GAMMA)
+    pressure, density = ball.hydrostatic(exact)
+    rotation = relaxation.Rotation(
+        "angular_momentum", star.angular_momentum, scale=law.scale, law=law.kind, edge=star.equatorial_radius
+    )
+    return exact, *_settled(problem, mass, exact, gamma, pressure / density**gamma, rotation, None, listener)
+
+
+def _settled_sphere(
+    scene: Scene, units: CodeUnits, ball: Sphere, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray,
+    listener: Any,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    body: Any = scene.body
+    star = Polytrope(body.index, ball.mass, ball.radius)
+    gamma = max(star.gamma, _STABLE_GAMMA)
+    entropy = star.constant * ball.density(np.linalg.norm(unit_sphere, axis=1)) ** (star.gamma - gamma)
+    rotation, spin = None, body.rotation
+    if spin is not None:
+        ((measure, value),) = _amount(scene, units).items()
+        scale = None if spin.scale is None else units.to_code(spin.scale, "length")
+        rotation = relaxation.Rotation(measure, value, spin.axis, scale, spin.law)
+    return _settled(
+        problem, mass, unit_sphere * ball.radius, gamma, entropy, rotation,
+        lambda enclosed: ball.density(ball.profile.radius(enclosed / ball.mass)), listener,
+    )  # fmt: skip
+
+
 def _settled(
     problem: Problem, mass: np.ndarray, position: np.ndarray, gamma: float, entropy: np.ndarray,
-    rotation: relaxation.Rotation | None, listener: Any, ball: Sphere | None = None,
+    rotation: relaxation.Rotation | None, target_density: Any, listener: Any,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     # The polytrope's own pressure, carried by a gas of exponent 5/3 at least: with the entropy rising outwards the body
     # has a stable equilibrium also where its own index has none (n = 3 is neutral). Any stretch comes afterwards.
@@ -249,27 +273,17 @@ def _settled(
         equation_of_state=eos.ideal(gamma),
         effects=tuple(effect for effect in problem.effects if effect.kind in ("gravity", "pressure")),
     )
-    target = None if ball is None else lambda enclosed: ball.density(ball.profile.radius(enclosed / ball.mass))
     relaxed = relaxation.relax(
         still,
         mass,
         position,
         entropy,
-        target_density=target,
+        target_density=target_density,
         rotation=rotation,
         tolerances=relaxation.Tolerances(density_error=_DENSITY_ERROR * max(1.0, (4000 / len(mass)) ** (1 / 3))),
         listener=listener,
     )
     return relaxed.position, relaxed.velocity
-
-
-def _spin(scene: Scene, units: CodeUnits) -> relaxation.Rotation | None:
-    spin = scene.body.rotation
-    if spin is None:
-        return None
-    ((measure, value),) = _amount(scene, units).items()
-    scale = None if spin.scale is None else units.to_code(spin.scale, "length")
-    return relaxation.Rotation(measure, value, spin.axis, scale, spin.law)
 
 
 def _flow(scene: Scene, units: CodeUnits, position: np.ndarray) -> np.ndarray:
