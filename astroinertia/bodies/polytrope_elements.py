@@ -113,7 +113,10 @@ def _polynomials(count: int, powers: tuple[float, float], s: np.ndarray, flat: i
 
 
 def polytrope_elements(index: float, polynomials: int) -> Elements:
-    """Return the elements of the polytrope of `index` with so many polynomials each."""
+    """Return the elements of the polytrope of `index`, 0 <= n < 5, with so many polynomials each.
+
+    Checked by tests/unit/test_oscillations.py: the masses of the nodes add up to 1.
+    """
     n = float(index)
     power = 4 if n < _STEEP else 2
     envelope = 2 if n < _CONDENSED else 4

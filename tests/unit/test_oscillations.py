@@ -137,3 +137,5 @@ def test_bad_arguments_are_refused():
         radial_modes(1.0, 2.0, 0)
     with pytest.raises(ValueError, match="degree of 2"):
         nonradial_modes(1.0, 2.0, 1)
+    with pytest.raises(ValueError, match="cannot be negative"):
+        nonradial_modes(1.0, 2.0, gravity_modes=-1)
