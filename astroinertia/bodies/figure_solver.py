@@ -35,6 +35,7 @@ _NEAR_SURFACE = 1e-5  # below this share of the layer's thickness differences of
 _ASYMPTOTIC_TERMS = 10
 _SCALE_TOLERANCE = 1e-12  # of the mass, after which the densities are scaled by what is left
 _SCALE_STEPS = 60
+_LARGEST_LOG_SCALE = 300.0
 
 
 class Material(Protocol):
@@ -160,17 +161,20 @@ class Hydrostatic:
         """Secant steps in the logarithms of scale and mass: straight lines for a polytrope."""
         parts = [depth[part] for part in node_ranges(layers)]
         parts[-1] = _smooth_at_surface(layers[-1].below_top, parts[-1])
-        before, now = 0.0, 0.05
-        miss_before = math.log(self._at_scale(layers, parts, before)[1])
+        before, now, longest = 0.0, 0.05, 1.0
+        _, mass_before = self._at_scale(layers, parts, before)
         for _ in range(_SCALE_STEPS):
             densities, mass = self._at_scale(layers, parts, now)
-            miss = math.log(mass)
-            if abs(miss) < _SCALE_TOLERANCE:
+            if abs(mass - 1) < _SCALE_TOLERANCE:
                 return [density / mass for density in densities], math.exp(now) if self.free_radius else 1.0
-            if miss == miss_before:
+            if not (mass > 0 and mass_before > 0 and abs(now) < _LARGEST_LOG_SCALE):
                 break
-            step = float(np.clip(-miss * (now - before) / (miss - miss_before), -1, 1))
-            before, now, miss_before = now, now + step, miss
+            change = math.log(mass) - math.log(mass_before)
+            if change == 0:
+                break
+            step = -math.log(mass) * (now - before) / change
+            before, now, mass_before = now, now + float(np.clip(step, -longest, longest)), mass
+            longest *= 2
         raise NumericalError("no scale of the barotropes gives the mass: there is no such body in equilibrium")
 
 

@@ -49,6 +49,7 @@ NODES = 32  # of a layer that reaches the centre
 FEWEST_HARMONICS = 3
 _SPIN_UP = (0.4, 0.6, 0.75, 0.85, 0.93, 1.0)  # shares of the centrifugal force
 _CONDENSED_INDEX = 2.5
+_STIFF_INDEX, _STIFF_EDGE = 0.2, 0.9  # the density of a stiff polytrope falls near its surface only
 _CONDENSED_EDGES = 3.0 ** np.arange(1, 8)  # xi at which a polytrope with a large envelope is cut into layers
 
 
@@ -302,6 +303,8 @@ def figure_of_polytrope(
         raise ValueError(f"a polytrope of finite radius and density needs an index 0 < n < 5, not {index!r}")
     surface = lane_emden(index).xi_1 if index > _CONDENSED_INDEX else 0.0
     edges = [xi / surface for xi in _CONDENSED_EDGES if xi < 0.5 * surface]
+    if index < _STIFF_INDEX:
+        edges = [_STIFF_EDGE]
     return figure_of_barotropes(
         [*edges, 1.0],
         [PolytropicLaw(index)] * (len(edges) + 1),

@@ -15,7 +15,7 @@ from astroinertia.errors import NumericalError
 UNIFORM = 3 / (4 * math.pi)
 
 
-@pytest.mark.parametrize("index", [0.05, 0.3, 1.0, 2.5, 3.0, 4.0, 4.8])
+@pytest.mark.parametrize("index", [0.02, 0.1, 0.3, 1.0, 2.5, 3.0, 4.0, 4.8, 4.95])
 def test_without_rotation_a_polytrope_is_the_sphere_of_lane_and_emden(index):
     figure = figure_of_polytrope(index, rotation_parameter=0.0)
     assert figure.polar_radius == pytest.approx(1.0, abs=1e-14)
