@@ -1,14 +1,15 @@
 """Figures of rotating bodies by the theory of figures without expansion: harmonics to any degree, shape, moments.
 
-Three ways in: `figure_of_density` (the density of each surface of mean radius s is given), `figure_of_polytrope` and
-`figure_of_barotropes` (hydrostatic equilibrium is found together with the shape). The order of the theory is the number
-of `harmonics` kept, P_2 to P_(2 harmonics); the method and its sources are in figure_shapes.py. Rotation is rigid.
+Ways in: `figure_of_density` and `figure_of_layered_body` (the density of each surface of mean radius s is given),
+`figure_of_polytrope` and `figure_of_barotropes` (hydrostatic equilibrium is found together with the shape). The order
+of the theory is the number of `harmonics` kept, P_2 to P_(2 harmonics); the method and its sources are in
+figure_shapes.py. Rotation is rigid.
 
 The field of what lies inside a surface is continued to points of it nearer to the centre than parts of that matter; at
 large flattenings of compressible bodies this sum over harmonics ceases to converge, and NumericalError is raised. With
 the default accuracy this is reached at q = 0.26, 0.36, 0.47 and 0.68 for polytropes of index 0.5, 1, 1.5 and 3,
-flattened by 0.21, 0.22, 0.23 and 0.26 (scf.py goes on to mass shedding); homogeneous spheroids are found up to their
-largest rate of rotation.
+flattened by 0.21, 0.22, 0.23 and 0.26 (rotating_star.py goes on to mass shedding); homogeneous spheroids are found up
+to their largest rate of rotation.
 Tests: tests/unit/test_figures.py, tests/hard/test_figures_hard.py.
 """
 
