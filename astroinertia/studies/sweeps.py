@@ -73,7 +73,7 @@ def sweep(
         dask="parallelized" if dask else "forbidden",
     )
     found = (found,) if len(model.outputs) == 1 else found
-    dataset = xr.Dataset(dict(zip(model.outputs, found, strict=True))).transpose(*names)
+    dataset = xr.Dataset(dict(zip(model.outputs, found, strict=True)))
     for name, (unit, text) in {**model.outputs, **{name: model.inputs[name] for name in names}}.items():
         dataset[name].attrs = {"units": unit, "long_name": text}
     dataset.attrs = {name: float(value) for name, value in fixed.items()}

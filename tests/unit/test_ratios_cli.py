@@ -73,7 +73,9 @@ def test_two_densities_predict_a_ratio(capsys):
     assert float(told[2]) == pytest.approx(float(told[1]) - 0.364279, abs=2e-5)
     assert float(told[3]) == pytest.approx(abs(float(told[2])) / 0.00011, abs=0.1)
     assert main(["ratios", "--body", "Mars", "--core-density", "7000", "--core-radius", "1500"]) == 0
-    assert "standard deviations" in capsys.readouterr().out
+    by_radius = capsys.readouterr().out
+    assert "standard deviations" in by_radius
+    assert "core radius          1500 km, 0.4425 of the body's" in by_radius
 
 
 @pytest.mark.parametrize(
