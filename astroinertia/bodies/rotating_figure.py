@@ -4,7 +4,7 @@ Tests: tests/unit/test_figures.py.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -37,13 +37,13 @@ class RotatingFigure:
     polar_moment: float
     equatorial_moment: float
     gravitational_energy: float
-    radius: np.ndarray
-    density: np.ndarray
-    enclosed_mass: np.ndarray
-    pressure: np.ndarray
-    level_flattening: np.ndarray
-    mu: np.ndarray
-    shape: np.ndarray
+    radius: np.ndarray = field(repr=False)
+    density: np.ndarray = field(repr=False)
+    enclosed_mass: np.ndarray = field(repr=False)
+    pressure: np.ndarray = field(repr=False)
+    level_flattening: np.ndarray = field(repr=False)
+    mu: np.ndarray = field(repr=False)
+    shape: np.ndarray = field(repr=False)
     harmonics: int
     truncation: float
     virial_error: float

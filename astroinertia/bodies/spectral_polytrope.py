@@ -12,7 +12,7 @@ Tests: tests/unit/test_spectral_polytrope.py, tests/hard/test_spectral_polytrope
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -61,7 +61,7 @@ class RotatingPolytrope:
     depend on them. `truncation_error` is the largest relative change of the ratios since the previous degree.
     """
 
-    trial: Trial
+    trial: Trial = field(repr=False)
     truncation_error: float
     mass: float = 1.0
     mean_radius: float = 1.0
