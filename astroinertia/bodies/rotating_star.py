@@ -19,8 +19,9 @@ from astroinertia.bodies.scf_matter import Matter
 from astroinertia.bodies.scf_mesh import even_legendre
 from astroinertia.errors import NumericalError
 
-RESOLUTIONS = (Resolution(8, 48, 48), Resolution(12, 96, 96))  # the second where the first does not do
+RESOLUTIONS = (Resolution(8, 48, 48), Resolution(24, 96, 96))  # the second where the first does not do
 _STEP = 0.05  # of the axis ratio from member to member of a sequence
+_VIRIAL_ERROR = 1e-3  # the largest that is accepted, where matter has kinks or is narrower than the elements
 _FLATTEST = 0.05  # axis ratio to which sequences are followed
 _CLOSEST = 1e-9  # of the axis ratio, to which mass shedding is found
 _BY_TRIAL = 1e-5  # the same for other ends
@@ -242,6 +243,9 @@ def rotating_star(
     """
     field = _field(matter, axis_ratio, law, resolution)
     check_field(field)
+    if (error := RotatingStar(field).virial_error) > _VIRIAL_ERROR:
+        told = f"a {matter.name} with axis ratio {axis_ratio:g} and {law.kind} rotation"
+        raise NumericalError(f"{told} is not resolved: its virial theorem is off by {error:.2g}")
     if matter.max_density is None or matter.max_enthalpy is None:
         return RotatingStar(field, mass, equatorial_radius, gravitational_constant)
     radius = math.sqrt(matter.max_enthalpy / (field.peak * gravitational_constant * matter.max_density))
@@ -252,7 +256,8 @@ def rotating_star(
 def _field(matter: Matter, axis_ratio: float, law: RotationLaw, resolution: Resolution | None) -> Field:
     choices = RESOLUTIONS if resolution is None else (resolution,)
     field = solve_field(matter, axis_ratio, law, choices[0])
-    if field.resolved or field.equatorial_gravity >= 0:  # finer harmonics do not bind what sheds mass
+    fine = field.resolved and RotatingStar(field).virial_error < _VIRIAL_ERROR / 10
+    if fine or field.equatorial_gravity >= 0:  # finer harmonics do not bind what sheds mass
         return field
     return solve_field(matter, axis_ratio, law, choices[-1])
 

@@ -166,7 +166,7 @@ class RotatingStarBody(Body):
     particles: Count = Field(description="number of particles")
     mass: Mass = Field(description="total mass")
     radius: Length = Field(description="equatorial radius of a rotating_star")
-    index: Annotated[float, Field(gt=0.0, lt=5.0)] = Field(description="polytropic index n: P ~ rho^(1 + 1/n)")
+    index: Annotated[float, Field(gt=0.0, le=4.5)] = Field(description="polytropic index n: P ~ rho^(1 + 1/n)")
     law: Law = Field(default="rigid", description="rotation law, as in body.rotation")
     scale: Length | None = Field(default=None, description="length over which a law that is not rigid falls off")
     axis_ratio: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(

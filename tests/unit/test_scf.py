@@ -96,7 +96,9 @@ def test_the_error_of_a_liquid_falls_with_the_cube_of_the_degree():
 def test_the_error_falls_with_a_high_power_of_the_elements():
     # all else being equal, against 16 elements
     def mass(elements: int) -> float:
-        return rotating_star(polytropic_matter(1.5), 0.7, resolution=Resolution(elements, 32, 24)).max_density
+        return RotatingStar(
+            solve_field(polytropic_matter(1.5), 0.7, resolution=Resolution(elements, 32, 24))
+        ).max_density
 
     counts, exact = np.array([1, 2, 4]), mass(16)
     errors = [abs(mass(int(count)) / exact - 1) for count in counts]
@@ -192,5 +194,5 @@ def test_a_law_of_matter_gives_the_same_star_in_its_own_units():
 def test_impossible_axis_ratios_are_refused(axis_ratio):
     with pytest.raises(ValueError, match="axis ratio"):
         rotating_star(polytropic_matter(1.0), axis_ratio)
-    with pytest.raises(ValueError, match="0 <= n < 5"):
-        polytropic_matter(5.0)
+    with pytest.raises(ValueError, match=r"0 <= n <= 4\.5"):
+        polytropic_matter(4.6)
