@@ -20,7 +20,7 @@ from astroinertia.bodies.scf_mesh import even_legendre
 from astroinertia.errors import NumericalError
 
 RESOLUTIONS = (Resolution(8, 48, 48), Resolution(24, 96, 96))  # the second where the first does not do
-_STEP = 0.05  # of the axis ratio from member to member of a sequence
+_STEP = 0.1  # of the axis ratio from member to member of a sequence
 _VIRIAL_ERROR = 1e-3  # the largest that is accepted, where matter has kinks or is narrower than the elements
 _FLATTEST = 0.05  # axis ratio to which sequences are followed
 _CLOSEST = 1e-9  # of the axis ratio, to which mass shedding is found

@@ -106,7 +106,7 @@ def test_the_error_falls_with_a_high_power_of_the_elements():
     assert errors[-1] < 1e-7
 
 
-@pytest.mark.parametrize(("q", "error"), [(0.01, 1e-8), (0.155, 1e-8), (0.5, 1e-7)])
+@pytest.mark.parametrize(("q", "error"), [(0.01, 1e-8), (0.155, 1e-8), pytest.param(0.5, 1e-7, marks=pytest.mark.slow)])
 def test_index_one_is_the_spectral_solution(q, error):
     exact = spectral_polytrope.rotating_polytrope(q)
     star = rotating_star(polytropic_matter(1.0), exact.axis_ratio)
