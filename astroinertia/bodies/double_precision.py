@@ -7,6 +7,8 @@ from typing import Any
 import jax
 import numpy as np
 
+from astroinertia.inertia.tensor import is_known
+
 
 def double_precision(*static: str) -> Callable[[Callable], Callable]:
     """Decorate a function of pytrees: compiled, in 64 bits, with the arguments named in `static` as constants.
@@ -24,7 +26,7 @@ def double_precision(*static: str) -> Callable[[Callable], Callable]:
         def called(*args: Any, **kwargs: Any) -> Any:
             if jax.config.jax_enable_x64:  # type: ignore[attr-defined]
                 return compiled(*args, **kwargs)
-            if any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((args, kwargs))):
+            if not all(is_known(leaf) for leaf in jax.tree.leaves((args, kwargs))):
                 raise ValueError("take gradients and batches of layered bodies within jax.enable_x64(True)")
             with jax.enable_x64(True):
                 return jax.tree.map(np.array, compiled(*args, **kwargs))

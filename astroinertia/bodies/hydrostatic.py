@@ -35,10 +35,12 @@ from astroinertia.inertia.tensor import is_known
 
 Array = Any
 
-DEFAULT_STEPS = 4  # a layer: the knee in tests/benchmarks/results/work_precision_layered.md
+DEFAULT_STEPS = 6  # a layer: the knee in tests/benchmarks/results/work_precision_layered.md
 _NODES = 8  # collocation nodes a step
+_CROWDING = 3  # steps of the last layer crowd to the surface, beyond which rho(P) is singular: in tension, or at once
 _PICARD = 20  # iterations a step: each gains a factor of the step's share of P/K over its number
 _NEWTON_STEPS = 50
+_RESOLUTION = 1e-4  # resolution error beyond which a result is refused
 _TOLERANCE = 1e-13  # of the logarithm of the central pressure
 _LARGEST_CHANGE = 1.0  # of that logarithm in a step of Newton's method
 
@@ -50,7 +52,9 @@ class HydrostaticPlanet:
 
     mass, mean_radius, mean_moment I, gravitational_energy W and central_pressure are scalars; moments and ratios use
     the mean radius. radius, enclosed_mass, pressure, density and density_slope (d rho/dr) are the profile. residual:
-    the surface pressure left over as a share of the central one, or what an iteration still changed, if that is more.
+    the surface pressure left over as a share of the central one, or what an iteration still changed, if that is more;
+    resolution_error: the last Legendre coefficient of what each step integrates, relative, with the steps' shares of
+    the whole; the error of the moment ratio is about a quarter of its square.
     """
 
     mass: Array
@@ -64,6 +68,7 @@ class HydrostaticPlanet:
     density: Array
     density_slope: Array
     residual: Array
+    resolution_error: Array
     gravitational_constant: Array
 
     @property
@@ -76,26 +81,28 @@ class HydrostaticPlanet:
         """Outer radius (layers,) of each layer."""
         return self.radius[:, -1]
 
-    @double_precision()
     def layered(self) -> LayeredBody:
         """The same as polynomial layers, for gravity, Love numbers and figures: a cubic in r between each two rows.
 
         Density and its slope are met at each row; in between the error falls with the fourth power of their distance
         (2e-9 of the moment ratio for an Earth of 4 steps a layer).
         """
+        # In numpy where values are known: a compiler may compute the cube twice and differently; its round-off, large
+        # in narrow pieces, then does not cancel (it leaves 1e-9 of the density).
+        xp = np if is_known(self.radius) else jnp
         x = self.radius / self.mean_radius
         low, high = x[:, :-1].ravel(), x[:, 1:].ravel()
         width = high - low
         some = width > 0
-        safe = jnp.where(some, width, 1.0)
+        safe = xp.where(some, width, 1.0)
         start, end = self.density[:, :-1].ravel(), self.density[:, 1:].ravel()
         slopes = self.density_slope * self.mean_radius
         first, last = slopes[:, :-1].ravel(), slopes[:, 1:].ravel()
         mean = (end - start) / safe
-        square = jnp.where(some, (3 * mean - 2 * first - last) / safe, 0.0)
-        cube = jnp.where(some, (first + last - 2 * mean) / safe**2, 0.0)
-        first = jnp.where(some, first, 0.0)
-        coefficients = jnp.stack(
+        square = xp.where(some, (3 * mean - 2 * first - last) / safe, 0.0)
+        cube = xp.where(some, (first + last - 2 * mean) / safe**2, 0.0)
+        first = xp.where(some, first, 0.0)
+        coefficients = xp.stack(
             [
                 start - low * (first - low * (square - low * cube)),
                 first - low * (2 * square - 3 * low * cube),
@@ -160,6 +167,8 @@ def _planet(
         raise NumericalError(
             "no hydrostatic equilibrium was found: its pressure is beyond what the materials' equations of state reach"
         )
+    if is_known(planet.resolution_error) and not float(planet.resolution_error) < _RESOLUTION:
+        raise NumericalError(f"{steps} steps a layer are too few for a planet that is compressed so much")
     return planet
 
 
@@ -182,10 +191,11 @@ def _solve(
         mass, radius = _FOUR_PI / 3 * scale**3 * jnp.sum(densities * jnp.diff(edges**3)), scale
 
     def integrate(log_pressure: Array) -> tuple[Array, Array]:
-        state = jnp.zeros(5).at[1].set(jnp.exp(log_pressure))
+        state = jnp.zeros(6).at[1].set(jnp.exp(log_pressure))
         rows = []
         for k, material in enumerate(materials):
-            state, inner = _through_layer(equation, material, edges[k], edges[k + 1], state, steps)
+            crowding = _CROWDING if k == len(materials) - 1 else 1
+            state, inner = _through_layer(equation, material, edges[k], edges[k + 1], state, steps, crowding)
             rows.append(inner)
         return state, jnp.stack(rows)
 
@@ -217,7 +227,8 @@ def _solve(
         pressure=pressure,
         density=density,
         density_slope=-jnp.stack(compressibility) * density * gravity,
-        residual=jnp.maximum(jnp.abs(end[1] - surface_pressure), end[4]) * jnp.exp(-log_pressure),
+        residual=jnp.maximum(jnp.abs(end[1] - surface_pressure), end[5]) * jnp.exp(-log_pressure),
+        resolution_error=end[4] / end[0],
         gravitational_constant=jnp.asarray(g, dtype=float),
     )
 
@@ -266,17 +277,24 @@ class _ByRadius(NamedTuple):
 
 
 def _through_layer(
-    equation: _ByMass | _ByRadius, material: Material, start: Array, end: Array, state: Array, steps: int
+    equation: _ByMass | _ByRadius,
+    material: Material,
+    start: Array,
+    end: Array,
+    state: Array,
+    steps: int,
+    crowding: int,
 ) -> tuple[Array, Array]:
     """The state at the outer boundary, and rows (steps * (1 + nodes) + 1, 3) of t, content and P, ending with it.
 
-    state: content, P, I, W, and the largest change of P by a last iteration.
+    state: content, P, I, W, the sum for the resolution error, and the largest change of P by a last iteration.
     """
     c, weights, tau, inner_weights, to_node, to_end = collocation(_NODES, 2)
-    width = (end - start) / steps
+    last_coefficient = np.linalg.inv(np.polynomial.legendre.legvander(2 * c - 1, _NODES - 1))[-1]
+    edges = end - (end - start) * (1 - np.arange(steps + 1) / steps) ** crowding
 
-    def step(carried: Array, number: Array) -> tuple[Array, Array]:
-        before = start + number * width
+    def step(carried: Array, limits: tuple[Array, Array]) -> tuple[Array, Array]:
+        before, width = limits[0], limits[1] - limits[0]
         content, pressure = carried[0], carried[1]
         t = before + width * c
         some = t > 0  # not so only in a layer of no width at the centre
@@ -297,20 +315,23 @@ def _through_layer(
 
         nodes, changes = jax.lax.scan(better, jnp.full(_NODES, pressure), length=_PICARD)
         density, mean, pressure_slope = at(nodes)
+        filling = equation.content_slope(density)
         whole = before + width * tau
+        grown = width * (whole**2 * inner_weights) @ to_end @ filling
         increment = jnp.concatenate([
             jnp.stack([
-                width * (whole**2 * inner_weights) @ to_end @ equation.content_slope(density),
+                grown,
                 width * (whole * inner_weights) @ to_end @ pressure_slope,
             ]),
             width * equation.moment_and_energy_slopes(density, mean, t) @ weights,
+            jnp.atleast_1d(jnp.abs(last_coefficient @ filling / jnp.mean(filling)) * grown),
         ])  # fmt: skip
-        unsettled = jnp.maximum(carried[4], changes[-1])
+        unsettled = jnp.maximum(carried[5], changes[-1])
         rows = jnp.stack([t, mean * t**3, nodes], axis=-1)
         first = jnp.stack([before, content, pressure])
-        return jnp.append(carried[:4] + increment, unsettled), jnp.concatenate([first[None], rows])
+        return jnp.append(carried[:5] + increment, unsettled), jnp.concatenate([first[None], rows])
 
-    last, rows = jax.lax.scan(step, state, jnp.arange(steps))
+    last, rows = jax.lax.scan(step, state, (edges[:-1], edges[1:]))
     return last, jnp.concatenate([rows.reshape(-1, 3), jnp.stack([end, last[0], last[1]])[None]])
 
 

@@ -48,7 +48,7 @@ def of_clairaut() -> list[str]:
 
 
 def of_planets() -> list[str]:
-    """The moment of inertia by steps a layer: a closed form, and an Earth against 12 steps."""
+    """The moment of inertia by steps a layer: a closed form, and an Earth against 16 steps."""
     rho_0, modulus, x = 3000.0, 2e11, 1.3
     k = math.sqrt(4 * math.pi * G * rho_0**2 / modulus)
     central = rho_0 * x / math.sin(x)
@@ -62,15 +62,15 @@ def of_planets() -> list[str]:
     def exact(steps):
         return planet_from_masses([mass], [Murnaghan(rho_0, modulus, 2.0)], gravitational_constant=G, steps=steps)
 
-    settled = earth(12)
+    settled = earth(16)
     core, love = float(settled.moment_ratio), float(love_number(settled.layered()))
-    settings = (1, 2, 3, PLANET_STEPS, 8)
+    settings = (1, 2, 4, PLANET_STEPS, 8)
     return [
         table("I of a planet of one Murnaghan material, K' = 2 (exact)", "steps a layer", settings, exact,
               lambda found: abs(float(found.mean_moment) / moment - 1), PLANET_STEPS),
-        table("I/(M R^2) of an Earth of iron and perovskite (against 12 steps)", "steps a layer", settings, earth,
+        table("I/(M R^2) of an Earth of iron and perovskite (against 16 steps)", "steps a layer", settings, earth,
               lambda found: abs(float(found.moment_ratio) / core - 1), PLANET_STEPS),
-        table("k_2 of the same by its layered body (against 12 steps)", "steps a layer", settings, earth,
+        table("k_2 of the same by its layered body (against 16 steps)", "steps a layer", settings, earth,
               lambda found: abs(float(love_number(found.layered())) / love - 1), PLANET_STEPS),
     ]  # fmt: skip
 

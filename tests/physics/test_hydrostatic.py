@@ -35,7 +35,7 @@ def murnaghan():
 def test_the_exact_compressible_planet_is_met_and_fast(murnaghan):
     material, radius, central, (mass, moment) = murnaghan
     errors = []
-    for steps in (1, 2):
+    for steps in (1, 4):
         found = planet_from_masses([mass], [material], gravitational_constant=G, steps=steps)
         errors.append(abs(float(found.mean_moment / moment - 1)))
         assert found.mean_radius == pytest.approx(radius, rel=1e-11)
@@ -60,7 +60,7 @@ def test_layers_of_one_material_are_one_layer(murnaghan):
 def test_the_profile_becomes_a_layered_body(murnaghan):
     """Cubic pieces: mass, moment, energy and pressure of the body agree with the integration, to their fourth order."""
     material, _, _, (mass, moment) = murnaghan
-    found = planet_from_masses([mass], [material], gravitational_constant=G, steps=4)
+    found = planet_from_masses([mass], [material], gravitational_constant=G, steps=12)
     body = found.layered()
     assert body.mass == pytest.approx(mass, rel=1e-8) and body.mean_moment == pytest.approx(moment, rel=1e-8)
     assert body.gravitational_energy == pytest.approx(float(found.gravitational_energy), rel=1e-8)
@@ -125,6 +125,15 @@ def test_published_radii_of_planets_of_one_material(material, scales):
     assert found.mean_radius / EARTH_RADIUS == pytest.approx(radius, rel=0.03)
 
 
+def test_a_strongly_compressed_planet_converges_as_its_resolution_error_tells():
+    """Iron at zero pressure is close to where it would yield in tension: a singularity just outside the surface."""
+    exact = planet_from_masses([EARTH_MASS], [IRON_HCP], gravitational_constant=G, steps=24)
+    for steps, most in ((4, 1e-9), (6, 1e-12)):
+        found = planet_from_masses([EARTH_MASS], [IRON_HCP], gravitational_constant=G, steps=steps)
+        error = abs(float(found.moment_ratio / exact.moment_ratio - 1))
+        assert error < most and 0.05 < error / float(found.resolution_error) ** 2 < 1
+
+
 def test_gradients_by_composition_and_by_material():
     def moment_ratio(parameters):
         share, modulus, mass = parameters
@@ -156,5 +165,7 @@ def test_what_cannot_be_is_refused():
         planet_from_radii([2.0, 1.0], [soft, soft])
     with pytest.raises(ValueError, match="at least one step"):
         planet_from_masses([1.0], [soft], steps=0)
+    with pytest.raises(NumericalError, match="2 steps a layer are too few"):
+        planet_from_masses([10 * EARTH_MASS], [IRON_HCP], gravitational_constant=G, steps=2)
     with pytest.raises(NumericalError, match="beyond what the materials"):
         planet_from_masses([100 * EARTH_MASS], [PEROVSKITE], gravitational_constant=G)
