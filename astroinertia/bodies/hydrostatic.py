@@ -85,7 +85,7 @@ class HydrostaticPlanet:
         """The same as polynomial layers, for gravity, Love numbers and figures: a cubic in r between each two rows.
 
         Density and its slope are met at each row; in between the error falls with the fourth power of their distance
-        (2e-9 of the moment ratio for an Earth of 4 steps a layer).
+        (1e-9 of the Love number for an Earth of 6 steps a layer).
         """
         # In numpy where values are known: a compiler may compute the cube twice and differently; its round-off, large
         # in narrow pieces, then does not cancel (it leaves 1e-9 of the density).

@@ -108,6 +108,7 @@ def test_a_family_of_three_layers_fits_all_along_and_contains_its_parent(name):
         three_layer_family(mean, 0.01, 1000.0, boundaries, **{name: given})
 
 
+@pytest.mark.slow
 def test_an_inversion_is_differentiable_through_to_the_love_number():
     with jax.enable_x64(True):
 

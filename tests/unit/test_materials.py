@@ -37,8 +37,12 @@ MATERIALS = {
     "ice (Tillotson)": tillotson.ICE,
 }
 
+TILLOTSON = ("granite", "basalt", "iron (Tillotson)", "ice (Tillotson)")
+# Tillotson's cold curve takes seconds to compile.
+NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in TILLOTSON else name for name in MATERIALS]
 
-@pytest.mark.parametrize("name", MATERIALS)
+
+@pytest.mark.parametrize("name", NAMES)
 def test_modulus_and_its_derivative_at_no_pressure(name):
     """K = rho dP/d rho and K' = dK/dP: the numbers that a material was made with."""
     material = MATERIALS[name]
@@ -52,7 +56,7 @@ def test_modulus_and_its_derivative_at_no_pressure(name):
     )
 
 
-@pytest.mark.parametrize("name", MATERIALS)
+@pytest.mark.parametrize("name", NAMES)
 def test_energy_modulus_and_inverse_are_consistent(name):
     material = MATERIALS[name]
     rho = float(material.reference_density) * np.array([1.01, 1.3, 1.9])
@@ -111,6 +115,7 @@ def test_beyond_the_reach_of_an_equation_there_is_no_density():
     assert density(IRON_HCP, -1e8) == pytest.approx(8300 * np.exp(-1e8 / 156.2e9), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_density_is_differentiable_by_pressure_and_parameters():
     with jax.enable_x64(True):
 
@@ -129,6 +134,7 @@ def test_density_is_differentiable_by_pressure_and_parameters():
     assert second == pytest.approx((by_p[0] - by_p[1]) / (2 * step), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_tillotson_regimes_join_and_its_cold_curve_is_the_isentrope():
     rock = tillotson.GRANITE
     rho = np.array([0.3, 0.7, 1 - 1e-12]) * 2680
