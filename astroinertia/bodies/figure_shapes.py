@@ -26,6 +26,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from astroinertia.bodies.anderson import Anderson
 from astroinertia.bodies.figure_layers import Layer
 from astroinertia.bodies.scf_mesh import even_legendre
 from astroinertia.errors import NumericalError
@@ -184,24 +185,14 @@ def radii_at(field: Field, nodes: slice, level: np.ndarray, mu: float, small_m: 
 def fixed_point(
     sweep: Callable[[np.ndarray], np.ndarray], start: np.ndarray, tolerance: float, most: int, depth: int = 20
 ) -> tuple[np.ndarray, int]:
-    """Return z = sweep(z) and the sweeps taken, by Anderson's acceleration; NumericalError after `most` sweeps.
-
-    Source: Walker & Ni 2011, SIAM J. Numer. Anal. 49, 1715.
-    """
-    z = start
-    images: list[np.ndarray] = []
-    residuals: list[np.ndarray] = []
+    """Return z = sweep(z) and the sweeps taken, by Anderson's acceleration; NumericalError after `most` sweeps."""
+    z, mixed = start, Anderson(depth)
     for sweeps in range(1, most + 1):
         image = sweep(z)
-        residual = image - z
-        if not np.all(np.isfinite(residual)):
+        change = np.abs(image - z).max()
+        if not np.isfinite(change):
             raise NumericalError(_NO_EQUILIBRIUM)
-        if np.abs(residual).max() < tolerance:
+        if change < tolerance:
             return image, sweeps
-        images, residuals = [*images[-depth:], image], [*residuals[-depth:], residual]
-        z = image
-        if len(residuals) > 1:
-            changes = np.diff(np.array(residuals), axis=0)
-            coefficients = np.linalg.lstsq(changes.T, residual, rcond=1e-12)[0]
-            z = image - coefficients @ np.diff(np.array(images), axis=0)
+        z = mixed.next(z, image)
     raise NumericalError(f"the figure did not converge in {most} sweeps: {_NO_EQUILIBRIUM}")

@@ -6,7 +6,7 @@ A barotrope that turns with Omega(w) about its axis obeys the algebraic equation
 
 with the enthalpy h = int dP/rho. C and Omega_0^2 follow from h = 0 on the equator (radius 1) and at the pole (for a
 ring on its inner edge), the density from h, the potential phi from the density, and so on until nothing changes.
-Source: Hachisu 1986, ApJS 61, 479, sect. II; mixing of earlier iterations: Anderson 1965, J. ACM 12, 547.
+Source: Hachisu 1986, ApJS 61, 479, sect. II; mixing of earlier iterations: anderson.py.
 
 Unlike on a fixed grid, the density on each sphere is integrated over angles up to the surface itself, found as the root
 of h, so no cell is cut by the surface, and radial integrals are exact for interpolated densities (scf_mesh.py).
@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from astroinertia.bodies.anderson import Anderson
 from astroinertia.bodies.rotation_laws import RIGID, RotationLaw
 from astroinertia.bodies.scf_matter import Matter
 from astroinertia.bodies.scf_mesh import Mesh, build_mesh, even_legendre
@@ -26,7 +27,7 @@ from astroinertia.errors import NumericalError
 
 _TOLERANCE = 1e-11  # largest change of the angular moments in one iteration, over the largest of them
 _MOST_ITERATIONS = 120  # bodies take 10 to 50; what takes longer has turned out to be none
-_HISTORY = 6  # earlier iterations that Anderson's acceleration mixes in
+_HISTORY = 5  # earlier iterations that Anderson's acceleration mixes in
 _TORN = 1e-7  # of the largest enthalpy: below minus this inside, or above it outside, a surface is not closed
 _TRUNCATION = 1e-3  # of the largest enthalpy, that the last harmonics may still add
 _ROOT_STEPS = 12  # of the Illinois rule, from a bracket as wide as the angles stand apart
@@ -115,7 +116,7 @@ def solve_field(
         raise ValueError(f"the axis ratio must lie in (0, 1], or in (-1, 0) for a ring, not {axis_ratio!r}")
     solver = _Solver(matter, float(axis_ratio), law, resolution)
     moments = solver.moments(*solver.guessed())
-    mixed = _Anderson(_HISTORY)
+    mixed = Anderson(_HISTORY)
     for iteration in range(1, _MOST_ITERATIONS + 1):
         balance = solver.balance(moments)
         quadrature = solver.levels(balance)
@@ -240,26 +241,6 @@ class _Solver:
             side = np.where(right, 1.0, -1.0)
         root = np.where(np.abs(f_low) < np.abs(f_high), low, high)
         return np.where(never, 0.0, np.where(whole, 1.0, root))
-
-
-class _Anderson:
-    """The next iterate from the last few, by least squares on their changes (Anderson 1965, J. ACM 12, 547)."""
-
-    def __init__(self, depth: int) -> None:
-        self.depth = depth
-        self.states: list[np.ndarray] = []
-        self.changes: list[np.ndarray] = []
-
-    def next(self, state: np.ndarray, image: np.ndarray) -> np.ndarray:
-        """Return the next iterate, from the present one and what the map makes of it."""
-        self.states.append(image.ravel())
-        self.changes.append((image - state).ravel())
-        del self.states[: -self.depth], self.changes[: -self.depth]
-        if len(self.states) < 2:
-            return image
-        differences = np.diff(np.array(self.changes), axis=0)
-        weights, *_ = np.linalg.lstsq(differences.T, self.changes[-1], rcond=1e-12)
-        return (self.states[-1] - weights @ np.diff(np.array(self.states), axis=0)).reshape(image.shape)
 
 
 def _highest(radius: np.ndarray, height: np.ndarray) -> float:
