@@ -1,5 +1,6 @@
 """What all tests share: which of them are quick, and how the long ones keep their results."""
 
+import sys
 from pathlib import Path
 
 import hypothesis
@@ -33,6 +34,14 @@ def pytest_runtest_makereport(item, call):
     if report.when == "call" and item.get_closest_marker("full"):
         item.stash.setdefault(FullResult.KEY, FullResult(item)).write(report)
     return report
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _compiled_programs_are_released():
+    """JAX keeps every compiled program of a process: gigabytes, by the end of all tests."""
+    yield
+    if "jax" in sys.modules:
+        sys.modules["jax"].clear_caches()
 
 
 @pytest.fixture

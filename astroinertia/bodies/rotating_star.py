@@ -7,7 +7,7 @@ any other quantity. Source: Hachisu 1986, ApJS 61, 479. Tests: tests/unit/test_s
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -35,7 +35,7 @@ class RotatingStar:
     axis. All numbers are in the units of mass, equatorial_radius and gravitational_constant.
     """
 
-    field: Field
+    field: Field = field(repr=False)
     mass: float = 1.0
     equatorial_radius: float = 1.0
     gravitational_constant: float = 1.0
