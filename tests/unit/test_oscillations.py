@@ -38,7 +38,9 @@ def test_radial_reference_values(entry):
     assert mode.squared_frequency == pytest.approx(float(entry["value"]), rel=5e-12)
 
 
-@pytest.mark.parametrize("entry", NONRADIAL)
+@pytest.mark.parametrize(
+    "entry", [NONRADIAL[0], *(pytest.param(each, marks=pytest.mark.slow) for each in NONRADIAL[1:])]
+)
 def test_nonradial_reference_values(entry):
     inputs, wanted = entry["inputs"], [float(value) for value in entry["value"]]
     stable = G_MODES[inputs["n"], inputs["Gamma1"]]
@@ -48,6 +50,7 @@ def test_nonradial_reference_values(entry):
     assert [modes[label] for label in labels[: len(wanted)]] == pytest.approx(wanted, rel=1.2e-10)
 
 
+@pytest.mark.slow
 def test_homogeneous_sphere():
     """Pekeris 1938: omega^2 = D + sqrt(D^2 + l(l + 1)) for p, - for the (unstable) g modes; Kelvin's f mode."""
     gamma = 5 / 3
@@ -72,6 +75,7 @@ def test_homogeneous_sphere():
         np.testing.assert_allclose(kelvin.potential, field, rtol=0, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_modes_are_orthogonal_and_normalised():
     modes = nonradial_modes(2.7, 5 / 3, 3)
     x, weights = modes[0].radius, modes[0].mass_weights
@@ -109,6 +113,7 @@ def test_radial_variational_principle():
         assert mode.mass_weights @ energy == pytest.approx(mode.squared_frequency, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [0, 3])
 def test_derivative_by_gamma(degree):
     """Hellmann-Feynman against a central difference."""
@@ -122,6 +127,7 @@ def test_derivative_by_gamma(degree):
         assert mode.gamma_derivative == pytest.approx(difference, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("index", [0.3, 1.5, 2.7])
 def test_neutral_stratification_has_no_g_modes(index):
     labels = [mode.label for mode in nonradial_modes(index, 1 + 1 / index, 2, pressure_modes=2)]
