@@ -180,6 +180,7 @@ def test_what_cannot_be_balanced_is_refused():
         balancing.best_holes(np.ones(2), np.ones(2), PLANES, masses=(0.05, 0.12), **many)
 
 
+@pytest.mark.slow
 def test_the_balanced_wheel_of_sims(tmp_path):
     picture = tmp_path / "wheel.png"
     script = Path(__file__).parents[2] / "sims" / "balanced_wheel.py"

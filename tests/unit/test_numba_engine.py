@@ -99,7 +99,9 @@ def test_the_particle_set_is_clustered(reference):
     assert density.max() / density.min() > 1e4
 
 
-@pytest.mark.parametrize(("precision", "bar"), [("float64", 1e-13), ("mixed", 3e-6)])
+@pytest.mark.parametrize(
+    ("precision", "bar"), [("float64", 1e-13), pytest.param("mixed", 3e-6, marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("off", [1.0, 0.2, 6.0])
 def test_smoothing_lengths_and_what_follows_agree_with_bisection(reference, precision, bar, off):
     """Guesses nearly right, far too small and far too large lead to the same root."""
@@ -116,6 +118,7 @@ def test_smoothing_lengths_and_what_follows_agree_with_bisection(reference, prec
     assert np.max(np.abs(found.density / rho - 1)) < 3 * bar
 
 
+@pytest.mark.slow
 def test_a_loose_tolerance_is_kept_and_zeta_is_absent_unless_asked_for(reference):
     arrangement, solved, fields = reference
     found = Engine().density(
@@ -126,7 +129,9 @@ def test_a_loose_tolerance_is_kept_and_zeta_is_absent_unless_asked_for(reference
     assert found.zeta is None
 
 
-@pytest.mark.parametrize(("precision", "bar"), [("float64", 1e-13), ("mixed", 1e-4)])
+@pytest.mark.parametrize(
+    ("precision", "bar"), [("float64", 1e-13), pytest.param("mixed", 1e-4, marks=pytest.mark.slow)]
+)
 def test_neighbour_sums_of_every_kind(reference, precision, bar):
     """central, sum, max, outer and virial, of pairs closer than the larger support, coincident ones among them."""
     arrangement, _, fields = reference
@@ -141,7 +146,9 @@ def test_neighbour_sums_of_every_kind(reference, precision, bar):
     assert "virial" not in Engine(precision).neighbour_sums(arrangement, KERNEL, (SHEAR,), fields)["shear"]
 
 
-@pytest.mark.parametrize(("precision", "bar"), [("float64", 1e-13), ("mixed", 1e-5)])
+@pytest.mark.parametrize(
+    ("precision", "bar"), [("float64", 1e-13), pytest.param("mixed", 1e-5, marks=pytest.mark.slow)]
+)
 def test_direct_gravity(reference, precision, bar):
     arrangement, _, fields = reference
     found = Engine(precision).all_pair_sums(arrangement, KERNEL, (DIRECT_GRAVITY,), fields, virial=True)
@@ -293,6 +300,7 @@ def test_what_cannot_be_compiled_is_refused_with_a_reason(reference, pair, sente
         Engine().neighbour_sums(reference[0], KERNEL, (term,), reference[2])
 
 
+@pytest.mark.slow
 def test_processors_without_vector_compression_do_the_same(reference, monkeypatch):
     arrangement, solved, fields = reference
     quick = Engine().neighbour_sums(arrangement, KERNEL, (SHEAR,), fields)["shear"]
