@@ -76,6 +76,7 @@ def test_rigid_rotation_dissipates_nothing(options: dict[str, Any]) -> None:
     assert 0 <= found["heating"] < 1e-14 * found["kinetic"]
 
 
+@pytest.mark.slow
 def test_the_switch_keeps_differential_rotation_almost_free_of_viscosity() -> None:
     """A flow that only shears turns on less than a hundredth of the constant viscosity without a limiter."""
     position = ball(500)
@@ -116,6 +117,7 @@ def test_gas_that_expands_is_not_viscous() -> None:
     assert np.all(found["force"] == 0)
 
 
+@pytest.mark.slow
 def test_alpha_jumps_where_the_flow_steepens_and_decays_afterwards() -> None:
     """Two streams meet in a bar of 31 spacings: alpha is up at the interface, before any particle has moved by a tenth
     of a spacing, and zero where its neighbours do not see it.

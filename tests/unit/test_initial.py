@@ -86,6 +86,7 @@ def _density(points):
 
 
 @pytest.mark.parametrize("name", PROFILES)
+@pytest.mark.slow
 def test_density_noise(name):
     """Scatter about the profile inside; measured at 2000 particles: glass 0.6-1.8 %, lattice 0.4-2.7 %, random 40 %."""
     profile = PROFILES[name]

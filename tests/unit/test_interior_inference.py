@@ -26,6 +26,7 @@ def posterior():
     return infer_interior(observed, {"core_density": Gaussian(8000.0, 60.0)}, seed=1, **QUICK)
 
 
+@pytest.mark.slow
 def test_the_posterior_is_the_exact_inversion_with_its_propagated_errors(posterior):
     """With Gaussian inputs and small errors the posterior is Gaussian with the covariance of the exact jacobian."""
     exact = two_layers_with_errors(4000.0, RATIO, [1.0, 2e-4, 60.0], core_density=8000.0)

@@ -296,6 +296,7 @@ def test_mass_and_length_scale_out(name, mass, length):
 
 
 @given(st.sampled_from(sorted(SIZES)))
+@pytest.mark.slow
 def test_derivatives_by_the_sizes_obey_eulers_identity(name):
     with jax.enable_x64(True):
         sizes = tuple(jnp.asarray(size, float) for size in SIZES[name])

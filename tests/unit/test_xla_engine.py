@@ -130,6 +130,7 @@ def test_the_tolerance_is_kept():
         assert np.max(np.abs(found.smoothing_length / h - 1.0)) < tolerance
 
 
+@pytest.mark.slow
 def test_mixed_precision_costs_single_precision_rounding():
     """A pair value goes through some 30 roundings, of which the kernel's slope (below 10) amplifies a few."""
     engine = Engine(precision="mixed", wide_leaf=32)
