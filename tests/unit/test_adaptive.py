@@ -1,0 +1,59 @@
+"""The library's integrator as this package calls it: accuracy, stopping, failing, going on."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from astroinertia.integrate import adaptive
+
+
+@pytest.fixture(autouse=True)
+def _float64():
+    with jax.enable_x64(True):
+        yield
+
+
+def oscillator(time, state, stiffness):
+    place, speed = state
+    return speed, -stiffness * place
+
+
+def blow_up(time, state, _):
+    return state**2
+
+
+def below_a_tenth(time, state, _):
+    return state[0] < 0.1
+
+
+def start():
+    return jnp.array(1.0), jnp.array(0.0)
+
+
+def test_a_hundred_periods_to_the_tolerance():
+    end = 200.0 * np.pi
+    found = adaptive.advance(oscillator, 1.0, start(), 0.0, end, 0.1)
+    assert abs(float(found.state[0]) - 1.0) < 1e-10 and abs(float(found.state[1])) < 1e-10
+    assert float(found.time) == end and not found.failed and not found.stopped
+    coarse = adaptive.advance(oscillator, 1.0, start(), 0.0, end, 0.1, 1e-6, 1e-6)
+    assert coarse.steps < 0.5 * found.steps
+
+
+def test_two_calls_go_on_as_one_problem():
+    half = adaptive.advance(oscillator, 4.0, start(), 0.0, 3.0, 0.1)
+    whole = adaptive.advance(oscillator, 4.0, half.state, half.time, 7.0, half.timestep)
+    assert float(whole.state[0]) == pytest.approx(np.cos(14.0), abs=1e-11)
+    assert 3.0 / float(half.timestep) == pytest.approx(float(half.steps), rel=0.5)
+
+
+def test_a_condition_ends_it_with_the_step():
+    found = adaptive.advance(oscillator, 1.0, start(), 0.0, 10.0, 0.1, condition=below_a_tenth)
+    assert bool(found.stopped) and not found.failed
+    assert np.arccos(0.1) < float(found.time) < np.arccos(0.1) + 1.0
+    assert float(found.state[0]) == pytest.approx(np.cos(float(found.time)), abs=1e-12)
+
+
+def test_a_singularity_is_said_to_fail():
+    found = adaptive.advance(blow_up, None, jnp.array(1.0), 0.0, 2.0, 0.1)  # 1 / (1 - t)
+    assert bool(found.failed) and float(found.time) < 1.0 + 1e-9
