@@ -1,0 +1,182 @@
+"""Gravity of a body whose matter moves as x = F xi, from its deformation gradient F: pure JAX, without principal axes.
+
+xi runs over a reference sphere with a density that depends on radius alone, so that surfaces of equal density are the
+similar ellipsoids of S = F F^T. With Carlson's R_F of the squared semi-axes, in units of the sphere's radius,
+
+    W = W_sphere R_F(S),    V = sum m x (x) a = W_sphere [gamma S + beta (tr(C) 1 - C) + alpha det(S) 1],
+
+C the cofactors of S. R_F depends on the three invariants of S only, and alpha, beta, gamma are its derivatives; so
+Carlson's duplication is carried out on the invariants. Nothing is divided by differences of axes, every sum is one of
+positive terms, and derivatives of any order exist for spheres and spheroids too, where eigenvectors have none.
+
+Source: Carlson 1995, Numer. Algorithms 10, 13 (eqs. 2.1 to 2.10); DLMF 19.36.1; Roberts 1962, ApJ 136, 1108 (similar
+surfaces); Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, sections 18 and 22. Tests: tests/unit/test_affine.py.
+"""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from astroinertia.bodies.double_precision import double_precision
+
+Array = Any
+
+_DUPLICATIONS = 11  # each divides the spread of the arguments by four in the end: enough for axes as 1 to 1e12
+_NEWTON_STEPS = 6  # for the symmetric functions of the square roots, from a bound within a factor 3^(1/2)
+# Of the last series, in E_2 and E_3 (DLMF 19.36.1 to degree 7).
+_SERIES = (-1 / 10, 1 / 14, 1 / 24, -3 / 44, -5 / 208, 3 / 104, 1 / 16)
+
+
+@double_precision()
+def index_symbols(axes: Array) -> Array:
+    """Return A_1, A_2, A_3 of the homogeneous ellipsoid with semi-axes (3,): dimensionless, of sum 2.
+
+    To 2e-15 for axes from 1 to 1e12 apart, differentiable for equal axes too. Source: Carlson 1995; Chandrasekhar
+    1969, section 18. Test: tests/unit/test_affine.py::test_index_symbols.
+    """
+    scaled = jnp.asarray(axes) / jnp.max(jax.lax.stop_gradient(jnp.asarray(axes)))
+    squares = scaled**2
+    alpha, beta, gamma = symmetric_integrals(*_elementary(squares))
+    others = squares[jnp.array([1, 2, 0])], squares[jnp.array([2, 0, 1])]
+    return 2 * jnp.prod(scaled) * (gamma + beta * (others[0] + others[1]) + alpha * others[0] * others[1])
+
+
+@double_precision()
+def gravitational_energy(deformation: Array, sphere_energy: Array) -> Array:
+    """Return W (a number below 0) of the body with deformation gradient (3, 3) whose sphere (F = 1) has sphere_energy.
+
+    Source: Roberts 1962; Chandrasekhar 1969, section 22. Test: tests/unit/test_affine.py.
+    """
+    size, first, second, third = _scaled_invariants(deformation)
+    return sphere_energy * first_integral(first, second, third) / size
+
+
+@double_precision()
+def gravity_tensor(deformation: Array, sphere_energy: Array) -> Array:
+    """Return V = sum m x (x) a, (3, 3) and symmetric, of the body's own gravity; its trace is the energy W.
+
+    deformation (3, 3) is F, sphere_energy the W of the sphere F = 1. Chandrasekhar's potential-energy tensor, along
+    the principal axes -2 pi G rho A_i Q_ii where the density is uniform. Source: Chandrasekhar 1969, sections 11, 22.
+    Test: tests/unit/test_affine.py.
+    """
+    size, first, second, third = _scaled_invariants(deformation)
+    alpha, beta, gamma = symmetric_integrals(first, second, third)
+    scaled = deformation / size
+    squared, cofactors = scaled @ scaled.T, _squared_cofactors(scaled)
+    unit = jnp.eye(3)
+    whole = gamma * squared + beta * _complement(cofactors) + alpha * third * unit
+    return sphere_energy / size * whole
+
+
+@double_precision()
+def gravity_force(deformation: Array, sphere_energy: Array) -> Array:
+    """Return sum m a (x) xi = -dW/dF, (3, 3), of the body's own gravity: q d2F/dt2 where nothing else acts.
+
+    V is F times its transpose; here nothing is divided by F, so that a pancake's loses no digits. Arguments as of
+    `gravity_tensor`. Test: tests/unit/test_affine.py.
+    """
+    size, first, second, third = _scaled_invariants(deformation)
+    alpha, beta, gamma = symmetric_integrals(first, second, third)
+    scaled = deformation / size
+    cofactors = cofactor(scaled)
+    rows = [
+        jnp.cross(scaled[j], cofactors[k]) + jnp.cross(cofactors[j], scaled[k]) for j, k in ((1, 2), (2, 0), (0, 1))
+    ]
+    whole = gamma * scaled + beta * jnp.stack(rows) + alpha * volume_ratio(scaled) * cofactors
+    return sphere_energy / size**2 * whole
+
+
+def cofactor(matrix: Array) -> Array:
+    """Return the cofactors det(M) M^-T, (3, 3), of M (3, 3): dJ/dF where M is F, and defined for a singular M too."""
+    return jnp.stack(
+        [jnp.cross(matrix[1], matrix[2]), jnp.cross(matrix[2], matrix[0]), jnp.cross(matrix[0], matrix[1])]
+    )
+
+
+def volume_ratio(deformation: Array) -> Array:
+    """Return J = det F, the volume over that of the sphere."""
+    return deformation[0] @ jnp.cross(deformation[1], deformation[2])
+
+
+def first_integral(first: Array, second: Array, third: Array) -> Array:
+    """Return R_F(x, y, z) from x + y + z, xy + yz + zx and xyz, numbers above 0.
+
+    R_F = 1/2 integral du/((x + u)(y + u)(z + u))^(1/2) over u from 0 to infinity. Every duplication takes
+    x to (x + lambda)/4 with lambda = (xy)^(1/2) + (yz)^(1/2) + (zx)^(1/2), and the invariants with them. Source:
+    Carlson 1995, eqs. 2.1 to 2.10. Test: tests/unit/test_affine.py.
+    """
+
+    def duplicate(invariants: tuple[Array, Array, Array], _: None) -> tuple[tuple[Array, Array, Array], None]:
+        one, two, three = invariants
+        shift = _root_products(one, two, three)
+        return (
+            (one + 3 * shift) / 4,
+            (two + shift * (2 * one + 3 * shift)) / 16,
+            (three + shift * (two + shift * (one + shift))) / 64,
+        ), None
+
+    (first, second, third), _ = jax.lax.scan(duplicate, (first, second, third), None, length=_DUPLICATIONS)
+    mean = first / 3
+    pairs = second / mean**2
+    two, three = pairs - 3, pairs - third / mean**3 - 2
+    terms = (two, three, two**2, two * three, two**3, three**2, two**2 * three)
+    return (1 + sum(factor * term for factor, term in zip(_SERIES, terms, strict=True))) / jnp.sqrt(mean)
+
+
+def symmetric_integrals(first: Array, second: Array, third: Array) -> tuple[Array, Array, Array]:
+    """Return alpha, beta, gamma = 1/2 integral of 1, u, u^2 times ((x + u)(y + u)(z + u))^(-3/2) du.
+
+    Arguments as of `first_integral`, of which they are -2 times the derivatives by the third, second and first.
+    R_D(x, y, z)/3 = gamma + beta (x + y) + alpha xy. Test: tests/unit/test_affine.py.
+    """
+    by_first, by_second, by_third = jax.jacfwd(first_integral, argnums=(0, 1, 2))(first, second, third)
+    return -2 * by_third, -2 * by_second, -2 * by_first
+
+
+@jax.custom_jvp
+def _root_products(first: Array, second: Array, third: Array) -> Array:
+    # t = (xy)^(1/2) + ... from t^2 = e_2 + 2 e_3^(1/2) s, s^2 = e_1 + 2 t with s the sum of the roots. Newton's method
+    # on the convex t^2 - e_2 - 2 (e_3 (e_1 + 2 t))^(1/2) from above, where (3 e_2)^(1/2) is: it cannot overshoot.
+    product = jnp.sqrt(third)
+    pairs = jnp.sqrt(3 * second)
+    for _ in range(_NEWTON_STEPS):
+        roots = jnp.sqrt(first + 2 * pairs)
+        slope = pairs - product / roots
+        # The step is written so that what comes out is a sum of positive terms.
+        pairs = (0.5 * (pairs**2 + second) + product * (first + pairs) / roots) / slope
+    return pairs
+
+
+@_root_products.defjvp
+def _(primals: tuple, tangents: tuple) -> tuple:
+    # The derivative of the two equations of the solution, in closed form, and so differentiable again.
+    pairs = _root_products(*primals)
+    first, _, third = primals
+    product, roots = jnp.sqrt(third), jnp.sqrt(first + 2 * pairs)
+    by_first, by_third = product / roots, roots / product
+    change = by_first * tangents[0] + tangents[1] + by_third * tangents[2]
+    return pairs, change / (2 * (pairs - by_first))
+
+
+def _elementary(values: Array) -> tuple[Array, Array, Array]:
+    x, y, z = values
+    return x + y + z, x * y + y * z + z * x, x * y * z
+
+
+def _scaled_invariants(deformation: Array) -> tuple[Array, Array, Array, Array]:
+    """The size |F| and the invariants of S/|F|^2, whose trace is 1."""
+    size = jnp.sqrt(jnp.sum(deformation**2))
+    scaled = deformation / size
+    return size, jnp.ones_like(size) * jnp.sum(scaled**2), jnp.sum(cofactor(scaled) ** 2), volume_ratio(scaled) ** 2
+
+
+def _squared_cofactors(matrix: Array) -> Array:
+    cofactors = cofactor(matrix)
+    return cofactors @ cofactors.T
+
+
+def _complement(tensor: Array) -> Array:
+    """tr(T) 1 - T, with no difference on the diagonal."""
+    x, y, z = tensor[0, 0], tensor[1, 1], tensor[2, 2]
+    return jnp.where(jnp.eye(3, dtype=bool), jnp.stack([y + z, z + x, x + y])[None, :], -tensor)
