@@ -6,22 +6,14 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
 
-import numpy as np
-
 from astroinertia import start
 from astroinertia.archive import Archive
 from astroinertia.effects import catalogue
-from astroinertia.errors import SceneError
-from astroinertia.integrate.leapfrog import State
-from astroinertia.models.checkpoint import unflattened
-from astroinertia.models.sph import Problem, initial_state
+from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
-from astroinertia.scene.plan import cadence, code_units, plan, smoothing
+from astroinertia.scene.plan import cadence, code_units, plan
 from astroinertia.scene.schema import Scene
-from astroinertia.sph.kernels import KERNELS, Kernel
-from astroinertia.units import CodeUnits, Dimension
-
-_STENCIL = 64  # particles of the throw-away state that shows a checkpoint's structure
+from astroinertia.units import CodeUnits
 
 
 @dataclass(frozen=True)
@@ -39,11 +31,9 @@ class Outputs:
 
 @dataclass(frozen=True)
 class Prepared:
-    """A run about to start or go on: the physics, the state, its arrangement, and where the outputs stand."""
+    """A run about to start or go on: the body under its model, and where the outputs stand."""
 
-    problem: Problem
-    state: State
-    arrangement: Any
+    evolution: Evolution
     outputs: Outputs
     units: CodeUnits
     counters: dict[str, Any]
@@ -52,74 +42,24 @@ class Prepared:
 def prepare(scene: Scene) -> Prepared:
     """The scene at time 0."""
     units = code_units(scene)
-    problem, ball = problem_of(scene, units)
-    body = start.particles(scene, units, ball, problem)
-    state, arrangement = initial_state(
-        problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy
-    )
     counters = {"series": 0, "snapshot": 0, "wall_time": 0.0, "opening_potential": None, "opening_energy": 0.0}
-    return Prepared(problem, state, arrangement, outputs_of(scene, units), units, counters)
+    return Prepared(_model(scene).evolution(scene, units), outputs_of(scene, units), units, counters)
 
 
 def restore(archive: Archive) -> Prepared:
     """A run at its last checkpoint."""
     told = archive.metadata
     scene = load.loads(told["scene"], origin=told["origin"])
-    units = code_units(scene)
-    problem, _ = problem_of(scene, units)
     stored = archive.read_checkpoint()
     if stored is None:
         return prepare(scene)
-    random = np.random.default_rng(0).normal(size=(2, _STENCIL, 3))
-    like, _ = initial_state(problem, np.ones(_STENCIL), random[0], random[1], np.ones(_STENCIL))
-    state = unflattened(like, stored[0], problem.engine.xp)
-    arrangement = problem.engine.arrange(state.position, state.smoothing_length)[1]
-    return Prepared(problem, state, arrangement, outputs_of(scene, units), units, stored[1])
+    units = code_units(scene)
+    return Prepared(_model(scene).resumed(scene, units, stored[0]), outputs_of(scene, units), units, stored[1])
 
 
-def problem_of(scene: Scene, units: CodeUnits) -> tuple[Problem, start.Sphere | start.Star | None]:
-    """The physics and numerics that a scene calls for, and the sphere or star that its body is at first."""
-    numerics, ball = scene.numerics, start.sphere(scene, units)
-    longest = (
-        outputs_of(scene, units).end if numerics.max_timestep is None else units.to_code(numerics.max_timestep, "time")
-    )
-    problem = Problem(
-        effects=effects_of(scene, units),
-        equation_of_state=start.equation_of_state(scene, units, ball),
-        eta=smoothing(scene)[0],
-        courant=numerics.courant,
-        acceleration_factor=numerics.acceleration_factor,
-        energy_factor=numerics.energy_factor,
-        max_timestep=longest,
-        engine=engine_of(numerics.engine, numerics.precision, KERNELS[numerics.kernel]),
-        kernel=numerics.kernel,
-        smoothing_tolerance=numerics.smoothing_tolerance,
-    )
-    return problem, ball
-
-
-def engine_of(name: str, precision: str, kernel: Kernel) -> Any:
-    """The engine of that name, importing no other; the one that lists neighbours is told how far the kernel reaches."""
-    module = importlib.import_module(f"astroinertia.engines.{name}")
-    if name == "xla":
-        return module.Engine(precision=precision, support=kernel.support)
-    return module.Engine(precision=precision)
-
-
-def effects_of(scene: Scene, units: CodeUnits) -> tuple[Any, ...]:
-    """The effects that a scene lists, in the catalogue's order, with options in code units."""
-    built = []
-    for kind, entry in catalogue.CATALOGUE.items():
-        if kind in scene.effects:
-            options = {
-                name: _to_code(value, entry.options[name].dimension, units)
-                for name, value in scene.effects[kind].items()
-            }
-            try:
-                built.append(catalogue.build(kind, options))
-            except ValueError as error:
-                raise SceneError(f"[effects.{kind}] {error}") from None
-    return tuple(built)
+def _model(scene: Scene) -> Any:
+    # Only the model that answers the scene is imported.
+    return importlib.import_module(f"astroinertia.start_{scene.model}")
 
 
 def outputs_of(scene: Scene, units: CodeUnits) -> Outputs:
@@ -149,25 +89,45 @@ def metadata(scene: Scene) -> dict[str, Any]:
         "overrides": list(scene.overrides),
         "dimensionless": scene.dimensionless,
         "code_units": {"mass": units.mass, "length": units.length, "G": units.gravitational_constant},
-        "reference_radius": None if ball is None else ball.radius,
-        "reference_radius_convention": (ball or start.Sphere).radius_convention,
+        "reference_radius": _reference_radius(scene, units, ball),
+        "reference_radius_convention": "radius that the scene gives" if ball is None else ball.radius_convention,
         "model": scene.model,
-        "engine": scene.numerics.engine,
-        "precision": scene.numerics.precision,
-        "kernel": scene.numerics.kernel,
-        "seed": scene.body.seed,
+        **_numerics(scene),
         "effects": [kind for kind in catalogue.CATALOGUE if kind in scene.effects],
+        "skipped_effects": {
+            kind: f"a numerical device of particles, which the model {scene.model} does not need"
+            for kind in catalogue.CATALOGUE
+            if kind in scene.effects and scene.model not in catalogue.CATALOGUE[kind].models
+        },
         "versions": {
             "python": platform.python_version(),
-            **{name: version(name) for name in ("numpy", "numba", "jax", "xarray", "netCDF4", "astropy")},
+            **{
+                name: version(name)
+                for name in ("numpy", "numba", "jax", "diffrax", "rebound", "xarray", "netCDF4", "astropy")
+            },
         },
     }
 
 
-def _to_code(value: Any, dimension: str, units: CodeUnits) -> Any:
-    if value is None or isinstance(value, str) or dimension == "choice":
-        return value
-    scale = units.unit(Dimension(*catalogue.DIMENSIONS[dimension]))
-    if isinstance(value, int | float):
-        return value / scale
-    return (np.asarray(value, dtype=float) / scale).tolist()
+def _reference_radius(scene: Scene, units: CodeUnits, ball: start.Sphere | start.Star | None) -> float | None:
+    radius = getattr(scene.body, "radius", None) if ball is None else ball.radius
+    return None if radius is None else radius if ball is not None else units.to_code(radius, "length")
+
+
+def told_by(evolution: Evolution) -> dict[str, Any]:
+    """What a file says of the model itself: the rows of its ledger, what it lacks, and what it approximates."""
+    return {
+        "effects": list(evolution.effects),
+        "absent": dict(evolution.absent),
+        "approximation": evolution.approximation,
+    }
+
+
+def _numerics(scene: Scene) -> dict[str, Any]:
+    chosen = scene.numerics
+    if scene.model == "sph":
+        body: Any = scene.body
+        return {
+            "engine": chosen.engine, "precision": chosen.precision, "kernel": chosen.kernel, "seed": body.seed,
+        }  # fmt: skip
+    return {"engine": chosen.integrator, "precision": "float64", "tolerance": chosen.tolerance}

@@ -231,7 +231,8 @@ def _print_plan(plan: "Plan") -> None:
     for effect in plan.effects:
         if effect.listed:
             text = Text(effect.text)
-            text.append(f" ({effect.loop}; {effect.source})", style="dim")
+            why = "a numerical device of particles: skipped" if effect.skipped else f"{effect.loop}; {effect.source}"
+            text.append(f" ({why})", style="dim")
             text.append(f"\n{effect.options}" if effect.options else "")
             listed.add_row(Text(f"  {effect.kind}"), text)
     console.print(Text("\neffects called for", style="bold"))
@@ -247,7 +248,10 @@ def _run(options: argparse.Namespace) -> int:
     folder = options.output or Path("runs") / scene.name
     from astroinertia.run import run_scene
 
-    print(f"{scene.name}: effects {', '.join(scene.effects) or 'none'}; preparing the body", flush=True)
+    print(
+        f"{scene.name}: model {scene.model}, effects {', '.join(scene.effects) or 'none'}; preparing the body",
+        flush=True,
+    )
     with _Meter() as meter:
         result = run_scene(scene, folder, meter.tell)
     return _finished(result, folder)
@@ -283,10 +287,13 @@ class _Meter:
             self.bar.stop()
 
     def tell(self, progress: "Progress") -> None:
-        figures = (
-            f"step {progress.step}  energy error {progress.energy_error:.1e}  "
-            f"ledger closure {progress.ledger_closure:.1e}  densest {progress.density_max:.3g}"
-        )
+        shown = {
+            "energy error": f"{progress.energy_error:.1e}",
+            "ledger closure": f"{progress.ledger_closure:.1e}",
+            "densest": f"{progress.density_max:.3g}",
+        }
+        told = [f"{name} {value}" for name, value in shown.items() if value != "nan"]
+        figures = "  ".join([f"step {progress.step}", *told])
         share = min(1.0, progress.time / progress.end)
         if not self.console.is_terminal:
             if progress.wall_time - self.last_line >= SECONDS_BETWEEN_LINES or share >= 1.0:

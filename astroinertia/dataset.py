@@ -111,6 +111,7 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     units, effects = code_units(metadata), list(metadata.get("effects", []))
     dimensionless, frame = units == DIMENSIONLESS, frame_of(metadata)
     tolerance, radius = gap_tolerance(metadata), metadata.get("reference_radius")
+    absent, skipped = metadata.get("absent", {}), metadata.get("skipped_effects", {})
     values = {name: np.asarray(array) for name, array in series.items()}
     values |= derived_quantities(values, tolerance, radius)
     if not dimensionless and frame == _INERTIAL and {"kinetic_tensor", "virial_tensor"} <= set(values):
@@ -130,7 +131,10 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
         if array is None:
             array = np.full([sizes[dim] for dim in quantity.dims], np.nan)
         if array.dtype.kind == "f" and array.size and np.isnan(array).all():
-            attrs["reason"] = reason_for_absence(name, effects, dimensionless, frame)
+            attrs["reason"] = absent.get(name) or reason_for_absence(name, effects, dimensionless, frame)
+        if skipped and "effect" in quantity.dims:
+            array = _with_rows(array, len(skipped))
+            attrs["skipped_effects"] = "; ".join(f"{kind}: {reason}" for kind, reason in skipped.items())
         variables[name] = (quantity.dims, _converted(array, quantity, units), attrs)
     for name, array in values.items():
         dims = ("time", *(f"{name}_{axis}" for axis in range(array.ndim - 1)))
@@ -142,7 +146,7 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     _annotate(variables, tolerance, radius, metadata)
     coords: dict[str, Any] = {"time": ("time", time * units.unit("time"), attributes(TIME_QUANTITY, metadata))}
     coords |= {name: _label(name) for name in LABELS}
-    coords["effect"] = ("effect", np.array(effects, dtype=str), {"long_name": "effect"})
+    coords["effect"] = ("effect", np.array([*effects, *skipped], dtype=str), {"long_name": "effect"})
     bins = {"long_name": "shell of equal mass, from the centre outwards"}
     coords["radius_bin"] = ("radius_bin", np.arange(sizes["radius_bin"]), bins)
     return xr.Dataset(variables, coords=coords, attrs=global_attributes(metadata, units, frame))
@@ -157,7 +161,8 @@ def attributes(quantity: Quantity, metadata: Mapping[str, Any]) -> dict[str, str
 
 def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str) -> dict[str, Any]:
     """What the file says of where it came from: enough to repeat the run. Lists and tables are JSON text."""
-    told = {name: value for name, value in metadata.items() if name not in ("effects", "code_units", "dimensionless")}
+    elsewhere = ("effects", "skipped_effects", "absent", "code_units", "dimensionless")
+    told = {name: value for name, value in metadata.items() if name not in elsewhere}
     plain = {
         name: value if isinstance(value, str | int | float) and not isinstance(value, bool) else json.dumps(value)
         for name, value in told.items()
@@ -219,6 +224,11 @@ def _annotate(variables: dict, tolerance: float, radius: float | None, metadata:
     if radius is not None:
         ratio["reference_radius"] = radius * code_units(metadata).length
         ratio["radius_convention"] = metadata.get("reference_radius_convention", "reference radius of the initial body")
+
+
+def _with_rows(array: np.ndarray, count: int) -> np.ndarray:
+    """The rows of effects that the model skips, as NaN, after those it has, (time, effect, ...)."""
+    return np.concatenate([array, np.full((len(array), count, *array.shape[2:]), np.nan)], axis=1)
 
 
 def _label(name: str) -> tuple[str, list, dict[str, str]]:

@@ -109,9 +109,9 @@ class Star:
 
 
 def sphere(scene: Scene, units: CodeUnits) -> Sphere | Star | None:
-    """The unstretched sphere, or the rotating star, of a scene's body; None for a particle table."""
+    """The unstretched sphere, or the rotating star, of a scene's body; None for a particle table or a rigid body."""
     body: Any = scene.body
-    if body.kind == "table":
+    if body.kind in ("table", "rigid"):
         return None
     mass, radius = units.to_code(body.mass, "mass"), units.to_code(body.radius, "length")
     if body.kind == "rotating_star":
@@ -157,6 +157,7 @@ def _unit_star(index: float, law: RotationLaw, quantity: str, value: float) -> R
 def equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> Any:
     """The scene's equation of state in code units, its constant taken from the body where the scene says so."""
     chosen = scene.equation_of_state
+    assert chosen is not None  # the schema asks for it where the model needs it
     if chosen.kind == "ideal":
         return eos.ideal(chosen.gamma)
     if chosen.kind == "isothermal":
@@ -181,11 +182,11 @@ def entropies(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, fluid:
     if not fluid.thermal:
         return np.zeros(len(where))
     if body.entropy is not None:
-        gamma = fluid.gamma if scene.equation_of_state.kind == "ideal" else fluid.gamma_thermal
+        gamma = fluid.gamma_thermal if _hybrid(scene) else fluid.gamma
         return np.full(len(where), units.to_code(body.entropy, pressure_constant_dimension(gamma)))
     if ball is None:
         raise SceneError("[body] a table without a column u needs specific_internal_energy or entropy.")
-    if scene.equation_of_state.kind == "hybrid" or "pressure" not in scene.effects:
+    if _hybrid(scene) or "pressure" not in scene.effects:
         return np.zeros(len(where))
     if "gravity" not in scene.effects:
         raise SceneError(
@@ -193,6 +194,10 @@ def entropies(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, fluid:
         )
     pressure, density = ball.hydrostatic(where)
     return (body.pressure_fraction or 1.0) * pressure / density**fluid.gamma
+
+
+def _hybrid(scene: Scene) -> bool:
+    return scene.equation_of_state is not None and scene.equation_of_state.kind == "hybrid"
 
 
 def particles(

@@ -5,20 +5,21 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.build import Prepared, prepare
+from astroinertia.build import prepare
 from astroinertia.integrate.leapfrog import State
 from astroinertia.models import sph
+from astroinertia.models.particles import Particles
 from astroinertia.models.series import series_record
 from astroinertia.scene import load
 
 
-def prepared(text: str, *settings: str) -> Prepared:
+def prepared(text: str, *settings: str) -> Particles:
     """The problem and the first state of a scene given as TOML text, with `--set`-style overrides."""
-    return prepare(load.loads(text, settings))
+    return prepare(load.loads(text, settings)).evolution
 
 
 def evolve(
-    start: Prepared,
+    start: Particles,
     times: Sequence[float],
     watch: Callable[[State], None] | None = None,
     sort_every: int = 16,

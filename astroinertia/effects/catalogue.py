@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-Cost = Literal["particles", "neighbours", "all pairs"]
+Cost = Literal["particles", "neighbours", "all pairs", "body"]
 
 
 class Required:
@@ -42,7 +42,10 @@ class Option:
 
 @dataclass(frozen=True)
 class Entry:
-    """One effect: its module and class, one line on what it is, its options, the loop it needs and its source."""
+    """One effect: its module and class, one line on what it is, its options, the loop it needs and its source.
+
+    models: those that have it. A numerical device of particles is not physics: other models need it not and skip it.
+    """
 
     module: str
     class_name: str
@@ -50,6 +53,8 @@ class Entry:
     options: Mapping[str, Option]
     cost: Cost
     source: str
+    models: tuple[str, ...] = ("sph",)
+    numerical: bool = False
 
 
 # Exponents of (mass, length, time) of every dimension that an option may have.
@@ -64,6 +69,15 @@ DIMENSIONS: Mapping[str, tuple[int, int, int]] = {
     "angular_velocity": (0, 0, -1),
     "angular_acceleration": (0, 0, -2),
     "inverse_time_squared": (0, 0, -2),
+    "angle": (0, 0, 0),
+    "torque": (1, 2, -2),
+    "force": (1, 1, -2),
+    "angular_momentum": (1, 2, -1),
+    "energy": (1, 2, -2),
+    "power": (1, 2, -3),
+    "rate": (0, 0, -1),
+    "viscosity": (0, 2, -1),
+    "density": (1, -3, 0),
 }
 
 
@@ -78,6 +92,7 @@ def not_negative(dimension: str, default: Any, text: str) -> Option:
 
 
 AXIS = (0.0, 0.0, 1.0)
+ALL_MODELS = ("sph", "ellipsoid", "rigid", "scaling")
 
 CATALOGUE: Mapping[str, Entry] = {
     "gravity": Entry(
@@ -87,6 +102,7 @@ CATALOGUE: Mapping[str, Entry] = {
         {},
         "all pairs",
         "Price & Monaghan 2007",
+        ALL_MODELS,
     ),
     "pressure": Entry(
         "astroinertia.effects.pressure",
@@ -95,6 +111,7 @@ CATALOGUE: Mapping[str, Entry] = {
         {},
         "neighbours",
         "Springel & Hernquist 2002",
+        ALL_MODELS,
     ),
     "viscosity": Entry(
         "astroinertia.effects.viscosity",
@@ -121,6 +138,7 @@ CATALOGUE: Mapping[str, Entry] = {
         },
         "neighbours",
         "Cullen & Dehnen 2010; Monaghan 1997; Balsara 1995",
+        numerical=True,
     ),
     "conduction": Entry(
         "astroinertia.effects.conduction",
@@ -138,6 +156,7 @@ CATALOGUE: Mapping[str, Entry] = {
         },
         "neighbours",
         "Price 2008; Wadsley, Veeravalli & Couchman 2008",
+        numerical=True,
     ),
     "damping": Entry(
         "astroinertia.effects.damping",
@@ -191,6 +210,7 @@ CATALOGUE: Mapping[str, Entry] = {
         },
         "particles",
         "Murray & Dermott 1999, chapter 2",
+        ("sph", "ellipsoid"),
     ),
     "external_field": Entry(
         "astroinertia.effects.external_field",
@@ -209,6 +229,7 @@ CATALOGUE: Mapping[str, Entry] = {
         },
         "particles",
         "Binney & Tremaine 2008, sections 2.2 and 2.3",
+        ("sph", "ellipsoid"),
     ),
     "target_tensor": Entry(
         "astroinertia.effects.target_tensor",

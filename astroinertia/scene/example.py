@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from astroinertia.effects.catalogue import CATALOGUE, REQUIRED, Option
-from astroinertia.scene import schema
+from astroinertia.scene import companions, schema
 from astroinertia.scene.load import KINDS
 from astroinertia.scene.quantities import Quantity
 from astroinertia.scene.text import toml_value
@@ -38,7 +38,14 @@ SET: dict[str, dict[str, Any]] = {
     "time": {"end": "2 h"},
     "output": {},
 }
+# Tables that most scenes do without, shown as comments.
+ABSENT: dict[str, type[BaseModel]] = {
+    "[body.change]": schema.Change,
+    "[[companions]]": companions.Companion,
+    "[orbits]": companions.Orbits,
+}
 LISTED = ("gravity", "pressure", "viscosity")
+SUBTABLES = ("rotation", "change")
 # Examples of settings that have no default and whose type alone suggests no good one.
 SUGGESTED: dict[str, Any] = {
     "index": 1.5,
@@ -58,6 +65,15 @@ SUGGESTED: dict[str, Any] = {
     "pressure_fraction": 0.9,
     "t_over_w": 0.02,
     "axis_ratio": 0.8,
+    "moments": ["8.0e37 kg m2", "8.0e37 kg m2", "8.1e37 kg m2"],
+    "moment_ratios": [0.33, 0.33, 0.3307],
+    "times": ["1 h", "2 h"],
+    "factors": [0.5, 0.3],
+    "name": "moon",
+    "position": ["384400 km", "0 km", "0 km"],
+    "velocity": ["0 km/s", "1 km/s", "0 km/s"],
+    "archive": "orbits.bin",
+    "timestep": "1 h",
     "entropy": "1e8 m4 kg^(-2/3) s-2",
     "particles": 3000,
     "units": "code",
@@ -75,6 +91,7 @@ def example_text() -> str:
     ]
     parts += [_effect(kind) for kind in CATALOGUE]
     parts += [_section(table) for table in ("numerics", "time", "output")]
+    parts += [_absent_section(name, model) for name, model in ABSENT.items()]
     return "\n\n".join(parts) + "\n"
 
 
@@ -90,14 +107,17 @@ def _section(table: str) -> str:
     for name, field in model.model_fields.items():
         if name == "kind":
             lines.insert(1, _entry(f"kind = {toml_value(given[name])}", f"one of {', '.join(KINDS[table])}"))
-        elif (
-            not (isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)) and name != "rotation"
-        ):
+        elif name not in SUBTABLES:
             lines.append(_line(name, given.get(name), field))
     for kind, other in KINDS.get(table, {}).items():
         own = {name: field for name, field in other.model_fields.items() if name not in model.model_fields}
         lines += [_line(name, None, field, f"kind {kind}: ") for name, field in own.items()]
     return "\n".join(lines)
+
+
+def _absent_section(title: str, model: type[BaseModel]) -> str:
+    lines = [f"# {title}", *(_line(name, None, field) for name, field in model.model_fields.items())]
+    return "\n".join([_entry(lines[0], (model.__doc__ or "").split("\n")[0]), *lines[1:]])
 
 
 def _model(table: str) -> type[BaseModel]:
@@ -135,7 +155,8 @@ def _metadata(annotation: Any) -> list[Any]:
 def _effect(kind: str) -> str:
     entry = CATALOGUE[kind]
     mark = "" if kind in LISTED else "# "
-    lines = [_entry(f"{mark}[effects.{kind}]", entry.text)]
+    models = "" if "sph" in entry.models else f" (model {' or '.join(entry.models)})"
+    lines = [_entry(f"{mark}[effects.{kind}]", f"{entry.text}{models}")]
     return "\n".join(lines + [_option(name, option) for name, option in entry.options.items()])
 
 

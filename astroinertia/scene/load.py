@@ -7,6 +7,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from astroinertia.effects.catalogue import ALL_MODELS, CATALOGUE
 from astroinertia.errors import SceneError
 from astroinertia.scene import schema
 from astroinertia.scene.options import effect_options
@@ -81,12 +82,25 @@ def _validated(tables: dict[str, Any], text: str, overrides: tuple[str, ...], or
     if "effects" not in tables:
         raise Problem(("effects",), " is missing (a table for each effect called for, such as [effects.gravity]).")
     effects = effect_options(tables["effects"], code)
+    _check_model(tables.get("model", "sph"), effects)
     context = {"code": code, "gamma_thermal": _thermal_exponent(tables.get("equation_of_state"))}
     record = {"effects": effects, "source": text, "overrides": overrides, "origin": origin}
     try:
         return schema.Scene.model_validate({**tables, **record}, context=context)
     except ValidationError as error:
         raise first_problem(error, schema.Scene, KINDS) from None
+
+
+def _check_model(model: Any, effects: dict[str, Any]) -> None:
+    if model not in ALL_MODELS:
+        return  # said by the field itself
+    for kind in effects:
+        entry = CATALOGUE[kind]
+        if model not in entry.models and not entry.numerical:
+            has = ", ".join(name for name, other in CATALOGUE.items() if model in other.models)
+            raise Problem(
+                ("effects", kind), f" belongs to the model {' or '.join(entry.models)}; {model} has {has}.", table=True
+            )
 
 
 def _thermal_exponent(table: Any) -> float | None:

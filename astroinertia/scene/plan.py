@@ -6,7 +6,7 @@ from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.scene.fluids import FROM_BODY
-from astroinertia.scene.schema import Scene, Units
+from astroinertia.scene.schema import RigidBody, Scene, Units
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
 from astroinertia.units import DIMENSIONLESS, CodeUnits, si_unit
 
@@ -24,7 +24,10 @@ class Line:
 
 @dataclass(frozen=True)
 class EffectLine:
-    """One effect of the catalogue: `options` as written for a person, empty where it is not listed."""
+    """One effect of the catalogue: `options` as written for a person, empty where it is not listed.
+
+    skipped: listed, but a numerical device that the scene's model does not need.
+    """
 
     kind: str
     listed: bool
@@ -32,6 +35,7 @@ class EffectLine:
     options: str
     loop: str
     source: str
+    skipped: bool = False
 
 
 @dataclass(frozen=True)
@@ -53,8 +57,9 @@ class Plan:
         lines += [
             f"  {line.kind}: {line.text}{f'; {line.options}' if line.options else ''}"
             for line in self.effects
-            if line.listed
+            if line.listed and not line.skipped
         ]
+        lines += [f"  {line.kind}: a numerical device of particles, skipped" for line in self.effects if line.skipped]
         absent = [line.kind for line in self.effects if not line.listed]
         return "\n".join([*lines, f"not listed, so absent: {', '.join(absent) or 'none'}"])
 
@@ -74,8 +79,13 @@ def code_units(scene: Scene) -> CodeUnits:
         return DIMENSIONLESS
     if isinstance(scene.units, Units):
         return CodeUnits(scene.units.mass, scene.units.length)
-    assert scene.body.kind != "table"  # the schema asks for [units] there
-    return CodeUnits(scene.body.mass, scene.body.radius)
+    body = scene.body
+    assert body.kind != "table"  # the schema asks for [units] there
+    if body.kind == "rigid" and body.radius is None:
+        assert body.moments is not None
+        return CodeUnits(body.mass, math.sqrt(max(body.moments) / body.mass))
+    assert body.radius is not None
+    return CodeUnits(body.mass, body.radius)
 
 
 def cadence(scene: Scene) -> Cadence:
@@ -98,22 +108,24 @@ def smoothing(scene: Scene) -> tuple[float, float]:
 
 def plan(scene: Scene) -> Plan:
     """What will be run."""
-    sections = {
-        "body": _body(scene),
-        "equation of state": _equation_of_state(scene),
-        "numerics": _numerics(scene),
-        "time and output": _time(scene),
-    }
+    sections = {"body": _body(scene)}
+    if scene.model in ("sph", "ellipsoid"):
+        sections["equation of state"] = _equation_of_state(scene)
+    if scene.companions:
+        sections["companions"] = _companions(scene)
+    sections |= {"model and numerics": _numerics(scene), "time and output": _time(scene)}
     effects = tuple(
         EffectLine(
             kind,
             kind in scene.effects,
             entry.text,
             _options(scene, kind) if kind in scene.effects else "",
-            f"over {entry.cost}",
+            f"over {entry.cost}" if scene.model == "sph" else "closed form",
             entry.source,
+            kind in scene.effects and scene.model not in entry.models,
         )
         for kind, entry in CATALOGUE.items()
+        if kind in scene.effects or scene.model in entry.models
     )
     return Plan(scene.name, scene.description.strip(), sections, effects)
 
@@ -124,29 +136,74 @@ def _shown(scene: Scene, value: float, dimension: str) -> str:
 
 
 def _body(scene: Scene) -> tuple[Line, ...]:
-    body, units = scene.body, code_units(scene)
+    body = scene.body
     if body.kind == "table":
         lines = [Line("particles", f"from the table {body.file}")]
+    elif body.kind == "rigid":
+        lines = _rigid_body(scene, body)
     else:
-        shape = {"polytrope": "index", "power_law": "exponent", "dyson": "gamma", "rotating_star": "index"}
-        shape = shape.get(body.kind)
-        kind = f"{body.kind.replace('_', ' ')}{f' of {shape} {getattr(body, shape):g}' if shape else ''}"
-        axes = getattr(body, "axes", (1.0, 1.0, 1.0))
-        density = body.mass / (4.0 / 3.0 * math.pi * body.radius**3 * math.prod(axes))
-        fall = math.sqrt(3.0 * math.pi / (32.0 * units.gravitational_constant * density))
-        sphere = " in the equatorial sphere" if body.kind == "rotating_star" else ""
-        lines = [
-            Line("kind", kind, "" if axes == (1.0, 1.0, 1.0) else f"axes {_numbers(axes)}"),
-            Line("particles", f"{body.particles}", f"of {_shown(scene, body.mass / body.particles, 'mass')} each"),
-            Line("mass", _shown(scene, body.mass, "mass")),
-            Line("equatorial radius" if sphere else "radius", _shown(scene, body.radius, "length")),
-            Line("mean density", _shown(scene, density, "density"), sphere.strip()),
-            Line("free-fall time", _shown(scene, fall, "time"), "of the mean density"),
-        ]
+        lines = _sphere(scene, body)
+    return (*lines, *_thermal(scene), *_motion(scene), *_change(scene))
+
+
+def _rigid_body(scene: Scene, body: RigidBody) -> list[Line]:
+    lines = [Line("kind", "rigid"), Line("mass", _shown(scene, body.mass, "mass"))]
+    if body.radius is not None:
+        lines.append(Line("radius", _shown(scene, body.radius, "length")))
+    if body.moments is not None:
+        shown = ", ".join(_shown(scene, moment, "moment_of_inertia") for moment in body.moments)
+        return [*lines, Line("principal moments", shown)]
+    assert body.moment_ratios is not None
+    return [*lines, Line("principal moments", _numbers(body.moment_ratios), "over mass radius^2")]
+
+
+def _sphere(scene: Scene, body: Any) -> list[Line]:
+    units = code_units(scene)
+    shape = {"polytrope": "index", "power_law": "exponent", "dyson": "gamma", "rotating_star": "index"}.get(body.kind)
+    kind = f"{body.kind.replace('_', ' ')}{f' of {shape} {getattr(body, shape):g}' if shape else ''}"
+    axes = getattr(body, "axes", (1.0, 1.0, 1.0))
+    density = body.mass / (4.0 / 3.0 * math.pi * body.radius**3 * math.prod(axes))
+    fall = math.sqrt(3.0 * math.pi / (32.0 * units.gravitational_constant * density))
+    sphere = " in the equatorial sphere" if body.kind == "rotating_star" else ""
+    lines = [Line("kind", kind, "" if axes == (1.0, 1.0, 1.0) else f"axes {_numbers(axes)}")]
+    if scene.model == "sph":
+        lines.append(
+            Line("particles", f"{body.particles}", f"of {_shown(scene, body.mass / body.particles, 'mass')} each")
+        )
+    lines += [
+        Line("mass", _shown(scene, body.mass, "mass")),
+        Line("equatorial radius" if sphere else "radius", _shown(scene, body.radius, "length")),
+        Line("mean density", _shown(scene, density, "density"), sphere.strip()),
+        Line("free-fall time", _shown(scene, fall, "time"), "of the mean density"),
+    ]
+    if scene.model == "sph":
         settles = body.relax and {"gravity", "pressure"} <= set(scene.effects)
         why = "settled to equilibrium first" if settles else "not settled first"
         lines.append(Line("placement", body.placement, f"seed {body.seed}, {why}"))
-    return (*lines, *_thermal(scene), *_motion(scene))
+    return lines
+
+
+def _change(scene: Scene) -> list[Line]:
+    change = scene.body.change
+    if change is None:
+        return []
+    last = _shown(scene, change.times[-1], "time")
+    return [Line("size", "prescribed", f"inertia tensor times {change.factors[-1]:g} from {last} on")]
+
+
+def _companions(scene: Scene) -> tuple[Line, ...]:
+    lines = []
+    for each in scene.companions:
+        if each.position is not None:
+            orbit = "from its position and velocity"
+        elif each.period is not None:
+            orbit = f"period {_shown(scene, each.period, 'time')}, eccentricity {each.eccentricity:g}"
+        else:
+            size = _shown(scene, each.semi_major_axis or 0.0, "length")
+            orbit = f"semi-major axis {size}, eccentricity {each.eccentricity:g}"
+        lines.append(Line(each.name, _shown(scene, each.mass, "mass"), f"around {each.around}, {orbit}"))
+    back = "the body's quadrupole acts back" if scene.orbits.back_reaction else "the body is a point to them"
+    return (*lines, Line("orbits", f"REBOUND, {scene.orbits.integrator}", back))
 
 
 def _thermal(scene: Scene) -> list[Line]:
@@ -180,6 +237,7 @@ def _motion(scene: Scene) -> list[Line]:
 
 def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
     chosen = scene.equation_of_state
+    assert chosen is not None
     meaning = (type(chosen).__doc__ or "").split("\n")[0].rstrip(".")
     lines = [Line("kind", chosen.kind.replace("_", " "), meaning)]
     dimensions = {"sound_speed": "velocity", "nuclear_density": "density", "densities": "density"}
@@ -196,23 +254,50 @@ def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
     return tuple(lines)
 
 
+MODELS = {
+    "sph": "particles: the fluid itself",
+    "ellipsoid": "a deformation that is linear in position: nine numbers and their rates",
+    "rigid": "orientation and angular momentum; the shape stays, or changes as prescribed",
+    "scaling": "conservation laws: a size and a spin",
+}
+
+
 def _numerics(scene: Scene) -> tuple[Line, ...]:
-    numerics, units = scene.numerics, code_units(scene)
+    model = Line("model", scene.model, MODELS[scene.model])
+    return (model, *(_particle_numerics(scene) if scene.model == "sph" else _integrator(scene)), *_units(scene))
+
+
+def _integrator(scene: Scene) -> tuple[Line, ...]:
+    numerics = scene.numerics
+    if scene.model == "scaling":
+        return ()
+    if numerics.integrator == "adaptive":
+        return (Line("integrator", "adaptive", f"order 8(7), relative error {numerics.tolerance:g} a step"),)
+    why = f"order {numerics.order}, {numerics.steps_per_rotation:g} steps a rotation"
+    return (Line("integrator", "splitting", why),)
+
+
+def _units(scene: Scene) -> tuple[Line, ...]:
+    units = code_units(scene)
+    if scene.dimensionless:
+        return (Line("units", "code units", "G = 1, plain numbers at both ends"),)
+    told = f"{units.mass:.6g} kg, {units.length:.6g} m, {units.time:.6g} s"
+    return (Line("code units", told, "G = 1 inside"),)
+
+
+def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
+    numerics = scene.numerics
     eta, neighbours = smoothing(scene)
     factors = {name: getattr(numerics, f"{name}_factor") for name in ("acceleration", "energy")}
     limits = ", ".join(f"{name} {value:g}" for name, value in {"courant": numerics.courant, **factors}.items())
     if numerics.max_timestep is not None:
         limits += f", at most {_shown(scene, numerics.max_timestep, 'time')}"
-    lines = [
+    return (
         Line("engine", numerics.engine, numerics.precision),
         Line("kernel", numerics.kernel, f"{neighbours:.0f} neighbours, eta {eta:.4g}"),
         Line("smoothing lengths", f"to {numerics.smoothing_tolerance:g}"),
         Line("time step", limits),
-    ]
-    if scene.dimensionless:
-        return (*lines, Line("units", "code units", "G = 1, plain numbers at both ends"))
-    told = f"{units.mass:.6g} kg, {units.length:.6g} m, {units.time:.6g} s"
-    return (*lines, Line("code units", told, "G = 1 inside"))
+    )
 
 
 def _time(scene: Scene) -> tuple[Line, ...]:
@@ -225,8 +310,9 @@ def _time(scene: Scene) -> tuple[Line, ...]:
         lines.append(Line("series", often, f"{records(end, written.series_every)} records"))
     else:
         lines.append(Line("series", f"every {written.series_steps} steps"))
-    often = f"every {_shown(scene, written.snapshot_every, 'time')}"
-    lines.append(Line("snapshots", often, f"{records(end, written.snapshot_every)} of all particles"))
+    if scene.model == "sph":
+        often = f"every {_shown(scene, written.snapshot_every, 'time')}"
+        lines.append(Line("snapshots", often, f"{records(end, written.snapshot_every)} of all particles"))
     return (*lines, Line("checkpoints", f"every {scene.output.checkpoint_seconds:g} s of wall time"))
 
 

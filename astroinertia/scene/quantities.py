@@ -100,5 +100,12 @@ SpecificEnergy = Annotated[
 VelocityGradient = Annotated[
     float, BeforeValidator(_validator("velocity_gradient", _ANY)), Quantity("velocity_gradient")
 ]
+Angle = Annotated[float, BeforeValidator(_validator("angle", _ANY)), Quantity("angle")]
+Place = Annotated[float, BeforeValidator(_validator("length", _ANY)), Quantity("length")]
+SpeedComponent = Annotated[float, BeforeValidator(_validator("velocity", _ANY)), Quantity("velocity")]
+Moment = Annotated[
+    float, BeforeValidator(_validator("moment_of_inertia", _NOT_NEGATIVE)), Quantity("moment_of_inertia")
+]
 Number = Annotated[float, BeforeValidator(number)]
+NumberNotNegative = Annotated[float, BeforeValidator(lambda value: checked(number(value), "not negative"))]
 PositiveNumber = Annotated[float, BeforeValidator(lambda value: checked(number(value), "positive"))]

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
+from astroinertia.scene.companions import MOST_COMPANIONS, Companion, Orbits, check_names
 from astroinertia.scene.fluids import AnyEquationOfState, Part, as_tuple
 from astroinertia.scene.quantities import (
     AngularMomentum,
@@ -16,7 +17,9 @@ from astroinertia.scene.quantities import (
     Duration,
     Length,
     Mass,
+    Moment,
     Number,
+    NumberNotNegative,
     PositiveNumber,
     SpecificEnergy,
     VelocityGradient,
@@ -32,6 +35,11 @@ MOST_STEPS = 1e10
 
 Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(as_tuple)]
 Axes = Annotated[tuple[PositiveNumber, PositiveNumber, PositiveNumber], BeforeValidator(as_tuple)]
+Moments = Annotated[tuple[Moment, Moment, Moment], BeforeValidator(as_tuple)]
+MomentRatios = Annotated[tuple[NumberNotNegative, NumberNotNegative, NumberNotNegative], BeforeValidator(as_tuple)]
+Matrix = Annotated[tuple[Vector, Vector, Vector], BeforeValidator(as_tuple)]
+Times = Annotated[tuple[Duration, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=1000)]
+Factors = Annotated[tuple[PositiveNumber, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=1000)]
 _Row = tuple[VelocityGradient, VelocityGradient, VelocityGradient]
 GradientMatrix = Annotated[tuple[_Row, _Row, _Row], BeforeValidator(as_tuple)]
 Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]
@@ -78,6 +86,24 @@ class Rotation(Part):
         return self
 
 
+class Change(Part):
+    """A size that is prescribed, as of a skater or a contracting star; without it the model says what the body does."""
+
+    times: Times = Field(description="when, rising; at time 0 the factor is 1, after the last of them it stays")
+    factors: Factors = Field(
+        description="the inertia tensor over that at time 0, at those times; a smooth curve that never overshoots goes "
+        "through them"
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if len(self.times) != len(self.factors):
+            raise ValueError(f"needs as many times as factors, but has {len(self.times)} and {len(self.factors)}.")
+        if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
+            raise ValueError("needs times that rise.")
+        return self
+
+
 class Body(Part):
     """What every body has, whatever its kind."""
 
@@ -101,6 +127,7 @@ class Body(Part):
         default=None, description="matrix G of a linear velocity field v = G x, added to the rotation"
     )
     rotation: Rotation | None = Field(default=None, description="rotation at the start; without it the body is at rest")
+    change: Change | None = Field(default=None, description="a prescribed size (models rigid and scaling)")
 
     @field_validator("entropy", mode="before")
     @classmethod
@@ -126,7 +153,7 @@ Count = Annotated[int, Field(ge=16, le=MOST_PARTICLES)]
 
 
 class _Sized(Body):
-    particles: Count = Field(description="number of particles")
+    particles: Count | None = Field(default=None, description="number of particles (model sph)")
     mass: Mass = Field(description="total mass")
     radius: Length = Field(description="radius before the axes stretch it; semi-axes are radius * axes")
     axes: Axes = Field(default=(1.0, 1.0, 1.0), description="stretch along x, y and z")
@@ -163,7 +190,7 @@ class RotatingStarBody(Body):
     """A rotating polytrope in equilibrium (self-consistent field), up to mass shedding; it turns about z."""
 
     kind: Literal["rotating_star"]
-    particles: Count = Field(description="number of particles")
+    particles: Count | None = Field(default=None, description="number of particles (model sph)")
     mass: Mass = Field(description="total mass")
     radius: Length = Field(description="equatorial radius of a rotating_star")
     index: Annotated[float, Field(gt=0.0, le=4.5)] = Field(description="polytropic index n: P ~ rho^(1 + 1/n)")
@@ -185,6 +212,39 @@ class RotatingStarBody(Body):
         return self
 
 
+class RigidBody(Body):
+    """A body of which only the mass and the inertia tensor are known."""
+
+    kind: Literal["rigid"]
+    mass: Mass = Field(description="total mass")
+    radius: Length | None = Field(default=None, description="a radius, for moment_ratios and I/(M R^2)")
+    moments: Moments | None = Field(default=None, description="principal moments of inertia; or give moment_ratios")
+    moment_ratios: MomentRatios | None = Field(default=None, description="principal moments over mass radius^2")
+    axes_at_start: Matrix = Field(
+        default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+        description="directions of the principal axes at the start, one a row, at right angles",
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        _exactly_one(self, "moments", "moment_ratios")
+        if self.moment_ratios is not None and self.radius is None:
+            raise ValueError("needs a radius, for it has moment_ratios.")
+        a, b, c = sorted(self.moments or self.moment_ratios or ())
+        if c <= 0.0:
+            raise ValueError("needs moments of which two at least are positive.")
+        if c > (a + b) * (1.0 + 1e-12):
+            raise ValueError("needs moments of which none is larger than the sum of the others.")
+        rows = self.axes_at_start
+        sizes = [sum(x * x for x in row) for row in rows]
+        for k, one in enumerate(rows):
+            other = rows[k - 1]
+            across = abs(sum(x * y for x, y in zip(one, other, strict=True)))
+            if sizes[k] == 0.0 or across > 1e-6 * (sizes[k] * sizes[k - 1]) ** 0.5:
+                raise ValueError("needs axes_at_start at right angles to each other.")
+        return self
+
+
 class TableBody(Body):
     """The user's own particles."""
 
@@ -196,12 +256,13 @@ class TableBody(Body):
 
 
 AnyBody = Annotated[
-    PolytropeBody | UniformBody | PowerLawBody | DysonBody | RotatingStarBody | TableBody, Field(discriminator="kind")
+    PolytropeBody | UniformBody | PowerLawBody | DysonBody | RotatingStarBody | RigidBody | TableBody,
+    Field(discriminator="kind"),
 ]
 
 
 class Numerics(Part):
-    """How it is computed: engine, precision, kernel and time-step factors."""
+    """How it is computed: engine, precision, kernel and time-step factors of particles; integrators of the others."""
 
     engine: Literal["numba_cpu", "xla"] = Field(
         default="numba_cpu", description="numba_cpu: threaded loops; xla: dense tiles, for GPUs and gradients"
@@ -232,6 +293,18 @@ class Numerics(Part):
         default=0.25, description="time step over internal energy / its rate of change"
     )
     max_timestep: Duration | None = Field(default=None, description="the time step never exceeds this")
+    integrator: Literal["adaptive", "splitting"] = Field(
+        default="adaptive",
+        description="of the models without particles: adaptive, to a tolerance; splitting (rigid), which keeps the "
+        "angular momentum for ever",
+    )
+    tolerance: Annotated[float, Field(ge=1e-14, le=1e-2)] = Field(
+        default=1e-12, description="relative error of a step that adaptive allows"
+    )
+    steps_per_rotation: Annotated[float, Field(ge=4.0, le=1e5)] = Field(
+        default=40.0, description="steps of splitting in a rotation of the body"
+    )
+    order: Literal[2, 4, 6] = Field(default=4, description="order of splitting")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -284,12 +357,22 @@ class Scene(Part):
         description="short name: letters, digits, _ and -; names the run's folder"
     )
     description: Annotated[str, Field(max_length=2000)] = Field(default="", description="what the scene is for")
-    model: Literal["sph"] = Field(default="sph", description="which model answers the scene")
+    model: Literal["sph", "ellipsoid", "rigid", "scaling"] = Field(
+        default="sph",
+        description="which model answers the scene: sph (particles), ellipsoid (a deformation that is linear in "
+        "position), rigid (no deformation, or a prescribed one) or scaling (conservation laws)",
+    )
     units: Literal["code"] | Units | None = Field(
         default=None, description='"code": plain numbers with G = 1 everywhere; or a table with mass and length'
     )
     body: AnyBody
-    equation_of_state: AnyEquationOfState
+    equation_of_state: AnyEquationOfState | None = Field(
+        default=None, description="of the fluid (models sph and ellipsoid)"
+    )
+    companions: Annotated[tuple[Companion, ...], BeforeValidator(as_tuple), Field(max_length=MOST_COMPANIONS)] = Field(
+        default=(), description="other bodies, as point masses on orbits"
+    )
+    orbits: Orbits = Field(default_factory=Orbits)
     effects: dict[str, dict[str, Any]] = Field(description="kind of each effect called for, with all its options")
     numerics: Numerics = Field(default_factory=Numerics)
     time: TimeSpan
@@ -313,6 +396,25 @@ class Scene(Part):
             value = getattr(getattr(self, table), key)
             if value is not None and self.time.end > most * value:
                 raise ValueError(f"[{table}] {key} divides the run into more than {most:.0e} parts; make it longer.")
+        check_names(self.companions)
+        self._has_what_its_model_needs()
         if self.body.kind == "table" and self.units is None:
             raise ValueError('[units] with mass and length (or units = "code") is needed for a body of kind table.')
         return self
+
+    def _has_what_its_model_needs(self) -> None:
+        body, model = self.body, self.model
+        if model in ("sph", "ellipsoid") and self.equation_of_state is None:
+            raise ValueError("[equation_of_state] is missing, which the models sph and ellipsoid need.")
+        if model == "sph" and body.kind not in ("table", "rigid") and body.particles is None:
+            raise ValueError("[body] particles is missing (number of particles), which the model sph needs.")
+        if body.kind == "rigid" and model not in ("rigid", "scaling"):
+            raise ValueError(f"[body] of the kind rigid is for the models rigid and scaling, not for {model}.")
+        if body.kind == "table" and model not in ("sph", "rigid"):
+            raise ValueError(f"[body] of the kind table is for the models sph and rigid, not for {model}.")
+        if body.change is not None and model not in ("rigid", "scaling"):
+            raise ValueError(
+                f"[body.change] prescribes a size, for the models rigid and scaling; {model} works it out."
+            )
+        if model != "sph" and self.output.series_steps is not None:
+            raise ValueError("[output] series_steps counts the steps of particles; give series_every.")

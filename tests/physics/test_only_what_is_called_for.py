@@ -17,11 +17,11 @@ import jax
 import numpy as np
 import pytest
 
-from astroinertia import build
+from astroinertia import start_sph
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.engines import numba_modules, xla
 from astroinertia.models import sph
-from astroinertia.scene import load
+from astroinertia.scene import load, plan
 from tests.pairs import BruteEngine
 
 ROOT = Path(__file__).parent.parent.parent
@@ -94,7 +94,7 @@ IMPORTS = """
     import json, sys
     from dataclasses import replace
     import numpy as np
-    from astroinertia import build, cli, run
+    from astroinertia import cli, run, start_sph
     from astroinertia.effects import catalogue
     from astroinertia.models import sph, series
     from astroinertia.scene import load, plan
@@ -107,7 +107,7 @@ IMPORTS = """
     for text in json.loads(sys.argv[1]):
         scene = load.loads(text)
         plan.plan(scene)
-        problem, _ = build.problem_of(scene, build.code_units(scene))
+        problem, _ = start_sph.problem_of(scene, plan.code_units(scene))
         problem = replace(problem, engine=BruteEngine())
         random = np.random.default_rng(0).normal(size=(2, 24, 3))
         state, arrangement = sph.initial_state(problem, np.ones(24), random[0], random[1], np.ones(24))
@@ -161,7 +161,7 @@ class Recorder(BruteEngine):
 
 def problem_of(listed: Any, engine: Any) -> sph.Problem:
     scene = load.loads(scene_text(listed))
-    return replace(build.problem_of(scene, build.code_units(scene))[0], engine=engine)
+    return replace(start_sph.problem_of(scene, plan.code_units(scene))[0], engine=engine)
 
 
 def started(listed: Any, engine: Any) -> tuple[sph.Problem, Any, Any]:
@@ -235,14 +235,14 @@ def test_the_compiled_step_has_operations_of_listed_effects_only() -> None:
 RESULTS = """
     import hashlib, importlib, json, sys
     from pathlib import Path
-    from astroinertia import build
+    from astroinertia import build, start_sph
     from astroinertia.effects.catalogue import CATALOGUE
     from astroinertia.models import sph
     from astroinertia.scene import load
     if sys.argv[1] == "everything":
         for entry in CATALOGUE.values():
             importlib.import_module(entry.module)
-    start = build.prepare(load.load_file("sims/free_expansion.toml", ["body.particles=200"]))
+    start = build.prepare(load.load_file("sims/free_expansion.toml", ["body.particles=200"])).evolution
     state = start.state
     for _ in range(5):
         state = sph.step(start.problem, start.arrangement, state, state.rates.timestep)

@@ -87,7 +87,7 @@ def test_a_scene_turns_as_its_star_does():
     scene = loads(SCENE, ('body.law="v_constant"', "body.scale=1.5"))
     units = code_units(scene)
     star = start.sphere(scene, units)
-    ready = prepare(scene)
+    ready = prepare(scene).evolution
     x, v = (np.asarray(value) for value in (ready.state.position, ready.state.velocity))
     momentum = np.asarray(ready.state.mass) @ np.cross(x, v)
     assert momentum[2] == pytest.approx(star.star.angular_momentum, rel=1e-12)

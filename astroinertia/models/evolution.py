@@ -1,0 +1,75 @@
+"""What the run loop, the archive and the progress line need of a model: one body under way, whatever evolves it."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+Record = dict[str, Any]
+
+
+class Figures(NamedTuple):
+    """What a run tells while it goes, in code units; NaN where a model has no such thing.
+
+    energy_scale is the largest of the energies, against which a change of the total is judged.
+    """
+
+    total_energy: float
+    energy_scale: float
+    ledger_closure: float
+    density_max: float
+
+
+class Evolution(Protocol):
+    """A body at some time of its evolution, in code units.
+
+    A module start_<model>.py makes one: `evolution(scene, units)` at time 0, `resumed(scene, units, arrays)` from a
+    checkpoint, which goes on bit for bit as if it had never stopped.
+    """
+
+    effects: tuple[str, ...]
+    """The rows of the ledger."""
+    absent: Mapping[str, str]
+    """Quantities of the dataset's schema that the model does not have, each with the reason."""
+    approximation: str
+    """What of the model is exact for this body, or what it approximates, in one sentence."""
+    meets_times: bool
+    """Whether `advance` goes all the way to the time it is given, or takes one step towards it."""
+
+    @property
+    def time(self) -> float:
+        """Now."""
+        ...
+
+    @property
+    def steps(self) -> int:
+        """Time steps since the start."""
+        ...
+
+    @property
+    def resumable(self) -> bool:
+        """Whether a checkpoint taken now is one that can be gone on from bit for bit."""
+        ...
+
+    def advance(self, until: float) -> None:
+        """Go on towards a time and never past it; NumericalError, in one sentence, where that cannot be done."""
+        ...
+
+    def record(self, opening_potential: float | None) -> Record:
+        """One row of the headline series under the names of dataset_schema.RECORDED.
+
+        opening_potential is the static part of the energy at time 0, None in the first record.
+        """
+        ...
+
+    def snapshot(self) -> Record | None:
+        """The particles, if the model has any."""
+        ...
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """The state, for a checkpoint."""
+        ...
+
+    def figures(self) -> Figures:
+        """What the progress line shows."""
+        ...

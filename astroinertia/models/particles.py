@@ -1,0 +1,100 @@
+"""The particle fluid as the run loop sees it: a state, how its particles are arranged, and a step at a time."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import jax
+import numpy as np
+
+from astroinertia.errors import NumericalError
+from astroinertia.integrate.leapfrog import State
+from astroinertia.models import sph
+from astroinertia.models.checkpoint import flattened
+from astroinertia.models.evolution import Figures, Record
+from astroinertia.models.series import energy_budget, ledger_closure, series_record, snapshot_record
+
+# Particles are sorted anew, and checkpoints may be taken, every so many steps: a resumed run then sorts where the
+# uninterrupted one did, and both compute the same bits.
+STEPS_BETWEEN_SORTS = 16
+# A step so much shorter than the run is no longer an evolution in time.
+SMALLEST_STEP = 1e-13
+
+
+class Particles:
+    """A fluid of particles under way (models.evolution.Evolution); `end` is that of the run."""
+
+    absent: ClassVar[Mapping[str, str]] = {}
+    approximation: ClassVar[str] = "particles: converges to the fluid with their number"
+    meets_times: ClassVar[bool] = False
+
+    def __init__(self, problem: sph.Problem, state: State, arrangement: Any, end: float) -> None:
+        self.problem, self.state, self.arrangement, self.end = problem, state, arrangement, end
+        self.effects = problem.effect_names
+        self._step = jax.jit(sph.step) if problem.engine.name == "xla" else sph.step
+
+    @property
+    def time(self) -> float:
+        """Now."""
+        return float(self.state.time)
+
+    @property
+    def steps(self) -> int:
+        """Time steps since the start."""
+        return int(self.state.step)
+
+    @property
+    def resumable(self) -> bool:
+        """Whether particles are about to be sorted anew."""
+        return self.steps % STEPS_BETWEEN_SORTS == 0
+
+    def advance(self, until: float) -> None:
+        """One step, as long as the state allows, but not past `until`."""
+        if self.resumable or self._stale():
+            self.state, self.arrangement = sph.rearranged(self.problem, self.state)
+        dt = float(self.state.rates.timestep)
+        if not dt > SMALLEST_STEP * self.end:
+            raise self._diagnosis(f"the time step fell to {dt:.2e} of a run of {self.end:.2e}")
+        dt = min(dt, until - self.time)
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            self.state = self._step(self.problem, self.arrangement, self.state, np.float64(dt))
+        if not np.isfinite(float(self.state.rates.timestep)) or not np.isfinite(
+            float(self.state.ledger.kinetic_tensor.value.sum())
+        ):
+            raise self._diagnosis("the state is no longer finite")
+
+    def record(self, opening_potential: float | None) -> Record:
+        """One row of the headline series."""
+        return series_record(self.problem, self.arrangement, self.state, opening_potential)
+
+    def snapshot(self) -> Record:
+        """All particles."""
+        return snapshot_record(self.state)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Every array of the state."""
+        return flattened(self.state)
+
+    def figures(self) -> Figures:
+        """What the progress line shows."""
+        energy = energy_budget(self.problem, self.state)
+        largest = max(energy["kinetic"], abs(energy["internal"]), *map(abs, energy["potential"].values()), 1e-300)
+        densest = float(np.max(self.state.rates.fluid.density))
+        return Figures(energy["total"], largest, ledger_closure(self.problem, self.state), densest)
+
+    def _stale(self) -> bool:
+        coming = sph.coming_position(self.problem, self.state)
+        return self.problem.engine.stale(self.arrangement, coming, self.state.smoothing_length)
+
+    def _diagnosis(self, what: str) -> NumericalError:
+        rates, time = self.state.rates, self.time
+        for name, acceleration in zip(
+            self.effects, sph.effect_accelerations(np, jax.tree.map(np.asarray, rates)), strict=True
+        ):
+            bad = np.flatnonzero(~np.isfinite(acceleration).all(axis=1))
+            if len(bad):
+                return NumericalError(what, effect=name, time=time, particle=int(self.state.identity[bad[0]]))
+        total = np.asarray(
+            sph.total_acceleration(np, jax.tree.map(np.asarray, rates), np.asarray(rates.fluid.velocity))
+        )
+        worst = int(np.argmax(np.linalg.norm(total, axis=1)))
+        return NumericalError(what, effect=None, time=time, particle=int(self.state.identity[worst]))

@@ -1,0 +1,79 @@
+"""Other bodies of a scene, as point masses on orbits: validated and frozen, in SI (or code units)."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from astroinertia.scene.fluids import Part, as_tuple
+from astroinertia.scene.quantities import Angle, Duration, Length, Mass, Place, SpeedComponent
+
+BODY = "body"  # the name of the scene's own body among them
+MOST_COMPANIONS = 100
+
+Position = Annotated[tuple[Place, Place, Place], BeforeValidator(as_tuple)]
+Velocity = Annotated[tuple[SpeedComponent, SpeedComponent, SpeedComponent], BeforeValidator(as_tuple)]
+
+
+class Companion(Part):
+    """A point mass that goes round the body, or that the body goes round: by elements, or by position and velocity."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_\-]{0,63}$")] = Field(description="what it is called")
+    mass: Mass = Field(description="its mass")
+    around: str = Field(
+        default=BODY, description='what its orbit is relative to: "body", or the name of a companion listed before it'
+    )
+    position: Position | None = Field(default=None, description="position relative to that, instead of elements")
+    velocity: Velocity | None = Field(default=None, description="velocity relative to that, with position")
+    semi_major_axis: Length | None = Field(default=None, description="semi-major axis; or give the period")
+    period: Duration | None = Field(default=None, description="orbital period, from which the semi-major axis follows")
+    eccentricity: Annotated[float, Field(ge=0.0, lt=1.0)] = Field(default=0.0, description="eccentricity")
+    inclination: Angle = Field(default=0.0, description="inclination to the x-y plane")
+    node: Angle = Field(default=0.0, description="longitude of the ascending node, from x")
+    pericentre: Angle = Field(default=0.0, description="argument of the pericentre, from the node")
+    mean_anomaly: Angle = Field(default=0.0, description="mean anomaly at time 0")
+
+    @model_validator(mode="after")
+    def _one_orbit(self) -> Self:
+        vectors, size = (self.position, self.velocity), (self.semi_major_axis, self.period)
+        if vectors != (None, None):
+            if None in vectors:
+                raise ValueError("needs both position and velocity, or neither.")
+            if any(self.position or ()) is False:
+                raise ValueError("has its position at what it goes round.")
+            given = {"semi_major_axis", "period", "eccentricity", "inclination", "node", "pericentre", "mean_anomaly"}
+            given &= self.model_fields_set
+            if given:
+                raise ValueError(f"has position and velocity, so {min(given)} must not be given.")
+        elif size.count(None) != 1:
+            raise ValueError("needs a position and velocity, or one of semi_major_axis and period.")
+        return self
+
+
+class Orbits(Part):
+    """How the companions' orbits are computed (by REBOUND)."""
+
+    integrator: Literal["ias15", "whfast"] = Field(
+        default="ias15", description="ias15: adaptive, to round-off; whfast: symplectic, for long runs"
+    )
+    timestep: Duration | None = Field(
+        default=None, description="of whfast; without it, a fortieth of the shortest period"
+    )
+    back_reaction: bool = Field(default=False, description="the body's quadrupole acts back on the orbits")
+    archive: Annotated[str, Field(min_length=1, max_length=512)] | None = Field(
+        default=None,
+        description="a REBOUND SimulationArchive to take the companions' orbits from, relative to the scene",
+    )
+
+
+def check_names(companions: tuple[Companion, ...]) -> None:
+    """ValueError where two companions share a name, or one goes round what is not listed before it."""
+    known = [BODY]
+    for each in companions:
+        if each.name in known:
+            raise ValueError(f"[[companions]] has the name {each.name} twice.")
+        if each.around not in known:
+            raise ValueError(
+                f"[[companions]] {each.name} goes around {each.around}, which is not listed before it "
+                f"(known are {', '.join(known)})."
+            )
+        known.append(each.name)

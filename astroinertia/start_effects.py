@@ -1,0 +1,38 @@
+"""The effects that a scene lists, made from their options in code units: no other effect's module is imported."""
+
+from typing import Any
+
+import numpy as np
+
+from astroinertia.effects import catalogue
+from astroinertia.errors import SceneError
+from astroinertia.scene.schema import Scene
+from astroinertia.units import CodeUnits, Dimension
+
+
+def effects_of(scene: Scene, units: CodeUnits) -> tuple[Any, ...]:
+    """What acts on the body, in the catalogue's order; what the scene's model has no use for is left out.
+
+    Raises SceneError where options contradict each other.
+    """
+    built = []
+    for kind, entry in catalogue.CATALOGUE.items():
+        if kind in scene.effects and scene.model in entry.models:
+            options = {
+                name: _to_code(value, entry.options[name].dimension, units)
+                for name, value in scene.effects[kind].items()
+            }
+            try:
+                built.append(catalogue.build(kind, options))
+            except ValueError as error:
+                raise SceneError(f"[effects.{kind}] {error}") from None
+    return tuple(built)
+
+
+def _to_code(value: Any, dimension: str, units: CodeUnits) -> Any:
+    if value is None or isinstance(value, str) or dimension in ("choice", "boolean"):
+        return value
+    scale = units.unit(Dimension(*catalogue.DIMENSIONS[dimension]))
+    if isinstance(value, int | float):
+        return value / scale
+    return (np.asarray(value, dtype=float) / scale).tolist()

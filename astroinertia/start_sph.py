@@ -1,0 +1,70 @@
+"""The particle model of a scene: its physics and numerics, and its particles at time 0 or from a checkpoint."""
+
+import importlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from astroinertia import start
+from astroinertia.models.checkpoint import unflattened
+from astroinertia.models.particles import Particles
+from astroinertia.models.sph import Problem, initial_state
+from astroinertia.scene.plan import smoothing
+from astroinertia.scene.schema import Scene
+from astroinertia.sph.kernels import KERNELS, Kernel
+from astroinertia.start_effects import effects_of
+from astroinertia.units import CodeUnits
+
+_STENCIL = 64  # particles of the throw-away state that shows a checkpoint's structure
+
+
+def evolution(scene: Scene, units: CodeUnits) -> Particles:
+    """The particles placed, at their temperature, turning."""
+    problem, ball = problem_of(scene, units)
+    body = start.particles(scene, units, ball, problem)
+    state, arrangement = initial_state(
+        problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy
+    )
+    return Particles(problem, state, arrangement, _end(scene, units))
+
+
+def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Particles:
+    """The particles of a checkpoint."""
+    problem, _ = problem_of(scene, units)
+    random = np.random.default_rng(0).normal(size=(2, _STENCIL, 3))
+    like, _ = initial_state(problem, np.ones(_STENCIL), random[0], random[1], np.ones(_STENCIL))
+    state = unflattened(like, dict(arrays), problem.engine.xp)
+    arrangement = problem.engine.arrange(state.position, state.smoothing_length)[1]
+    return Particles(problem, state, arrangement, _end(scene, units))
+
+
+def problem_of(scene: Scene, units: CodeUnits) -> tuple[Problem, start.Sphere | start.Star | None]:
+    """The physics and numerics that a scene calls for, and the sphere or star that its body is at first."""
+    numerics, ball = scene.numerics, start.sphere(scene, units)
+    longest = _end(scene, units) if numerics.max_timestep is None else units.to_code(numerics.max_timestep, "time")
+    problem = Problem(
+        effects=effects_of(scene, units),
+        equation_of_state=start.equation_of_state(scene, units, ball),
+        eta=smoothing(scene)[0],
+        courant=numerics.courant,
+        acceleration_factor=numerics.acceleration_factor,
+        energy_factor=numerics.energy_factor,
+        max_timestep=longest,
+        engine=engine_of(numerics.engine, numerics.precision, KERNELS[numerics.kernel]),
+        kernel=numerics.kernel,
+        smoothing_tolerance=numerics.smoothing_tolerance,
+    )
+    return problem, ball
+
+
+def engine_of(name: str, precision: str, kernel: Kernel) -> Any:
+    """The engine of that name, importing no other; the one that lists neighbours is told how far the kernel reaches."""
+    module = importlib.import_module(f"astroinertia.engines.{name}")
+    if name == "xla":
+        return module.Engine(precision=precision, support=kernel.support)
+    return module.Engine(precision=precision)
+
+
+def _end(scene: Scene, units: CodeUnits) -> float:
+    return units.to_code(scene.time.end, "time")
