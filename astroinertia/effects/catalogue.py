@@ -98,7 +98,7 @@ CATALOGUE: Mapping[str, Entry] = {
     "gravity": Entry(
         "astroinertia.effects.gravity",
         "Gravity",
-        "self-gravity of the fluid, softened by its own kernel",
+        "self-gravity of the body (particles are softened by their own kernel)",
         {},
         "all pairs",
         "Price & Monaghan 2007",
