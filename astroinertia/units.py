@@ -8,6 +8,7 @@ import re
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -25,6 +26,7 @@ GRAVITATIONAL_CONSTANT = _constant("G")  # m3 kg-1 s-2, CODATA 2018
 SPEED_OF_LIGHT = _constant("c")  # m s-1, exact
 SOLAR_MASS = _constant("M_sun")  # kg, IAU 2015 nominal GM over CODATA 2018 G
 SOLAR_RADIUS = _constant("R_sun")  # m, IAU 2015 nominal
+VACUUM_PERMEABILITY = _constant("mu0")  # N A-2, CODATA 2018
 PARSEC = _constant("pc")  # m
 
 LONGEST_QUANTITY = 80  # characters; no honest quantity is longer, and the unit parser need not see more
@@ -64,8 +66,10 @@ DIMENSIONS: dict[str, Dimension] = {
     "angular_momentum": Dimension(1, 2, -1),
     "moment_of_inertia": Dimension(1, 2, 0),
     "viscosity": Dimension(0, 2, -1),
+    "magnetic_field": Dimension(0.5, -0.5, -1),
 }
-"""Names of dimensions. `viscosity` is kinematic; `rate` is one over a time without an angle (a decay, a growth)."""
+"""Names of dimensions. `viscosity` is kinematic; `rate` is one over a time without an angle (a decay, a growth);
+`magnetic_field` is B / mu_0^(1/2), whose square is twice an energy density."""
 
 EXAMPLES = {
     "angle": "30 deg",
@@ -91,6 +95,7 @@ EXAMPLES = {
     "angular_momentum": "1e41 kg m2/s",
     "moment_of_inertia": "1e38 kg m2",
     "viscosity": "1e6 m2/s",
+    "magnetic_field": "1e12 G",
 }
 
 _ANGULAR = {"angle", "angular_velocity", "angular_acceleration"}
@@ -116,7 +121,7 @@ def si_unit(dimension: str | Dimension) -> str:
     """The SI unit as astropy, xarray and people read it, such as "kg m2 s-2"; "1" without dimension."""
     exponents = dimension_of(dimension)
     parts = [
-        symbol if power == 1 else f"{symbol}{power:g}"
+        symbol if power == 1 else f"{symbol}({Fraction(power)})" if power % 1 == 0.5 else f"{symbol}{power:g}"
         for symbol, power in zip(("kg", "m", "s"), exponents, strict=True)
         if power != 0
     ]
@@ -179,6 +184,10 @@ def _unit(text: str) -> tuple[float, Dimension, float]:
         raise SceneError(f"the unit '{shown(text)}' has no finite size.")
     radians = bases.pop("rad", 0.0)
     dimension = Dimension(bases.pop("kg", 0.0), bases.pop("m", 0.0), bases.pop("s", 0.0))
+    ampere = bases.pop("A", 0.0)
+    if ampere:  # mu_0^(1/2) A is the root of a newton: mechanics has no other use for currents and fields
+        scale *= VACUUM_PERMEABILITY ** (ampere / 2)
+        dimension = Dimension(*(a + ampere * b for a, b in zip(dimension, (0.5, 0.5, -1.0), strict=True)))
     if bases:
         raise SceneError(f"'{shown(text)}' is not a unit of mechanics (it contains {', '.join(sorted(bases))}).")
     return scale, dimension, radians

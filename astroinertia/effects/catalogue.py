@@ -12,14 +12,19 @@ from typing import Any, Literal
 Cost = Literal["particles", "neighbours", "all pairs", "body"]
 
 
-class Required:
-    """The default of an option that has none."""
+class Default:
+    """A default that is no number: an option that must be given, or the speed of light."""
+
+    def __init__(self, told: str) -> None:
+        self.told = told
 
     def __repr__(self) -> str:
-        return "required"
+        return self.told
 
 
-REQUIRED = Required()
+REQUIRED = Default("required")
+LIGHT = Default("the speed of light")
+"""Must be given in a scene in code units, where the speed of light has no value."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,7 @@ class Entry:
 
 
 # Exponents of (mass, length, time) of every dimension that an option may have.
-DIMENSIONS: Mapping[str, tuple[int, int, int]] = {
+DIMENSIONS: Mapping[str, tuple[float, float, float]] = {
     "dimensionless": (0, 0, 0),
     "mass": (1, 0, 0),
     "moment_of_inertia": (1, 2, 0),
@@ -77,6 +82,7 @@ DIMENSIONS: Mapping[str, tuple[int, int, int]] = {
     "power": (1, 2, -3),
     "rate": (0, 0, -1),
     "viscosity": (0, 2, -1),
+    "magnetic_field": (0.5, -0.5, -1),
     "density": (1, -3, 0),
 }
 
@@ -286,7 +292,7 @@ def build(kind: str, options: Mapping[str, Any] | None = None) -> Any:
     values = {}
     for name, option in CATALOGUE[kind].options.items():
         value = given.pop(name, option.default)
-        if value is REQUIRED:
+        if isinstance(value, Default):
             raise ValueError(f"{name} is missing: {option.text}")
         values[name] = value
     if given:

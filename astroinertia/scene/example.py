@@ -9,7 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from astroinertia.effects.catalogue import CATALOGUE, REQUIRED, Option
+from astroinertia.effects.catalogue import CATALOGUE, LIGHT, REQUIRED, Option
 from astroinertia.scene import companions, schema
 from astroinertia.scene.load import KINDS
 from astroinertia.scene.quantities import Quantity
@@ -161,12 +161,12 @@ def _effect(kind: str) -> str:
 
 
 def _option(name: str, option: Option) -> str:
-    value = option.default
+    value = "299792.458 km/s" if option.default is LIGHT else option.default
     if value is None or value is REQUIRED:
         value = "" if option.dimension == "choice" else EXAMPLES.get(option.dimension, 1.0)
         for length in reversed(option.shape):
             value = [value] * length
-    elif option.dimension in EXAMPLES:
+    elif option.dimension in EXAMPLES and option.default is not LIGHT:
         value = _with_unit(value, EXAMPLES[option.dimension].split(" ", 1)[1])
     choices = f" ({', '.join(option.choices)})" if option.choices else ""
     return _entry(f"# {name} = {toml_value(value)}", option.text + choices)

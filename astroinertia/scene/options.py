@@ -2,9 +2,10 @@
 
 from typing import Any
 
-from astroinertia.effects.catalogue import CATALOGUE, REQUIRED, Option
+from astroinertia.effects.catalogue import CATALOGUE, LIGHT, Default, Option
 from astroinertia.scene.problems import Problem, nearest, unknown_key, wrong_choice
 from astroinertia.scene.quantities import described, dimensional
+from astroinertia.units import SPEED_OF_LIGHT
 
 DIRECTIONS = ("axis", "normal")  # options that say only where something points
 
@@ -12,7 +13,8 @@ DIRECTIONS = ("axis", "normal")  # options that say only where something points
 def effect_options(effects: Any, code: bool) -> dict[str, dict[str, Any]]:
     """Each listed effect with all its options, in SI (in code units where `code`); raises Problem.
 
-    An option that a scene does not give has the catalogue's default; those are zero, without dimension or None.
+    An option that a scene does not give has the catalogue's default; those are zero, without dimension, None, or the
+    speed of light.
     """
     if not isinstance(effects, dict):
         raise Problem(("effects",), f": must be a table with a table for each effect, not {described(effects)}.")
@@ -34,9 +36,14 @@ def _options(kind: str, given: dict[str, Any], code: bool) -> dict[str, Any]:
     values = {}
     for name, option in known.items():
         path = ("effects", kind, name)
-        if name not in given and option.default is REQUIRED:
+        if name in given:
+            values[name] = _value(path, option, given[name], code)
+        elif option.default is LIGHT and not code:
+            values[name] = SPEED_OF_LIGHT
+        elif isinstance(option.default, Default):
             raise Problem(path, f" is missing ({option.text}).")
-        values[name] = _value(path, option, given[name], code) if name in given else option.default
+        else:
+            values[name] = option.default
     return values
 
 

@@ -149,3 +149,11 @@ def test_code_units_must_be_positive_and_finite(mass, length):
 
 def test_dimensionless_units_change_nothing():
     assert all(units.DIMENSIONLESS.unit(name) == 1.0 for name in DIMENSIONS)
+
+
+def test_a_magnetic_field_is_a_root_of_a_pressure():
+    field = quantity("2e12 G", "magnetic_field")
+    assert field**2 / 2 == pytest.approx((2e12) ** 2 / (8 * math.pi) * 0.1, rel=1e-9)  # erg cm-3 in J m-3
+    assert quantity("2e8 T", "magnetic_field") == pytest.approx(field, rel=1e-15)
+    with pytest.raises(SceneError, match="not a magnetic field"):
+        quantity("2 A", "magnetic_field")
