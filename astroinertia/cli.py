@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from rich.console import Console
 from rich.text import Text
 
-from astroinertia import cli_moments, cli_ratios
+from astroinertia import cli_moments, cli_ratios, cli_verify
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ more:
   astroinertia run star.toml --set body.particles=5000 --set "time.end=2 s" --output runs/coarse
   astroinertia moments particles.csv         the inertia tensor of a particle table, a mesh or a snapshot
   astroinertia ratios --body Mars            moment ratios of the solar system, and cores that they allow
+  astroinertia verify                        every cross-check with its source: does this installation compute right?
   astroinertia resume runs/coarse            go on after Ctrl-C, a crash or a power cut
   python -c "import xarray; print(xarray.open_dataset('runs/coarse/<name>.nc'))"
 """
@@ -145,6 +146,15 @@ def _parser() -> argparse.ArgumentParser:
         "astroinertia ratios --body Mars",
     )
     cli_ratios.add_arguments(ratios)
+
+    verify = _command(
+        commands,
+        "verify",
+        _verify,
+        "check this installation against REBOUND, astropy and published values, in under a minute",
+        "astroinertia verify",
+    )
+    cli_verify.add_arguments(verify)
     return parser
 
 
@@ -351,6 +361,19 @@ def _moments(options: argparse.Namespace) -> int:
 def _ratios(options: argparse.Namespace) -> int:
     print(cli_ratios.report(options))
     return GOOD
+
+
+def _verify(options: argparse.Namespace) -> int:
+    console = _Console(highlight=False)
+    if not console.is_terminal:
+        console = _Console(highlight=False, width=cli_verify.WIDTH)
+    found = []
+    for section in cli_verify.sections(options):
+        found.append(section)
+        if not options.json:
+            console.print(cli_verify.table(section, console.width))
+    print(cli_verify.as_json(found) if options.json else cli_verify.total(found))
+    return GOOD if all(section.holds for section in found) else FAILED
 
 
 if __name__ == "__main__":

@@ -1,0 +1,106 @@
+"""Cross-checks carried out: each section computes its quantities now, and every one is held to its reference."""
+
+import importlib
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from typing import Any
+
+from astroinertia.verify.references import Reference, references
+
+Pair = tuple[float, float]  # the quantity here, and as another program computed it beside
+Found = Mapping[str, float | Pair]
+Computation = Callable[[], Found]
+
+SECTIONS: dict[str, str] = {
+    "constants": "Constants and units, against astropy and CODATA",
+    "polytropes": "Polytropes: structure, Love numbers, modes",
+    "ellipsoids": "Homogeneous ellipsoids: Maclaurin, Jacobi, Roche",
+    "figures": "Rotating figures of compressible bodies",
+    "interiors": "Interiors and moment ratios of the Earth and the planets",
+    "neutron_stars": "Neutron stars in general relativity",
+    "particles": "A short run of particles: what its books say",
+}
+"""Sections by the name of their module, with a title; `python -m astroinertia.cli verify --only NAME` runs one."""
+
+
+class Verdict(StrEnum):
+    """How a cross-check ended."""
+
+    AGREES = "agrees"
+    DIFFERS = "differs"
+    FAILED = "not computed"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One quantity beside its reference; difference as the reference's measure says; `problem` says why it failed."""
+
+    reference: Reference
+    here: float
+    there: float
+    difference: float
+    verdict: Verdict
+    problem: str = ""
+
+    def plain(self) -> dict[str, Any]:
+        """All of it as numbers and texts that JSON can hold; what was not computed is None."""
+        told = asdict(self.reference)
+        told["reference"] = told.pop("value")
+        numbers = {"here": self.here, "reference": self.there, "difference": self.difference}
+        told |= {name: value if math.isfinite(value) else None for name, value in numbers.items()}
+        return told | {"verdict": str(self.verdict), "problem": self.problem}
+
+
+@dataclass(frozen=True)
+class Section:
+    """The comparisons of one section, and the seconds that they took."""
+
+    name: str
+    title: str
+    comparisons: tuple[Comparison, ...]
+    seconds: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether every verdict is good."""
+        return all(each.verdict is Verdict.AGREES for each in self.comparisons)
+
+
+def compare_section(name: str) -> Section:
+    """Compute a section's quantities and compare each with its reference; KeyError for a section there is not.
+
+    A computation that fails does not stop the others: its quantities get the verdict "not computed" and its words.
+    """
+    title, started = SECTIONS[name], time.monotonic()
+    found: dict[str, float | Pair] = {}
+    problems: list[str] = []
+    try:
+        computations: tuple[Computation, ...] = importlib.import_module(f"astroinertia.verify.{name}").COMPUTATIONS
+    except ImportError as error:
+        computations, problems = (), [str(error)]
+    for computation in computations:
+        try:
+            found |= computation()
+        except Exception as error:  # whatever is broken is what this is here to tell
+            problems.append(f"{type(error).__name__}: {error}")
+    compared = tuple(compare(each, found.get(each.key), "; ".join(problems)) for each in references()[name])
+    return Section(name, title, compared, time.monotonic() - started)
+
+
+def compare(reference: Reference, found: float | Pair | None, problem: str = "") -> Comparison:
+    """One quantity, or the pair of it and what another program found, held to the reference."""
+    if found is None:
+        words = problem or "nothing computes it"
+        return Comparison(reference, math.nan, reference.value, math.nan, Verdict.FAILED, words)
+    here, there = found if isinstance(found, tuple) else (found, reference.value)
+    here, there = float(here), float(there)
+    difference = here - there
+    if reference.measure == "relative":
+        difference = difference / there if there else math.nan
+    elif reference.measure == "below":
+        difference = here
+    good = abs(difference) <= reference.tolerance  # false for NaN
+    return Comparison(reference, here, there, difference, Verdict.AGREES if good else Verdict.DIFFERS)
