@@ -1,0 +1,197 @@
+"""How fast a body can turn: orbits at its equator, mass shedding, and the bars that T/|W| allows to grow.
+
+A rigid body is torn at its swollen equator before the sphere it was at rest would be. How much before depends on its
+structure: Roche's centrally condensed model reaches (2/3)^(3/2) = 0.544 of the orbital rate of the sphere, polytropes
+0.5 to 0.6 (`polytropic_limit`, from exact figures), relativistic stars by published fits
+(bodies.neutron_star_fits.shedding_frequency). Any consistent units with the G given.
+Tests: tests/unit/test_break_up.py.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from scipy.optimize import root_scalar
+
+from astroinertia.bodies.neutron_star_fits import KEPLER_FACTORS, kepler_period, roche_shedding_period
+from astroinertia.bodies.polytrope import polytrope_radius
+from astroinertia.bodies.rotating_star import RotatingStar, end_of_sequence, rotating_star
+from astroinertia.bodies.scf_matter import polytropic_matter
+from astroinertia.errors import NumericalError
+from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS
+
+Array = Any
+
+# T/|W| of the Maclaurin spheroids at which a bar can grow by friction or by gravitational waves, and by itself; other
+# bodies come close to these. Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 5.
+SECULAR, DYNAMICAL = 0.1375, 0.2738
+_KEPLER_KHZ = math.sqrt(GRAVITATIONAL_CONSTANT * SOLAR_MASS / 1e4**3) / (2e3 * math.pi)  # of 1 Msun and 10 km
+
+
+@dataclass(frozen=True)
+class BreakUp:
+    """How near a turning sphere is to its limits; arrays where its arguments were."""
+
+    kepler_period: Array
+    shedding_period: Array
+    kepler_fraction: Array  # rate over that of an orbit at the equator of the sphere
+    rotational_to_gravitational: Array  # T/|W|, NaN where W was not given
+
+    @property
+    def beyond_kepler(self) -> Array:
+        """Whether it turns faster than an orbit at the equator of the sphere: no such body."""
+        return np.asarray(self.kepler_fraction) > 1
+
+    @property
+    def sheds_mass(self) -> Array:
+        """Whether it turns faster than the limit of mass shedding that was chosen."""
+        return np.asarray(self.kepler_fraction) > np.asarray(self.kepler_period) / self.shedding_period
+
+    @property
+    def secularly_unstable(self) -> Array:
+        """Whether friction or gravitational waves can make a bar of it."""
+        return np.asarray(self.rotational_to_gravitational) > SECULAR
+
+    @property
+    def dynamically_unstable(self) -> Array:
+        """Whether it turns into a bar within a few rotations."""
+        return np.asarray(self.rotational_to_gravitational) > DYNAMICAL
+
+
+def break_up(
+    mass: Array,
+    radius: Array,
+    period: Array,
+    moment_of_inertia: Array | None = None,
+    gravitational_energy: Array | None = None,
+    shedding: str = "roche",
+    gravitational_constant: float = GRAVITATIONAL_CONSTANT,
+) -> BreakUp:
+    """Return the limits of a body of given mass, radius at rest and period (infinite at rest).
+
+    T/|W| needs the moment of inertia and W. shedding: a name that `shedding_share` knows. ValueError for another.
+    """
+    orbit = kepler_period(mass, radius, gravitational_constant)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        fraction = np.abs(orbit / np.asarray(period, dtype=float))
+        if moment_of_inertia is None or gravitational_energy is None:
+            ratio = np.full_like(fraction, math.nan)
+        else:
+            energy = 0.5 * np.asarray(moment_of_inertia) * (2 * math.pi / np.asarray(period, dtype=float)) ** 2
+            ratio = energy / np.abs(gravitational_energy)
+    if shedding == "roche":
+        limit = roche_shedding_period(mass, radius, gravitational_constant)
+    else:
+        limit = orbit / shedding_share(shedding)
+    return BreakUp(orbit, limit, fraction, ratio)
+
+
+def shedding_share(source: str = "roche") -> float:
+    """Rate of mass shedding over that of an orbit at the equator of the sphere at rest.
+
+    source: "roche" (a point mass in a weightless envelope, Newtonian), a name of neutron_star_fits.KEPLER_FACTORS
+    (relativistic stars), or "polytrope n" with an index below 3. ValueError for another.
+    """
+    if source == "roche":
+        return (2 / 3) ** 1.5
+    if source in KEPLER_FACTORS:
+        return KEPLER_FACTORS[source] / _KEPLER_KHZ
+    kind, _, index = source.partition(" ")
+    try:
+        if kind == "polytrope":
+            return polytropic_limit(float(index)).rate
+    except ValueError:
+        pass
+    raise ValueError(
+        f"there is no limit of rotation {source!r}; there are roche, polytrope with an index, "
+        f"{', '.join(KEPLER_FACTORS)}"
+    )
+
+
+@dataclass(frozen=True)
+class PolytropicLimit:
+    """The fastest rigid polytrope, against the same mass and constant at rest with radius R.
+
+    rate: Omega/(G M/R^3)^(1/2); angular_momentum: L/(G M^3 R)^(1/2); swelling: equatorial radius over R;
+    moment_growth: I over that at rest; rotational_to_gravitational: T/|W|.
+    """
+
+    index: float
+    rate: float
+    angular_momentum: float
+    swelling: float
+    moment_growth: float
+    rotational_to_gravitational: float
+
+
+@lru_cache(maxsize=32)
+def polytropic_limit(index: float) -> PolytropicLimit:
+    """Return where rigid polytropes of an index shed mass; ValueError unless 0 < n < 3.
+
+    From exact figures (bodies.rotating_star), followed at one mass and one constant K, as a body is that has been spun
+    up; at n = 3 the radius at rest is not defined. An index of 0.5 and below meets bars before (T/|W| above SECULAR).
+    """
+    _check(index)
+    star = end_of_sequence(polytropic_matter(index))
+    at_rest = _radius_at_rest(star, index)
+    rest_moment = polytrope_moment_ratio(index) * at_rest**2
+    return PolytropicLimit(
+        index=float(index),
+        rate=star.angular_velocity * at_rest**1.5,
+        angular_momentum=star.angular_momentum / math.sqrt(at_rest),
+        swelling=1 / at_rest,
+        moment_growth=star.polar_moment / rest_moment,
+        rotational_to_gravitational=star.rotational_to_gravitational,
+    )
+
+
+def polytrope_moment_ratio(index: float) -> float:
+    """I/(M R^2) of the polytrope at rest."""
+    from astroinertia.bodies.polytrope import lane_emden
+
+    return lane_emden(float(index)).moment_ratio
+
+
+def spun_up_polytrope(
+    index: float,
+    mass: float,
+    radius_at_rest: float,
+    angular_momentum: float,
+    gravitational_constant: float = GRAVITATIONAL_CONSTANT,
+) -> RotatingStar:
+    """Return the rigid polytrope that a body of given mass and radius at rest becomes with an angular momentum.
+
+    It keeps its mass and its constant K; it swells, so that it turns more slowly than L over the moment at rest says.
+    ValueError unless 0 < n < 3; NumericalError where it sheds mass before it holds so much.
+    Source: Hachisu 1986, ApJS 61, 479 (the figures).
+    """
+    _check(index)
+    asked = abs(angular_momentum) / math.sqrt(gravitational_constant * mass**3 * radius_at_rest)
+    most = polytropic_limit(float(index))
+    if not asked < most.angular_momentum:
+        told = f"{asked:.6g} (G M^3 R)^(1/2), and sheds mass at {most.angular_momentum:.6g}"
+        raise NumericalError(f"a polytrope of index {index:g} cannot hold an angular momentum of {told}")
+    matter = polytropic_matter(index)
+
+    def excess(ratio: float) -> float:
+        star = rotating_star(matter, ratio)
+        return star.angular_momentum / math.sqrt(_radius_at_rest(star, index)) - asked
+
+    flattest = end_of_sequence(matter).field.axis_ratio
+    ratio = 1.0 if asked == 0 else float(root_scalar(excess, bracket=(flattest, 1.0), xtol=1e-13, rtol=1e-12).root)
+    equator = radius_at_rest / _radius_at_rest(rotating_star(matter, ratio), index)
+    return rotating_star(matter, ratio, mass=mass, equatorial_radius=equator,
+                         gravitational_constant=gravitational_constant)  # fmt: skip
+
+
+def _radius_at_rest(star: RotatingStar, index: float) -> float:
+    # Of the polytrope with the star's mass and K, in its unit M = R_equator = G = 1.
+    constant = star.max_pressure / star.max_density ** (1 + 1 / index)
+    return polytrope_radius(index, 1.0, constant)
+
+
+def _check(index: float) -> None:
+    if not 0 < index < 3:
+        raise ValueError(f"the radius at rest that belongs to a spun-up polytrope needs 0 < n < 3, not {index!r}")

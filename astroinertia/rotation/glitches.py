@@ -1,0 +1,85 @@
+"""Glitches: a crust and a superfluid inside it that share the angular momentum of a neutron star.
+
+Any consistent units. Tests: tests/unit/test_glitches.py.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+Array = Any
+
+
+class TwoComponents(NamedTuple):
+    """Angular velocities of crust and superfluid, arrays of times."""
+
+    crust: np.ndarray
+    superfluid: np.ndarray
+
+
+def glitch_size(superfluid_share: Array, lag_lost: Array, angular_velocity: Array) -> Array:
+    """Delta Omega/Omega of the crust when the superfluid, a share of the whole moment, gives up some of its lag.
+
+    lag_lost is how much slower the superfluid then turns relative to the crust; L stays, so that
+    Delta Omega = (I_s/I) lag_lost. Source: Anderson & Itoh 1975, Nature 256, 25.
+    """
+    return np.asarray(superfluid_share, dtype=float) * lag_lost / angular_velocity
+
+
+def coupled_history(
+    times: Array,
+    crust_rate: float,
+    superfluid_rate: float,
+    superfluid_share: float,
+    relaxation_time: float,
+    external_rate: float = 0.0,
+) -> TwoComponents:
+    """Crust and superfluid, coupled by friction, from given rates on.
+
+    I_c Omega_c' = I E - I_c I_s/(I tau) (Omega_c - Omega_s) and I_s Omega_s' = I_c I_s/(I tau) (Omega_c - Omega_s):
+    their difference relaxes with `relaxation_time` tau to the steady lag E tau I/I_c, and the whole follows
+    `external_rate` E = N/I (negative for braking). ValueError unless 0 < I_s/I < 1 and tau > 0. Source: Baym, Pethick,
+    Pines & Ruderman 1969, Nature 224, 872.
+    """
+    if not 0 < superfluid_share < 1 or not relaxation_time > 0:
+        raise ValueError("a superfluid has a share of the moment between 0 and 1 and a positive relaxation time")
+    times = np.asarray(times, dtype=float)
+    crust_share = 1 - superfluid_share
+    mean = crust_share * crust_rate + superfluid_share * superfluid_rate + external_rate * times
+    steady = external_rate * relaxation_time / crust_share
+    lag = steady + (crust_rate - superfluid_rate - steady) * np.exp(-times / relaxation_time)
+    return TwoComponents(mean + superfluid_share * lag, mean - crust_share * lag)
+
+
+def healing_parameter(superfluid_share: Array) -> Array:
+    """Q = I_s/I: the part of a jump of the crust alone that decays again, as the superfluid catches up."""
+    return np.asarray(superfluid_share, dtype=float)
+
+
+def recovery(times: Array, jump: Array, healing: Array, relaxation_time: Array, lasting_rate: Array = 0.0) -> Array:
+    """Delta Omega(t) after a glitch: jump (1 - Q + Q exp(-t/tau)) plus a lasting change of the derivative times t.
+
+    Source: Lyne, Shemar & Graham-Smith 2000, MNRAS 315, 534.
+    """
+    times = np.asarray(times, dtype=float)
+    return jump * (1 + np.asarray(healing) * np.expm1(-times / relaxation_time)) + np.asarray(lasting_rate) * times
+
+
+def starquake_moment_change(relative_jump: Array) -> Array:
+    """Delta I/I of a crust that cracks and settles at fixed L, for a jump Delta Omega/Omega: 1/(1 + jump) - 1."""
+    jump = np.asarray(relative_jump, dtype=float)
+    return -jump / (1 + jump)
+
+
+def glitch_activity(relative_jumps: Array, time_span: float) -> float:
+    """A = (1/t) sum Delta Omega/Omega, in one over the unit of the time span."""
+    return float(np.sum(np.asarray(relative_jumps, dtype=float)) / time_span)
+
+
+def least_superfluid_share(activity: Array, characteristic_age: Array) -> Array:
+    """I_s/I_c that the reservoir of the glitches must have at least: G = 2 tau_c A, tau_c = P/(2 P').
+
+    The superfluid stores, between glitches, the spin-down that it does not take part in; entrainment in the crust
+    raises what is needed (Andersson et al. 2012, PRL 109, 241103). Source: Link, Epstein & Lattimer 1999, PRL 83, 3362.
+    """
+    return 2 * np.asarray(characteristic_age, dtype=float) * activity
