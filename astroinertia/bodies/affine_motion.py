@@ -1,0 +1,130 @@
+"""Forces and equations of motion of a body whose matter moves as x = F xi: pure JAX.
+
+With q the second moment of the reference sphere along an axis, the moments are Q = q F F^T, P = q F (dF/dt)^T and
+K = q dF/dt (dF/dt)^T. A force is given by G = sum m a (x) xi, (3, 3), so that q d2F/dt2 is the sum over all forces,
+V = F G^T is the virial tensor of each, and its power is G : dF/dt. This is the problem of Dirichlet and Riemann where
+the density is uniform, and the tensor virial equations of second order for other profiles.
+
+Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 4; Carter & Luminet 1985, MNRAS 212, 23 (affine
+stars). Tests: tests/unit/test_affine_motion.py.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from astroinertia.bodies.affine import cofactor, gravity_force, volume_ratio
+from astroinertia.bodies.double_precision import double_precision
+
+Array = Any
+Acceleration = Callable[[Array, Array], Array]
+"""d2F/dt2 of F and dF/dt."""
+
+
+@double_precision()
+def velocity_gradient(deformation: Array, rate: Array) -> Array:
+    """Return L with v = L x, (3, 3), from F and dF/dt (3, 3)."""
+    return rate @ cofactor(deformation).T / volume_ratio(deformation)
+
+
+@double_precision()
+def circulation(deformation: Array, rate: Array, second_moment: Array) -> Array:
+    """Return the antisymmetric part of q F^T dF/dt as a vector (3,): what no force of gravity or pressure changes.
+
+    It is the angular momentum of the adjoint motion F^T (Dedekind), and along an axis q/(pi a b) times the circulation
+    in the section across it. Source: Chandrasekhar 1969, section 28. Test: tests/unit/test_affine_motion.py.
+    """
+    turned = second_moment * deformation.T @ rate
+    return jnp.stack([turned[1, 2] - turned[2, 1], turned[2, 0] - turned[0, 2], turned[0, 1] - turned[1, 0]])
+
+
+@double_precision()
+def pressure_force(deformation: Array, slope: Array) -> Array:
+    """Return G of a pressure whose internal energy is U(J), slope = dU/dJ: -(dU/dJ) dJ/dF, with V = -(dU/dJ) J 1."""
+    return -slope * cofactor(deformation)
+
+
+@double_precision()
+def constraint_slope(
+    deformation: Array, rate: Array, force: Array, second_moment: Array, restoring: Array = 0.0, volume: Array = 1.0
+) -> Array:
+    """Return the slope, as `pressure_force` takes it, that keeps J at `volume`: minus the mean pressure per sphere.
+
+    force (3, 3) is the sum of all others, second_moment is q. With a restoring rate k the volume obeys
+    J'' + 2 k J' + k^2 (J - volume) = 0: nothing for an exact solution, and no drift for one in steps. d2J/dt2 is
+    cof F : d2F/dt2 + 2 F : cof dF/dt. Source: Chandrasekhar 1969, section 27 (pressure as the multiplier); Baumgarte
+    1972, Comput. Methods Appl. Mech. Eng. 1, 1. Test: tests/unit/test_affine_motion.py.
+    """
+    cofactors = cofactor(deformation)
+    drift = jnp.sum(cofactors * rate)
+    growth = 2 * jnp.sum(deformation * cofactor(rate))
+    wanted = -restoring * (2 * drift + restoring * (volume_ratio(deformation) - volume))
+    return (jnp.sum(cofactors * force) + second_moment * (growth - wanted)) / jnp.sum(cofactors**2)
+
+
+@double_precision()
+def incompressible_acceleration(
+    deformation: Array, rate: Array, sphere_energy: Array, second_moment: Array, others: Array = 0.0
+) -> Array:
+    """Return d2F/dt2, (3, 3), of an incompressible body under its own gravity, and `others` (3, 3) = G of other forces.
+
+    sphere_energy is W and second_moment q of the sphere F = 1. Source: Chandrasekhar 1969, section 27. Test:
+    tests/unit/test_affine_motion.py.
+    """
+    force = gravity_force(deformation, sphere_energy) + others
+    slope = constraint_slope(deformation, rate, force, second_moment)
+    return (force + pressure_force(deformation, slope)) / second_moment
+
+
+@double_precision()
+def shear_tensor(deformation: Array, rate: Array) -> Array:
+    """Return the symmetric part of the velocity gradient without its trace, (3, 3)."""
+    gradient = velocity_gradient(deformation, rate)
+    return 0.5 * (gradient + gradient.T) - jnp.trace(gradient) / 3 * jnp.eye(3)
+
+
+@double_precision()
+def shear_force(deformation: Array, rate: Array, strength: Array) -> Array:
+    """Return G of a shear viscosity; strength is mass times kinematic viscosity, V = -2 strength times the shear.
+
+    The velocity stays linear in position, as where the boundary layer is thin or the viscosity small. Source:
+    Rosenkilde 1967, ApJ 148, 825 (the viscous tensor virial theorem). Test: tests/unit/test_affine_motion.py.
+    """
+    tensor = -2 * strength * shear_tensor(deformation, rate)
+    return tensor @ cofactor(deformation) / volume_ratio(deformation)
+
+
+def second_moment_derivatives(
+    deformation: Array, rate: Array, second_moment: Array, acceleration: Acceleration
+) -> tuple[Array, ...]:
+    """Return the first to the fifth time derivative of Q, (3, 3) each, along the motion with that acceleration.
+
+    acceleration(F, dF/dt) is d2F/dt2 of the motion that nothing dissipates. Test: tests/unit/test_affine_motion.py.
+    """
+
+    def first(at: Array, moving: Array) -> Array:
+        mixed = second_moment * at @ moving.T
+        return mixed + mixed.T
+
+    def along(quantity: Acceleration) -> Acceleration:
+        def derivative(at: Array, moving: Array) -> Array:
+            return jax.jvp(quantity, (at, moving), (moving, acceleration(at, moving)))[1]
+
+        return derivative
+
+    quantities = [first]
+    for _ in range(4):
+        quantities.append(along(quantities[-1]))
+    return tuple(quantity(deformation, rate) for quantity in quantities)
+
+
+@double_precision()
+def radiation_reaction_tensor(fifth_derivative: Array, coupling: Array) -> Array:
+    """Return M (3, 3) of the acceleration M x by the waves that a body sends out; coupling is G/c^5.
+
+    M_ij = -(2/5) (G/c^5) d5 (Q_ij - tr(Q)/3)/dt5. Source: Burke & Thorne 1970, in Relativity (Carmeli et al., eds.),
+    p. 209; Misner, Thorne & Wheeler 1973, eq. 36.8. Test: tests/unit/test_affine_motion.py.
+    """
+    return -0.4 * coupling * (fifth_derivative - jnp.trace(fifth_derivative) / 3 * jnp.eye(3))
