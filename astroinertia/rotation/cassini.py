@@ -1,0 +1,183 @@
+"""Cassini states: spins that stand still against the node of a precessing orbit, and which of them are stable.
+
+The axis s, the orbit's normal n and the pole k about which the orbit precesses lie in one plane. Free spin (Colombo's
+top) has the precession constant alpha; a spin of p times the mean motion, locked, has a triaxial figure held to the
+orbit as well. With the obliquity theta, from n to s, positive towards k and beyond, both stand where
+
+    (strength J2 + strength C22) sin(theta) = -node_rate sin(theta - i).
+
+States are numbered as by Peale: 1, 2, 3 are stable and 4 is not; 1 and 4 end together where the node is fast.
+Sources: Colombo 1966, AJ 71, 891; Peale 1969, AJ 74, 483; Ward 1975, AJ 80, 64; Henrard & Murigande 1987, Celest. Mech.
+40, 345. Tests: tests/unit/test_cassini.py.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from astroinertia.errors import NumericalError
+
+Array = Any
+
+_MOST_DOUBLINGS = 22  # of the points of an orbit
+_SCAN = 3600  # parts of the circle in which the zeros of the torque are looked for
+
+
+class CassiniState(NamedTuple):
+    """One state: its number by Peale, signed obliquity (rad), stability, and frequency of small circling (rad s-1).
+
+    The obliquity is positive where s leans from n towards k and beyond it; the frequency is NaN where it is unstable.
+    """
+
+    number: int
+    obliquity: float
+    stable: bool
+    frequency: float
+
+
+def hansen_coefficient(eccentricity: float, p: float) -> float:
+    """H(p, e) = X^(-3,2)_(2p), the strength of the spin-orbit resonance of p turns an orbit; 2p is an integer.
+
+    The mean of (a/r)^3 cos(2 f - 2 p M) over an orbit: H(1) = 1 - 5 e^2/2 + ..., H(3/2) = 7 e/2 - ...; ValueError for
+    2p that is no integer and for e outside 0 <= e < 1. Source: Goldreich & Peale 1966, AJ 71, 425; Cayley 1861.
+    Checked by tests/unit/test_cassini.py.
+    """
+    order = 2 * p
+    if order != round(order) or not 0 <= eccentricity < 1:
+        raise ValueError("a resonance has 2p, an integer, and an eccentricity from 0 to below 1")
+    root, before = np.sqrt(1 - eccentricity**2), np.inf
+    for doubling in range(4, _MOST_DOUBLINGS):
+        # dM = (r/a) du, and the anomaly by its cosine and sine, so that nothing jumps: the sum converges exponentially.
+        u = 2 * np.pi * np.arange(2**doubling) / 2**doubling
+        distance = 1 - eccentricity * np.cos(u)
+        cosine, sine = (np.cos(u) - eccentricity) / distance, root * np.sin(u) / distance
+        turn = order * (u - eccentricity * np.sin(u))
+        double = (cosine**2 - sine**2) * np.cos(turn) + 2 * cosine * sine * np.sin(turn)
+        found = float(np.mean(double / distance**2))
+        if abs(found - before) < 1e-14 * max(1.0, abs(found)):
+            return found
+        before = found
+    raise NumericalError(f"the strength of the resonance is not found at an eccentricity of {eccentricity}")
+
+
+def critical_node_rate(precession_constant: float, inclination: float) -> float:
+    """|node rate| above which states 1 and 4 are gone, alpha/(sin^(2/3) i + cos^(2/3) i)^(3/2), rad s-1.
+
+    For free spin. Source: Henrard & Murigande 1987; Ward & Hamilton 2004, AJ 128, 2501, (4).
+    Checked by tests/unit/test_cassini.py.
+    """
+    return precession_constant / (abs(np.sin(inclination)) ** (2 / 3) + abs(np.cos(inclination)) ** (2 / 3)) ** 1.5
+
+
+def cassini_states(precession_constant: float, node_rate: float, inclination: float) -> tuple[CassiniState, ...]:
+    """The two or four Cassini states of a free spin, by their numbers; rates in rad s-1, inclination to k in rad.
+
+    precession_constant: alpha, above 0; node_rate: of the orbit about k, negative where the node regresses. ValueError
+    for a node rate or inclination of zero, where s may stand anywhere. Source: Colombo 1966; Ward 1975.
+    Checked by tests/unit/test_cassini.py and by the motion in tests/unit/test_secular_spin.py.
+    """
+    if not (precession_constant > 0 and node_rate != 0 and 0 < inclination < np.pi / 2):
+        raise ValueError("Cassini states need precession_constant above 0, a moving node and 0 < inclination < pi/2")
+    # A node that advances has the states of one that regresses, for the opposite spin.
+    rate, opposite = -abs(node_rate), node_rate > 0
+
+    def torque(theta: Array) -> Array:
+        return precession_constant * np.cos(theta) * np.sin(theta) + rate * np.sin(theta - inclination)
+
+    states = []
+    for theta in _zeros(torque):
+        # Curvatures of the energy -(alpha/2) (s.n)^2 - rate s.k, with its sign turned, in the plane and out of it.
+        inside = precession_constant * np.cos(2 * theta) + rate * np.cos(theta - inclination)
+        across = rate * np.sin(inclination) / np.sin(theta)
+        stable = inside * across > 0
+        number = 4 if not stable else 2 if inside < 0 else 1 if np.cos(theta) > 0 else 3
+        obliquity = float(np.remainder(theta + np.pi * opposite + np.pi, 2 * np.pi) - np.pi)
+        states.append(
+            CassiniState(number, obliquity, bool(stable), float(np.sqrt(inside * across)) if stable else np.nan)
+        )
+    return tuple(sorted(states))
+
+
+def resonant_obliquity(
+    moment_ratio: float, j2: float, c22: float, mean_motion: float, node_rate: float, inclination: float,
+    eccentricity: float = 0.0, p: float = 1.0, primary_share: float = 1.0,
+) -> float:  # fmt: skip
+    """The obliquity (rad) in the Cassini state of a spin locked at p turns an orbit that tides lead to.
+
+    moment_ratio: C/(M R^2) for the radius of J2 and C22; inclination to the pole of the orbit's precession; node_rate
+    negative for a regressing node; primary_share: GM of the primary over n^2 a^3, 0.988 for the Moon. It is state 2
+    where there is no state 1, as for the Moon, and state 1 otherwise, as for Mercury. ValueError for what has no such
+    state. Source: Peale 1969, (18); Peale 1981, Icarus 48, 143. Checked by tests/unit/test_cassini.py.
+    """
+    _require_locked(moment_ratio, mean_motion, node_rate, inclination, eccentricity)
+    strength = _locked_strength(j2, c22, eccentricity, p, primary_share)
+    scale = mean_motion / (p * moment_ratio)
+
+    def torque(theta: Array) -> Array:
+        return scale * np.sin(theta) * strength(theta) + node_rate * np.sin(theta - inclination)
+
+    angles = _zeros(torque)
+    # State 1 leans from the normal away from the pole, between the normal and its opposite; tides lead to the state of
+    # the smallest obliquity.
+    prograde = [angle for angle in angles if abs(angle) < np.pi / 2]
+    if not prograde:
+        raise ValueError("the spin has no Cassini state of an obliquity below 90 degrees")
+    return float(min(prograde, key=abs))
+
+
+def moment_ratio_from_obliquity(
+    obliquity: float, j2: float, c22: float, mean_motion: float, node_rate: float, inclination: float,
+    eccentricity: float = 0.0, p: float = 1.0, primary_share: float = 1.0,
+) -> float:  # fmt: skip
+    """C/(M R^2) of a body that stands in a Cassini state at this signed obliquity (rad), locked at p turns an orbit.
+
+    The inverse of `resonant_obliquity`, with its arguments; the obliquity is positive towards the pole and beyond.
+    ValueError where the node does not move or s lies in line with k. Source: Peale 1981; Margot et al. 2012, JGR
+    Planets 117, E00L09. Checked by tests/unit/test_cassini.py.
+    """
+    _require_locked(1.0, mean_motion, node_rate, inclination, eccentricity)
+    torque = mean_motion / p * np.sin(obliquity) * _locked_strength(j2, c22, eccentricity, p, primary_share)(obliquity)
+    turning = -node_rate * np.sin(obliquity - inclination)
+    if turning == 0 or torque / turning <= 0:
+        raise ValueError("no C/(M R^2) lets a body of this figure stand in a Cassini state at this obliquity")
+    return float(torque / turning)
+
+
+def _locked_strength(j2: float, c22: float, eccentricity: float, p: float, primary_share: float) -> Any:
+    held = hansen_coefficient(eccentricity, p)
+
+    def strength(theta: Array) -> Array:
+        averaged = j2 * np.cos(theta) / (1 - eccentricity**2) ** 1.5
+        return 1.5 * primary_share * (averaged + c22 * held * (1 + np.cos(theta)))
+
+    return strength
+
+
+def _require_locked(ratio: float, motion: float, node_rate: float, inclination: float, eccentricity: float) -> None:
+    if not (ratio > 0 and motion > 0 and node_rate != 0 and np.sin(inclination) != 0 and 0 <= eccentricity < 1):
+        raise ValueError(
+            "a locked Cassini state needs moment_ratio and mean_motion above 0, a moving node, an inclined orbit and "
+            "0 <= eccentricity < 1"
+        )
+
+
+def _zeros(torque: Any) -> list[float]:
+    """The angles from -pi to pi where the torque vanishes; pairs that are about to merge are told from none."""
+    grid = np.linspace(-np.pi, np.pi, _SCAN + 1)
+    values = torque(grid)
+    found = [float(grid[k]) for k in np.flatnonzero(values[:-1] == 0)]
+    crossing = np.flatnonzero(values[:-1] * values[1:] < 0)
+    found += [brentq(torque, grid[k], grid[k + 1], xtol=1e-16, rtol=1e-15) for k in crossing]
+    # A pair may hide between two points: where |torque| has a least value of one sign.
+    size = np.abs(values)
+    for k in np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] <= size[2:]) & (values[:-2] * values[2:] > 0)) + 1:
+        inside = np.linspace(grid[k - 1], grid[k + 1], _SCAN + 1)
+        finer = torque(inside)
+        found += [
+            brentq(torque, inside[j], inside[j + 1], xtol=1e-16, rtol=1e-15)
+            for j in np.flatnonzero(finer[:-1] * finer[1:] < 0)
+        ]
+    if len(found) not in (2, 4):
+        raise NumericalError(f"{len(found)} Cassini states were found where there are two or four: two are merging")
+    return sorted(found)
