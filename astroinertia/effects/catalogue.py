@@ -182,6 +182,7 @@ CATALOGUE: Mapping[str, Entry] = {
         },
         "particles",
         "Gingold & Monaghan 1977",
+        ("sph", "ellipsoid"),
     ),
     "rotating_frame": Entry(
         "astroinertia.effects.rotating_frame",
@@ -194,6 +195,7 @@ CATALOGUE: Mapping[str, Entry] = {
         },
         "particles",
         "Landau & Lifshitz 1976, Mechanics, eq. 39.7",
+        ("sph", "ellipsoid"),
     ),
     "tide": Entry(
         "astroinertia.effects.tide",
@@ -276,6 +278,24 @@ CATALOGUE: Mapping[str, Entry] = {
         },
         "particles",
         "Zajac, Jones & Glazier 2003; Merks et al. 2006",
+    ),
+    "shear_viscosity": Entry(
+        "astroinertia.effects.shear_viscosity",
+        "ShearViscosity",
+        "shear viscosity of the fluid itself",
+        {"kinematic_viscosity": not_negative("viscosity", REQUIRED, "nu, the same everywhere")},
+        "body",
+        "Chandrasekhar 1969, section 37; Rosenkilde 1967",
+        ("ellipsoid",),
+    ),
+    "radiation_reaction": Entry(
+        "astroinertia.effects.radiation_reaction",
+        "RadiationReaction",
+        "loss of energy and angular momentum to gravitational waves, by the quadrupole",
+        {"speed_of_light": positive("velocity", LIGHT, "c; smaller than it is, all goes faster")},
+        "body",
+        "Burke & Thorne 1970; Misner, Thorne & Wheeler 1973, eq. 36.8",
+        ("ellipsoid",),
     ),
 }
 

@@ -60,3 +60,19 @@ class Damping(Effect):
     def timestep(self, xp, fluid):
         """The decay time tau."""
         return 1.0 / xp.maximum(self.strength(fluid), 1e-30)
+
+    def affine_force(self, body):
+        """q ([Omega] F - dF/dt)/tau."""
+        target = 0.0 if self.rate is None else self.target_rotation() @ body.deformation
+        return self.strength(body) * body.second_moment * (target - body.rate)
+
+    def affine_push(self, body):
+        """-M v/tau of the centre of mass where velocities are relative to the inertial frame."""
+        return -self.strength(body) * body.mass * body.velocity if self.frame == "inertial" else None
+
+    def affine_virial(self, body):
+        """(Q [Omega]^T - P)/tau."""
+        second = body.second_moment * body.deformation @ body.deformation.T
+        mixed = body.second_moment * body.deformation @ body.rate.T
+        target = 0.0 if self.rate is None else second @ self.target_rotation().T
+        return self.strength(body) * (target - mixed)

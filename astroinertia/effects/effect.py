@@ -22,6 +22,11 @@ PARTS = (
     "potential_energy",
     "virial",
     "timestep",
+    "affine_force",
+    "affine_push",
+    "affine_virial",
+    "affine_potential",
+    "affine_heating",
 )
 
 
@@ -52,6 +57,11 @@ class Effect:
     zero on the first), gradients and sums {kind: {output: array}}, memory {name: array}, kernel (a name), centre (3,)
     and centre_velocity (3,) of mass. Pair outputs: "acceleration" (central), "heating" (sum, du/dt), "potential" (sum),
     "signal" (max, a speed that must not cross a smoothing length within the time step).
+
+    The affine parts are for a body whose matter moves as x = centre + F xi: `body` there has time, mass,
+    second_moment (q of the sphere F = 1 along an axis), sphere_energy (its W), deformation F and rate dF/dt (3, 3),
+    centre and velocity (3,), pressure_slope (dU/dJ), and conservative (d2F/dt2 by gravity and pressure alone, a
+    function of F and dF/dt).
     """
 
     kind: ClassVar[str]
@@ -121,6 +131,26 @@ class Effect:
 
     def timestep(self, xp: Any, fluid: Any) -> Any | None:
         """The effect's own shortest time (scalar); the integrator multiplies it by its Courant factor."""
+        return None
+
+    def affine_force(self, body: Any) -> Any | None:
+        """G = sum m a (x) xi, (3, 3), of an affine body: its share of q d2F/dt2."""
+        return None
+
+    def affine_push(self, body: Any) -> Any | None:
+        """Net force (3,) on an affine body."""
+        return None
+
+    def affine_virial(self, body: Any) -> Any | None:
+        """V = sum m (x - centre) (x) a, (3, 3), of an affine body, by a route of its own."""
+        return None
+
+    def affine_potential(self, body: Any) -> Any | None:
+        """Scalar that the force on an affine body derives from, where there is one."""
+        return None
+
+    def affine_heating(self, body: Any) -> Any | None:
+        """Energy per time that an affine body is heated by."""
         return None
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import jax
+import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect, moments
 
@@ -110,3 +111,40 @@ class ExternalField(Effect):
         if not squared_frequencies:
             return None
         return 1.0 / xp.sqrt(xp.max(xp.stack(squared_frequencies)) + 1e-60)
+
+    def affine_specific_potential(self, place):
+        """The sum of the potentials given, of unit mass at a place (3,)."""
+        separation = place - jnp.asarray(self.origin)
+        squared = separation @ separation
+        total = jnp.zeros(())
+        if self.uniform is not None:
+            total = total - jnp.asarray(self.uniform) @ separation
+        if self.quadratic is not None:
+            total = total + 0.5 * separation @ jnp.asarray(self.quadratic) @ separation
+        if self.circular_speed is not None:
+            total = total + 0.5 * self.circular_speed**2 * jnp.log(squared + self.core**2)
+        if self.point_mass is not None:
+            total = total - self.point_mass * (squared + self.softening**2) ** -0.5
+        return total
+
+    def affine_potential(self, body):
+        """M Phi(centre) + 1/2 Q : (the second derivatives of Phi there); exact where Phi is quadratic."""
+        return self._expanded(body, body.centre, body.deformation)
+
+    def affine_force(self, body):
+        """Minus the derivative of that potential by F: -q (second derivatives) F."""
+        return -jax.grad(self._expanded, argnums=2)(body, body.centre, body.deformation)
+
+    def affine_push(self, body):
+        """Minus its derivative by the centre, where the moments of the body act too."""
+        return -jax.grad(self._expanded, argnums=1)(body, body.centre, body.deformation)
+
+    def affine_virial(self, body):
+        """-Q A, A the second derivatives."""
+        second = body.second_moment * body.deformation @ body.deformation.T
+        return -second @ jax.hessian(self.affine_specific_potential)(body.centre)
+
+    def _expanded(self, body, centre, deformation):
+        second = body.second_moment * deformation @ deformation.T
+        curvature = jax.hessian(self.affine_specific_potential)(centre)
+        return body.mass * self.affine_specific_potential(centre) + 0.5 * (second * curvature).sum()

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import jax
 
+from astroinertia.bodies import affine
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.gravity.direct import DIRECT_GRAVITY
@@ -55,3 +56,15 @@ class Gravity(Effect):
     def timestep(self, xp, fluid):
         """A tenth of the free-fall time sqrt(3 pi/(32 rho)) of the densest matter, for cold gas, which has no sound."""
         return 0.1 * xp.sqrt(3.0 * math.pi / (32.0 * xp.max(fluid.density)))
+
+    def affine_force(self, body):
+        """-dW/dF with W = W_sphere R_F: exact where the density falls off on similar ellipsoids."""
+        return affine.gravity_force(body.deformation, body.sphere_energy)
+
+    def affine_virial(self, body):
+        """Chandrasekhar's potential-energy tensor, of trace W."""
+        return affine.gravity_tensor(body.deformation, body.sphere_energy)
+
+    def affine_potential(self, body):
+        """W (Roberts 1962, ApJ 136, 1108)."""
+        return affine.gravitational_energy(body.deformation, body.sphere_energy)

@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import jax
+import jax.numpy as jnp
 
+from astroinertia.bodies import affine, affine_motion
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.terms import Output, PairTerm
 
@@ -46,3 +48,15 @@ class Pressure(Effect):
         # The particle's own sound is a signal too, where it has no neighbour.
         signal = xp.maximum(fluid.sums[self.kind]["signal"], fluid.sound_speed)
         return 1.0 / xp.maximum(xp.max(signal / fluid.smoothing_length), 1e-30)
+
+    def affine_force(self, body):
+        """-(dU/dJ) dJ/dF: isotropic. The slope is the fluid's own, or what keeps the volume."""
+        return affine_motion.pressure_force(body.deformation, body.pressure_slope)
+
+    def affine_virial(self, body):
+        """The integral of the pressure over the volume, -(dU/dJ) J, in every direction."""
+        return -body.pressure_slope * affine.volume_ratio(body.deformation) * jnp.eye(3)
+
+    def affine_heating(self, body):
+        """Its work on the volume comes out of the internal energy: (dU/dJ) dJ/dt."""
+        return body.pressure_slope * (affine.cofactor(body.deformation) * body.rate).sum()

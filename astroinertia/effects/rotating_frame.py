@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import jax
+import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect, angular_velocity_matrix, moments
 
@@ -73,3 +74,23 @@ class RotatingFrame(Effect):
         """1/|Omega|."""
         rate = xp.sqrt(0.5 * xp.sum(self.rotation(fluid) ** 2))
         return 1.0 / xp.maximum(rate, 1e-30)
+
+    def affine_force(self, body):
+        """q (B F - 2 [Omega] dF/dt), exact: the acceleration is linear in position and velocity."""
+        return body.second_moment * (self.position_matrix(body) @ body.deformation + self.drag(body) @ body.rate)
+
+    def affine_push(self, body):
+        """The same of the centre of mass."""
+        return body.mass * (self.position_matrix(body) @ body.centre + self.drag(body) @ body.velocity)
+
+    def affine_virial(self, body):
+        """Q B^T + P (-2 [Omega])^T."""
+        second = body.second_moment * body.deformation @ body.deformation.T
+        mixed = body.second_moment * body.deformation @ body.rate.T
+        return second @ self.position_matrix(body).T + mixed @ self.drag(body).T
+
+    def affine_potential(self, body):
+        """Of the centrifugal force."""
+        rotation = self.rotation(body)
+        turned, carried = rotation @ body.deformation, rotation @ body.centre
+        return -0.5 * (body.second_moment * jnp.sum(turned**2) + body.mass * jnp.sum(carried**2))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import jax
+import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
 
@@ -118,3 +119,47 @@ class Tide(Effect):
         """The orbital time scale of the nearest particle about the perturber."""
         nearest = xp.min(xp.sum((fluid.position - self.place(xp, fluid)) ** 2, axis=1)) + self.softening**2
         return xp.sqrt(nearest**1.5 / self.mass)
+
+    def affine_potential(self, body):
+        """To second order in the body's size: about the origin in the tidal frame, about the centre of mass if direct.
+
+        The tidal frame has 1/2 (Q + M c (x) c) : T with T the second derivatives at the origin (Chandrasekhar 1969,
+        section 55: the problem of Roche); the direct one M Phi(c) + 1/2 Q : (second derivatives at c).
+        """
+        return self._expanded(body, body.centre, body.deformation)
+
+    def affine_force(self, body):
+        """Minus the derivative of that potential by F."""
+        return -jax.grad(self._expanded, argnums=2)(body, body.centre, body.deformation)
+
+    def affine_push(self, body):
+        """Minus its derivative by the centre."""
+        return -jax.grad(self._expanded, argnums=1)(body, body.centre, body.deformation)
+
+    def affine_virial(self, body):
+        """-M (Q/D^3 - 3 (Q d) (x) d/D^5) with D^2 = d^2 + s^2, d from where the potential is expanded to X."""
+        away = self.place(jnp, body) - (body.centre if self.frame == "direct" else 0.0)
+        squared = away @ away + self.softening**2
+        second = body.second_moment * body.deformation @ body.deformation.T
+        return -self.mass * squared**-1.5 * (second - 3.0 / squared * jnp.outer(second @ away, away))
+
+    def affine_reach(self, body):
+        """How near the perturber the body comes: the square of its longest semi-axis over that of the distance.
+
+        Of the homogeneous ellipsoid with the same moments; from 1 on the expansion means nothing.
+        """
+        away = self.place(jnp, body) - body.centre
+        second = body.second_moment * body.deformation @ body.deformation.T
+        return 5.0 / body.mass * jnp.linalg.eigvalsh(second)[-1] / (away @ away)
+
+    def _expanded(self, body, centre, deformation):
+        place = self.place(jnp, body)
+        second = body.second_moment * deformation @ deformation.T
+
+        def potential(at):
+            return -self.mass * ((at - place) @ (at - place) + self.softening**2) ** -0.5
+
+        if self.frame == "direct":
+            return body.mass * potential(centre) + 0.5 * (second * jax.hessian(potential)(centre)).sum()
+        tide = jax.hessian(potential)(jnp.zeros(3))
+        return 0.5 * ((second + body.mass * jnp.outer(centre, centre)) * tide).sum()

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from astroinertia.effects import catalogue
-from astroinertia.effects.catalogue import CATALOGUE, DIMENSIONS, REQUIRED
+from astroinertia.effects.catalogue import CATALOGUE, DIMENSIONS, Default
 from astroinertia.effects.tide import eccentric_anomaly
 from astroinertia.models import sph
 from tests.ball import ball, state_of
@@ -45,10 +45,10 @@ def test_the_catalogue_describes_the_options_that_the_effect_has(kind: str) -> N
     fields = {field.name: field for field in dataclasses.fields(made)}
     assert set(entry.options) == set(fields)
     for name, option in entry.options.items():
-        assert option.dimension in {*DIMENSIONS, "choice"}
+        assert option.dimension in {*DIMENSIONS, "choice", "boolean"}
         assert (option.dimension == "choice") == bool(option.choices)
         assert (fields[name].metadata.get("static", False)) == bool(option.choices)
-        if option.default is REQUIRED:
+        if isinstance(option.default, Default):
             continue
         assert fields[name].default == option.default
         if option.choices:
