@@ -133,7 +133,8 @@ def geodetic_precession_of_binary(
 ) -> Array:  # fmt: skip
     """The rate at which the spin of one of two compact bodies precesses about the orbit's normal, rad s-1.
 
-    (2 pi/P)^(5/3) m2 (4 m1 + 3 m2)/(2 M^(4/3)) (G/c^3)^(2/3)/(1 - e^2), of the body m1 with GM `gravitational_parameter`
+    (2 pi/P)^(5/3) m2 (4 m1 + 3 m2)/(2 M^(4/3)) (G/c^3)^(2/3)/(1 - e^2), of the body m1 (its GM is
+    `gravitational_parameter`)
     and its companion m2; with m1 -> 0 it is `geodesic_precession`. Source: Barker & O'Connell 1975, Phys. Rev. D 12,
     329, (54). Checked by tests/unit/test_precession.py.
     """

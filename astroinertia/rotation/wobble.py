@@ -65,7 +65,7 @@ class Chandler(NamedTuple):
 def euler_frequency(dynamical_ellipticity: Array, spin_rate: Array) -> Array:
     """The rate at which the pole of a rigid body goes round, omega (C - A)/A, rad s-1, from H = (C - A)/C.
 
-    For small wobbles about the axis of C; ValueError for H >= 1. Source: Euler 1765; Landau & Lifshitz 1976, section 33.
+    For small wobbles about the axis of C; ValueError for H >= 1. Source: Landau & Lifshitz 1976, Mechanics, section 33.
     Checked by tests/unit/test_wobble.py.
     """
     ellipticity = np.asarray(dynamical_ellipticity, dtype=float)
@@ -169,8 +169,8 @@ def chandler_wobble(love_number: float = ELASTIC_LOVE_NUMBER) -> Chandler:
     oceans = ocean_love_number(love_number)
     anelastic = _anelastic(lambda extra: frequency(love_number + oceans + extra, outside))
     causes = (
-        ("rigid", 0.0, 1.0), ("elasticity", love_number, 1.0), ("fluid core", 0.0, outside), ("oceans", oceans, outside),
-        ("anelasticity", anelastic, outside),
+        ("rigid", 0.0, 1.0), ("elasticity", love_number, 1.0), ("fluid core", 0.0, outside),
+        ("oceans", oceans, outside), ("anelasticity", anelastic, outside),
     )  # fmt: skip
     shares: list[Share] = []
     total: complex = 0.0
