@@ -45,7 +45,7 @@ class FreeTop:
     """
 
     moments: np.ndarray
-    start: np.ndarray  # angular velocity at time 0, in body axes
+    start: tuple[Fraction, Fraction, Fraction]  # angular velocity at time 0, in body axes
     motion: str
     energy: float
     angular_momentum: Decimal
@@ -88,7 +88,7 @@ def free_top(moments: Sequence[Number], angular_velocity: Sequence[Number]) -> F
         squares = [(size * rate) ** 2 for size, rate in zip(sizes, rates, strict=True)]
         common: dict[str, Any] = {
             "moments": np.array([float(size) for size in sizes]),
-            "start": np.array([float(rate) for rate in rates]),
+            "start": tuple(rates),
             "energy": float(sum(size * rate**2 for size, rate in zip(sizes, rates, strict=True)) / 2),
             "angular_momentum": decimal(sum(squares, Fraction(0))).sqrt(),
             "separation": float(separation * least * most),
@@ -135,7 +135,7 @@ def angular_velocity(top: FreeTop, times: Array) -> np.ndarray:
     """
     times = checked_times(times)
     if top.motion == "steady":
-        return np.broadcast_to(top.start, (*times.shape, 3)).copy()
+        return np.broadcast_to([float(rate) for rate in top.start], (*times.shape, 3)).copy()
     return (np.stack(elliptic_functions(top, times), axis=-1) * top.amplitudes) @ top.frame
 
 

@@ -1,0 +1,210 @@
+"""The attitude of a free rigid body in closed form, and how fast it precesses about its angular momentum.
+
+With theta the angle between the angular momentum L and the axis c that the angular velocity circles (free_top.py), and
+phi the angle by which the plane of both has turned about L, d phi/dt = L (I_a w_a^2 + I_b w_b^2)/((I_a w_a)^2 +
+(I_b w_b)^2). Its integral is a mean rate, which is a complete elliptic integral of the third kind, and a ripple with
+the period of the wobble, which is the phase of a theta function of complex argument (Jacobi). The mean rate is known to
+60 digits and the ripple is bounded, so nothing is lost over any number of turns; theta and the direction of L in the
+body are those of `free_top.angular_velocity`. Any consistent units; angles in radians.
+
+Source: Whittaker (1937), Analytical Dynamics, section 69; Landau & Lifshitz, Mechanics, section 37; DLMF 20.2, 20.7
+(viii). Tests: tests/unit/test_free_attitude.py.
+"""
+
+import math
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from astroinertia.rotation.attitude import rotation
+from astroinertia.rotation.elliptic import PI, Clock, carlson_rf, complete_integral, decimal, digits, jacobi
+from astroinertia.rotation.free_top import FreeTop, checked_times, clock, hyperbolic
+
+Array = Any
+
+_NEGLIGIBLE = 45.0  # terms below exp(-45) of the leading one are left out
+
+
+def attitude(top: FreeTop, times: Array, start: Array | None = None) -> np.ndarray:
+    """The attitude (..., 3, 3) at times (...,): rows are the body's axes in inertial axes, as in attitude.py.
+
+    start (3, 3): the attitude at time 0; where none is given the axes coincide then. Every component to 2e-15, for
+    any number of turns of the exact moments and angular velocity that the top was given; a relative error e in these
+    turns the result by e times the angle turned through. ValueError for times that are not finite.
+    Source: Whittaker (1937), section 69. Test: tests/unit/test_free_attitude.py.
+    """
+    times = checked_times(times)
+    at_start = np.eye(3) if start is None else np.asarray(start, dtype=float)
+    if top.motion == "steady":
+        return _turned_steadily(top, times) @ at_start
+    body, phase = _body_frame_and_phase(top, times)
+    first, first_phase = _body_frame_and_phase(top, np.zeros(()))
+    phase = phase / first_phase
+    cosine, sine = phase.real, phase.imag
+    zero, one = np.zeros_like(sine), np.ones_like(sine)
+    turned = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, one], axis=-1)
+    turned = turned.reshape(*times.shape, 3, 3)  # about the angular momentum, which is the third axis here
+    return body @ np.swapaxes(turned, -1, -2) @ first.T @ at_start
+
+
+def precession_rate(top: FreeTop) -> float:
+    """The mean rate, in rad per time and positive, at which the axis c goes around the angular momentum.
+
+    Exact, an average over a period; on the separatrix that of the steady rotation at both ends. NaN of a steady
+    rotation. For a symmetric body L/I_a. Source: Landau & Lifshitz, Mechanics, section 37; DLMF 19.2.11 (Bulirsch).
+    Test: tests/unit/test_free_attitude.py.
+    """
+    if top.motion == "steady":
+        return math.nan
+    with digits():
+        return float(_mean_rate(top))
+
+
+def precession_per_period(top: FreeTop) -> float:
+    """The angle, in rad, by which the attitude has turned about L when the angular velocity has returned in the body.
+
+    Between -pi and pi. By as much a body in free rotation fails to repeat itself in space: Montgomery's (1991, Am. J.
+    Phys. 59, 394) phase, 2 T period/L less a solid angle. NaN where there is no period.
+    Test: tests/unit/test_free_attitude.py.
+    """
+    if top.modulus is None:
+        return math.nan
+    with digits():
+        turns = 4 * top.modulus.quarter / top.argument_rate * _mean_rate(top) / (2 * PI)
+        return float((turns - turns.to_integral_value()) * 2 * PI)
+
+
+def _mean_rate(top: FreeTop) -> Decimal:
+    """Of phi; within `digits()`."""
+    of_a, of_b, _ = top.ordered
+    if top.modulus is None:
+        return top.angular_momentum / decimal(of_b)
+    weight, sine_part = _shares(top)
+    complement = top.modulus.complement_square.sqrt()
+    whole = complete_integral(complement, decimal(weight), Decimal(1), decimal(sine_part))
+    return top.angular_momentum / decimal(of_a) * whole / top.modulus.quarter
+
+
+def _shares(top: FreeTop) -> tuple[Fraction, Fraction]:
+    """Of (I_b w_b)^2 in (I_a w_a)^2 where the sine and the cosine of u have the same square, and likewise of I w^2."""
+    of_a, of_b, of_c = top.ordered
+    energy = abs(of_c - of_a) / abs(of_c - of_b)
+    return of_b / of_a * energy, energy
+
+
+def _body_frame_and_phase(top: FreeTop, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A frame with L as third axis as columns (..., 3, 3) in body axes, and exp(i phi) of its first axis (...,)."""
+    weight = _shares(top)[0]
+    with digits():
+        mean = Clock(Decimal(0), _mean_rate(top) / (2 * PI))
+        tilt = float(decimal(weight).sqrt()) * math.copysign(1.0, top.amplitudes[0] * top.amplitudes[1])
+        of_axes = np.array([float(decimal(each)) for each in top.ordered])
+    swing = of_axes * top.amplitudes / float(top.angular_momentum)
+    if top.modulus is None:
+        sech, tanh = hyperbolic(top, times)
+        sn, cn, dn = tanh, sech, sech
+        ripple = _limit_ripple(weight, tanh)
+    else:
+        quarters, rest = clock(top).turns(times)
+        sn, cn, dn = jacobi(top.modulus, quarters, rest)
+        ripple = _ripple(top, weight, quarters, rest)
+    quarters, rest = mean.turns(times)
+    phase = np.array([1.0, 1.0j, -1.0, -1.0j])[quarters % 4] * np.exp(2.0j * np.pi * rest)
+    phase = phase * (ripple if top.sense > 0 else np.conj(ripple))
+    return _frame_of(top, swing[0] * cn, swing[1] * sn, swing[2] * dn, cn, tilt * sn), phase
+
+
+def _frame_of(top: FreeTop, a: Array, b: Array, c: Array, towards: Array, aside: Array) -> np.ndarray:
+    """The frame of L/|L| = (a, b, c), whose part across the axis c is along (towards, aside)."""
+    across, size = np.hypot(a, b), np.hypot(towards, aside) * math.copysign(1.0, top.amplitudes[0])
+    whole = np.hypot(across, c)
+    sine, cosine = across / whole, c / whole
+    x, y = towards / size, aside / size
+    columns = [
+        np.stack([cosine * x, cosine * y, -sine], axis=-1),
+        np.stack([-y, x, np.zeros_like(x)], axis=-1),
+        np.stack([sine * x, sine * y, cosine], axis=-1),
+    ]
+    return top.frame.T @ np.stack(columns, axis=-1)
+
+
+def _ripple(top: FreeTop, weight: Fraction, quarters: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """exp(i (phi - its mean)) (...,), where the greatest moment is circled; else its conjugate.
+
+    phi - its mean is arg theta_1(w + ih), turned by a quarter and reversed, less w = pi u/2K, where i h is the place
+    of the pole of d phi/du: there sn^2 is 1/(1 - weight).
+    """
+    assert top.modulus is not None
+    modulus = top.modulus
+    with digits():
+        if not modulus.square:
+            return np.ones_like(rest, dtype=complex)  # a symmetric body
+        inverse = 1 / decimal(weight)
+        pole = inverse.sqrt() * carlson_rf(1 - inverse, 1 - modulus.complement_square * inverse, Decimal(1))
+        over = modulus.complementary_quarter if modulus.complementary else modulus.quarter
+        place = float(PI * pole / (2 * over))
+    turn = 2.0 * np.pi * rest
+    shifted = quarters % 2 == 1
+    if modulus.complementary:
+        near, beyond = _thetas_of_complement(modulus.log_nome, -2.0 * modulus.log_nome * rest, place)
+        turn = turn * (1.0 - 2.0 * place / np.pi)
+    else:
+        near, beyond = _thetas(modulus.log_nome, turn, place)
+    theta = np.where(shifted, beyond, near)
+    return np.conj(theta) / abs(theta) * np.exp(-1.0j * turn)
+
+
+def _thetas(log_nome: float, turn: np.ndarray, place: float) -> tuple[np.ndarray, np.ndarray]:
+    """-i theta_1 and theta_2 of turn + i place, over a positive factor; 2 place is at most -log_nome."""
+    near, beyond = np.zeros_like(turn, dtype=complex), np.zeros_like(turn, dtype=complex)
+    for n in range(8):
+        exponent = n * (n + 1) * log_nome + 2 * n * place
+        if exponent < -_NEGLIGIBLE:
+            break
+        growing = math.exp(exponent)
+        sinh = growing * -math.expm1(-2 * (2 * n + 1) * place)
+        cosh = 2.0 * growing - sinh
+        sine, cosine = np.sin((2 * n + 1) * turn), np.cos((2 * n + 1) * turn)
+        near += (-1) ** n * (cosine * sinh - 1.0j * sine * cosh)
+        beyond += cosine * cosh - 1.0j * sine * sinh
+    return near, beyond
+
+
+def _thetas_of_complement(log_nome: float, argument: np.ndarray, place: float) -> tuple[np.ndarray, np.ndarray]:
+    """The same by the nome of k', as -theta_1 and theta_4 of i argument - place, each over a positive factor."""
+    near, beyond = np.zeros_like(argument, dtype=complex), np.ones_like(argument, dtype=complex)
+    for n in range(8):
+        odd, even = 2 * n + 1, 2 * n
+        if n and (n * n - 0.5 * n) * log_nome < -_NEGLIGIBLE:
+            break
+        if n:
+            factor = 2.0 * (-1) ** n * math.exp(n * n * log_nome)
+            cosh, sinh = np.cosh(even * argument), np.sinh(even * argument)
+            beyond += factor * (cosh * math.cos(even * place) + 1.0j * sinh * math.sin(even * place))
+        if n == 0 or (n * (n + 1) - 0.5 * n) * log_nome > -_NEGLIGIBLE:
+            factor = (-1) ** n * (math.exp(n * (n + 1) * log_nome) if n else 1.0)
+            cosh, sinh = np.cosh(odd * argument), np.sinh(odd * argument)
+            near += factor * (cosh * math.sin(odd * place) - 1.0j * sinh * math.cos(odd * place))
+    return near, beyond
+
+
+def _limit_ripple(weight: Fraction, tanh: np.ndarray) -> np.ndarray:
+    """The same on the separatrix, where the mean rate is that of both ends."""
+    with digits():
+        sine, cosine = float((1 / decimal(weight)).sqrt()), float((1 - 1 / decimal(weight)).sqrt())
+    phase = sine + 1.0j * cosine * tanh
+    return phase / abs(phase)
+
+
+def _turned_steadily(top: FreeTop, times: np.ndarray) -> np.ndarray:
+    """The attitude (..., 3, 3) of a constant angular velocity, its turns counted to the last digit."""
+    if not any(top.start):
+        return np.broadcast_to(np.eye(3), (*times.shape, 3, 3))
+    with digits():
+        rate = decimal(sum((each**2 for each in top.start), Fraction(0))).sqrt()
+        axis = np.array([float(decimal(each) / rate) for each in top.start])
+        quarters, rest = Clock(Decimal(0), rate / (2 * PI)).turns(times)
+    # From the body, the world is seen to turn the other way.
+    return rotation(-0.5 * np.pi * quarters[..., None] * axis) @ rotation(-2.0 * np.pi * rest[..., None] * axis)
