@@ -1,0 +1,247 @@
+"""Collapse of a uniform spheroid without pressure, at rest or turning about its axis: it stays uniform and a spheroid.
+
+    d2a/dt2 = -(3/2) G M A_1/(a c) + j^2/a^3,    d2c/dt2 = -(3/2) G M A_3/a^2,    j = Omega a^2
+
+An oblate body ends as a pancake (c = 0), a prolate one without rotation as a spindle (a = 0), a sphere in a point, and
+nearly round bodies come close to a point before: the difference of the axes grows like R^(-1/2). It is therefore a
+variable of its own, whose force has it as a factor, and the integration runs in the variable d(psi) = dt/a. Index
+symbols are written as functions of c/a that are analytic at c = 0, so that the pancake is an ordinary root.
+
+Source: Lin, Mestel & Shu 1965, ApJ 142, 1431; Lynden-Bell 1964, ApJ 139, 1195 (rotation); Chandrasekhar 1969,
+Ellipsoidal Figures of Equilibrium, ch. 3 (symbols). Tests: tests/unit/test_cold_spheroid.py,
+tests/hard/test_riemann_hard.py.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.special import hyp2f1
+
+from astroinertia.bodies.roots import root_between
+from astroinertia.errors import NumericalError
+
+_ROUND = 0.5  # |c/a - 1| below which the closed forms of the symbols lose digits and series are used
+_RELATIVE = 3e-14  # error allowed in a step
+_ABSOLUTE = 1e-17  # the same, of what may pass through zero, over its natural size
+_VANISHED = 1e-20  # a over its start: a spindle, whose time and length have settled to 1e-19
+_LONGEST = 1e6  # of psi, times the initial a/sqrt(G M/a): a collapse takes about one
+
+
+class Collapse(NamedTuple):
+    """How a cold spheroid ends: `kind`, the time, both semi-axes and their rates then.
+
+    The equatorial rate of a spindle is -inf: it grows as the root of the logarithm of 1/a, and the polar rate settles;
+    all rates of a point are -inf.
+    """
+
+    kind: Literal["pancake", "spindle", "point"]
+    time: float
+    equatorial_radius: float
+    polar_radius: float
+    equatorial_rate: float
+    polar_rate: float
+
+
+class Motion(NamedTuple):
+    """Semi-axes a and c, their rates and Omega at some times, arrays of the shape of the times."""
+
+    equatorial_radius: np.ndarray
+    polar_radius: np.ndarray
+    equatorial_rate: np.ndarray
+    polar_rate: np.ndarray
+    angular_velocity: np.ndarray
+
+
+@dataclass(frozen=True)
+class ColdSpheroid:
+    """A uniform spheroid without pressure that is let go at t = 0 with semi-axes a, c, turning about c at Omega.
+
+    Consistent units with the given G; ValueError unless all but Omega are positive and finite.
+    """
+
+    equatorial_radius: float
+    polar_radius: float
+    angular_velocity: float = 0.0
+    mass: float = 1.0
+    gravitational_constant: float = 1.0
+
+    def __post_init__(self) -> None:
+        positive = (self.equatorial_radius, self.polar_radius, self.mass, self.gravitational_constant)
+        if not (all(0 < each < math.inf for each in positive) and math.isfinite(self.angular_velocity)):
+            raise ValueError(
+                f"a cold spheroid has positive, finite radii, mass and G and a finite rotation, not {self}"
+            )
+
+    @property
+    def density(self) -> float:
+        """Rho at the start."""
+        return 3 * self.mass / (4 * math.pi * self.equatorial_radius**2 * self.polar_radius)
+
+    @property
+    def free_fall_time(self) -> float:
+        """Of the sphere of the same density, (pi/2) (R^3/(2 G M))^(1/2)."""
+        return sphere_free_fall_time(
+            np.cbrt(self.equatorial_radius**2 * self.polar_radius), self.mass, self.gravitational_constant
+        )
+
+    def collapse(self) -> Collapse:
+        """How and when it ends; NumericalError if the integration fails.
+
+        The time is good to 1e-13, the other axis to 1e-12. Source: Lin et al. 1965.
+        Test: tests/unit/test_cold_spheroid.py.
+        """
+        a, c = self.equatorial_radius, self.polar_radius
+        if a == c and self.angular_velocity == 0:
+            return Collapse("point", self.free_fall_time, 0.0, 0.0, -math.inf, -math.inf)
+        _, nodes, spindle = self._course
+        a, x, rate, change, time = nodes[:, -1]
+        if spindle:
+            return Collapse("spindle", self._time * float(time - a / rate), 0.0, self._length * float(a + x), -math.inf,
+                            self._speed * float(rate + change))  # fmt: skip
+        # what the dense output missed the root by, in one step of Newton's method
+        time -= (a + x) / (rate + change)
+        a -= (a + x) / (rate + change) * rate
+        speeds = self._speed * float(rate), self._speed * float(rate + change)
+        return Collapse("pancake", self._time * float(time), self._length * float(a), 0.0, *speeds)
+
+    def motion(self, times) -> Motion:
+        """Semi-axes and rates at times (...,) from 0 to less than that of the collapse; ValueError outside.
+
+        Source: Lin et al. 1965. Test: tests/unit/test_cold_spheroid.py.
+        """
+        asked = np.asarray(times, dtype=float)
+        end = self.collapse().time
+        if not ((asked >= 0) & (asked < end)).all():
+            raise ValueError(f"the motion of this cold spheroid is known from 0 to its collapse at {end:.9g}")
+        states = np.array([self._at(time / self._time) for time in asked.ravel()]).reshape(-1, 4)
+        a, x, rate, change = (each.reshape(asked.shape) for each in states.T)
+        turn = self.angular_velocity * (self.equatorial_radius / (self._length * a)) ** 2
+        return Motion(self._length * a, self._length * (a + x), self._speed * rate, self._speed * (rate + change), turn)
+
+    @property
+    def _length(self) -> float:
+        return self.equatorial_radius
+
+    @property
+    def _time(self) -> float:
+        return math.sqrt(self._length**3 / (self.gravitational_constant * self.mass))
+
+    @property
+    def _speed(self) -> float:
+        return self._length / self._time
+
+    @property
+    def _spin(self) -> float:
+        return self.angular_velocity * self._time
+
+    def _at(self, time: float) -> np.ndarray:
+        """a, c - a and their rates at a time, all in the units of the integration."""
+        if self.equatorial_radius == self.polar_radius and self.angular_velocity == 0:
+            radius = float(sphere_radius(time))
+            return np.array([radius, 0.0, -math.sqrt(2 * (1 / radius - 1)), 0.0])
+        _, nodes, _ = self._course
+        start = nodes[:, max(0, int(np.searchsorted(nodes[4], time, side="right")) - 1)]
+        if time == start[4]:
+            return start[:4]
+        return self._integrate(lambda _, state: self._rates(state), (start[4], time), start[:4]).y[:, -1]
+
+    def _rates(self, state: np.ndarray) -> np.ndarray:
+        """d(a, c - a, da/dt, d(c - a)/dt)/dt with G M = 1."""
+        a, x, rate, change = state
+        centrifugal = self._spin**2 / a**3
+        alpha, excess = _symbols(x / a)
+        pull = 1.5 / a**2
+        return np.array([rate, change, centrifugal - pull * alpha, -pull * excess - centrifugal])
+
+    @cached_property
+    def _course(self) -> tuple[np.ndarray, np.ndarray, bool]:
+        """psi and (a, c - a, rates, time) at the steps up to the collapse, and whether that is a spindle's."""
+
+        def slopes(_, state):
+            return state[0] * np.append(self._rates(state[:4]), 1.0)
+
+        def flat(_, state):
+            return state[0] + state[1]
+
+        def thin(_, state):
+            return state[0] - _VANISHED
+
+        flat.terminal = thin.terminal = True  # pyright: ignore[reportFunctionMemberAccess]
+        start = np.array([1.0, (self.polar_radius - self.equatorial_radius) / self._length, 0.0, 0.0, 0.0])
+        found = self._integrate(slopes, (0.0, _LONGEST), start, [flat, thin])
+        if found.status != 1:
+            raise NumericalError("the collapse of a cold spheroid was not followed to its end")
+        spindle = len(found.t_events[1]) > 0
+        psi, nodes = found.t, found.y
+        if not spindle:
+            # The dense output is of lower order than the steps: the last one is made anew, to the event.
+            last = self._integrate(slopes, (psi[-2], found.t_events[0][0]), nodes[:, -2])
+            nodes = np.concatenate([nodes[:, :-1], last.y[:, -1:]], axis=1)
+        return psi, nodes, spindle
+
+    def _integrate(self, slopes, span: tuple[float, float], start: np.ndarray, events=None):
+        # The difference of the axes begins at its own size, which may be tiny, or grows to that of the rotation.
+        apart = max(abs(self.polar_radius / self.equatorial_radius - 1), self._spin**2)
+        absolute = _ABSOLUTE * np.array([_VANISHED, apart, 1.0, apart, 1.0])[: len(start)]
+        found = solve_ivp(slopes, span, start, method="DOP853", rtol=_RELATIVE, atol=absolute, events=events)
+        if found.status < 0:
+            raise NumericalError("the integration of a cold spheroid's collapse failed: " + str(found.message))
+        return found
+
+
+def _symbols(y: float) -> tuple[float, float]:
+    """A_1 a/c and A_3 - A_1 a/c for c/a = 1 + y, analytic at c = 0; the second to round-off of itself at y = 0."""
+    q = 1 + y
+    if abs(y) < _ROUND:
+        # 2F1 after a quadratic transformation of the integrals over v = 1/(1 + u): DLMF 15.8.18
+        alpha = 2 / 3 * float(hyp2f1(1, 3, 2.5, -y / 2))
+        pair = 2 / 5 * float(hyp2f1(2, 4, 3.5, -y / 2))  # A_13
+        return alpha, y * (alpha - (1 + q) * pair)
+    between = -y * (2 + y)  # 1 - q^2
+    root = math.sqrt(abs(between))
+    angle = (math.acos(q) if y < 0 else math.acosh(q)) / root
+    alpha = (angle - q) / between
+    return alpha, 2 * (1 - q * angle) / between - alpha
+
+
+def sphere_free_fall_time(radius: float, mass: float = 1.0, gravitational_constant: float = 1.0) -> float:
+    """Return (pi/2) (R^3/(2 G M))^(1/2), in which a cold sphere at rest collapses to a point.
+
+    Source: Lin, Mestel & Shu 1965. Test: tests/unit/test_cold_spheroid.py.
+    """
+    return math.pi / 2 * math.sqrt(radius**3 / (2 * gravitational_constant * mass))
+
+
+def sphere_radius(time, radius: float = 1.0, mass: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
+    """Return the radius (...,) of a cold sphere let go at rest, at times (...,) from 0 to its free fall.
+
+    r = R cos^2 beta with beta + sin(2 beta)/2 = (pi/2) t/t_ff; ValueError outside.
+    Source: Lin, Mestel & Shu 1965. Test: tests/unit/test_cold_spheroid.py.
+    """
+    share = np.asarray(time, dtype=float) / sphere_free_fall_time(radius, mass, gravitational_constant)
+    if not ((share >= 0) & (share <= 1)).all():
+        raise ValueError("a cold sphere is followed from t = 0 to its free-fall time")
+
+    def cosine(each: float) -> float:
+        """cos beta, by the angle from whichever end is nearer, where the other one's equation has lost its digits."""
+        if each < 0.5:
+            return math.cos(root_between(lambda b: b + math.sin(2 * b) / 2 - math.pi / 2 * each, 0.0, math.pi / 2))
+        left = math.pi / 2 * (1 - each)
+        return math.sin(root_between(lambda b: _cubic_excess(b) - left, 0.0, math.pi / 2))
+
+    return radius * np.array([cosine(each) ** 2 for each in share.ravel()]).reshape(share.shape)
+
+
+def _cubic_excess(angle: float) -> float:
+    """angle - sin(2 angle)/2, of which the first terms cancel for small angles."""
+    if angle > 0.5:
+        return angle - math.sin(2 * angle) / 2
+    term, total = 2 / 3 * angle**3, 0.0
+    for order in range(2, 14):
+        total += term
+        term *= -4 * angle**2 / ((2 * order) * (2 * order + 1))
+    return total
