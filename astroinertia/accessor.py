@@ -144,9 +144,9 @@ class InertiaAccessor:
         """
         if self._unit("m") == "1":
             raise ValueError("the dataset is dimensionless: the speed of light has no value in it")
-        acceleration = second_moment_acceleration(
-            self._values("kinetic_tensor"), self._values("virial_tensor").sum(axis=1)
-        )
+        virials = self._values("virial_tensor")
+        had = np.isfinite(virials).any(axis=(0, 2, 3))  # rows of effects that the model skips are NaN
+        acceleration = second_moment_acceleration(self._values("kinetic_tensor"), virials[:, had].sum(axis=1))
         gravity = self.dataset.attrs["gravitational_constant"]
         plus, cross = gravitational_wave_strain(acceleration, polar_angle, azimuth, gravitational_constant=gravity)
         names = {"plus": plus, "cross": cross}
@@ -160,6 +160,10 @@ class InertiaAccessor:
     def plot_spin(self, **options: Any) -> Any:
         """Spin against the scalings with 1/I and R^-2, and the rotation profile."""
         return self._plot("spin", "spin_figure", **options)
+
+    def plot_attitude(self, **options: Any) -> Any:
+        """Rates about the body's own axes, Euler angles and the polhode, of a rigid body."""
+        return self._plot("attitude", "attitude_figure", **options)
 
     def plot_ledger(self, **options: Any) -> Any:
         """Each effect's share in d2I/dt2, the virial and the torque."""
@@ -216,7 +220,8 @@ class InertiaAccessor:
         momentum = self.dataset["angular_momentum"].transpose("time", "i").values[0]
         spread = self._values("second_moment")[0].trace() * self._values("kinetic_tensor")[0].trace()
         size = np.linalg.norm(momentum)
-        return momentum / size if size > SPINLESS * 2.0 * np.sqrt(spread) else np.eye(3)[2]
+        least = SPINLESS * 2.0 * np.sqrt(spread) if np.isfinite(spread) else 0.0
+        return momentum / size if size > least else np.eye(3)[2]
 
     def _series(self, values: np.ndarray, long_name: str, unit: str, comment: str) -> xr.DataArray:
         attrs = {"units": unit, "long_name": long_name} | ({"comment": comment} if comment else {})

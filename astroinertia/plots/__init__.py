@@ -7,12 +7,13 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia import accessor as _accessor  # noqa: F401  registers `dataset.inertia`, which the figures use
+from astroinertia.plots.attitude import attitude_figure, has_attitude
 from astroinertia.plots.density import density_figure
 from astroinertia.plots.energy import energy_figure
 from astroinertia.plots.ledger import ledger_figure
 from astroinertia.plots.moments import inertia_figure
 from astroinertia.plots.profiles import profiles_figure
-from astroinertia.plots.scales import angular_momentum_scale
+from astroinertia.plots.scales import angular_momentum_scale, known
 from astroinertia.plots.shape import shape_figure
 from astroinertia.plots.spin import spin_figure
 from astroinertia.plots.style import save
@@ -24,6 +25,7 @@ __all__ = ["FIGURES", "density_figure", "summary", "write_all"]
 FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "inertia": inertia_figure,
     "spin": spin_figure,
+    "attitude": attitude_figure,
     "ledger": ledger_figure,
     "shape": shape_figure,
     "energy": energy_figure,
@@ -31,6 +33,12 @@ FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "waves": waves_figure,
 }
 """File names and the figures that need the headline series only."""
+_NEEDED = {
+    "waves": "gw_strain_plus",
+    "profiles": "radius_profile",
+    "energy": "total_energy",
+    "ledger": "virial_tensor",
+}
 
 
 def write_all(dataset: xr.Dataset, folder: Path | str, snapshots: xr.Dataset | None = None) -> list[Path]:
@@ -52,7 +60,9 @@ def write_all(dataset: xr.Dataset, folder: Path | str, snapshots: xr.Dataset | N
 
 
 def _has_something(dataset: xr.Dataset, name: str) -> bool:
+    if name == "attitude":
+        return has_attitude(dataset)
     if name == "spin" and not angular_momentum_scale(dataset)[1]:
         return False
-    needed = {"waves": "gw_strain_plus", "profiles": "radius_profile", "energy": "total_energy"}.get(name)
-    return needed is None or bool(dataset[needed].notnull().any())
+    needed = _NEEDED.get(name)
+    return needed is None or known(dataset, needed)

@@ -19,7 +19,7 @@ _PIXELS = 700
 _ARROW = 0.3
 _VIEWER = np.array([0.50, 0.74, 0.45])  # direction to the eye, in the principal axes: none is seen end on
 _LIGHT = np.array([-0.35, 0.55, 0.76])  # in the picture: rightwards, upwards, towards the eye
-_BODY, _INERTIA = "#d9c8a9", "#c3d3e6"
+_BODY, INERTIA_COLOUR = "#d9c8a9", "#c3d3e6"
 
 
 def ellipsoid_figure(dataset: xr.Dataset, points: np.ndarray | None = None, name: str = "") -> Figure:
@@ -29,19 +29,19 @@ def ellipsoid_figure(dataset: xr.Dataset, points: np.ndarray | None = None, name
     """
     moments, axes = dataset["principal_moments"].values, dataset["principal_axes"].transpose("principal", "i").values
     defined = dataset["axis_defined"].values.astype(bool)
-    view = _view(axes)
+    view = view_of(axes)
     with style.styled():
         figure = style.page(f"{name}: inertia ellipsoid" if name else "inertia ellipsoid", (11.0, 6.0))
         left, right = figure.subplots(1, 2)
         _body(left, dataset, axes, defined, view, points)
         _inertia(right, moments, axes, defined, view)
         for panel in (left, right):
-            _triad(panel, view)
+            draw_triad(panel, view)
         figure.supxlabel(_caption(dataset), fontsize=9.5, color=style.INK, x=0.012, ha="left")
         return figure
 
 
-def _view(axes: np.ndarray) -> np.ndarray:
+def view_of(axes: np.ndarray) -> np.ndarray:
     """Rows: rightwards, upwards and towards the eye; the axis of the greatest moment stands upright."""
     towards = _VIEWER @ axes / np.linalg.norm(_VIEWER)
     upwards = axes[2] - (axes[2] @ towards) * towards
@@ -62,9 +62,9 @@ def _body(panel, dataset: xr.Dataset, axes, defined, view, points) -> None:
         size = float(np.clip(3000 / len(shown), 1.0, 24.0))
         panel.scatter(near[:, 0], near[:, 1], s=size, color=style.GREY, linewidth=0, alpha=0.7, zorder=1)
     thick = np.maximum(lengths / reach, 4e-3)  # a rod or a disc keeps a visible edge
-    _surface(panel, thick, axes, view, _BODY, alpha=1.0 if points is None else 0.82)
-    _principal_axes(panel, thick, axes, defined, view)
-    _heading(panel, "Homogeneous ellipsoid with this tensor")
+    draw_ellipsoid(panel, thick, axes, view, _BODY, alpha=1.0 if points is None else 0.82)
+    draw_axes(panel, thick, axes, defined, view)
+    heading(panel, "Homogeneous ellipsoid with this tensor")
     told = [f"{value / scale:.4g}" for value in lengths]
     _note(panel, "semi-axes " + ", ".join(told) + ("" if unit == "1" else f" {style.pretty(unit)}"))
 
@@ -73,15 +73,15 @@ def _inertia(panel, moments, axes, defined, view) -> None:
     floored = np.maximum(moments, LEAST_MOMENT * moments[2])
     lengths = 1.0 / np.sqrt(floored)
     reach = lengths.max()
-    _surface(panel, lengths / reach, axes, view, _INERTIA)
+    draw_ellipsoid(panel, lengths / reach, axes, view, INERTIA_COLOUR)
     families = [around for around in (0, 2) if defined[around]]
     for around in families:
         for share in SHARES:
-            _curves(panel, polhode(floored, share, around) @ axes, floored, axes, view, reach, AXES[around], 1.1)
+            draw_curves(panel, polhode(floored, share, around) @ axes, floored, axes, view, reach, AXES[around], 1.1)
     if len(families) == 2:
-        _curves(panel, polhode(floored, 1.0, 2) @ axes, floored, axes, view, reach, style.INK, 1.9)
-    _principal_axes(panel, lengths / reach, axes, defined, view)
-    _heading(panel, "Inertia ellipsoid $x$·$I$·$x$ = 1, and polhodes")
+        draw_curves(panel, polhode(floored, 1.0, 2) @ axes, floored, axes, view, reach, style.INK, 1.9)
+    draw_axes(panel, lengths / reach, axes, defined, view)
+    heading(panel, "Inertia ellipsoid $x$·$I$·$x$ = 1, and polhodes")
     text = {
         2: "free rotation is stable about 1 and 3; about 2 it runs off along the black curve",
         1: "two moments are equal: the polhodes are circles about the third axis",
@@ -91,7 +91,7 @@ def _inertia(panel, moments, axes, defined, view) -> None:
                  if moments[0] < LEAST_MOMENT * moments[2] else text)  # fmt: skip
 
 
-def _surface(panel, lengths, axes, view, colour: str, alpha: float = 1.0) -> None:
+def draw_ellipsoid(panel, lengths, axes, view, colour: str, alpha: float = 1.0) -> None:
     """An ellipsoid, lit from above on the left: for every pixel, where the line of sight meets it first."""
     shape = np.einsum("ki,k,kj->ij", axes @ view.T, lengths**-2, axes @ view.T)  # in the axes of the picture
     extent = float(np.sqrt(np.diag(np.linalg.inv(shape))[:2]).max()) * 1.01
@@ -123,7 +123,7 @@ def _surface(panel, lengths, axes, view, colour: str, alpha: float = 1.0) -> Non
     panel.axis("off")
 
 
-def _curves(panel, curves, moments, axes, view, reach, colour, width) -> None:
+def draw_curves(panel, curves, moments, axes, view, reach, colour, width) -> None:
     """Curves on the ellipsoid, faint on its far side."""
     normal = np.einsum("cpi,ki,k,kj->cpj", curves, axes, moments, axes)
     facing = normal @ view[2] > 0
@@ -136,7 +136,7 @@ def _curves(panel, curves, moments, axes, view, reach, colour, width) -> None:
         )  # fmt: skip
 
 
-def _principal_axes(panel, lengths, axes, defined, view) -> None:
+def draw_axes(panel, lengths, axes, defined, view) -> None:
     """Arrows from the surface outwards, numbered; dashed and grey where the direction is arbitrary."""
     for k in range(3):
         direction = view @ axes[k]
@@ -155,7 +155,7 @@ def _principal_axes(panel, lengths, axes, defined, view) -> None:
         )  # fmt: skip
 
 
-def _triad(panel, view) -> None:
+def draw_triad(panel, view) -> None:
     """The axes x, y and z of the frame, in the corner."""
     corner, length = np.array([-1.2, -0.86]), 0.17
     for k, letter in enumerate("xyz"):
@@ -166,7 +166,8 @@ def _triad(panel, view) -> None:
         panel.text(*beyond, letter, color=style.GREY, fontsize=9, ha="center", va="center", zorder=5)
 
 
-def _heading(panel, text: str) -> None:
+def heading(panel, text: str) -> None:
+    """The title of a panel without axes."""
     panel.text(0.0, 1.0, text, transform=panel.transAxes, va="top", fontsize=10.5, fontweight="bold", color=style.INK)
 
 

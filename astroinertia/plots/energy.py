@@ -5,7 +5,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
-from astroinertia.plots.scales import energy_scale
+from astroinertia.plots.scales import energy_scale, known, known_effects, moved
 
 _KINDS = (
     ("kinetic_energy", "kinetic", style.ORANGE, "-"),
@@ -18,26 +18,28 @@ _KINDS = (
 def energy_figure(dataset: xr.Dataset) -> Figure:
     """Energies, each effect's work and heating, and the errors of energy and of the ledger."""
     with style.styled():
-        figure = style.begin(dataset, "energy", (9.0, 9.2))
-        top, middle, bottom = figure.subplots(3, 1, height_ratios=[1.8, 1.5, 1.3])
-        _energies(top, dataset)
-        _given(middle, dataset)
-        _errors(bottom, dataset)
-        for axes in (top, middle, bottom):
-            style.time_axis(axes, dataset, last=axes is bottom)
+        drawn = [(_energies, 1.8), *([(_given, 1.5)] if moved(dataset, "work", "heating") else []), (_errors, 1.3)]
+        figure = style.begin(dataset, "energy", (9.0, 2.0 * sum(height for _, height in drawn)))
+        panels = figure.subplots(len(drawn), 1, height_ratios=[height for _, height in drawn])
+        for (draw, _), axes in zip(drawn, panels, strict=True):
+            draw(axes, dataset)
+            style.time_axis(axes, dataset, last=axes is panels[-1])
         return figure
 
 
 def _energies(axes, dataset: xr.Dataset) -> None:
     times, factor, _ = style.shown_times(dataset)
-    present = [kind for kind in _KINDS if dataset[kind[0]].notnull().any()]
+    present = [kind for kind in _KINDS if known(dataset, kind[0])]
     scale, unit = style.scale_of(style.unit_of(dataset["total_energy"]), *(dataset[kind[0]].values for kind in present))
     for name, text, colour, dashes in present:
-        if name == "rotational_energy" and float(abs(dataset[name]).max()) < 1e-6 * scale:
+        size = float(abs(dataset[name]).max())
+        if name == "rotational_energy" and size < 1e-6 * scale:
             continue
+        if name == "rotational_energy" and float(abs(dataset["kinetic_energy"] - dataset[name]).max()) < 1e-6 * size:
+            continue  # all of the motion is the mean spin, so the two would lie on each other
         axes.plot(times, dataset[name] / scale, color=colour, linestyle=dashes, label=text)
     others = dataset["potential_energy"] - dataset["gravitational_energy"].fillna(0.0)
-    if float(abs(others).max()) > 1e-6 * scale:
+    if known(dataset, "potential_energy") and float(abs(others).max()) > 1e-6 * scale:
         axes.plot(times, others / scale, color=style.SKY, label="other potentials")
     axes.plot(times, dataset["total_energy"] / scale, color=style.INK, linewidth=2.2, label="total")
     axes.axhline(0, color=style.GREY, linewidth=0.8)
@@ -50,17 +52,15 @@ def _energies(axes, dataset: xr.Dataset) -> None:
 def _given(axes, dataset: xr.Dataset) -> None:
     times, factor, _ = style.shown_times(dataset)
     names = [str(name) for name in dataset["effect"].values]
-    work, heating = (dataset[name].transpose("time", "effect").values for name in ("work", "heating"))
+    work, heating = (np.nan_to_num(dataset[name].transpose("time", "effect").values) for name in ("work", "heating"))
     axes.set_title("What each effect has given since the start")
-    if not np.isfinite(work).any():
-        style.note(axes, str(dataset["work"].attrs.get("reason", "no effect is listed")))
-        return
     scale, unit = style.scale_of(style.unit_of(dataset["work"]), work, heating)
-    floor = 1e-9 * max(float(np.nanmax(abs(work))), float(np.nanmax(abs(heating))))
-    for index, name in enumerate(names):
+    floor = 1e-9 * max(float(abs(work).max()), float(abs(heating).max()))
+    for name in known_effects(dataset, "work"):
+        index = names.index(name)
         colour = style.effect_colour(name, names)
         axes.plot(times, work[:, index] / scale, color=colour, label=f"{style.words(name)}: work")
-        if np.nanmax(abs(heating[:, index])) > floor:
+        if abs(heating[:, index]).max() > floor:
             axes.plot(
                 times, heating[:, index] / scale, color=colour, linestyle=(0, (4, 2)),
                 label=f"{style.words(name)}: heating",

@@ -12,15 +12,19 @@ from astroinertia.plots.scales import angular_momentum_scale
 def ledger_figure(dataset: xr.Dataset) -> Figure:
     """Each effect's share in d2I_zz/dt2, absolute and relative, and the angular momentum that each has given."""
     with style.styled():
-        figure = style.begin(dataset, "the ledger of effects", (9.0, 9.2))
-        top, middle, bottom = figure.subplots(3, 1, height_ratios=[1.7, 1.5, 1.3])
+        given = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
+        turned = bool((abs(given) > 0).any())
+        figure = style.begin(dataset, "the ledger of effects", (9.0, 9.2 if turned else 6.8))
+        panels = list(figure.subplots(2 + turned, 1, height_ratios=[1.7, 1.5, 1.3][: 2 + turned]))
+        top = panels[0]
         shares = dataset.inertia.acceleration_shares("z")
         _absolute(top, dataset, shares)
-        _relative(middle, dataset, shares)
-        _angular_momentum(bottom, dataset)
-        for axes in (top, middle, bottom):
-            style.time_axis(axes, dataset, last=axes is bottom)
-        names = [str(name) for name in shares["share"].values]
+        _relative(panels[1], dataset, shares)
+        if turned:
+            _angular_momentum(panels[2], dataset, given)
+        for axes in panels:
+            style.time_axis(axes, dataset, last=axes is panels[-1])
+        names = _present(shares)
         handles, texts = top.get_legend_handles_labels()
         figure.legend(handles, texts, loc="outside lower center", ncols=min(len(names) + 1, 6))
         return figure
@@ -30,14 +34,14 @@ def _absolute(axes, dataset: xr.Dataset, shares: xr.DataArray) -> None:
     times, factor, _ = style.shown_times(dataset)
     scale, unit = style.scale_of(style.unit_of(shares), shares.values)
     names = [str(name) for name in shares["share"].values]
-    for name in names:
+    for name in _present(shares):
         dashes = (0, (4, 2)) if name == "motion" else "-"
         axes.plot(
             times, shares.sel(share=name) / scale, color=_colour(name, names), linestyle=dashes, label=_said(name)
         )
     total = shares.sum("share").values
     axes.plot(times, total / scale, color=style.GREY, linewidth=3.2, alpha=0.55, label="all together", zorder=1.5)
-    spread = np.nanmax(abs(shares.values)), np.nanmedian(abs(shares.values).sum(axis=1))
+    spread = np.nanmax(abs(shares.values)), np.median(np.nansum(abs(shares.values), axis=1))
     if spread[0] > 30 * spread[1] > 0:
         _signed_log(axes, shares.values / scale, spread[1] / scale)
     axes.axhline(0, color=style.GREY, linewidth=0.8)
@@ -81,16 +85,12 @@ def _relative(axes, dataset: xr.Dataset, shares: xr.DataArray) -> None:
     style.mark_compression(axes, dataset, factor)
 
 
-def _angular_momentum(axes, dataset: xr.Dataset) -> None:
+def _angular_momentum(axes, dataset: xr.Dataset, given: np.ndarray) -> None:
     times, factor, _ = style.shown_times(dataset)
     axes.set_title("Angular momentum that each effect has given since the start")
-    given = dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values
-    if not np.isfinite(given).any():
-        style.note(axes, str(dataset["mixed_impulse"].attrs.get("reason", "not recorded")))
-        return
     size, turning = angular_momentum_scale(dataset)
     names = [str(name) for name in dataset["effect"].values]
-    sizes = np.linalg.norm(axial_vector(given), axis=-1) / size
+    sizes = np.linalg.norm(given, axis=-1) / size
     for index, name in enumerate(names):
         values = np.where(sizes[:, index] > 0, sizes[:, index], np.nan)
         axes.semilogy(times, values, color=_colour(name, names), linewidth=1.4)
@@ -99,6 +99,11 @@ def _angular_momentum(axes, dataset: xr.Dataset) -> None:
     style.level(axes, float(np.finfo(float).eps), "round-off", style.GREY)
     axes.set_ylabel(r"$|\Delta L_e|\,/\,|L|$" if turning else r"$|\Delta L_e|$ / largest possible")
     style.mark_compression(axes, dataset, factor)
+
+
+def _present(shares: xr.DataArray) -> list[str]:
+    """Motion and the effects that the model has; rows of effects that it skips are NaN."""
+    return [str(name) for name in shares["share"].values[shares.notnull().any("time").values]]
 
 
 def _colour(name: str, names: list[str]) -> str:

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from astroinertia.plots import style
+from astroinertia.plots.scales import known
 
 STEADY = 0.05  # a body whose moments change by less is shown by the change
 CLOSURE_BAR = 1e-12  # what double precision should keep, over the largest inertia tensor of the run
@@ -14,13 +15,12 @@ CLOSURE_BAR = 1e-12  # what double precision should keep, over the largest inert
 def inertia_figure(dataset: xr.Dataset) -> Figure:
     """Diagonal of I(t), its rate, and the difference between the evolved and the direct tensor."""
     with style.styled():
-        figure = style.begin(dataset, "inertia tensor", (9.0, 8.6))
-        top, middle, bottom = figure.subplots(3, 1, height_ratios=[2.4, 1.3, 1.3])
-        _moments(top, dataset)
-        _rate(middle, dataset)
-        _closure(bottom, dataset)
-        for axes in (top, middle, bottom):
-            style.time_axis(axes, dataset, last=axes is bottom)
+        below = [draw for draw, name in ((_rate, "inertia_rate"), (_closure, "ledger_closure")) if known(dataset, name)]
+        figure = style.begin(dataset, "inertia tensor", (9.0, 4.4 + 2.1 * len(below)))
+        panels = figure.subplots(1 + len(below), 1, height_ratios=[2.4, *[1.3] * len(below)], squeeze=False)[:, 0]
+        for draw, axes in zip((_moments, *below), panels, strict=True):
+            draw(axes, dataset)
+            style.time_axis(axes, dataset, last=axes is panels[-1])
         return figure
 
 
@@ -30,6 +30,9 @@ def _moments(axes, dataset: xr.Dataset) -> None:
     diagonal = np.einsum("tii->ti", direct.transpose("time", "i", "j").values)
     nearly_constant = (np.nanmax(abs(diagonal - diagonal[0]), axis=0) < STEADY * diagonal[0]).all() and len(times) > 1
 
+    both = bool(evolved.notnull().any())
+    tensors = [(direct, 5.0, 0.4), (evolved, 1.5, 1.0)] if both else [(direct, 1.7, 1.0)]
+
     def shown(tensor: xr.DataArray, name: str) -> np.ndarray:
         values = tensor.sel(i=name, j=name).values
         return values / direct.sel(i=name, j=name).values[0] - 1 if nearly_constant else values
@@ -38,8 +41,8 @@ def _moments(axes, dataset: xr.Dataset) -> None:
         "1" if nearly_constant else style.unit_of(direct), *(shown(direct, name) for name in "xyz")
     )
     for name, colour in zip("xyz", style.COMPONENTS, strict=True):
-        axes.plot(times, shown(direct, name) / scale, color=colour, linewidth=5, alpha=0.4)
-        axes.plot(times, shown(evolved, name) / scale, color=colour, linewidth=1.5)
+        for tensor, width, alpha in tensors:
+            axes.plot(times, shown(tensor, name) / scale, color=colour, linewidth=width, alpha=alpha)
     if nearly_constant:
         axes.axhline(0, color=style.GREY, linewidth=0.8)
         axes.set_ylabel("change since the start" + (f" ({style.pretty(unit)})" if unit != "1" else ""))
@@ -50,19 +53,19 @@ def _moments(axes, dataset: xr.Dataset) -> None:
             style.plain_log(axes.yaxis, np.nanmin(diagonal) / scale, np.nanmax(diagonal) / scale)
         else:
             axes.set_ylim(0, 1.08 * np.nanmax(diagonal) / scale)
-    axes.set_title("Evolved by its own equation, and summed over the body")
-    _legend(axes)
+    axes.set_title("Evolved by its own equation, and of the body itself" if both else "Of the body itself")
+    _legend(axes, evolved=both)
     style.mark_compression(axes, dataset, factor, named=True)
 
 
-def _legend(axes) -> None:
+def _legend(axes, evolved: bool) -> None:
     handles = [Line2D([], [], color=colour, linewidth=2.5) for colour in style.COMPONENTS]
-    kinds = [
-        Line2D([], [], color=style.GREY, linewidth=1.5),
-        Line2D([], [], color=style.GREY, linewidth=5, alpha=0.4),
-    ]
-    names = ["$I_{xx}$", "$I_{yy}$", "$I_{zz}$", "evolved", "direct sum"]
-    axes.legend([*handles, *kinds], names, ncols=5, loc="lower left", columnspacing=1.4)
+    names = ["$I_{xx}$", "$I_{yy}$", "$I_{zz}$"]
+    if evolved:
+        handles.append(Line2D([], [], color=style.GREY, linewidth=1.5))
+        handles.append(Line2D([], [], color=style.GREY, linewidth=5, alpha=0.4))
+        names += ["evolved", "direct"]
+    axes.legend(handles, names, ncols=5, loc="lower left", columnspacing=1.4)
     low, high = axes.get_ylim()  # room for it below the curves
     axes.set_ylim(low / 2.2 if axes.get_yscale() == "log" else low - (0.12 * (high - low) if low != 0 else 0), high)
 
@@ -84,7 +87,7 @@ def _closure(axes, dataset: xr.Dataset) -> None:
     closure = dataset["ledger_closure"].values
     axes.set_title("Closure: |evolved \N{MINUS SIGN} direct| over the largest |I| so far")
     if not (closure > 0).any():
-        style.note(axes, "the two agree to the last bit" if np.isfinite(closure).any() else "not recorded")
+        style.note(axes, "the two agree to the last bit")
         return
     axes.semilogy(times, np.where(closure > 0, closure, np.nan), color=style.INK, linewidth=1.2)
     style.level(axes, float(np.finfo(float).eps), "round-off", style.GREEN)

@@ -8,9 +8,25 @@ from astroinertia.dataset_derived import SPINLESS
 ENERGIES = ("kinetic_energy", "internal_energy", "gravitational_energy")
 
 
+def known(dataset: xr.Dataset, *names: str) -> bool:
+    """Whether the dataset has a number for one of these quantities, at any time."""
+    return any(bool(dataset[name].notnull().any()) for name in names)
+
+
+def moved(dataset: xr.Dataset, *names: str) -> bool:
+    """Whether one of these quantities is known and not zero throughout."""
+    return any(bool((abs(dataset[name]) > 0).any()) for name in names)
+
+
+def known_effects(dataset: xr.Dataset, quantity: str) -> list[str]:
+    """The effects that have numbers for a quantity; a model may skip others that the scene lists."""
+    rows = dataset[quantity].notnull().any([dim for dim in dataset[quantity].dims if dim != "effect"])
+    return [str(name) for name in dataset["effect"].values[rows.values]]
+
+
 def energy_scale(dataset: xr.Dataset) -> float:
     """The largest energy of any kind at any time; NaN if none is known."""
-    sizes = [np.nanmax(abs(dataset[name].values)) for name in ENERGIES if dataset[name].notnull().any()]
+    sizes = [np.nanmax(abs(dataset[name].values)) for name in ENERGIES if known(dataset, name)]
     return float(max(sizes)) if sizes else np.nan
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.inertia.tensor import axial_vector
-from astroinertia.plots.scales import angular_momentum_scale, energy_scale
+from astroinertia.plots.scales import angular_momentum_scale, energy_scale, known_effects
 from astroinertia.plots.style import scale_of, unit_of
 
 _WIDTH = 34
@@ -66,15 +66,15 @@ def _accuracy(dataset: xr.Dataset) -> str:
     total = dataset["total_energy"].values
     momentum = dataset["angular_momentum"].transpose("time", "i").values
     size, turning = angular_momentum_scale(dataset)
-    drift = np.nanmax(_finite(np.linalg.norm(momentum - momentum[0], axis=1))) / size
+    drift = _largest(np.linalg.norm(momentum - momentum[0], axis=1)) / size
     mass, spread = dataset["mass"].values, np.sqrt(2.0 * dataset["mass"].values * abs(dataset["kinetic_energy"].values))
     pushed = np.linalg.norm(dataset["momentum"].transpose("time", "i").values, axis=1)
     rows = [
-        ("ledger closure", np.nanmax(_finite(dataset["ledger_closure"].values)), "of the largest inertia tensor"),
-        ("change of the total energy", np.nanmax(_finite(abs(total - total[0]))) / largest, "of the largest energy"),
+        ("ledger closure", _largest(dataset["ledger_closure"].values), "of the largest inertia tensor"),
+        ("change of the total energy", _largest(total - total[0]) / largest, "of the largest energy"),
         (
             "integration error of the energy",
-            np.nanmax(_finite(abs(dataset["integration_energy_error"].values))) / largest,
+            _largest(dataset["integration_energy_error"].values) / largest,
             "of the largest energy",
         ),
         (
@@ -84,7 +84,7 @@ def _accuracy(dataset: xr.Dataset) -> str:
         ),
         (
             "change of the momentum",
-            np.nanmax(_finite(abs(pushed - pushed[0]))) / np.nanmax(_finite(spread)) if mass[0] > 0 else np.nan,
+            _largest(pushed - pushed[0]) / _largest(spread) if mass[0] > 0 else np.nan,
             "of (2 M E_kin)^1/2 at its largest",
         ),
     ]
@@ -92,9 +92,10 @@ def _accuracy(dataset: xr.Dataset) -> str:
 
 
 def _effects(dataset: xr.Dataset) -> str:
-    names = [str(name) for name in dataset["effect"].values]
+    names = known_effects(dataset, "virial_tensor")
     if not names:
         return ""
+    dataset = dataset.sel(effect=names)
     largest = energy_scale(dataset)
     given = np.linalg.norm(axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values), axis=-1)
     size, turning = angular_momentum_scale(dataset)
@@ -116,6 +117,12 @@ def _cell(value: float) -> str:
 
 def _finite(values: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(values), values, 0.0)
+
+
+def _largest(values: np.ndarray) -> float:
+    """The largest size, NaN where nothing is known."""
+    sizes = abs(values[np.isfinite(values)])
+    return float(sizes.max()) if len(sizes) else np.nan
 
 
 def _value(variable: xr.DataArray) -> str:

@@ -1,0 +1,253 @@
+"""How a rigid body turns: its rates about its own axes, its Euler angles, the polhode, and what should be conserved."""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from mpl_toolkits.axes_grid1.inset_locator import inset_axes
+
+from astroinertia.inertia.tensor import axial_vector
+from astroinertia.plots import style
+from astroinertia.plots.ellipsoid import (
+    AXES,
+    INERTIA_COLOUR,
+    LEAST_MOMENT,
+    draw_axes,
+    draw_curves,
+    draw_ellipsoid,
+    view_of,
+)
+from astroinertia.plots.polhodes import polhode
+from astroinertia.plots.scales import angular_momentum_scale, energy_scale
+from astroinertia.rotation.attitude import euler_angles
+
+SPARSE = 0.7  # rad that something turns by from output to output: beyond it, lines would join what is not joined
+FASTEST = 2.5  # rad of precession from output to output beyond which turns cannot be counted
+STEADY = 1e-6  # change of the direction of L, rad, below which the angles are told from it
+EQUAL = 1e-9  # moments that differ by less, over the greatest, have no polhodes of their own
+_SHARES = (0.3, 0.6, 0.85)
+_STILL, _SLIGHT = 1e-6, 1e-2  # deg of nutation: below the first none is shown, below the second in mas
+_MAS = 1.0 / 3.6e6  # deg
+
+
+class Motion(NamedTuple):
+    """A rigid body's motion: moments (3,) ascending, axes (time, 3, 3) with rows in inertial axes, rates (time, 3)."""
+
+    moments: np.ndarray
+    axes: np.ndarray
+    rates: np.ndarray
+
+
+def has_attitude(dataset: xr.Dataset) -> bool:
+    """Whether the dataset is of a rigid body that turns."""
+    return dataset.attrs.get("model") == "rigid" and angular_momentum_scale(dataset)[1]
+
+
+def motion(dataset: xr.Dataset) -> Motion:
+    """The principal axes, continuous in time, and the angular velocity along them.
+
+    They are fixed to the attitude where the model records one, else the tracked axes of the inertia tensor. The moments
+    are those of the start: a prescribed size multiplies all of them.
+    """
+    inertia = dataset["inertia_tensor"].transpose("time", "i", "j").values
+    spin = dataset["angular_velocity"].transpose("time", "i").values
+    if "attitude" in dataset and np.isfinite(dataset["attitude"].values).all():
+        body = dataset["attitude"].values
+        moments, fixed = np.linalg.eigh(body[0] @ inertia[0] @ body[0].T)
+        fixed[:, 0] *= np.sign(np.linalg.det(fixed))
+        axes = fixed.T @ body
+    else:
+        order = np.argsort(dataset["principal_moments"].transpose("time", "principal").values[0], kind="stable")
+        moments = dataset["principal_moments"].transpose("time", "principal").values[0][order]
+        axes = dataset["principal_axes"].transpose("time", "principal", "i").values[:, order]
+        axes[:, 0] *= np.sign(np.linalg.det(axes))[:, None]
+    return Motion(moments, axes, np.einsum("tki,ti->tk", axes, spin))
+
+
+def attitude_figure(dataset: xr.Dataset) -> Figure:
+    """Body rates, nutation and precession, the polhode on the inertia ellipsoid, and conservation."""
+    found = motion(dataset)
+    with style.styled():
+        figure = style.begin(dataset, "attitude", (12.6, 9.0))
+        if not found.rates.any():
+            style.note(figure.subplots(), "the body does not turn")
+            return figure
+        grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0], height_ratios=[1.25, 1.0])
+        rates, angles = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
+        _rates(rates, dataset, found)
+        _angles(angles, dataset, found)
+        _polhode(figure.add_subplot(grid[0, 1]), dataset, found)
+        errors = figure.add_subplot(grid[1, 1])
+        _errors(errors, dataset)
+        for axes in (rates, angles, errors):
+            style.time_axis(axes, dataset, last=axes is not rates)
+        return figure
+
+
+def _sparse(found: Motion) -> bool:
+    """Whether outputs are too far apart to be joined by lines."""
+    size = np.linalg.norm(found.rates, axis=1)
+    if len(size) < 2 or not (size > 0).all():
+        return False
+    unit = found.rates / size[:, None]
+    return bool(np.quantile(np.linalg.norm(np.diff(unit, axis=0), axis=1), 0.9) > SPARSE)
+
+
+def _gaps(moments: np.ndarray) -> np.ndarray:
+    return np.diff(moments) > EQUAL * moments[2]
+
+
+def _names(moments: np.ndarray) -> list[str]:
+    lower, upper = _gaps(moments)
+    names = ["least" if lower else "equal", "middle" if lower and upper else "equal", "greatest" if upper else "equal"]
+    return [f"{name} moment" for name in names]
+
+
+def _rates(axes, dataset: xr.Dataset, found: Motion) -> None:
+    times, _, _ = style.shown_times(dataset)
+    unit = style.unit_of(dataset["angular_velocity"])
+    scale, unit = style.scale_of(unit, found.rates)
+    dots, names = _sparse(found), _names(found.moments)
+    for k in (1, 0, 2):
+        how = {"marker": ".", "markersize": 2.5, "linestyle": ""} if dots else {"linewidth": 1.4}
+        axes.plot(times, found.rates[:, k] / scale, color=AXES[k], label=f"axis {k + 1}, {names[k]}", **how)
+    axes.axhline(0, color=style.GREY, linewidth=0.8)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.16 * (high - low))
+    axes.set_ylabel(style.label(r"$\omega_k$", unit))
+    axes.set_title("Angular velocity along the body's principal axes" + ("; outputs are far apart" if dots else ""))
+    handles, texts = axes.get_legend_handles_labels()
+    order = np.argsort(texts)
+    axes.legend([handles[k] for k in order], [texts[k] for k in order], ncols=3, loc="upper left", columnspacing=1.2)
+
+
+def reference_direction(dataset: xr.Dataset) -> tuple[np.ndarray, str]:
+    """What angles are told from: the angular momentum at the start where its direction stays, else z; and its name."""
+    momentum = dataset["angular_momentum"].transpose("time", "i").values
+    size = np.linalg.norm(momentum, axis=1)
+    unit = momentum[size > 0] / size[size > 0, None]  # a brake may stop it altogether
+    if np.linalg.norm(unit - unit[0], axis=1).max() < STEADY:
+        return unit[0], "the angular momentum"
+    return np.array([0.0, 0.0, 1.0]), "$z$"
+
+
+def nutation_and_precession(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, int, str]:
+    """Angle from the reference direction and angle around it, (time,), of the principal axis nearest to L, its number.
+
+    The precession is continuous; both in radians.
+    """
+    found = motion(dataset)
+    direction, name = reference_direction(dataset)
+    momentum = found.rates * found.moments
+    figure = int(np.argmax(np.sum(momentum**2, axis=0)))
+    order = [(figure + 1) % 3, (figure + 2) % 3, figure]
+    helper = np.eye(3)[np.argmin(abs(direction))]
+    across = np.cross(direction, helper) / np.linalg.norm(np.cross(direction, helper))
+    basis = np.stack([across, np.cross(direction, across), direction])
+    angles = euler_angles(found.axes[:, order] @ basis.T)
+    return angles[:, 1], np.unwrap(angles[:, 0]), figure, name
+
+
+def _angles(axes, dataset: xr.Dataset, found: Motion) -> None:
+    times, _, _ = style.shown_times(dataset)
+    nutation, precession, figure, name = nutation_and_precession(dataset)
+    across = np.sqrt(np.sum(found.rates**2, axis=1) - found.rates[:, figure] ** 2)
+    moved = float(np.median(across)) * float(np.max(np.diff(dataset["time"].values), initial=0.0))  # rad an output
+    angle, unit, text = np.degrees(nutation), "deg", "nutation"
+    if _STILL < np.ptp(angle) < _SLIGHT:
+        angle, unit, text = (angle - angle[0]) / _MAS, "mas", f"nutation \N{MINUS SIGN} {angle[0]:.4f} deg"
+    how = {"marker": ".", "markersize": 2.5, "linestyle": ""} if moved > SPARSE else {"linewidth": 1.5}
+    axes.plot(times, angle, color=style.BLUE, **how)
+    if np.ptp(angle) < _STILL:
+        middle = float(angle.mean())
+        axes.set_ylim(middle - max(0.2 * middle, 0.1), middle + max(0.2 * middle, 0.1))
+    axes.set_ylabel(f"{text} ({unit})", color=style.BLUE)
+    axes.set_title(f"Axis {figure + 1}: its angle from {name}, and around it")
+    tilt = float(np.median(np.sin(nutation)))
+    if tilt < 1e-9 or moved / tilt > FASTEST:
+        return
+    around = axes.twinx()
+    turns = (precession - precession[0]) / (2 * np.pi)
+    small = np.ptp(turns) < 0.5
+    around.plot(times, turns * (360.0 if small else 1.0), color=style.VERMILLION, linewidth=1.4, linestyle=(0, (5, 2)))
+    around.set_ylabel("precession (deg)" if small else "precession (turns)", color=style.VERMILLION)
+    around.grid(False)
+    around.spines["right"].set_visible(True)
+
+
+def _polhode(panel, dataset: xr.Dataset, found: Motion) -> None:
+    moments = np.maximum(found.moments, LEAST_MOMENT * found.moments[2])
+    gaps = _gaps(moments)
+    defined = np.array([gaps[0], gaps.all(), gaps[1]])
+    view, frame = view_of(np.eye(3)), np.eye(3)
+    lengths = 1.0 / np.sqrt(moments)
+    reach = float(lengths.max())
+    draw_ellipsoid(panel, lengths / reach, frame, view, INERTIA_COLOUR)
+    for around in (0, 2):
+        for share in _SHARES if defined[around] else ():
+            draw_curves(panel, polhode(moments, share, around), moments, frame, view, reach, style.GREY, 0.7)
+    if gaps.all():
+        draw_curves(panel, polhode(moments, 1.0, 2), moments, frame, view, reach, style.INK, 1.3)
+    _track(panel, dataset, found, moments, view, reach)
+    draw_axes(panel, lengths / reach, frame, defined, view)
+    panel.set_title("Polhode: the tip of $\\omega$ on the inertia ellipsoid")
+    text = "black: separatrix" if gaps.all() else "equal moments:\ncircles"
+    panel.text(0.03, 0.03, text, transform=panel.transAxes, fontsize=9, color=style.GREY)
+
+
+def _track(panel, dataset: xr.Dataset, found: Motion, moments: np.ndarray, view: np.ndarray, reach: float) -> None:
+    """The run's own path, coloured by time, faint behind the ellipsoid."""
+    sizes = np.sqrt(np.einsum("tk,k,tk->t", found.rates, moments, found.rates))
+    path = found.rates[sizes > 0] / sizes[sizes > 0, None]
+    times, _, text = style.shown_times(dataset)
+    times = times[sizes > 0]
+    u, v = view[:2] @ path.T / reach
+    front = (path * moments) @ view[2] > 0
+    if _sparse(found):
+        panel.scatter(u, v, s=np.where(front, 9, 3), c=times, cmap=style.TIME_MAP, linewidth=0, zorder=5)
+    else:
+        ends = np.stack([np.stack([u, v], axis=-1)[:-1], np.stack([u, v], axis=-1)[1:]], axis=1)
+        seen = front[:-1] & front[1:]
+        for part, width, alpha in ((seen, 2.4, 1.0), (~seen, 1.2, 0.35)):
+            drawn = LineCollection(list(ends[part]), linewidths=width, alpha=alpha, cmap=style.TIME_MAP, zorder=5)
+            drawn.set_array(times[:-1][part])
+            drawn.set_clim(times[0], times[-1])
+            panel.add_collection(drawn)
+    place = inset_axes(panel, width="42%", height="2.5%", loc="lower right", borderpad=2.6)
+    norm = Normalize(times[0], max(times[-1], np.nextafter(times[0], np.inf)))
+    bar = panel.figure.colorbar(ScalarMappable(norm, style.TIME_MAP), cax=place, orientation="horizontal")
+    bar.outline.set_visible(False)
+    bar.ax.tick_params(labelsize=8, length=2)
+    bar.set_label(text, fontsize=8)
+
+
+def _errors(axes, dataset: xr.Dataset) -> None:
+    times, _, _ = style.shown_times(dataset)
+    momentum = dataset["angular_momentum"].transpose("time", "i").values
+    given = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
+    owned = np.where(np.isfinite(given), given, 0.0).sum(axis=1)
+    size = angular_momentum_scale(dataset)[0]
+    energy = dataset["integration_energy_error"].values
+    if not np.isfinite(energy).any():
+        energy = dataset["total_energy"].values - dataset["total_energy"].values[0]
+    lines = [
+        (np.linalg.norm(momentum - momentum[0] - owned, axis=1) / size, "angular momentum", style.BLUE),
+        (abs(energy) / energy_scale(dataset), "energy", style.VERMILLION),
+        (dataset["ledger_closure"].values, "closure of the inertia ledger", style.GREEN),
+    ]
+    axes.set_title("What no effect accounts for, over the largest")
+    drawn = [values for values, _, _ in lines if (values > 0).any()]
+    if not drawn:
+        style.note(axes, "nothing to the last bit")
+        return
+    for values, text, colour in lines:
+        if (values > 0).any():
+            axes.semilogy(times, np.where(values > 0, values, np.nan), color=colour, linewidth=1.3, label=text)
+    low, high = style.robust_limits(np.concatenate(drawn), 1e-18)
+    axes.set_ylim(max(low, 1e-18), max(high, 30 * low))
+    axes.set_ylabel("relative size")
+    axes.legend(loc="best")
