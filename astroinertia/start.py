@@ -291,6 +291,13 @@ def _settled(
     return relaxed.position, relaxed.velocity
 
 
+def initial_velocity(
+    scene: Scene, units: CodeUnits, ball: Sphere | Star | None, mass: np.ndarray, position: np.ndarray
+) -> np.ndarray:
+    """Velocities (N, 3) of the scene's rotation and linear flow at positions (N, 3), not settled."""
+    return _flow(scene, units, position) + _rotation(scene, units, ball, mass, position)
+
+
 def _flow(scene: Scene, units: CodeUnits, position: np.ndarray) -> np.ndarray:
     gradient = scene.body.velocity_gradient
     if gradient is None:
@@ -328,8 +335,7 @@ def _table(scene: Scene, units: CodeUnits, fluid: Any) -> Particles:
     table = read_table(Path(scene.origin or ".") / body.file)
     mass = units.to_code(table.mass, "mass")
     position = units.to_code(table.position, "length")
-    velocity = units.to_code(table.velocity, "velocity")
-    velocity = velocity + _flow(scene, units, position) + _rotation(scene, units, None, mass, position)
+    velocity = units.to_code(table.velocity, "velocity") + initial_velocity(scene, units, None, mass, position)
     energy = table.internal_energy
     if energy is None and body.specific_internal_energy is not None:
         energy = np.full_like(mass, body.specific_internal_energy)

@@ -27,6 +27,12 @@ PARTS = (
     "affine_virial",
     "affine_potential",
     "affine_heating",
+    "torque",
+    "slip",
+    "potential",
+    "rigid_virial",
+    "impulse",
+    "frequency",
 )
 
 
@@ -62,6 +68,8 @@ class Effect:
     second_moment (q of the sphere F = 1 along an axis), sphere_energy (its W), deformation F and rate dF/dt (3, 3),
     centre and velocity (3,), pressure_slope (dU/dJ), and conservative (d2F/dt2 by gravity and pressure alone, a
     function of F and dF/dt).
+
+    The rigid parts are for a body that keeps its shape or changes it as prescribed: `body` there is models.rigid.View.
     """
 
     kind: ClassVar[str]
@@ -71,6 +79,10 @@ class Effect:
     """Acts between particles along their separation: no net force, symmetric virial tensor."""
     needs_zeta: ClassVar[bool] = False
     """Needs fluid.zeta, the response of the softened potential to the smoothing length."""
+    follows_spin: ClassVar[bool] = False
+    """Its torque depends on the angular velocity or on L, or it has a slip."""
+    conservative: ClassVar[bool] = False
+    """Its `potential` does not depend on time: what it does to a rigid body is found again there."""
 
     def __init_subclass__(cls) -> None:
         for name in PARTS:
@@ -133,6 +145,11 @@ class Effect:
         """The effect's own shortest time (scalar); the integrator multiplies it by its Courant factor."""
         return None
 
+    @property
+    def potential_moves(self) -> bool:
+        """Whether the potential changes by itself with time, so that it exchanges energy with what is outside."""
+        return False
+
     def affine_force(self, body: Any) -> Any | None:
         """G = sum m a (x) xi, (3, 3), of an affine body: its share of q d2F/dt2."""
         return None
@@ -151,6 +168,41 @@ class Effect:
 
     def affine_heating(self, body: Any) -> Any | None:
         """Energy per time that an affine body is heated by."""
+        return None
+
+    def torque(self, body: Any) -> Any | None:
+        """Torque (3,) on a rigid body about its centre of mass, or its pivot, in inertial axes."""
+        return None
+
+    def slip(self, body: Any) -> Any | None:
+        """Angular velocity (3,) by which a rigid body's axes turn beyond I^-1 L: internal forces, which leave L alone.
+
+        Its power, slip . (omega cross L), must not be positive: it is the heat that the body gains.
+        """
+        return None
+
+    def potential(self, body: Any) -> Any | None:
+        """Scalar that the torque on a rigid body derives from, where there is one."""
+        return None
+
+    def rigid_virial(self, body: Any) -> Any | None:
+        """V (3, 3) of a rigid body about its centre of mass; without it, the torque's antisymmetric part alone."""
+        return None
+
+    def frequency(self, body: Any) -> Any | None:
+        """The largest angular frequency that the torque brings to a rigid body, which steps must resolve."""
+        return None
+
+    def breaks(self, end: float) -> tuple[float, ...]:
+        """Times up to the end at which a rigid body's torque begins or ends, or an impulse comes, rising."""
+        return ()
+
+    def during(self, start: float, end: float) -> Self:
+        """The effect as it is between two breaks: the same, with other numbers."""
+        return self
+
+    def impulse(self, body: Any) -> Any | None:
+        """What is added to the angular momentum of a rigid body at once, (3,), at one of the breaks."""
         return None
 
 

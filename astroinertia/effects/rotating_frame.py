@@ -75,6 +75,11 @@ class RotatingFrame(Effect):
         rate = xp.sqrt(0.5 * xp.sum(self.rotation(fluid) ** 2))
         return 1.0 / xp.maximum(rate, 1e-30)
 
+    @property
+    def potential_moves(self):
+        """Where the rate changes."""
+        return self.rate_change is not None
+
     def affine_force(self, body):
         """q (B F - 2 [Omega] dF/dt), exact: the acceleration is linear in position and velocity."""
         return body.second_moment * (self.position_matrix(body) @ body.deformation + self.drag(body) @ body.rate)

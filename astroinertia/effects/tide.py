@@ -120,6 +120,11 @@ class Tide(Effect):
         nearest = xp.min(xp.sum((fluid.position - self.place(xp, fluid)) ** 2, axis=1)) + self.softening**2
         return xp.sqrt(nearest**1.5 / self.mass)
 
+    @property
+    def potential_moves(self):
+        """Where the perturber does."""
+        return self.period is not None
+
     def affine_potential(self, body):
         """To second order in the body's size: about the origin in the tidal frame, about the centre of mass if direct.
 

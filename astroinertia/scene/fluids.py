@@ -117,6 +117,13 @@ class HybridFluid(Part):
         return _pressure_constant(value, info.data.get("gamma_1"), info)
 
 
+class IncompressibleFluid(Part):
+    """Every part of the body keeps its density; the pressure is what that takes (model ellipsoid)."""
+
+    kind: Literal["incompressible"]
+
+
 AnyEquationOfState = Annotated[
-    IdealGas | IsothermalGas | PolytropicFluid | PiecewisePolytropicFluid | HybridFluid, Field(discriminator="kind")
+    IdealGas | IsothermalGas | PolytropicFluid | PiecewisePolytropicFluid | HybridFluid | IncompressibleFluid,
+    Field(discriminator="kind"),
 ]

@@ -406,6 +406,8 @@ class Scene(Part):
         body, model = self.body, self.model
         if model in ("sph", "ellipsoid") and self.equation_of_state is None:
             raise ValueError("[equation_of_state] is missing, which the models sph and ellipsoid need.")
+        if self.equation_of_state is not None and self.equation_of_state.kind == "incompressible" and model == "sph":
+            raise ValueError("[equation_of_state] incompressible is for the model ellipsoid, not for sph.")
         if model == "sph" and body.kind not in ("table", "rigid") and body.particles is None:
             raise ValueError("[body] particles is missing (number of particles), which the model sph needs.")
         if body.kind == "rigid" and model not in ("rigid", "scaling"):

@@ -1,0 +1,123 @@
+"""One row of the headline series of an affine body, in code units, under the dataset's names."""
+
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
+from astroinertia.models import affine_body
+from astroinertia.models.affine_body import Problem, State
+
+MODES = (1, 2, 3, 4)
+KINETIC, INTERNAL = "kinetic", "internal"
+
+
+def energies(problem: Problem, time: float, state: State) -> dict[str, float]:
+    """Kinetic and internal energy, and the potential energy of each effect that has one, by its kind."""
+    body = affine_body.body_at(problem, jnp.asarray(time), state)
+    moving = 0.5 * problem.second_moment * jnp.sum(state.rate**2)
+    found = {
+        KINETIC: moving + 0.5 * problem.mass * jnp.sum(state.velocity**2),
+        INTERNAL: affine_body.internal_energy(problem, state),
+    }
+    found |= {effect.kind: effect.affine_potential(body) for effect in problem.effects}
+    return {name: float(energy) for name, energy in found.items() if energy is not None}
+
+
+def ledger_closure(body: Any) -> float:
+    """|I of the ledger - I of the deformation| over the largest |I| of the run."""
+    moment, deformation = float(body.problem.second_moment), np.asarray(body.state.deformation)
+    direct = inertia_from_second_moment(moment * deformation @ deformation.T)
+    evolved = inertia_from_second_moment(np.asarray(body.state.second_moment))
+    return float(np.linalg.norm(evolved - direct) / body.largest_inertia)
+
+
+def series_record(body: Any, opening_potential: float | None) -> dict[str, Any]:
+    """The record of an affine body (models.ellipsoid.Ellipsoid).
+
+    virial_mismatch compares each effect's own virial tensor with F G^T of its force. integration_energy_error is what
+    kinetic, internal and static potential energy changed by beyond what the effects' work and heating account for.
+    """
+    problem, state, time = body.problem, body.state, body.time
+    names = problem.effect_names
+    seen = affine_body.body_at(problem, jnp.asarray(time), state)
+    moment, mass = float(problem.second_moment), float(problem.mass)
+    deformation, rate = np.asarray(state.deformation), np.asarray(state.rate)
+    forces = [np.asarray(affine_body.force_on(effect, seen)) for effect in problem.effects]
+    pushes = [np.asarray(affine_body.push_on(effect, seen)) for effect in problem.effects]
+    virial = _stacked([np.asarray(effect.affine_virial(seen)) for effect in problem.effects], (3, 3))
+    found = energies(problem, time, state)
+    potentials = {name: energy for name, energy in found.items() if name not in (KINETIC, INTERNAL)}
+    second = moment * deformation @ deformation.T
+    second = 0.5 * (second + second.T)
+    mixed = moment * deformation @ rate.T
+    velocity = np.asarray(state.velocity)
+    work, heating = np.asarray(state.work), np.asarray(state.heating)
+    return {
+        "time": time,
+        "step": body.steps,
+        "mass": mass,
+        "centre_of_mass": np.asarray(state.centre),
+        "momentum": mass * velocity,
+        "angular_momentum": axial_vector(mixed),
+        "second_moment": second,
+        "mixed_moment": mixed,
+        "kinetic_tensor": moment * rate @ rate.T,
+        "virial_tensor": virial,
+        "virial_mismatch": np.array(
+            [_mismatch(tensor, deformation, force) for tensor, force in zip(virial, forces, strict=True)]
+        ),
+        "inertia_tensor": inertia_from_second_moment(second),
+        "inertia_tensor_evolved": inertia_from_second_moment(np.asarray(state.second_moment)),
+        "ledger_closure": ledger_closure(body),
+        "mixed_impulse": np.asarray(state.mixed_impulse),
+        "torque": axial_vector(virial),
+        "force": _stacked(pushes, (3,)),
+        "impulse": np.asarray(state.impulse),
+        "work": work,
+        "heating": heating,
+        "kinetic_energy": found[KINETIC],
+        "internal_energy": np.nan if problem.matter is None else found[INTERNAL],
+        "gravitational_energy": potentials.get("gravity", np.nan),
+        "potential_energy": sum(potentials.values()),
+        "total_energy": sum(found.values()),
+        "integration_energy_error": _unaccounted(
+            body, found, dict(zip(names, work, strict=True)), float(heating.sum())
+        ),
+        "density_max": body.density_now(),
+        "timestep": body.timestep,
+        **_modes(second),
+    }
+
+
+def _unaccounted(body: Any, now: dict[str, float], work: dict[str, float], heating: float) -> float:
+    opening = body.opening
+    error = now[KINETIC] - opening[KINETIC] - sum(work.values())
+    error += now[INTERNAL] - opening[INTERNAL] - heating
+    for effect in body.problem.effects:
+        # Of a potential that changes by itself the energy of the body says nothing: its work alone counts.
+        if effect.kind in now and not effect.potential_moves:
+            error += now[effect.kind] - opening[effect.kind] + work[effect.kind]
+    return error
+
+
+def _mismatch(tensor: np.ndarray, deformation: np.ndarray, force: np.ndarray) -> float:
+    size = np.linalg.norm(deformation) * np.linalg.norm(force)
+    error = np.abs(tensor - deformation @ force.T).max()
+    return float(error / size) if size > 0 else float(error)
+
+
+def _modes(second: np.ndarray) -> dict[str, np.ndarray]:
+    # Projected along z the shells are similar ellipses with semi-axes a and b, of which the sector at phi has a mass in
+    # proportion to the square of its length: |sum m exp(i k phi)|/M = ((a - b)/(a + b))^(k/2) for even k.
+    moments, axes = np.linalg.eigh(second[:2, :2])
+    short, long = np.sqrt(np.maximum(moments, 0.0))
+    ratio = (long - short) / (long + short) if long > 0 else 0.0
+    phase = np.arctan2(axes[1, 1], axes[0, 1])
+    modes = [ratio ** (k // 2) * np.exp(1j * k * phase) if k % 2 == 0 else 0.0 for k in MODES]
+    return {"mode_amplitude": np.abs(modes), "mode_phase": np.angle(modes)}
+
+
+def _stacked(rows: list[np.ndarray], shape: tuple[int, ...]) -> np.ndarray:
+    return np.stack(rows) if rows else np.zeros((0, *shape))
