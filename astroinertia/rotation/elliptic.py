@@ -231,6 +231,14 @@ class Clock:
         return (quarters.astype(int) + 2) % 4 - 2, rest
 
 
+def unit(quarters: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """exp(2 pi i (quarters/4 + rest)), (...,): a Clock's turns as a point of the circle, exact in the quarters.
+
+    Test: tests/unit/test_elliptic.py.
+    """
+    return np.array([1.0, 1.0j, -1.0, -1.0j])[quarters % 4] * np.exp(2.0j * np.pi * rest)
+
+
 def two_parts(rate: Decimal, start: Decimal, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """start + rate x times as a double (...,) and what it lacks (...,), to 1e-32; within `digits()`.
 

@@ -19,12 +19,11 @@ from typing import Any
 import numpy as np
 
 from astroinertia.rotation.attitude import rotation
-from astroinertia.rotation.elliptic import PI, Clock, carlson_rf, complete_integral, decimal, digits, jacobi
+from astroinertia.rotation.elliptic import PI, Clock, complete_integral, decimal, digits, jacobi, unit
 from astroinertia.rotation.free_top import FreeTop, checked_times, clock, hyperbolic
+from astroinertia.rotation.ripple import limit_ripple, phase_ripple
 
 Array = Any
-
-_NEGLIGIBLE = 45.0  # terms below exp(-45) of the leading one are left out
 
 
 def attitude(top: FreeTop, times: Array, start: Array | None = None) -> np.ndarray:
@@ -96,23 +95,22 @@ def _shares(top: FreeTop) -> tuple[Fraction, Fraction]:
 
 def _body_frame_and_phase(top: FreeTop, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A frame with L as third axis as columns (..., 3, 3) in body axes, and exp(i phi) of its first axis (...,)."""
-    weight = _shares(top)[0]
     with digits():
+        weight = decimal(_shares(top)[0])
         mean = Clock(Decimal(0), _mean_rate(top) / (2 * PI))
-        tilt = float(decimal(weight).sqrt()) * math.copysign(1.0, top.amplitudes[0] * top.amplitudes[1])
+        tilt = float(weight.sqrt()) * math.copysign(1.0, top.amplitudes[0] * top.amplitudes[1])
         of_axes = np.array([float(decimal(each)) for each in top.ordered])
     swing = of_axes * top.amplitudes / float(top.angular_momentum)
     if top.modulus is None:
         sech, tanh = hyperbolic(top, times)
         sn, cn, dn = tanh, sech, sech
-        ripple = _limit_ripple(weight, tanh)
+        ripple = limit_ripple(weight, tanh)
     else:
         quarters, rest = clock(top).turns(times)
         sn, cn, dn = jacobi(top.modulus, quarters, rest)
-        ripple = _ripple(top, weight, quarters, rest)
+        ripple = phase_ripple(top.modulus, weight, quarters, rest)
     quarters, rest = mean.turns(times)
-    phase = np.array([1.0, 1.0j, -1.0, -1.0j])[quarters % 4] * np.exp(2.0j * np.pi * rest)
-    phase = phase * (ripple if top.sense > 0 else np.conj(ripple))
+    phase = unit(quarters, rest) * (ripple if top.sense > 0 else np.conj(ripple))
     return _frame_of(top, swing[0] * cn, swing[1] * sn, swing[2] * dn, cn, tilt * sn), phase
 
 
@@ -128,74 +126,6 @@ def _frame_of(top: FreeTop, a: Array, b: Array, c: Array, towards: Array, aside:
         np.stack([sine * x, sine * y, cosine], axis=-1),
     ]
     return top.frame.T @ np.stack(columns, axis=-1)
-
-
-def _ripple(top: FreeTop, weight: Fraction, quarters: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """exp(i (phi - its mean)) (...,), where the greatest moment is circled; else its conjugate.
-
-    phi - its mean is arg theta_1(w + ih), turned by a quarter and reversed, less w = pi u/2K, where i h is the place
-    of the pole of d phi/du: there sn^2 is 1/(1 - weight).
-    """
-    assert top.modulus is not None
-    modulus = top.modulus
-    with digits():
-        if not modulus.square:
-            return np.ones_like(rest, dtype=complex)  # a symmetric body
-        inverse = 1 / decimal(weight)
-        pole = inverse.sqrt() * carlson_rf(1 - inverse, 1 - modulus.complement_square * inverse, Decimal(1))
-        over = modulus.complementary_quarter if modulus.complementary else modulus.quarter
-        place = float(PI * pole / (2 * over))
-    turn = 2.0 * np.pi * rest
-    shifted = quarters % 2 == 1
-    if modulus.complementary:
-        near, beyond = _thetas_of_complement(modulus.log_nome, -2.0 * modulus.log_nome * rest, place)
-        turn = turn * (1.0 - 2.0 * place / np.pi)
-    else:
-        near, beyond = _thetas(modulus.log_nome, turn, place)
-    theta = np.where(shifted, beyond, near)
-    return np.conj(theta) / abs(theta) * np.exp(-1.0j * turn)
-
-
-def _thetas(log_nome: float, turn: np.ndarray, place: float) -> tuple[np.ndarray, np.ndarray]:
-    """-i theta_1 and theta_2 of turn + i place, over a positive factor; 2 place is at most -log_nome."""
-    near, beyond = np.zeros_like(turn, dtype=complex), np.zeros_like(turn, dtype=complex)
-    for n in range(8):
-        exponent = n * (n + 1) * log_nome + 2 * n * place
-        if exponent < -_NEGLIGIBLE:
-            break
-        growing = math.exp(exponent)
-        sinh = growing * -math.expm1(-2 * (2 * n + 1) * place)
-        cosh = 2.0 * growing - sinh
-        sine, cosine = np.sin((2 * n + 1) * turn), np.cos((2 * n + 1) * turn)
-        near += (-1) ** n * (cosine * sinh - 1.0j * sine * cosh)
-        beyond += cosine * cosh - 1.0j * sine * sinh
-    return near, beyond
-
-
-def _thetas_of_complement(log_nome: float, argument: np.ndarray, place: float) -> tuple[np.ndarray, np.ndarray]:
-    """The same by the nome of k', as -theta_1 and theta_4 of i argument - place, each over a positive factor."""
-    near, beyond = np.zeros_like(argument, dtype=complex), np.ones_like(argument, dtype=complex)
-    for n in range(8):
-        odd, even = 2 * n + 1, 2 * n
-        if n and (n * n - 0.5 * n) * log_nome < -_NEGLIGIBLE:
-            break
-        if n:
-            factor = 2.0 * (-1) ** n * math.exp(n * n * log_nome)
-            cosh, sinh = np.cosh(even * argument), np.sinh(even * argument)
-            beyond += factor * (cosh * math.cos(even * place) + 1.0j * sinh * math.sin(even * place))
-        if n == 0 or (n * (n + 1) - 0.5 * n) * log_nome > -_NEGLIGIBLE:
-            factor = (-1) ** n * (math.exp(n * (n + 1) * log_nome) if n else 1.0)
-            cosh, sinh = np.cosh(odd * argument), np.sinh(odd * argument)
-            near += factor * (cosh * math.sin(odd * place) - 1.0j * sinh * math.cos(odd * place))
-    return near, beyond
-
-
-def _limit_ripple(weight: Fraction, tanh: np.ndarray) -> np.ndarray:
-    """The same on the separatrix, where the mean rate is that of both ends."""
-    with digits():
-        sine, cosine = float((1 / decimal(weight)).sqrt()), float((1 - 1 / decimal(weight)).sqrt())
-    phase = sine + 1.0j * cosine * tanh
-    return phase / abs(phase)
 
 
 def _turned_steadily(top: FreeTop, times: np.ndarray) -> np.ndarray:

@@ -85,6 +85,8 @@ def test_turns_are_counted_to_the_last_digit_of_one_of_them(time):
     error = (exact - Fraction(int(quarters[0]), 4) - Fraction(float(rest[0]))) % 1
     assert min(error, 1 - error) < 1e-16 * abs(rest[0]) + 1e-30 * abs(time)
     assert abs(rest[0]) <= 0.125 + 1e-15
+    expected = np.exp(2j * np.pi * float(exact))
+    np.testing.assert_allclose(elliptic.unit(quarters, rest), [expected], rtol=0, atol=1e-15)
 
 
 def test_exact_values_of_numbers():
