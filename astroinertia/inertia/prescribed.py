@@ -39,6 +39,21 @@ class Change:
         value = value + share * share * ((1.0 + 2.0 * rest) * values[piece + 1] - rest * length * slopes[piece + 1])
         return xp.exp(value)
 
+    def derivatives(self, time: float) -> tuple[float, float, float]:
+        """The factor at one time with its first and second derivative; the second jumps at the given times."""
+        times, values, slopes = (np.asarray(array) for array in (self.times, self.logarithms, self.slopes))
+        if not times[0] < time < times[-1]:
+            return float(np.exp(values[0 if time <= times[0] else -1])), 0.0, 0.0
+        piece = int(np.searchsorted(times, time, side="right")) - 1
+        length = times[piece + 1] - times[piece]
+        share, fall = (time - times[piece]) / length, values[piece] - values[piece + 1]
+        left, right = length * slopes[piece], length * slopes[piece + 1]
+        first = 6.0 * share * (share - 1.0) * fall + (3.0 * share - 1.0) * (share - 1.0) * left
+        first = (first + share * (3.0 * share - 2.0) * right) / length
+        second = 6.0 * (2.0 * share - 1.0) * fall + (6.0 * share - 4.0) * left + (6.0 * share - 2.0) * right
+        factor = float(self.factor(time))
+        return factor, float(factor * first), float(factor * (second / length**2 + first**2))
+
 
 def change(times: Array, factors: Array) -> Change:
     """The curve through factors (n,) at times (n,), rising, after factor 1 at time 0; any unit of time.

@@ -1,0 +1,186 @@
+"""The scaling model: its laws, its ledger, its datasets, and what it refuses."""
+
+import math
+
+import jax
+import numpy as np
+import pytest
+
+from astroinertia import start_scaling
+from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.errors import NumericalError, SceneError
+from astroinertia.inertia.evolution import second_moment_acceleration
+from astroinertia.inertia.tensor import axial_vector
+from astroinertia.models.scaling import PROFILES, RIGIDITY
+from astroinertia.scene import load
+from astroinertia.scene.plan import code_units
+
+HEAD = 'name = "a"\nmodel = "scaling"\nunits = "code"\n[time]\nend = 2.0\n'
+STAR = HEAD + '[body]\nkind = "polytrope"\nindex = 1.5\nmass = 1.0\nradius = 1.0\n'
+TURNING = "[body.rotation]\nrate = 0.1\n"
+GAS = '[equation_of_state]\nkind = "ideal"\ngamma = 1.6666666666666667\n'
+BOUND = "[effects.gravity]\n[effects.pressure]\n"
+CHANGE = "[body.change]\ntimes = [0.5, 1.0]\nfactors = [0.5, 0.01]\n"
+
+
+def evolution(text: str):
+    scene = load.loads(text)
+    with jax.enable_x64(True):
+        return start_scaling.evolution(scene, code_units(scene))
+
+
+def record(body, time: float):
+    with jax.enable_x64(True):
+        body.advance(time)
+        return body.record(0.0)
+
+
+SCENES = {
+    "prescribed": STAR + TURNING + CHANGE + BOUND,
+    "pulsating": STAR.replace("[body]\n", "[body]\nrelax = false\npressure_fraction = 0.8\n") + TURNING + GAS + BOUND,
+    "integrated": STAR.replace("[body]\n", "[body]\nrelax = false\npressure_fraction = 0.8\n")
+    + TURNING
+    + GAS.replace("1.6666666666666667", "1.5")
+    + BOUND,
+    "settled": STAR + TURNING + GAS + BOUND,
+    "falling": STAR.replace('end = 2.0', 'end = 0.9') + "[effects.gravity]\n",
+    "oblate": STAR.replace("index", "axes = [1.0, 1.0, 0.7]\nindex") + TURNING + CHANGE + BOUND,
+    "differential": STAR + '[body.rotation]\nlaw = "j_constant"\nscale = 0.3\nrate = 0.8\n' + CHANGE + BOUND,
+    "star": HEAD
+    + '[body]\nkind = "rotating_star"\nindex = 1.0\nmass = 1.0\nradius = 1.0\naxis_ratio = 0.8\n'
+    + CHANGE
+    + BOUND,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_ledger_closes(name):
+    body = evolution(SCENES[name])
+    end, step = (0.6 if name == "falling" else 0.7), 1e-4
+    before, now, after = (record(body, end + k * step) for k in (-1, 0, 1))
+    # dQ/dt = P + P^T and d2Q/dt2 = 2 K + sum of V + V^T, by differences of Q.
+    rate = (after["second_moment"] - before["second_moment"]) / (2 * step)
+    np.testing.assert_allclose(now["mixed_moment"] + now["mixed_moment"].T, rate, atol=2e-7)
+    second = (after["second_moment"] - 2 * now["second_moment"] + before["second_moment"]) / step**2
+    found = second_moment_acceleration(now["kinetic_tensor"], now["virial_tensor"].sum(axis=0))
+    np.testing.assert_allclose(found, second, atol=3e-6)
+    np.testing.assert_allclose(axial_vector(now["mixed_moment"]), now["angular_momentum"], atol=1e-15)
+    assert now["kinetic_energy"] == pytest.approx(0.5 * np.trace(now["kinetic_tensor"]), rel=1e-14)
+    # Work is the change of the kinetic energy; a free body's energies are in balance.
+    opening = evolution(SCENES[name]).record(None)
+    assert now["work"].sum() == pytest.approx(now["kinetic_energy"] - opening["kinetic_energy"], abs=1e-12)
+    assert abs(now["integration_energy_error"]) < 1e-12
+    assert body.effects[-1] == RIGIDITY and len(now["virial_tensor"]) == len(body.effects)
+    if name in ("pulsating", "integrated", "falling"):
+        # The row that keeps the shape does no work and has no share in the scalar virial.
+        assert abs(np.trace(now["virial_tensor"][-1])) < 1e-12 and now["work"][-1] == 0.0
+
+
+def test_spin_follows_the_moment():
+    body = evolution(SCENES["prescribed"])
+    opening, later = record(body, 0.0), record(body, 1.5)
+    np.testing.assert_allclose(later["angular_momentum"], opening["angular_momentum"], rtol=0)
+    np.testing.assert_allclose(later["inertia_tensor"], 0.01 * opening["inertia_tensor"], rtol=1e-14)
+    assert later["rotation_profile"] == pytest.approx(100 * 0.1, rel=1e-13)  # 1/I
+    assert later["density_max"] == pytest.approx(1e3 * opening["density_max"], rel=1e-13)
+    assert later["gravitational_energy"] == pytest.approx(10 * opening["gravitational_energy"], rel=1e-13)
+    star = Polytrope(1.5)
+    assert opening["inertia_tensor"][2, 2] == pytest.approx(star.moment_of_inertia, rel=1e-12)
+    assert opening["gravitational_energy"] == pytest.approx(star.gravitational_energy, rel=1e-12)
+    assert opening["density_max"] == pytest.approx(star.central_density, rel=1e-4)
+    shells = later["radius_profile"], later["specific_angular_momentum_profile"]
+    np.testing.assert_allclose(shells[1][1:], 2 / 3 * 10 * shells[0][1:] ** 2, rtol=6e-3)
+    # In the innermost ball the mean square of the radius is 16/15 of the square of its mean.
+    assert shells[1][0] == pytest.approx(2 / 3 * 10 * 16 / 15 * shells[0][0] ** 2, rel=6e-3)
+    assert np.all(np.diff(later["density_profile"]) < 0)
+
+
+def test_differential_rotation_keeps_its_profile():
+    body = evolution(SCENES["differential"])
+    opening, later = record(body, 0.0), record(body, 1.5)
+    assert np.all(np.diff(opening["rotation_profile"]) < 0) and opening["rotation_profile"][0] < 0.8
+    np.testing.assert_allclose(later["rotation_profile"], 100 * opening["rotation_profile"], rtol=1e-12)
+    # Sum over shells of the j profile is L; and the energy exceeds that of the mean spin.
+    momentum = float(opening["angular_momentum"][2])
+    assert opening["specific_angular_momentum_profile"].mean() == pytest.approx(momentum, rel=1e-5)
+    mean_spin = 0.5 * momentum**2 / opening["inertia_tensor"][2, 2]
+    assert opening["kinetic_energy"] > 1.1 * mean_spin
+    assert later["kinetic_energy"] == pytest.approx(100 * opening["kinetic_energy"], rel=1e-12)
+
+
+def test_free_fall_of_a_star_takes_its_own_time():
+    star = Polytrope(1.5)
+    body = evolution(SCENES["falling"])
+    trace = 1.5 * star.moment_of_inertia
+    expected = math.pi / 2 / math.sqrt(2 * -star.gravitational_energy / trace)
+    assert body.law is not None
+    assert body.law.collapse_time == pytest.approx(expected, rel=1e-12)
+    uniform = evolution(SCENES["falling"].replace("index = 1.5", "index = 0.0"))
+    assert uniform.law.collapse_time == pytest.approx(math.pi / math.sqrt(8), rel=1e-12)  # R^3/(G M) = 1
+    with pytest.raises(NumericalError, match="collapses to a point"):
+        body.advance(0.9)
+
+
+def test_a_settled_body_swells_and_stays():
+    body = evolution(SCENES["settled"])
+    first, last = record(body, 0.0), record(body, 2.0)
+    assert first["second_moment"][0, 0] == last["second_moment"][0, 0]
+    swollen = math.sqrt(first["inertia_tensor"][2, 2] / Polytrope(1.5).moment_of_inertia)
+    # gamma = 5/3: s^2 + ... : 2 T = |W| (1/s - 1/s^2) with T at the given rate.
+    kinetic = 0.5 * 0.1**2 * Polytrope(1.5).moment_of_inertia * swollen**2
+    assert 2 * kinetic == pytest.approx(6 / 7 * (1 / swollen - 1 / swollen**2), rel=1e-11)
+    assert first["kinetic_energy"] == pytest.approx(kinetic, rel=1e-12)
+    virial = sum(np.trace(row) for row in first["virial_tensor"][:-1]) + 2 * first["kinetic_energy"]
+    assert abs(virial) < 1e-12
+    fast = SCENES["settled"].replace("rate = 0.1", "t_over_w = 0.1")
+    assert record(evolution(fast), 0.0)["kinetic_energy"] == pytest.approx(
+        -0.1 * record(evolution(fast), 0.0)["gravitational_energy"], rel=1e-12
+    )
+
+
+def test_closed_forms_and_integration_are_one_law():
+    closed = evolution(SCENES["pulsating"])
+    near = evolution(SCENES["pulsating"].replace("1.6666666666666667", "1.6666666667"))
+    assert closed.dynamics is None and near.dynamics is not None
+    for time in (0.3, 1.1, 1.9):
+        assert record(near, time)["second_moment"][0, 0] == pytest.approx(
+            record(closed, time)["second_moment"][0, 0], rel=1e-8
+        )
+
+
+def test_hubble_flow_and_what_has_no_shells():
+    text = STAR.replace("[body]\n", "[body]\nvelocity_gradient = [[0.5, 0, 0], [0, 0.5, 0], [0, 0, 0.5]]\n")
+    body = evolution(text + GAS + "[effects]\n")  # nothing acts
+    assert record(body, 2.0)["second_moment"][1, 1] == pytest.approx(4 * record(body, 0.0)["second_moment"][1, 1])
+    star = evolution(SCENES["star"])
+    assert all(name in star.absent for name in PROFILES)
+    with pytest.raises(SceneError, match="multiple of the unit matrix"):
+        evolution(text.replace("[0, 0.5, 0]", "[0, 0.1, 0]") + GAS + "[effects]\n")
+
+
+def test_a_checkpoint_goes_on_bit_for_bit():
+    for name in ("integrated", "pulsating", "prescribed"):
+        body = evolution(SCENES[name])
+        record(body, 0.7)
+        arrays = {key: np.array(value) for key, value in body.arrays().items()}
+        scene = load.loads(SCENES[name])
+        resumed = start_scaling.resumed(scene, code_units(scene), arrays)
+        assert (resumed.time, resumed.steps) == (body.time, body.steps)
+        one, other = record(body, 1.3), record(resumed, 1.3)
+        for key, value in one.items():
+            np.testing.assert_array_equal(np.asarray(value), np.asarray(other[key]), err_msg=key)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (STAR.replace("index", "axes = [1.0, 0.9, 0.8]\nindex") + TURNING + BOUND, "not symmetric about"),
+        (STAR + TURNING.replace("rate = 0.1", "rate = 5.0") + GAS + BOUND, "too fast"),
+        (STAR + TURNING.replace("rate = 0.1", "t_over_w = 0.1") + GAS + "[effects]\n", "self-gravitating"),
+        (HEAD + '[body]\nkind = "power_law"\nexponent = 2.6\nmass = 1.0\nradius = 1.0\n' + BOUND, "infinite"),
+        (STAR + "[effects.pressure]\n", "or gravity that it holds up"),
+    ],
+)
+def test_what_scaling_cannot_tell_is_refused(text, told):
+    with pytest.raises(SceneError, match=told):
+        evolution(text)
