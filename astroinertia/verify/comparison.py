@@ -21,6 +21,10 @@ SECTIONS: dict[str, str] = {
     "figures": "Rotating figures of compressible bodies",
     "interiors": "Interiors and moment ratios of the Earth and the planets",
     "neutron_stars": "Neutron stars in general relativity",
+    "ellipsoid_motion": "Ellipsoids that move: instability, Riemann's figures, collapse",
+    "tops": "Free tops: closed forms, and the integrators against them",
+    "precession": "Precession, wobble and spin states of planets, moons and pulsars",
+    "pulsars": "Pulsars, accretion and collapse",
     "particles": "A short run of particles: what its books say",
 }
 """Sections by the name of their module, with a title; `python -m astroinertia.cli verify --only NAME` runs one."""

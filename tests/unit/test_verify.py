@@ -24,7 +24,8 @@ def test_every_reference_has_a_section_a_source_and_a_reason():
     rows = [row for section in references().values() for row in section]
     assert len({(row.section, row.key) for row in rows}) == len(rows)
     for row in rows:
-        assert 0 < row.tolerance < 1e-1, row.key
+        size = abs(row.value) if row.measure == "absolute" else 1.0
+        assert 0 < row.tolerance < 0.1 * size, row.key
         assert len(row.quantity) > 0 and len(row.reason) > 4 and len(row.source) > 10, row.key
         assert row.measure != "below" or row.value == 0.0, row.key
         assert row.measure != "relative" or row.value != 0.0, row.key
