@@ -1,0 +1,160 @@
+"""Point masses on orbits as a `rebound.Simulation`, and back: by elements, or by positions and velocities."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+import rebound
+
+from astroinertia.orbits.states import names
+from astroinertia.units import CodeUnits
+
+BODY = "body"
+"""The name of the body that the others are companions of; it is particle 0."""
+BARYCENTRE = "barycentre"
+"""What a companion may go around: the centre of mass of the body and of all companions listed before it."""
+
+STEPS_PER_PERIOD = 40.0  # of WHFast where no time step is given: a corrected error below 1e-9 (Rein & Tamayo 2015)
+_CORRECTOR = 17  # the highest order of symplectic corrector that WHFast has
+_VECTORS = ("position", "velocity")
+_DIMENSIONS = {
+    "mass": "mass",
+    "position": "length",
+    "velocity": "velocity",
+    "semi_major_axis": "length",
+    "period": "time",
+}
+
+
+@dataclass(frozen=True)
+class Companion:
+    """A point mass near the body, in any consistent units: position and velocity, or elements, relative to `around`.
+
+    around is BODY, BARYCENTRE or the name of a companion listed before. Elements are those of the two bodies alone:
+    semi-major axis or period, eccentricity below 1, and in radians the inclination to the x-y plane, the longitude of
+    the ascending node, the argument of the pericentre and the mean anomaly at the start.
+    """
+
+    name: str
+    mass: float
+    around: str = BODY
+    position: tuple[float, float, float] | None = None
+    velocity: tuple[float, float, float] | None = None
+    semi_major_axis: float | None = None
+    period: float | None = None
+    eccentricity: float = 0.0
+    inclination: float = 0.0
+    node: float = 0.0
+    pericentre: float = 0.0
+    mean_anomaly: float = 0.0
+
+    def __post_init__(self) -> None:
+        vectors = [getattr(self, name) is not None for name in _VECTORS]
+        sizes = (self.semi_major_axis is not None) + (self.period is not None)
+        if vectors not in ([True, True], [False, False]) or sizes != (0 if vectors[0] else 1):
+            raise ValueError(
+                f"{self.name} needs a position and a velocity, or one of semi_major_axis and period, and not both"
+            )
+        if not 0.0 <= self.eccentricity < 1.0:
+            raise ValueError(f"{self.name} has the eccentricity {self.eccentricity:g}, which is not in 0 to 1")
+        if not self.mass >= 0.0:
+            raise ValueError(f"{self.name} has the mass {self.mass:g}, which is negative")
+
+
+def in_code_units(companions: Sequence[Any], units: CodeUnits) -> tuple[Companion, ...]:
+    """A scene's companions, in SI, as `Companion` in code units."""
+    converted = []
+    for companion in companions:
+        values = {field.name: getattr(companion, field.name) for field in fields(Companion)}
+        for name, dimension in _DIMENSIONS.items():
+            if values[name] is not None:
+                scaled = units.to_code(np.asarray(values[name], dtype=float), dimension)
+                values[name] = tuple(scaled.tolist()) if name in _VECTORS else float(scaled)
+        converted.append(Companion(**values))
+    return tuple(converted)
+
+
+def simulation(
+    mass: float,
+    companions: Sequence[Companion],
+    gravitational_constant: float = 1.0,
+    integrator: str = "ias15",
+    timestep: float | None = None,
+) -> rebound.Simulation:
+    """The body, of that mass, and its companions as named particles, their centre of mass at rest at the origin.
+
+    The integrator is "ias15" (adaptive, to round-off) or "whfast" (symplectic; timestep is the longest of its steps,
+    a fortieth of the shortest period where none is given, which needs elements). ValueError where names contradict.
+    Sources: Rein & Liu 2012, A&A 537, A128; Rein & Spiegel 2015, MNRAS 446, 1424 (IAS15); Rein & Tamayo 2015, MNRAS
+    452, 376 (WHFast). Checked by tests/unit/test_orbits.py.
+    """
+    bodies = rebound.Simulation()
+    bodies.G = gravitational_constant
+    bodies.add(m=mass, name=BODY)
+    for companion in companions:
+        if companion.name in names(bodies) or companion.name == BARYCENTRE:
+            raise ValueError(f"there are two bodies with the name {companion.name}")
+        bodies.add(_particle(bodies, companion))
+    bodies.move_to_com()
+    bodies.integrator = integrator
+    if integrator == "whfast":
+        bodies.integrator.corrector = _CORRECTOR
+        bodies.dt = _shortest_period(bodies, companions) / STEPS_PER_PERIOD if timestep is None else timestep
+    return bodies
+
+
+def companions(bodies: rebound.Simulation, around: dict[str, str] | None = None) -> tuple[Companion, ...]:
+    """The other particles of a simulation as companions of particle 0, by osculating elements.
+
+    around gives the name of what each of them goes around; BODY where it does not say. ValueError for an orbit that is
+    not bound. Particles without a name are called "particle 1" and so on. Checked by tests/unit/test_orbits.py.
+    """
+    known = names(bodies)
+    return tuple(_companion(bodies, k, known, (around or {}).get(known[k], BODY)) for k in range(1, bodies.N))
+
+
+def _companion(bodies: rebound.Simulation, k: int, known: list[str], around: str) -> Companion:
+    orbit = _orbit(bodies, k, known, around)
+    return Companion(
+        known[k], bodies.particles[k].m, around, semi_major_axis=orbit.a, eccentricity=orbit.e, inclination=orbit.inc,
+        node=orbit.Omega, pericentre=orbit.omega, mean_anomaly=orbit.M,
+    )  # fmt: skip
+
+
+def _orbit(bodies: rebound.Simulation, k: int, known: list[str], around: str) -> rebound.Orbit:
+    orbit = bodies.particles[k].orbit(primary=_centre(bodies, known, around, k))
+    if not 0.0 <= orbit.e < 1.0:
+        raise ValueError(f"{known[k]} has no bound orbit around {around}: its eccentricity is {orbit.e:.6g}")
+    return orbit
+
+
+def _centre(bodies: rebound.Simulation, known: list[str], around: str, before: int) -> Any:
+    if around == BARYCENTRE:
+        return bodies.com(last=before)
+    if around not in known[:before]:
+        raise ValueError(f"{known[before]} goes around {around}, which is not listed before it")
+    return bodies.particles[known.index(around)]
+
+
+def _particle(bodies: rebound.Simulation, companion: Companion) -> rebound.Particle:
+    centre = _centre(bodies, [*names(bodies), companion.name], companion.around, bodies.N)
+    if companion.position is None:
+        size = {"a": companion.semi_major_axis} if companion.period is None else {"P": companion.period}
+        return rebound.Particle(
+            bodies, m=companion.mass, name=companion.name, primary=centre, e=companion.eccentricity,
+            inc=companion.inclination, Omega=companion.node, omega=companion.pericentre, M=companion.mean_anomaly,
+            **size,
+        )  # fmt: skip
+    place = np.add(centre.xyz, companion.position)
+    speed = np.add(centre.vxyz, companion.velocity)
+    return rebound.Particle(
+        bodies, m=companion.mass, name=companion.name,
+        **dict(zip(("x", "y", "z", "vx", "vy", "vz"), map(float, (*place, *speed)), strict=True)),
+    )  # fmt: skip
+
+
+def _shortest_period(bodies: rebound.Simulation, given: Sequence[Companion]) -> float:
+    known = names(bodies)
+    return min(_orbit(bodies, k, known, each.around).P for k, each in enumerate(given, start=1))

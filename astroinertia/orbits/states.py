@@ -1,0 +1,61 @@
+"""Where the particles of a simulation are at given times, as arrays."""
+
+import math
+
+import numpy as np
+import rebound
+
+
+def states(bodies: rebound.Simulation, times: np.ndarray, origin: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities (T, N-1, 3) of all particles but one relative to that one, at rising or falling times.
+
+    Takes the simulation on to the last of them. WHFast goes from one time to the next in equal steps no longer than
+    its own, which the times alone decide, and so stays symplectic.
+    """
+    others = np.arange(bodies.N) != origin
+    place, speed = np.empty((bodies.N, 3)), np.empty((bodies.N, 3))
+    positions, velocities = np.empty((2, len(times), bodies.N - 1, 3))
+    for k, time in enumerate(times):
+        go_on(bodies, float(time))
+        bodies.serialize_particle_data(xyz=place, vxvyvz=speed)
+        positions[k] = place[others] - place[origin]
+        velocities[k] = speed[others] - speed[origin]
+    return positions, velocities
+
+
+def go_on(bodies: rebound.Simulation, time: float) -> None:
+    """Take a simulation to a time, before or after its own."""
+    span = time - bodies.t
+    if span == 0.0:
+        return
+    if str(bodies.integrator) != "whfast":
+        bodies.integrate(time)
+        return
+    longest = abs(bodies.dt)
+    steps = max(1, math.ceil(abs(span) / longest * (1.0 - 1e-9)))
+    bodies.dt = span / steps
+    bodies.steps(steps)
+    bodies.t, bodies.dt = time, longest
+
+
+def masses(bodies: rebound.Simulation) -> np.ndarray:
+    """Masses of all particles, (N,)."""
+    found = np.empty(bodies.N)
+    bodies.serialize_particle_data(m=found)
+    return found
+
+
+def names(bodies: rebound.Simulation) -> list[str]:
+    """Names of all particles; "particle 1" and so on where they have none."""
+    return [particle.name or f"particle {k}" for k, particle in enumerate(bodies.particles)]
+
+
+def shortest_time(bodies: rebound.Simulation) -> float:
+    """The least of the times in which any two particles pass or attract each other, r/v and (r^3/GM)^(1/2)."""
+    state = np.empty((bodies.N, 6))
+    bodies.serialize_particle_data(xyzvxvyvz=state)
+    one, other = np.triu_indices(bodies.N, 1)
+    distance, speed = (np.linalg.norm(part[one] - part[other], axis=-1) for part in np.split(state, 2, axis=1))
+    mass = masses(bodies)
+    with np.errstate(divide="ignore"):
+        return float(min((distance / speed).min(), (distance**3 / (bodies.G * (mass[one] + mass[other]))).min() ** 0.5))

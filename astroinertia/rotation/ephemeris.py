@@ -1,0 +1,175 @@
+"""Where the companions of a body are at any time, for compiled code: polynomials through the orbits that REBOUND finds.
+
+Every segment of time has one polynomial of degree 17 a coordinate, in Chebyshev form, that meets REBOUND's positions
+and velocities at nine points, the ends among them, as in the ephemerides of the Jet Propulsion Laboratory (Newhall
+1989, Celestial Mechanics 45, 305): so positions and velocities are continuous. Segments are halved where the orbits
+bend fast; eight more points in each of them measure the error.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from astroinertia.errors import NumericalError
+from astroinertia.inertia.tensor import namespace
+
+Array = Any
+
+_FITTED = 9  # points of a segment that its polynomials meet
+_COEFFICIENTS = 2 * _FITTED
+_MOST_HALVINGS = 24  # of the first segment: orbits with a pericentre at 1e-5 of the distance
+_TOLERANCE = 1e-13
+_TOLERANCE_WHFAST = 1e-8
+_ROUND_OFF = 1e-15  # of coefficients over the distance
+_FIRST = 4.0  # of the first segment, in units of the shortest time of the orbits: about right where they are circles
+_MOST_BYTES = 2e9  # of coefficients
+# Of a segment's half length: the points of the fit and between them those of the check (Chebyshev's extrema).
+_POINTS = -np.cos(np.pi * np.arange(2 * _FITTED - 1) / (2 * _FITTED - 2))
+_SHARES = 0.5 * (1.0 + _POINTS)
+_AT_FIT, _AT_CHECK = slice(0, None, 2), slice(1, None, 2)
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Ephemeris:
+    """Positions of companions relative to the body, and their masses (N,), from `start` to `end`.
+
+    `segment` (T,) is the number of the segment at each of T equal parts of the time, `middle` and `half_length` (S,)
+    are those of the segments, and `coefficients` (S, 18, N, 3) multiply Chebyshev polynomials of (t - middle) over
+    half_length. `error` is the largest distance of a companion at the points of the check from where REBOUND has it,
+    over its distance from the body.
+    """
+
+    start: Array
+    end: Array
+    segment: Array
+    middle: Array
+    half_length: Array
+    coefficients: Array
+    mass: Array
+    error: Array
+    names: tuple[str, ...] = field(metadata={"static": True})
+
+    def position(self, time: Array) -> Array:
+        """Positions (..., N, 3) relative to the body at times (...,); NaN outside the time that is covered."""
+        place, coefficients, _ = self._located(time)
+        return jnp.einsum("...k,...kni->...ni", _chebyshev(place)[0], coefficients)
+
+    def velocity(self, time: Array) -> Array:
+        """Velocities (..., N, 3) relative to the body at times (...,); NaN outside the time that is covered."""
+        place, coefficients, half_length = self._located(time)
+        return jnp.einsum("...k,...kni->...ni", _chebyshev(place)[1], coefficients) / half_length[..., None, None]
+
+    def _located(self, time: Array) -> tuple[Array, Array, Array]:
+        time = jnp.asarray(time)
+        parts = self.segment.shape[0]
+        part = jnp.floor((time - self.start) / (self.end - self.start) * parts).astype(int)
+        number = jnp.asarray(self.segment)[jnp.clip(part, 0, parts - 1)]
+        half_length = jnp.asarray(self.half_length)[number]
+        place = (time - jnp.asarray(self.middle)[number]) / half_length
+        covered = (time >= self.start) & (time <= self.end)
+        return jnp.where(covered, place, jnp.nan), jnp.asarray(self.coefficients)[number], half_length
+
+
+def ephemeris(bodies: Any, end: float, tolerance: float | None = None) -> Ephemeris:
+    """The orbits of all particles of a `rebound.Simulation` relative to particle 0, from its time to `end`.
+
+    The simulation stays as it is, and forces that a user added to it are left out. tolerance is the error allowed at
+    the points of the check, over the distance: 1e-13 where none is given, and 1e-8 with WHFast, whose orbits are less
+    smooth. ValueError where there is no companion or no time; NumericalError where the tolerance is not reached, or
+    where the table would outgrow the memory. Checked by tests/unit/test_ephemeris.py.
+    """
+    # Only here: what reads an ephemeris does without REBOUND.
+    from astroinertia.orbits import states
+
+    start, span = float(bodies.t), float(end) - float(bodies.t)
+    if bodies.N < 2:
+        raise ValueError("an ephemeris needs a companion")
+    if not span > 0.0:
+        raise ValueError(f"the ephemeris ends at {end:g}, which is not after its start at {start:g}")
+    fixed = str(bodies.integrator) == "whfast"
+    allowed = (_TOLERANCE_WHFAST if fixed else _TOLERANCE) if tolerance is None else tolerance
+    level = first = max(0, math.ceil(math.log2(span / (_FIRST * states.shortest_time(bodies)))))
+    number, worst, before, parts = 0, 0.0, bodies.copy(), []
+    while number < 2**level:
+        length = span / 2**level
+        now = before.copy()
+        now.t = 0.0  # of the segment: late times are too coarse for the points
+        coefficients, error = _fitted(*states.states(now, length * _SHARES), 0.5 * length)
+        if error <= allowed:
+            parts.append((number, level, coefficients))
+            number, worst, before = number + 1, max(worst, error), now
+            if not fixed and level > 0 and number % 2 == 0 and _error_if_doubled(coefficients) < allowed:
+                number, level = number // 2, level - 1
+        elif fixed:  # all segments alike: a change of step on the way would not be symplectic
+            number, level, worst, before, parts = 0, level + 1, 0.0, bodies.copy(), []
+        else:
+            number, level = 2 * number, level + 1
+        _refuse_more(len(parts) * coefficients.nbytes, level - first, error, allowed)
+    deepest = max(part[1] for part in parts)
+    half_lengths = np.array([0.5 * span / 2**level for _, level, _ in parts])
+    return Ephemeris(
+        start=np.float64(start),
+        end=np.float64(end),
+        segment=np.repeat(np.arange(len(parts)), [2 ** (deepest - level) for _, level, _ in parts]),
+        middle=start + half_lengths * [2 * number + 1 for number, _, _ in parts],
+        half_length=half_lengths,
+        coefficients=np.array([coefficients for _, _, coefficients in parts]),
+        mass=states.masses(bodies)[1:],
+        error=np.float64(worst),
+        names=tuple(states.names(bodies)[1:]),
+    )
+
+
+def _refuse_more(size: float, halvings: int, error: float, allowed: float) -> None:
+    if halvings > _MOST_HALVINGS or not np.isfinite(error):
+        raise NumericalError(f"the polynomials miss the orbits by {error:.1e} of the distance, not by {allowed:.1e}")
+    if size > _MOST_BYTES:
+        raise NumericalError(f"the table of the orbits would outgrow {_MOST_BYTES:.0e} bytes: take a shorter time")
+
+
+def _fitted(position: np.ndarray, velocity: np.ndarray, half_length: float) -> tuple[np.ndarray, float]:
+    """Coefficients (18, N, 3) from positions and velocities (17, N, 3), and the error at the points of the check."""
+    met = np.concatenate([position[_AT_FIT], half_length * velocity[_AT_FIT]])
+    coefficients = np.einsum("km,m...->k...", _FIT, met)
+    missed = np.einsum("mk,k...->m...", _CHECK, coefficients) - position[_AT_CHECK]
+    distance = np.linalg.norm(position[_AT_CHECK], axis=-1)
+    return coefficients, float(np.max(np.linalg.norm(missed, axis=-1) / distance))
+
+
+def _error_if_doubled(coefficients: np.ndarray) -> float:
+    """About what the error would be in a segment twice as long, over the distance.
+
+    The coefficients of orders 6 and 7, and 10 and 11, give the ratio of one order to the next; those of a segment twice
+    as long are 2^k as large. The orders beyond, in round-off, are not looked at.
+    """
+    size = np.linalg.norm(coefficients, axis=-1)
+    low, high = size[6:8].max(axis=0) / size[0], size[10:12].max(axis=0) / size[0]
+    ratio = np.where(high > _ROUND_OFF, high / np.maximum(low, _ROUND_OFF), 0.0) ** 0.25
+    return float(np.max(high * 2.0**11 * (2.0 * ratio) ** (_COEFFICIENTS - 11)))
+
+
+def _chebyshev(place: Array) -> tuple[Array, Array]:
+    """Chebyshev polynomials of orders 0 to 17 at (...,) and their derivatives, each (..., 18)."""
+    xp = namespace(place)
+    values, slopes = [xp.ones_like(place), place], [xp.zeros_like(place), xp.ones_like(place)]
+    for _ in range(_COEFFICIENTS - 2):
+        values.append(2.0 * place * values[-1] - values[-2])
+        slopes.append(2.0 * (values[-2] + place * slopes[-1]) - slopes[-2])
+    return xp.stack(values, axis=-1), xp.stack(slopes, axis=-1)
+
+
+def _matrices() -> tuple[np.ndarray, np.ndarray]:
+    """From nine positions and nine velocities to coefficients, (18, 18), and from these to the check, (8, 18)."""
+    values, slopes = _chebyshev(_POINTS.astype(np.longdouble))
+    met = np.concatenate([values[_AT_FIT], slopes[_AT_FIT]])
+    found = np.linalg.inv(met.astype(float)).astype(np.longdouble)
+    found = found @ (2.0 * np.eye(_COEFFICIENTS) - met @ found)  # Newton's step: the inverse alone costs 5e-15
+    return found.astype(float), values[_AT_CHECK].astype(float)
+
+
+_FIT, _CHECK = _matrices()

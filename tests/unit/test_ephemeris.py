@@ -1,0 +1,123 @@
+"""Orbits as polynomials: they meet Kepler's ellipses and REBOUND's own positions, inside compiled code too."""
+
+import jax
+import numpy as np
+import pytest
+
+from astroinertia.errors import NumericalError
+from astroinertia.orbits.simulation import Companion, simulation
+from astroinertia.orbits.states import states
+from astroinertia.rotation.ephemeris import ephemeris
+
+ELEMENTS = {"inclination": 0.3, "node": 1.0, "pericentre": 2.0}
+
+
+def kepler(eccentricity, times, mean_anomaly=0.0):
+    """Position and velocity in the plane of the orbit, GM = a = 1, by bisection of Kepler's equation."""
+    mean = np.asarray(times) + mean_anomaly
+    low, high = mean - 1.0, mean + 1.0
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        late = middle - eccentricity * np.sin(middle) > mean
+        low, high = np.where(late, low, middle), np.where(late, middle, high)
+    cosine, sine, axis = np.cos(low), np.sin(low), np.sqrt(1.0 - eccentricity**2)
+    rate = 1.0 / (1.0 - eccentricity * cosine)
+    return (
+        np.stack([cosine - eccentricity, axis * sine], axis=-1),
+        np.stack([-sine * rate, axis * cosine * rate], axis=-1),
+    )
+
+
+def turned(plane):
+    """From the plane of the orbit to space: pericentre about z, inclination about x, node about z."""
+
+    def about(axis, angle):
+        one, other = (axis + 1) % 3, (axis + 2) % 3
+        matrix = np.eye(3)
+        matrix[one, one] = matrix[other, other] = np.cos(angle)
+        matrix[other, one], matrix[one, other] = np.sin(angle), -np.sin(angle)
+        return matrix
+
+    matrix = about(2, ELEMENTS["node"]) @ about(0, ELEMENTS["inclination"]) @ about(2, ELEMENTS["pericentre"])
+    return plane @ matrix[:, :2].T
+
+
+@pytest.mark.parametrize("eccentricity", [0.0, 0.3, 0.9])
+def test_an_ellipse_is_met_at_any_time(eccentricity):
+    orbit = Companion(
+        "moon", 0.25, semi_major_axis=1.0, eccentricity=eccentricity, mean_anomaly=0.5, **ELEMENTS
+    )  # fmt: skip
+    found = ephemeris(simulation(0.75, [orbit]), 20.0)
+    times = np.linspace(0.0, 20.0, 997)
+    with jax.enable_x64(True):
+        position, velocity = (np.asarray(part(times))[:, 0] for part in (found.position, found.velocity))
+    place, speed = map(turned, kepler(eccentricity, times, 0.5))
+    # Near the pericentre the time itself, in double precision, moves the place by 1e-14 of the distance.
+    assert np.abs(position - place).max() < 5e-13
+    assert (np.abs(velocity - speed).max(axis=1) / np.linalg.norm(speed, axis=1)).max() < 3e-11
+    assert float(found.error) < 1e-13
+    assert found.names == ("moon",)
+    assert found.mass == pytest.approx([0.25])
+
+
+def test_compiled_code_reads_all_bodies_as_rebound_has_them():
+    bodies = simulation(
+        1.0,
+        [
+            Companion("moon", 0.0123, semi_major_axis=1.0, eccentricity=0.055, **ELEMENTS),
+            Companion("sun", 332946.0, semi_major_axis=389.0, eccentricity=0.0167, mean_anomaly=1.0),
+        ],
+    )
+    found = ephemeris(bodies, 40.0)
+    assert bodies.t == 0.0
+    times = np.sort(np.random.default_rng(1).uniform(0.0, 40.0, 50))
+    place, speed = states(bodies, times)
+    with jax.enable_x64(True):
+        read = jax.jit(jax.vmap(lambda table, t: (table.position(t), table.velocity(t)), (None, 0)))
+        position, velocity = map(np.asarray, read(found, times))
+    distance, pace = (np.linalg.norm(part, axis=-1, keepdims=True) for part in (place, speed))
+    assert np.abs((position - place) / distance).max() < 1e-12
+    assert np.abs((velocity - speed) / pace).max() < 1e-12
+
+
+def test_positions_and_velocities_are_continuous_between_segments():
+    found = ephemeris(simulation(1.0, [Companion("moon", 0.01, period=1.0, eccentricity=0.5)]), 3.0)
+    edges = (found.middle + found.half_length)[:-1]
+    assert len(edges) > 10
+    with jax.enable_x64(True):
+        for part in (found.position, found.velocity):
+            before, after = np.asarray(part(edges * (1.0 - 4e-16))), np.asarray(part(edges * (1.0 + 4e-16)))
+            assert np.abs(after - before).max() < 1e-13 * np.abs(before).max()
+
+
+def test_outside_its_time_an_ephemeris_knows_nothing():
+    found = ephemeris(simulation(1.0, [Companion("moon", 0.01, period=1.0)]), 3.0)
+    with jax.enable_x64(True):
+        known = np.isfinite(np.asarray(found.position(np.array([-1e-9, 0.0, 1.5, 3.0, 3.0 + 1e-9])))).all(axis=(1, 2))
+    assert known.tolist() == [False, True, True, True, False]
+
+
+def test_whfast_steps_evenly_and_keeps_the_orbit():
+    planets = [
+        Companion("inner", 1e-4, semi_major_axis=1.0, eccentricity=0.05),
+        Companion("outer", 1e-4, semi_major_axis=2.2, eccentricity=0.05, mean_anomaly=2.0),
+    ]
+    end = 300.0
+    by_whfast = ephemeris(simulation(1.0, planets, integrator="whfast"), end)
+    by_ias15 = ephemeris(simulation(1.0, planets), end)
+    assert np.ptp(by_whfast.half_length) == 0.0
+    assert float(by_whfast.error) < 1e-8
+    times = np.linspace(0.0, end, 500)
+    with jax.enable_x64(True):
+        apart = np.asarray(by_whfast.position(times)) - np.asarray(by_ias15.position(times))
+    assert np.abs(apart).max() < 1e-6
+
+
+def test_what_cannot_be_tabulated_is_refused():
+    bodies = simulation(1.0, [Companion("moon", 0.01, period=1.0, eccentricity=0.5)])
+    with pytest.raises(ValueError, match="not after its start"):
+        ephemeris(bodies, 0.0)
+    with pytest.raises(ValueError, match="needs a companion"):
+        ephemeris(simulation(1.0, []), 1.0)
+    with pytest.raises(NumericalError, match="miss the orbits by"):
+        ephemeris(bodies, 1.0, tolerance=1e-18)

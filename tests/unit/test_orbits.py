@@ -1,0 +1,92 @@
+"""Companions of a body as a REBOUND simulation, and back."""
+
+import math
+
+import numpy as np
+import pytest
+
+from astroinertia.orbits.simulation import BARYCENTRE, Companion, companions, in_code_units, simulation
+from astroinertia.units import GRAVITATIONAL_CONSTANT, CodeUnits
+
+EARTH, MOON, SUN = 5.9722e24, 7.346e22, 1.98841e30
+DAY = 86400.0
+
+
+def close(one, other, tolerance=1e-11):
+    return all(
+        getattr(one, name) == pytest.approx(getattr(other, name), rel=tolerance, abs=tolerance)
+        for name in ("mass", "eccentricity", "inclination", "node", "pericentre", "mean_anomaly")
+    )
+
+
+def earth_moon_sun(sun_around="body"):
+    return [
+        Companion(
+            "moon", MOON, period=27.321661 * DAY, eccentricity=0.0549, inclination=0.0898, node=2.1, pericentre=5.5,
+            mean_anomaly=2.3,
+        ),
+        Companion(
+            "sun", SUN, sun_around, semi_major_axis=1.495978707e11, eccentricity=0.0167, inclination=0.01,
+            node=0.4, pericentre=1.8, mean_anomaly=0.1,
+        ),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("sun_around", ["body", "moon", BARYCENTRE])
+def test_elements_go_in_and_come_back(sun_around):
+    given = earth_moon_sun(sun_around)
+    bodies = simulation(EARTH, given, GRAVITATIONAL_CONSTANT)
+    moon, sun = companions(bodies, {"sun": sun_around})
+    assert close(moon, given[0])
+    assert close(sun, given[1], 1e-9)
+    period = 2 * math.pi * math.sqrt(moon.semi_major_axis**3 / (GRAVITATIONAL_CONSTANT * (EARTH + MOON)))
+    assert period == pytest.approx(given[0].period, rel=1e-12)
+    assert sun.semi_major_axis == pytest.approx(given[1].semi_major_axis, rel=1e-11)
+
+
+def test_the_centre_of_mass_is_at_rest_at_the_origin():
+    bodies = simulation(EARTH, earth_moon_sun(), GRAVITATIONAL_CONSTANT)
+    centre = bodies.com()
+    assert np.abs(centre.xyz).max() < 1e-15 * 1.5e11
+    assert np.abs(centre.vxyz).max() < 1e-15 * 3e4
+    assert [particle.name for particle in bodies.particles] == ["body", "moon", "sun"]
+
+
+def test_positions_and_velocities_are_relative_to_what_a_companion_goes_around():
+    star = Companion("star", 3.0, position=(10.0, 0.0, 0.0), velocity=(0.0, 0.5, 0.0))
+    planet = Companion("planet", 0.1, "star", position=(0.0, 1.0, 2.0), velocity=(0.1, 0.0, 0.0))
+    particles = simulation(1.0, [star, planet]).particles
+    assert np.subtract(particles[2].xyz, particles[1].xyz) == pytest.approx([0.0, 1.0, 2.0])
+    assert np.subtract(particles[2].vxyz, particles[0].vxyz) == pytest.approx([0.1, 0.5, 0.0])
+
+
+def test_units_change_nothing_but_the_numbers():
+    units = CodeUnits(mass=EARTH, length=6.371e6)
+    given = earth_moon_sun()
+    in_si = simulation(EARTH, given, GRAVITATIONAL_CONSTANT)
+    in_code = simulation(1.0, in_code_units(given, units))
+    for one, other in zip(in_si.particles, in_code.particles, strict=True):
+        assert units.to_si(np.array(other.xyz), "length") == pytest.approx(one.xyz, rel=1e-12, abs=1e-3)
+        assert units.to_si(np.array(other.vxyz), "velocity") == pytest.approx(one.vxyz, rel=1e-12, abs=1e-10)
+
+
+def test_whfast_takes_a_fortieth_of_the_shortest_period():
+    bodies = simulation(EARTH, earth_moon_sun(), GRAVITATIONAL_CONSTANT, integrator="whfast")
+    assert bodies.dt == pytest.approx(27.321661 * DAY / 40)
+    assert simulation(EARTH, earth_moon_sun(), GRAVITATIONAL_CONSTANT, "whfast", 100.0).dt == 100.0
+
+
+def test_what_contradicts_is_refused_in_a_sentence():
+    with pytest.raises(ValueError, match="one of semi_major_axis and period"):
+        Companion("moon", 1.0)
+    with pytest.raises(ValueError, match="and not both"):
+        Companion("moon", 1.0, period=1.0, position=(1.0, 0.0, 0.0), velocity=(0.0, 1.0, 0.0))
+    with pytest.raises(ValueError, match="eccentricity 1"):
+        Companion("moon", 1.0, period=1.0, eccentricity=1.0)
+    with pytest.raises(ValueError, match="not listed before"):
+        simulation(1.0, [Companion("moon", 1.0, "sun", period=1.0)])
+    with pytest.raises(ValueError, match="two bodies"):
+        simulation(1.0, [Companion("moon", 1.0, period=1.0), Companion("moon", 1.0, period=2.0)])
+    passing = simulation(1.0, [Companion("comet", 0.0, position=(1.0, 0.0, 0.0), velocity=(0.0, 2.0, 0.0))])
+    with pytest.raises(ValueError, match="no bound orbit"):
+        companions(passing)
