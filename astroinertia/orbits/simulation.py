@@ -1,6 +1,5 @@
 """Point masses on orbits as a `rebound.Simulation`, and back: by elements, or by positions and velocities."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any

@@ -1,0 +1,66 @@
+"""The torque of companions on a body that is no sphere, to its quadrupole."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import jax
+import jax.numpy as jnp
+
+from astroinertia.effects.effect import Effect
+from astroinertia.inertia.tensor import second_moment_from_inertia
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class GravityGradient(Effect):
+    """tau = sum over companions of 3 M/r^3 n cross (I n), each a point mass M at r n from the centre of mass (G = 1).
+
+    MacCullagh's formula: the body's field to its quadrupole, which leaves out terms of the order of its radius over r
+    (Murray & Dermott 1999, Solar System Dynamics, section 5.2; Goldstein, Poole & Safko 2002, eq. 5.86 and 5.88).
+    Checked by tests/unit/test_gravity_gradient.py.
+    """
+
+    kind: ClassVar[str] = "gravity_gradient"
+    external: ClassVar[bool] = True
+
+    @property
+    def potential_moves(self):
+        """Yes, with the companions."""
+        return True
+
+    def torque(self, body):
+        """About the centre of mass, in inertial axes; None without companions."""
+        if body.companions is None:
+            return None
+        weight, towards = _field(body)
+        return jnp.sum(3.0 * weight * jnp.cross(towards, towards @ body.inertia), axis=0)
+
+    def potential(self, body):
+        """-sum M/(2 r^3) (tr I - 3 n . I n), at the present places of the companions."""
+        if body.companions is None:
+            return None
+        weight, towards = _field(body)
+        along = jnp.sum(towards * (towards @ body.inertia), axis=-1)
+        return -0.5 * weight[:, 0] @ (jnp.trace(body.inertia) - 3.0 * along)
+
+    def rigid_virial(self, body):
+        """Q T with the tidal tensor T = sum M/r^3 (3 n (x) n - 1) and the second moment Q."""
+        if body.companions is None:
+            return None
+        weight, towards = _field(body)
+        tidal = 3.0 * (weight * towards).T @ towards - jnp.sum(weight) * jnp.eye(3)
+        return second_moment_from_inertia(body.inertia) @ tidal
+
+    def frequency(self, body):
+        """Of the swing of the longest axis about the direction of the companions, all on one side."""
+        if body.companions is None:
+            return None
+        least, middle, largest = jnp.sort(body.principal_moments)
+        return jnp.sqrt(3.0 * jnp.sum(_field(body)[0]) * (largest - least) / middle)
+
+
+def _field(body: Any) -> tuple[Any, Any]:
+    """M/r^3 (N, 1) and the directions n (N, 3) of the companions now."""
+    place = body.companions.position(body.time)
+    square = jnp.sum(place**2, axis=-1, keepdims=True)
+    return jnp.asarray(body.companions.mass)[:, None] / square**1.5, place / jnp.sqrt(square)
