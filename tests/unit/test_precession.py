@@ -28,9 +28,10 @@ def test_the_earth_by_formula():
     assert found.lunar / ARCSECOND_PER_YEAR == pytest.approx(known["lunar"], rel=2e-7)
     assert found.total / ARCSECOND_PER_YEAR == pytest.approx(known["total"], rel=2e-7)
     assert found.period / JULIAN_YEAR == pytest.approx(known["period_yr"], rel=2e-7)
-    nutation = value("rigid_earth_nutation")
-    assert found.nutation_longitude / ARCSECOND == pytest.approx(nutation["longitude"], rel=5e-4)
-    assert found.nutation_obliquity / ARCSECOND == pytest.approx(nutation["obliquity"], rel=5e-4)
+    # Of a rigid Earth: larger by 0.3 to 0.5 % than that of the Earth as it is.
+    nutation = value("nutation_of_the_node")
+    assert 1.003 < found.nutation_longitude / ARCSECOND / nutation["longitude"] < 1.006
+    assert 1.002 < found.nutation_obliquity / ARCSECOND / nutation["obliquity"] < 1.004
 
 
 def averaged_torque(normal, axis, eccentricity, points=20001):

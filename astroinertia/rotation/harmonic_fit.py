@@ -1,0 +1,54 @@
+"""A long record taken apart into a rate, a slow change of it and periodic terms of known frequencies.
+
+Tests: tests/unit/test_harmonic_fit.py.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from astroinertia.errors import NumericalError
+
+Array = Any
+
+_WORST_CONDITION = 1e8  # of the normalised columns; beyond, terms are not told apart in so short a record
+
+
+class HarmonicFit(NamedTuple):
+    """value(t) = offset + rate t + acceleration t^2/2 + sum of sine_j sin(f_j t + p_j) + cosine_j cos(f_j t + p_j).
+
+    sine and cosine: (J,), in the units of the values; residual: root mean square of what is left.
+    """
+
+    offset: float
+    rate: float
+    acceleration: float
+    sine: np.ndarray
+    cosine: np.ndarray
+    residual: float
+
+
+def harmonic_fit(times: Array, values: Array, frequencies: Array = (), phases: Array | None = None) -> HarmonicFit:
+    """Least squares of values (N,) at times (N,) by terms of frequencies f (J,) and phases p (J,), 0 unless given.
+
+    The rate is that at time 0: put 0 in the middle. ValueError for fewer values than numbers to find; NumericalError
+    where the record is too short to tell terms apart. Checked by tests/unit/test_harmonic_fit.py.
+    """
+    t, y, f = (np.asarray(each, dtype=float) for each in (times, values, frequencies))
+    p = np.zeros_like(f) if phases is None else np.asarray(phases, dtype=float)
+    if t.shape != y.shape or t.ndim != 1 or f.shape != p.shape or len(t) < 3 + 2 * len(f):
+        raise ValueError("a fit needs a value for each time, a phase for each frequency, and more values than terms")
+    unit = np.abs(t).max() or 1.0
+    turning = np.multiply.outer(t, f) + p
+    columns = np.concatenate(
+        [np.stack([np.ones_like(t), t / unit, (t / unit) ** 2], 1), np.sin(turning), np.cos(turning)], 1
+    )
+    found, _, _, spread = np.linalg.lstsq(columns, y, rcond=None)
+    if spread[-1] * _WORST_CONDITION < spread[0]:
+        raise NumericalError("the record is too short to tell its terms apart")
+    left = y - columns @ found
+    terms = len(f)
+    return HarmonicFit(
+        float(found[0]), float(found[1] / unit), float(2 * found[2] / unit**2), found[3 : 3 + terms],
+        found[3 + terms :], float(np.sqrt(np.mean(left**2))),
+    )  # fmt: skip
