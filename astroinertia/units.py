@@ -28,6 +28,10 @@ SOLAR_MASS = _constant("M_sun")  # kg, IAU 2015 nominal GM over CODATA 2018 G
 SOLAR_RADIUS = _constant("R_sun")  # m, IAU 2015 nominal
 VACUUM_PERMEABILITY = _constant("mu0")  # N A-2, CODATA 2018
 PARSEC = _constant("pc")  # m
+ELECTRON_MASS = _constant("m_e")  # kg, CODATA 2018
+ATOMIC_MASS = _constant("u")  # kg, CODATA 2018
+REDUCED_PLANCK_CONSTANT = _constant("hbar")  # J s, exact
+STEFAN_BOLTZMANN_CONSTANT = _constant("sigma_sb")  # W m-2 K-4, exact
 
 LONGEST_QUANTITY = 80  # characters; no honest quantity is longer, and the unit parser need not see more
 LARGEST_EXPONENT = 99  # astropy takes m**1000000, and numbers far beyond

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from astroinertia.rotation import pulsars
+from astroinertia.rotation.pulsar_table import KINDS, pulsar
+from astroinertia.rotation.pulsar_table import pulsars as table
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "spin_up.json").read_text())
 PULSARS = [entry for entry in REFERENCE if entry["name"] == "pulsar_braking"]
@@ -94,3 +96,20 @@ def test_before_infinite_spin_and_after_rest_there_is_nothing():
     assert pulsars.period_history(-0.999 * age, P, DOT) == pytest.approx(P * math.sqrt(0.001), rel=1e-9)
     assert np.isnan(pulsars.period_history(3 * P / DOT, P, DOT, 0.0))  # P (1 - t P'/P)^-1 ends at rest
     assert pulsars.characteristic_age(P, DOT, 1.0) == math.inf
+
+
+def test_the_table_of_pulsars():
+    crab = pulsar("crab")
+    assert (crab.jname, crab.period, crab.period_derivative) == ("J0534+2200", P, DOT)
+    assert crab.braking_index == 2.51 and "1993" in crab.braking_index_source
+    everyone = table()
+    assert {each.kind for each in everyone} == set(KINDS)
+    assert all(each.period > 0 and each.period_derivative > 0 and each.source for each in everyone)
+    assert len({each.jname for each in everyone}) == len(everyone) > 50
+    # Kinds by what they are known for: magnetars above 1e14 G, recycled pulsars below 1e11 G.
+    for each in everyone:
+        gauss = 1e4 * pulsars.dipole_field(each.period, each.period_derivative)
+        assert each.kind != "recycled" or gauss < 1e11, each.name
+        assert each.kind != "magnetar" or gauss > 2e13, each.name
+    with pytest.raises(KeyError, match="no pulsar"):
+        pulsar("J0000+0000")

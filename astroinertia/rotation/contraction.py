@@ -1,0 +1,74 @@
+"""Slow contraction: how fast planets and young stars shrink as they radiate, for the spin-up that follows.
+
+A body of polytropic structure in equilibrium has the energy -w G M^2/R with w = (3 gamma - 4)/((gamma - 1)(5 - n)), and
+loses it at its luminosity. SI, or any consistent units with the G given. Tests: tests/unit/test_contraction.py.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from astroinertia.units import GRAVITATIONAL_CONSTANT, STEFAN_BOLTZMANN_CONSTANT
+
+Array = Any
+
+
+def binding_factor(index: Array, gamma: Array = 5 / 3) -> Array:
+    """w of the total energy -w G M^2/R: 3/7 for n = 1.5 and gamma = 5/3; 0 and below, the body does not hold together.
+
+    Source: Chandrasekhar 1939, An Introduction to the Study of Stellar Structure, ch. IV, with the virial theorem.
+    """
+    gamma = np.asarray(gamma, dtype=float)
+    return (3 * gamma - 4) / ((gamma - 1) * (5 - np.asarray(index, dtype=float)))
+
+
+def kelvin_helmholtz_time(
+    mass: Array,
+    radius: Array,
+    luminosity: Array,
+    index: Array = 1.5,
+    gamma: Array = 5 / 3,
+    gravitational_constant: float = GRAVITATIONAL_CONSTANT,
+) -> Array:
+    """Energy over luminosity, w G M^2/(R L)."""
+    energy = binding_factor(index, gamma) * gravitational_constant * np.asarray(mass, dtype=float) ** 2
+    return energy / (np.asarray(radius, dtype=float) * luminosity)
+
+
+def radius_at_luminosity(
+    time: Array,
+    mass: Array,
+    radius: Array,
+    luminosity: Array,
+    index: Array = 1.5,
+    gamma: Array = 5 / 3,
+    gravitational_constant: float = GRAVITATIONAL_CONSTANT,
+) -> Array:
+    """R(t) at one luminosity: 1/R grows steadily, R = R_0/(1 + t/t_KH)."""
+    scale = kelvin_helmholtz_time(mass, radius, luminosity, index, gamma, gravitational_constant)
+    return np.asarray(radius, dtype=float) / (1 + np.asarray(time, dtype=float) / scale)
+
+
+def radius_at_temperature(
+    time: Array, mass: Array, radius: Array, effective_temperature: Array, index: Array = 1.5, gamma: Array = 5 / 3
+) -> Array:
+    """R(t) in m at one effective temperature in K, as on a Hayashi track: R = R_0/(1 + 3 t/t_KH)^(1/3).
+
+    Source: Hayashi, Hoshi & Sugimoto 1962, Prog. Theor. Phys. Suppl. 22, 1.
+    """
+    radius = np.asarray(radius, dtype=float)
+    luminosity = 4 * math.pi * radius**2 * STEFAN_BOLTZMANN_CONSTANT * np.asarray(effective_temperature) ** 4
+    scale = kelvin_helmholtz_time(mass, radius, luminosity, index, gamma)
+    return radius / np.cbrt(1 + 3 * np.asarray(time, dtype=float) / scale)
+
+
+def contracted_period(period: Array, radius: Array, radius_after: Array, locked_until: Array = math.inf) -> Array:
+    """The period of a body that shrinks homologously: (R_after/R)^2 times it.
+
+    locked_until: the radius down to which a disc holds the period (young stars); from there on L stays. Source: Edwards
+    et al. 1993, AJ 106, 372 (the disc); conservation of angular momentum.
+    """
+    after = np.asarray(radius_after, dtype=float)
+    free_from = np.minimum(np.asarray(radius, dtype=float), locked_until)
+    return np.asarray(period, dtype=float) * (np.minimum(after, free_from) / free_from) ** 2

@@ -1,0 +1,59 @@
+"""Observed pulsars: `data/pulsars.csv`, with the source of each number. Tests: tests/unit/test_pulsars.py."""
+
+import csv
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+from astroinertia.bodies.tables import data_path
+
+KINDS = ("ordinary", "recycled", "magnetar", "isolated")
+
+
+@dataclass(frozen=True)
+class Pulsar:
+    """One pulsar: period in s, its derivative as observed, kind, and the braking index where it is measured (else NaN).
+
+    name is the one that people use, jname that of the catalogue.
+    """
+
+    jname: str
+    name: str
+    period: float
+    period_derivative: float
+    kind: str
+    binary: bool
+    braking_index: float
+    braking_index_uncertainty: float
+    braking_index_source: str
+    source: str
+
+
+@lru_cache(maxsize=1)
+def pulsars() -> tuple[Pulsar, ...]:
+    """Return all pulsars of the table."""
+    with data_path("pulsars.csv").open(encoding="utf-8", newline="") as lines:
+        rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    return tuple(
+        Pulsar(
+            row["jname"],
+            row["name"],
+            float(row["period"]),
+            float(row["period_derivative"]),
+            row["kind"],
+            row["binary"] == "yes",
+            float(row["braking_index"] or math.nan),
+            float(row["braking_index_uncertainty"] or math.nan),
+            row["braking_index_source"],
+            row["source"],
+        )
+        for row in rows
+    )
+
+
+def pulsar(name: str) -> Pulsar:
+    """Return a pulsar by either name, such as "Crab" or "J0534+2200"; KeyError where the table has none of it."""
+    for each in pulsars():
+        if name.lower() in (each.name.lower(), each.jname.lower()):
+            return each
+    raise KeyError(f"the table has no pulsar {name!r}")

@@ -1,0 +1,42 @@
+"""Contracting planets and young stars."""
+
+import math
+
+import numpy as np
+import pytest
+
+from astroinertia.rotation import contraction
+from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SOLAR_RADIUS, STEFAN_BOLTZMANN_CONSTANT
+
+SUN = 3.828e26  # W, IAU 2015 nominal
+YEAR = 365.25 * 86400
+
+
+def test_binding():
+    assert contraction.binding_factor(1.5) == pytest.approx(3 / 7)
+    assert contraction.binding_factor(3.0, 4 / 3) == pytest.approx(0.0, abs=1e-15)
+    assert contraction.binding_factor(0.0) == pytest.approx(0.3)
+    time = contraction.kelvin_helmholtz_time(SOLAR_MASS, SOLAR_RADIUS, SUN, 3.0)
+    assert time / YEAR == pytest.approx(0.75 * 31.4e6, rel=0.01)  # G M^2/(R L) is 31.4 Myr
+
+
+@pytest.mark.parametrize("track", ["luminosity", "temperature"])
+def test_what_is_radiated_is_what_is_lost(track):
+    mass, radius, warm = 1e27, 1.4e8, 500.0
+    luminosity = 4 * math.pi * radius**2 * STEFAN_BOLTZMANN_CONSTANT * warm**4
+    times = np.linspace(0.0, 3e6 * YEAR, 20001)
+    if track == "luminosity":
+        radii = contraction.radius_at_luminosity(times, mass, radius, luminosity)
+        power = np.full_like(times, luminosity)
+    else:
+        radii = contraction.radius_at_temperature(times, mass, radius, warm)
+        power = luminosity * (radii / radius) ** 2
+    assert radii[0] == radius and radii[-1] < 0.8 * radius
+    lost = 3 / 7 * GRAVITATIONAL_CONSTANT * mass**2 * (1 / radii[-1] - 1 / radius)
+    assert np.trapezoid(power, times) == pytest.approx(lost, rel=1e-6)
+
+
+def test_a_disc_holds_the_period_until_it_is_gone():
+    radii = np.array([5.0, 3.0, 2.0, 1.0])
+    np.testing.assert_allclose(contraction.contracted_period(8.0, 5.0, radii), 8.0 * (radii / 5) ** 2)
+    np.testing.assert_allclose(contraction.contracted_period(8.0, 5.0, radii, 2.0), [8.0, 8.0, 8.0, 2.0])
