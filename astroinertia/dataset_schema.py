@@ -63,6 +63,10 @@ RECORDED: dict[str, Quantity] = {
     "inertia_tensor": Quantity(
         _TIJ, MOMENT, "kg m2", f"inertia tensor {_CENTRE}", "I = tr(Q) 1 - Q, summed directly over the body"
     ),
+    "attitude": Quantity(
+        ("time", "principal", "i"), NUMBER, "1", "axes fixed in a rigid body, unit vectors",
+        "the principal axes, one a row, in the order in which the scene gives the moments",
+    ),
     "inertia_tensor_evolved": Quantity(
         _TIJ, MOMENT, "kg m2", f"inertia tensor {_CENTRE}, by its own evolution equation",
         "integrated from d2Q/dt2 = 2 K + sum over effects of (V + V^T), kick by kick and drift by drift",
@@ -198,6 +202,8 @@ def reason_for_absence(name: str, effects: list[str], dimensionless: bool, frame
             return "the frame is not inertial"
     if name == "moment_ratio":
         return "the body has no reference radius"
+    if name == "attitude":
+        return "only a rigid body has axes of its own"
     if name == "figure_rotation_rate":
         return "the principal axes are undefined throughout: moments are equal within the tolerance"
     return UNRECORDED

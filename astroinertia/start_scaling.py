@@ -31,6 +31,7 @@ from astroinertia.rotation.shells import mass_quadrature
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
 from astroinertia.start_effects import effects_of
+from astroinertia.start_rotation import rigid_moments, rotation_amount, rotation_axis
 from astroinertia.units import CodeUnits
 
 _NODES = 160  # shells of the pressure integral
@@ -95,7 +96,7 @@ def _evolution(
     breaks: tuple[float, ...] = (), motion: tuple[float, float] = (1.0, 0.0),
 ) -> Scaling:  # fmt: skip
     torques = acting(effects)
-    breaks = (*breaks, *(time for effect in torques for time in effect.breaks(end)))
+    breaks = (*breaks, *(time for effect in torques for time in effect.breaks(0.0, end)))
     names = tuple(effect.kind for effect in effects)
     spin = float(np.linalg.norm(body.angular_momentum))
     # L and work in units of their own size, so that an error allowed in the state means the same for all of it.
@@ -146,18 +147,13 @@ def _body(scene: Scene, units: CodeUnits) -> tuple[Homologous, float]:
 def _rigid(scene: Scene, units: CodeUnits) -> Homologous:
     body: Any = scene.body
     mass = units.to_code(body.mass, "mass")
-    if body.moments is not None:
-        moments = np.array([units.to_code(moment, "moment_of_inertia") for moment in body.moments])
-    else:
-        moments = np.array(body.moment_ratios) * mass * units.to_code(body.radius, "length") ** 2
-    rows = np.asarray(body.axes_at_start, dtype=float)
-    rows = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    moments, rows = rigid_moments(scene, units)
     inertia = rows.T @ np.diag(moments) @ rows
     second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
-    axis = _axis(scene)
+    axis = rotation_axis(scene)
     _symmetric_about(axis, second)
     moment = float(axis @ inertia @ axis)
-    amount = _amount(scene, units, None)
+    amount = rotation_amount(scene, units, None)
     spin = amount.get("angular_momentum", amount.get("rate", 0.0) * moment)
     return Homologous(mass, second, None, None, spin * axis, axis, 0.5 / moment)
 
@@ -204,7 +200,7 @@ def _ball(scene: Scene, units: CodeUnits, ball: start.Sphere) -> tuple[Homologou
             raise SceneError("[body] has an infinite gravitational energy, from which no scaling law follows.")
         tensor = potential_energy_tensor(ball.radius * axes, 1.0)
         gravity = np.diag(tensor) * energy / tensor.sum()
-    axis = _axis(scene)
+    axis = rotation_axis(scene)
     if scene.body.rotation is not None:
         _symmetric_about(axis, second)
     share, mass = mass_quadrature(_NODES)
@@ -259,7 +255,7 @@ def _settled(
 ) -> tuple[float, float, float]:
     """Scale, L and T/L^2 at scale 1 of the body with its rotation, swollen where it settles to equilibrium first."""
     body: Any = scene.body
-    amount = _amount(scene, units, energy if "gravity" in scene.effects else None)
+    amount = rotation_amount(scene, units, energy if "gravity" in scene.effects else None)
     moment = float(axis @ inertia_from_second_moment(second) @ axis)
     if not amount or not any(amount.values()):
         return 1.0, 0.0, 0.5 / moment
@@ -328,12 +324,6 @@ def _shells(scene: Scene, units: CodeUnits, ball: start.Sphere, second: np.ndarr
     return Shells(ball.radius * s @ mean, ball.density(s.ravel()).reshape(s.shape) @ mean, squared, relative)
 
 
-def _axis(scene: Scene) -> np.ndarray:
-    rotation = scene.body.rotation
-    axis = np.array([0.0, 0.0, 1.0] if rotation is None else rotation.axis, dtype=float)
-    return axis / np.linalg.norm(axis)
-
-
 def _symmetric_about(axis: np.ndarray, second: np.ndarray) -> None:
     along = float(axis @ second @ axis)
     across = 0.5 * (float(np.trace(second)) - along)
@@ -343,21 +333,3 @@ def _symmetric_about(axis: np.ndarray, second: np.ndarray) -> None:
             "[body.rotation] is about an axis that the body is not symmetric about, and the model scaling follows no "
             "attitude: take the model rigid or ellipsoid."
         )
-
-
-def _amount(scene: Scene, units: CodeUnits, energy: float | None) -> dict[str, float]:
-    """The one measure of the rotation that a scene gives, a period as a rate."""
-    spin = scene.body.rotation
-    if spin is None:
-        return {}
-    if spin.period is not None:
-        if spin.period == 0:
-            raise SceneError("[body.rotation] rotation period must not be zero.")
-        return {"rate": 2 * math.pi / units.to_code(spin.period, "time")}
-    if spin.t_over_w is not None:
-        if energy is None:
-            raise SceneError("[body.rotation] rotation t_over_w needs a self-gravitating body.")
-        return {"t_over_w": spin.t_over_w}
-    if spin.rate is not None:
-        return {"rate": units.to_code(spin.rate, "angular_velocity")}
-    return {"angular_momentum": units.to_code(spin.angular_momentum, "angular_momentum")}

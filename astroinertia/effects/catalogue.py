@@ -4,101 +4,19 @@ A scene never names code: it names a kind, which is looked up here, and only tha
 """
 
 import importlib
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
-Cost = Literal["particles", "neighbours", "all pairs", "body"]
-
-
-class Default:
-    """A default that is no number: an option that must be given, or the speed of light."""
-
-    def __init__(self, told: str) -> None:
-        self.told = told
-
-    def __repr__(self) -> str:
-        return self.told
-
-
-REQUIRED = Default("required")
-LIGHT = Default("the speed of light")
-"""Must be given in a scene in code units, where the speed of light has no value."""
-
-
-@dataclass(frozen=True)
-class Option:
-    """One option: its dimension ("choice" for one of `choices`), default in code units and meaning.
-
-    A default of None means that what the option describes is absent. `shape` is () for a number, (3,) for a vector and
-    (3, 3) for a matrix; `minimum` and `maximum` bound a number, and are themselves allowed unless `exclusive`.
-    """
-
-    dimension: str
-    default: Any
-    text: str
-    shape: tuple[int, ...] = ()
-    choices: tuple[str, ...] = ()
-    minimum: float = -math.inf
-    maximum: float = math.inf
-    exclusive: bool = False
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One effect: its module and class, one line on what it is, its options, the loop it needs and its source.
-
-    models: those that have it. A numerical device of particles is not physics: other models need it not and skip it.
-    """
-
-    module: str
-    class_name: str
-    text: str
-    options: Mapping[str, Option]
-    cost: Cost
-    source: str
-    models: tuple[str, ...] = ("sph",)
-    numerical: bool = False
-
-
-# Exponents of (mass, length, time) of every dimension that an option may have.
-DIMENSIONS: Mapping[str, tuple[float, float, float]] = {
-    "dimensionless": (0, 0, 0),
-    "mass": (1, 0, 0),
-    "moment_of_inertia": (1, 2, 0),
-    "length": (0, 1, 0),
-    "time": (0, 0, 1),
-    "velocity": (0, 1, -1),
-    "acceleration": (0, 1, -2),
-    "angular_velocity": (0, 0, -1),
-    "angular_acceleration": (0, 0, -2),
-    "inverse_time_squared": (0, 0, -2),
-    "angle": (0, 0, 0),
-    "torque": (1, 2, -2),
-    "force": (1, 1, -2),
-    "angular_momentum": (1, 2, -1),
-    "energy": (1, 2, -2),
-    "power": (1, 2, -3),
-    "rate": (0, 0, -1),
-    "viscosity": (0, 2, -1),
-    "magnetic_field": (0.5, -0.5, -1),
-    "density": (1, -3, 0),
-}
-
-
-def positive(dimension: str, default: Any, text: str) -> Option:
-    """An option that must be above zero."""
-    return Option(dimension, default, text, minimum=0.0, exclusive=True)
-
-
-def not_negative(dimension: str, default: Any, text: str) -> Option:
-    """An option that must not be below zero."""
-    return Option(dimension, default, text, minimum=0.0)
-
-
-AXIS = (0.0, 0.0, 1.0)
-ALL_MODELS = ("sph", "ellipsoid", "rigid", "scaling")
+from astroinertia.effects.entries import ALL_MODELS as ALL_MODELS
+from astroinertia.effects.entries import AXIS as AXIS
+from astroinertia.effects.entries import DIMENSIONS as DIMENSIONS
+from astroinertia.effects.entries import LIGHT as LIGHT
+from astroinertia.effects.entries import REQUIRED as REQUIRED
+from astroinertia.effects.entries import Default as Default
+from astroinertia.effects.entries import Entry as Entry
+from astroinertia.effects.entries import Option as Option
+from astroinertia.effects.entries import not_negative, positive
+from astroinertia.effects.rigid_entries import RIGID
 
 CATALOGUE: Mapping[str, Entry] = {
     "gravity": Entry(
@@ -297,6 +215,7 @@ CATALOGUE: Mapping[str, Entry] = {
         "Burke & Thorne 1970; Misner, Thorne & Wheeler 1973, eq. 36.8",
         ("ellipsoid",),
     ),
+    **RIGID,
 }
 
 

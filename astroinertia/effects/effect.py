@@ -193,8 +193,8 @@ class Effect:
         """The largest angular frequency that the torque brings to a rigid body, which steps must resolve."""
         return None
 
-    def breaks(self, end: float) -> tuple[float, ...]:
-        """Times up to the end at which a rigid body's torque begins or ends, or an impulse comes, rising."""
+    def breaks(self, start: float, end: float) -> tuple[float, ...]:
+        """Times after the start, up to the end, at which a rigid body's torque begins or ends, or an impulse comes."""
         return ()
 
     def during(self, start: float, end: float) -> Self:

@@ -47,7 +47,7 @@ COMPOSITIONS = {
 }  # fmt: skip
 """Lengths of the stages of a step, by order: Suzuki's five, and the nine and seventeen of Kahan & Li."""
 
-# Round-off is put right where it is no more than this share of L: a body all but at rest has no direction of L.
+# What is put right after a stage is round-off: no more than this share of L, for L may have come close to zero.
 _ROUND_OFF = 1e-9
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)  # for the mean of 1/size in a stage, to order 10
 
@@ -86,12 +86,12 @@ class Rotor:
         return self.turning.value[4:]
 
 
-def rotor(quaternion: Array, angular_momentum: Array, books: Array = ()) -> Rotor:
-    """A body with an attitude (4,), an angular momentum (3,) in inertial axes, and what stands in its books (B,)."""
-    quaternion, momentum = jnp.asarray(quaternion, dtype=float), jnp.asarray(angular_momentum, dtype=float)
+def rotor(quaternion: Array, momentum_in_body: Array, books: Array = ()) -> Rotor:
+    """A body with an attitude (4,), an angular momentum (3,) in its principal axes, and books (B,) that begin so."""
+    quaternion, momentum = jnp.asarray(quaternion, dtype=float), jnp.asarray(momentum_in_body, dtype=float)
     quaternion = quaternion / jnp.linalg.norm(quaternion)
-    turning = jnp.concatenate([quaternion, in_body(quaternion, momentum)])
-    sums = (turning, momentum, jnp.asarray(books, dtype=float))
+    turning = jnp.concatenate([quaternion, momentum])
+    sums = (turning, in_space(quaternion, momentum), jnp.asarray(books, dtype=float))
     return Rotor(*(Compensated(value, jnp.zeros_like(value)) for value in sums))
 
 
@@ -177,7 +177,7 @@ def _drift(state: Rotor, rates: Array, duration: Array, about_momentum: bool) ->
     change = _product(q, turn)
     if about_momentum:
         change = change + _product(_about_momentum(state, rates, duration), q + change)
-    return _put_right(replace(state, turning=_plus(state.turning, jnp.concatenate([change, jnp.stack(gain)]))))
+    return put_right(replace(state, turning=_plus(state.turning, jnp.concatenate([change, jnp.stack(gain)]))))
 
 
 def _kicked(state: Rotor, kick: Kick) -> Rotor:
@@ -230,15 +230,18 @@ def _about_momentum(state: Rotor, rates: Array, duration: Array) -> Array:
     return jnp.concatenate([less[None], sine * momentum / jnp.where(size > 0.0, size, 1.0)])
 
 
-def _put_right(state: Rotor) -> Rotor:
-    """Takes the round-off out of |q| = 1, of |m| = |L| and of the direction of m, which in space is that of L."""
+def put_right(state: Rotor, most: float = _ROUND_OFF) -> Rotor:
+    """Takes errors out of |q| = 1, of |m| = |L| and of the direction of m, which in space is that of L, to first order.
+
+    The latter two where they are less than `most` of L.
+    """
     value, momentum = state.turning.value, state.angular_momentum.value
     q, m = value[:4], value[4:]
     square = jnp.sum(momentum**2)
     inverse = 1.0 / jnp.where(square > 0.0, square, 1.0)
     tilt = 0.5 * inverse * jnp.cross(in_space(q, m), momentum)
     longer = inverse * jnp.sum(m**2) - 1.0
-    told = (jnp.sum(tilt**2) < _ROUND_OFF**2) & (jnp.abs(longer) < _ROUND_OFF)
+    told = (jnp.sum(tilt**2) < most**2) & (jnp.abs(longer) < most)
     turned = jnp.concatenate([-jnp.sum(tilt * q[1:])[None], q[0] * tilt + jnp.cross(tilt, q[1:])])
     right = jnp.concatenate([jnp.where(told, turned, 0.0) - 0.5 * (jnp.sum(q**2) - 1.0) * q,
                              jnp.where(told, -0.5 * longer, 0.0) * m])  # fmt: skip

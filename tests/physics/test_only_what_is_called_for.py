@@ -118,7 +118,7 @@ IMPORTS = """
     print(json.dumps(found))
 """
 ALONGSIDE = {"gravity": {"astroinertia.gravity.direct"}, "viscosity": {"astroinertia.effects.gradients"}}
-ALWAYS = {"astroinertia.effects.catalogue", "astroinertia.effects.effect"}
+ALWAYS = {f"astroinertia.effects.{name}" for name in ("catalogue", "effect", "entries", "rigid_entries")}
 
 
 @pytest.mark.parametrize("backwards", [False, True], ids=["in order", "in reverse"])

@@ -1,0 +1,67 @@
+"""The torque by which a pulsar slows down."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import jax
+import jax.numpy as jnp
+
+from astroinertia.effects.effect import Effect
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class DipoleBraking(Effect):
+    """tau = -k |omega|^(n-1) (omega - (omega . u) u) with the magnetic axis u, without one -k |omega|^(n-1) omega.
+
+    A dipole in vacuum has n = 3 and k = 2 B^2 R^6 / (3 c^3), with the field B at the magnetic equator at R (in Gaussian
+    units): its part along the spin slows it down, the one across aligns it (Goldreich 1970, ApJ 160, L11; Davis &
+    Goldstein 1970, ApJ 159, L81; Michel & Goldwire 1970, Astrophysical Letters 5, 21). The part of the torque that
+    neither brakes nor aligns, and makes the spin precess, depends on the star's interior and is left out. Or k is such
+    that at a period P the period grows at the rate dP/dt, with the magnetic axis at right angles to the spin:
+    k = I (dP/dt / P) (P / 2 pi)^(n-1), with the present moment I about the spin.
+    """
+
+    field: Any = None
+    radius: Any = None
+    speed_of_light: Any = None
+    magnetic_axis: Any = None
+    period: Any = None
+    period_derivative: Any = None
+    index: Any = 3.0
+
+    kind: ClassVar[str] = "dipole_braking"
+    external: ClassVar[bool] = True
+    follows_spin: ClassVar[bool] = True
+
+    @classmethod
+    def from_options(cls, options):
+        """Refuses two measures of its strength or none, and a dipole that brakes otherwise than a dipole does."""
+        by_field = [options["field"] is not None, options["radius"] is not None]
+        by_period = [options["period"] is not None, options["period_derivative"] is not None]
+        if by_field not in ([True, True], [False, False]) or by_period != [not by_field[0]] * 2:
+            raise ValueError("give either field and radius, or period and period_derivative")
+        if by_field[0] and options["index"] != 3.0:
+            raise ValueError("the braking index of a field is 3; give period and period_derivative for another one")
+        axis = options["magnetic_axis"]
+        if axis is not None and not any(axis):
+            raise ValueError("the magnetic axis must not have zero length")
+        return cls(**options)
+
+    def torque(self, body):
+        """In inertial axes."""
+        spin = body.angular_velocity
+        square = jnp.sum(spin**2)
+        speed = jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
+        if self.field is not None:
+            strength = 2.0 / 3.0 * self.field**2 * self.radius**6 / self.speed_of_light**3 * square
+        else:
+            rate = 2.0 * jnp.pi / self.period
+            moment = jnp.sum(spin * body.angular_momentum) / speed**2
+            growth = self.period_derivative / self.period
+            strength = moment * growth * (speed / rate) ** (self.index - 1.0)
+        across = spin
+        if self.magnetic_axis is not None:
+            axis = body.attitude.T @ jnp.asarray(self.magnetic_axis)
+            across = spin - axis * (jnp.sum(spin * axis) / jnp.sum(axis**2))
+        return jnp.where(square > 0.0, -strength * across, 0.0)

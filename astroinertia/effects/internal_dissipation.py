@@ -1,0 +1,40 @@
+"""Heat from the wobble of a body that is not quite rigid."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import jax
+import jax.numpy as jnp
+
+from astroinertia.effects.effect import Effect
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class InternalDissipation(Effect):
+    """The body's axes slip by s = lambda L cross omega: L stays, and the energy falls by lambda |L cross omega|^2.
+
+    This double bracket (Bloch, Krishnaprasad, Marsden & Ratiu 1996, Communications in Mathematical Physics 175, 1) is
+    the simplest law that takes a body from any spin, through the separatrix, to one about its largest moment. lambda is
+    such that a small wobble about that axis falls by a factor e in `time_scale`, at any spin, or, as a body of constant
+    quality factor does, in time_scale (rate / omega)^3 with omega = L/I_3 (Burns & Safronov 1973, MNRAS 165, 403).
+    """
+
+    time_scale: Any
+    rate: Any = None
+
+    kind: ClassVar[str] = "internal_dissipation"
+    follows_spin: ClassVar[bool] = True
+
+    def slip(self, body):
+        """L cross omega by lambda = 1 / (time_scale L^2 ((1/I_1 + 1/I_2)/2 - 1/I_3))."""
+        moments = jnp.sort(body.principal_moments)
+        square = jnp.sum(body.angular_momentum**2)
+        spins = (square > 0.0) & (moments[0] > 0.0)
+        inverse = 1.0 / jnp.where(moments > 0.0, moments, 1.0)
+        excess = 0.5 * (inverse[0] + inverse[1]) - inverse[2]
+        spins = spins & (excess > 0.0)
+        pace = 1.0 / (self.time_scale * jnp.where(spins, square * excess, 1.0))
+        if self.rate is not None:
+            pace = pace * (square**1.5 * (inverse[2] / self.rate) ** 3)
+        return jnp.where(spins, pace * jnp.cross(body.angular_momentum, body.angular_velocity), 0.0)

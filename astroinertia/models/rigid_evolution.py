@@ -1,0 +1,293 @@
+"""A rigid body as the run loop sees it: by the splitting or adaptively, from one break of its torques to the next."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from astroinertia.effects.effect import Effect
+from astroinertia.errors import NumericalError
+from astroinertia.inertia.ledger import Compensated
+from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
+from astroinertia.integrate import adaptive, rigid_splitting
+from astroinertia.integrate.rigid_splitting import Rotor, in_body
+from astroinertia.models import rigid
+from astroinertia.models.evolution import Figures, Record
+from astroinertia.models.rigid import Rigid
+from astroinertia.models.rigid_record import RIGIDITY, Ledger, ledger
+
+Array = Any
+
+EXACT = "exact for a body that keeps its shape, or changes its size as prescribed"
+_FEW = "the body is known by its mass and moments alone"
+ABSENT = {
+    "virial_mismatch": "a rigid body has no particles to sum over",
+    "mixed_impulse": "the mixed moment follows from attitude and spin, and is not summed up",
+    "inertia_tensor_evolved": "the inertia tensor follows from the attitude, and is not integrated",
+    "ledger_closure": "the inertia tensor follows from the attitude, and is not integrated",
+    "internal_energy": "the body has no pressure; the heat of internal dissipation is in heating",
+    "gravitational_energy": "the body keeps its shape, whatever holds it",
+    **dict.fromkeys(("radius_profile", "density_profile", "density_max", "rotation_profile"), _FEW),
+    **dict.fromkeys(("specific_angular_momentum_profile", "mode_amplitude", "mode_phase"), _FEW),
+}
+
+# Steps of the splitting between two looks at how fast the body turns, and the factor by which that may change before
+# they take another length: within it they stay alike, as a symplectic method wants them.
+_STEPS_BETWEEN_LOOKS = 4096
+_CHANGE_OF_PACE = 1.25
+_SIZES_LOOKED_AT = 65  # between now and the next break, for the smallest
+_FIRST_STEP = 0.05  # of the adaptive integrator, over one radian of the fastest turn
+_MOST_STEPS = 1e12
+_MISALIGNED = 0.1  # up to which errors of the adaptive integrator in |m| and the direction of L are put right
+_BY_SIZE = 2  # books that a change of size keeps: the energy at size 1, and its own work
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How the motion is integrated."""
+
+    integrator: str = "splitting"
+    tolerance: float = 1e-12
+    steps_per_rotation: float = 40.0
+    order: int = 6
+
+
+class RigidBody:
+    """A rigid body under way (models.evolution.Evolution), from a quaternion (4,) and L in its principal axes (3,).
+
+    Runs under jax.enable_x64. Checked by tests/unit/test_rigid.py.
+    """
+
+    absent: ClassVar[Mapping[str, str]] = ABSENT
+    approximation: ClassVar[str] = EXACT
+    meets_times: ClassVar[bool] = True
+    resumable: ClassVar[bool] = True
+
+    def __init__(self, body: Rigid, quaternion: Array, momentum: Array, settings: Settings) -> None:
+        self.body, self.settings = body, settings
+        self.effects = (*(effect.kind for effect in body.effects), RIGIDITY)
+        sized = _BY_SIZE if body.change is not None else 0
+        self.state = rigid_splitting.rotor(quaternion, momentum, np.zeros(sized + len(body.effects)))
+        self._time, self._steps, self._timestep, self._pace = 0.0, 0, 0.0, 0.0
+        if sized:
+            energy = rigid.rotational_energy(body, jnp.zeros(()), self.state.momentum_in_body)
+            self.state = replace(self.state, books=_filled(self.state.books.value.at[0].set(energy)))
+        opening = self._ledger()
+        self._opening = {
+            "energies": np.array(self._energies(opening)),
+            "swelling": self._energies(opening)[0] - self._spin_energy(),
+            "potentials": np.asarray(opening.potential),
+            "velocity": np.asarray(opening.moments.velocity),
+        }
+        self._units = self._momentum_and_energy_units()
+
+    @property
+    def time(self) -> float:
+        """Now."""
+        return self._time
+
+    @property
+    def steps(self) -> int:
+        """Time steps since the start; those that the adaptive integrator tried in vain are counted too."""
+        return self._steps
+
+    def advance(self, until: float) -> None:
+        """Go all the way to a time, meeting every break of the torques on the way."""
+        breaks = {time for effect in self.body.effects for time in effect.breaks(self._time, until)}
+        for stop in sorted({until, *breaks}):
+            start, body = self._time, self.body
+            body = replace(body, effects=tuple(effect.during(start, stop) for effect in body.effects))
+            (self._split if self.settings.integrator == "splitting" else self._adapt)(body, stop)
+            if not np.isfinite(np.asarray(self.state.turning.value)).all():
+                raise NumericalError("the attitude is no longer finite", time=stop)
+            for number, effect in enumerate(body.effects):
+                if stop in effect.breaks(start, stop):
+                    self._strike(number, effect)
+
+    def record(self, opening_potential: float | None) -> Record:
+        """One row of the headline series."""
+        found = self._ledger()
+        moments, work = found.moments, self._work(found)
+        energy, potential = self._energies(found)
+        mass = float(self.body.mass)
+        velocity = np.asarray(moments.velocity)
+        pushed = np.array([effect.kind == "pivot" for effect in self.body.effects] + [False])
+        unexplained = energy - self._opening["energies"][0] - work.sum()
+        for number, effect in enumerate(self.body.effects):
+            if effect.conservative:
+                unexplained += work[number] + float(found.potential[number]) - self._opening["potentials"][number]
+        return {
+            "time": self._time,
+            "step": self._steps,
+            "mass": mass,
+            "centre_of_mass": np.asarray(moments.place),
+            "momentum": mass * velocity,
+            "angular_momentum": np.asarray(axial_vector(moments.mixed)),
+            "second_moment": np.asarray(moments.second),
+            "mixed_moment": np.asarray(moments.mixed),
+            "kinetic_tensor": np.asarray(moments.kinetic),
+            "virial_tensor": np.asarray(found.virial),
+            "inertia_tensor": np.asarray(inertia_from_second_moment(moments.second)),
+            "attitude": np.asarray(found.attitude),
+            "torque": np.asarray(found.torque),
+            "force": np.asarray(found.force),
+            "impulse": mass * np.outer(pushed, velocity - self._opening["velocity"]),
+            "work": work,
+            "heating": np.where([*map(_dissipates, self.body.effects), False], -work, 0.0),
+            "kinetic_energy": energy,
+            "potential_energy": potential,
+            "total_energy": energy + potential,
+            "integration_energy_error": unexplained,
+            "timestep": self._timestep,
+        }
+
+    def snapshot(self) -> None:
+        """Nothing: there are no particles."""
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """The state, for a checkpoint."""
+        leaves = jax.tree.leaves(self.state)
+        told = {"time": self._time, "steps": self._steps, "timestep": self._timestep, "pace": self._pace}
+        return {
+            **{f"state_{number}": np.asarray(leaf) for number, leaf in enumerate(leaves)},
+            **{name: np.asarray(value) for name, value in told.items()},
+        }
+
+    def resume(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from a checkpoint, bit for bit as if the run had never stopped."""
+        leaves, structure = jax.tree.flatten(self.state)
+        self.state = jax.tree.unflatten(structure, [jnp.asarray(arrays[f"state_{k}"]) for k in range(len(leaves))])
+        self._time, self._steps = float(arrays["time"]), int(arrays["steps"])
+        self._timestep, self._pace = float(arrays["timestep"]), float(arrays["pace"])
+
+    def figures(self) -> Figures:
+        """What the progress line shows."""
+        energy, potential = self._energies(self._ledger())
+        return Figures(energy + potential, max(energy, abs(potential), 1e-300), math.nan, math.nan)
+
+    def _split(self, body: Rigid, until: float) -> None:
+        free = not body.effects and body.deformability is None
+        start, done, steps = self._time, 0, self._steps_to(body, until)
+        while done < steps:
+            more = steps - done if free and body.change is None else min(steps - done, _STEPS_BETWEEN_LOOKS)
+            stop = until if done + more == steps else start + (until - start) * ((done + more) / steps)
+            self.state = rigid_splitting.advance(
+                self.state, body.rates, self._time, stop, more, self.settings.order, body,
+                None if free else rigid.kick, None if body.change is None else rigid.size,
+            )  # fmt: skip
+            self._timestep, self._time = (stop - self._time) / more, stop
+            self._steps, done = self._steps + more, done + more
+            before = self._pace
+            if done < steps and (wanted := self._steps_to(body, until)) and self._pace != before:
+                start, done, steps = stop, 0, wanted
+
+    def _steps_to(self, body: Rigid, until: float) -> int:
+        pace = self._present_pace(body, until)
+        if not pace / _CHANGE_OF_PACE <= self._pace <= pace * _CHANGE_OF_PACE:
+            self._pace = pace
+        steps = (until - self._time) * self._pace * self.settings.steps_per_rotation / (2.0 * math.pi)
+        if not steps < _MOST_STEPS:
+            raise NumericalError(f"the body turns so fast that {steps:.1e} steps were needed", time=self._time)
+        return max(1, math.ceil(steps * (1.0 - 1e-9)))
+
+    def _present_pace(self, body: Rigid, until: float) -> float:
+        state = self.state
+        pace = float(rigid.pace(body, self._time, state.turning.value, state.angular_momentum.value))
+        if body.change is None:
+            return pace
+        sizes = np.asarray(body.change.factor(np.linspace(self._time, until, _SIZES_LOOKED_AT)))
+        return pace * float(sizes[0] / sizes.min())
+
+    def _adapt(self, body: Rigid, until: float) -> None:
+        momentum_unit, energy_unit = self._units
+        turning, books = self.state.turning.value, self.state.books.value
+        state = {
+            "turning": jnp.concatenate([turning[:4], turning[4:] / momentum_unit]),
+            "momentum": self.state.angular_momentum.value / momentum_unit,
+            "books": books / energy_unit,
+        }
+        left = until - self._time
+        first = min(left, self._timestep or _FIRST_STEP / max(self._present_pace(body, until), _FIRST_STEP / left))
+        tolerance = self.settings.tolerance
+        found = adaptive.advance(
+            rigid.rate, (body, *self._units), state, self._time, until, first, tolerance, tolerance
+        )  # fmt: skip
+        if bool(found.failed):
+            raise NumericalError("the adaptive integrator does not come on", time=float(found.time))
+        turning = found.state["turning"]
+        turning = jnp.concatenate([turning[:4] / jnp.linalg.norm(turning[:4]), momentum_unit * turning[4:]])
+        state = Rotor(
+            *map(_filled, (turning, momentum_unit * found.state["momentum"], energy_unit * found.state["books"]))
+        )
+        for _ in range(3):  # from a tenth to round-off: the error left is the square of what it was
+            state = _without_carry(rigid_splitting.put_right(state, _MISALIGNED))
+        self.state, self._time = state, until
+        self._timestep, self._steps = float(found.timestep), self._steps + int(found.steps)
+
+    def _strike(self, number: int, effect: Any) -> None:
+        """An impulse of an effect: L jumps, and with it the energy at size 1 and the effect's work."""
+        body, state, time = self.body, self.state, jnp.asarray(self._time)
+        m, momentum = state.momentum_in_body, state.angular_momentum.value
+        blow = effect.impulse(rigid.view(body, time, state.quaternion, m, momentum))
+        if blow is None:
+            return
+        before = rigid.rotational_energy(body, time, m)
+        m = m + in_body(state.quaternion, blow)
+        work = rigid.rotational_energy(body, time, m) - before
+        books, sized = state.books.value, len(state.books.value) - len(body.effects)
+        books = books.at[sized + number].add(work)
+        if sized:
+            books = books.at[0].add(work * rigid.size(body, time))
+        turning = jnp.concatenate([state.quaternion, m])
+        self.state = Rotor(_filled(turning), _filled(momentum + blow), _filled(books))
+
+    def _ledger(self) -> Ledger:
+        return ledger(self.body, self._time, self.state.turning.value, self.state.angular_momentum.value)
+
+    def _energies(self, found: Ledger) -> tuple[float, float]:
+        """Kinetic, of all motion, and potential."""
+        velocity = np.asarray(found.moments.velocity)
+        kinetic = 0.5 * (float(jnp.trace(found.moments.kinetic)) + float(self.body.mass) * velocity @ velocity)
+        potential = np.asarray(found.potential)
+        return kinetic, float(potential[np.isfinite(potential)].sum())
+
+    def _work(self, found: Ledger) -> np.ndarray:
+        """What each effect, and rigidity, has done to the kinetic energy."""
+        books = np.asarray(self.state.books.total)
+        work = books[len(books) - len(self.body.effects) :].copy()
+        for number, effect in enumerate(self.body.effects):
+            if hasattr(effect, "deformability"):
+                work[number] = self._opening["potentials"][number] - float(found.potential[number])
+        by_size = 0.0
+        if self.body.change is not None:
+            # What it does to the spin is summed up; its own motion is that of the prescribed size.
+            by_size = books[1] + self._energies(found)[0] - self._spin_energy() - self._opening["swelling"]
+        return np.append(work, by_size)
+
+    def _spin_energy(self) -> float:
+        return float(rigid.rotational_energy(self.body, jnp.asarray(self._time), self.state.momentum_in_body))
+
+    def _momentum_and_energy_units(self) -> tuple[float, float]:
+        """In which the adaptive integrator's errors are measured: those at the start, or those of a radian a time."""
+        momentum = float(jnp.linalg.norm(self.state.angular_momentum.value))
+        moment = float(np.max(self.body.moments))
+        if momentum == 0.0:
+            pace = self._present_pace(self.body, 0.0)
+            momentum = moment * (pace or 1.0)
+        return momentum, momentum**2 / moment
+
+
+def _filled(value: Array) -> Compensated:
+    return Compensated(value, jnp.zeros_like(value))
+
+
+def _without_carry(state: Rotor) -> Rotor:
+    return replace(state, turning=_filled(state.turning.total))
+
+
+def _dissipates(effect: Effect) -> bool:
+    return type(effect).slip is not Effect.slip

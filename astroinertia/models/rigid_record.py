@@ -1,0 +1,120 @@
+"""One row of the headline series of a rigid body: moments from attitude and spin, and the ledger that closes them.
+
+The matter moves as x' = omega cross x + (what a change of shape adds), so Q, P and K follow from the attitude, the
+angular momentum and the size; dP/dt is differentiated along the equations of motion. What the torques of effects leave
+of dP/dt - K is the virial tensor of the internal forces, the row "rigidity". All about the centre of mass, also for a
+body on a pivot. Checked by tests/unit/test_rigid_record.py.
+"""
+
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from astroinertia.inertia.tensor import axial_vector, second_moment_from_inertia
+from astroinertia.models import rigid
+from astroinertia.models.rigid import Rigid
+from astroinertia.rotation.attitude import attitude_of_quaternion, cross_matrix
+
+Array = Any
+
+RIGIDITY = "rigidity"
+"""The row of the internal forces, which hold the shape or change it as prescribed."""
+
+
+class Moments(NamedTuple):
+    """Second moment Q, mixed moment P and kinetic tensor K about the centre of mass, its place and its velocity."""
+
+    second: Array
+    mixed: Array
+    kinetic: Array
+    place: Array
+    velocity: Array
+
+
+class Ledger(NamedTuple):
+    """Moments, virial tensors (E + 1, 3, 3) and torques (E + 1, 3), net forces (E + 1, 3) and potentials (E,)."""
+
+    moments: Moments
+    attitude: Array
+    virial: Array
+    torque: Array
+    force: Array
+    potential: Array
+
+
+@jax.jit
+def ledger(body: Rigid, time: Array, turning: Array, momentum: Array) -> Ledger:
+    """What the record says of one state."""
+    found, rates = _moments_and_rates(body, time, turning, momentum)
+    seen = rigid.view(body, time, turning[:4], turning[4:], momentum)
+    # From torques about the pivot to tensors about the centre of mass: the reaction acts at -place.
+    force = body.mass * rates.velocity
+    own = [_virial(effect, seen) for effect in body.effects]
+    if body.arm is not None:
+        on_pivot = [effect.kind == "pivot" for effect in body.effects].index(True)
+        weight = body.mass * jnp.asarray(body.effects[on_pivot].gravity)
+        own[on_pivot] = -jnp.outer(found.place, force - weight)
+    own.append(rates.mixed - found.kinetic - sum(own, start=jnp.zeros((3, 3))))
+    virial = jnp.stack(own)
+    forces = [force if effect.kind == "pivot" else jnp.zeros(3) for effect in body.effects]
+    potentials = [effect.potential(seen) for effect in body.effects]
+    return Ledger(
+        moments=found,
+        attitude=seen.attitude,
+        virial=virial,
+        torque=axial_vector(virial),
+        force=jnp.stack([*forces, jnp.zeros(3)]),
+        potential=jnp.stack([jnp.nan if one is None else one for one in (*potentials, None)])[:-1],
+    )
+
+
+def _moments_and_rates(body: Rigid, time: Array, turning: Array, momentum: Array) -> tuple[Moments, Moments]:
+    found = rigid.motion(body, time, turning, momentum)
+    along = (jnp.ones_like(time), found.turning, found.angular_momentum)
+    return jax.jvp(partial(_moments, body), (time, turning, momentum), along)
+
+
+def _moments(body: Rigid, time: Array, turning: Array, momentum: Array) -> Moments:
+    q, m = turning[:4], turning[4:]
+    rates = rigid.motion(body, time, turning, momentum)
+    axes = attitude_of_quaternion(q)
+    spin = rigid.spin_in_body(body, time, m)
+    turn = cross_matrix(spin)
+    shape = partial(_second_moment, body)
+    second, growth = jax.jvp(shape, (time, m), (jnp.ones_like(time), rates.turning[4:]))
+    # The axes slip: the figure turns in matter that has no part in that turn.
+    slip = cross_matrix(_slip(body, time, turning, momentum))
+    swell = 0.5 * (growth + slip @ second + second @ slip.T)
+    mixed = second @ turn.T + swell
+    swelling = turn @ swell
+    kinetic = turn @ second @ turn.T + swelling + swelling.T
+    if body.change is not None:
+        pace = 0.5 * jnp.trace(growth) / jnp.trace(second)
+        kinetic = kinetic + pace**2 * second
+    place = velocity = jnp.zeros(3)
+    if body.arm is not None:
+        place, velocity = body.arm, jnp.cross(spin, body.arm)
+        second = second - body.mass * jnp.outer(place, place)
+        mixed = mixed - body.mass * jnp.outer(place, velocity)
+        kinetic = kinetic - body.mass * jnp.outer(velocity, velocity)
+    return Moments(*(axes.T @ tensor @ axes for tensor in (second, mixed, kinetic)), axes.T @ place, axes.T @ velocity)
+
+
+def _second_moment(body: Rigid, time: Array, m: Array) -> Array:
+    return second_moment_from_inertia(rigid.inertia_in_body(body, time, m))
+
+
+def _slip(body: Rigid, time: Array, turning: Array, momentum: Array) -> Array:
+    seen = rigid.view(body, time, turning[:4], turning[4:], momentum)
+    return rigid.in_body(turning[:4], rigid.slips(body, seen).sum(axis=0))
+
+
+def _virial(effect: Any, seen: Any) -> Array:
+    whole = effect.rigid_virial(seen)
+    if whole is not None:
+        return whole
+    torque = effect.torque(seen)
+    # V_jk with eps_ijk V_jk = tau_i: a torque alone.
+    return jnp.zeros((3, 3)) if torque is None else -0.5 * cross_matrix(torque)

@@ -1,0 +1,50 @@
+"""What bodies without particles take from a scene alike: how fast it turns, about which axis, and its moments."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from astroinertia.errors import SceneError
+from astroinertia.scene.schema import Scene
+from astroinertia.units import CodeUnits
+
+
+def rotation_axis(scene: Scene) -> np.ndarray:
+    """The axis of the rotation, a unit vector (3,); z where the body does not turn."""
+    rotation = scene.body.rotation
+    along = np.array([0.0, 0.0, 1.0] if rotation is None else rotation.axis, dtype=float)
+    return along / np.linalg.norm(along)
+
+
+def rotation_amount(scene: Scene, units: CodeUnits, energy: float | None) -> dict[str, float]:
+    """The one measure of the rotation that a scene gives: rate (also for a period), angular_momentum or t_over_w.
+
+    energy is that of self-gravity, None where the body has none. SceneError for t_over_w without it.
+    """
+    spin = scene.body.rotation
+    if spin is None:
+        return {}
+    if spin.period is not None:
+        if spin.period == 0:
+            raise SceneError("[body.rotation] rotation period must not be zero.")
+        return {"rate": 2 * math.pi / units.to_code(spin.period, "time")}
+    if spin.t_over_w is not None:
+        if energy is None:
+            raise SceneError("[body.rotation] rotation t_over_w needs a self-gravitating body.")
+        return {"t_over_w": spin.t_over_w}
+    if spin.rate is not None:
+        return {"rate": units.to_code(spin.rate, "angular_velocity")}
+    return {"angular_momentum": units.to_code(spin.angular_momentum, "angular_momentum")}
+
+
+def rigid_moments(scene: Scene, units: CodeUnits) -> tuple[np.ndarray, np.ndarray]:
+    """Principal moments (3,) of a body of the kind rigid, and its axes at the start, unit vectors as rows (3, 3)."""
+    body: Any = scene.body
+    if body.moments is not None:
+        moments = np.array([units.to_code(moment, "moment_of_inertia") for moment in body.moments])
+    else:
+        moments = np.array(body.moment_ratios) * units.to_code(body.mass, "mass")
+        moments = moments * units.to_code(body.radius, "length") ** 2
+    rows = np.asarray(body.axes_at_start, dtype=float)
+    return moments, rows / np.linalg.norm(rows, axis=1, keepdims=True)
