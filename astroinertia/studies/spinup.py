@@ -1,0 +1,383 @@
+"""Spin-up in one call: a scene by any model with its limits of rotation, a core that becomes a neutron star, shells.
+
+Quantities are given as text with a unit ("1.4 Msun") or as numbers in SI; datasets are in SI.
+Tests: tests/unit/test_spinup.py, tests/physics/test_spinup.py.
+"""
+
+import math
+import tempfile
+from collections.abc import Iterable, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import root_scalar
+
+from astroinertia import dataset as datasets
+from astroinertia.bodies import neutron_star_fits
+from astroinertia.bodies.equations_of_state import SOLAR_LENGTH, Barotrope, read2009
+from astroinertia.bodies.neutron_stars import NeutronStar, stable_branch, star
+from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.bodies.tov import structure
+from astroinertia.errors import NumericalError, SceneError
+from astroinertia.rotation.break_up import DYNAMICAL, SECULAR, break_up, shedding_share, spun_up_polytrope
+from astroinertia.rotation.shells import shells_of
+from astroinertia.rotation.spin_scaling import SpinUp, radius_of_period
+from astroinertia.rotation.spin_scaling import spin_up as whole
+from astroinertia.run import run_scene
+from astroinertia.scene import load
+from astroinertia.scene.schema import Scene
+from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, quantity
+
+Quantity = str | float
+
+_RADII = 200  # points of a period-radius curve
+_SPECTRUM = 200
+
+
+class Case(NamedTuple):
+    """A body before and after: mass, radius, period and I/(M R^2), then radius and I/(M R^2); SI."""
+
+    name: str
+    mass: float
+    radius: float
+    period: float
+    moment_ratio: float
+    radius_after: float
+    moment_ratio_after: float
+
+
+def _case(name: str, mass: str, radius: str, period: str, ratio: float, after: str, ratio_after: float) -> Case:
+    lengths = quantity(radius, "length"), quantity(after, "length")
+    return Case(name, quantity(mass, "mass"), lengths[0], quantity(period, "time"), ratio, lengths[1], ratio_after)
+
+
+def cases() -> tuple[Case, ...]:
+    """Return the textbook collapses: whole stars, cores and white dwarfs to neutron stars, a cloud, a young planet.
+
+    Moment ratios: 0.07 of the Sun, 0.0754 of an n = 3 polytrope (iron core), 0.1 to 0.2 of white dwarfs by mass, 0.35
+    of neutron stars, 0.4 of a uniform cloud, 0.26 of an n = 1 polytrope (Jupiter).
+    """
+    return (
+        _case("Sun-like star to 12 km", "1 Msun", "695700 km", "25.4 d", 0.07, "12 km", 0.35),
+        _case("iron core, 100 s", "1.4 Msun", "1500 km", "100 s", 0.0754, "12 km", 0.35),
+        _case("iron core, 5 s", "1.4 Msun", "1500 km", "5 s", 0.0754, "12 km", 0.35),
+        _case("white dwarf, 1 h, to 12 km", "1.4 Msun", "2000 km", "1 h", 0.1, "12 km", 0.35),
+        _case("cloud to a disc", "1 Msun", "0.05 pc", "2e7 yr", 0.4, "1 au", 0.4),
+        _case("young Jupiter", "1.898e27 kg", "140000 km", "39.7 h", 0.26, "69911 km", 0.26),
+    )
+
+
+def spin_up(
+    scene: Scene | str | PathLike[str],
+    model: str | None = None,
+    settings: Sequence[str] = (),
+    folder: str | PathLike[str] | None = None,
+    shedding: str = "roche",
+) -> xr.Dataset:
+    """Run a scene and return its headline series with period, limits of rotation and flags along time.
+
+    scene: a Scene or the path of one; model: "scaling", "ellipsoid" or "sph" instead of the scene's own; settings:
+    further "key=value"; folder: where the run is kept (nowhere without it); shedding: see `with_limits`. SceneError
+    where the model cannot answer the scene, NumericalError where it fails.
+    """
+    wanted = [*settings, *([] if model is None else [f"model={model}"])]
+    if isinstance(scene, Scene):
+        chosen = load.loads(load.resolved_text(scene), wanted, scene.origin) if wanted else scene
+    else:
+        chosen = load.load_file(scene, wanted)
+    if folder is not None:
+        return with_limits(datasets.open(run_scene(chosen, Path(folder))), shedding)
+    with tempfile.TemporaryDirectory() as place:
+        return with_limits(datasets.open(run_scene(chosen, Path(place) / chosen.name)), shedding)
+
+
+def with_limits(dataset: xr.Dataset, shedding: str = "roche") -> xr.Dataset:
+    """Return a run's dataset with period, kepler_period, shedding_period, kepler_fraction and flags along time.
+
+    The radius of these limits is the body's own at the start, scaled with its mean radius by second moments. shedding:
+    "roche", "polytrope n" or a published fit, as rotation.break_up.shedding_share has them.
+    """
+    size = dataset["mean_radius"].values
+    radius = float(dataset["moment_ratio"].attrs.get("reference_radius", size[0])) * size / size[0]
+    spin = np.sqrt((dataset["angular_velocity"].values ** 2).sum(axis=-1))
+    with np.errstate(divide="ignore"):
+        period = 2 * math.pi / spin
+    gravity = float(dataset.attrs["gravitational_constant"])
+    limits = break_up(dataset["mass"].values, radius, period, shedding=shedding, gravitational_constant=gravity)
+    ratio = dataset["rotational_to_gravitational"].values
+    found = {
+        "radius": (radius, "m", "radius at the start, scaled with the mean radius by second moments"),
+        "period": (period, "s", "period of the mean spin"),
+        "kepler_period": (limits.kepler_period, "s", "period of an orbit at the equator of the sphere"),
+        "shedding_period": (limits.shedding_period, "s", f"shortest period without loss of mass ({shedding})"),
+        "kepler_fraction": (limits.kepler_fraction, "1", "rate over that of an orbit at the equator"),
+        "beyond_kepler": (limits.beyond_kepler, "1", "whether the equator turns faster than an orbit there"),
+        "sheds_mass": (limits.sheds_mass, "1", "whether the body turns faster than it can without losing mass"),
+        "secularly_unstable": (ratio > SECULAR, "1", "whether T/|W| lets friction make a bar"),
+        "dynamically_unstable": (ratio > DYNAMICAL, "1", "whether T/|W| makes a bar"),
+    }
+    plain = dataset["mass"].attrs.get("units") == "1"
+    variables = {
+        name: ("time", values, {"units": "1" if plain else unit, "long_name": text})
+        for name, (values, unit, text) in found.items()
+    }
+    return dataset.assign(variables)
+
+
+def period_against_radius(chosen: Iterable[Case] | None = None) -> xr.Dataset:
+    """Return period, Kepler and shedding period along shrinking radius, dimensions case and step.
+
+    The moment ratio goes from that before to that after as a power of the radius. barrier_radius is where the period
+    would be that of an orbit: no smaller body. SceneError for an empty list.
+    """
+    rows = list(cases() if chosen is None else chosen)
+    if not rows:
+        raise SceneError("there is no case to follow")
+    columns = {name: np.array([getattr(row, name) for row in rows])[:, None] for name in Case._fields if name != "name"}
+    share = np.linspace(0.0, 1.0, _RADII)
+    radius = columns["radius"] * (columns["radius_after"] / columns["radius"]) ** share
+    ratio = columns["moment_ratio"] * (columns["moment_ratio_after"] / columns["moment_ratio"]) ** share
+    found = whole(
+        columns["moment_ratio"], columns["mass"], columns["radius"], columns["period"], ratio, columns["mass"], radius
+    )
+    wide = {
+        "radius": (radius, "m", "radius"),
+        "moment_ratio": (ratio, "1", "I/(M R^2)"),
+        "period": (found.period, "s", "period"),
+        "kepler_period": (np.broadcast_to(found.kepler_period, radius.shape), "s", "of an orbit at the equator"),
+        "shedding_period": (np.broadcast_to(found.shedding_period, radius.shape), "s", "of mass shedding, Roche"),
+        "beyond_kepler": (found.beyond_kepler, "1", "whether the equator turns faster than an orbit there"),
+        "sheds_mass": (found.sheds_mass, "1", "whether it turns faster than a condensed body can"),
+    }
+    narrow = {
+        "mass": (columns["mass"][:, 0], "kg", "mass"),
+        "angular_momentum": (found.angular_momentum[:, 0], "kg m2 s-1", "angular momentum"),
+        "barrier_radius": (found.centrifugal_radius[:, -1], "m", "radius at which it would turn like an orbit"),
+    }
+    return xr.Dataset(
+        {name: (("case", "step"), values, {"units": unit, "long_name": text})
+         for name, (values, unit, text) in wide.items()}
+        | {name: ("case", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in narrow.items()},
+        {"case": [row.name for row in rows]},
+        {"title": "period against radius at constant angular momentum"},
+    )  # fmt: skip
+
+
+def core_to_neutron_star(
+    core_mass: Quantity = "1.4 Msun",
+    core_radius: Quantity = "1500 km",
+    core_period: Quantity = "100 s",
+    core_index: float = 3.0,
+    remnant_radius: Quantity = "12 km",
+    equations_of_state: Sequence[str] = ("SLy", "MPA1"),
+    angular_momentum_share: float = 1.0,
+) -> xr.Dataset:
+    """Return what a polytropic core becomes, along `remnant`: one row for each way to know the star's moment.
+
+    The core's mass is that of its baryons. Rows: a uniform sphere and an n = 1 polytrope of `remnant_radius`, that
+    polytrope as the exact rotating figure (which swells), the fits by compactness of Lattimer & Schutz and of Breu &
+    Rezzolla, and stars of Read et al.'s equations of state by TOV and Hartle, which keep the baryons and have their own
+    radius. Flags: beyond_kepler, and sheds_mass by Roche, by the polytrope's own limit, or by Haensel et al. 2009 where
+    the star is relativistic. Periods are NaN where no figure holds the angular momentum. SceneError for bad quantities.
+    """
+    mass, radius = _si(core_mass, "mass"), _si(core_radius, "length")
+    period, size = _si(core_period, "time"), _si(remnant_radius, "length")
+    core = Polytrope(core_index, mass, radius, GRAVITATIONAL_CONSTANT)
+    ratio = core.moment_of_inertia / (mass * radius**2)
+    rows: list[dict] = []
+
+    def add(name: str, mass_after: float, radius_after: float, ratio_after: float, limit: str) -> SpinUp:
+        found = whole(ratio, mass, radius, period, ratio_after, mass_after, radius_after, angular_momentum_share)
+        rows.append(_row(name, found, mass_after, radius_after, ratio_after, limit))
+        return found
+
+    add("uniform sphere", mass, size, 0.4, "roche")
+    soft = Polytrope(1.0)
+    found = add("polytrope n = 1", mass, size, soft.moment_of_inertia, "polytrope 1")
+    rows.append(_figure(mass, size, float(found.angular_momentum)))
+    solar, kilometres = mass / SOLAR_MASS, size / 1e3
+    compactness = solar * SOLAR_LENGTH / size
+    fits = {
+        "Lattimer & Schutz 2005": lambda: neutron_star_fits.lattimer_schutz(solar, kilometres),
+        "Breu & Rezzolla 2016": lambda: neutron_star_fits.breu_rezzolla_moment_ratio(compactness),
+    }
+    for name, fit in fits.items():
+        add(name, mass, size, float(fit()), "haensel_2009")
+    for name in equations_of_state:
+        born = star_of_baryons(read2009(name), solar)
+        add(f"{name}, TOV and Hartle", born.mass_kg, 1e3 * born.radius_km, born.moment_ratio, "haensel_2009")
+    variables = {
+        name: ("remnant", [row[name] for row in rows], {"units": unit, "long_name": text})
+        for name, (unit, text) in _REMNANT.items()
+    }
+    return xr.Dataset(
+        variables,
+        {"remnant": [row["name"] for row in rows]},
+        {
+            "title": "a core that becomes a neutron star",
+            "core_mass": mass,
+            "core_radius": radius,
+            "core_period": period,
+            "core_index": core_index,
+            "core_moment_ratio": ratio,
+            "core_rotational_to_gravitational": 0.5
+            * core.moment_of_inertia
+            * (2 * math.pi / period) ** 2
+            / -core.gravitational_energy,
+            "angular_momentum_share": angular_momentum_share,
+        },
+    )
+
+
+_REMNANT = {
+    "mass": ("kg", "gravitational mass"),
+    "radius": ("m", "radius at rest, or equatorial radius of the rotating figure"),
+    "moment_ratio": ("1", "I/(M R^2) with that radius"),
+    "moment_of_inertia": ("kg m2", "I"),
+    "moment_fall": ("1", "I before over I after"),
+    "period": ("s", "period"),
+    "kepler_period": ("s", "period of an orbit at the equator of the star at rest"),
+    "shedding_period": ("s", "shortest period without loss of mass"),
+    "period_over_kepler": ("1", "period over Kepler's"),
+    "rotational_energy": ("J", "energy of the rotation"),
+    "beyond_kepler": ("1", "whether its equator would turn faster than an orbit"),
+    "sheds_mass": ("1", "whether it would lose mass at its equator"),
+}
+
+
+def _row(name: str, found: SpinUp, mass: float, radius: float, ratio: float, limit: str) -> dict:
+    shedding = float(found.kepler_period) / shedding_share(limit)
+    return {
+        "name": name,
+        "mass": mass,
+        "radius": radius,
+        "moment_ratio": ratio,
+        "moment_of_inertia": float(found.moment_after),
+        "moment_fall": float(found.moment_fall),
+        "period": float(found.period),
+        "kepler_period": float(found.kepler_period),
+        "shedding_period": shedding,
+        "period_over_kepler": float(found.period_over_kepler),
+        "rotational_energy": float(found.rotational_energy),
+        "beyond_kepler": bool(found.beyond_kepler),
+        "sheds_mass": abs(float(found.period)) < shedding,
+    }
+
+
+def _figure(mass: float, radius: float, momentum: float) -> dict:
+    """The n = 1 polytrope as it is with its rotation."""
+    at_rest = Polytrope(1.0, mass, radius).moment_of_inertia
+    found = whole(1.0, 1.0, math.sqrt(at_rest), 2 * math.pi * at_rest / momentum, 1.0, mass, radius)
+    row = _row("polytrope n = 1, rotating figure", found, mass, radius, 1.0, "polytrope 1")
+    try:
+        figure = spun_up_polytrope(1.0, mass, radius, momentum, GRAVITATIONAL_CONSTANT)
+    except NumericalError:
+        lost = dict.fromkeys(("radius", "moment_ratio", "moment_of_inertia", "moment_fall", "period",
+                              "period_over_kepler", "rotational_energy"), math.nan)  # fmt: skip
+        return row | lost | {"sheds_mass": True, "beyond_kepler": False}
+    period = 2 * math.pi / figure.angular_velocity
+    return row | {
+        "radius": figure.equatorial_radius,
+        "moment_ratio": figure.polar_moment_ratio_equatorial,
+        "moment_of_inertia": figure.polar_moment,
+        "moment_fall": math.nan,
+        "period": period,
+        "period_over_kepler": period / row["kepler_period"],
+        "rotational_energy": figure.kinetic_energy,
+        "beyond_kepler": False,
+        "sheds_mass": False,
+    }
+
+
+def star_of_baryons(equation_of_state: Barotrope, rest_mass: float) -> NeutronStar:
+    """Return the stable neutron star of a rest mass (solar masses), to 1e-10; ValueError where there is none."""
+    branch = stable_branch(equation_of_state)
+
+    def excess(log_enthalpy: float) -> float:
+        enthalpy = min(max(math.exp(log_enthalpy), branch.lowest), branch.highest)
+        return structure(equation_of_state, enthalpy).rest_mass / rest_mass - 1
+
+    low, high = math.log(branch.lowest), math.log(branch.highest)
+    least, most = excess(low), excess(high)
+    if least > 0 or most < 0:
+        raise ValueError(
+            f"equation of state {equation_of_state.name}: stable stars have rest masses of "
+            f"{rest_mass * (1 + least):.6g} to {rest_mass * (1 + most):.6g} solar masses, not {rest_mass:.6g}"
+        )
+    found = root_scalar(excess, bracket=(low, high), method="brentq", xtol=1e-11, rtol=1e-11)
+    return star(equation_of_state, central_enthalpy=math.exp(found.root))
+
+
+def shell_collapse(
+    mass: Quantity = "1.4 Msun",
+    radius: Quantity = "1500 km",
+    period: Quantity = "100 s",
+    index: float = 3.0,
+    radius_after: Quantity = "12 km",
+    index_after: float = 1.0,
+    count: int = 160,
+) -> xr.Dataset:
+    """Return a rigid polytrope that collapses to another shell by shell, along `shell`, with its spectrum of j.
+
+    angular_velocity_after is what each shell turns at if it keeps its own angular momentum, and rigid_angular_velocity
+    what all do once they are locked together; critical marks shells that would turn faster than an orbit where they
+    fall to, and centrifugal_radius is where those stop. spectrum is the mass below each j, the same after. SceneError
+    for bad quantities.
+    """
+    total, size, turn = _si(mass, "mass"), _si(radius, "length"), _si(period, "time")
+    final = _si(radius_after, "length")
+    before = shells_of(Polytrope(index, total, size), 2 * math.pi / turn, count)
+    after = before.collapsed(Polytrope(index_after, total, final).radius_enclosing(before.enclosed_mass))
+    locked = after.locked()
+    highest = before.equatorial_specific_angular_momentum.max()
+    asked = np.linspace(0.0, highest, _SPECTRUM)
+    along = {
+        "radius": (before.radius, "m", "radius before"),
+        "radius_after": (after.radius, "m", "radius after"),
+        "specific_angular_momentum": (
+            before.equatorial_specific_angular_momentum, "m2 s-1", "specific angular momentum at the equator"),
+        "angular_velocity": (before.angular_velocity, "rad s-1", "angular velocity before"),
+        "angular_velocity_after": (after.angular_velocity, "rad s-1", "angular velocity after"),
+        "kepler_fraction": (after.keplerian_fraction, "1", "rate after over that of an orbit at the shell"),
+        "critical": (after.critical, "1", "whether the shell turns faster than an orbit where it falls to"),
+        "centrifugal_radius": (after.centrifugal_radius, "m", "where its equator would turn like an orbit"),
+        "rigid_kepler_fraction": (locked.keplerian_fraction, "1", "the same when the shells are locked together"),
+    }  # fmt: skip
+    spectra = {
+        "spectrum": (before.spectrum(asked), "kg", "mass of lower specific angular momentum"),
+        "spectrum_after": (after.spectrum(asked), "kg", "the same after the collapse"),
+    }
+    return xr.Dataset(
+        {name: ("shell", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in along.items()}
+        | {name: ("j", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in spectra.items()},
+        {
+            "enclosed_mass": ("shell", before.enclosed_mass, {"units": "kg", "long_name": "mass inside"}),
+            "j": ("j", asked, {"units": "m2 s-1", "long_name": "specific angular momentum about the axis"}),
+        },
+        {
+            "title": "a collapse in which each shell keeps its angular momentum",
+            "angular_momentum": after.angular_momentum,
+            "rigid_angular_velocity": after.mean_angular_velocity,
+            "shear_energy": after.shear_energy,
+            "rotational_energy_before": before.rotational_energy,
+            "rotational_energy_after": after.rotational_energy,
+            "rotational_energy_rigid": locked.rotational_energy,
+        },
+    )
+
+
+def crossing_radius(dataset: xr.Dataset, case: str, period: Quantity) -> float:
+    """The radius in m at which a case of `period_against_radius` has a period, with its last moment ratio."""
+    row = dataset.sel(case=case)
+    ratio, mass = float(row["moment_ratio"][-1]), float(row["mass"])
+    return float(radius_of_period(ratio, mass, float(row["angular_momentum"]), _si(period, "time")))
+
+
+def _si(value: Quantity, dimension: str) -> float:
+    number = quantity(value, dimension) if isinstance(value, str) else float(value)
+    if not (math.isfinite(number) and number > 0):
+        raise SceneError(f"a {dimension} must be positive and finite, not {value!r}")
+    return number
