@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from rich.console import Console
 from rich.text import Text
 
-from astroinertia import cli_moments, cli_ratios, cli_verify
+from astroinertia import cli_compare, cli_moments, cli_ratios, cli_verify
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ a first session:
 
 more:
   astroinertia run star.toml --set body.particles=5000 --set "time.end=2 s" --output runs/coarse
+  astroinertia compare runs/coarse runs/fine  the same quantities of several runs or models, and how far they differ
   astroinertia moments particles.csv         the inertia tensor of a particle table, a mesh or a snapshot
   astroinertia ratios --body Mars            moment ratios of the solar system, and cores that they allow
   astroinertia verify                        every cross-check with its source: does this installation compute right?
@@ -128,6 +129,15 @@ def _parser() -> argparse.ArgumentParser:
     )
     show.add_argument("file", metavar="FILE", type=Path, help="netCDF file of a run, or the run's folder")
     show.add_argument("--output", type=Path, metavar="DIR", help="folder for the pictures (default: beside the file)")
+
+    compare = _command(
+        commands,
+        "compare",
+        _compare,
+        "lay several runs over each other: models of one scene, or costs of one model",
+        "astroinertia compare runs/scaling runs/ellipsoid runs/particles",
+    )
+    cli_compare.add_arguments(compare)
 
     moments = _command(
         commands,
@@ -350,6 +360,11 @@ def _show(options: argparse.Namespace) -> int:
     print("pictures:")
     for path in written:
         print(f"  {path}")
+    return GOOD
+
+
+def _compare(options: argparse.Namespace) -> int:
+    print(cli_compare.report(options))
     return GOOD
 
 

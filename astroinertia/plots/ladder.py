@@ -1,0 +1,240 @@
+"""Several runs beside each other: one scene answered by several models, or one model at several costs."""
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from scipy.interpolate import CubicSpline
+
+from astroinertia.plots import style
+from astroinertia.plots.scales import angular_momentum_scale
+
+MODELS = ("scaling", "rigid", "ellipsoid", "sph")  # from the cheapest to the one that leaves least out
+COLOURS = (style.BLUE, style.VERMILLION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.YELLOW)
+DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.6)), (0, (6, 2, 1, 2)))
+MOST_RUNS = len(COLOURS)
+USUAL = ("moment_of_inertia", "mean_spin", "mean_radius", "flattening", "rotational_to_gravitational", "density_max")
+"""What is compared unless something else is asked for, as far as the runs have it."""
+_DERIVED = ("moment_of_inertia", "mean_spin")  # of the accessor, about the axis of the angular momentum
+_COLUMN = 15
+_ROUND_OFF = 1e-13  # of the largest value: less is told as 0
+
+
+@dataclass(frozen=True)
+class Line:
+    """One quantity of one run; `difference` (NaN beyond the finest run's times) is from the finest run's."""
+
+    times: np.ndarray
+    values: np.ndarray
+    difference: np.ndarray
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One quantity of all runs that have it, by the number of the run; size is the finest run's largest value."""
+
+    name: str
+    long_name: str
+    unit: str
+    size: float
+    lines: dict[int, Line]
+
+
+def fineness(dataset: xr.Dataset) -> tuple[int, float]:
+    """By which runs are put in order: the rung of the model, then the number of particles or of steps an output."""
+    model = str(dataset.attrs.get("model", ""))
+    rung = MODELS.index(model) if model in MODELS else -1
+    particles = _particles(dataset)
+    steps = dataset["step"].values
+    return rung, particles or float(np.nan_to_num(steps[-1])) / len(steps)
+
+
+def labels(datasets: Sequence[xr.Dataset]) -> list[str]:
+    """What tells the runs apart: model and particles, then the run's name, then a number."""
+    told = []
+    for dataset in datasets:
+        particles = _particles(dataset)
+        model = str(dataset.attrs.get("model", "run"))
+        told.append(f"{model}, {particles} particles" if particles else model)
+    for extra in ([str(dataset.attrs.get("name", "")) for dataset in datasets], _outer_folders(datasets)):
+        if len(set(told)) < len(told) and len(set(extra)) > 1:
+            told = [f"{text} ({more})" if more else text for text, more in zip(told, extra, strict=True)]
+    if len(set(told)) < len(told):
+        told = [f"{text} [{number + 1}]" for number, text in enumerate(told)]
+    return told
+
+
+def compared(datasets: Sequence[xr.Dataset], names: Sequence[str] = (), finest: int | None = None) -> list[Compared]:
+    """Quantities of several runs on their own times, and their differences from the finest run's.
+
+    names: variables of the schema, "moment_of_inertia" or "mean_spin" (both about the axis of the angular momentum);
+    the usual ones without. Vectors and tensors are told by their size. finest: number of the run that the others are
+    measured against, the finest by `fineness` without. ValueError for fewer than two runs, more than can be told apart,
+    a quantity that no two runs have, or runs of which some have units and some have not.
+    """
+    if not 2 <= len(datasets) <= MOST_RUNS:
+        raise ValueError(f"two to {MOST_RUNS} runs can be compared, not {len(datasets)}")
+    if len({style.unit_of(dataset["mass"]) for dataset in datasets}) > 1:
+        raise ValueError("runs in SI and runs without dimension cannot be compared")
+    if finest is None:
+        finest = max(range(len(datasets)), key=lambda number: fineness(datasets[number]))
+    found = [_compared(datasets, name, finest) for name in names or USUAL]
+    missing = [name for name, one in zip(names, found, strict=False) if one is None]
+    if missing:
+        raise ValueError(f"no two of the runs have the quantity '{missing[0]}', or the one compared with lacks it")
+    kept = [one for one in found if one is not None]
+    if not kept:
+        raise ValueError("the runs have no quantity in common that changes or is not zero")
+    return kept
+
+
+def ladder_figure(datasets: Sequence[xr.Dataset], found: Sequence[Compared], finest: int) -> Figure:
+    """Each quantity of all runs in one panel, and beside it how far they are from the finest."""
+    told = labels(datasets)
+    with style.styled():
+        figure = style.begin(datasets[finest], "runs beside each other", (12.0, 1.4 + 2.15 * len(found)))
+        grid = figure.subplots(len(found), 2, width_ratios=[1.35, 1.0], squeeze=False)
+        factor, unit = style.scale_of(
+            style.unit_of(datasets[0]["time"]), np.concatenate([each["time"].values for each in datasets])
+        )
+        for (left, right), one in zip(grid, found, strict=True):
+            _overlaid(left, one, told, factor)
+            _differences(right, one, told, factor, finest)
+            for axes in (left, right):
+                axes.set_xlim(0, max(line.times[-1] for line in one.lines.values()) / factor)
+                axes.tick_params(labelbottom=one is found[-1])
+                if one is found[-1]:
+                    axes.set_xlabel(style.label("time", unit))
+        grid[0, 1].set_title(f"Difference from: {told[finest]}")
+        handles, texts = grid[0, 0].get_legend_handles_labels()
+        figure.legend(handles, texts, loc="outside lower center", ncols=min(len(texts), 4))
+        return figure
+
+
+def ladder_table(datasets: Sequence[xr.Dataset], found: Sequence[Compared], finest: int) -> str:
+    """The same in words: what each run costs, and start, extremes, end and differences of every quantity."""
+    told = labels(datasets)
+    width = max(max(map(len, told)), 18) + 2
+    lines = [f"{'run':{width}}{'computed in':>{_COLUMN}}{'outputs':>{_COLUMN}}{'to':>{_COLUMN}}"]
+    for name, dataset in zip(told, datasets, strict=True):
+        wall, outputs = float(dataset["wall_time"][-1]), dataset.sizes["time"]
+        took = f"{wall:.3g} s" if np.isfinite(wall) else "-"
+        factor, unit = style.scale_of(style.unit_of(dataset["time"]), dataset["time"].values)
+        end = f"{float(dataset['time'][-1]) / factor:.4g} {unit}".removesuffix(" 1")
+        lines.append(f"{name:{width}}{took:>{_COLUMN}}{outputs:>{_COLUMN}}{end:>{_COLUMN}}")
+    heads = ("start", "least", "greatest", "end", "rms diff.", "largest diff.")
+    for one in found:
+        factor, unit = style.scale_of(one.unit, *(line.values for line in one.lines.values()))
+        title = one.long_name if unit == "1" else f"{one.long_name} ({unit})"
+        lines += ["", title, f"{'':{width}}" + "".join(f"{head:>{_COLUMN}}" for head in heads)]
+        for number, line in one.lines.items():
+            values = line.values[np.isfinite(line.values)]
+            values = np.where(abs(values) > _ROUND_OFF * one.size, values, 0.0)
+            shown = [values[0], values.min(), values.max(), values[-1]]
+            cells = "".join(f"{value / factor:>{_COLUMN}.5g}" for value in shown)
+            lines.append(f"{told[number]:{width}}{cells}{_told_differences(one, line, number == finest)}")
+    return "\n".join([*lines, "", f"differences are from '{told[finest]}', over its largest value"])
+
+
+def _told_differences(one: Compared, line: Line, itself: bool) -> str:
+    sizes = abs(line.difference[np.isfinite(line.difference)]) / one.size
+    if itself or not len(sizes):
+        return f"{'-':>{_COLUMN}}" * 2
+    return f"{np.sqrt(np.mean(sizes**2)):>{_COLUMN}.2e}{sizes.max():>{_COLUMN}.2e}"
+
+
+def _compared(datasets: Sequence[xr.Dataset], name: str, finest: int) -> Compared | None:
+    series = {number: one for number, each in enumerate(datasets) if (one := _series(each, name)) is not None}
+    if len(series) < 2 or finest not in series:
+        return None
+    reference, size = series[finest], float(abs(series[finest]).max())
+    lines = {}
+    for number, one in series.items():
+        difference = np.zeros(len(one)) if number == finest else one.values - _at(reference, one["time"].values)
+        lines[number] = Line(one["time"].values, one.values, difference)
+    if not any(line.values.any() for line in lines.values()):
+        return None
+    return Compared(name, str(reference.attrs["long_name"]), style.unit_of(reference), size or 1.0, lines)
+
+
+def _series(dataset: xr.Dataset, name: str) -> xr.DataArray | None:
+    """A quantity against time, or None where the run has no number for it at two times or more."""
+    if name in _DERIVED:
+        if not angular_momentum_scale(dataset)[1]:
+            return None
+        found = dataset.inertia.about_axis("spin") if name == "moment_of_inertia" else dataset.inertia.spin_rate()
+        text = "moment of inertia about the spin axis" if name == "moment_of_inertia" else "mean spin"
+        found = found.assign_attrs(long_name=text)
+    elif name in dataset and "time" in dataset[name].dims and dataset[name].dtype.kind == "f":
+        variable = dataset[name]
+        others = [dim for dim in variable.dims if dim != "time"]
+        size = (variable**2).sum(others, skipna=True, min_count=1) ** 0.5 if others else variable
+        text = f"size of: {variable.attrs['long_name']}" if others else str(variable.attrs["long_name"])
+        found = size.assign_attrs(units=style.unit_of(variable), long_name=_short(text))
+    else:
+        return None
+    return found if int(found.notnull().sum()) > 1 else None
+
+
+def _short(long_name: str) -> str:
+    return long_name.split(" of the homogeneous ellipsoid")[0]
+
+
+def _at(reference: xr.DataArray, times: np.ndarray) -> np.ndarray:
+    """The reference at other times, by a cubic spline; NaN beyond its own."""
+    known = reference.dropna("time")
+    if known.sizes["time"] < 4:
+        return np.interp(times, known["time"].values, known.values, left=np.nan, right=np.nan)
+    return CubicSpline(known["time"].values, known.values)(times, extrapolate=False)
+
+
+def _overlaid(axes, one: Compared, told: list[str], factor: float) -> None:
+    scale, unit = style.scale_of(one.unit, *(line.values for line in one.lines.values()))
+    for place, (number, line) in enumerate(one.lines.items()):
+        axes.plot(
+            line.times / factor, line.values / scale, color=COLOURS[number], linestyle=DASHES[place % len(DASHES)],
+            linewidth=1.7, label=told[number],
+        )  # fmt: skip
+    finite = np.concatenate([line.values[np.isfinite(line.values)] for line in one.lines.values()]) / scale
+    if (finite > 0).all() and finite.max() > 20 * finite.min():
+        axes.set_yscale("log")
+        style.plain_log(axes.yaxis, finite.min(), finite.max())
+    axes.set_title(f"{one.long_name[:1].upper()}{one.long_name[1:]}")
+    if unit != "1":
+        axes.set_ylabel(style.pretty(unit))
+
+
+def _differences(axes, one: Compared, told: list[str], factor: float, finest: int) -> None:
+    drawn = []
+    for place, (number, line) in enumerate(one.lines.items()):
+        sizes = abs(line.difference) / one.size
+        if number == finest or not (sizes > 0).any():
+            continue
+        shown = np.where(sizes > 0, sizes, np.nan)
+        axes.semilogy(
+            line.times / factor, shown, color=COLOURS[number], linestyle=DASHES[place % len(DASHES)], linewidth=1.4
+        )
+        drawn.append(shown)
+    if not drawn:
+        style.note(axes, "the same to the last bit")
+        return
+    everything = np.concatenate(drawn)
+    low, high = style.robust_limits(everything, 1e-17)
+    axes.set_ylim(max(low, float(np.nanmax(everything)) * 1e-6), high)
+    axes.set_ylabel("over the largest")
+
+
+def _particles(dataset: xr.Dataset) -> int:
+    """Number of particles of the run, 0 where the model has none."""
+    if dataset.attrs.get("model") != "sph":
+        return 0
+    scene = tomllib.loads(str(dataset.attrs.get("scene", "")))
+    return int(scene.get("body", {}).get("particles") or 0)
+
+
+def _outer_folders(datasets: Sequence[xr.Dataset]) -> list[str]:
+    return [Path(str(dataset.encoding.get("source", ""))).resolve().parent.name for dataset in datasets]
