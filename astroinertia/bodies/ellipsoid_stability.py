@@ -40,9 +40,11 @@ def _unit(i: int, j: int) -> np.ndarray:
 
 
 # Displacement gradients x, by parity in z and then in y: the first half of each keeps its form under y -> -y.
-EVEN = (np.diag([1.0, -1.0, 0.0]), np.diag([1.0, 1.0, -2.0]), _unit(0, 1), _unit(1, 0))
+# With three axes a body is long rather than flat: its even ones are across the needle and along it.
+EVEN = (np.diag([0.0, 1.0, -1.0]), np.diag([2.0, -1.0, -1.0]), _unit(0, 1), _unit(1, 0))
 ODD = (_unit(0, 2), _unit(2, 0), _unit(1, 2), _unit(2, 1))
-SYMMETRIC, BAR = (EVEN[1], EVEN[3] - EVEN[2]), (EVEN[0], EVEN[2] + EVEN[3])  # of a spheroid, instead of EVEN
+SYMMETRIC = (np.diag([1.0, 1.0, -2.0]), _unit(1, 0) - _unit(0, 1))  # of a spheroid, instead of EVEN
+BAR = (np.diag([1.0, -1.0, 0.0]), _unit(1, 0) + _unit(0, 1))
 
 
 @dataclass(frozen=True)
@@ -74,14 +76,20 @@ class Family(NamedTuple):
 
 @dataclass(frozen=True)
 class SteadyFrame:
-    """A figure with pi G rho = R = M = 1 in a frame in which it is steady: axes (3,), Omega, Lambda, tide (3,)."""
+    """A figure with pi G rho = R = M = 1 in a frame in which it is steady, and the equations of motion near it.
+
+    axes (3,), Omega, Lambda, tide (3,); gradient and gyration (9, 9): K and C of d2G/dt2 = K dG + C d(dG)/dt, but for
+    the pressure's change; time: the body's own unit of time in that of the frame.
+    """
 
     axes: np.ndarray
     turning: float
     internal: float
     tide: np.ndarray
+    gradient: np.ndarray
+    gyration: np.ndarray
     spheroid: bool
-    time: float  # the body's own unit of time in that of the frame, (pi G rho)^(1/2)
+    time: float
 
     @property
     def isolated(self) -> bool:
@@ -92,7 +100,7 @@ class SteadyFrame:
 def steady_frame(body: HomogeneousEllipsoid) -> SteadyFrame:
     """Return the frame of a Maclaurin, Jacobi, Riemann or Roche figure; of a spheroid the inertial one.
 
-    ValueError for a figure that is not in balance. Test: tests/unit/test_ellipsoid_stability.py.
+    ValueError for a figure that is not in balance. Source: Rossner 1967. Test: tests/unit/test_ellipsoid_stability.py.
     """
     axes = body.axes / body.mean_radius
     internal = body.internal_rate if isinstance(body, RiemannEllipsoid) else 0.0
@@ -101,20 +109,23 @@ def steady_frame(body: HomogeneousEllipsoid) -> SteadyFrame:
     spheroid = body.b_over_a == 1 and not tide.any()
     if spheroid:
         turning, internal = 0.0, turning + internal
-    time = math.sqrt(math.pi * body.gravitational_constant * body.density)
-    frame = SteadyFrame(axes, turning, internal, tide, spheroid, time)
-    forces = axes * _balance(frame)
-    if abs(forces - forces[2]).max() > _BALANCED * np.max(axes**2 * index_symbols(axes)):
+    balance = axes * _balance(axes, turning, internal, tide)
+    if abs(balance - balance[2]).max() > _BALANCED * np.max(axes**2 * index_symbols(axes)):
         raise ValueError("the stability of an ellipsoid is that of a figure in balance, which this one is not")
-    return frame
+    # dG/dt in space is dG/dt + T G with T = Omega J . + Lambda . J, so that 2 T and T T are Coriolis's and the
+    # centrifugal force; the pressure, of 2 p_c/rho = balance, pushes along the cofactors of G.
+    turn = np.kron(turning * TURN, np.eye(3)) + np.kron(np.eye(3), internal * TURN.T)
+    gradient = _gravity_jacobian()(axes) + np.diag(np.repeat(tide, 3)) - turn @ turn
+    gradient = gradient + balance[2] * _cofactor_jacobian(axes)
+    time = math.sqrt(math.pi * body.gravitational_constant * body.density)
+    return SteadyFrame(axes, turning, internal, tide, gradient, -2 * turn, spheroid, time)
 
 
-def _balance(frame: SteadyFrame) -> np.ndarray:
+def _balance(axes: np.ndarray, turning: float, internal: float, tide: np.ndarray) -> np.ndarray:
     """Gravity, tide and frame along the three axes, (3,): in balance their products with the axes are equal."""
-    a, b, _ = frame.axes
-    one, other = frame.turning, frame.internal
-    centrifugal = (one**2 + other**2) * np.array([a, b, 0.0]) + 2 * one * other * np.array([b, a, 0.0])
-    return 2 * index_symbols(frame.axes) * frame.axes - frame.tide * frame.axes - centrifugal
+    a, b, _ = axes
+    centrifugal = (turning**2 + internal**2) * np.array([a, b, 0.0]) + 2 * turning * internal * np.array([b, a, 0.0])
+    return 2 * index_symbols(axes) * axes - tide * axes - centrifugal
 
 
 @cache
@@ -141,16 +152,12 @@ def stiffness_and_gyration(frame: SteadyFrame, basis) -> tuple[np.ndarray, np.nd
 
     The basis is of trace 0 and closed under the equations. Source: Rossner 1967. Test: as of `spectrum`.
     """
-    shape = np.diag(frame.axes)
-    fields = np.array([(each @ shape).ravel() for each in basis]).T
-    pressure = _balance(frame)[2] * frame.axes[2]  # of 2 p_c/rho; det G = 1
-    second = np.kron(frame.turning**2 * TURN @ TURN, np.eye(3)) + np.kron(np.eye(3), frame.internal**2 * TURN @ TURN)
-    second += 2 * frame.turning * frame.internal * np.kron(TURN, TURN.T)
-    first = 2 * (frame.turning * np.kron(TURN, np.eye(3)) + frame.internal * np.kron(np.eye(3), TURN.T))
-    forces = _gravity_jacobian()(frame.axes) + np.kron(np.diag(frame.tide), np.eye(3)) - second
-    forces = forces + pressure * _cofactor_jacobian(frame.axes)
+    # The change of pressure pushes along the cofactors, and does no work on a displacement that keeps the volume.
+    fields = np.array([(each * frame.axes).ravel() for each in basis]).T
     masses = masses_of(frame, basis)
-    return np.linalg.solve(masses, fields.T @ forces @ fields), np.linalg.solve(masses, -fields.T @ first @ fields)
+    parts = (fields.T @ each @ fields for each in (frame.gradient, frame.gyration))
+    stiffness, gyration = (np.linalg.solve(masses, each) for each in parts)
+    return stiffness, gyration
 
 
 def masses_of(frame: SteadyFrame, basis) -> np.ndarray:
@@ -237,7 +244,7 @@ def spectrum(body: HomogeneousEllipsoid) -> Spectrum:
     even, odd = (frame.time**2 * np.sort_complex(np.asarray(each, complex)) for each in (even, odd))
     if margin >= -_ROUNDING:
         return Spectrum(np.real(even) + 0j, np.real(odd) + 0j, 0.0, float(margin))
-    return Spectrum(even, odd, float(np.sqrt(np.append(even, odd)).real.max()), float(margin))
+    return Spectrum(even, odd, float(np.real(np.sqrt(np.append(even, odd))).max()), float(margin))
 
 
 def families(frame: SteadyFrame) -> tuple[Family, Family]:

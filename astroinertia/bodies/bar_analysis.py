@@ -1,0 +1,132 @@
+"""What an evolving ellipsoid x = F X does: its bar and pattern speed, internal flow, circulation, energies, fission.
+
+All is seen along a fixed axis, by default z. In the plane across it the distortion
+
+    eta = ((Q_xx - Q_yy)^2 + 4 Q_xy^2)^(1/2)/(Q_xx + Q_yy)
+
+is the strength of the bar, (a^2 - b^2)/(a^2 + b^2) where c lies along the axis. The pattern speed is the rate of its
+phase, and the internal rate, for motion about the axis, that of the adjoint F^T (Dedekind) with the opposite sign.
+
+Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 4 and 7; Saijo, Shibata, Baumgarte & Shapiro 2001,
+ApJ 548, 919 (the distortion). Test: tests/unit/test_bar_analysis.py.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from astroinertia.bodies import jacobi
+from astroinertia.bodies.ellipsoid_gravity import gravitational_energy
+from astroinertia.inertia.tensor import axial_vector
+
+_FEWEST = 3  # points that a growth rate is fitted to
+
+
+class BarHistory(NamedTuple):
+    """Arrays of the shape of the times, (...,), and (..., 3) where said; angles in radians, the rest in given units.
+
+    axes (..., 3): semi-axes, the longest first; bar_strength: eta; bar_phase, within pi; pattern_speed: Omega, and
+    internal_rate: Lambda, nan without a bar; vorticity_ratio: f = zeta/Omega; angular_momentum and circulation, both
+    (..., 3) and kept by gravity and pressure: L, and minus that of the adjoint motion, (M/5)(2 a b Omega + (a^2 +
+    b^2) Lambda); kinetic_energy; rotational_to_gravitational: T/|W|, of all motion; past_pear: whether b/a has fallen below
+    that of the Jacobi ellipsoid where pear-shaped figures branch off, beyond which one in rigid rotation comes apart.
+    """
+
+    axes: np.ndarray
+    bar_strength: np.ndarray
+    bar_phase: np.ndarray
+    pattern_speed: np.ndarray
+    internal_rate: np.ndarray
+    vorticity_ratio: np.ndarray
+    angular_momentum: np.ndarray
+    circulation: np.ndarray
+    kinetic_energy: np.ndarray
+    rotational_to_gravitational: np.ndarray
+    past_pear: np.ndarray
+
+
+def bar_history(
+    deformation,
+    deformation_rate,
+    mass: float = 1.0,
+    mean_radius: float = 1.0,
+    gravitational_constant: float = 1.0,
+    axis=(0.0, 0.0, 1.0),
+) -> BarHistory:
+    """Return what a homogeneous ellipsoid does at each time, from F and dF/dt (..., 3, 3) of its sphere of mean_radius.
+
+    axis (3,): the line of sight, of any length. ValueError for arrays of another shape, or an axis of length 0.
+    Source: Chandrasekhar 1969. Test: tests/unit/test_bar_analysis.py.
+    """
+    matrix, rate = np.asarray(deformation, float), np.asarray(deformation_rate, float)
+    if matrix.shape[-2:] != (3, 3) or rate.shape != matrix.shape:
+        raise ValueError(f"F and dF/dt are (..., 3, 3) each, not {matrix.shape} and {rate.shape}")
+    plane = _plane(np.asarray(axis, float))
+    adjoint, adjoint_rate = np.swapaxes(matrix, -1, -2), np.swapaxes(rate, -1, -2)
+    moment = mass * mean_radius**2 / 5
+    axes = mean_radius * np.linalg.svd(matrix, compute_uv=False)
+    strength, phase, pattern = _bar(matrix, rate, plane)
+    internal = -_bar(adjoint, adjoint_rate, plane)[2]
+    kinetic = 0.5 * moment * (rate**2).sum((-1, -2))
+    binding = np.array([gravitational_energy(each, mass, gravitational_constant) for each in axes.reshape(-1, 3)])
+    # b/a + a/b in the plane of the bar: 2/(1 - eta^2)^(1/2)
+    ratio = 2 / np.sqrt((1 - strength) * (1 + strength))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        vorticity_ratio = ratio * internal / pattern
+    return BarHistory(
+        axes,
+        strength,
+        phase,
+        pattern,
+        internal,
+        vorticity_ratio,
+        axial_vector(moment * matrix @ adjoint_rate),
+        axial_vector(moment * adjoint_rate @ matrix),
+        kinetic,
+        kinetic / -binding.reshape(kinetic.shape),
+        axes[..., 1] / axes[..., 0] < jacobi.pear_bifurcation().b_over_a,
+    )
+
+
+def growth_rate(times, strength, low: float, high: float) -> float:
+    """Return the rate of exponential growth of a bar while its strength (T,) at times (T,) rises from low to high.
+
+    A least-squares line through ln(strength), from the last time that it passes `low` before it first reaches `high`.
+    ValueError when fewer than three points lie between. Test: tests/unit/test_bar_analysis.py.
+    """
+    times, strength = np.asarray(times, float), np.asarray(strength, float)
+    reached = np.nonzero(strength >= high)[0]
+    end = int(reached[0]) if len(reached) else len(strength)
+    below = np.nonzero(strength[:end] < low)[0]
+    begin = int(below[-1]) + 1 if len(below) else 0
+    if end - begin < _FEWEST:
+        raise ValueError(f"{end - begin} points lie between {low:g} and {high:g}: a growth rate needs {_FEWEST}")
+    return float(np.polynomial.polynomial.polyfit(times[begin:end], np.log(strength[begin:end]), 1)[1])
+
+
+def _plane(axis: np.ndarray) -> np.ndarray:
+    """Two unit vectors (2, 3) that span the plane across the axis, right-handed with it: x and y for z."""
+    length = float(np.linalg.norm(axis))
+    if axis.shape != (3,) or not 0 < length < math.inf:
+        raise ValueError(
+            f"the axis along which a bar is seen is a vector of three finite numbers, not {axis.tolist()!r}"
+        )
+    pole = axis / length
+    aside = np.eye(3)[int(np.argmin(np.abs(pole)))]
+    first = np.array([1.0, 0.0, 0.0]) if np.array_equal(pole, [0.0, 0.0, 1.0]) else np.cross(aside, pole)
+    first = first / np.linalg.norm(first)
+    return np.stack([first, np.cross(pole, first)])
+
+
+def _bar(matrix: np.ndarray, rate: np.ndarray, plane: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Strength, phase and rate of the phase of the distortion of F F^T in a plane."""
+    rows, changes = plane @ matrix, plane @ rate
+    (xx, xy), (_, yy) = np.moveaxis(rows @ np.swapaxes(rows, -1, -2), (-2, -1), (0, 1))
+    mixed = rows @ np.swapaxes(changes, -1, -2)
+    (dxx, dxy), (_, dyy) = np.moveaxis(mixed + np.swapaxes(mixed, -1, -2), (-2, -1), (0, 1))
+    plus, cross = xx - yy, 2 * xy
+    size2 = plus**2 + cross**2
+    turning = plus * 2 * dxy - cross * (dxx - dyy)
+    pattern = np.divide(turning, 2 * size2, out=np.full_like(size2, np.nan), where=size2 > 0)
+    return np.sqrt(size2) / (xx + yy), np.arctan2(cross, plus) / 2, pattern
