@@ -1,0 +1,235 @@
+"""Precession and nutation of the Earth and of Mars from their integrated motion, in one call: a Dataset out.
+
+A rigid planet of the dynamical ellipticity that is published turns under the torques of Sun, Moon and planets
+(`studies.turning_planets`). Its axis on the fixed orbit of J2000 is taken apart into a rate, its change and periodic
+terms (`rotation.harmonic_fit`), once for all torques and once for each part of them alone, beside the formulae of
+`rotation.precession`. What is not in the motion (relativity, the planet's own flattening in the orbits of its moons,
+higher harmonics) is added by name and source. And the Earth's free wobble, with the share of each cause.
+Tests: tests/physics/test_precession.py.
+"""
+
+import jax
+import numpy as np
+import xarray as xr
+
+from astroinertia.bodies.planets import body
+from astroinertia.errors import SceneError
+from astroinertia.rotation import precession as formulae
+from astroinertia.rotation import wobble
+from astroinertia.rotation.ephemeris import Ephemeris
+from astroinertia.rotation.harmonic_fit import HarmonicFit, harmonic_fit
+from astroinertia.rotation.precession import ARCSECOND, JULIAN_YEAR
+from astroinertia.studies import turning_planets
+from astroinertia.studies.turning_planets import Planet
+
+_PLANETS = {"Earth": turning_planets.earth, "Mars": turning_planets.mars}
+_STEPS_PER_DAY = 6
+_PER_CENTURY = ARCSECOND / (100 * JULIAN_YEAR)
+_PER_YEAR = 1e-3 * ARCSECOND / JULIAN_YEAR  # of milliarcseconds
+_SHORTEST = 0.25  # of a planet's span: one turn of the Moon's node, five years of Mars
+_NODE = 0  # the term of 18.6 years among those of the Earth
+_MARS_AXIS, _MARS_ECCENTRICITY = 1.523679342 * 149597870700.0, 0.0934006  # Simon et al. 1994, A&A 282, 663
+
+# Of the rate on the ecliptic of J2000, arc seconds a century: Capitaine, Wallace & Chapront 2003, A&A 412, 567.
+_IAU_2006, _IAU_GENERAL = 5038.481507, 5028.796195
+# What a rigid quadrupole on orbits of point masses lacks, arc seconds a century (their table 3, after Williams 1994, AJ
+# 108, 711, and Mathews, Herring & Buffett 2002, JGR 107, B4).
+_EARTH_CORRECTIONS = {
+    "flattening of the Earth in the Moon's orbit": -0.269430,
+    "J4 of the Earth": 0.002600,
+    "non-linear response of a deformable Earth": -0.021050,
+}
+_EARTH_SOURCE = "Capitaine, Wallace & Chapront 2003, A&A 412, 567, table 3"
+# Rate and its standard deviation in mas a year, and C/(M a^2) from it: Konopliv et al. 2016, Icarus 274, 253; Baland et
+# al. 2020, Celest. Mech. Dyn. Astron. 132, 47.
+_MARS_RATE, _MARS_RATE_ERROR, _MARS_RATIO, _MARS_RATIO_ERROR = 7608.3, 2.1, 0.36367, 0.00010
+# Phobos and Deimos: GM in m3 s-2 and semi-major axis in m; Jacobson & Lainey 2014, Planet. Space Sci. 102, 35.
+_MARS_MOONS = ((7.087e5, 9375e3), (9.62e4, 23458e3))
+
+
+def precession(name: str = "Earth", years: float | None = None, steps_per_day: int = _STEPS_PER_DAY) -> xr.Dataset:
+    """Return the integrated precession and nutation of "Earth" or "Mars", with formulae, corrections and differences.
+
+    Along `time` (s from J2000): `longitude` by which the equator's node has gone back, and `obliquity`, on the fixed
+    orbit of J2000, rad. Along `part` (all, Sun, Moon, planets): `precession_rate` of the integrated motion at J2000 and
+    `precession_rate_formula`, rad s-1. Along `correction`: `correction_rate` of what is not in the motion, with
+    `correction_source`. `corrected_rate`, `published_rate`, `difference` = corrected/published - 1 and `residual` of
+    the fit, rad. For the Earth the 18.6-year `nutation_longitude` and `nutation_obliquity`, and with the moving
+    ecliptic `general_precession_rate` and `general_precession_period`; for Mars the `polar_moment_ratio` C/(M a^2) of
+    the published rate and its `polar_moment_ratio_error`.
+    years: whole length, J2000 in its middle: 74.4 (four turns of the Moon's node) or 37.6 (twenty years of Mars) unless
+    given. SceneError for another planet, for less than a quarter of that, and for less than a step a day.
+    Checked by tests/physics/test_precession.py.
+    """
+    if name not in _PLANETS:
+        raise SceneError(f"the precession of {name} is not known here; take {' or '.join(_PLANETS)}")
+    planet = _PLANETS[name]()
+    span, least = planet.span if years is None else years * JULIAN_YEAR, _SHORTEST * planet.span
+    if not least <= span < np.inf or steps_per_day < 1:
+        raise SceneError(
+            f"the precession of {name} takes {least / JULIAN_YEAR:.3g} years or more, and at least one step a day"
+        )
+    with jax.enable_x64(True):
+        orbits = turning_planets.orbits(planet, span)
+        # The pole of J2000 is off the mean one by its nutation: once that is known, the mean obliquity comes out right.
+        _, _, first = _followed(planet, orbits, planet.obliquity, steps_per_day)
+        start = 2 * planet.obliquity - first.offset
+        angles, motion, tilt = _followed(planet, orbits, start, steps_per_day)
+        found = {"all": motion.rate}
+        for part, names in planet.parts.items():
+            found[part] = _followed(planet, turning_planets.torque_of(orbits, names), start, steps_per_day)[1].rate
+        dataset = _dataset(planet, angles, found, motion)
+        return (_of_the_earth if name == "Earth" else _of_mars)(dataset, planet, orbits, motion, tilt)
+
+
+def chandler_wobble(love_number: float = wobble.ELASTIC_LOVE_NUMBER) -> xr.Dataset:
+    """Return the Earth's free wobble by causes: along `cause`, `period` with it and all before it, and its `change`.
+
+    Periods in s; `love_number_part` and `love_number_lag` are what it adds to k2, real part and minus the imaginary
+    one. `period_of_all` and `quality` are those of all causes, `observed_period` beside them (433 days) and `unnamed`
+    the difference that no cause here accounts for. love_number: k2 of the wholly elastic Earth. Source: as for
+    `rotation.wobble.chandler_wobble`. Checked by tests/physics/test_precession.py.
+    """
+    found = wobble.chandler_wobble(love_number)
+    observed = 433.0 * wobble.DAY  # Vondrak, Ron & Chapanov 2017, Adv. Space Res. 59, 1395
+    causes = [share.name for share in found.shares]
+    return xr.Dataset(
+        {
+            "period": (
+                "cause",
+                [share.period for share in found.shares],
+                _told("s", "period with it and all before it"),
+            ),
+            "change": ("cause", [share.change for share in found.shares], _told("s", "what it does to the period")),
+            "love_number_part": ("cause", [np.real(s.love_number) for s in found.shares], _told("1", "part of k2")),
+            "love_number_lag": (
+                "cause",
+                [-np.imag(s.love_number) for s in found.shares],
+                _told("1", "lagging part of k2"),
+            ),
+            "period_of_all": ((), found.period, _told("s", "period with all causes")),
+            "observed_period": ((), observed, _told("s", "observed period; published values are 430 to 435 d")),
+            "unnamed": ((), observed - found.period, _told("s", "observed less computed")),
+            "quality": ((), found.quality, _told("1", "Q of the damping by anelasticity")),
+            "mantle_share": ((), found.mantle_share, _told("1", "A_m/A, the moment outside the fluid core by PREM")),
+        },
+        {"cause": causes},
+        {"title": "free wobble of the Earth, by causes", "source": "Smith & Dahlen 1981, GJRAS 64, 223"},
+    )
+
+
+def _followed(
+    planet: Planet, orbits: Ephemeris, obliquity: float, steps_per_day: int
+) -> tuple[tuple[np.ndarray, ...], HarmonicFit, HarmonicFit]:
+    """Times, longitudes and obliquities, and what the two of them are made of."""
+    times, axes = turning_planets.axis_history(planet, orbits, obliquity, steps_per_day)
+    longitude = np.pi / 2 - np.unwrap(np.arctan2(axes[:, 1], axes[:, 0]))
+    tilt = np.arctan2(np.hypot(axes[:, 0], axes[:, 1]), axes[:, 2])
+    fits = (harmonic_fit(times, angle, planet.frequencies, planet.phases) for angle in (longitude, tilt))
+    return (times, longitude, tilt), *fits
+
+
+def _dataset(
+    planet: Planet, angles: tuple[np.ndarray, ...], found: dict[str, float], motion: HarmonicFit
+) -> xr.Dataset:
+    times, longitude, tilt = angles
+    formula = _formula(planet)
+    return xr.Dataset(
+        {
+            "longitude": ("time", longitude, _told("rad", "how far the node of the equator has gone back")),
+            "obliquity": ("time", tilt, _told("rad", "obliquity to the orbit of J2000")),
+            "precession_rate": ("part", list(found.values()), _told("rad s-1", "rate of the motion at J2000")),
+            "precession_rate_formula": (
+                "part", [formula.get(part, np.nan) for part in found], _told("rad s-1", "rate by first-order formula"),
+            ),
+            "residual": ((), motion.residual, _told("rad", "root mean square of the longitude that the fit leaves")),
+        },
+        {"time": ("time", times, _told("s", "time from J2000")), "part": list(found)},
+        {"title": f"precession of {planet.name}, integrated", "body": planet.name},
+    )  # fmt: skip
+
+
+def _formula(planet: Planet) -> dict[str, float]:
+    if planet.name == "Earth":
+        found = formulae.luni_solar_precession(planet.ellipticity, planet.spin_rate, planet.obliquity)
+        return {"all": found.total, "Sun": found.solar, "Moon": found.lunar}
+    sun = planet.others["Sun"].gravitational_parameter
+    orbit = (sun, _MARS_AXIS, _MARS_ECCENTRICITY)
+    rate = float(formulae.precession_rate(planet.ellipticity, planet.spin_rate, planet.obliquity, *orbit))
+    return {"all": rate, "Sun": rate}
+
+
+def _corrected(dataset: xr.Dataset, corrections: dict[str, float], sources: list[str], published: float) -> xr.Dataset:
+    corrected = float(dataset["precession_rate"].sel(part="all")) + sum(corrections.values())
+    return dataset.assign_coords(correction=list(corrections)).assign(
+        correction_rate=(
+            "correction",
+            list(corrections.values()),
+            _told("rad s-1", "rate of what is not in the motion"),
+        ),
+        correction_source=("correction", sources),
+        corrected_rate=((), corrected, _told("rad s-1", "rate with all corrections")),
+        published_rate=((), published, _told("rad s-1", "published rate")),
+        difference=((), corrected / published - 1, _told("1", "corrected over published, less one")),
+    )
+
+
+def _of_the_earth(
+    dataset: xr.Dataset, planet: Planet, orbits: Ephemeris, motion: HarmonicFit, tilt: HarmonicFit
+) -> xr.Dataset:
+    relativity = formulae.geodesic_precession(
+        planet.others["Sun"].gravitational_parameter, formulae.SUN_SEMI_MAJOR_AXIS, formulae.SUN_ECCENTRICITY
+    )
+    corrections = {"geodesic precession": -float(relativity)}
+    corrections |= {name: value * _PER_CENTURY for name, value in _EARTH_CORRECTIONS.items()}
+    sources = ["de Sitter 1916", *[_EARTH_SOURCE] * len(_EARTH_CORRECTIONS)]
+    dataset = _corrected(dataset, corrections, sources, _IAU_2006 * _PER_CENTURY)
+    pole = _pole_rate(planet, orbits)
+    general = float(formulae.general_precession(dataset["corrected_rate"], planet.obliquity, pole))
+    return dataset.assign(
+        nutation_longitude=((), -motion.sine[_NODE], _told("rad", "amplitude of the 18.6-year term in longitude")),
+        nutation_obliquity=((), tilt.cosine[_NODE], _told("rad", "amplitude of the 18.6-year term in obliquity")),
+        ecliptic_pole_rate=((), pole, _told("rad s-1", "of the ecliptic's pole towards the equinox")),
+        general_precession_rate=((), general, _told("rad s-1", "rate of the equinox on the moving ecliptic")),
+        general_precession_period=((), 2 * np.pi / general, _told("s", "period of the general precession")),
+        published_general_rate=((), _IAU_GENERAL * _PER_CENTURY, _told("rad s-1", "published general precession")),
+    )
+
+
+def _of_mars(
+    dataset: xr.Dataset, planet: Planet, orbits: Ephemeris, motion: HarmonicFit, tilt: HarmonicFit
+) -> xr.Dataset:
+    mars, rate = body("Mars"), float(dataset["precession_rate"].sel(part="all"))
+    j2 = mars.adopted("j2")
+    moons = sum(0.5 * gm / mars.gravitational_parameter * (a / j2.radius) ** 2 for gm, a in _MARS_MOONS) / j2.value
+    relativity = formulae.geodesic_precession(
+        planet.others["Sun"].gravitational_parameter, _MARS_AXIS, _MARS_ECCENTRICITY
+    )
+    corrections = {"geodesic precession": -float(relativity), "Phobos and Deimos, held to the equator": rate * moons}
+    sources = ["de Sitter 1916", "Goldreich 1966, Rev. Geophys. 4, 411; orbits of Jacobson & Lainey 2014"]
+    dataset = _corrected(dataset, corrections, sources, _MARS_RATE * _PER_YEAR)
+    # The torque, and that on the moons with it, goes as 1/C; relativity does not.
+    ratio = mars.adopted("polar_moment_ratio").value
+    found = ratio * rate * (1 + moons) / (_MARS_RATE * _PER_YEAR + float(relativity))
+    return dataset.assign(
+        polar_moment_ratio=((), found, _told("1", "C/(M a^2) of the published rate, a = 3396 km")),
+        polar_moment_ratio_error=((), found * _MARS_RATE_ERROR / _MARS_RATE, _told("1", "one sigma, from the rate")),
+        published_polar_moment_ratio=((), _MARS_RATIO, _told("1", "C/(M a^2) published with that rate")),
+        published_polar_moment_ratio_error=((), _MARS_RATIO_ERROR, _told("1", "one sigma")),
+    )
+
+
+def _pole_rate(planet: Planet, orbits: Ephemeris) -> float:
+    """Rate of the ecliptic's pole towards the equinox: of the orbit of Earth and Moon together about the Sun."""
+    times = np.linspace(float(orbits.start), float(orbits.end), 4096)
+    moon, sun = orbits.names.index("Moon"), orbits.names.index("Sun")
+    share = orbits.mass[moon] / (orbits.mass[moon] + planet.parameter)
+    place, speed = np.asarray(orbits.position(times)), np.asarray(orbits.velocity(times))
+    place, speed = (each[:, sun] - share * each[:, moon] for each in (place, speed))
+    normal = np.cross(place, speed)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    return harmonic_fit(times, normal[:, 0], planet.frequencies[planet.frequencies > 0][[3]] * np.arange(1, 3)).rate
+
+
+def _told(units: str, name: str) -> dict[str, str]:
+    return {"units": units, "long_name": name}
