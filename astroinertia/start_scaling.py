@@ -48,6 +48,12 @@ def evolution(scene: Scene, units: CodeUnits) -> Scaling:
     expansion = _expansion(scene, units)
     opening, scale = _body(scene, units)
     effects = effects_of(scene, units)
+    for effect in acting(effects):
+        if getattr(effect, "magnetic_axis", None) is not None or getattr(effect, "frame", "inertial") == "body":
+            raise SceneError(
+                f"[effects.{effect.kind}] is given in the body's axes, which the model scaling does not follow: take "
+                "the model rigid."
+            )
     end = units.to_code(scene.time.end, "time")
     if body.change is not None:
         times = [units.to_code(time, "time") for time in body.change.times]

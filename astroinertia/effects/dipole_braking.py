@@ -14,8 +14,9 @@ from astroinertia.effects.effect import Effect
 class DipoleBraking(Effect):
     """tau = -k |omega|^(n-1) (omega - (omega . u) u) with the magnetic axis u, without one -k |omega|^(n-1) omega.
 
-    A dipole in vacuum has n = 3 and k = 2 B^2 R^6 / (3 c^3), with the field B at the magnetic equator at R (in Gaussian
-    units): its part along the spin slows it down, the one across aligns it (Goldreich 1970, ApJ 160, L11; Davis &
+    A dipole in vacuum has n = 3 and k = 2 B^2 R^6 / (3 c^3) in Gaussian units, with the field B at the magnetic equator
+    at R, or k = 8 pi b^2 R^6 / (3 c^3) with the b = B / mu_0^(1/2) in which fields are given here: its part along the
+    spin slows it down, the one across aligns it (Goldreich 1970, ApJ 160, L11; Davis &
     Goldstein 1970, ApJ 159, L81; Michel & Goldwire 1970, Astrophysical Letters 5, 21). The part of the torque that
     neither brakes nor aligns, and makes the spin precess, depends on the star's interior and is left out. Or k is such
     that at a period P the period grows at the rate dP/dt, with the magnetic axis at right angles to the spin:
@@ -54,7 +55,7 @@ class DipoleBraking(Effect):
         square = jnp.sum(spin**2)
         speed = jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
         if self.field is not None:
-            strength = 2.0 / 3.0 * self.field**2 * self.radius**6 / self.speed_of_light**3 * square
+            strength = 8.0 * jnp.pi / 3.0 * self.field**2 * self.radius**6 / self.speed_of_light**3 * square
         else:
             rate = 2.0 * jnp.pi / self.period
             moment = jnp.sum(spin * body.angular_momentum) / speed**2

@@ -19,7 +19,7 @@ RIGID: Mapping[str, Entry] = {
         },
         "body",
         "Goldstein, Poole & Safko 2002, section 5.5",
-        ("rigid",),
+        ("rigid", "scaling"),
     ),
     "impulses": Entry(
         "astroinertia.effects.impulses",
@@ -65,7 +65,7 @@ RIGID: Mapping[str, Entry] = {
         },
         "body",
         "Goldreich 1970; Davis & Goldstein 1970; Michel & Goldwire 1970",
-        ("rigid",),
+        ("rigid", "scaling"),
     ),
     "internal_dissipation": Entry(
         "astroinertia.effects.internal_dissipation",

@@ -22,6 +22,7 @@ from astroinertia.errors import NumericalError
 from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.models.evolution import Figures, Record
 from astroinertia.models.homology import Dynamic, Size, SizeLaw
+from astroinertia.models.rigid import View
 
 RIGIDITY = "rigidity"
 _ALIGNED = 1e-9  # share of L that may stand across the axis of a body that is no sphere
@@ -149,20 +150,6 @@ class Homologous:
         if self.pressure is not None:
             force += 3 * self.pressure.integral(scale)
         return force / (float(np.trace(self.second_moment)) * scale)
-
-
-@dataclass(frozen=True)
-class TurningBody:
-    """What a torque is a function of: the body as the effects of the rigid model see it."""
-
-    time: float
-    mass: float
-    attitude: np.ndarray
-    moments: np.ndarray
-    inertia: np.ndarray
-    angular_momentum: np.ndarray
-    angular_velocity: np.ndarray
-    companions: Any = ()
 
 
 @dataclass
@@ -340,15 +327,25 @@ class Scaling:
 
 def acting(effects: tuple[Any, ...]) -> list[Any]:
     """Those of the effects that turn a body."""
-    plain = getattr(Effect, "torque", None)
-    return [effect for effect in effects if getattr(type(effect), "torque", plain) is not plain]
+    return [effect for effect in effects if type(effect).torque is not Effect.torque]
 
 
-def turning_body(body: Homologous, time: float, scale: float, momentum: np.ndarray) -> TurningBody:
-    """The body at a scale, as a torque sees it; the axes of a body that keeps its shape are those of space."""
+def turning_body(body: Homologous, time: float, scale: float, momentum: np.ndarray) -> View:
+    """The body at a scale, as a torque sees it; no attitude is followed, so that its axes are those of space."""
     inertia = inertia_from_second_moment(scale**2 * body.second_moment)
     rate = np.linalg.solve(inertia, momentum)
-    return TurningBody(time, body.mass, np.eye(3), np.diag(inertia).copy(), inertia, momentum, rate)
+    moments = np.diag(inertia).copy()
+    return View(
+        time=np.float64(time),
+        mass=body.mass,
+        attitude=np.eye(3),
+        moments=moments,
+        principal_moments=np.sort(moments),
+        inertia=inertia,
+        angular_momentum=momentum,
+        angular_velocity=rate,
+        companions=None,
+    )
 
 
 def _turning(vector: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from astroinertia.errors import NumericalError, SceneError
 from astroinertia.inertia.evolution import second_moment_acceleration
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.models.scaling import PROFILES, RIGIDITY
+from astroinertia.rotation import pulsars
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 
@@ -184,3 +185,66 @@ def test_a_checkpoint_goes_on_bit_for_bit():
 def test_what_scaling_cannot_tell_is_refused(text, told):
     with pytest.raises(SceneError, match=told):
         evolution(text)
+
+
+PULSAR = (
+    'name = "a"\nmodel = "scaling"\n[time]\nend = "3000 yr"\n[body]\nkind = "polytrope"\nindex = 1.0\n'
+    'mass = "1.4 Msun"\nradius = "12 km"\n[body.rotation]\nperiod = "33.3924123 ms"\n[effects.dipole_braking]\n'
+)
+
+
+@pytest.mark.parametrize("index", [1.0, 2.51, 3.0, 5.0])
+def test_a_pulsar_brakes_with_any_index(index):
+    text = PULSAR + f'period = "33.3924123 ms"\nperiod_derivative = 4.20972e-13\nindex = {index}\n'
+    scene = load.loads(text)
+    units = code_units(scene)
+    body = evolution(text)
+    opening = record(body, 0.0)
+    for years in (1.0, 968.0, 3000.0):
+        time = years * 365.25 * 86400
+        found = record(body, time / units.time)
+        spin = found["angular_momentum"][2] / found["inertia_tensor"][2, 2] / units.time
+        expected = pulsars.period_history(time, 0.0333924123, 4.20972e-13, index)
+        assert 2 * math.pi / spin == pytest.approx(expected, rel=1e-11)
+        # All that it has lost is the torque's work.
+        lost = found["kinetic_energy"] - opening["kinetic_energy"]
+        assert found["work"][0] == pytest.approx(lost, rel=1e-8)
+        assert abs(found["work"][-1]) < 1e-8 * abs(lost)
+        np.testing.assert_allclose(axial_vector(found["virial_tensor"].sum(axis=0)), found["torque"].sum(axis=0))
+
+
+def test_a_field_brakes_as_its_conventions_say():
+    text = PULSAR + 'field = "3.793563149e12 G"\nradius = "12 km"\n'
+    units = code_units(load.loads(text))
+    found = record(evolution(text), 0.0)
+    moment = float(found["inertia_tensor"][2, 2]) * units.unit("moment_of_inertia")
+    slowing = pulsars.dipole_period_derivative(0.0333924123, 3.793563149e8, moment, 1.2e4)
+    rate = 2 * math.pi / 0.0333924123
+    expected = -moment * slowing * rate**2 / (2 * math.pi)
+    assert found["torque"][0, 2] * units.unit("energy") == pytest.approx(expected, rel=1e-9)
+
+
+def test_torques_on_a_body_that_shrinks():
+    torque = "[effects.constant_torque]\nvector = [0.0, 0.0, -0.01]\nbegin = 0.3\nuntil = 0.8\n"
+    body = evolution(SCENES["prescribed"] + torque)
+    opening, found = record(body, 0.0), record(body, 2.0)
+    assert found["angular_momentum"][2] == pytest.approx(opening["angular_momentum"][2] - 0.005, rel=1e-13)
+    assert record(body, 0.5)["torque"][body.names.index("constant_torque"), 2] == pytest.approx(-0.01)
+    # A sphere may be turned about another axis; a body with one axis of its own may not.
+    aslant = torque.replace("[0.0, 0.0, -0.01]", "[0.01, 0.0, 0.0]")
+    turned = record(evolution(SCENES["prescribed"] + aslant), 2.0)
+    assert turned["angular_momentum"][0] == pytest.approx(0.005, rel=1e-13)
+    with pytest.raises(NumericalError, match="take the model rigid"):
+        evolution(SCENES["oblate"] + aslant).advance(2.0)
+    with pytest.raises(SceneError, match="does not follow: take the model rigid"):
+        evolution(SCENES["prescribed"] + torque + 'frame = "body"\n')
+
+
+def test_a_torque_on_a_pulsating_body_is_in_its_energy():
+    torque = "[effects.constant_torque]\nvector = [0.0, 0.0, 0.003]\n"
+    for name in ("pulsating", "integrated"):
+        body = evolution(SCENES[name] + torque)
+        found = record(body, 2.0)
+        assert abs(found["integration_energy_error"]) < 1e-11 and found["work"][-1] == 0.0
+        opening = evolution(SCENES[name]).record(None)["angular_momentum"][2]
+        assert found["angular_momentum"][2] == pytest.approx(opening + 0.006, rel=1e-12)
