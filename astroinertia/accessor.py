@@ -16,6 +16,7 @@ from astroinertia.errors import ArchiveError
 from astroinertia.inertia import tensor
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
 
+_THINNEST = 1e-12  # I_1 + I_2 - I_3 over I_3, which is the square of a thickness: round-off
 MOTION = "motion"  # the share that is not an effect's: the kinetic tensor's
 
 
@@ -124,14 +125,17 @@ class InertiaAccessor:
         """The spin that a scaling law predicts from the first output on.
 
         "inertia": omega_0 I_0 / I, which is exact where the angular momentum about the axis stays; "radius": omega_0
-        (R_0 / R)^2 with the mean radius, which also needs the shape and the profile to stay. Raises ValueError for
-        another law.
+        (R_0 / R)^2 with the mean radius, which also needs the shape and the profile to stay; NaN for an infinitely thin
+        disc or rod, whose mean radius is zero. Raises ValueError for another law.
         """
         opening = self.spin_rate().values[0]
         if law == "inertia":
             size = self.about_axis(self._opening_axis().tolist()).values
         elif law == "radius":
-            size = self.dataset["mean_radius"].values ** 2
+            moments = self.dataset["principal_moments"].transpose("time", "principal").values
+            largest = moments.max(axis=1)
+            thin = moments.sum(axis=1) - 2.0 * largest <= _THINNEST * largest
+            size = np.where(thin, np.nan, self.dataset["mean_radius"].values ** 2)
         else:
             raise ValueError(f'the scaling laws are "inertia" and "radius", not {law!r}')
         text = {"inertia": "spin if the angular momentum stays", "radius": "spin if the body also keeps its shape"}[law]

@@ -27,7 +27,7 @@ from astroinertia.rotation.attitude import euler_angles
 
 SPARSE = 0.7  # rad that something turns by from output to output: beyond it, lines would join what is not joined
 FASTEST = 2.5  # rad of precession from output to output beyond which turns cannot be counted
-STEADY = 1e-6  # change of the direction of L, rad, below which the angles are told from it
+STEADY = 1e-6  # change of the direction of L, rad, below which it counts as fixed, and angles are told from it
 EQUAL = 1e-9  # moments that differ by less, over the greatest, have no polhodes of their own
 _SHARES = (0.3, 0.6, 0.85)
 _STILL, _SLIGHT = 1e-6, 1e-2  # deg of nutation: below the first none is shown, below the second in mas
@@ -58,14 +58,21 @@ def motion(dataset: xr.Dataset) -> Motion:
     if "attitude" in dataset and np.isfinite(dataset["attitude"].values).all():
         body = dataset["attitude"].values
         moments, fixed = np.linalg.eigh(body[0] @ inertia[0] @ body[0].T)
-        fixed[:, 0] *= np.sign(np.linalg.det(fixed))
         axes = fixed.T @ body
     else:
         order = np.argsort(dataset["principal_moments"].transpose("time", "principal").values[0], kind="stable")
         moments = dataset["principal_moments"].transpose("time", "principal").values[0][order]
         axes = dataset["principal_axes"].transpose("time", "principal", "i").values[:, order]
-        axes[:, 0] *= np.sign(np.linalg.det(axes))[:, None]
+    axes = _oriented(axes, spin[0])
     return Motion(moments, axes, np.einsum("tki,ti->tk", axes, spin))
+
+
+def _oriented(axes: np.ndarray, spin: np.ndarray) -> np.ndarray:
+    """The axes with signs such that they are right-handed and the two that turn fastest at the start do so forwards."""
+    rates = axes[0] @ spin
+    signs = np.where(rates < 0, -1.0, 1.0)
+    signs[np.argmin(abs(rates))] *= np.sign(np.linalg.det(axes[0] * signs[:, None]))
+    return axes * signs[:, None]
 
 
 def attitude_figure(dataset: xr.Dataset) -> Figure:
@@ -230,12 +237,16 @@ def _errors(axes, dataset: xr.Dataset) -> None:
     momentum = dataset["angular_momentum"].transpose("time", "i").values
     given = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
     owned = np.where(np.isfinite(given), given, 0.0).sum(axis=1)
+    turned = abs(dataset["torque"].fillna(0.0).sum("effect")).max() * np.ptp(dataset["time"].values)
     size = angular_momentum_scale(dataset)[0]
     energy = dataset["integration_energy_error"].values
     if not np.isfinite(energy).any():
         energy = dataset["total_energy"].values - dataset["total_energy"].values[0]
+    free = float(turned) < STEADY * size
+    unowned = np.linalg.norm(momentum - momentum[0] - owned, axis=1) / size
     lines = [
-        (np.linalg.norm(momentum - momentum[0] - owned, axis=1) / size, "angular momentum", style.BLUE),
+        # where torques act and the model does not sum what they give, nothing can be said of the angular momentum
+        (unowned if free or np.isfinite(given).any() else np.zeros_like(unowned), "angular momentum", style.BLUE),
         (abs(energy) / energy_scale(dataset), "energy", style.VERMILLION),
         (dataset["ledger_closure"].values, "closure of the inertia ledger", style.GREEN),
     ]

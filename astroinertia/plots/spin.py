@@ -31,10 +31,11 @@ def spin_figure(dataset: xr.Dataset) -> Figure:
 
 def _laws(dataset: xr.Dataset) -> list[tuple]:
     found = dataset.inertia
-    return [
+    laws = [
         (found.spin_scaling("inertia").values, style.VERMILLION, (0, (5, 2)), r"$\omega_0\, I_0/I$"),
         (found.spin_scaling("radius").values, style.GREEN, (0, (1.2, 1.6)), r"$\omega_0\,(R_0/R)^2$"),
     ]
+    return [law for law in laws if np.isfinite(law[0]).any()]
 
 
 def _spin(axes, dataset: xr.Dataset) -> None:

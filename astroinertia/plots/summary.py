@@ -102,9 +102,10 @@ def _effects(dataset: xr.Dataset) -> str:
     columns = {
         "work / E": dataset["work"].transpose("time", "effect").values[-1] / largest,
         "heating / E": dataset["heating"].transpose("time", "effect").values[-1] / largest,
-        "largest dL / L" if turning else "largest dL / Lmax": np.max(_finite(given), axis=0) / size,
-        "ledger mismatch": np.max(_finite(dataset["virial_mismatch"].transpose("time", "effect").values), axis=0),
+        "largest dL / L" if turning else "largest dL / Lmax": _largest_each(given) / size,
+        "ledger mismatch": _largest_each(dataset["virial_mismatch"].transpose("time", "effect").values),
     }
+    columns = {title: values for title, values in columns.items() if np.isfinite(values).any()}
     lines = [f"{'effect':20}" + "".join(f"{title:>18}" for title in columns)]
     for index, name in enumerate(names):
         lines.append(f"{name:20}" + "".join(_cell(values[index]) for values in columns.values()))
@@ -115,8 +116,9 @@ def _cell(value: float) -> str:
     return f"{value:>18.3e}" if np.isfinite(value) else f"{'-':>18}"
 
 
-def _finite(values: np.ndarray) -> np.ndarray:
-    return np.where(np.isfinite(values), values, 0.0)
+def _largest_each(values: np.ndarray) -> np.ndarray:
+    """The largest size of each column, NaN where nothing is known of it."""
+    return np.array([_largest(column) for column in values.T])
 
 
 def _largest(values: np.ndarray) -> float:
