@@ -29,8 +29,8 @@ class BarHistory(NamedTuple):
     axes (..., 3): semi-axes, the longest first; bar_strength: eta; bar_phase, within pi; pattern_speed: Omega, and
     internal_rate: Lambda, nan without a bar; vorticity_ratio: f = zeta/Omega; angular_momentum and circulation, both
     (..., 3) and kept by gravity and pressure: L, and minus that of the adjoint motion, (M/5)(2 a b Omega + (a^2 +
-    b^2) Lambda); kinetic_energy; rotational_to_gravitational: T/|W|, of all motion; past_pear: whether b/a has fallen below
-    that of the Jacobi ellipsoid where pear-shaped figures branch off, beyond which one in rigid rotation comes apart.
+    b^2) Lambda); kinetic_energy; rotational_to_gravitational: T/|W|, of all motion; past_pear: whether b/a has fallen
+    below that of the Jacobi ellipsoid where pear-shaped figures branch off: one in rigid rotation then comes apart.
     """
 
     axes: np.ndarray
