@@ -129,42 +129,50 @@ class Tide(Effect):
         """To second order in the body's size: about the origin in the tidal frame, about the centre of mass if direct.
 
         The tidal frame has 1/2 (Q + M c (x) c) : T with T the second derivatives at the origin (Chandrasekhar 1969,
-        section 55: the problem of Roche); the direct one M Phi(c) + 1/2 Q : (second derivatives at c).
+        section 55: the problem of Roche); the direct one M Phi(c) + 1/2 Q : T with T and Phi at the centre c.
         """
-        return self._expanded(body, body.centre, body.deformation)
+        away, squared = self._away(body)
+        second = body.second_moment * body.deformation @ body.deformation.T
+        if self.frame == "direct":
+            return -self.mass * body.mass * squared**-0.5 + 0.5 * (second * self._curvature(away, squared)).sum()
+        whole = second + body.mass * jnp.outer(body.centre, body.centre)
+        return 0.5 * (whole * self._curvature(away, squared)).sum()
 
     def affine_force(self, body):
-        """Minus the derivative of that potential by F."""
-        return -jax.grad(self._expanded, argnums=2)(body, body.centre, body.deformation)
+        """-q T F."""
+        return -body.second_moment * self._curvature(*self._away(body)) @ body.deformation
 
     def affine_push(self, body):
-        """Minus its derivative by the centre."""
-        return -jax.grad(self._expanded, argnums=1)(body, body.centre, body.deformation)
+        """-M T c in the tidal frame; the attraction of the centre and of the body's quadrupole in the direct one."""
+        away, squared = self._away(body)
+        if self.frame == "tidal":
+            return -body.mass * self._curvature(away, squared) @ body.centre
+        second = body.second_moment * body.deformation @ body.deformation.T
+        along = second @ away
+        pull = body.mass * squared**-1.5 * away - 1.5 * squared**-2.5 * (jnp.trace(second) * away + 2.0 * along)
+        return self.mass * (pull + 7.5 * squared**-3.5 * (away @ along) * away)
 
     def affine_virial(self, body):
         """-M (Q/D^3 - 3 (Q d) (x) d/D^5) with D^2 = d^2 + s^2, d from where the potential is expanded to X."""
-        away = self.place(jnp, body) - (body.centre if self.frame == "direct" else 0.0)
-        squared = away @ away + self.softening**2
+        away, squared = self._away(body)
         second = body.second_moment * body.deformation @ body.deformation.T
         return -self.mass * squared**-1.5 * (second - 3.0 / squared * jnp.outer(second @ away, away))
 
     def affine_reach(self, body):
         """How near the perturber the body comes: the square of its longest semi-axis over that of the distance.
 
-        Of the homogeneous ellipsoid with the same moments; from 1 on the expansion means nothing.
+        Of the homogeneous ellipsoid with the same moments, by the norm of Q: right for a long body, up to 3^(1/2) too
+        large for a round one. From 1 on the expansion means nothing.
         """
         away = self.place(jnp, body) - body.centre
         second = body.second_moment * body.deformation @ body.deformation.T
-        return 5.0 / body.mass * jnp.linalg.eigvalsh(second)[-1] / (away @ away)
+        return 5.0 / body.mass * jnp.sqrt((second**2).sum()) / (away @ away)
 
-    def _expanded(self, body, centre, deformation):
-        place = self.place(jnp, body)
-        second = body.second_moment * deformation @ deformation.T
+    def _away(self, body):
+        """From where the potential is expanded to the perturber, (3,), and the softened square of that distance."""
+        away = self.place(jnp, body) - (body.centre if self.frame == "direct" else 0.0)
+        return away, away @ away + self.softening**2
 
-        def potential(at):
-            return -self.mass * ((at - place) @ (at - place) + self.softening**2) ** -0.5
-
-        if self.frame == "direct":
-            return body.mass * potential(centre) + 0.5 * (second * jax.hessian(potential)(centre)).sum()
-        tide = jax.hessian(potential)(jnp.zeros(3))
-        return 0.5 * ((second + body.mass * jnp.outer(centre, centre)) * tide).sum()
+    def _curvature(self, away, squared):
+        """T (3, 3), the second derivatives of the potential."""
+        return self.mass * squared**-1.5 * (jnp.eye(3) - 3.0 / squared * jnp.outer(away, away))

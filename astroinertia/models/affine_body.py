@@ -6,12 +6,13 @@ virial tensors that effects state by routes of their own: dQ/dt = P + P^T, dP/dt
 1969, Ellipsoidal Figures of Equilibrium, ch. 4 and section 11; Carter & Luminet 1985, MNRAS 212, 23.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from astroinertia.bodies.affine import cofactor, volume_ratio
 from astroinertia.bodies.affine_motion import constraint_slope
@@ -42,6 +43,9 @@ class State(NamedTuple):
     heating: Array
 
 
+UNSCALED = State(np.ones((3, 3)), np.ones((3, 3)), *[1.0] * (len(State._fields) - 2))
+
+
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Problem:
@@ -61,7 +65,7 @@ class Problem:
     matter: Matter | None = None
     volume: Array | None = None
     restoring: Array = 0.0
-    scale: State | None = None
+    scale: State = UNSCALED
     smallest: Array = 0.0
 
     @property
@@ -90,8 +94,23 @@ class AffineBody(NamedTuple):
     conservative: Any
 
 
-def body_at(problem: Problem, time: Array, state: State) -> AffineBody:
-    """The body of a state (in code units), with the pressure that acts on it."""
+class Observed(NamedTuple):
+    """Forces (E, 3, 3), pushes (E, 3), virial tensors (E, 3, 3); kinetic, internal and, by effect, potential energies.
+
+    reaches has, of each perturber, the square of the longest semi-axis over that of its distance.
+    """
+
+    forces: Array
+    pushes: Array
+    virials: Array
+    kinetic: Array
+    internal: Array
+    potentials: dict[str, Array]
+    reaches: dict[str, Array]
+
+
+def body_at(problem: Problem, time: Array, state: State) -> tuple[AffineBody, list[Array]]:
+    """The body of a state (in code units) with the pressure that acts on it, and the force G (3, 3) of each effect."""
     body = AffineBody(
         time=time,
         mass=problem.mass,
@@ -104,7 +123,7 @@ def body_at(problem: Problem, time: Array, state: State) -> AffineBody:
         pressure_slope=None,
         conservative=partial(_conservative_acceleration, problem, state.heat),
     )
-    return body._replace(pressure_slope=_pressure_slope(problem, problem.effects, body, state.heat))
+    return _pressed(problem, problem.effects, body, state.heat)
 
 
 def force_on(effect: Any, body: AffineBody) -> Array:
@@ -119,6 +138,23 @@ def push_on(effect: Any, body: AffineBody) -> Array:
     return jnp.zeros(3) if push is None else push
 
 
+@jax.jit
+def observed(problem: Problem, time: Array, state: State) -> Observed:
+    """What a record needs of the effects at a state, in one compiled program."""
+    body, forces = body_at(problem, time, state)
+    moving = 0.5 * problem.second_moment * jnp.sum(state.rate**2) + 0.5 * problem.mass * jnp.sum(state.velocity**2)
+    potentials = {effect.kind: effect.affine_potential(body) for effect in problem.effects}
+    return Observed(
+        forces=_stacked(forces, (3, 3)),
+        pushes=_stacked([push_on(effect, body) for effect in problem.effects], (3,)),
+        virials=_stacked([effect.affine_virial(body) for effect in problem.effects], (3, 3)),
+        kinetic=moving,
+        internal=internal_energy(problem, state),
+        potentials={kind: energy for kind, energy in potentials.items() if energy is not None},
+        reaches=reaches(problem, body),
+    )
+
+
 def internal_energy(problem: Problem, state: State) -> Array:
     """U, zero where there is none."""
     return (
@@ -128,13 +164,11 @@ def internal_energy(problem: Problem, state: State) -> Array:
 
 def measured(problem: Problem, state: State) -> State:
     """The state, or its rate, in the problem's own units."""
-    assert problem.scale is not None
     return State(*(value / unit for value, unit in zip(state, problem.scale, strict=True)))
 
 
 def unmeasured(problem: Problem, scaled: State) -> State:
     """The state in code units."""
-    assert problem.scale is not None
     return State(*(value * unit for value, unit in zip(scaled, problem.scale, strict=True)))
 
 
@@ -145,8 +179,7 @@ def scaled_rate(time: Array, scaled: State, problem: Problem) -> State:
 
 def rate_of_change(time: Array, state: State, problem: Problem) -> State:
     """d state/dt, in code units."""
-    body, moment = body_at(problem, time, state), problem.second_moment
-    forces = [force_on(effect, body) for effect in problem.effects]
+    (body, forces), moment = body_at(problem, time, state), problem.second_moment
     pushes = [push_on(effect, body) for effect in problem.effects]
     virials = [effect.affine_virial(body) for effect in problem.effects]
     heating = [_heating(problem, effect, body) for effect in problem.effects]
@@ -177,7 +210,7 @@ def ended(time: Array, scaled: State, problem: Problem) -> Array:
     state = unmeasured(problem, scaled)
     over = thickness(state.deformation) < problem.smallest
     over = over | ~jnp.isfinite(jnp.sum(state.deformation) + jnp.sum(state.rate))
-    for reach in reaches(problem, time, state).values():
+    for reach in reaches(problem, body_at(problem, time, state)[0]).values():
         over = over | (reach >= 1.0)
     return over
 
@@ -187,33 +220,36 @@ def thickness(deformation: Array) -> Array:
     return volume_ratio(deformation) / jnp.sqrt(jnp.sum(cofactor(deformation) ** 2))
 
 
-def reaches(problem: Problem, time: Array, state: State) -> dict[str, Array]:
+def reaches(problem: Problem, body: AffineBody) -> dict[str, Array]:
     """Of each perturber, the square of the longest semi-axis over that of its distance."""
-    body = body_at(problem, time, state)
     return {each.kind: each.affine_reach(body) for each in problem.effects if hasattr(each, "affine_reach")}
 
 
-def _pressure_slope(problem: Problem, effects: tuple[Any, ...], body: AffineBody, heat: Array) -> Array | None:
+def _pressed(
+    problem: Problem, effects: tuple[Any, ...], body: AffineBody, heat: Array
+) -> tuple[AffineBody, list[Array]]:
+    # Pressure comes last: an incompressible fluid's is what all other forces make it.
+    found = {effect.kind: force_on(effect, body) for effect in effects if effect.kind != PRESSURE}
     if problem.incompressible:
-        others = sum((force_on(each, body) for each in effects if each.kind != PRESSURE), jnp.zeros((3, 3)))
-        return constraint_slope(
+        others = sum(found.values(), jnp.zeros((3, 3)))
+        slope = constraint_slope(
             body.deformation, body.rate, others, problem.second_moment, problem.restoring, problem.volume
         )
-    if problem.matter is None:
-        return None
-    return problem.matter.slope(volume_ratio(body.deformation), heat)
+        body = body._replace(pressure_slope=slope)
+    elif problem.matter is not None:
+        body = body._replace(pressure_slope=problem.matter.slope(volume_ratio(body.deformation), heat))
+    return body, [found[each.kind] if each.kind in found else force_on(each, body) for each in effects]
 
 
 def _conservative_acceleration(problem: Problem, heat: Array, deformation: Array, rate: Array) -> Array:
     # d2F/dt2 as without what dissipates or comes from outside.
-    inner = replace(problem, effects=tuple(each for each in problem.effects if each.kind in CONSERVATIVE))
     nothing = jnp.zeros(3)
     body = AffineBody(
         jnp.zeros(()), problem.mass, problem.second_moment, problem.sphere_energy, deformation, rate,
         nothing, nothing, None, None,
     )  # fmt: skip
-    body = body._replace(pressure_slope=_pressure_slope(inner, inner.effects, body, heat))
-    return sum((force_on(each, body) for each in inner.effects), jnp.zeros((3, 3))) / problem.second_moment
+    inner = tuple(each for each in problem.effects if each.kind in CONSERVATIVE)
+    return sum(_pressed(problem, inner, body, heat)[1], jnp.zeros((3, 3))) / problem.second_moment
 
 
 def _heating(problem: Problem, effect: Any, body: AffineBody) -> Array:

@@ -16,7 +16,8 @@ from astroinertia.models.ellipsoid_record import energies, ledger_closure, serie
 from astroinertia.models.evolution import Figures, Record
 
 ABSOLUTE = 0.1  # absolute error over the relative one, of numbers of order 1
-COLLAPSED = 1e-6  # of the smallest semi-axis at the start: what is thinner counts as a pancake, a spindle or a point
+COLLAPSED = 1e-8  # of the smallest semi-axis at the start: what is thinner counts as a pancake, a spindle or a point
+STEEP = 1e4  # times that thickness, below which steps that grow too short tell of a collapse too
 FIRST_STEP = 1e-3  # over the time in which the body changes
 SMALL = 0.03  # semi-axes below this share of the largest are those that have collapsed
 _SPHERES = "the shells of an affine body are similar ellipsoids, not spheres"
@@ -44,13 +45,11 @@ class Ellipsoid:
         if not np.isfinite(density):
             self.absent["density_max"] = "the density has no largest value: it rises without bound to the centre"
         self.tolerance, self.density = tolerance, density
-        assert problem.scale is not None
         self.time, self.steps = time, 0
         self.timestep = FIRST_STEP * float(problem.scale.deformation.max() / problem.scale.rate.max())
         with jax.enable_x64(True):
-            self.problem = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), problem)
-            self.state = State(*(jnp.asarray(value, dtype=float) for value in state))
-            self.opening = energies(self.problem, self.time, self.state)
+            self.problem, self.state = as_arrays(problem), as_arrays(state)
+        self.opening = energies(self._seen())
         self.largest_inertia = 0.0
         self._note_inertia()
 
@@ -88,21 +87,24 @@ class Ellipsoid:
     def resume(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Take up the state of a checkpoint."""
         with jax.enable_x64(True):
-            self.state = State(*(jnp.asarray(arrays[name]) for name in State._fields))
+            self.state = as_arrays(State(*(arrays[name] for name in State._fields)))
         self.opening = {name: float(arrays[f"opening {name}"]) for name in self.opening}
         self.time, self.steps = float(arrays["time"]), int(arrays["steps"])
         self.timestep, self.largest_inertia = float(arrays["timestep"]), float(arrays["largest"])
 
     def figures(self) -> Figures:
         """What the progress line shows."""
-        with jax.enable_x64(True):
-            found = energies(self.problem, self.time, self.state)
+        found = energies(self._seen())
         scale = max(*map(abs, found.values()), 1e-300)
         return Figures(sum(found.values()), scale, ledger_closure(self), self.density_now())
 
     def density_now(self) -> float:
         """The largest density."""
         return self.density / float(np.linalg.det(np.asarray(self.state.deformation)))
+
+    def _seen(self) -> affine_body.Observed:
+        with jax.enable_x64(True):
+            return affine_body.observed(self.problem, np.float64(self.time), self.state)
 
     def _note_inertia(self) -> None:
         moment = float(self.problem.second_moment)
@@ -113,29 +115,34 @@ class Ellipsoid:
         deformation, rate = np.asarray(self.state.deformation), np.asarray(self.state.rate)
         if not (np.isfinite(deformation).all() and np.isfinite(rate).all()):
             return NumericalError("the state is no longer finite", time=self.time)
-        for kind, reach in affine_body.reaches(self.problem, jnp.asarray(self.time), self.state).items():
+        for kind, reach in self._seen().reaches.items():
             if float(reach) >= 1.0:
                 told = "the body is torn apart: it reaches out to the perturber, where an ellipsoid means nothing"
                 return NumericalError(told, effect=kind, time=self.time)
-        axes = float(self.problem.radius) * np.linalg.svd(deformation, compute_uv=False)
-        if float(affine_body.thickness(self.state.deformation)) < float(self.problem.smallest):
-            return NumericalError(self._collapse(axes, deformation, rate), time=self.time)
-        shown = ", ".join(f"{axis:.3g}" for axis in axes)
-        told = f"the steps of the integration grew too short or too many, with semi-axes {shown}"
+        # A body that goes to a point does so ever faster: the steps end before it is as thin as that.
+        if float(affine_body.thickness(self.state.deformation)) < STEEP * float(self.problem.smallest):
+            return self._collapse(deformation, rate)
+        shown = ", ".join(f"{stretch:.3g}" for stretch in np.linalg.svd(deformation, compute_uv=False))
+        told = f"the steps of the integration grew too short or too many, with semi-axes {shown} in radii of the sphere"
         return NumericalError(told, time=self.time)
 
-    def _collapse(self, axes: np.ndarray, deformation: np.ndarray, rate: np.ndarray) -> str:
-        flat = int((axes < SMALL * axes[0]).sum())
-        shape = ("a point", "a pancake, flat across one axis", "a spindle, thin across two axes")[flat]
-        # Along the thinnest axis, where matter moves at its rate of stretch.
+    def _collapse(self, deformation: np.ndarray, rate: np.ndarray) -> NumericalError:
         left, stretch, right = np.linalg.svd(deformation)
-        speed = left[:, 2] @ rate @ right[2]
-        arrival = self.time - stretch[2] / speed if speed < 0.0 else self.time
-        largest = f"the largest semi-axis is {axes[0]:.6g} then" if flat else f"its semi-axes are {axes[0]:.3g}"
-        return (
-            f"the body has collapsed to {shape} at time {arrival:.12g}, where its density has no bound and matter "
-            f"would have to pass through itself; {largest}"
+        # The thinnest axis goes to nothing at this rate; a step may have gone beyond.
+        arrival = self.time - stretch[2] / (left[:, 2] @ rate @ right[2])
+        flat = int((stretch < SMALL * stretch[0]).sum())
+        shape = ("a point", "a pancake, flat across one axis", "a spindle, thin across two axes")[flat]
+        size = stretch[0] / float(self.problem.scale.deformation.max())
+        return NumericalError(
+            f"the body has collapsed to {shape}, where its density has no bound and matter would have to pass through "
+            f"itself; its largest semi-axis is {size:.6g} of that at the start",
+            time=float(arrival),
         )
+
+
+def as_arrays(tree: Any) -> Any:
+    """The same problem or state with numbers that are arrays, so that one compiled program serves all."""
+    return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), tree)
 
 
 def started(problem: Problem, deformation: np.ndarray, rate: np.ndarray, heat: float, **chosen: Any) -> Ellipsoid:
@@ -153,14 +160,17 @@ def started(problem: Problem, deformation: np.ndarray, rate: np.ndarray, heat: f
     )  # fmt: skip
     sizes = np.sqrt((deformation**2).sum(axis=0))
     with jax.enable_x64(True):
-        first = affine_body.rate_of_change(jnp.zeros(()), State(*map(jnp.asarray, state)), problem)
+        # Compiled here as the records will need it; only its numbers change.
+        seen = affine_body.observed(as_arrays(problem), np.float64(0.0), as_arrays(state))
         thin = float(affine_body.thickness(jnp.asarray(deformation)))
-    pace = max(np.abs(rate / sizes).max(), np.sqrt(np.abs(np.asarray(first.rate) / sizes).max()))
+    # Of each force by itself: in equilibrium they add up to nothing.
+    accelerations = np.asarray(seen.forces) / (moment * sizes)
+    pace = max(np.abs(rate / sizes).max(), np.sqrt(np.abs(accelerations).max(initial=0.0)))
     pace = pace if pace > 0.0 else float(problem.mass / problem.radius**3) ** 0.5
     large = moment * sizes.max() ** 2
     length = float(problem.radius) * sizes.max()
     scale = State(
-        np.broadcast_to(sizes, (3, 3)), np.broadcast_to(sizes * pace, (3, 3)), length, length * pace,
+        np.tile(sizes, (3, 1)), np.tile(sizes * pace, (3, 1)), length, length * pace,
         heat if heat > 0.0 else large * pace**2, large, large * pace, large * pace,
         float(problem.mass) * length * pace, large * pace**2, large * pace**2,
     )  # fmt: skip

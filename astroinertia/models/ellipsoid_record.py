@@ -2,27 +2,20 @@
 
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
 from astroinertia.models import affine_body
-from astroinertia.models.affine_body import Problem, State
+from astroinertia.models.affine_body import Observed
 
 MODES = (1, 2, 3, 4)
 KINETIC, INTERNAL = "kinetic", "internal"
 
 
-def energies(problem: Problem, time: float, state: State) -> dict[str, float]:
+def energies(seen: Observed) -> dict[str, float]:
     """Kinetic and internal energy, and the potential energy of each effect that has one, by its kind."""
-    body = affine_body.body_at(problem, jnp.asarray(time), state)
-    moving = 0.5 * problem.second_moment * jnp.sum(state.rate**2)
-    found = {
-        KINETIC: moving + 0.5 * problem.mass * jnp.sum(state.velocity**2),
-        INTERNAL: affine_body.internal_energy(problem, state),
-    }
-    found |= {effect.kind: effect.affine_potential(body) for effect in problem.effects}
-    return {name: float(energy) for name, energy in found.items() if energy is not None}
+    found = {KINETIC: seen.kinetic, INTERNAL: seen.internal, **seen.potentials}
+    return {name: float(energy) for name, energy in found.items()}
 
 
 def ledger_closure(body: Any) -> float:
@@ -41,13 +34,11 @@ def series_record(body: Any, opening_potential: float | None) -> dict[str, Any]:
     """
     problem, state, time = body.problem, body.state, body.time
     names = problem.effect_names
-    seen = affine_body.body_at(problem, jnp.asarray(time), state)
+    seen = affine_body.observed(problem, np.float64(time), state)
     moment, mass = float(problem.second_moment), float(problem.mass)
     deformation, rate = np.asarray(state.deformation), np.asarray(state.rate)
-    forces = [np.asarray(affine_body.force_on(effect, seen)) for effect in problem.effects]
-    pushes = [np.asarray(affine_body.push_on(effect, seen)) for effect in problem.effects]
-    virial = _stacked([np.asarray(effect.affine_virial(seen)) for effect in problem.effects], (3, 3))
-    found = energies(problem, time, state)
+    forces, pushes, virial = np.asarray(seen.forces), np.asarray(seen.pushes), np.asarray(seen.virials)
+    found = energies(seen)
     potentials = {name: energy for name, energy in found.items() if name not in (KINETIC, INTERNAL)}
     second = moment * deformation @ deformation.T
     second = 0.5 * (second + second.T)
@@ -73,7 +64,7 @@ def series_record(body: Any, opening_potential: float | None) -> dict[str, Any]:
         "ledger_closure": ledger_closure(body),
         "mixed_impulse": np.asarray(state.mixed_impulse),
         "torque": axial_vector(virial),
-        "force": _stacked(pushes, (3,)),
+        "force": pushes,
         "impulse": np.asarray(state.impulse),
         "work": work,
         "heating": heating,
@@ -117,7 +108,3 @@ def _modes(second: np.ndarray) -> dict[str, np.ndarray]:
     phase = np.arctan2(axes[1, 1], axes[0, 1])
     modes = [ratio ** (k // 2) * np.exp(1j * k * phase) if k % 2 == 0 else 0.0 for k in MODES]
     return {"mode_amplitude": np.abs(modes), "mode_phase": np.angle(modes)}
-
-
-def _stacked(rows: list[np.ndarray], shape: tuple[int, ...]) -> np.ndarray:
-    return np.stack(rows) if rows else np.zeros((0, *shape))
