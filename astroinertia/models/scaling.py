@@ -307,7 +307,7 @@ class Scaling:
     def _works(self, energies: dict[str, float], work: dict[str, float]) -> np.ndarray:
         # Kinetic energy that each effect has given; what is left has been done by what holds the shape and the size.
         gained = {name: energies[name] - self._opening[name] for name in energies}
-        given = {"gravity": -gained["potential"], "pressure": -gained["internal"], **work}
+        given = {"gravity": 0.0 - gained["potential"], "pressure": 0.0 - gained["internal"], **work}
         done = [given.get(name, 0.0) for name in self.names]
         return np.array([*done, 0.0 if self.free else gained["kinetic"] - sum(done)])
 
