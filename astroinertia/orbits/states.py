@@ -12,14 +12,10 @@ def states(bodies: rebound.Simulation, times: np.ndarray, origin: int = 0) -> tu
     Takes the simulation on to the last of them. WHFast goes from one time to the next in equal steps no longer than
     its own, which the times alone decide, and so stays symplectic.
     """
-    others = np.arange(bodies.N) != origin
-    place, speed = np.empty((bodies.N, 3)), np.empty((bodies.N, 3))
     positions, velocities = np.empty((2, len(times), bodies.N - 1, 3))
     for k, time in enumerate(times):
         go_on(bodies, float(time))
-        bodies.serialize_particle_data(xyz=place, vxvyvz=speed)
-        positions[k] = place[others] - place[origin]
-        velocities[k] = speed[others] - speed[origin]
+        positions[k], velocities[k] = present(bodies, origin)
     return positions, velocities
 
 
@@ -36,6 +32,35 @@ def go_on(bodies: rebound.Simulation, time: float) -> None:
     bodies.dt = span / steps
     bodies.steps(steps)
     bodies.t, bodies.dt = time, longest
+
+
+def present(bodies: rebound.Simulation, origin: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities (N-1, 3) of all particles but one relative to that one, now."""
+    others = np.arange(bodies.N) != origin
+    place, speed = np.empty((bodies.N, 3)), np.empty((bodies.N, 3))
+    bodies.serialize_particle_data(xyz=place, vxvyvz=speed)
+    return place[others] - place[origin], speed[others] - speed[origin]
+
+
+def push(bodies: rebound.Simulation, change: np.ndarray, carry: np.ndarray) -> None:
+    """Add to the velocities of all particles, (N, 3); carry (N, 3) keeps what rounding loses for the next time."""
+    speed = np.empty((bodies.N, 3))
+    bodies.serialize_particle_data(vxvyvz=speed)
+    wanted = change + carry
+    pushed = speed + wanted
+    carry[:] = wanted - (pushed - speed)
+    bodies.set_serialized_particle_data(vxvyvz=pushed)
+    bodies.did_modify_particles = 1
+
+
+def packed(bodies: rebound.Simulation) -> np.ndarray:
+    """A simulation with all its integrator knows, as bytes (B,)."""
+    return np.frombuffer(bodies.__reduce__()[1][0], dtype=np.uint8)
+
+
+def unpacked(told: np.ndarray) -> rebound.Simulation:
+    """The simulation that was packed."""
+    return rebound.Simulation(told.tobytes())
 
 
 def masses(bodies: rebound.Simulation) -> np.ndarray:

@@ -1,0 +1,131 @@
+"""A rigid body and its companions, each acting on the other: torque on the spin, and its reaction on the orbits.
+
+The energy has two parts that can be solved alone: point masses on orbits (REBOUND) with the free rotation, and the
+body's quadrupole in the field of the companions, which leaves places and attitude and changes speeds and spin. Half a
+kick, a drift and half a kick, composed as in `integrate.rigid_splitting`, keep the total angular momentum, for every
+kick does, and the energy without drift (Touma & Wisdom 1994, Astronomical Journal 107, 1189, section 4). Code units.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from astroinertia.effects.gravity_gradient import quadrupole_forces
+from astroinertia.integrate import rigid_splitting
+from astroinertia.integrate.rigid_splitting import COMPOSITIONS, Rotor
+from astroinertia.models import rigid
+from astroinertia.models.rigid import Rigid
+from astroinertia.models.rigid_evolution import RigidBody, Settings
+from astroinertia.orbits import states
+
+Array = Any
+
+_ORDER_OF_DRIFT = 8  # of the free rotation between kicks, whose error then does not count
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Here:
+    """Companions at one moment, in the form of a `rotation.ephemeris.Ephemeris`: mass (N,), place and speed (N, 3)."""
+
+    mass: Array
+    place: Array
+    speed: Array
+
+    def position(self, time: Array) -> Array:
+        """Positions relative to the body, whatever the time."""
+        return self.place
+
+    def velocity(self, time: Array) -> Array:
+        """Velocities relative to the body, whatever the time."""
+        return self.speed
+
+
+class CoupledRigidBody(RigidBody):
+    """A rigid body under way whose quadrupole acts on the orbits of its companions (models.evolution.Evolution).
+
+    `bodies` is a `rebound.Simulation` with G = 1 whose particle 0 is the body. Its integrator drifts; steps are those
+    of `settings.steps_per_rotation` in a turn of the body, of the companions at their pericentres, or in the swing of
+    one about the other, whichever is fastest. Other effects than gravity_gradient act on the body alone. Measured over
+    1000 orbits in tests/physics/test_rebound.py. Runs under jax.enable_x64. Checked by tests/unit/test_two_way.py.
+    """
+
+    def __init__(self, body: Rigid, quaternion: Array, momentum: Array, settings: Settings, bodies: Any) -> None:
+        self.bodies = bodies
+        self._carry = np.zeros((bodies.N, 3))  # of the kicks' additions to velocities
+        super().__init__(replace(body, companions=_here(bodies)), quaternion, momentum, settings)
+
+    def total_angular_momentum(self) -> np.ndarray:
+        """Of orbits and spin, (3,)."""
+        return np.array(self.bodies.angular_momentum()) + np.asarray(self.state.angular_momentum.total)
+
+    def total_energy(self) -> float:
+        """Of orbits, spin and the quadrupole in the companions' field."""
+        kinetic, potential = self._energies(self._ledger())
+        return self.bodies.energy() + kinetic + potential
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """The state, with that of REBOUND to the last bit, for a checkpoint."""
+        return {**super().arrays(), "orbits": states.packed(self.bodies), "carry": self._carry}
+
+    def resume(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from a checkpoint, bit for bit as if the run had never stopped."""
+        super().resume(arrays)
+        self.bodies, self._carry = states.unpacked(arrays["orbits"]), np.array(arrays["carry"])
+        self.body = replace(self.body, companions=_here(self.bodies))
+
+    def _split(self, body: Rigid, until: float) -> None:
+        steps = self._steps_to(replace(body, companions=_at_pericentres(self.bodies)), until)
+        step, stages = (until - self._time) / steps, COMPOSITIONS[self.settings.order]
+        self._kick(body, 0.0, 0.5 * step * stages[0])
+        for number in range(steps):
+            before = self._time + step * number
+            for k, (share, following) in enumerate(zip(stages, (*stages[1:], stages[0]), strict=True)):
+                last = number == steps - 1 and k == len(stages) - 1
+                before += step * share
+                states.go_on(self.bodies, until if last else before)
+                # The kick that ends a stage is also the one that begins the next.
+                self._kick(body, step * share, 0.5 * step * (share if last else share + following))
+        self.body = replace(self.body, companions=_here(self.bodies))
+        self._time, self._timestep, self._steps = until, step, self._steps + steps
+
+    def _kick(self, body: Rigid, drift: float, interval: float) -> None:
+        present = replace(body, companions=_here(self.bodies))
+        self.state, pushes = _turned_and_kicked(present, self.bodies.t, self.state, drift, interval)
+        states.push(self.bodies, np.asarray(pushes), self._carry)
+
+
+@jax.jit
+def _turned_and_kicked(body: Rigid, time: Array, state: Rotor, drift: Array, interval: Array) -> tuple[Rotor, Array]:
+    """The rotor after it turned freely and was kicked, and what the kick adds to the velocities of all bodies."""
+    state = rigid_splitting.advance(state, body.rates, 0.0, drift, 1, _ORDER_OF_DRIFT)
+    seen = rigid.view(body, time, state.quaternion, state.momentum_in_body, state.angular_momentum.value)
+    forces = quadrupole_forces(seen)
+    on_each = jnp.concatenate([-forces.sum(axis=0)[None] / body.mass, forces / body.companions.mass[:, None]])
+    kick = rigid.kick(body, time, state, interval)
+    state = Rotor(
+        state.turning.add(kick.turning),
+        state.angular_momentum.add(kick.angular_momentum),
+        state.books.add(kick.books),
+    )
+    return state, interval * on_each
+
+
+def _here(bodies: Any) -> Here:
+    place, speed = states.present(bodies)
+    return Here(states.masses(bodies)[1:], place, speed)
+
+
+def _at_pericentres(bodies: Any) -> Here:
+    """Companions as far from the body, and turning about it as fast, as at the pericentres of their present orbits."""
+    now, mass = _here(bodies), states.masses(bodies)
+    distance = np.linalg.norm(now.place, axis=1, keepdims=True)
+    turning = np.cross(now.place, now.speed)
+    square, attraction = (turning**2).sum(axis=1, keepdims=True), (mass[0] + mass[1:, None]) * bodies.G
+    eccentricity = np.linalg.norm(np.cross(now.speed, turning) / attraction - now.place / distance, axis=1)
+    closer = np.minimum(square / (attraction * (1.0 + eccentricity[:, None])) / distance, 1.0)
+    return Here(now.mass, now.place * closer, now.speed / closer)
