@@ -143,8 +143,11 @@ def advance(
     free = kick is None and size is None
 
     def stage(index: Array, state: Rotor) -> Rotor:
-        number = index % count
-        before, interval = time + step * (index // count + starts[number]), step * lengths[number]
+        # Where there are kicks a stage of no length comes first, for the kick that begins the first step.
+        opens = index < 0
+        number = jnp.where(opens, 0, index % count)
+        before = time + step * (jnp.maximum(index, 0) // count + starts[number])
+        interval = jnp.where(opens, 0.0, step * lengths[number])
         if size is None:
             state = _drift(state, rates, interval, about_momentum=not free)
         else:
@@ -153,12 +156,10 @@ def advance(
             state = _drift(replace(state, books=_plus(state.books, work)), rates, duration, about_momentum=True)
         if kick is None:
             return state
-        share = jnp.where(index == steps * count - 1, 0.5 * lengths[number], kicks[number])
+        share = jnp.where(opens | (index == steps * count - 1), 0.5 * lengths[number], kicks[number])
         return _kicked(state, kick(arguments, before + interval, state, step * share))
 
-    if kick is not None:
-        state = _kicked(state, kick(arguments, time, state, 0.5 * step * lengths[0]))
-    state = jax.lax.fori_loop(0, steps * count, stage, state)
+    state = jax.lax.fori_loop(0 if kick is None else -1, steps * count, stage, state)
     if not free:
         return state
     # Without torques all turns about L are one, at the end.

@@ -24,16 +24,16 @@ Array = Any
 
 _NEWTON_STEPS = 6  # on the stiffening of a body that its rotation deforms: from 0 to round-off
 # Of order 6, with seven stages (Butcher 1964, Journal of the Australian Mathematical Society 4, 179).
-_STAGES = (
-    (),
-    (1 / 3,),
-    (0.0, 2 / 3),
-    (1 / 12, 1 / 3, -1 / 12),
-    (-1 / 16, 9 / 8, -3 / 16, -3 / 8),
-    (0.0, 9 / 8, -3 / 8, -3 / 4, 1 / 2),
-    (9 / 44, -9 / 11, 63 / 44, 18 / 11, 0.0, -16 / 11),
-)
-_WEIGHTS = (11 / 120, 0.0, 27 / 40, 27 / 40, -4 / 15, -4 / 15, 11 / 120)
+_STAGES = np.array([
+    (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    (1 / 3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    (0.0, 2 / 3, 0.0, 0.0, 0.0, 0.0, 0.0),
+    (1 / 12, 1 / 3, -1 / 12, 0.0, 0.0, 0.0, 0.0),
+    (-1 / 16, 9 / 8, -3 / 16, -3 / 8, 0.0, 0.0, 0.0),
+    (0.0, 9 / 8, -3 / 8, -3 / 4, 1 / 2, 0.0, 0.0),
+    (9 / 44, -9 / 11, 63 / 44, 18 / 11, 0.0, -16 / 11, 0.0),
+])  # fmt: skip
+_WEIGHTS = np.array([11 / 120, 0.0, 27 / 40, 27 / 40, -4 / 15, -4 / 15, 11 / 120])
 
 
 @jax.tree_util.register_dataclass
@@ -221,13 +221,15 @@ def kick(body: Rigid, time: Array, state: Rotor, interval: Array) -> Kick:
         gain = in_body(q, impulses.sum(axis=0))
         work = impulses @ in_space(q, spin_in_body(body, time, m + 0.5 * gain))
         return Kick(impulses.sum(axis=0), jnp.concatenate([jnp.zeros(4), gain]), _entered(body, time, work))
-    gained: list[Motion] = []
-    for weights in (*_STAGES, _WEIGHTS):
-        done = [interval * sum((w * stage[k] for w, stage in zip(weights, gained, strict=True)), start=jnp.zeros(()))
-                for k in range(3)]  # fmt: skip
-        if weights is not _WEIGHTS:
-            gained.append(_besides_free(body, time, turning + done[0], momentum + done[1]))
-    return Kick(done[1], done[0], _entered(body, time, done[2]))
+
+    def stage(number: Array, slopes: Array) -> Array:
+        done = interval * (jnp.asarray(_STAGES)[number] @ slopes)
+        found = _besides_free(body, time, turning + done[:7], momentum + done[7:10])
+        return slopes.at[number].set(jnp.concatenate(found))
+
+    slopes = jax.lax.fori_loop(0, len(_STAGES), stage, jnp.zeros((len(_STAGES), 10 + len(body.effects))))
+    done = interval * (_WEIGHTS @ slopes)
+    return Kick(done[7:10], done[:7], _entered(body, time, done[10:]))
 
 
 def _besides_free(body: Rigid, time: Array, turning: Array, momentum: Array) -> Motion:

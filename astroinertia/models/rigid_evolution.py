@@ -9,7 +9,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.effects.effect import Effect
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.ledger import Compensated
 from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
@@ -18,7 +17,7 @@ from astroinertia.integrate.rigid_splitting import Rotor, in_body
 from astroinertia.models import rigid
 from astroinertia.models.evolution import Figures, Record
 from astroinertia.models.rigid import Rigid
-from astroinertia.models.rigid_record import RIGIDITY, Ledger, ledger
+from astroinertia.models.rigid_record import RIGIDITY, Ledger, dissipates, ledger
 
 Array = Any
 
@@ -137,7 +136,7 @@ class RigidBody:
             "force": np.asarray(found.force),
             "impulse": mass * np.outer(pushed, velocity - self._opening["velocity"]),
             "work": work,
-            "heating": np.where([*map(_dissipates, self.body.effects), False], -work, 0.0),
+            "heating": np.where([*map(dissipates, self.body.effects), False], -work, 0.0),
             "kinetic_energy": energy,
             "potential_energy": potential,
             "total_energy": energy + potential,
@@ -287,7 +286,3 @@ def _filled(value: Array) -> Compensated:
 
 def _without_carry(state: Rotor) -> Rotor:
     return replace(state, turning=_filled(state.turning.total))
-
-
-def _dissipates(effect: Effect) -> bool:
-    return type(effect).slip is not Effect.slip

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from astroinertia.effects.effect import Effect
 from astroinertia.inertia.tensor import axial_vector, second_moment_from_inertia
 from astroinertia.models import rigid
 from astroinertia.models.rigid import Rigid
@@ -78,37 +79,49 @@ def _moments_and_rates(body: Rigid, time: Array, turning: Array, momentum: Array
 
 def _moments(body: Rigid, time: Array, turning: Array, momentum: Array) -> Moments:
     q, m = turning[:4], turning[4:]
-    rates = rigid.motion(body, time, turning, momentum)
-    axes = attitude_of_quaternion(q)
-    spin = rigid.spin_in_body(body, time, m)
-    turn = cross_matrix(spin)
-    shape = partial(_second_moment, body)
-    second, growth = jax.jvp(shape, (time, m), (jnp.ones_like(time), rates.turning[4:]))
-    # The axes slip: the figure turns in matter that has no part in that turn.
-    slip = cross_matrix(_slip(body, time, turning, momentum))
-    swell = 0.5 * (growth + slip @ second + second @ slip.T)
-    mixed = second @ turn.T + swell
-    swelling = turn @ swell
-    kinetic = turn @ second @ turn.T + swelling + swelling.T
+    axes, spin = attitude_of_quaternion(q), rigid.spin_in_body(body, time, m)
+    second = _second_moment(body, time, m)
+    turn, swell = cross_matrix(spin), _swell(body, time, turning, momentum, second)
+    mixed, kinetic = second @ turn.T, turn @ second @ turn.T
+    if swell is not None:
+        mixed, cross = mixed + swell, turn @ swell
+        kinetic = kinetic + cross + cross.T
     if body.change is not None:
-        pace = 0.5 * jnp.trace(growth) / jnp.trace(second)
+        # Of v = g x too; in a deformation the like of it is of second order.
+        pace = jnp.trace(swell) / jnp.trace(second)
         kinetic = kinetic + pace**2 * second
     place = velocity = jnp.zeros(3)
     if body.arm is not None:
-        place, velocity = body.arm, jnp.cross(spin, body.arm)
+        place, velocity = jnp.asarray(body.arm), jnp.cross(spin, body.arm)
         second = second - body.mass * jnp.outer(place, place)
         mixed = mixed - body.mass * jnp.outer(place, velocity)
         kinetic = kinetic - body.mass * jnp.outer(velocity, velocity)
     return Moments(*(axes.T @ tensor @ axes for tensor in (second, mixed, kinetic)), axes.T @ place, axes.T @ velocity)
 
 
+def _swell(body: Rigid, time: Array, turning: Array, momentum: Array, second: Array) -> Array | None:
+    """What P has besides rotation, in the principal axes: half the change of Q there, and what the axes slip by."""
+    swell = None
+    if body.change is not None or body.deformability is not None:
+        rates = rigid.motion(body, time, turning, momentum)
+        shape = partial(_second_moment, body)
+        swell = 0.5 * jax.jvp(shape, (time, turning[4:]), (jnp.ones_like(time), rates.turning[4:]))[1]
+    if any(dissipates(effect) for effect in body.effects):
+        # The figure turns in matter that has no part in that turn.
+        seen = rigid.view(body, time, turning[:4], turning[4:], momentum)
+        slip = cross_matrix(rigid.in_body(turning[:4], rigid.slips(body, seen).sum(axis=0)))
+        turned = 0.5 * (slip @ second + second @ slip.T)
+        swell = turned if swell is None else swell + turned
+    return swell
+
+
+def dissipates(effect: Any) -> bool:
+    """Whether an effect makes the axes of the body slip."""
+    return type(effect).slip is not Effect.slip
+
+
 def _second_moment(body: Rigid, time: Array, m: Array) -> Array:
     return second_moment_from_inertia(rigid.inertia_in_body(body, time, m))
-
-
-def _slip(body: Rigid, time: Array, turning: Array, momentum: Array) -> Array:
-    seen = rigid.view(body, time, turning[:4], turning[4:], momentum)
-    return rigid.in_body(turning[:4], rigid.slips(body, seen).sum(axis=0))
 
 
 def _virial(effect: Any, seen: Any) -> Array:
