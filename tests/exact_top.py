@@ -81,3 +81,33 @@ def floats(exact):
     return [float(w) for w in exact.angular_velocity], [
         [float(exact.rotation[i, k]) for i in range(3)] for k in range(3)
     ]
+
+
+def heavy_motion(transverse, axial, torque, angles, rates, time, digits=25):
+    """The motion of a symmetric top in gravity at a positive time, a Taylor series of Euler's equations.
+
+    angles: Euler's, zxz, at time 0; rates about the line of nodes, across it and about the axis.
+    """
+    with mp.workdps(digits):
+        a, c, most = (mp.mpf(x) for x in (transverse, axial, torque))
+        phi, theta, psi = (mp.mpf(x) for x in angles)
+        nodal, across, spin = (mp.mpf(x) for x in rates)
+
+        def about_axis(x):
+            return mp.matrix([[mp.cos(x), -mp.sin(x), 0], [mp.sin(x), mp.cos(x), 0], [0, 0, 1]])
+
+        tilted = mp.matrix([[1, 0, 0], [0, mp.cos(theta), -mp.sin(theta)], [0, mp.sin(theta), mp.cos(theta)]])
+        attitude = about_axis(phi) * tilted * about_axis(psi)
+        start = list(about_axis(-psi) * mp.matrix([nodal, across, spin])) + list(attitude)
+
+        def rate(_, y):
+            p, q, r = y[:3]
+            up = y[9:12]  # the vertical in the body: gravity's torque is M up_b, -M up_a
+            found = [((a - c) * q * r + most * up[1]) / a, ((c - a) * r * p - most * up[0]) / a, mp.mpf(0)]
+            for row in range(3):
+                x, y_, z = y[3 + 3 * row : 6 + 3 * row]
+                found += [y_ * r - z * q, z * p - x * r, x * q - y_ * p]
+            return found
+
+        found = mp.odefun(rate, 0, start)(mp.mpf(time))
+        return Motion(found[:3], mp.matrix([found[3 + 3 * row : 6 + 3 * row] for row in range(3)]))

@@ -10,7 +10,7 @@ Source: DLMF chapters 19, 20 and 22 (https://dlmf.nist.gov). Tests: tests/unit/t
 """
 
 from dataclasses import dataclass
-from decimal import Context, Decimal, localcontext
+from decimal import Context, Decimal, getcontext, localcontext
 from fractions import Fraction
 from functools import cached_property
 from numbers import Rational
@@ -30,9 +30,9 @@ _NEGLIGIBLE = 45.0  # terms below exp(-45) of the leading one are left out
 _SPLITTER = 134217729.0  # 2^27 + 1: Dekker's, for the halves of a double
 
 
-def digits():
-    """A context in which Decimals carry 60 digits, whatever the caller's own is."""
-    return localcontext(_CONTEXT)
+def digits(count: int = _DIGITS):
+    """A context in which Decimals carry 60 digits or as many as given, whatever the caller's own is."""
+    return localcontext(_CONTEXT, prec=count)
 
 
 def exact(value: Number) -> Fraction:
@@ -49,8 +49,18 @@ def exact(value: Number) -> Fraction:
 
 
 def decimal(value: Fraction) -> Decimal:
-    """A fraction to 60 digits; within `digits()`."""
+    """A fraction to all digits; within `digits()`."""
     return Decimal(value.numerator) / Decimal(value.denominator)
+
+
+def sine_and_cosine(angle: Fraction) -> tuple[Decimal, Decimal]:
+    """Sine and cosine of an angle of a few radians, to all digits of `digits()`. Test: test_elliptic.py."""
+    size, term, sums, n = decimal(angle), Decimal(1), [Decimal(0), Decimal(0)], 0
+    while n < 2 or (term and term.adjusted() > sums[1].adjusted() - getcontext().prec):
+        sums[n % 2] += term if n % 4 < 2 else -term
+        n += 1
+        term = term * size / n
+    return sums[1], sums[0]
 
 
 def arithmetic_geometric_mean(one: Decimal, other: Decimal) -> Decimal:
@@ -229,6 +239,18 @@ class Clock:
         quarters = np.rint(4.0 * high)
         rest = (high - 0.25 * quarters) + (more + last + start_low)
         return (quarters.astype(int) + 2) % 4 - 2, rest
+
+
+def hyperbolic(rate: Decimal, start: Decimal, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """sech u and tanh u (...,) at u = start + rate x time, sech to round-off of itself; Jacobi's functions for k = 1.
+
+    Test: tests/unit/test_free_top.py.
+    """
+    with digits():
+        high, low = two_parts(rate, start, times)
+    sign = np.where(high < 0, -1.0, 1.0)
+    falling = np.exp(-sign * high) * (1.0 - sign * low)
+    return 2.0 * falling / (1.0 + falling**2), np.tanh(high + low)
 
 
 def unit(quarters: np.ndarray, rest: np.ndarray) -> np.ndarray:

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from astroinertia.rotation.attitude import rotation
-from astroinertia.rotation.elliptic import PI, Clock, complete_integral, decimal, digits, jacobi, unit
-from astroinertia.rotation.free_top import FreeTop, checked_times, clock, hyperbolic
+from astroinertia.rotation.elliptic import PI, Clock, complete_integral, decimal, digits, hyperbolic, jacobi, unit
+from astroinertia.rotation.free_top import FreeTop, checked_times, clock
 from astroinertia.rotation.ripple import limit_ripple, phase_ripple
 
 Array = Any
@@ -102,7 +102,7 @@ def _body_frame_and_phase(top: FreeTop, times: np.ndarray) -> tuple[np.ndarray, 
         of_axes = np.array([float(decimal(each)) for each in top.ordered])
     swing = of_axes * top.amplitudes / float(top.angular_momentum)
     if top.modulus is None:
-        sech, tanh = hyperbolic(top, times)
+        sech, tanh = hyperbolic(top.argument_rate, top.argument_start, times)
         sn, cn, dn = tanh, sech, sech
         ripple = limit_ripple(weight, tanh)
     else:

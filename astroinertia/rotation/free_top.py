@@ -28,8 +28,8 @@ from astroinertia.rotation.elliptic import (
     decimal,
     digits,
     exact,
+    hyperbolic,
     jacobi,
-    two_parts,
 )
 
 Array = Any
@@ -177,17 +177,8 @@ def elliptic_functions(top: FreeTop, times: np.ndarray) -> tuple[np.ndarray, np.
     if top.modulus is not None:
         sn, cn, dn = jacobi(top.modulus, *clock(top).turns(times))
         return cn, sn, dn
-    sech, tanh = hyperbolic(top, times)
+    sech, tanh = hyperbolic(top.argument_rate, top.argument_start, times)
     return sech, tanh, sech
-
-
-def hyperbolic(top: FreeTop, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """sech u and tanh u at times (...,), of motion on the separatrix; sech to round-off of itself."""
-    with digits():
-        high, low = two_parts(top.argument_rate, top.argument_start, times)
-    sign = np.where(high < 0, -1.0, 1.0)
-    falling = np.exp(-sign * high) * (1.0 - sign * low)
-    return 2.0 * falling / (1.0 + falling**2), np.tanh(high + low)
 
 
 def checked_times(times: Array) -> np.ndarray:

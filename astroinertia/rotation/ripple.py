@@ -26,7 +26,7 @@ def phase_ripple(modulus: Modulus, weight: Decimal, quarters: np.ndarray, rest: 
     -i theta_1(w + ih), less w. Test: tests/unit/test_free_attitude.py.
     """
     with digits():
-        if not modulus.square or weight <= 1:
+        if weight <= 1:
             return np.ones_like(rest, dtype=complex)  # the rate is constant
         inverse = 1 / weight  # the pole is where sn^2 is 1/(1 - weight)
         pole = inverse.sqrt() * carlson_rf(1 - inverse, 1 - modulus.complement_square * inverse, Decimal(1))
@@ -57,7 +57,7 @@ def _thetas(log_nome: float, turn: np.ndarray, place: float) -> tuple[np.ndarray
     """-i theta_1 and theta_2 of turn + i place, over a positive factor; 2 place is at most -log_nome."""
     near, beyond = np.zeros_like(turn, dtype=complex), np.zeros_like(turn, dtype=complex)
     for n in range(8):
-        exponent = n * (n + 1) * log_nome + 2 * n * place
+        exponent = n * ((n + 1) * log_nome + 2 * place) if n else 0.0
         if exponent < -_NEGLIGIBLE:
             break
         growing = math.exp(exponent)

@@ -89,6 +89,15 @@ def test_turns_are_counted_to_the_last_digit_of_one_of_them(time):
     np.testing.assert_allclose(elliptic.unit(quarters, rest), [expected], rtol=0, atol=1e-15)
 
 
+@pytest.mark.parametrize("angle", ["0", "1e-40", "0.7", "-1.57", "3.2"])
+def test_sines_have_sixty_digits(angle):
+    with elliptic.digits():
+        found = elliptic.sine_and_cosine(Fraction(angle))
+    with mp.workdps(90):
+        for value, expected in zip(found, (mp.sin(mp.mpf(angle)), mp.cos(mp.mpf(angle))), strict=True):
+            assert abs(mpf(value) - expected) <= mp.mpf(10) ** -58 * min(1, abs(mp.mpf(angle)) + (expected > 0.9))
+
+
 def test_exact_values_of_numbers():
     assert elliptic.exact("0.1") == elliptic.exact(Decimal("0.1")) == Fraction(1, 10)
     assert elliptic.exact(np.float64(0.1)) == Fraction(0.1) != Fraction(1, 10)
