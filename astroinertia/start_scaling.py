@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import jax
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 from scipy.optimize import root_scalar
@@ -11,6 +12,7 @@ from scipy.optimize import root_scalar
 from astroinertia import start
 from astroinertia.bodies.ellipsoid_gravity import potential_energy_tensor
 from astroinertia.bodies.rotation_laws import RotationLaw
+from astroinertia.effects.effect import Effect
 from astroinertia.errors import SceneError
 from astroinertia.inertia.prescribed import change
 from astroinertia.inertia.tensor import inertia_from_second_moment
@@ -23,7 +25,6 @@ from astroinertia.models.scaling import (
     Scaling,
     ShellPressure,
     Shells,
-    acting,
     turning_body,
 )
 from astroinertia.models.series import RADIUS_BINS
@@ -48,7 +49,7 @@ def evolution(scene: Scene, units: CodeUnits) -> Scaling:
     expansion = _expansion(scene, units)
     opening, scale = _body(scene, units)
     effects = effects_of(scene, units)
-    for effect in acting(effects):
+    for effect in _acting(effects):
         if getattr(effect, "magnetic_axis", None) is not None or getattr(effect, "frame", "inertial") == "body":
             raise SceneError(
                 f"[effects.{effect.kind}] is given in the body's axes, which the model scaling does not follow: take "
@@ -61,7 +62,7 @@ def evolution(scene: Scene, units: CodeUnits) -> Scaling:
         told = EXACT + "its size is prescribed"
         return _evolution(opening, Prescribed(curve, scale), effects, end, told, False, tuple(times))
     law, told = _size_law(scene, opening, scale, expansion)
-    if law is None or (isinstance(law, Kepler) and acting(effects)):
+    if law is None or (isinstance(law, Kepler) and _acting(effects)):
         return _evolution(opening, None, effects, end, told, True, (), (scale, scale * expansion))
     return _evolution(opening, law, effects, end, told, isinstance(law, Kepler))
 
@@ -101,21 +102,21 @@ def _evolution(
     body: Homologous, law: SizeLaw | None, effects: tuple[Any, ...], end: float, told: str, free: bool,
     breaks: tuple[float, ...] = (), motion: tuple[float, float] = (1.0, 0.0),
 ) -> Scaling:  # fmt: skip
-    torques = acting(effects)
-    breaks = (*breaks, *(time for effect in torques for time in effect.breaks(0.0, end)))
+    breaks = (*breaks, *(time for effect in _acting(effects) for time in effect.breaks(0.0, end)))
+    torques = {effect.kind: jax.jit(effect.torque) for effect in _acting(effects)}
     names = tuple(effect.kind for effect in effects)
     spin = float(np.linalg.norm(body.angular_momentum))
     # L and work in units of their own size, so that an error allowed in the state means the same for all of it.
     unit = spin if spin > 0 else 1.0
     work_unit = max(body.spin_constant * unit**2, 1e-300)
     if law is not None and not torques:
-        return Scaling(body, law, None, effects, names, (unit, work_unit), told, free)
+        return Scaling(body, law, None, {}, names, (unit, work_unit), told, free)
 
     def slope(time: float, state: np.ndarray) -> np.ndarray:
         momentum = unit * state[2:5]
         scale = float(state[0]) if law is None else law.at(time).scale
         seen = turning_body(body, time, scale, momentum)
-        pulls = [np.asarray(effect.torque(seen), dtype=float) for effect in torques]
+        pulls = [np.asarray(torque(seen), dtype=float) for torque in torques.values()]
         rate = 2 * body.spin_constant * momentum / scale**2  # dT/dL: what the torque works against
         motion = (0.0, 0.0) if law is not None else (state[1], body.acceleration(momentum, scale))
         powers = [pull @ rate / work_unit for pull in pulls]
@@ -123,7 +124,12 @@ def _evolution(
 
     state = np.array([*motion, *(body.angular_momentum / unit), *([0.0] * len(torques))])
     dynamics = Dynamic(slope, state, end, pulsates=not torques, breaks=breaks)
-    return Scaling(body, law, dynamics, effects, names, (unit, work_unit), told, free)
+    return Scaling(body, law, dynamics, torques, names, (unit, work_unit), told, free)
+
+
+def _acting(effects: tuple[Any, ...]) -> list[Any]:
+    """Those of the effects that turn a body."""
+    return [effect for effect in effects if type(effect).torque is not Effect.torque]
 
 
 def _expansion(scene: Scene, units: CodeUnits) -> float:

@@ -11,18 +11,19 @@ keeps the shape, and the size too where this is prescribed. Units with G = 1. Te
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
 
-from astroinertia.effects.effect import Effect
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.models.evolution import Figures, Record
 from astroinertia.models.homology import Dynamic, Size, SizeLaw
 from astroinertia.models.rigid import View
+
+Torque = Callable[[View], Any]
 
 RIGIDITY = "rigidity"
 _ALIGNED = 1e-9  # share of L that may stand across the axis of a body that is no sphere
@@ -163,8 +164,8 @@ class Scaling:
     body: Homologous
     law: SizeLaw | None
     dynamics: Dynamic | None
-    listed: tuple[Any, ...]  # the effects of the scene
-    names: tuple[str, ...]
+    torques: Mapping[str, Torque]  # of the effects that turn the body
+    names: tuple[str, ...]  # of all effects
     units: tuple[float, float]  # of L and of work in the state
     approximation: str
     free: bool  # whether the size follows from the energies, which are then in balance
@@ -272,15 +273,14 @@ class Scaling:
         momentum = self.units[0] * state[2:5]
         if not body.sphere and np.linalg.norm(np.cross(momentum, body.axis)) > _ALIGNED * np.linalg.norm(momentum):
             raise NumericalError("a torque turns the axis of a body that is no sphere: take the model rigid")
-        names = [effect.kind for effect in acting(self.listed)]
-        work = dict(zip(names, self.units[1] * state[5:], strict=True))
+        work = dict(zip(self.torques, self.units[1] * state[5:], strict=True))
         if self.law is not None:
             return self.law.at(time), momentum, work
         return Size(state[0], state[1], body.acceleration(momentum, float(state[0]))), momentum, work
 
     def _torques(self, time: float, size: Size, momentum: np.ndarray) -> dict[str, np.ndarray]:
         seen = turning_body(self.body, time, size.scale, momentum)
-        return {effect.kind: np.asarray(effect.torque(seen), dtype=float) for effect in acting(self.listed)}
+        return {name: np.asarray(torque(seen), dtype=float) for name, torque in self.torques.items()}
 
     def _axis(self, momentum: np.ndarray) -> np.ndarray:
         length = float(np.linalg.norm(momentum))
@@ -323,11 +323,6 @@ class Scaling:
             "rotation_profile": rate,
             "specific_angular_momentum_profile": 2 / 3 * rate * scale**2 * shells.squared_radius,
         }
-
-
-def acting(effects: tuple[Any, ...]) -> list[Any]:
-    """Those of the effects that turn a body."""
-    return [effect for effect in effects if type(effect).torque is not Effect.torque]
 
 
 def turning_body(body: Homologous, time: float, scale: float, momentum: np.ndarray) -> View:
