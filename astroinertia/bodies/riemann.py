@@ -21,12 +21,14 @@ from typing import Literal, Self
 
 import numpy as np
 
+from astroinertia.bodies import maclaurin
 from astroinertia.bodies.ellipsoid_gravity import index_integral, index_symbols
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
 from astroinertia.bodies.roots import root_between
 
 _THINNEST = 1e-8  # b/a and c/a of the needles up to which figures are looked for
 _FLATTEST = 0.1  # (c/a)/(b/a), which is at least 0.303, from which on figures are looked for
+_LOG_ROUNDEST = -30.0  # ln((a - b)/b) from which on figures of given invariants are looked for
 _ROUNDING = 1e-14  # of (Omega +- Lambda)^2, in pi G rho: below it the figure is self-adjoint
 
 
@@ -199,6 +201,48 @@ def from_axis_ratios(
     rate = (plus + minus) / 2
     body = RiemannEllipsoid(b, c, rate**2, internal_rate=product / rate)
     return (body if branch == "direct" else body.adjoint).rescaled(**scale)
+
+
+def from_invariants(angular_momentum: float, circulation: float, **scale: float) -> RiemannEllipsoid:
+    """Return the ellipsoid of given L and circulation pi a b (2 Omega + zeta), both kept by frictionless motion.
+
+    Of all ellipsoids that they allow it has the least energy: a Maclaurin spheroid where L = M circulation/(5 pi) is
+    less than at the dynamical limit. Both have another sign where Omega >= 0 asks for it: then the body is seen from
+    below. On the sequence of a given ratio of the two, which begins at the sphere, there is one for each L. Units of
+    `scale`. ValueError unless both are finite and in range.
+    Source: Lai, Rasio & Shapiro 1993, section 5 (the energy as a function of both). Test: tests/unit/test_riemann.py.
+    """
+    unit = maclaurin.from_eccentricity(0.0, **scale)
+    size = math.sqrt(unit.gravitational_constant * unit.mass**3 * unit.mean_radius)
+    turn, flow = angular_momentum / size, circulation * unit.mass / (5 * math.pi) / size
+    if not (math.isfinite(turn) and math.isfinite(flow)):
+        raise ValueError(f"momentum and circulation are finite, not {angular_momentum!r} and {circulation!r}")
+    if turn < 0:
+        turn, flow = -turn, -flow
+    if abs(flow) > turn:
+        return from_invariants(flow, 5 * math.pi * turn).adjoint.rescaled(**scale)
+    if turn == 0:
+        return RiemannEllipsoid(1.0, 1.0, 0.0).rescaled(**scale)
+    apart = 1 - flow / turn
+    if apart == 0 and turn < maclaurin.dynamical_limit().angular_momentum:
+        spheroid = maclaurin.from_angular_momentum(turn)
+        rate = math.sqrt(spheroid.omega2) / 2  # one rotation in two halves, as where the self-adjoint figures begin
+        return RiemannEllipsoid(1.0, spheroid.c_over_a, rate**2, internal_rate=rate).rescaled(**scale)
+
+    def figure(log_gap: float) -> RiemannEllipsoid:
+        gap = math.exp(log_gap)  # (a - b)/b
+        b = 1 / (1 + gap)
+        # Lambda/Omega from L and its like, (1 - b)^2 and 1 - C/L apart, which may both be small
+        x = ((gap * b) ** 2 - apart * (1 + b * b)) / ((gap * b) ** 2 + 2 * b * apart)
+        return _figure(b, x, {})
+
+    def excess(log_gap: float) -> float:
+        return figure(log_gap).angular_momentum - turn
+
+    ends = _LOG_ROUNDEST, -math.log(_THINNEST) - 1e-6
+    if excess(ends[0]) * excess(ends[1]) > 0:
+        raise ValueError(f"a Riemann ellipsoid with L = {angular_momentum!r} is too close to a sphere or a needle")
+    return figure(root_between(excess, *ends)).rescaled(**scale)
 
 
 def dedekind(b_over_a: float, **scale: float) -> RiemannEllipsoid:

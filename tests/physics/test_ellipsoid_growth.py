@@ -36,8 +36,8 @@ def _derivatives():
     return jax.jit(jax.jacfwd(_in_frame, argnums=(0, 1)))
 
 
-def _all_rates(body, viscosity=0.0):
-    """The 16 eigenvalues of the whole Jacobian on displacements that keep the volume, in (pi G rho)^(1/2)."""
+def _jacobian(body, viscosity=0.0):
+    """The whole Jacobian (16, 16) on displacements that keep the volume, the axes, and the basis (9, 8) of those."""
     frame = ellipsoid_stability.steady_frame(body)
     with jax.enable_x64(True):
         shape = jnp.diag(jnp.asarray(frame.axes))
@@ -47,7 +47,12 @@ def _all_rates(body, viscosity=0.0):
     normal = np.diag(1 / frame.axes).ravel()  # the gradient of det G
     basis = np.linalg.svd(normal[None])[2][1:].T
     whole = np.block([[np.zeros((8, 8)), np.eye(8)], [basis.T @ stiffness @ basis, basis.T @ gyration @ basis]])
-    return np.linalg.eigvals(whole)
+    return whole, frame.axes, basis
+
+
+def _all_rates(body, viscosity=0.0):
+    """Its eigenvalues, in (pi G rho)^(1/2)."""
+    return np.linalg.eigvals(_jacobian(body, viscosity)[0])
 
 
 FIGURES = {
@@ -85,6 +90,29 @@ def test_viscous_changes_are_those_of_the_jacobian(name):
         assert min(abs(whole - rate), abs(whole - rate.conjugate()), key=np.min).min() < 2e-8  # second order: 3e-9
 
 
+@pytest.mark.parametrize(
+    "body", [maclaurin.from_eccentricity(0.9), riemann.dedekind(0.5)], ids=["spheroid", "dedekind"]
+)
+def test_radiative_changes_are_those_of_the_whole_problem(body):
+    """With the fifth derivative of the quadrupole along the motion without it, a linear function of the state."""
+    whole, axes, basis = _jacobian(body)
+    coupling = 1e-7  # (2/5) G/c^5 M R^2/5
+    shape = np.diag(axes)
+    pull = np.zeros((8, 16))
+    fifth = np.linalg.matrix_power(whole, 5)[:8]
+    for k in range(16):
+        moved = (basis @ fifth[:, k]).reshape(3, 3)
+        moment = moved @ shape + shape @ moved.T
+        pull[:, k] = basis.T @ (-coupling * (moment - np.trace(moment) / 3 * np.eye(3)) @ shape).ravel()
+    rates = np.linalg.eigvals(whole + np.vstack([np.zeros((8, 16)), pull]))
+    unit = math.sqrt(math.pi * body.density)
+    speed = (2 / 25 * unit**3 / coupling) ** 0.2
+    found = ellipsoid_secular.radiative_modes(body, speed)
+    for rate, change in zip(found.rates / unit, found.changes / unit, strict=True):
+        closest = min(rates, key=lambda each: min(abs(each - rate), abs(each.conjugate() - rate)))
+        assert closest.real == pytest.approx(change.real, rel=1e-4, abs=1e-13)
+
+
 def _rate(_time, state, arguments):
     deformation, rate = state
     tide, turning, viscosity = arguments
@@ -109,6 +137,16 @@ def _follow(deformation, rate, times, tide=0.0, turning=0.0, viscosity=0.0):
             state = done.state
             history.append((np.asarray(state[0]), np.asarray(state[1])))
     return (np.array(each) for each in zip(*history, strict=True))
+
+
+@pytest.mark.parametrize(("ratio", "f"), [(0.6, -0.7), (0.8, -2.0), (0.5, math.inf), (0.7, 3.0)])
+def test_equilibria_stay_put(ratio, f):
+    """Over about four turns of the figure or of its fluid, to what the steps allow."""
+    body = riemann.from_vorticity_ratio(ratio, f, gravitational_constant=GRAVITY)
+    end = 25 / max(body.angular_velocity, abs(body.internal_angular_velocity))
+    moved, rate = _follow(body.deformation(), body.deformation_rate(), [0.0, end])
+    np.testing.assert_allclose(moved[-1], body.deformation(end), atol=1e-9)
+    np.testing.assert_allclose(rate[-1], body.deformation_rate(end), atol=1e-9)
 
 
 def test_a_bar_grows_as_fast_as_the_spectrum_says():

@@ -114,6 +114,43 @@ def test_both_ways_of_naming_a_figure_agree():
     assert figures[0].vorticity == pytest.approx(0, abs=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("momentum", "flow"),
+    [
+        (0.3, 0.2),
+        (0.3, 0.2999999),
+        (0.3, 0.3),
+        (0.6, 0.6),
+        (0.1, 0.4),
+        (-0.4, 0.1),
+        (0.0, 0.3),
+        (0.2, 0.0),
+        (1e-4, 0.0),
+    ],
+)
+def test_figure_of_given_momentum_and_circulation(momentum, flow):
+    """Both come out, but for a common sign, and no ellipsoid near it that keeps both has less energy."""
+    unit = math.sqrt(0.5 * 2.0**3 * 3.0)
+    body = riemann.from_invariants(momentum * unit, flow * unit * 5 * math.pi / 2.0, **SCALE)
+    found = body.angular_momentum / unit, body.mass * body.circulation / (5 * math.pi) / unit
+    assert [abs(each) for each in found] == pytest.approx([abs(momentum), abs(flow)], abs=1e-14)
+    assert found[0] * found[1] == pytest.approx(momentum * flow, abs=1e-14)
+
+    def energy(b, c):
+        a, b, c = np.array([1.0, b, c]) / (b * c) ** (1 / 3)
+        both = (momentum + flow) ** 2 / (a + b) ** 2 + ((momentum - flow) / (a - b)) ** 2 if momentum != flow else (
+            2 * momentum / (a + b)
+        ) ** 2  # fmt: skip
+        return 1.25 * both + gravitational_energy([a, b, c])
+
+    least = energy(body.b_over_a, body.c_over_a)
+    assert least == pytest.approx(body.total_energy / (0.5 * 2.0**2 / 3.0), rel=1e-12)
+    gap = 1e-3 * max(1 - body.b_over_a, 1e-2)
+    for step in ((-gap, 0), (gap if body.b_over_a < 1 else 0, 0), (0, 1e-4), (0, -1e-4), (-gap, -1e-4), (-gap, 1e-4)):
+        if any(step):
+            assert energy(body.b_over_a + step[0], body.c_over_a + step[1]) > least
+
+
 def test_published_figure():
     """b/a = 0.41, c/a = 0.385 in Ou 2006, ApJ 639, 549: 0.547874 and 0.079886 in (pi G rho)^(1/2)."""
     body = riemann.from_axis_ratios(0.41, 0.385)
@@ -145,6 +182,8 @@ def test_what_does_not_exist_is_refused():
         lambda: riemann.from_vorticity_ratio(0.5, math.nan),
         lambda: riemann.from_rate_ratio(0.5, math.nan),
         lambda: riemann.dedekind(0.5, mass=-1.0),
+        lambda: riemann.from_invariants(math.inf, 0.0),
+        lambda: riemann.from_invariants(1e9, 0.0),
     ):
         with pytest.raises((ValueError, AstroinertiaError)):
             call()
