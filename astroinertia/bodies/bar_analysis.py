@@ -18,7 +18,7 @@ import numpy as np
 
 from astroinertia.bodies import jacobi
 from astroinertia.bodies.ellipsoid_gravity import gravitational_energy
-from astroinertia.inertia.tensor import axial_vector
+from astroinertia.inertia.tensor import axial_vector, twice_symmetric
 
 _FEWEST = 3  # points that a growth rate is fitted to
 
@@ -62,12 +62,12 @@ def bar_history(
     matrix, rate = np.asarray(deformation, float), np.asarray(deformation_rate, float)
     if matrix.shape[-2:] != (3, 3) or rate.shape != matrix.shape:
         raise ValueError(f"F and dF/dt are (..., 3, 3) each, not {matrix.shape} and {rate.shape}")
-    plane = _plane(np.asarray(axis, float))
     adjoint, adjoint_rate = np.swapaxes(matrix, -1, -2), np.swapaxes(rate, -1, -2)
+    mixed, mixed_adjoint = matrix @ adjoint_rate, adjoint @ rate
     moment = mass * mean_radius**2 / 5
     axes = mean_radius * np.linalg.svd(matrix, compute_uv=False)
-    strength, phase, pattern = _bar(matrix, rate, plane)
-    internal = -_bar(adjoint, adjoint_rate, plane)[2]
+    strength, phase, pattern = bar(matrix @ adjoint, mixed, axis)
+    internal = -bar(adjoint @ matrix, mixed_adjoint, axis)[2]
     kinetic = 0.5 * moment * (rate**2).sum((-1, -2))
     binding = np.array([gravitational_energy(each, mass, gravitational_constant) for each in axes.reshape(-1, 3)])
     # b/a + a/b in the plane of the bar: 2/(1 - eta^2)^(1/2)
@@ -81,12 +81,41 @@ def bar_history(
         pattern,
         internal,
         vorticity_ratio,
-        axial_vector(moment * matrix @ adjoint_rate),
-        axial_vector(moment * adjoint_rate @ matrix),
+        axial_vector(moment * mixed),
+        -axial_vector(moment * mixed_adjoint),
         kinetic,
         kinetic / -binding.reshape(kinetic.shape),
         axes[..., 1] / axes[..., 0] < jacobi.pear_bifurcation().b_over_a,
     )
+
+
+def bar(second_moment, mixed_moment, axis=(0.0, 0.0, 1.0)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return strength eta, phase and pattern speed (...,) of the bar of any body, from its Q and P = sum m x (x) v.
+
+    second_moment and mixed_moment (..., 3, 3), as every dataset has them; axis (3,): the line of sight. The phase is
+    within pi of the first direction across the axis (x for z); without a bar the pattern speed is nan. ValueError for
+    an axis of length 0. Source: Saijo et al. 2001. Test: tests/unit/test_bar_analysis.py.
+    """
+    plane = _plane(np.asarray(axis, float))
+    mixed = np.asarray(mixed_moment, float)
+    seen, change = (plane @ each @ plane.T for each in (np.asarray(second_moment, float), twice_symmetric(mixed)))
+    plus, cross = seen[..., 0, 0] - seen[..., 1, 1], 2 * seen[..., 0, 1]
+    turning = plus * 2 * change[..., 0, 1] - cross * (change[..., 0, 0] - change[..., 1, 1])
+    size2 = plus**2 + cross**2
+    pattern = np.divide(turning, 2 * size2, out=np.full_like(size2, np.nan), where=size2 > 0)
+    strength = np.sqrt(size2) / (seen[..., 0, 0] + seen[..., 1, 1])
+    return strength, np.arctan2(cross, plus) / 2, pattern
+
+
+def circulation_of_moments(second_moment, mixed_moment, kinetic_tensor) -> np.ndarray:
+    """Return the size (...,) of the circulation vector of `bar_history` from Q, P and K (..., 3, 3) of an ellipsoid.
+
+    (tr(Q K) - tr(P P))^(1/2): of another flow it is an upper limit, in which the spread of velocities counts.
+    Source: P = q F (dF/dt)^T and K = q dF/dt (dF/dt)^T. Test: tests/unit/test_bar_analysis.py.
+    """
+    moved, mixed, kinetic = (np.asarray(each, float) for each in (second_moment, mixed_moment, kinetic_tensor))
+    square = np.einsum("...ij,...ji->...", moved, kinetic) - np.einsum("...ij,...ji->...", mixed, mixed)
+    return np.sqrt(np.maximum(square, 0.0))
 
 
 def growth_rate(times, strength, low: float, high: float) -> float:
@@ -117,16 +146,3 @@ def _plane(axis: np.ndarray) -> np.ndarray:
     first = np.array([1.0, 0.0, 0.0]) if np.array_equal(pole, [0.0, 0.0, 1.0]) else np.cross(aside, pole)
     first = first / np.linalg.norm(first)
     return np.stack([first, np.cross(pole, first)])
-
-
-def _bar(matrix: np.ndarray, rate: np.ndarray, plane: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Strength, phase and rate of the phase of the distortion of F F^T in a plane."""
-    rows, changes = plane @ matrix, plane @ rate
-    (xx, xy), (_, yy) = np.moveaxis(rows @ np.swapaxes(rows, -1, -2), (-2, -1), (0, 1))
-    mixed = rows @ np.swapaxes(changes, -1, -2)
-    (dxx, dxy), (_, dyy) = np.moveaxis(mixed + np.swapaxes(mixed, -1, -2), (-2, -1), (0, 1))
-    plus, cross = xx - yy, 2 * xy
-    size2 = plus**2 + cross**2
-    turning = plus * 2 * dxy - cross * (dxx - dyy)
-    pattern = np.divide(turning, 2 * size2, out=np.full_like(size2, np.nan), where=size2 > 0)
-    return np.sqrt(size2) / (xx + yy), np.arctan2(cross, plus) / 2, pattern
