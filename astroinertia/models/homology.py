@@ -72,8 +72,9 @@ class Prescribed:
 class Kepler:
     """s'' = repulsion/s^3 - attraction/s^2 from a scale and a rate at time 0, in closed form for any energy.
 
-    In the variable ds with dt = s ds the motion is linear: s = s_0 G_0 + s_0 s_0' G_1 + attraction G_2 with Stumpff's
-    functions G_k of -2E. Cold and at rest it is the cycloid of free fall.
+    A pulsation is Kepler's ellipse, from its least size on, so that hard bounces keep their digits. Else, in the
+    variable ds with dt = s ds the motion is linear: s = s_0 G_0 + s_0 s_0' G_1 + attraction G_2 with Stumpff's functions
+    G_k of -2E. Cold and at rest it is the cycloid of free fall.
     Source: Stiefel & Scheifele 1971, Linear and Regular Celestial Mechanics, section 11.
     """
 
@@ -112,12 +113,37 @@ class Kepler:
             scale = math.hypot(self.scale + self.rate * time, math.sqrt(self.repulsion) * time / self.scale)
             momentum = (self.scale + self.rate * time) * self.rate + self.repulsion * time / self.scale**2
             return Size(scale, momentum / scale, self.repulsion / scale**3)
-        left = math.fmod(time, self.period) if math.isfinite(self.period) else time
-        step = self._step_at(left) if left > 0 else 0.0
+        if math.isfinite(self.period):
+            return self._pulsating(time)
+        step = self._step_at(time) if time > 0 else 0.0
         scale, _, momentum = self._moved(step)
         if not scale > 0:
             raise _collapsed(self.collapse_time)
         return Size(scale, momentum / scale, (self.repulsion / scale - self.attraction) / scale**2)
+
+    def _pulsating(self, time: float) -> Size:
+        # The eccentric anomaly runs from the least size, which is known to its last digit; so is s then.
+        half = self.attraction / (-2 * self.energy)
+        speed = math.sqrt(self.attraction * half)
+        least = self._least(half)
+        eccentricity, rest = 1 - least / half, least / half
+        start = math.atan2(self.scale * self.rate / speed, 1 - self.scale / half)
+
+        def mean(anomaly: float) -> float:
+            return _excess_over_sine(anomaly) + rest * math.sin(anomaly)
+
+        wanted = mean(start) + 2 * math.pi * math.fmod(time, self.period) / self.period
+        wanted -= 2 * math.pi * round(wanted / (2 * math.pi))
+        found = root_scalar(lambda x: mean(x) - wanted, bracket=(-3.2, 3.2), xtol=1e-300, rtol=1e-14).root
+        scale = least + 2 * half * eccentricity * math.sin(0.5 * found) ** 2
+        rate = speed * eccentricity * math.sin(found) / scale
+        return Size(scale, rate, (self.repulsion / scale - self.attraction) / scale**2)
+
+    def _least(self, half: float) -> float:
+        # The smaller root of 2 E s^2 + 2 attraction s - repulsion, without cancellation.
+        return self.repulsion / (
+            self.attraction * (1 + math.sqrt(max(0.0, 1 - self.repulsion / (self.attraction * half))))
+        )
 
     def _step_at(self, time: float) -> float:
         """The linear variable at a time after 0, to the last digit: dt/ds is the size itself."""
@@ -175,6 +201,17 @@ def _stumpff(alpha: float, step: float) -> tuple[float, float, float, float]:
         g0, g1 = math.cosh(root * step), math.sinh(root * step) / root
     half = _half_sine(alpha, root, step)
     return g0, g1, half, (step - g1) / alpha
+
+
+def _excess_over_sine(x: float) -> float:
+    # x - sin x, by its series where that would cancel
+    if abs(x) > 0.5:
+        return x - math.sin(x)
+    total, term = 0.0, x**3 / 6
+    for k in range(2, 12):
+        total += term
+        term *= -x * x / ((2 * k) * (2 * k + 1))
+    return total
 
 
 def _half_sine(alpha: float, root: float, step: float) -> float:
