@@ -1,0 +1,82 @@
+"""The scenes of precession, wobble and tumbling do what their heads say."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import astroinertia
+from astroinertia.rotation.harmonic_fit import harmonic_fit
+from astroinertia.rotation.precession import ARCSECOND, ARCSECOND_PER_YEAR
+from astroinertia.rotation.tumbling import divergence
+from astroinertia.scene import load
+from astroinertia.studies import turning_planets
+
+SIMS = Path(__file__).parents[2] / "sims"
+DAY = 86400.0
+
+
+def ran(name, tmp_path, *settings):
+    scene = load.load_file(SIMS / f"{name}.toml", settings)
+    return astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run"))
+
+
+def directions(dataset):
+    momentum = dataset["angular_momentum"].transpose("time", "i").values
+    return dataset["time"].values, momentum / np.linalg.norm(momentum, axis=1, keepdims=True)
+
+
+def rates_in_the_body(dataset):
+    attitude, rates = dataset["attitude"].values, dataset["angular_velocity"].transpose("time", "i").values
+    return np.einsum("tki,ti->tk", attitude, rates)
+
+
+@pytest.mark.parametrize(
+    ("name", "planet", "rate"),
+    [("earth_precession", turning_planets.earth, 50.406), ("mars_precession", turning_planets.mars, 7.603)],
+)
+def test_axes_go_back(name, planet, rate, tmp_path):
+    known = planet()
+    times, axes = directions(ran(name, tmp_path))
+    longitude = np.pi / 2 - np.unwrap(np.arctan2(axes[:, 1], axes[:, 0]))
+    found = harmonic_fit(times, longitude, known.frequencies, known.phases)
+    assert found.rate / ARCSECOND_PER_YEAR == pytest.approx(rate, abs=0.001)
+    if name == "earth_precession":
+        tilt = harmonic_fit(times, np.arccos(axes[:, 2]), known.frequencies, known.phases)
+        assert -found.sine[0] / ARCSECOND == pytest.approx(17.28, abs=0.01)
+        assert tilt.cosine[0] / ARCSECOND == pytest.approx(9.23, abs=0.01)
+    else:
+        steady = longitude - found.offset - found.rate * times
+        assert np.abs(steady).max() / ARCSECOND == pytest.approx(1.7, abs=0.15)
+
+
+@pytest.mark.parametrize(("love_number", "days"), [(0.298, 445.39), (1e-9, 303.62)])
+def test_the_pole_wobbles(love_number, days, tmp_path):
+    settings = (f"effects.rotational_deformation.love_number={love_number}", "time.end=250 d")
+    dataset = ran("chandler_wobble", tmp_path, *settings)
+    rates = rates_in_the_body(dataset)
+    pole = (rates[:, 0] + 1j * rates[:, 1]) / rates[:, 2]
+    np.testing.assert_allclose(np.abs(pole) / ARCSECOND, 0.2, atol=1e-6)  # in a circle
+    turning = np.polyfit(dataset["time"].values, np.unwrap(np.angle(pole)), 1)[0]
+    assert 2 * np.pi / turning / DAY == pytest.approx(days, abs=0.01)
+
+
+def test_hyperion_tumbles(tmp_path):
+    scene = load.load_file(SIMS / "hyperion.toml")
+    dataset = ran("hyperion", tmp_path)
+    rates, period = rates_in_the_body(dataset), scene.companions[0].period
+    spin = np.linalg.norm(rates, axis=1) * period / (2 * np.pi)
+    assert (spin.min(), spin.max()) == pytest.approx((3.31, 4.50), abs=0.02)
+    _, directed = directions(dataset)
+    assert np.degrees(np.arccos(directed @ directed[0])).max() == pytest.approx(129, abs=2)
+    about = np.unwrap(np.arctan2(rates[:, 2], rates[:, 1]))[:110]
+    assert 2 * np.pi / abs(np.polyfit(dataset["time"].values[:110], about, 1)[0]) / DAY == pytest.approx(16.9, abs=0.3)
+    # The same motion by other equations, and what of it is left for how long.
+    body, orbit = scene.body, scene.companions[0]
+    motion = 2 * np.pi / period
+    along = np.array(body.rotation.axis) * body.rotation.rate
+    other = divergence(body.moment_ratios, orbit.eccentricity, body.axes_at_start, along, motion, orbits=2)
+    at = np.interp(2 * period, dataset["time"].values, np.linalg.norm(rates, axis=1))
+    assert np.linalg.norm(other.angular_velocity) == pytest.approx(at, rel=3e-3)
+    longer = divergence(body.moment_ratios, orbit.eccentricity, body.axes_at_start, along, motion, orbits=200)
+    assert longer.lyapunov_time / DAY == pytest.approx(68.0, rel=0.3)
