@@ -28,7 +28,7 @@ ABSENT = {
     "mixed_impulse": "the mixed moment follows from attitude and spin, and is not summed up",
     "inertia_tensor_evolved": "the inertia tensor follows from the attitude, and is not integrated",
     "ledger_closure": "the inertia tensor follows from the attitude, and is not integrated",
-    "internal_energy": "the body has no pressure; the heat of internal dissipation is in heating",
+    "internal_energy": "nothing heats the body",
     "gravitational_energy": "the body keeps its shape, whatever holds it",
     **dict.fromkeys(("radius_profile", "density_profile", "density_max", "rotation_profile"), _FEW),
     **dict.fromkeys(("specific_angular_momentum_profile", "mode_amplitude", "mode_phase"), _FEW),
@@ -78,7 +78,7 @@ class RigidBody:
         opening = self._ledger()
         self._opening = {
             "energies": np.array(self._energies(opening)),
-            "swelling": self._energies(opening)[0] - self._spin_energy(),
+            "swelling": self._energies(opening)[0] - float(opening.spin_energy),
             "potentials": np.asarray(opening.potential),
             "velocity": np.asarray(opening.moments.velocity),
         }
@@ -115,6 +115,8 @@ class RigidBody:
         mass = float(self.body.mass)
         velocity = np.asarray(moments.velocity)
         pushed = np.array([effect.kind == "pivot" for effect in self.body.effects] + [False])
+        heats = np.array([*map(dissipates, self.body.effects), False])
+        heat = -work[heats].sum()
         unexplained = energy - self._opening["energies"][0] - work.sum()
         for number, effect in enumerate(self.body.effects):
             if effect.conservative:
@@ -136,10 +138,11 @@ class RigidBody:
             "force": np.asarray(found.force),
             "impulse": mass * np.outer(pushed, velocity - self._opening["velocity"]),
             "work": work,
-            "heating": np.where([*map(dissipates, self.body.effects), False], -work, 0.0),
+            "heating": np.where(heats, -work, 0.0),
             "kinetic_energy": energy,
+            "internal_energy": heat if heats.any() else np.nan,
             "potential_energy": potential,
-            "total_energy": energy + potential,
+            "total_energy": energy + potential + heat,
             "integration_energy_error": unexplained,
             "timestep": self._timestep,
         }
@@ -165,8 +168,9 @@ class RigidBody:
 
     def figures(self) -> Figures:
         """What the progress line shows."""
-        energy, potential = self._energies(self._ledger())
-        return Figures(energy + potential, max(energy, abs(potential), 1e-300), math.nan, math.nan)
+        found = self.record(0.0)
+        scale = max(found["kinetic_energy"], abs(found["potential_energy"]), 1e-300)
+        return Figures(found["total_energy"], scale, math.nan, math.nan)
 
     def _split(self, body: Rigid, until: float) -> None:
         free = not body.effects and body.deformability is None
@@ -264,11 +268,8 @@ class RigidBody:
         by_size = 0.0
         if self.body.change is not None:
             # What it does to the spin is summed up; its own motion is that of the prescribed size.
-            by_size = books[1] + self._energies(found)[0] - self._spin_energy() - self._opening["swelling"]
+            by_size = books[1] + self._energies(found)[0] - float(found.spin_energy) - self._opening["swelling"]
         return np.append(work, by_size)
-
-    def _spin_energy(self) -> float:
-        return float(rigid.rotational_energy(self.body, jnp.asarray(self._time), self.state.momentum_in_body))
 
     def _momentum_and_energy_units(self) -> tuple[float, float]:
         """In which the adaptive integrator's errors are measured: those at the start, or those of a radian a time."""

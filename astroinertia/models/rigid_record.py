@@ -35,9 +35,13 @@ class Moments(NamedTuple):
 
 
 class Ledger(NamedTuple):
-    """Moments, virial tensors (E + 1, 3, 3) and torques (E + 1, 3), net forces (E + 1, 3) and potentials (E,)."""
+    """Moments, virial tensors (E + 1, 3, 3) and torques (E + 1, 3), net forces (E + 1, 3) and potentials (E,).
+
+    spin_energy is that of the rotation alone.
+    """
 
     moments: Moments
+    spin_energy: Array
     attitude: Array
     virial: Array
     torque: Array
@@ -63,6 +67,7 @@ def ledger(body: Rigid, time: Array, turning: Array, momentum: Array) -> Ledger:
     potentials = [effect.potential(seen) for effect in body.effects]
     return Ledger(
         moments=found,
+        spin_energy=rigid.rotational_energy(body, time, turning[4:]),
         attitude=seen.attitude,
         virial=virial,
         torque=axial_vector(virial),
