@@ -22,8 +22,11 @@ SECTIONS: dict[str, str] = {
     "interiors": "Interiors and moment ratios of the Earth and the planets",
     "neutron_stars": "Neutron stars in general relativity",
     "ellipsoid_motion": "Ellipsoids that move: instability, Riemann's figures, collapse",
-    "tops": "Free tops: closed forms, and the integrators against them",
+    "exact_motions": "Exact motions of ellipsoids, from scene to record",
+    "tops": "Free and heavy tops: closed forms, and an integrator against them",
+    "rebound": "Orbits and spins, against REBOUND",
     "precession": "Precession, wobble and spin states of planets, moons and pulsars",
+    "turning_planets": "The Earth and Mars integrated under Sun, Moon and planets",
     "pulsars": "Pulsars, accretion and collapse",
     "particles": "A short run of particles: what its books say",
 }

@@ -1,10 +1,12 @@
-"""Free and driven tops: closed forms, and the integrators held to them."""
+"""Free and heavy tops: closed forms, and the integrators held to them."""
+
+import math
 
 import jax
 import numpy as np
 
 from astroinertia.integrate import rigid_splitting
-from astroinertia.rotation import free_attitude, free_top
+from astroinertia.rotation import free_attitude, free_top, heavy_top
 from astroinertia.rotation.attitude import attitude_of_quaternion
 from astroinertia.verify.comparison import Found
 
@@ -48,4 +50,18 @@ def splitting() -> Found:
     }
 
 
-COMPUTATIONS = (closed_forms, splitting)
+def heavy() -> Found:
+    """The heavy symmetric top with A = M = 2, C = 1: steady precession, sleep; and a pendulum, A = C = M = 1."""
+    slow, fast = heavy_top.steady_precession_rates(2.0, 1.0, 2.0, math.pi / 3, 3.0)
+    steady = heavy_top.heavy_top(2.0, 1.0, 2.0, math.pi / 3, (0.0, math.sin(math.pi / 3), 3.0))
+    pendulum = heavy_top.heavy_top(1.0, 1.0, 1.0, math.pi / 2, (0.0, 0.0, 0.0))
+    return {
+        "heavy_slow": slow,
+        "heavy_fast": fast,
+        "heavy_steady": heavy_top.precession_rate(steady),
+        "heavy_sleeping": heavy_top.least_sleeping_spin(2.0, 1.0, 2.0),
+        "heavy_pendulum": 2.0 * heavy_top.nutation_period(pendulum),  # the tilt repeats on either side
+    }
+
+
+COMPUTATIONS = (closed_forms, splitting, heavy)
