@@ -1,0 +1,54 @@
+"""What holds for every model without particles, shown on every scene of sims that one of them answers."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import astroinertia
+from astroinertia.archive import Archive
+from astroinertia.dataset_schema import DERIVED, RECORDED
+from astroinertia.scene import load
+from astroinertia.scene.schema import Scene
+
+SIMS = Path(__file__).parent.parent.parent / "sims"
+SCENES = sorted(path.stem for path in SIMS.glob("*.toml") if load.load_file(path).model != "sph")
+CRASH_AT = 4  # the checkpoint at which a run is made to crash
+
+
+def shortened(name: str) -> Scene:
+    whole = load.load_file(SIMS / f"{name}.toml")
+    unit = "" if whole.dimensionless else " s"
+    end, every = (f"{value!r}{unit}" for value in (whole.time.end / 20, whole.time.end / 200))
+    return load.load_file(
+        SIMS / f"{name}.toml", [f"time.end={end}", f"output.series_every={every}", "output.checkpoint_seconds=0"]
+    )
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_run_that_crashes_goes_on_bit_for_bit_and_has_the_whole_schema(name, tmp_path, monkeypatch):
+    scene = shortened(name)
+    whole = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "whole"))
+    assert set(whole.data_vars) >= set(RECORDED) | set(DERIVED)
+    for variable in whole.data_vars.values():
+        if variable.dtype.kind == "f" and variable.size and np.isnan(variable.values).all():
+            assert variable.attrs["reason"]
+    assert whole.attrs["approximation"] and whole.sizes["time"] == 11
+
+    seal, sealed = Archive.write_checkpoint, []
+
+    def crash(archive, arrays, scalars):
+        sealed.append(scalars)
+        if len(sealed) == CRASH_AT:
+            raise OSError("the power is gone")
+        seal(archive, arrays, scalars)
+
+    monkeypatch.setattr(Archive, "write_checkpoint", crash)
+    with pytest.raises(OSError, match="power"):
+        astroinertia.run_scene(scene, tmp_path / "parts")
+    monkeypatch.undo()
+    parts = astroinertia.open(astroinertia.resume(tmp_path / "parts"))
+    assert parts.sizes == whole.sizes
+    for variable in whole.data_vars:
+        if variable != "wall_time":
+            np.testing.assert_array_equal(parts[variable].values, whole[variable].values, err_msg=str(variable))
