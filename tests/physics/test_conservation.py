@@ -14,7 +14,11 @@ from astroinertia.models.series import energy_budget, series_record
 from astroinertia.scene import load
 from tests.evolve import prepared
 
-SIMS = sorted((Path(__file__).parent.parent.parent / "sims").glob("*.toml"))
+SIMS = sorted(
+    path
+    for path in (Path(__file__).parent.parent.parent / "sims").glob("*.toml")
+    if load.load_file(path).model == "sph"
+)
 STEPS = 1000
 
 
