@@ -8,7 +8,9 @@ bend fast; eight more points in each of them measure the error.
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -16,6 +18,7 @@ import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.tensor import namespace
+from astroinertia.units import CodeUnits
 
 Array = Any
 
@@ -24,6 +27,7 @@ _COEFFICIENTS = 2 * _FITTED
 _MOST_HALVINGS = 24  # of the first segment: orbits with a pericentre at 1e-5 of the distance
 _TOLERANCE = 1e-13
 _TOLERANCE_WHFAST = 1e-8
+_TOLERANCE_ARCHIVE = 1e-8  # between its snapshots
 _ROUND_OFF = 1e-15  # of coefficients over the distance
 _FIRST = 4.0  # of the first segment, in units of the shortest time of the orbits: about right where they are circles
 _MOST_BYTES = 2e9  # of coefficients
@@ -38,10 +42,10 @@ _AT_FIT, _AT_CHECK = slice(0, None, 2), slice(1, None, 2)
 class Ephemeris:
     """Positions of companions relative to the body, and their masses (N,), from `start` to `end`.
 
-    `segment` (T,) is the number of the segment at each of T equal parts of the time, `middle` and `half_length` (S,)
-    are those of the segments, and `coefficients` (S, 18, N, 3) multiply Chebyshev polynomials of (t - middle) over
-    half_length. `error` is the largest distance of a companion at the points of the check from where REBOUND has it,
-    over its distance from the body.
+    `segment` (T,) is the number of the segment at the beginning of each of T equal parts of the time, none of which
+    meets more than two; `middle` and `half_length` (S,) are those of the segments, and `coefficients` (S, 18, N, 3)
+    multiply Chebyshev polynomials of (t - middle)/half_length. `error` is the largest distance of a companion, at the
+    points of the check, from where REBOUND has it, over its distance from the body.
     """
 
     start: Array
@@ -69,8 +73,11 @@ class Ephemeris:
         parts = self.segment.shape[0]
         part = jnp.floor((time - self.start) / (self.end - self.start) * parts).astype(int)
         number = jnp.asarray(self.segment)[jnp.clip(part, 0, parts - 1)]
-        half_length = jnp.asarray(self.half_length)[number]
-        place = (time - jnp.asarray(self.middle)[number]) / half_length
+        middle, half_length = jnp.asarray(self.middle), jnp.asarray(self.half_length)
+        late = time > middle[number] + half_length[number]
+        number = jnp.where(late, jnp.minimum(number + 1, middle.shape[0] - 1), number)
+        half_length = half_length[number]
+        place = (time - middle[number]) / half_length
         covered = (time >= self.start) & (time <= self.end)
         return jnp.where(covered, place, jnp.nan), jnp.asarray(self.coefficients)[number], half_length
 
@@ -83,16 +90,76 @@ def ephemeris(bodies: Any, end: float, tolerance: float | None = None) -> Epheme
     smooth. ValueError where there is no companion or no time; NumericalError where the tolerance is not reached, or
     where the table would outgrow the memory. Checked by tests/unit/test_ephemeris.py.
     """
-    # Only here: what reads an ephemeris does without REBOUND.
-    from astroinertia.orbits import states
-
     start, span = float(bodies.t), float(end) - float(bodies.t)
     if bodies.N < 2:
         raise ValueError("an ephemeris needs a companion")
     if not span > 0.0:
         raise ValueError(f"the ephemeris ends at {end:g}, which is not after its start at {start:g}")
+    found = _segments(bodies, span, _allowed(bodies, tolerance))
+    return _table(bodies, start, end, start + found.middle, found.half_length, found.coefficients, found.error)
+
+
+def archive_ephemeris(
+    path: str | Path, end: float, body: str | int | None = None, units: CodeUnits | None = None,
+    tolerance: float = _TOLERANCE_ARCHIVE,
+) -> Ephemeris:  # fmt: skip
+    """The orbits that a REBOUND SimulationArchive holds, relative to a body, from its first snapshot (time 0) to `end`.
+
+    body and units are those of `orbits.archive.snapshots`. From each snapshot REBOUND goes on to the next, where the
+    two must meet within the tolerance, over the distance: so forces that the archive does not know are noticed.
+    ValueError for what is no such archive or ends before `end`; NumericalError where snapshots do not meet. Checked by
+    tests/unit/test_orbit_archive.py.
+    """
+    from astroinertia.orbits import archive, states
+
+    stored = archive.snapshots(path, body, units)
+    first, last = stored[0], stored[-1]
+    if first.N < 2:
+        raise ValueError("an ephemeris needs a companion")
+    if not 0.0 < end <= last.t:
+        raise ValueError(f"the archive goes from time 0 to {last.t:g} of this run, which does not reach {end:g}")
+    pieces, starts, worst = [], [], 0.0
+    for now, following in pairwise(stored):
+        if now.t >= end:
+            break
+        piece = _segments(now, following.t - now.t, _TOLERANCE)
+        met, stood = (states.present(each)[0] for each in (piece.last, following))
+        apart = np.max(np.linalg.norm(met - stood, axis=1) / np.linalg.norm(stood, axis=1))
+        if not apart <= tolerance:
+            raise NumericalError(
+                f"the archive's next snapshot is {apart:.1e} of the distance from where gravity alone leads", time=now.t
+            )
+        pieces.append(piece)
+        starts.append(now.t)
+        worst = max(worst, piece.error, apart)
+    middle = np.concatenate([start + piece.middle for start, piece in zip(starts, pieces, strict=True)])
+    half_length, coefficients = (
+        np.concatenate([getattr(piece, name) for piece in pieces]) for name in ("half_length", "coefficients")
+    )
+    return _table(first, 0.0, end, middle, half_length, coefficients, worst)
+
+
+class _Segments(NamedTuple):
+    """Polynomials from a simulation's time on, the largest error, and the simulation at their end."""
+
+    middle: np.ndarray
+    half_length: np.ndarray
+    coefficients: np.ndarray
+    error: float
+    last: Any
+
+
+def _allowed(bodies: Any, tolerance: float | None) -> float:
+    if tolerance is not None:
+        return tolerance
+    return _TOLERANCE_WHFAST if str(bodies.integrator) == "whfast" else _TOLERANCE
+
+
+def _segments(bodies: Any, span: float, allowed: float) -> _Segments:
+    # Only here: what reads an ephemeris does without REBOUND.
+    from astroinertia.orbits import states
+
     fixed = str(bodies.integrator) == "whfast"
-    allowed = (_TOLERANCE_WHFAST if fixed else _TOLERANCE) if tolerance is None else tolerance
     level = first = max(0, math.ceil(math.log2(span / (_FIRST * states.shortest_time(bodies)))))
     number, worst, before, parts = 0, 0.0, bodies.copy(), []
     while number < 2**level:
@@ -110,17 +177,29 @@ def ephemeris(bodies: Any, end: float, tolerance: float | None = None) -> Epheme
         else:
             number, level = 2 * number, level + 1
         _refuse_more(len(parts) * coefficients.nbytes, level - first, error, allowed)
-    deepest = max(part[1] for part in parts)
-    half_lengths = np.array([0.5 * span / 2**level for _, level, _ in parts])
+    half_length = np.array([0.5 * span / 2**level for _, level, _ in parts])
+    middle = half_length * [2 * number + 1 for number, _, _ in parts]
+    return _Segments(middle, half_length, np.array([coefficients for *_, coefficients in parts]), worst, before)
+
+
+def _table(
+    bodies: Any, start: float, end: float, middle: np.ndarray, half_length: np.ndarray, coefficients: np.ndarray,
+    error: float,
+) -> Ephemeris:  # fmt: skip
+    from astroinertia.orbits import states
+
+    parts = max(1, math.ceil((end - start) / (2.0 * half_length.min()) * (1.0 - 1e-9)))
+    _refuse_more(8.0 * parts, 0, error, error)
+    opening = start + (end - start) / parts * np.arange(parts)
     return Ephemeris(
         start=np.float64(start),
         end=np.float64(end),
-        segment=np.repeat(np.arange(len(parts)), [2 ** (deepest - level) for _, level, _ in parts]),
-        middle=start + half_lengths * [2 * number + 1 for number, _, _ in parts],
-        half_length=half_lengths,
-        coefficients=np.array([coefficients for _, _, coefficients in parts]),
+        segment=np.searchsorted((middle + half_length)[:-1], opening, side="right"),
+        middle=middle,
+        half_length=half_length,
+        coefficients=coefficients,
         mass=states.masses(bodies)[1:],
-        error=np.float64(worst),
+        error=np.float64(error),
         names=tuple(states.names(bodies)[1:]),
     )
 
