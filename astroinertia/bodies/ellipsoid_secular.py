@@ -34,8 +34,11 @@ from astroinertia.bodies.ellipsoid_stability import (
     stiffness_and_gyration,
 )
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
+from astroinertia.bodies.maclaurin import MaclaurinSpheroid
 from astroinertia.bodies.roots import root_between
+from astroinertia.errors import NumericalError
 
+_MOST_STEPS, _SETTLED, _RUNAWAY = 200, 4e-16, 1e3  # of the iteration for the bars with radiation
 _AT_REST = 1e-12  # of the rates, in (pi G rho)^(1/2): below it a figure turns rigidly, or does not turn
 
 
@@ -57,14 +60,12 @@ def viscous_modes(body: HomogeneousEllipsoid, kinematic_viscosity: float) -> Fri
     ValueError for a negative viscosity, or a figure with internal motion. Source: Rosenkilde 1967.
     Test: tests/unit/test_ellipsoid_secular.py.
     """
-    if not (0 <= kinematic_viscosity < math.inf):
-        raise ValueError(f"the kinematic viscosity is finite and not negative, not {kinematic_viscosity!r}")
     frame = steady_frame(body)
     if not frame.spheroid and abs(frame.internal) > _AT_REST:
         raise ValueError("a figure with internal motion is not steady with viscosity: it has no secular modes")
     if frame.turning == frame.internal == 0 and not frame.spheroid:
         raise ValueError("viscosity only damps a figure that does not turn: see whether its spectrum is stable")
-    strength = kinematic_viscosity / (frame.time * body.mean_radius**2)
+    strength = _viscosity(body, frame, kinematic_viscosity)
 
     def change(rate: complex, basis, left: np.ndarray, right: np.ndarray) -> complex:
         return strength * complex(left @ _viscous_operator(frame, basis, rate) @ right)
@@ -81,21 +82,57 @@ def radiative_modes(body: HomogeneousEllipsoid, speed_of_light: float) -> Fricti
     Units of the body. ValueError for a figure that radiates (three axes, turning), or a tide, or a speed of light of
     zero or less. Source: Chandrasekhar 1970. Test: tests/unit/test_ellipsoid_secular.py.
     """
-    if not speed_of_light > 0:
-        raise ValueError(f"the speed of light is positive, not {speed_of_light!r}")
     frame = steady_frame(body)
     if abs(frame.turning) > _AT_REST or not frame.isolated:
         raise ValueError(
             "an ellipsoid with three axes that turns sends out waves: it is not steady with their reaction"
         )
-    coupling = 2 / 25 * (body.gravitational_constant * body.mass * body.mean_radius**2) * frame.time**3
-    strength = coupling / speed_of_light**5
+    strength = _coupling(body, frame, speed_of_light)
 
     def change(rate: complex, basis, left: np.ndarray, right: np.ndarray) -> complex:
         return strength * rate**5 * complex(left @ _radiative_operator(frame, basis) @ right)
 
     rates, changes = _first_order(frame, change)
     return FrictionalModes(frame.time * np.array(rates, complex), frame.time * np.array(changes, complex))
+
+
+def bar_rates(
+    spheroid: MaclaurinSpheroid, kinematic_viscosity: float = 0.0, speed_of_light: float = math.inf
+) -> tuple[complex, complex]:
+    """Return the rates of both bars, exp(2 i phi + lambda t) in space, of a spheroid with friction that is not small.
+
+    The one of larger modulus first, which is the faster; growth - i sigma belongs to a pattern that turns at sigma/2.
+    Units of the body. They are the quadratic factor, continuous with that without friction, of
+
+        lambda^2 + 2 i Omega lambda + 4 B_11 - 2 Omega^2 + (10 nu/a^2)(lambda + 2 i Omega) + k lambda^5,
+
+    k = 4 G M a^2/(25 c^5), whose other roots, where the last term is as large as the rest, mean nothing. NumericalError
+    where radiation is so strong that it is not found. Source: Roberts & Stewartson 1963; Chandrasekhar 1970.
+    Test: tests/unit/test_ellipsoid_secular.py.
+    """
+    frame = steady_frame(spheroid)
+    gyration, stiffness = bar_equation(frame)
+    turning = _turning_fields(BAR)[:, 0]
+    rest, whole = (complex(turning.conj() @ _viscous_operator(frame, BAR, rate) @ turning) for rate in (0.0, 1.0))
+    viscosity = _viscosity(spheroid, frame, kinematic_viscosity)
+    radiation = _coupling(spheroid, frame, speed_of_light)
+    radiation *= float(np.real(turning.conj() @ _radiative_operator(frame, BAR) @ turning))
+    free = np.array([-gyration - viscosity * (whole - rest), -stiffness - viscosity * rest])
+    factor, moved, size = free, 0.0, 1.0  # p and q of lambda^2 + p lambda + q
+    for _ in range(_MOST_STEPS):
+        power = np.array([1.0, 0.0], complex)  # of lambda^n = first lambda + second on the factor's roots
+        for _ in range(4):
+            power = np.array([power[1] - power[0] * factor[0], -power[0] * factor[1]])
+        last, factor = factor, free - radiation * power
+        moved, size = abs(factor - last).max(), abs(factor).max()
+        if moved <= _SETTLED * size or size > _RUNAWAY:
+            break
+    if moved > _SETTLED * size:
+        raise NumericalError("the bars of a spheroid cannot be followed with so much radiation")
+    root = np.emath.sqrt(factor[0] ** 2 / 4 - factor[1])
+    fast = max((-factor[0] / 2 + sign * root for sign in (1, -1)), key=abs)
+    slow = factor[1] / fast if fast else fast  # not by a difference, in which the bar at rest at the fork would be lost
+    return frame.time * complex(fast), frame.time * complex(slow)
 
 
 def secular_growth_rate(
@@ -134,6 +171,21 @@ def secular_onset(
         return math.copysign(abs(rate) ** 0.2, rate)  # radiation grows as the fifth power of the distance to its onset
 
     return root_between(growth, low, high)
+
+
+def _viscosity(body: HomogeneousEllipsoid, frame: SteadyFrame, kinematic_viscosity: float) -> float:
+    """nu in the units of the frame."""
+    if not (0 <= kinematic_viscosity < math.inf):
+        raise ValueError(f"the kinematic viscosity is finite and not negative, not {kinematic_viscosity!r}")
+    return kinematic_viscosity / (frame.time * body.mean_radius**2)
+
+
+def _coupling(body: HomogeneousEllipsoid, frame: SteadyFrame, speed_of_light: float) -> float:
+    """2 G M R^2/(25 c^5) in the units of the frame."""
+    if not speed_of_light > 0:
+        raise ValueError(f"the speed of light is positive, not {speed_of_light!r}")
+    coupling = 2 / 25 * body.gravitational_constant * body.mass * body.mean_radius**2
+    return coupling * frame.time**3 / speed_of_light**5
 
 
 def _first_order(frame: SteadyFrame, change) -> tuple[list[complex], list[complex]]:

@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies import jacobi, maclaurin, riemann, roche
+from astroinertia.bodies.ellipsoid_gravity import index_integral
 from astroinertia.bodies.ellipsoid_secular import (
+    bar_rates,
     radiative_modes,
     secular_growth_rate,
     secular_onset,
     viscous_modes,
 )
+from astroinertia.errors import NumericalError
 
 SCALE = {"mass": 2.0, "mean_radius": 3.0, "gravitational_constant": 0.5}
 FORK = 0.812670010611743
@@ -52,6 +55,30 @@ def test_bars_of_maclaurin_spheroids(e):
         assert viscous.rates[k] == pytest.approx(-1j * frequency, abs=1e-13)
         assert viscous.changes[k].real == pytest.approx(5e-3 / radius**2 * (sign * rate / root - 1), rel=1e-11)
         assert radiative.changes[k].real == pytest.approx(-sign * pull * frequency**5 / root, rel=1e-10)
+
+
+def test_bars_with_friction_that_is_not_small():
+    """The roots of the equation in closed form, to first order those of small friction, and smooth where bars meet."""
+    for body in (maclaurin.from_eccentricity(0.9, **SCALE), maclaurin.dynamical_limit().rescaled(**SCALE)):
+        unit = math.pi * body.gravitational_constant * body.density
+        squares = (1.0, 1.0, body.c_over_a**2)
+        bound = unit * (4 * float(index_integral(squares, (0, 1), 1)) - 2 * body.omega2)
+        rate, radius = body.angular_velocity, body.equatorial_radius
+        for viscosity, speed in ((0.1, math.inf), (0.0, 1.2), (0.05, 1.0), (0.0, math.inf)):
+            shear = 10 * viscosity / radius**2
+            waves = 4 / 25 * body.gravitational_constant * body.mass * radius**2 / speed**5
+            fast, slow = bar_rates(body, viscosity, speed)
+            for each in (fast, slow):
+                left = each**2 + 2j * rate * each + bound + shear * (each + 2j * rate) + waves * each**5
+                assert abs(left) < 1e-13 * unit
+            assert abs(fast) >= abs(slow)
+    body = maclaurin.from_eccentricity(0.9)
+    fast, slow = bar_rates(body, 1e-6, 30.0)
+    first = viscous_modes(body, 1e-6).changes + radiative_modes(body, 30.0).changes
+    assert sorted([fast.real, slow.real]) == pytest.approx(sorted(first[-2:].real), rel=1e-4)
+    assert max(each.real for each in bar_rates(maclaurin.bifurcation(), 0.3)) == pytest.approx(0, abs=1e-15)
+    with pytest.raises(NumericalError, match="so much radiation"):
+        bar_rates(body, 0.0, 0.3)
 
 
 def test_sphere_decays_as_lamb_says():
