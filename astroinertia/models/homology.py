@@ -73,8 +73,8 @@ class Kepler:
     """s'' = repulsion/s^3 - attraction/s^2 from a scale and a rate at time 0, in closed form for any energy.
 
     A pulsation is Kepler's ellipse, from its least size on, so that hard bounces keep their digits. Else, in the
-    variable ds with dt = s ds the motion is linear: s = s_0 G_0 + s_0 s_0' G_1 + attraction G_2 with Stumpff's functions
-    G_k of -2E. Cold and at rest it is the cycloid of free fall.
+    variable ds with dt = s ds the motion is linear: s = s_0 G_0 + s_0 s_0' G_1 + attraction G_2 with the functions G_k
+    of Stumpff of -2E. Cold and at rest it is the cycloid of free fall.
     Source: Stiefel & Scheifele 1971, Linear and Regular Celestial Mechanics, section 11.
     """
 

@@ -6,10 +6,7 @@ from matplotlib.figure import Figure
 
 from astroinertia.plots import style
 from astroinertia.plots.scales import angular_momentum_scale
-
-# T/|W| from which a bar grows on the viscous or radiative, and on the dynamical time (Chandrasekhar 1969; Ostriker &
-# Bodenheimer 1973).
-SECULAR, DYNAMICAL = 0.14, 0.27
+from astroinertia.rotation.break_up import DYNAMICAL, SECULAR
 
 
 def spin_figure(dataset: xr.Dataset) -> Figure:
@@ -104,7 +101,7 @@ def _rotational_energy(axes, dataset: xr.Dataset) -> None:
             axes.set_ylim(top=max(axes.get_ylim()[1], 1.15 * level))
             axes.axhline(level, color=style.PURPLE, linewidth=1, linestyle="--")
             axes.annotate(
-                f"{name} ({level})", (0, level), xycoords=("axes fraction", "data"), xytext=(4, 2),
+                f"{name} ({level:.2g})", (0, level), xycoords=("axes fraction", "data"), xytext=(4, 2),
                 textcoords="offset points", fontsize=8, color=style.PURPLE, va="bottom",
             )  # fmt: skip
     axes.set_ylabel("$T/|W|$")
