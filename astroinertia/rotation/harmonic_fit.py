@@ -27,6 +27,11 @@ class HarmonicFit(NamedTuple):
     cosine: np.ndarray
     residual: float
 
+    def steady(self, times: Array) -> np.ndarray:
+        """The values at times (...,) without the periodic terms. Checked by tests/unit/test_harmonic_fit.py."""
+        t = np.asarray(times, dtype=float)
+        return self.offset + t * (self.rate + 0.5 * self.acceleration * t)
+
 
 def harmonic_fit(times: Array, values: Array, frequencies: Array = (), phases: Array | None = None) -> HarmonicFit:
     """Least squares of values (N,) at times (N,) by terms of frequencies f (J,) and phases p (J,), 0 unless given.

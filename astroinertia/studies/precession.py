@@ -51,12 +51,13 @@ def precession(name: str = "Earth", years: float | None = None, steps_per_day: i
     """Return the integrated precession and nutation of "Earth" or "Mars", with formulae, corrections and differences.
 
     Along `time` (s from J2000): `longitude` by which the equator's node has gone back, and `obliquity`, on the fixed
-    orbit of J2000, rad. Along `part` (all, Sun, Moon, planets): `precession_rate` of the integrated motion at J2000 and
-    `precession_rate_formula`, rad s-1. Along `correction`: `correction_rate` of what is not in the motion, with
-    `correction_source`. `corrected_rate`, `published_rate`, `difference` = corrected/published - 1 and `residual` of
-    the fit, rad. For the Earth the 18.6-year `nutation_longitude` and `nutation_obliquity`, and with the moving
-    ecliptic `general_precession_rate` and `general_precession_period`; for Mars the `polar_moment_ratio` C/(M a^2) of
-    the published rate and its `polar_moment_ratio_error`.
+    orbit of J2000, rad, and both without their periodic terms, `steady_longitude` and `steady_obliquity`. Along `part`
+    (all, Sun, Moon, planets): `precession_rate` of the integrated motion at J2000 and `precession_rate_formula`, rad
+    s-1. Along `correction`: `correction_rate` of what is not in the motion, with `correction_source`. Then
+    `corrected_rate`, `published_rate`, `difference` = corrected/published - 1, and `residual` of the fit, rad. For the
+    Earth the 18.6-year `nutation_longitude` and `nutation_obliquity`, and with the moving ecliptic
+    `general_precession_rate` and `general_precession_period`; for Mars, whose C/(M a^2) is that of a later analysis
+    than the published rate, the `polar_moment_ratio` that this rate asks for, and its `polar_moment_ratio_error`.
     years: whole length, J2000 in its middle: 74.4 (four turns of the Moon's node) or 37.6 (twenty years of Mars) unless
     given. SceneError for another planet, for less than a quarter of that, and for less than a step a day.
     Checked by tests/physics/test_precession.py.
@@ -78,7 +79,7 @@ def precession(name: str = "Earth", years: float | None = None, steps_per_day: i
         found = {"all": motion.rate}
         for part, names in planet.parts.items():
             found[part] = _followed(planet, turning_planets.torque_of(orbits, names), start, steps_per_day)[1].rate
-        dataset = _dataset(planet, angles, found, motion)
+        dataset = _dataset(planet, angles, found, motion, tilt)
         return (_of_the_earth if name == "Earth" else _of_mars)(dataset, planet, orbits, motion, tilt)
 
 
@@ -130,7 +131,11 @@ def _followed(
 
 
 def _dataset(
-    planet: Planet, angles: tuple[np.ndarray, ...], found: dict[str, float], motion: HarmonicFit
+    planet: Planet,
+    angles: tuple[np.ndarray, ...],
+    found: dict[str, float],
+    motion: HarmonicFit,
+    tilting: HarmonicFit,
 ) -> xr.Dataset:
     times, longitude, tilt = angles
     formula = _formula(planet)
@@ -138,6 +143,8 @@ def _dataset(
         {
             "longitude": ("time", longitude, _told("rad", "how far the node of the equator has gone back")),
             "obliquity": ("time", tilt, _told("rad", "obliquity to the orbit of J2000")),
+            "steady_longitude": ("time", motion.steady(times), _told("rad", "longitude without its periodic terms")),
+            "steady_obliquity": ("time", tilting.steady(times), _told("rad", "obliquity without its periodic terms")),
             "precession_rate": ("part", list(found.values()), _told("rad s-1", "rate of the motion at J2000")),
             "precession_rate_formula": (
                 "part", [formula.get(part, np.nan) for part in found], _told("rad s-1", "rate by first-order formula"),

@@ -22,6 +22,7 @@ def test_it_finds_what_is_there():
     np.testing.assert_allclose(found.sine, [0.5, 0.0], atol=1e-13)
     np.testing.assert_allclose(found.cosine, [0.0, -0.2], atol=1e-13)
     assert found.residual < 1e-13
+    np.testing.assert_allclose(found.steady(times), 3.0 + 0.2 * times + 0.5e-3 * times**2, rtol=1e-11)
     assert harmonic_fit(times, record(times, 0.01), FREQUENCIES, PHASES).residual == pytest.approx(0.01, rel=0.1)
     without = harmonic_fit(times, record(times))
     assert without.residual == pytest.approx(np.sqrt(0.5**2 / 2 + 0.2**2 / 2), rel=0.05)

@@ -1,0 +1,183 @@
+"""How a planet's axis goes round and nods, what turns it by how much, and what makes up the period of its wobble.
+
+For the Datasets of `studies.precession`. Tests: tests/unit/test_precession_plots.py.
+"""
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from astroinertia.errors import SceneError
+from astroinertia.plots import style
+
+_ARCSECOND, _YEAR, _DAY = np.pi / 648000.0, 31557600.0, 86400.0
+_CENTURY = 100 * _YEAR
+_BAR = 0.62
+_ROOM = 20.0  # days of a bar that has room for its own label
+_BARS_APART = 3.0  # degrees between the widths of resonances beside a section
+
+
+def precession_figure(dataset: xr.Dataset) -> Figure:
+    """Nutation about the steady motion, its loops in space, and the rate by its parts, of `studies.precession`.
+
+    SceneError for another Dataset. Checked by tests/unit/test_precession_plots.py.
+    """
+    _require(dataset, "precession_rate", "precession")
+    with style.styled():
+        figure = style.page(f"{dataset.attrs['body']}: precession and nutation, integrated", (12.0, 8.6))
+        grid = figure.add_gridspec(2, 2, width_ratios=[1.35, 1.0], height_ratios=[1.0, 1.0])
+        longitude, obliquity = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
+        years, along, tilt, mean = _nutation(dataset)
+        for axes, values, colour, title in (
+            (longitude, along, style.BLUE, "In longitude: how far it is from the steady motion"),
+            (obliquity, tilt, style.VERMILLION, "In obliquity: how far it is from the steady motion"),
+        ):
+            axes.axhline(0, color=style.GREY, linewidth=0.8)
+            axes.plot(years, values, color=colour, linewidth=0.9)
+            axes.set_title(title)
+            axes.set_ylabel(style.label("nutation", "arcsec"))
+            axes.set_xlim(years[0], years[-1])
+        longitude.tick_params(labelbottom=False)
+        obliquity.set_xlabel(style.label("time from J2000", "yr"))
+        _loops(figure.add_subplot(grid[0, 1]), years, along * np.sin(mean), tilt, dataset.attrs["body"])
+        _parts(figure.add_subplot(grid[1, 1]), dataset)
+        return figure
+
+
+def chandler_figure(dataset: xr.Dataset) -> Figure:
+    """The period of the Earth's free wobble from cause to cause, of `studies.precession.chandler_wobble`.
+
+    SceneError for another Dataset. Checked by tests/unit/test_precession_plots.py.
+    """
+    _require(dataset, "period_of_all", "chandler_wobble")
+    with style.styled():
+        figure = style.page("The Earth's free wobble: what makes its period", (9.6, 5.2))
+        axes = figure.subplots()
+        causes = [str(cause) for cause in dataset["cause"].values]
+        period, change = dataset["period"].values / _DAY, dataset["change"].values / _DAY
+        places = np.arange(len(causes))
+        for k, (end, by) in enumerate(zip(period, change, strict=True)):
+            colour = style.GREY if k == 0 else style.BLUE if by > 0 else style.VERMILLION
+            axes.bar(k, by, _BAR, bottom=end - by, color=colour, alpha=0.9)
+            if k:
+                axes.plot([k - 1 + _BAR / 2, k - _BAR / 2], [end - by] * 2, color=style.GREY, linewidth=0.9)
+            told = f"{end:.1f} d" if k == 0 else f"{by:+.1f}".replace("-", "\N{MINUS SIGN}")
+            wide = k and abs(by) > _ROOM
+            axes.annotate(
+                told, (k, end - by / 2 if wide else max(end, end - by)), xytext=(0, 0 if wide else 4), ha="center",
+                textcoords="offset points", va="center" if wide else "bottom", color="white" if wide else style.INK,
+                fontsize=10,
+            )  # fmt: skip
+        observed = float(dataset["observed_period"]) / _DAY
+        whole = float(dataset["period_of_all"]) / _DAY
+        axes.axhline(observed, color=style.GREEN, linestyle=(0, (5, 2)), linewidth=1.3)
+        axes.annotate(
+            f"observed {observed:.0f} d", (-_BAR / 2, observed), xytext=(0, 4), textcoords="offset points", fontsize=9,
+            color=style.GREEN,
+        )  # fmt: skip
+        axes.set_xticks(places, [name.replace("fluid core", "fluid core\nstays behind") for name in causes])
+        axes.set_ylim(250, 1.06 * period.max())
+        axes.set_ylabel(style.label("period", "d"))
+        axes.grid(axis="x", visible=False)
+        axes.set_title(f"All causes together: {whole:.1f} d, and Q = {float(dataset['quality']):.0f} from anelasticity")
+        return figure
+
+
+def section_figure(section, eccentricity: float, asphericity: float, resonances: tuple[float, ...] = ()) -> Figure:
+    """A surface of section of `rotation.spin_orbit`: angle of the long axis and rate at each pericentre.
+
+    resonances: p of those whose width is drawn in the margin. Checked by tests/unit/test_precession_plots.py.
+    """
+    # Only here: the other figures do without.
+    from astroinertia.rotation.spin_orbit import resonance_half_width
+
+    with style.styled():
+        figure = style.page("Spin at the pericentre, orbit after orbit", (8.2, 7.2))
+        axes = figure.subplots()
+        angle, rate = (np.asarray(each).reshape(len(section.angle), -1) for each in section)
+        size = 1.2 if angle.size < 40000 else 0.35
+        colours = [style.BLUE, style.VERMILLION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY]
+        for k in range(angle.shape[1]):
+            axes.plot(np.degrees(angle[:, k]), rate[:, k], ".", markersize=size, color=colours[k % len(colours)])
+        for k, p in enumerate(resonances):
+            width, place = resonance_half_width(p, eccentricity, asphericity), 93 + _BARS_APART * k
+            axes.plot([place, place], [p - width, p + width], color=style.INK, linewidth=3, solid_capstyle="butt")
+            axes.annotate(
+                f"{p:g}", (place, p + width), xytext=(0, 3), textcoords="offset points", ha="center", fontsize=8.5
+            )
+        axes.set_xlim(-90, 93 + _BARS_APART * len(resonances) if resonances else 90)
+        axes.set_xticks(range(-90, 91, 30))
+        axes.set_xlabel(style.label("angle of the long axis from the pericentre", "deg"))
+        axes.set_ylabel("spin over orbital rate")
+        axes.set_title(rf"$e$ = {eccentricity:g}, $(3(B-A)/C)^{{1/2}}$ = {asphericity:.3g}")
+        return figure
+
+
+def obliquity_figure(history, name: str = "") -> Figure:
+    """The obliquity of a `rotation.secular_spin.SpinHistory` against time.
+
+    Checked by tests/unit/test_precession_plots.py.
+    """
+    with style.styled():
+        figure = style.page(f"{name}: obliquity".strip(": ").capitalize(), (10.0, 4.6))
+        axes = figure.subplots()
+        span = history.time[-1] - history.time[0]
+        scale, unit = (1e9 * _YEAR, "Gyr") if span > 3e8 * _YEAR else (1e6 * _YEAR, "Myr")
+        axes.plot(history.time / scale, np.degrees(history.obliquity), color=style.BLUE, linewidth=0.6)
+        axes.set_xlim(history.time[0] / scale, history.time[-1] / scale)
+        axes.set_xlabel(style.label("time", unit))
+        axes.set_ylabel(style.label("obliquity", "deg"))
+        low, high = np.degrees([history.obliquity.min(), history.obliquity.max()])
+        axes.set_title(f"Between {low:.2f} and {high:.2f} degrees")
+        return figure
+
+
+def _require(dataset: xr.Dataset, variable: str, study: str) -> None:
+    if variable not in dataset:
+        raise SceneError(f"this figure is of a Dataset of studies.precession.{study}, which has {variable}")
+
+
+def _nutation(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Years, longitude and obliquity less their steady parts in arc seconds, and the mean obliquity."""
+    along, tilt = (
+        (dataset[name] - dataset[f"steady_{name}"]).values / _ARCSECOND for name in ("longitude", "obliquity")
+    )
+    return dataset["time"].values / _YEAR, along, tilt, float(dataset["steady_obliquity"].mean())
+
+
+def _loops(axes, years: np.ndarray, across: np.ndarray, tilt: np.ndarray, name: str) -> None:
+    mesh = axes.scatter(across, tilt, c=years, s=1.6, cmap=style.TIME_MAP, linewidths=0)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_title(f"The pole of {'the ' if name == 'Earth' else ''}{name} about its mean place")
+    axes.set_xlabel(style.label("longitude × sin(obliquity)", "arcsec"))
+    axes.set_ylabel(style.label("obliquity", "arcsec"))
+    bar = axes.figure.colorbar(mesh, ax=axes, fraction=0.05, pad=0.02)
+    bar.set_label(style.label("time from J2000", "yr"))
+
+
+def _parts(axes, dataset: xr.Dataset) -> None:
+    axes.set_axis_off()
+    axes.set_title("What turns it: arc seconds a century")
+
+    def told(value: float) -> str:
+        return f"{value / _ARCSECOND * _CENTURY:,.3f}".replace(",", " ")
+
+    rows = [
+        (f"torque of the {part}" if part in ("Sun", "Moon", "planets") else "all together, integrated",
+         float(dataset["precession_rate"].sel(part=part)))
+        for part in [*(p for p in dataset["part"].values if p != "all"), "all"]
+    ]  # fmt: skip
+    rows += [
+        (str(name), float(dataset["correction_rate"].sel(correction=name))) for name in dataset["correction"].values
+    ]
+    rows += [("corrected", float(dataset["corrected_rate"])), ("published", float(dataset["published_rate"]))]
+    for k, (name, value) in enumerate(rows):
+        y = 0.94 - 0.085 * k
+        whole = name.startswith(("all", "corrected", "published"))
+        weight = "bold" if whole else "normal"
+        axes.text(0.0, y, name, transform=axes.transAxes, fontsize=9, fontweight=weight, va="center")
+        axes.text(1.0, y, told(value), transform=axes.transAxes, fontsize=9, fontweight=weight, va="center", ha="right")
+    axes.text(
+        0.0, 0.94 - 0.085 * len(rows), f"corrected over published: 1 {float(dataset['difference']):+.1e}",
+        transform=axes.transAxes, fontsize=9, color=style.GREY, va="center",
+    )  # fmt: skip
