@@ -38,7 +38,7 @@ from astroinertia.bodies.maclaurin import MaclaurinSpheroid
 from astroinertia.bodies.roots import root_between
 from astroinertia.errors import NumericalError
 
-_MOST_STEPS, _SETTLED, _RUNAWAY = 200, 4e-16, 1e3  # of the iteration for the bars with radiation
+_MOST_STEPS, _SETTLED, _RUNAWAY = 200, 2e-15, 1e3  # of the iteration for the bars with radiation
 _AT_REST = 1e-12  # of the rates, in (pi G rho)^(1/2): below it a figure turns rigidly, or does not turn
 
 
@@ -106,11 +106,14 @@ def bar_rates(
 
         lambda^2 + 2 i Omega lambda + 4 B_11 - 2 Omega^2 + (10 nu/a^2)(lambda + 2 i Omega) + k lambda^5,
 
-    k = 4 G M a^2/(25 c^5), whose other roots, where the last term is as large as the rest, mean nothing. NumericalError
-    where radiation is so strong that it is not found. Source: Roberts & Stewartson 1963; Chandrasekhar 1970.
+    k = 4 G M a^2/(25 c^5), whose other roots, where the last term is as large as the rest, mean nothing. ValueError for
+    three axes, NumericalError where radiation is so strong that the factor is not found.
+    Source: Roberts & Stewartson 1963; Chandrasekhar 1970.
     Test: tests/unit/test_ellipsoid_secular.py.
     """
     frame = steady_frame(spheroid)
+    if not frame.spheroid:
+        raise ValueError("these are the bars of a spheroid: see viscous_modes and radiative_modes for three axes")
     gyration, stiffness = bar_equation(frame)
     turning = _turning_fields(BAR)[:, 0]
     rest, whole = (complex(turning.conj() @ _viscous_operator(frame, BAR, rate) @ turning) for rate in (0.0, 1.0))

@@ -118,6 +118,7 @@ def test_what_has_no_secular_modes_is_refused():
         (lambda: viscous_modes(jacobi.from_axis_ratio(0.5), -1.0), "not negative"),
         (lambda: viscous_modes(roche.from_axis_ratio(-1.0, 0.8), 1.0), "does not turn"),
         (lambda: radiative_modes(jacobi.from_axis_ratio(0.5), 1.0), "sends out waves"),
+        (lambda: bar_rates(jacobi.from_axis_ratio(0.5)), "of a spheroid"),  # type: ignore[arg-type]
         (lambda: radiative_modes(maclaurin.from_eccentricity(0.5), 0.0), "speed of light"),
         (lambda: secular_growth_rate(maclaurin.from_eccentricity(0.5)), "needs friction"),
     ):
