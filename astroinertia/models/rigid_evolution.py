@@ -97,6 +97,8 @@ class RigidBody:
     def advance(self, until: float) -> None:
         """Go all the way to a time, meeting every break of the torques on the way."""
         breaks = {time for effect in self.body.effects for time in effect.breaks(self._time, until)}
+        if self.body.change is not None:  # whose curve has a bend at each of its points
+            breaks |= {float(time) for time in self.body.change.times if self._time < time <= until}
         for stop in sorted({until, *breaks}):
             start, body = self._time, self.body
             body = replace(body, effects=tuple(effect.during(start, stop) for effect in body.effects))
