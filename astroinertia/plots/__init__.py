@@ -33,6 +33,7 @@ FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "waves": waves_figure,
 }
 """File names and the figures that need the headline series only."""
+FAINTEST_WAVE = 1e-20  # m, strain times distance: 3e-41 at 10 kpc; tops and asteroids stay far below it
 _NEEDED = {
     "waves": "gw_strain_plus",
     "profiles": "radius_profile",
@@ -64,5 +65,7 @@ def _has_something(dataset: xr.Dataset, name: str) -> bool:
         return has_attitude(dataset)
     if name == "spin" and not angular_momentum_scale(dataset)[1]:
         return False
+    if name == "waves" and known(dataset, "gw_strain_plus"):
+        return max(float(abs(dataset[f"gw_strain_{kind}"]).max()) for kind in ("plus", "cross")) > FAINTEST_WAVE
     needed = _NEEDED.get(name)
     return needed is None or known(dataset, needed)

@@ -202,7 +202,7 @@ def _polhode(panel, dataset: xr.Dataset, found: Motion) -> None:
     _track(panel, dataset, found, moments, view, reach)
     draw_axes(panel, lengths / reach, frame, defined, view)
     panel.set_title("Polhode: the tip of $\\omega$ on the inertia ellipsoid")
-    text = "black: separatrix" if gaps.all() else "equal moments:\ncircles"
+    text = "dots: start (white), end (black)\n" + ("black line: separatrix" if gaps.all() else "equal moments: circles")
     panel.text(0.03, 0.03, text, transform=panel.transAxes, fontsize=9, color=style.GREY)
 
 
@@ -224,6 +224,10 @@ def _track(panel, dataset: xr.Dataset, found: Motion, moments: np.ndarray, view:
             drawn.set_array(times[:-1][part])
             drawn.set_clim(times[0], times[-1])
             panel.add_collection(drawn)
+    for end, filled in ((0, False), (-1, True)):
+        if front[end]:
+            colour = style.INK if filled else "white"
+            panel.plot(u[end], v[end], "o", markersize=5, color=colour, markeredgecolor=style.INK, zorder=8)
     place = inset_axes(panel, width="42%", height="2.5%", loc="lower right", borderpad=2.6)
     norm = Normalize(times[0], max(times[-1], np.nextafter(times[0], np.inf)))
     bar = panel.figure.colorbar(ScalarMappable(norm, style.TIME_MAP), cax=place, orientation="horizontal")

@@ -29,6 +29,17 @@ EFFECTS = {
     "rotating_frame": YELLOW,
     "external_field": PURPLE,
     "target_tensor": ORANGE,
+    "rigidity": SKY,
+    "shear_viscosity": GREEN,
+    "radiation_reaction": ORANGE,
+    "gravity_gradient": BLUE,
+    "pivot": VERMILLION,
+    "constant_torque": YELLOW,
+    "dipole_braking": PURPLE,
+    "internal_dissipation": ORANGE,
+    "tidal_torque": GREEN,
+    "rotational_deformation": VERMILLION,
+    "impulses": PURPLE,
 }
 SPARE = (PURPLE, SKY, ORANGE, YELLOW, GREEN)
 TIME_MAP, DENSITY_MAP = "viridis", "inferno"
