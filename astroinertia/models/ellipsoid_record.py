@@ -9,6 +9,7 @@ from astroinertia.models import affine_body
 from astroinertia.models.affine_body import Observed
 
 MODES = (1, 2, 3, 4)
+VANISHING = 1e-6  # of the largest force
 KINETIC, INTERNAL = "kinetic", "internal"
 
 
@@ -57,7 +58,7 @@ def series_record(body: Any, opening_potential: float | None) -> dict[str, Any]:
         "kinetic_tensor": moment * rate @ rate.T,
         "virial_tensor": virial,
         "virial_mismatch": np.array(
-            [_mismatch(tensor, deformation, force) for tensor, force in zip(virial, forces, strict=True)]
+            [_mismatch(tensor, deformation, force, forces) for tensor, force in zip(virial, forces, strict=True)]
         ),
         "inertia_tensor": inertia_from_second_moment(second),
         "inertia_tensor_evolved": inertia_from_second_moment(np.asarray(state.second_moment)),
@@ -93,8 +94,10 @@ def _unaccounted(body: Any, now: dict[str, float], work: dict[str, float], heati
     return error
 
 
-def _mismatch(tensor: np.ndarray, deformation: np.ndarray, force: np.ndarray) -> float:
-    size = np.linalg.norm(deformation) * np.linalg.norm(force)
+def _mismatch(tensor: np.ndarray, deformation: np.ndarray, force: np.ndarray, forces: np.ndarray) -> float:
+    # Over the effect's own size, unless that has all but vanished, as the viscosity of a body that turns rigidly.
+    largest = np.linalg.norm(forces, axis=(1, 2)).max()
+    size = np.linalg.norm(deformation) * max(np.linalg.norm(force), VANISHING * largest)
     error = np.abs(tensor - deformation @ force.T).max()
     return float(error / size) if size > 0 else float(error)
 

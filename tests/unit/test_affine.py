@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import mpmath
 import numpy as np
+import pytest
 
 from astroinertia.bodies import affine, ellipsoid_gravity
 
@@ -59,6 +60,7 @@ def test_tensor_turns_with_the_body():
     np.testing.assert_allclose(turned, wanted, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_force_is_the_gradient_of_the_energy():
     deformations = np.array([TILTED, np.eye(3), np.diag([1.0, 1.0, 0.6]), np.diag([1.0, 1.0, 1e-6])])
     with jax.enable_x64(True):
@@ -71,6 +73,7 @@ def test_force_is_the_gradient_of_the_energy():
         np.testing.assert_allclose(deformation @ force.T, tensor, rtol=1e-13, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_second_derivatives_of_a_sphere():
     with jax.enable_x64(True):
         second = jax.jacfwd(affine.gravity_force)(jnp.eye(3), -1.0)
@@ -82,6 +85,7 @@ def test_second_derivatives_of_a_sphere():
     np.testing.assert_allclose(second, wanted, rtol=1e-13)
 
 
+@pytest.mark.slow
 def test_pair_symbol_of_a_spheroid_is_the_derivative():
     # dA_1/da_2 at a_1 = a_2 has the pair symbols, which differences of A would lose.
     axes = np.array([1.0, 1.0, 0.6])

@@ -54,6 +54,7 @@ def test_derivatives_of_the_moments_of_a_jacobi_ellipsoid():
         np.testing.assert_allclose(derivative, (2 * spin) ** order * half * wanted, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_constraint_keeps_the_volume_and_the_restoring_rate_brings_it_back():
     with jax.enable_x64(True):
         deformation, rate = jnp.asarray(TILTED), jnp.asarray(still_volume(TILTED, FLOW))
