@@ -25,7 +25,6 @@ from astroinertia.bodies.ellipsoid_stability import (
     BAR,
     EVEN,
     SYMMETRIC,
-    TURN,
     SteadyFrame,
     bar_equation,
     families,
@@ -35,6 +34,7 @@ from astroinertia.bodies.ellipsoid_stability import (
 )
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
 from astroinertia.bodies.maclaurin import MaclaurinSpheroid
+from astroinertia.bodies.riemann import TURN
 from astroinertia.bodies.roots import root_between
 from astroinertia.errors import NumericalError
 

@@ -8,7 +8,10 @@ matrix. Known rates of motions that only turn the body or its labels are divided
 so that what is left is smooth where modes meet: growth rates vanish like a root there, but points of onset are simple
 zeros, found to round-off.
 
-A figure and its adjoint have the same rates (transpose F). Source: Chandrasekhar 1969, Ellipsoidal Figures of
+A figure and its adjoint have the same rates (transpose F). Finer motions are another matter: Jacobi ellipsoids are lost
+to pears at b/a = 0.432, and most figures with internal flow to short waves (Lebovitz & Lifschitz 1996, ApJ 458, 699).
+
+Source: Chandrasekhar 1969, Ellipsoidal Figures of
 Equilibrium, ch. 5 to 8; Riemann 1861, Abh. Koenigl. Ges. Wiss. Goettingen 9, 3; Rossner 1967, ApJ 149, 145 (the
 equations for F). Tests: tests/unit/test_ellipsoid_stability.py, tests/hard/test_riemann_hard.py.
 """
@@ -23,14 +26,13 @@ import numpy as np
 
 from astroinertia.bodies.ellipsoid_gravity import index_symbols
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
-from astroinertia.bodies.riemann import RiemannEllipsoid
+from astroinertia.bodies.riemann import TURN, RiemannEllipsoid
 from astroinertia.bodies.roche import RocheEllipsoid
 from astroinertia.bodies.roots import root_between
 
 _SPHERE_ENERGY = -4.0  # W/(M R^2/5) of the sphere for pi G rho = 1
 _BALANCED = 1e-9  # share of the forces that may be left over in a figure that counts as steady
 _ROUNDING = 1e-14  # of the margin, where modes meet that do not interact
-TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 
 
 def _unit(i: int, j: int) -> np.ndarray:

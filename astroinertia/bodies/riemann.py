@@ -29,6 +29,7 @@ from astroinertia.bodies.roots import root_between
 _THINNEST = 1e-8  # b/a and c/a of the needles up to which figures are looked for
 _FLATTEST = 0.1  # (c/a)/(b/a), which is at least 0.303, from which on figures are looked for
 _LOG_ROUNDEST = -30.0  # ln((a - b)/b) from which on figures of given invariants are looked for
+TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])  # rate of rotation about z
 _ROUNDING = 1e-14  # of (Omega +- Lambda)^2, in pi G rho: below it the figure is self-adjoint
 
 
@@ -111,11 +112,8 @@ class RiemannEllipsoid(HomogeneousEllipsoid):
     def deformation_rate(self, time: float = 0.0) -> np.ndarray:
         """dF/dt (3, 3) at a time. Test: tests/unit/test_riemann.py."""
         deformation = self.deformation(time)
-        turn = self.angular_velocity * _TURN @ deformation
-        return turn + deformation @ (self.internal_angular_velocity * _TURN)
-
-
-_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+        turn = self.angular_velocity * TURN @ deformation
+        return turn + deformation @ (self.internal_angular_velocity * TURN)
 
 
 def _rotation(angle: float) -> np.ndarray:
