@@ -17,8 +17,9 @@ from scipy.optimize import root_scalar
 
 from astroinertia import dataset as datasets
 from astroinertia.bodies import neutron_star_fits
+from astroinertia.bodies.degenerate import degenerate_electrons
 from astroinertia.bodies.equations_of_state import SOLAR_LENGTH, Barotrope, read2009
-from astroinertia.bodies.neutron_stars import NeutronStar, stable_branch, star
+from astroinertia.bodies.neutron_stars import NeutronStar, stable_branch, star, star_of_mass
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.tov import structure
 from astroinertia.errors import NumericalError, SceneError
@@ -29,9 +30,8 @@ from astroinertia.rotation.spin_scaling import spin_up as whole
 from astroinertia.run import run_scene
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
+from astroinertia.studies.spin_histories import Quantity, in_si
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, quantity
-
-Quantity = str | float
 
 _RADII = 200  # points of a period-radius curve
 _SPECTRUM = 200
@@ -168,7 +168,7 @@ def period_against_radius(chosen: Iterable[Case] | None = None) -> xr.Dataset:
 
 def core_to_neutron_star(
     core_mass: Quantity = "1.4 Msun",
-    core_radius: Quantity = "1500 km",
+    core_radius: Quantity | None = "1500 km",
     core_period: Quantity = "100 s",
     core_index: float = 3.0,
     remnant_radius: Quantity = "12 km",
@@ -177,16 +177,19 @@ def core_to_neutron_star(
 ) -> xr.Dataset:
     """Return what a polytropic core becomes, along `remnant`: one row for each way to know the star's moment.
 
-    The core's mass is that of its baryons. Rows: a uniform sphere and an n = 1 polytrope of `remnant_radius`, that
-    polytrope as the exact rotating figure (which swells), the fits by compactness of Lattimer & Schutz and of Breu &
-    Rezzolla, and stars of Read et al.'s equations of state by TOV and Hartle, which keep the baryons and have their own
-    radius. Flags: beyond_kepler, and sheds_mass by Roche, by the polytrope's own limit, or by Haensel et al. 2009 where
-    the star is relativistic. Periods are NaN where no figure holds the angular momentum. SceneError for bad quantities.
+    The core's mass is that of its baryons. Without core_radius it is a white dwarf of cold electrons, which has its own
+    radius and moment (Newtonian; up to 1.45 solar masses), and core_index says nothing. Rows: a uniform sphere and an
+    n = 1 polytrope of `remnant_radius`, that polytrope as the exact rotating figure (which swells), the fits by
+    compactness of Lattimer & Schutz and of Breu & Rezzolla, and stars of Read et al.'s equations of state by TOV and
+    Hartle, which keep the baryons and have their own radius. Flags: beyond_kepler, and sheds_mass by Roche, by the
+    polytrope's own limit, or by Haensel et al. 2009 where the star is relativistic. Periods are NaN where no figure
+    holds the angular momentum. SceneError for bad quantities.
     """
-    mass, radius = _si(core_mass, "mass"), _si(core_radius, "length")
-    period, size = _si(core_period, "time"), _si(remnant_radius, "length")
-    core = Polytrope(core_index, mass, radius, GRAVITATIONAL_CONSTANT)
-    ratio = core.moment_of_inertia / (mass * radius**2)
+    mass, period, size = in_si(core_mass, "mass"), in_si(core_period, "time"), in_si(remnant_radius, "length")
+    if core_radius is None:
+        radius, ratio = _white_dwarf(mass / SOLAR_MASS)
+    else:
+        radius, ratio = in_si(core_radius, "length"), Polytrope(core_index).moment_of_inertia
     rows: list[dict] = []
 
     def add(name: str, mass_after: float, radius_after: float, ratio_after: float, limit: str) -> SpinUp:
@@ -221,12 +224,7 @@ def core_to_neutron_star(
             "core_mass": mass,
             "core_radius": radius,
             "core_period": period,
-            "core_index": core_index,
             "core_moment_ratio": ratio,
-            "core_rotational_to_gravitational": 0.5
-            * core.moment_of_inertia
-            * (2 * math.pi / period) ** 2
-            / -core.gravitational_energy,
             "angular_momentum_share": angular_momentum_share,
         },
     )
@@ -292,6 +290,15 @@ def _figure(mass: float, radius: float, momentum: float) -> dict:
     }
 
 
+def _white_dwarf(mass: float) -> tuple[float, float]:
+    """Radius in m and I/(M R^2) of cold carbon and oxygen of so many solar masses."""
+    try:
+        dwarf = star_of_mass(degenerate_electrons(), mass, relativistic=False)
+    except ValueError as error:
+        raise SceneError(f"there is no such white dwarf: {error}.") from None
+    return 1e3 * dwarf.radius_km, dwarf.moment_ratio
+
+
 def star_of_baryons(equation_of_state: Barotrope, rest_mass: float) -> NeutronStar:
     """Return the stable neutron star of a rest mass (solar masses), to 1e-10; ValueError where there is none."""
     branch = stable_branch(equation_of_state)
@@ -327,8 +334,8 @@ def shell_collapse(
     fall to, and centrifugal_radius is where those stop. spectrum is the mass below each j, the same after. SceneError
     for bad quantities.
     """
-    total, size, turn = _si(mass, "mass"), _si(radius, "length"), _si(period, "time")
-    final = _si(radius_after, "length")
+    total, size, turn = in_si(mass, "mass"), in_si(radius, "length"), in_si(period, "time")
+    final = in_si(radius_after, "length")
     before = shells_of(Polytrope(index, total, size), 2 * math.pi / turn, count)
     after = before.collapsed(Polytrope(index_after, total, final).radius_enclosing(before.enclosed_mass))
     locked = after.locked()
@@ -373,11 +380,4 @@ def crossing_radius(dataset: xr.Dataset, case: str, period: Quantity) -> float:
     """The radius in m at which a case of `period_against_radius` has a period, with its last moment ratio."""
     row = dataset.sel(case=case)
     ratio, mass = float(row["moment_ratio"][-1]), float(row["mass"])
-    return float(radius_of_period(ratio, mass, float(row["angular_momentum"]), _si(period, "time")))
-
-
-def _si(value: Quantity, dimension: str) -> float:
-    number = quantity(value, dimension) if isinstance(value, str) else float(value)
-    if not (math.isfinite(number) and number > 0):
-        raise SceneError(f"a {dimension} must be positive and finite, not {value!r}")
-    return number
+    return float(radius_of_period(ratio, mass, float(row["angular_momentum"]), in_si(period, "time")))

@@ -110,3 +110,15 @@ def test_a_core_becomes_a_neutron_star():
     faster = spinup.core_to_neutron_star(core_period="1 s", equations_of_state=())
     figure = faster.sel(remnant="polytrope n = 1, rotating figure")
     assert bool(figure["sheds_mass"]) and np.isnan(figure["period"])
+
+
+@pytest.mark.slow
+def test_a_white_dwarf_that_collapses():
+    dataset = spinup.core_to_neutron_star("1.4 Msun", None, "1 h", equations_of_state=())
+    # Cold electrons at 1.4 solar masses: some 2000 km, and a moment ratio between those of n = 1.5 and n = 3.
+    assert dataset.attrs["core_radius"] == pytest.approx(2.0e6, rel=0.25)
+    assert Polytrope(3.0).moment_of_inertia < dataset.attrs["core_moment_ratio"] < Polytrope(1.5).moment_of_inertia
+    fall = dataset.attrs["core_moment_ratio"] * (dataset.attrs["core_radius"] / 12e3) ** 2 / 0.4
+    assert float(dataset["period"][0]) == pytest.approx(3600 / fall, rel=1e-9)
+    with pytest.raises(SceneError, match="no such white dwarf"):
+        spinup.core_to_neutron_star("1.6 Msun", None, "1 h", equations_of_state=())
