@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia import start
+from astroinertia import start, start_companions
 from astroinertia.errors import SceneError
 from astroinertia.inertia.prescribed import change
 from astroinertia.inertia.principal import principal_frame
@@ -21,8 +21,6 @@ from astroinertia.sph.table import read_table
 from astroinertia.start_effects import effects_of
 from astroinertia.start_rotation import rigid_moments, rotation_amount, rotation_axis
 from astroinertia.units import CodeUnits
-
-_COVERED = 1.0 + 1e-9  # of the run by the companions' orbits: its last step may end a rounding late
 
 
 def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
@@ -52,6 +50,9 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
         raise SceneError("[body.rotation] needs a rate or a period with the effect rotational_deformation.")
     if deformable and principal[0] <= 0.0:
         raise SceneError("[effects.rotational_deformation] leaves the body at rest with a moment that is not positive.")
+    two_way = scene.orbits.back_reaction
+    if two_way:
+        start_companions.refuse_one_sided(scene)
     body = rigid.body(
         mass,
         np.maximum(principal, 0.0),
@@ -59,7 +60,7 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
         deformability=deformability,
         axes=axes.T,
         effects=effects,
-        companions=_companions(scene, units, mass),
+        companions=None if two_way else start_companions.companions(scene, units, mass),
         change=_change(scene, units),
         arm=None if arm is None else axes @ arm,
     )
@@ -70,7 +71,13 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
     momentum = (body.moments + stiffening) * (attitude @ spin) if spun is None else attitude @ spun
     chosen = scene.numerics
     settings = Settings(chosen.integrator, chosen.tolerance, chosen.steps_per_rotation, chosen.order)
-    return RigidBody(body, quaternion(attitude), momentum, settings)
+    if not two_way:
+        return RigidBody(body, quaternion(attitude), momentum, settings)
+    # Only here: other scenes do without REBOUND.
+    from astroinertia.models.rigid_two_way import CoupledRigidBody
+
+    bodies = start_companions.bodies(scene, units, mass)
+    return CoupledRigidBody(body, quaternion(attitude), momentum, settings, bodies)
 
 
 def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> RigidBody:
@@ -150,16 +157,3 @@ def _change(scene: Scene, units: CodeUnits) -> Any:
         return change([units.to_code(time, "time") for time in prescribed.times], prescribed.factors)
     except ValueError as error:
         raise SceneError(f"[body.change] {error}.") from None
-
-
-def _companions(scene: Scene, units: CodeUnits, mass: float) -> Any:
-    if not scene.companions:
-        return None
-    # Only here: other scenes do without REBOUND.
-    from astroinertia.orbits.simulation import in_code_units, simulation
-    from astroinertia.rotation.ephemeris import ephemeris
-
-    orbits = scene.orbits
-    timestep = None if orbits.timestep is None else units.to_code(orbits.timestep, "time")
-    bodies = simulation(mass, in_code_units(scene.companions, units), integrator=orbits.integrator, timestep=timestep)
-    return ephemeris(bodies, _COVERED * units.to_code(scene.time.end, "time"))

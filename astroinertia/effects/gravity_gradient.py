@@ -59,17 +59,18 @@ class GravityGradient(Effect):
         return jnp.sqrt(3.0 * jnp.sum(_field(body)[0]) * (largest - least) / middle)
 
 
-def quadrupole_forces(body: Any) -> Any:
-    """Forces of the body's quadrupole on its companions, (N, 3): 3 M/(2 r^4) [(5 n . I n - tr I) n - 2 I n].
+def quadrupole_attraction(body: Any) -> Any:
+    """Accelerations of companions by the body's quadrupole, (N, 3): 3/(2 r^4) [(5 n . I n - tr I) n - 2 I n].
 
-    They are the slope of the effect's potential, and with its torque leave the angular momentum of all as it is.
+    The forces are the slope of the effect's potential, and with its torque leave the angular momentum of all as it is.
     Checked by tests/unit/test_gravity_gradient.py.
     """
-    weight, towards = _field(body)
-    distance = jnp.linalg.norm(body.companions.position(body.time), axis=-1, keepdims=True)
+    place = body.companions.position(body.time)
+    square = jnp.sum(place**2, axis=-1, keepdims=True)
+    towards = place / jnp.sqrt(square)
     turned = towards @ body.inertia
     along = jnp.sum(towards * turned, axis=-1, keepdims=True)
-    return 1.5 * weight / distance * ((5.0 * along - jnp.trace(body.inertia)) * towards - 2.0 * turned)
+    return 1.5 / square**2 * ((5.0 * along - jnp.trace(body.inertia)) * towards - 2.0 * turned)
 
 
 def _field(body: Any) -> tuple[Any, Any]:

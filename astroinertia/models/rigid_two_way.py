@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.effects.gravity_gradient import quadrupole_forces
+from astroinertia.effects.gravity_gradient import quadrupole_attraction
 from astroinertia.integrate import rigid_splitting
 from astroinertia.integrate.rigid_splitting import COMPOSITIONS, Rotor
 from astroinertia.models import rigid
@@ -104,15 +104,15 @@ def _turned_and_kicked(body: Rigid, time: Array, state: Rotor, drift: Array, int
     """The rotor after it turned freely and was kicked, and what the kick adds to the velocities of all bodies."""
     state = rigid_splitting.advance(state, body.rates, 0.0, drift, 1, _ORDER_OF_DRIFT)
     seen = rigid.view(body, time, state.quaternion, state.momentum_in_body, state.angular_momentum.value)
-    forces = quadrupole_forces(seen)
-    on_each = jnp.concatenate([-forces.sum(axis=0)[None] / body.mass, forces / body.companions.mass[:, None]])
+    attraction = quadrupole_attraction(seen)
+    reaction = -(body.companions.mass @ attraction) / body.mass
     kick = rigid.kick(body, time, state, interval)
     state = Rotor(
         state.turning.add(kick.turning),
         state.angular_momentum.add(kick.angular_momentum),
         state.books.add(kick.books),
     )
-    return state, interval * on_each
+    return state, interval * jnp.concatenate([reaction[None], attraction])
 
 
 def _here(bodies: Any) -> Here:

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.effects.gravity_gradient import GravityGradient
+from astroinertia.effects.gravity_gradient import GravityGradient, quadrupole_attraction
 from astroinertia.inertia.tensor import inertia_tensor
 
 MASSES, PLACES = np.array([3.0, 0.5]), np.array([[40.0, -30.0, 20.0], [-10.0, 25.0, 5.0]])
@@ -72,6 +72,22 @@ def test_the_torque_is_the_slope_of_the_potential(points):
 
         slope = jax.grad(turned)(jnp.zeros(3))
         assert np.asarray(effect.torque(seen_by(inertia))) == pytest.approx(-np.asarray(slope), rel=1e-12)
+
+
+def test_companions_are_attracted_by_the_slope_of_the_potential(points):
+    with jax.enable_x64(True):
+        inertia = jnp.asarray(inertia_tensor(*points))
+
+        def at(places):
+            companions = SimpleNamespace(mass=MASSES, position=lambda time: places)
+            return SimpleNamespace(time=0.0, companions=companions, inertia=inertia)
+
+        places = jnp.asarray(PLACES)
+        forces = -jax.grad(lambda moved: GravityGradient().potential(at(moved)))(places)
+        found = MASSES[:, None] * quadrupole_attraction(at(places))
+        assert np.asarray(found) == pytest.approx(np.asarray(forces), rel=1e-12)
+        turned = jnp.cross(places, found).sum(axis=0)
+        assert np.asarray(turned) == pytest.approx(-np.asarray(GravityGradient().torque(at(places))), rel=1e-12)
 
 
 def test_a_sphere_and_a_body_alone_feel_nothing():

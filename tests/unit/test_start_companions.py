@@ -1,0 +1,89 @@
+"""Companions of a scene: from its tables, out of an archive, and acted on by the body."""
+
+import jax
+import numpy as np
+import pytest
+
+from astroinertia import start_rigid
+from astroinertia.errors import SceneError
+from astroinertia.orbits.simulation import Companion, simulation
+from astroinertia.scene import load
+from astroinertia.scene.plan import code_units
+
+SCENE = """
+name = "pair"
+model = "rigid"
+units = "code"
+[body]
+kind = "rigid"
+mass = 1.0
+moments = [3.6e-4, 4.0e-4, 4.8e-4]
+rotation = { rate = 2.5, axis = [0.1, 0.2, 1.0] }
+[effects.gravity_gradient]
+[numerics]
+integrator = "splitting"
+steps_per_rotation = 15
+[time]
+end = 2.0
+"""
+MOON = """
+[[companions]]
+name = "moon"
+mass = 0.3
+semi_major_axis = 1.0
+eccentricity = 0.2
+inclination = 0.3
+"""
+
+
+def evolution(text, origin=None):
+    scene = load.loads(text, origin=origin)
+    return start_rigid.evolution(scene, code_units(scene))
+
+
+@pytest.mark.slow
+def test_the_torque_of_a_scene_and_its_reaction():
+    with jax.enable_x64(True):
+        alone, coupled = evolution(SCENE + MOON), evolution(SCENE + MOON + "[orbits]\nback_reaction = true\n")
+        momentum = coupled.total_angular_momentum()
+        records = []
+        for body in (alone, coupled):
+            body.advance(0.5)
+            records.append(body.record(None))
+        one, other = (record["angular_momentum"] for record in records)
+        # The orbit's answer is of second order in the torque; the angular momentum of all is kept.
+        assert 1e-12 < np.abs(one - other).max() < 1e-2 * np.abs(one).max()
+        assert np.abs(coupled.total_angular_momentum() - momentum).max() < 1e-15 * np.linalg.norm(momentum)
+
+
+def test_orbits_come_out_of_an_archive(tmp_path):
+    moon = Companion("moon", 0.3, semi_major_axis=1.0, eccentricity=0.2, inclination=0.3)
+    bodies = simulation(1.0, [moon])
+    bodies.save_to_file(str(tmp_path / "orbits.bin"), interval=0.7)
+    bodies.integrate(3.0)
+    with jax.enable_x64(True):
+        told, found = evolution(SCENE + MOON), evolution(SCENE + '[orbits]\narchive = "orbits.bin"\n', str(tmp_path))
+        for body in (told, found):
+            body.advance(2.0)
+        assert np.asarray(found.state.quaternion) == pytest.approx(np.asarray(told.state.quaternion), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (SCENE + "[orbits]\nback_reaction = true\n", "back_reaction needs companions"),
+        (
+            SCENE.replace('"splitting"', '"adaptive"') + MOON + "[orbits]\nback_reaction = true\n",
+            "back_reaction needs .numerics. integrator",
+        ),
+        (
+            SCENE.replace("[effects.gravity_gradient]", "[effects]") + MOON + "[orbits]\nback_reaction = true\n",
+            "back_reaction needs the effect gravity_gradient",
+        ),
+        (SCENE + '[orbits]\narchive = "none.bin"\n', "archive: there is no archive none.bin"),
+        (SCENE + MOON + '[orbits]\narchive = "none.bin"\n', "must not be given with it"),
+    ],
+)
+def test_what_contradicts_is_refused_in_a_sentence(text, told):
+    with pytest.raises(SceneError, match=told):
+        evolution(text)
