@@ -1,0 +1,76 @@
+"""How the planes of orbits turn each other over ages: Laplace and Lagrange's modes, first order in masses.
+
+With zeta_j = sin(I_j/2) exp(i node_j) of each planet, d zeta/dt = i B zeta, and each plane is a sum of as many steady
+turns as there are planets, one of which stands still. Eccentricities and higher orders, which change the rates by a few
+per cent and let them wander over 1e8 years, are left out. Source: Murray & Dermott 1999, Solar System Dynamics, chapter
+7. Tests: tests/unit/test_secular_orbits.py.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from astroinertia.errors import NumericalError
+
+Array = Any
+
+_MOST_DOUBLINGS = 24
+
+
+class NodeModes(NamedTuple):
+    """Steady turns of the planes of N orbits: rates (N,), rad s-1, amplitudes of sin(I/2) and phases (planet, mode)."""
+
+    rates: np.ndarray
+    amplitudes: np.ndarray
+    phases: np.ndarray
+
+
+def laplace_coefficient(s: float, j: int, ratio: float) -> float:
+    """b_s^(j)(ratio) = (1/pi) int_0^(2 pi) cos(j psi)/(1 - 2 ratio cos psi + ratio^2)^s dpsi, to round-off.
+
+    ValueError for a ratio outside 0 <= ratio < 1. Source: Murray & Dermott 1999, (6.67). Checked by
+    tests/unit/test_secular_orbits.py.
+    """
+    if not 0 <= ratio < 1:
+        raise ValueError("a ratio of semi-major axes is from 0 to below 1")
+    before = np.inf
+    for doubling in range(5, _MOST_DOUBLINGS):
+        psi = 2 * np.pi * np.arange(2**doubling) / 2**doubling
+        found = 2 * float(np.mean(np.cos(j * psi) / (1 - 2 * ratio * np.cos(psi) + ratio**2) ** s))
+        if abs(found - before) <= 1e-14 * abs(found) + 1e-300:
+            return found
+        before = found
+    raise NumericalError(f"orbits whose semi-major axes are as {ratio} to 1 are too near each other")
+
+
+def node_modes(
+    central: float, parameters: Array, semi_major_axes: Array, inclinations: Array, nodes: Array
+) -> NodeModes:
+    """The modes of the planes of N planets about a mass: GM (m3 s-2), m, and angles in rad at time 0.
+
+    sin(I/2) exp(i node) of planet j is the sum over modes of amplitudes[j] exp(i (rates t + phases[j])), as
+    `secular_spin.orbit_normal` takes it. ValueError for lengths that differ or values that are not above 0.
+    Source: Murray & Dermott 1999, (7.10), (7.11) and (7.27). Checked by tests/unit/test_secular_orbits.py.
+    """
+    m, a = np.asarray(parameters, dtype=float), np.asarray(semi_major_axes, dtype=float)
+    start = np.sin(0.5 * np.asarray(inclinations)) * np.exp(1j * np.asarray(nodes))
+    if not (m.ndim == 1 and m.shape == a.shape == start.shape and np.all(m > 0) and np.all(a > 0) and central > 0):
+        raise ValueError("planets have masses and semi-major axes above 0, inclinations and nodes, one of each")
+    matrix = np.zeros((len(m), len(m)))
+    for j in range(len(m)):
+        for k in range(len(m)):
+            if k != j:
+                ratio = min(a[j], a[k]) / max(a[j], a[k])
+                motion = np.sqrt((central + m[j]) / a[j] ** 3)
+                inner = ratio if a[j] < a[k] else 1.0
+                matrix[j, k] = (
+                    0.25 * motion * m[k] / (central + m[j]) * ratio * inner * laplace_coefficient(1.5, 1, ratio)
+                )
+        matrix[j, j] = -matrix[j].sum()
+    # Symmetric in the square roots of the angular momenta, so that the modes are at right angles and real.
+    weight = np.sqrt(m * np.sqrt((central + m) * a))
+    symmetric = matrix * weight[:, None] / weight
+    rates, vectors = np.linalg.eigh(0.5 * (symmetric + symmetric.T))
+    strength = vectors.T @ (weight * start)
+    parts = vectors / weight[:, None] * strength
+    return NodeModes(rates, np.abs(parts), np.angle(parts))

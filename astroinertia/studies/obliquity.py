@@ -1,0 +1,86 @@
+"""Obliquities of planets over ages, on orbits whose planes turn each other, in one call: a Dataset out.
+
+Planes by Laplace and Lagrange's modes from the orbits of J2000, spin by its secular equation (`rotation.secular_spin`).
+Tests: tests/unit/test_secular_orbits.py, a billion years in tests/hard/test_secular_spin_hard.py.
+"""
+
+import numpy as np
+import xarray as xr
+
+from astroinertia.bodies import j2000
+from astroinertia.bodies.planets import body
+from astroinertia.errors import SceneError
+from astroinertia.rotation import precession
+from astroinertia.rotation.precession import JULIAN_YEAR
+from astroinertia.rotation.secular_orbits import NodeModes, node_modes
+from astroinertia.rotation.secular_spin import spin_history
+
+# Directions of spin at J2000, right ascension and declination in degrees: Archinal et al. 2018, CMDA 130, 22.
+_POLES = {"Earth": (0.0, 90.0), "Mars": (317.681429, 52.886509)}
+_SAMPLES = 20001
+
+
+def planetary_planes() -> tuple[tuple[str, ...], NodeModes]:
+    """The names of the eight planets and the modes of their orbits' planes, from where they were at J2000."""
+    known = j2000.states("Sun")
+    sun = j2000.states("Earth")["Sun"].gravitational_parameter
+    axes, leans, nodes = [], [], []
+    for one in known.values():
+        total = sun + one.gravitational_parameter
+        axes.append(1 / (2 / np.linalg.norm(one.position) - one.velocity @ one.velocity / total))
+        normal = np.cross(one.position, one.velocity)
+        leans.append(np.arctan2(np.hypot(normal[0], normal[1]), normal[2]))
+        nodes.append(np.arctan2(normal[0], -normal[1]))
+    parameters = [one.gravitational_parameter for one in known.values()]
+    return tuple(known), node_modes(sun, parameters, axes, leans, nodes)
+
+
+def obliquity_history(
+    name: str = "Mars", years: float = 1e9, precession_constant: float | None = None, samples: int = _SAMPLES
+) -> xr.Dataset:
+    """Return the obliquity of "Earth" or "Mars" to its own moving orbit over so many years from J2000, along `time`.
+
+    `obliquity` and `inclination` (of the orbit to the ecliptic of J2000), rad. precession_constant: alpha in rad s-1,
+    constant; that of today's moon, spin and figure unless given. The rates of the planes are constant too, so this is
+    the motion that those of today give: the real ones wander, and with them Mars's obliquity is chaotic within 0 and
+    60 degrees (Laskar & Robutel 1993, Nature 361, 608). SceneError for another planet, for a time that is not above 0
+    and for fewer than two samples. Checked by tests/unit/test_secular_orbits.py.
+    """
+    if name not in _POLES:
+        raise SceneError(f"the obliquity of {name} over ages is not known here; take {' or '.join(_POLES)}")
+    if not 0 < years < np.inf or samples < 2:
+        raise SceneError("an obliquity is followed for a time above 0, and recorded twice or more")
+    names, modes = planetary_planes()
+    k = names.index(name)
+    right, declination = np.radians(_POLES[name])
+    pole = j2000.ecliptic_axes() @ np.array(
+        [np.cos(declination) * np.cos(right), np.cos(declination) * np.sin(right), np.sin(declination)]
+    )
+    alpha = _alpha(name) if precession_constant is None else precession_constant
+    times = np.linspace(0.0, years * JULIAN_YEAR, samples)
+    found = spin_history(times, pole, alpha, modes.amplitudes[k], modes.rates, modes.phases[k])
+    told = {"units": "rad"}
+    return xr.Dataset(
+        {
+            "obliquity": ("time", found.obliquity, told | {"long_name": "obliquity to the planet's own orbit"}),
+            "inclination": (
+                "time",
+                np.arccos(found.normal[:, 2]),
+                told | {"long_name": "of the orbit, to that of J2000"},
+            ),
+        },
+        {"time": ("time", times, {"units": "s", "long_name": "time from J2000"})},
+        {"title": f"obliquity of {name}", "body": name, "precession_constant": alpha, "steps": found.steps},
+    )
+
+
+def _alpha(name: str) -> float:
+    """The precession constant of today."""
+    planet = body(name)
+    if name == "Earth":
+        return precession.luni_solar_precession().total / float(np.cos(planet.value("obliquity")))
+    ratio = planet.adopted("polar_moment_ratio")
+    sun = body("Sun").gravitational_parameter
+    orbit = (sun, 1.523679342 * 149597870700.0, 0.0934006)  # Simon et al. 1994, A&A 282, 663
+    ellipticity = planet.zonal_harmonic(ratio.radius) / ratio.value
+    return float(precession.precession_constant(ellipticity, planet.angular_velocity, *orbit))
