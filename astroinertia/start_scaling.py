@@ -37,6 +37,7 @@ from astroinertia.units import CodeUnits
 
 _NODES = 160  # shells of the pressure integral
 _ANGLES, _WEIGHTS = leggauss(24)  # cosines of the angle to the axis; differential rotation is even and smooth in them
+_LEAST_DENSITY = 1e-200  # at the surface, where it vanishes: no power of it that is needed under- or overflows
 _HYDROSTATIC = 1e-4  # a pressure that differs by less from what holds the body is that which holds it
 _IN_EQUILIBRIUM = 1e-9  # of |W|: what is left of the virial theorem in a body that stays as it is
 _LARGEST, _SWELLING = 20.0, 1.02  # how far a body may swell when it settles with its rotation, and by which steps
@@ -220,7 +221,8 @@ def _ball(scene: Scene, units: CodeUnits, ball: start.Sphere) -> tuple[Homologou
     volume = float(np.prod(axes))
     pressure: Pressure | None = None
     if "pressure" in scene.effects and _gaseous(scene):
-        pressure = _gas(scene, units, ball, mass * ball.mass, ball.density(s) / volume, s, -energy)
+        density = np.maximum(profile.density(s) * ball.mass / (volume * ball.radius**3), _LEAST_DENSITY)
+        pressure = _gas(scene, units, ball, mass * ball.mass, density, s, -energy)
     scale, spin, constant = _settled(scene, units, ball, second, energy, axis)
     if "pressure" in scene.effects and pressure is None:
         if gravity is None:

@@ -248,3 +248,18 @@ def test_a_torque_on_a_pulsating_body_is_in_its_energy():
         assert abs(found["integration_energy_error"]) < 1e-11 and found["work"][-1] == 0.0
         opening = evolution(SCENES[name]).record(None)["angular_momentum"][2]
         assert found["angular_momentum"][2] == pytest.approx(opening + 0.006, rel=1e-12)
+
+
+def test_dysons_expansion_is_exact():
+    # An isentropic gas of exponent 5/3 without gravity: s^2 = 1 + c t^2, to the last digits.
+    text = HEAD + '[body]\nkind = "dyson"\ngamma = 1.6666666666666667\nmass = 1.0\nradius = 1.0\nentropy = 0.3\n'
+    body = evolution(text + GAS + "[effects.pressure]\n")
+    opening, later = record(body, 0.0), record(body, 2.0)
+    growth = later["second_moment"][0, 0] / opening["second_moment"][0, 0]
+    squared_speed = 2 * opening["internal_energy"] / np.trace(opening["second_moment"])
+    assert growth == pytest.approx(1 + squared_speed * 4.0, rel=1e-14)
+    # Its internal energy by the closed form: U = (3/2) A integral of rho^(5/3), rho ~ (1 - s^2)^(3/2).
+    central = math.gamma(4.0) / (math.pi**1.5 * math.gamma(2.5))
+    integral = 2 * math.pi * central ** (5 / 3) * math.gamma(1.5) * math.gamma(3.5) / math.gamma(5.0)
+    assert opening["internal_energy"] == pytest.approx(1.5 * 0.3 * integral, rel=1e-12)
+    assert later["total_energy"] == pytest.approx(opening["total_energy"], rel=1e-14)
