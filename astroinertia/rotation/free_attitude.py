@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.rotation.attitude import rotation
+from astroinertia.rotation.attitude import angle_between, rotation
 from astroinertia.rotation.elliptic import PI, Clock, complete_integral, decimal, digits, hyperbolic, jacobi, unit
-from astroinertia.rotation.free_top import FreeTop, checked_times, clock
+from astroinertia.rotation.free_top import FreeTop, angular_velocity, checked_times, clock, free_top
 from astroinertia.rotation.ripple import limit_ripple, phase_ripple
 
 Array = Any
@@ -73,6 +73,32 @@ def precession_per_period(top: FreeTop) -> float:
     with digits():
         turns = 4 * top.modulus.quarter / top.argument_rate * _mean_rate(top) / (2 * PI)
         return float((turns - turns.to_integral_value()) * 2 * PI)
+
+
+def uncertainty(top: FreeTop, times: Array, relative: float = 2.0**-53) -> tuple[np.ndarray, np.ndarray]:
+    """How well the motion is known at times (...,) when moments and angular velocity are known to `relative` only.
+
+    The change of the angular velocity in the body (...,), over its greatest, and the angle of that of the attitude
+    (...,), in rad: the roots of the sums of squares over the six numbers, each changed by that share. It grows as the
+    angle turned through, and by 1/k'^2 more where the separatrix is near, unless by two components that are small
+    themselves; no method can do better with such numbers.
+    Where decimals were meant, the default says what giving floats in their stead has cost.
+    Test: tests/hard/test_free_tops_hard.py.
+    """
+    times = checked_times(times)
+    rates, attitudes = angular_velocity(top, times), attitude(top, times)
+    spin, turn = np.zeros(times.shape), np.zeros(times.shape)
+    moments = [top.ordered[int(np.argmax(abs(top.frame[:, k])))] for k in range(3)]
+    given = [*moments, *top.start]
+    rod = not all(moments)  # its other two moments are one number
+    for numbers in [*([(0, 1, 2)] if rod else [(0,), (1,), (2,)]), (3,), (4,), (5,)]:
+        changed = [each * (1 + Fraction(relative) * (k in numbers)) for k, each in enumerate(given)]
+        if changed != given:
+            other = free_top(changed[:3], changed[3:])
+            spin += ((angular_velocity(other, times) - rates) ** 2).sum(-1)
+            turn += angle_between(attitude(other, times), attitudes) ** 2
+    size = float(np.abs(top.amplitudes).max())
+    return np.sqrt(spin) / (size or 1.0), np.sqrt(turn)
 
 
 def _mean_rate(top: FreeTop) -> Decimal:

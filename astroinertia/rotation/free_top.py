@@ -129,8 +129,8 @@ def free_top(moments: Sequence[Number], angular_velocity: Sequence[Number]) -> F
 def angular_velocity(top: FreeTop, times: Array) -> np.ndarray:
     """The angular velocity (..., 3) in body axes at times (...,), before or after time 0.
 
-    Relative to the spin, and on and next to the separatrix relative to each component, to 1e-14 for any number of
-    periods. ValueError for times that are not finite. Source: Landau & Lifshitz, Mechanics, eq. 37.10.
+    Each component to 4e-15 of itself for any number of periods, to 1e-13 where k' is below 1e-50. ValueError for times
+    that are not finite. Source: Landau & Lifshitz, Mechanics, eq. 37.10.
     Test: tests/unit/test_free_top.py.
     """
     times = checked_times(times)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from astroinertia.rotation import free_attitude, free_top
+from astroinertia.rotation.attitude import angle_between
 from tests import exact_top
 
 BODIES = {
@@ -76,7 +77,56 @@ def test_a_start_in_decimals_is_followed_for_a_million_periods():
     top = free_top.free_top(moments, spin)
     time = float(np.round(1e6 * free_top.period(top)))
     assert_as_exact(moments, spin, [time])
-    # What the floats of these decimals lack has grown to the angle turned through times their round-off.
+    # What the floats of these decimals lack has grown with the angle turned through.
     other = free_attitude.attitude(free_top.free_top([0.7, 1.1, 1.3], [0.1, 0.9, 0.3]), time)
-    turned = free_attitude.precession_rate(top) * time
-    assert 1e-18 * turned < abs(other - free_attitude.attitude(top, time)).max() < 2e-16 * turned
+    known = free_attitude.uncertainty(top, time)[1]
+    assert 1e-17 < known / (free_attitude.precession_rate(top) * time) < 1e-15
+    assert 0.05 * known < angle_between(other, free_attitude.attitude(top, time)) < known
+
+
+def test_next_to_the_separatrix_motion_is_known_worse():
+    known = []
+    for offset in (1e-1, 1e-4, 1e-7):
+        top = free_top.free_top([1.0, 1.5, 3.0], [3.0 + offset, 0.6, 1.0])
+        times = np.linspace(100, 100.5, 3001) * free_top.period(top)
+        known.append(free_attitude.uncertainty(top, times)[0].max())
+    assert known[0] < 2e-12
+    np.testing.assert_allclose(np.array(known[1:]) / known[:-1], 1e3, rtol=0.05)
+    # Next to the intermediate axis what is small is known by itself, and nothing is lost.
+    top = free_top.free_top([1.0, 2.0, 3.0], [1e-8, 1.0, 1e-8])
+    assert free_attitude.uncertainty(top, 100.2 * free_top.period(top))[0] < 1e-12
+    for moments in ([0.0, 1.0, 1.0], [2.0, 2.0, 2.0]):
+        top = free_top.free_top(moments, [0.3, 0.4, 0.5])
+        assert max(free_attitude.uncertainty(top, 100.0)) < 1e-13
+    assert free_attitude.uncertainty(free_top.free_top([1.0, 2.0, 3.0], [0.0, 0.0, 0.0]), [1.0, 2.0])[1].max() == 0.0
+
+
+def random_tops(count):
+    """Bodies of every shape with spins of every size, half of them within 1e-1 to 1e-15 of the separatrix."""
+    generator = np.random.default_rng(11)
+    while count:
+        small = 10 ** generator.uniform(-15, -1)
+        moments = generator.permutation(
+            [
+                generator.uniform(0.5, 3.0, 3),
+                10 ** generator.uniform(-12, 0, 3),
+                1.0 + small * generator.uniform(0, 1, 3),
+                [10 ** generator.uniform(-12, -1), 1.0, 1.0 + small],
+                [1.0, 1.0 + small, 2.0 + small],
+            ][generator.integers(5)]
+        )
+        least, middle, most = np.sort(moments)
+        if least < middle < most:
+            spin = generator.normal(size=3) * 10 ** generator.uniform(-9, 0, 3)
+            if generator.random() < 0.5:
+                slow, fast = np.argmin(moments), np.argmax(moments)
+                ratio = np.sqrt(most * (most - middle) / least / (middle - least))
+                spin[slow] = spin[fast] * ratio * (1 + generator.choice([-1, 1]) * 10 ** generator.uniform(-15, -1))
+            yield moments, spin, generator.uniform(-1, 1) * 10 ** generator.uniform(-1, 6.5)
+            count -= 1
+
+
+def test_any_top_at_any_time():
+    for moments, spin, periods in random_tops(80):
+        once = min(free_top.period(free_top.free_top(moments, spin)), 1.0 / abs(spin).max())
+        assert_as_exact(moments, spin, [periods * once], digits=160)
