@@ -1,6 +1,6 @@
 """How a planet's axis goes round and nods, what turns it by how much, and what makes up the period of its wobble.
 
-For the Datasets of `studies.precession`. Tests: tests/unit/test_precession_plots.py.
+For the Datasets of `studies.precession` and `studies.obliquity`. Tests: tests/unit/test_precession_plots.py.
 """
 
 import numpy as np
@@ -113,28 +113,28 @@ def section_figure(section, eccentricity: float, asphericity: float, resonances:
         return figure
 
 
-def obliquity_figure(history, name: str = "") -> Figure:
-    """The obliquity of a `rotation.secular_spin.SpinHistory` against time.
+def obliquity_figure(dataset: xr.Dataset) -> Figure:
+    """The obliquity against time, of `studies.obliquity.obliquity_history`.
 
-    Checked by tests/unit/test_precession_plots.py.
+    SceneError for another Dataset. Checked by tests/unit/test_precession_plots.py.
     """
+    _require(dataset, "inclination", "obliquity_history")
     with style.styled():
-        figure = style.page(f"{name}: obliquity".strip(": ").capitalize(), (10.0, 4.6))
+        figure = style.page(f"{dataset.attrs['body']}: obliquity on a moving orbit", (10.0, 4.6))
         axes = figure.subplots()
-        span = history.time[-1] - history.time[0]
-        scale, unit = (1e9 * _YEAR, "Gyr") if span > 3e8 * _YEAR else (1e6 * _YEAR, "Myr")
-        axes.plot(history.time / scale, np.degrees(history.obliquity), color=style.BLUE, linewidth=0.6)
-        axes.set_xlim(history.time[0] / scale, history.time[-1] / scale)
-        axes.set_xlabel(style.label("time", unit))
+        times, obliquity = dataset["time"].values, np.degrees(dataset["obliquity"].values)
+        scale, unit = (1e9 * _YEAR, "Gyr") if np.ptp(times) > 3e8 * _YEAR else (1e6 * _YEAR, "Myr")
+        axes.plot(times / scale, obliquity, color=style.BLUE, linewidth=0.6)
+        axes.set_xlim(times[0] / scale, times[-1] / scale)
+        axes.set_xlabel(style.label("time from J2000", unit))
         axes.set_ylabel(style.label("obliquity", "deg"))
-        low, high = np.degrees([history.obliquity.min(), history.obliquity.max()])
-        axes.set_title(f"Between {low:.2f} and {high:.2f} degrees")
+        axes.set_title(f"Between {obliquity.min():.2f} and {obliquity.max():.2f} degrees")
         return figure
 
 
 def _require(dataset: xr.Dataset, variable: str, study: str) -> None:
     if variable not in dataset:
-        raise SceneError(f"this figure is of a Dataset of studies.precession.{study}, which has {variable}")
+        raise SceneError(f"this figure is of the Dataset of {study}, which has {variable}")
 
 
 def _nutation(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:

@@ -14,8 +14,8 @@ Sources: Colombo 1966, AJ 71, 891; Peale 1969, AJ 74, 483; Ward 1975, AJ 80, 64;
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
+from astroinertia.bodies.roots import root_between
 from astroinertia.errors import NumericalError
 
 Array = Any
@@ -168,16 +168,14 @@ def _zeros(torque: Any) -> list[float]:
     values = torque(grid)
     found = [float(grid[k]) for k in np.flatnonzero(values[:-1] == 0)]
     crossing = np.flatnonzero(values[:-1] * values[1:] < 0)
-    found += [brentq(torque, grid[k], grid[k + 1], xtol=1e-16, rtol=1e-15) for k in crossing]
+    found += [root_between(torque, grid[k], grid[k + 1]) for k in crossing]
     # A pair may hide between two points: where |torque| has a least value of one sign.
     size = np.abs(values)
     for k in np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] <= size[2:]) & (values[:-2] * values[2:] > 0)) + 1:
         inside = np.linspace(grid[k - 1], grid[k + 1], _SCAN + 1)
         finer = torque(inside)
-        found += [
-            brentq(torque, inside[j], inside[j + 1], xtol=1e-16, rtol=1e-15)
-            for j in np.flatnonzero(finer[:-1] * finer[1:] < 0)
-        ]
+        crossing = np.flatnonzero(finer[:-1] * finer[1:] < 0)
+        found += [root_between(torque, inside[j], inside[j + 1]) for j in crossing]
     if len(found) not in (2, 4):
         raise NumericalError(f"{len(found)} Cassini states were found where there are two or four: two are merging")
     return sorted(found)

@@ -53,7 +53,8 @@ def spin_history(
     precession_constant: alpha at time 0, rad s-1; it goes as exp(growth_rate t), slowly, as tides, moons or a shrinking
     planet change it. steps_per_radian: of the fastest of the orbit's rates and a tenth of alpha. ValueError for times
     that do not increase, an axis of zero length, and a span of more than 2e9 steps.
-    A billion years take 0.3 s with one term and 5 s with the eight of the planets. Checked by tests/unit/test_secular_spin.py.
+    A billion years take 0.3 s with one term and 5 s with the eight of the planets.
+    Checked by tests/unit/test_secular_spin.py.
     """
     times, start = np.asarray(times, dtype=float), np.asarray(axis, dtype=float)
     terms = _terms(amplitudes, rates, phases)
@@ -78,12 +79,12 @@ def spin_history(
 
 
 def _terms(amplitudes: Array, rates: Array, phases: Array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    found = tuple(np.atleast_1d(np.asarray(each, dtype=float)) for each in (amplitudes, rates, phases))
-    if found[0].ndim != 1 or len({each.shape for each in found}) != 1 or not found[0].size:
+    one, two, three = (np.atleast_1d(np.asarray(each, dtype=float)) for each in (amplitudes, rates, phases))
+    if one.ndim != 1 or not one.shape == two.shape == three.shape or not one.size:
         raise ValueError("an orbit's motion is a sum of terms, each with an amplitude, a rate and a phase")
-    if not np.isfinite(found).all() or np.abs(found[0]).sum() >= 1:
+    if not np.isfinite([one, two, three]).all() or np.abs(one).sum() >= 1:
         raise ValueError("the amplitudes of sin(I/2) add up to less than 1")
-    return found
+    return one, two, three
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

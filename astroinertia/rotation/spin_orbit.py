@@ -114,17 +114,18 @@ def surface_of_section(
     strength = -0.5 * asphericity**2 * kicks / distance**3
     decay = np.exp(-2 * np.pi * damping)
     with jax.enable_x64(True):
-        angles, rates = _mapped(
-            *(jnp.ravel(each) for each in starts), jnp.asarray(drifts), jnp.asarray(strength), jnp.asarray(true),
-            decay, equilibrium_rate, orbits,
-        )  # fmt: skip
+        begin = jnp.ravel(starts[0]), jnp.ravel(starts[1])
+        orbit = jnp.asarray(drifts), jnp.asarray(strength), jnp.asarray(true)
+        angles, rates = _mapped(begin, orbit, decay, equilibrium_rate, orbits)
     folded = np.remainder(np.asarray(angles) + np.pi / 2, np.pi) - np.pi / 2
     shape = (orbits + 1, *starts[0].shape)
     return Section(folded.reshape(shape), np.asarray(rates).reshape(shape))
 
 
 @partial(jax.jit, static_argnames="orbits")
-def _mapped(angle, rate, drifts, strength, true, decay, equilibrium_rate, orbits):
+def _mapped(begin, orbit, decay, equilibrium_rate, orbits):
+    drifts, strength, true = orbit
+
     def step(state, now):
         angle, rate = state
         for k in range(6):
@@ -132,13 +133,13 @@ def _mapped(angle, rate, drifts, strength, true, decay, equilibrium_rate, orbits
             rate = rate + now[0][k] * jnp.sin(2 * (angle - now[1][k]))
         return (angle + drifts[6] * rate, rate), None
 
-    def orbit(state, _):
+    def whole_orbit(state, _):
         (angle, rate), _ = jax.lax.scan(step, state, (strength, true))
         state = jnp.remainder(angle, 2 * jnp.pi), equilibrium_rate + (rate - equilibrium_rate) * decay
         return state, state
 
-    _, (angles, rates) = jax.lax.scan(orbit, (angle, rate), length=orbits)
-    return jnp.concatenate([angle[None], angles]), jnp.concatenate([rate[None], rates])
+    _, (angles, rates) = jax.lax.scan(whole_orbit, begin, length=orbits)
+    return jnp.concatenate([begin[0][None], angles]), jnp.concatenate([begin[1][None], rates])
 
 
 def _eccentric_anomaly(mean: np.ndarray, eccentricity: float) -> np.ndarray:

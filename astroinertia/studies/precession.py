@@ -126,8 +126,8 @@ def _followed(
     times, axes = turning_planets.axis_history(planet, orbits, obliquity, steps_per_day)
     longitude = np.pi / 2 - np.unwrap(np.arctan2(axes[:, 1], axes[:, 0]))
     tilt = np.arctan2(np.hypot(axes[:, 0], axes[:, 1]), axes[:, 2])
-    fits = (harmonic_fit(times, angle, planet.frequencies, planet.phases) for angle in (longitude, tilt))
-    return (times, longitude, tilt), *fits
+    along, nodding = (harmonic_fit(times, angle, planet.frequencies, planet.phases) for angle in (longitude, tilt))
+    return (times, longitude, tilt), along, nodding
 
 
 def _dataset(

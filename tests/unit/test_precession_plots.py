@@ -6,8 +6,8 @@ import xarray as xr
 
 from astroinertia.errors import SceneError
 from astroinertia.plots import precession as plots
-from astroinertia.rotation.secular_spin import spin_history
 from astroinertia.rotation.spin_orbit import surface_of_section
+from astroinertia.studies.obliquity import obliquity_history
 from astroinertia.studies.precession import chandler_wobble
 
 ARCSECOND, YEAR = np.pi / 648000, 31557600.0
@@ -64,12 +64,12 @@ def test_sections_and_histories():
     section = surface_of_section(0.1, 0.2, np.zeros(5), np.linspace(0.5, 2.0, 5), 20, 24)
     figure = plots.section_figure(section, 0.1, 0.2, (1, 1.5))
     assert len(figure.axes[0].lines) == 7 and "1.5" in words(figure)
-    history = spin_history(np.linspace(0, 1e9 * YEAR, 50), [0, 0.4, 0.9], 1e-12, 0.02, -3e-12, 0.0)
-    figure = plots.obliquity_figure(history, "Mars")
-    assert "Gyr" in figure.axes[0].get_xlabel() and "Mars" in figure.get_suptitle()
+    figure = plots.obliquity_figure(obliquity_history("Mars", 1e6, samples=200))
+    assert "Myr" in figure.axes[0].get_xlabel() and "Mars" in figure.get_suptitle()
+    assert "Between 17.1" in words(figure)
 
 
 def test_other_datasets_are_refused():
-    for draw in (plots.precession_figure, plots.chandler_figure):
-        with pytest.raises(SceneError, match=r"studies\.precession"):
+    for draw in (plots.precession_figure, plots.chandler_figure, plots.obliquity_figure):
+        with pytest.raises(SceneError, match="this figure is of"):
             draw(xr.Dataset())
