@@ -141,6 +141,36 @@ class InertiaAccessor:
         text = {"inertia": "spin if the angular momentum stays", "radius": "spin if the body also keeps its shape"}[law]
         return self._series(opening * size[0] / size, text, self._unit("rad s-1"), f"scaling with {law}")
 
+    def rotation_limits(self, shedding: str = "roche") -> xr.Dataset:
+        """Period, radius, periods of an orbit at the equator and of mass shedding, and flags of break-up, along time.
+
+        The radius of these limits is the body's own at the start, scaled with its mean radius by second moments.
+        shedding: "roche", "polytrope n" or a published fit, as rotation.break_up.shedding_share has them; ValueError
+        for another. The last two flags say whether T/|W| lets friction make a bar, and whether it makes one by itself.
+        """
+        from astroinertia.rotation.break_up import DYNAMICAL, SECULAR, break_up  # brings figures of stars along
+
+        data = self.dataset
+        size, spin = data["mean_radius"].values, np.linalg.norm(data["angular_velocity"].transpose("time", "i"), axis=1)
+        radius = float(data["moment_ratio"].attrs.get("reference_radius", size[0])) * size / size[0]
+        period = np.divide(2 * np.pi, spin, out=np.full_like(spin, np.inf), where=spin > 0)
+        gravity, ratio = float(data.attrs["gravitational_constant"]), data["rotational_to_gravitational"].values
+        found = break_up(data["mass"].values, radius, period, shedding=shedding, gravitational_constant=gravity)
+        series = {
+            "radius": (radius, "m", "radius at the start, scaled with the mean radius by second moments"),
+            "period": (period, "s", "period of the mean spin"),
+            "kepler_period": (found.kepler_period, "s", "period of an orbit at the equator of the sphere"),
+            "shedding_period": (found.shedding_period, "s", f"shortest period without loss of mass ({shedding})"),
+            "kepler_fraction": (found.kepler_fraction, "1", "rate over that of an orbit at the equator"),
+            "beyond_kepler": (found.beyond_kepler, "1", "whether the equator turns faster than an orbit there"),
+            "sheds_mass": (found.sheds_mass, "1", "whether the body turns faster than it can without losing mass"),
+            "secularly_unstable": (ratio > SECULAR, "1", "whether T/|W| lets friction make a bar"),
+            "dynamically_unstable": (ratio > DYNAMICAL, "1", "whether T/|W| makes a bar"),
+        }
+        return xr.Dataset(
+            {name: self._series(values, text, self._unit(unit), "") for name, (values, unit, text) in series.items()}
+        )
+
     def strain(self, polar_angle: float, azimuth: float = 0.0) -> xr.Dataset:
         """Gravitational-wave strain times distance for an observer at (theta, phi) in radians; variables plus, cross.
 

@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import root_scalar
 
+from astroinertia import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia import dataset as datasets
 from astroinertia.bodies import neutron_star_fits
 from astroinertia.bodies.degenerate import degenerate_electrons
@@ -23,7 +24,7 @@ from astroinertia.bodies.neutron_stars import NeutronStar, stable_branch, star, 
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.tov import structure
 from astroinertia.errors import NumericalError, SceneError
-from astroinertia.rotation.break_up import DYNAMICAL, SECULAR, break_up, shedding_share, spun_up_polytrope
+from astroinertia.rotation.break_up import shedding_share, spun_up_polytrope
 from astroinertia.rotation.shells import shells_of
 from astroinertia.rotation.spin_scaling import SpinUp, radius_of_period
 from astroinertia.rotation.spin_scaling import spin_up as whole
@@ -95,36 +96,8 @@ def spin_up(
 
 
 def with_limits(dataset: xr.Dataset, shedding: str = "roche") -> xr.Dataset:
-    """Return a run's dataset with period, kepler_period, shedding_period, kepler_fraction and flags along time.
-
-    The radius of these limits is the body's own at the start, scaled with its mean radius by second moments. shedding:
-    "roche", "polytrope n" or a published fit, as rotation.break_up.shedding_share has them.
-    """
-    size = dataset["mean_radius"].values
-    radius = float(dataset["moment_ratio"].attrs.get("reference_radius", size[0])) * size / size[0]
-    spin = np.sqrt((dataset["angular_velocity"].values ** 2).sum(axis=-1))
-    with np.errstate(divide="ignore"):
-        period = 2 * math.pi / spin
-    gravity = float(dataset.attrs["gravitational_constant"])
-    limits = break_up(dataset["mass"].values, radius, period, shedding=shedding, gravitational_constant=gravity)
-    ratio = dataset["rotational_to_gravitational"].values
-    found = {
-        "radius": (radius, "m", "radius at the start, scaled with the mean radius by second moments"),
-        "period": (period, "s", "period of the mean spin"),
-        "kepler_period": (limits.kepler_period, "s", "period of an orbit at the equator of the sphere"),
-        "shedding_period": (limits.shedding_period, "s", f"shortest period without loss of mass ({shedding})"),
-        "kepler_fraction": (limits.kepler_fraction, "1", "rate over that of an orbit at the equator"),
-        "beyond_kepler": (limits.beyond_kepler, "1", "whether the equator turns faster than an orbit there"),
-        "sheds_mass": (limits.sheds_mass, "1", "whether the body turns faster than it can without losing mass"),
-        "secularly_unstable": (ratio > SECULAR, "1", "whether T/|W| lets friction make a bar"),
-        "dynamically_unstable": (ratio > DYNAMICAL, "1", "whether T/|W| makes a bar"),
-    }
-    plain = dataset["mass"].attrs.get("units") == "1"
-    variables = {
-        name: ("time", values, {"units": "1" if plain else unit, "long_name": text})
-        for name, (values, unit, text) in found.items()
-    }
-    return dataset.assign(variables)
+    """Return a run's dataset with its limits of rotation, as `dataset.inertia.rotation_limits` tells them."""
+    return dataset.assign(dataset.inertia.rotation_limits(shedding).data_vars)
 
 
 def period_against_radius(chosen: Iterable[Case] | None = None) -> xr.Dataset:

@@ -56,6 +56,7 @@ def test_bars_grow_where_maclaurin_spheroids_bifurcate():
     assert maclaurin.dynamical_limit().rotational_to_gravitational == pytest.approx(DYNAMICAL, abs=5e-5)
 
 
+@pytest.mark.slow
 def test_fastest_polytropes_against_published_figures():
     # Hachisu 1986, table of rigid polytropes (n = 1.5: T/|W| 0.0595 at axis ratio 0.615), and James 1964 for n = 1:
     # Omega^2/(4 pi G rho_c at rest) rises to its end; here only what both print is held.
