@@ -182,6 +182,24 @@ def moment_ratio_from_rate(
     return unit / np.asarray(rate)
 
 
+def moons_of_the_equator(
+    parameter: float, radius: float, spin_rate: float, moon_parameters: Array, moon_axes: Array
+) -> tuple[float, float]:
+    """What moons that their planet's flattening holds to its equator add to J2 and to C/(M a^2), as two numbers.
+
+    Sum of (1/2) (m/M) (a/R)^2, and of (m/M) (a/R)^2 n/omega: planet and moons precess as one, at the rate of
+    H = (J2 + first)/(C/(M R^2) + second). parameter: GM of the planet, radius R that of J2; moon_parameters and
+    moon_axes (N,): GM and semi-major axes of moons well within the Laplace radius. ValueError for axes that are not
+    above 0. Source: Goldreich 1966, Rev. Geophys. 4, 411; Ward & Hamilton 2004, AJ 128, 2501, (2).
+    Checked by tests/unit/test_precession.py.
+    """
+    masses, axes = np.asarray(moon_parameters, dtype=float), np.asarray(moon_axes, dtype=float)
+    _require_ellipse(axes, 0.0)
+    shares = masses / parameter * (axes / radius) ** 2
+    motions = np.sqrt((parameter + masses) / axes**3)
+    return float(0.5 * shares.sum()), float((shares * motions).sum() / spin_rate)
+
+
 def nodal_precession(
     j2: Array, radius: Array, gravitational_parameter: Array, semi_major_axis: Array, eccentricity: Array = 0.0,
     inclination: Array = 0.0,

@@ -207,8 +207,11 @@ def _of_mars(
     dataset: xr.Dataset, planet: Planet, orbits: Ephemeris, motion: HarmonicFit, tilt: HarmonicFit
 ) -> xr.Dataset:
     mars, rate = body("Mars"), float(dataset["precession_rate"].sel(part="all"))
-    j2 = mars.adopted("j2")
-    moons = sum(0.5 * gm / mars.gravitational_parameter * (a / j2.radius) ** 2 for gm, a in _MARS_MOONS) / j2.value
+    j2, ratio = mars.adopted("j2"), mars.adopted("polar_moment_ratio").value
+    bulge, momentum = formulae.moons_of_the_equator(
+        mars.gravitational_parameter, j2.radius, planet.spin_rate, *zip(*_MARS_MOONS, strict=True)
+    )
+    moons = (1 + bulge / j2.value) / (1 + momentum / ratio) - 1
     relativity = formulae.geodesic_precession(
         planet.others["Sun"].gravitational_parameter, _MARS_AXIS, _MARS_ECCENTRICITY
     )
@@ -216,7 +219,6 @@ def _of_mars(
     sources = ["de Sitter 1916", "Goldreich 1966, Rev. Geophys. 4, 411; orbits of Jacobson & Lainey 2014"]
     dataset = _corrected(dataset, corrections, sources, _MARS_RATE * _PER_YEAR)
     # The torque, and that on the moons with it, goes as 1/C; relativity does not.
-    ratio = mars.adopted("polar_moment_ratio").value
     found = ratio * rate * (1 + moons) / (_MARS_RATE * _PER_YEAR + float(relativity))
     return dataset.assign(
         polar_moment_ratio=((), found, _told("1", "C/(M a^2) of the published rate, a = 3396 km")),

@@ -147,6 +147,22 @@ def test_orbit_and_spin_go_round_their_sum_together():
     np.testing.assert_allclose(about * np.cross(total / np.linalg.norm(total), orbit), rate, rtol=1e-14, atol=1e-16)
 
 
+def test_saturn_precesses_with_titan():
+    """Ward & Hamilton 2004: moons add 0.0516 to J2 and 0.0028 to C/(M R^2); alpha is 0.83 arc seconds a year."""
+    saturn, radius = body("Saturn"), 60268e3
+    inner = [(8978.13710e9, 1221870e3), (153.94e9, 527068e3)]  # Titan and Rhea: GM and semi-major axis
+    bulge, momentum = precession.moons_of_the_equator(
+        saturn.gravitational_parameter, radius, saturn.angular_velocity, *zip(*inner, strict=True)
+    )
+    assert bulge == pytest.approx(0.0492, rel=0.01)  # Iapetus, beyond the Laplace radius, does the rest
+    assert momentum == pytest.approx(0.0028, rel=0.05)
+    ratio = 0.2199  # their C/(M R^2)
+    ellipticity = (saturn.zonal_harmonic(radius) + 0.05164) / (ratio + 0.00278)
+    sun = body("Sun").gravitational_parameter
+    alpha = precession.precession_constant(ellipticity, saturn.angular_velocity, sun, 9.5549 * 149597870700.0, 0.0555)
+    assert alpha / ARCSECOND_PER_YEAR == pytest.approx(0.83, abs=0.02)
+
+
 @pytest.mark.parametrize("orbit", [(-1.0, 0.0), (1.0, 1.0), (1.0, -0.1), (1.0, np.nan)])
 def test_what_is_no_ellipse_is_refused(orbit):
     for function in (
