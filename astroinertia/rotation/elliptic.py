@@ -171,7 +171,7 @@ class Modulus:
             return found if ahead else (2 * self.quarter).copy_sign(sine) - found
 
 
-def first_terms(log_nome: float, odd: bool) -> list[tuple[int, float]]:
+def _first_terms(log_nome: float, odd: bool) -> list[tuple[int, float]]:
     """Number of each term of a theta series that counts, and its factor: q^(n(n+1)) of odd multiples, else q^(n^2).
 
     For arguments that lie within a quarter of the imaginary period, where a term of odd multiples 2n + 1 of the
@@ -192,7 +192,7 @@ def jacobi(modulus: Modulus, quarters: np.ndarray, rest: np.ndarray) -> tuple[np
     Relative error below 3e-15 + 1e-15 K|rest|, also where a function is next to 0. Source: DLMF 22.2.4 to 22.2.6,
     20.2 and 20.7(viii). Test: tests/unit/test_elliptic.py.
     """
-    odd, even = first_terms(modulus.log_nome, True), first_terms(modulus.log_nome, False)
+    odd, even = _first_terms(modulus.log_nome, True), _first_terms(modulus.log_nome, False)
     root, other_root = modulus._roots
     prefactor = modulus._prefactor
     if modulus.complementary:

@@ -113,19 +113,23 @@ def test_the_angle_between_attitudes_keeps_its_digits(angle):
 def test_the_rate_of_an_attitude_is_its_derivative_in_jax():
     import jax
 
-    with jax.enable_x64(True):
-        start = attitude.attitude_of_euler_angles(jax.numpy.array([0.3, 0.5, 0.9]))
-        spin = jax.numpy.array([0.2, -1.0, 0.4])
+    spin = np.array([0.2, -1.0, 0.4])
 
+    @jax.jit
+    def compiled(start):
         def turned(time):
             return attitude.rotation(-time * spin) @ start  # seen from the body, the world turns the other way
 
         value, rate = jax.jvp(turned, (0.0,), (1.0,))
-        np.testing.assert_allclose(attitude.attitude_rate(value, spin), rate, atol=1e-15)
-        np.testing.assert_allclose(attitude.body_angular_velocity(value, rate), spin, atol=1e-15)
-        for matrix in (value, jax.numpy.eye(3)):
-            np.testing.assert_allclose(
-                attitude.attitude_of_quaternion(attitude.quaternion(matrix)), matrix, rtol=0, atol=1e-15
-            )
-            angles = attitude.euler_angles(matrix)
-            np.testing.assert_allclose(attitude.attitude_of_euler_angles(angles), matrix, rtol=0, atol=1e-15)
+        by_quaternion = attitude.attitude_of_quaternion(attitude.quaternion(value))
+        by_angles = attitude.attitude_of_euler_angles(attitude.euler_angles(value))
+        known = attitude.attitude_rate(value, spin), attitude.body_angular_velocity(value, rate)
+        return value, rate, by_quaternion, by_angles, *known
+
+    with jax.enable_x64(True):
+        for start in (rotations(1)[0], np.eye(3)):
+            value, rate, by_quaternion, by_angles, expected_rate, expected_spin = compiled(start)
+            np.testing.assert_allclose(rate, expected_rate, rtol=0, atol=1e-15)
+            np.testing.assert_allclose(expected_spin, spin, rtol=0, atol=1e-15)
+            np.testing.assert_allclose(by_quaternion, value, rtol=0, atol=1e-15)
+            np.testing.assert_allclose(by_angles, value, rtol=0, atol=1e-15)

