@@ -13,7 +13,7 @@ from astroinertia.plots.energy import energy_figure
 from astroinertia.plots.ledger import ledger_figure
 from astroinertia.plots.moments import inertia_figure
 from astroinertia.plots.profiles import profiles_figure
-from astroinertia.plots.scales import angular_momentum_scale, known
+from astroinertia.plots.scales import angular_momentum_scale, known, wave_scale
 from astroinertia.plots.shape import shape_figure
 from astroinertia.plots.spin import spin_figure
 from astroinertia.plots.style import save
@@ -34,6 +34,7 @@ FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
 }
 """File names and the figures that need the headline series only."""
 FAINTEST_WAVE = 1e-20  # m, strain times distance: 3e-41 at 10 kpc; tops and asteroids stay far below it
+ROUND_OFF = 1e-13  # of the waves that all motion and all forces would send in one direction
 _NEEDED = {
     "waves": "gw_strain_plus",
     "profiles": "radius_profile",
@@ -66,6 +67,7 @@ def _has_something(dataset: xr.Dataset, name: str) -> bool:
     if name == "spin" and not angular_momentum_scale(dataset)[1]:
         return False
     if name == "waves" and known(dataset, "gw_strain_plus"):
-        return max(float(abs(dataset[f"gw_strain_{kind}"]).max()) for kind in ("plus", "cross")) > FAINTEST_WAVE
+        largest = max(float(abs(dataset[f"gw_strain_{kind}"]).max()) for kind in ("plus", "cross"))
+        return largest > max(FAINTEST_WAVE, ROUND_OFF * wave_scale(dataset))
     needed = _NEEDED.get(name)
     return needed is None or known(dataset, needed)

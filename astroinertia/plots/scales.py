@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.dataset_derived import SPINLESS
+from astroinertia.units import SPEED_OF_LIGHT
 
 ENERGIES = ("kinetic_energy", "internal_energy", "gravitational_energy")
 
@@ -28,6 +29,12 @@ def energy_scale(dataset: xr.Dataset) -> float:
     """The largest energy of any kind at any time; NaN if none is known."""
     sizes = [np.nanmax(abs(dataset[name].values)) for name in ENERGIES if known(dataset, name)]
     return float(max(sizes)) if sizes else np.nan
+
+
+def wave_scale(dataset: xr.Dataset) -> float:
+    """G/c^4 times the largest sum of |tr K| and of all |tr V|: what cancels in the strain times distance, in m."""
+    shares = abs(dataset.inertia.virial_shares()).sum("share")
+    return float(shares.max()) * float(dataset.attrs["gravitational_constant"]) / SPEED_OF_LIGHT**4
 
 
 def angular_momentum_scale(dataset: xr.Dataset) -> tuple[float, bool]:

@@ -5,23 +5,28 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
-from astroinertia.plots.scales import angular_momentum_scale
+from astroinertia.plots.scales import angular_momentum_scale, known
 from astroinertia.rotation.break_up import DYNAMICAL, SECULAR
+
+UNBOUND = 1.0  # T/|W| of what is torn apart rather than unstable to a bar
 
 
 def spin_figure(dataset: xr.Dataset) -> Figure:
     """Spin against the scalings with 1/I and R^-2, their ratio to it, and T/|W|."""
     with style.styled():
-        figure = style.begin(dataset, "spin and its scaling laws", (9.0, 8.6))
-        bound = bool(dataset["rotational_to_gravitational"].notnull().any())
-        panels = list(figure.subplots(2 + bound, 1, height_ratios=[2.4, 1.3, 1.3][: 2 + bound]))
-        if angular_momentum_scale(dataset)[1]:
-            for draw, axes in zip((_spin, _ratios, _rotational_energy), panels, strict=False):
+        turning = angular_momentum_scale(dataset)[1]
+        drawn = [(_spin, 2.4)]
+        if turning and _laws(dataset):
+            drawn.append((_ratios, 1.3))
+        if turning and known(dataset, "rotational_to_gravitational"):
+            drawn.append((_rotational_energy, 1.3))
+        figure = style.begin(dataset, "spin and its scaling laws", (9.0, 1.2 + 1.48 * sum(size for _, size in drawn)))
+        panels = figure.subplots(len(drawn), 1, height_ratios=[size for _, size in drawn], squeeze=False)[:, 0]
+        for (draw, _), axes in zip(drawn, panels, strict=True):
+            if turning:
                 draw(axes, dataset)
-        else:
-            for axes in panels:
+            else:
                 style.note(axes, "the body does not spin")
-        for axes in panels:
             style.time_axis(axes, dataset, last=axes is panels[-1])
         return figure
 
@@ -32,7 +37,7 @@ def _laws(dataset: xr.Dataset) -> list[tuple]:
         (found.spin_scaling("inertia").values, style.VERMILLION, (0, (5, 2)), r"$\omega_0\, I_0/I$"),
         (found.spin_scaling("radius").values, style.GREEN, (0, (1.2, 1.6)), r"$\omega_0\,(R_0/R)^2$"),
     ]
-    return [law for law in laws if np.isfinite(law[0]).any()]
+    return [law for law in laws if np.nan_to_num(law[0]).any()]  # none of a disc's radius, or of a body first at rest
 
 
 def _spin(axes, dataset: xr.Dataset) -> None:
@@ -48,7 +53,7 @@ def _spin(axes, dataset: xr.Dataset) -> None:
         axes.set_yscale("log")
         style.plain_log(axes.yaxis, values.min() / scale, values.max() / scale)
     axes.set_ylabel(style.label(r"spin $\omega$", unit))
-    axes.set_title("Mean spin, and what its start value and a scaling law predict")
+    axes.set_title("Mean spin, and what its start value and a scaling law predict" if laws else "Mean spin")
     axes.legend(loc="best")
     style.mark_compression(axes, dataset, factor, named=True)
     if axes.get_yscale() != "log":
@@ -74,9 +79,6 @@ def _period(scale: float):
 def _ratios(axes, dataset: xr.Dataset) -> None:
     times, factor, _ = style.shown_times(dataset)
     rate, laws = dataset.inertia.spin_rate().values, _laws(dataset)
-    if not any(values.any() for values, *_ in laws):
-        style.note(axes, "at rest at the start: the laws predict no spin")
-        return
     for values, colour, dashes, name in laws:
         axes.plot(times, rate / values, color=colour, linestyle=dashes, label=f"over {name}")
     axes.axhline(1, color=style.GREY, linewidth=0.8)
@@ -97,7 +99,7 @@ def _rotational_energy(axes, dataset: xr.Dataset) -> None:
     top = float(ratio.max())
     axes.set_ylim(0, max(1.15 * top, 1e-12))
     for level, name in ((SECULAR, "secular bar instability"), (DYNAMICAL, "dynamical bar instability")):
-        if top > 0.5 * level:
+        if 0.5 * level < top < UNBOUND:
             axes.set_ylim(top=max(axes.get_ylim()[1], 1.15 * level))
             axes.axhline(level, color=style.PURPLE, linewidth=1, linestyle="--")
             axes.annotate(

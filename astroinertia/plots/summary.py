@@ -48,8 +48,8 @@ def _body(dataset: xr.Dataset) -> str:
     lines = [f"{'':{_WIDTH}}{'start':>14}{'least':>14}{'greatest':>14}{'end':>14}"]
     for name, series in rows:
         values = series.values
-        if not np.isfinite(values).any():
-            continue
+        if not np.isfinite(values).any() or (name.startswith("  if") and not np.nan_to_num(values).any()):
+            continue  # unknown, or the laws of a body that does not turn at the start
         factor, unit = scale_of(unit_of(series), values)
         shown = [values[0], np.nanmin(values), np.nanmax(values), values[-1]]
         text = name if unit == "1" else f"{name} ({unit})"
