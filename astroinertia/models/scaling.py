@@ -49,7 +49,11 @@ class Pressure(Protocol):
         ...
 
     def energy(self, scale: float) -> float:
-        """Internal energy, of slope -3 Pi/s; NaN where only its Pi is known."""
+        """Internal energy; NaN where only Pi is known."""
+        ...
+
+    def work(self, opening: float, scale: float) -> float:
+        """Integral of 3 Pi/s from one scale to another: what expansion has given, out of the internal energy."""
         ...
 
 
@@ -67,6 +71,10 @@ class PowerLawPressure:
     def energy(self, scale: float) -> float:
         """Internal energy."""
         return self.integral(scale) / (self.gamma - 1)
+
+    def work(self, opening: float, scale: float) -> float:
+        """What expansion has given."""
+        return self.energy(opening) - self.energy(scale)
 
 
 @dataclass(frozen=True)
@@ -87,6 +95,10 @@ class ShellPressure:
         """Internal energy."""
         return float(self.mass @ self.fluid.internal_energy(np, self.density / scale**3, self.entropy))
 
+    def work(self, opening: float, scale: float) -> float:
+        """What expansion has given."""
+        return self.energy(opening) - self.energy(scale)
+
 
 @dataclass(frozen=True)
 class HeldPressure:
@@ -101,6 +113,10 @@ class HeldPressure:
     def energy(self, scale: float) -> float:
         """NaN."""
         return math.nan
+
+    def work(self, opening: float, scale: float) -> float:
+        """What expansion has given."""
+        return self.binding * (1 / opening - 1 / scale)
 
 
 @dataclass(frozen=True)
@@ -184,7 +200,8 @@ class Scaling:
             missing["internal_energy"] = "the scene names no equation of state"
         self.absent = {**ABSENT, **missing, **self.absent}
         self._now = self._state(self.time)
-        self._opening = self._energies(*self._state(0.0))
+        opening = self._state(0.0)
+        self._start, self._opening = opening[0].scale, self._energies(*opening)
 
     def advance(self, until: float) -> None:
         """Go to a time; NumericalError where the body has collapsed before."""
@@ -251,8 +268,8 @@ class Scaling:
             "force": np.zeros((count, 3)),
             "impulse": np.zeros((count, 3)),
             "work": done,
-            "heating": np.array([energies["internal"] - self._opening["internal"] if name == "pressure" else 0.0
-                                 for name in self.effects]),
+            "heating": np.array([0.0 - given if name == "pressure" else 0.0
+                                 for name, given in zip(self.effects, done, strict=True)]),
             "kinetic_energy": energies["kinetic"],
             "internal_energy": math.nan if body.pressure is None else body.pressure.energy(scale),
             "gravitational_energy": energies["potential"] if body.gravity_tensor is not None else math.nan,
@@ -307,7 +324,9 @@ class Scaling:
     def _works(self, energies: dict[str, float], work: dict[str, float]) -> np.ndarray:
         # Kinetic energy that each effect has given; what is left has been done by what holds the shape and the size.
         gained = {name: energies[name] - self._opening[name] for name in energies}
-        given = {"gravity": 0.0 - gained["potential"], "pressure": 0.0 - gained["internal"], **work}
+        pressure, scale = self.body.pressure, self._now[0].scale
+        pressed = 0.0 if pressure is None else pressure.work(self._start, scale)
+        given = {"gravity": 0.0 - gained["potential"], "pressure": pressed, **work}
         done = [given.get(name, 0.0) for name in self.names]
         return np.array([*done, 0.0 if self.free else gained["kinetic"] - sum(done)])
 

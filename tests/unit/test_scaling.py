@@ -263,3 +263,14 @@ def test_dysons_expansion_is_exact():
     integral = 2 * math.pi * central ** (5 / 3) * math.gamma(1.5) * math.gamma(3.5) / math.gamma(5.0)
     assert opening["internal_energy"] == pytest.approx(1.5 * 0.3 * integral, rel=1e-12)
     assert later["total_energy"] == pytest.approx(opening["total_energy"], rel=1e-14)
+
+
+def test_a_held_body_is_held_by_the_pressure_that_it_needs():
+    body = evolution(SCENES["prescribed"])  # no equation of state
+    row, opening = body.names.index("pressure"), record(body, 0.0)
+    balance = np.trace(opening["virial_tensor"][:-1].sum(axis=0)) + 2 * opening["kinetic_energy"]
+    assert abs(balance) < 1e-14 and np.isnan(opening["internal_energy"])
+    later = record(body, 1.5)
+    # Pi ~ 1/s: its work from s = 1 to 1/10 is minus nine times 3 Pi_0, and heats what it compresses.
+    assert later["work"][row] == pytest.approx(-9 * np.trace(opening["virial_tensor"][row]), rel=1e-12)
+    assert later["heating"][row] == -later["work"][row] and later["heating"].sum() == later["heating"][row]
