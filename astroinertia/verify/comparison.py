@@ -24,7 +24,7 @@ SECTIONS: dict[str, str] = {
     "ellipsoid_motion": "Ellipsoids that move: instability, Riemann's figures, collapse",
     "exact_motions": "Exact motions of ellipsoids, from scene to record",
     "tops": "Free and heavy tops: closed forms, and an integrator against them",
-    "rebound": "Orbits and spins, against REBOUND",
+    "rebound": "Gravity, orbits and spins, against REBOUND",
     "precession": "Precession, wobble and spin states of planets, moons and pulsars",
     "turning_planets": "The Earth and Mars integrated under Sun, Moon and planets",
     "pulsars": "Pulsars, accretion and collapse",

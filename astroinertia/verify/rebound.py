@@ -1,10 +1,13 @@
-"""Orbits and spins beside REBOUND: Kepler's equation, and a tumbling moon inside its own ODE interface."""
+"""Gravity, orbits and spins beside REBOUND: direct sums, Kepler's equation, a tumbling moon in its own ODE interface."""
 
 import jax
 import numpy as np
 
 from astroinertia.build import prepare
 from astroinertia.effects.tide import eccentric_anomaly
+from astroinertia.engines import numba_cpu
+from astroinertia.gravity.direct import DIRECT_GRAVITY
+from astroinertia.orbits.particles import accelerations, of_particles
 from astroinertia.orbits.rigid_ode import RigidBodyOde
 from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.orbits.states import states
@@ -13,6 +16,7 @@ from astroinertia.scene.load import loads
 from astroinertia.verify.comparison import Found
 
 _ECCENTRICITY, _ORBITS, _TUMBLES = 0.3, 20, 5  # orbits of Kepler and of torque
+_PARTICLES, _POINT = 1000, 1e-9  # and their smoothing length, so that no two kernels overlap
 _MASS, _DISTANCE = 3.0, 10.0  # of the companion, M = G = 1
 _MOMENTS, _SPIN = (0.02, 0.03, 0.04), (0.1, 0.02, 0.4)
 _TUMBLING = f"""
@@ -76,4 +80,19 @@ def tumbling_moon() -> Found:
     }
 
 
-COMPUTATIONS = (orbit, tumbling_moon)
+def direct_gravity() -> Found:
+    """The pull on each of a thousand particles, over the sum of the sizes of all pulls on it."""
+    random = np.random.default_rng(1)
+    mass, position = random.uniform(0.5, 1.5, _PARTICLES) / _PARTICLES, random.normal(size=(_PARTICLES, 3))
+    there = accelerations(of_particles(mass, position))
+    engine, size = numba_cpu.Engine(precision="float64"), np.full(_PARTICLES, _POINT)
+    order, arrangement = engine.arrange(position, size)
+    fields = {"mass": mass[order], "position": position[order], "velocity": np.zeros_like(position)}
+    sums = engine.all_pair_sums(arrangement, "wendland_c2", (DIRECT_GRAVITY,), fields | {"smoothing_length": size})
+    separation = np.linalg.norm(position[order, None] - position[None], axis=-1)
+    pulls = np.divide(mass, separation**2, out=np.zeros_like(separation), where=separation > 0).sum(axis=1)
+    apart = np.linalg.norm(sums["gravity"]["acceleration"] - there[order], axis=1)
+    return {"direct_gravity": float((apart / pulls).max())}
+
+
+COMPUTATIONS = (direct_gravity, orbit, tumbling_moon)
