@@ -96,8 +96,9 @@ def pulsar_diagram(
 ) -> Figure:
     """P against P' of pulsars, with lines of field, age and spin-down luminosity, spin-up line and death line.
 
-    stars: the package's table without it. tracks: (label, P in s, P', braking index) of stars to be followed to where
-    their law leads in a million years, and back to a period of 10 ms.
+    The spin-up line is that of accretion at Eddington's rate from the whole Alfven radius. stars: the package's table
+    without it. tracks: (label, P in s, P', braking index) of stars to be followed to where their law leads in a million
+    years, and back to a period of 10 ms.
     """
     chosen = observed() if stars is None else tuple(stars)
     with style.styled():

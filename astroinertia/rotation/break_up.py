@@ -1,9 +1,9 @@
 """How fast a body can turn: orbits at its equator, mass shedding, and the bars that T/|W| allows to grow.
 
 A rigid body is torn at its swollen equator before the sphere it was at rest would be. How much before depends on its
-structure: Roche's centrally condensed model reaches (2/3)^(3/2) = 0.544 of the orbital rate of the sphere, polytropes
-0.5 to 0.6 (`polytropic_limit`, from exact figures), relativistic stars by published fits
-(bodies.neutron_star_fits.shedding_frequency). Any consistent units with the G given.
+structure: Roche's model, a point mass in a weightless envelope, reaches (2/3)^(3/2) = 0.544 of the orbital rate of the
+sphere, polytropes 0.565, 0.550, 0.529 and 0.454 for n = 0.5, 1, 1.5 and 2.5 (`polytropic_limit`, from exact figures),
+relativistic stars 0.57 to 0.63 by published fits (bodies.neutron_star_fits). Any consistent units with the G given.
 Tests: tests/unit/test_break_up.py.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import root_scalar
 
 from astroinertia.bodies.neutron_star_fits import KEPLER_FACTORS, kepler_period, roche_shedding_period
-from astroinertia.bodies.polytrope import polytrope_radius
+from astroinertia.bodies.polytrope import lane_emden, polytrope_radius
 from astroinertia.bodies.rotating_star import RotatingStar, end_of_sequence, rotating_star
 from astroinertia.bodies.scf_matter import polytropic_matter
 from astroinertia.errors import NumericalError
@@ -131,7 +131,7 @@ def polytropic_limit(index: float) -> PolytropicLimit:
     """Return where rigid polytropes of an index shed mass; ValueError unless 0 < n < 3.
 
     From exact figures (bodies.rotating_star), followed at one mass and one constant K, as a body is that has been spun
-    up; at n = 3 the radius at rest is not defined. An index of 0.5 and below meets bars before (T/|W| above SECULAR).
+    up; at n = 3 the radius at rest is not defined. Stiff bodies meet bars before: T/|W| is 0.18 at n = 0.5.
     """
     _check(index)
     star = end_of_sequence(polytropic_matter(index))
@@ -149,8 +149,6 @@ def polytropic_limit(index: float) -> PolytropicLimit:
 
 def polytrope_moment_ratio(index: float) -> float:
     """I/(M R^2) of the polytrope at rest."""
-    from astroinertia.bodies.polytrope import lane_emden
-
     return lane_emden(float(index)).moment_ratio
 
 

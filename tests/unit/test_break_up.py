@@ -63,9 +63,13 @@ def test_fastest_polytropes_against_published_figures():
     limit = polytropic_limit(1.5)
     assert limit.rotational_to_gravitational == pytest.approx(0.0595, abs=2e-4)
     assert 1.5 < limit.swelling < 1.6 and limit.moment_growth > 1.5
-    # The more condensed, the nearer to the point mass in a weightless envelope of the swollen star: Omega^2 a^3/(G M)
-    # goes to 1 and a/R to 3/2 only as the envelope loses its weight, while the share of L that it holds falls.
+    # The more condensed a body is, the less angular momentum and the lower a rate it bears: the docstring's shares.
+    rates = [polytropic_limit(index).rate for index in (0.5, 1.0, 1.5, 2.5)]
+    np.testing.assert_allclose(rates, [0.565, 0.550, 0.529, 0.454], atol=6e-4)
     assert polytropic_limit(1.0).angular_momentum > limit.angular_momentum
+    assert (
+        polytropic_limit(0.5).rotational_to_gravitational > SECULAR > polytropic_limit(1.0).rotational_to_gravitational
+    )
 
 
 @pytest.mark.slow
