@@ -130,8 +130,12 @@ def symmetric_integrals(first: Array, second: Array, third: Array) -> tuple[Arra
     Arguments as of `first_integral`, of which they are -2 times the derivatives by the third, second and first.
     R_D(x, y, z)/3 = gamma + beta (x + y) + alpha xy. Test: tests/unit/test_affine.py.
     """
-    by_first, by_second, by_third = jax.jacfwd(first_integral, argnums=(0, 1, 2))(first, second, third)
-    return -2 * by_third, -2 * by_second, -2 * by_first
+
+    def along(direction: Array) -> Array:
+        return jax.jvp(first_integral, (first, second, third), tuple(direction))[1]
+
+    gamma, beta, alpha = -2 * jax.vmap(along)(jnp.eye(3, dtype=first.dtype))
+    return alpha, beta, gamma
 
 
 @jax.custom_jvp

@@ -159,7 +159,7 @@ class Effect:
         return None
 
     def affine_virial(self, body: Any) -> Any | None:
-        """V = sum m (x - centre) (x) a, (3, 3), of an affine body, by a route of its own."""
+        """V = sum m (x - centre) (x) a, (3, 3), of an affine body, by a route of its own; F G^T where there is none."""
         return None
 
     def affine_potential(self, body: Any) -> Any | None:

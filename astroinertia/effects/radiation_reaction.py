@@ -23,17 +23,10 @@ class RadiationReaction(Effect):
     kind: ClassVar[str] = "radiation_reaction"
     external: ClassVar[bool] = True
 
-    def affine_matrix(self, body):
-        """M of the acceleration M x, (3, 3)."""
+    def affine_force(self, body):
+        """q M F, of the acceleration M x."""
         fifth = affine_motion.second_moment_derivatives(
             body.deformation, body.rate, body.second_moment, body.conservative
         )[-1]
-        return affine_motion.radiation_reaction_tensor(fifth, self.speed_of_light**-5.0)
-
-    def affine_force(self, body):
-        """q M F."""
-        return body.second_moment * self.affine_matrix(body) @ body.deformation
-
-    def affine_virial(self, body):
-        """Q M."""
-        return body.second_moment * body.deformation @ body.deformation.T @ self.affine_matrix(body)
+        reaction = affine_motion.radiation_reaction_tensor(fifth, self.speed_of_light**-5.0)
+        return body.second_moment * reaction @ body.deformation

@@ -147,7 +147,7 @@ def observed(problem: Problem, time: Array, state: State) -> Observed:
     return Observed(
         forces=_stacked(forces, (3, 3)),
         pushes=_stacked([push_on(effect, body) for effect in problem.effects], (3,)),
-        virials=_stacked([effect.affine_virial(body) for effect in problem.effects], (3, 3)),
+        virials=_stacked(_virials(problem, body, forces), (3, 3)),
         kinetic=moving,
         internal=internal_energy(problem, state),
         potentials={kind: energy for kind, energy in potentials.items() if energy is not None},
@@ -181,7 +181,7 @@ def rate_of_change(time: Array, state: State, problem: Problem) -> State:
     """d state/dt, in code units."""
     (body, forces), moment = body_at(problem, time, state), problem.second_moment
     pushes = [push_on(effect, body) for effect in problem.effects]
-    virials = [effect.affine_virial(body) for effect in problem.effects]
+    virials = _virials(problem, body, forces)
     heating = [_heating(problem, effect, body) for effect in problem.effects]
     kinetic = moment * state.rate @ state.rate.T
     given = sum(
@@ -250,6 +250,11 @@ def _conservative_acceleration(problem: Problem, heat: Array, deformation: Array
     )  # fmt: skip
     inner = tuple(each for each in problem.effects if each.kind in CONSERVATIVE)
     return sum(_pressed(problem, inner, body, heat)[1], jnp.zeros((3, 3))) / problem.second_moment
+
+
+def _virials(problem: Problem, body: AffineBody, forces: list[Array]) -> list[Array]:
+    own = [effect.affine_virial(body) for effect in problem.effects]
+    return [body.deformation @ g.T if v is None else v for v, g in zip(own, forces, strict=True)]
 
 
 def _heating(problem: Problem, effect: Any, body: AffineBody) -> Array:
