@@ -87,7 +87,7 @@ class CoupledRigidBody(RigidBody):
             for k, (share, following) in enumerate(zip(stages, (*stages[1:], stages[0]), strict=True)):
                 last = number == steps - 1 and k == len(stages) - 1
                 before += step * share
-                states.go_on(self.bodies, until if last else before)
+                states.drift(self.bodies, step * share, until if last else before)
                 # The kick that ends a stage is also the one that begins the next.
                 self._kick(body, step * share, 0.5 * step * (share if last else share + following))
         self.body = replace(self.body, companions=_here(self.bodies))

@@ -34,6 +34,16 @@ def go_on(bodies: rebound.Simulation, time: float) -> None:
     bodies.t, bodies.dt = time, longest
 
 
+def drift(bodies: rebound.Simulation, span: float, until: float) -> None:
+    """Take a simulation on by a length of time, backwards if negative, and then call its time `until`.
+
+    Many short drifts by the differences of late times would lose digits that these have not.
+    """
+    bodies.t = 0.0
+    go_on(bodies, span)
+    bodies.t = until
+
+
 def present(bodies: rebound.Simulation, origin: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Positions and velocities (N-1, 3) of all particles but one relative to that one, now."""
     others = np.arange(bodies.N) != origin
