@@ -14,16 +14,21 @@ Source: Whittaker (1937), Analytical Dynamics, section 69; Landau & Lifshitz, Me
 import math
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from astroinertia.inertia.principal import principal_frame
+from astroinertia.inertia.tensor import require_plausible, rotated
 from astroinertia.rotation.attitude import angle_between, rotation
 from astroinertia.rotation.elliptic import PI, Clock, complete_integral, decimal, digits, hyperbolic, jacobi, unit
-from astroinertia.rotation.free_top import FreeTop, angular_velocity, checked_times, clock, free_top
+from astroinertia.rotation.free_top import FreeTop, checked_times, clock, free_top
+from astroinertia.rotation.free_top import angular_velocity as body_rates
 from astroinertia.rotation.ripple import limit_ripple, phase_ripple
 
 Array = Any
+
+_THIN = 16 * np.finfo(float).eps  # share of the greatest moment below which the least is round-off of a tensor
 
 
 def attitude(top: FreeTop, times: Array, start: Array | None = None) -> np.ndarray:
@@ -46,6 +51,34 @@ def attitude(top: FreeTop, times: Array, start: Array | None = None) -> np.ndarr
     turned = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, one], axis=-1)
     turned = turned.reshape(*times.shape, 3, 3)  # about the angular momentum, which is the third axis here
     return body @ np.swapaxes(turned, -1, -2) @ first.T @ at_start
+
+
+class FreeMotion(NamedTuple):
+    """A free body in inertial axes: angular_velocity (..., 3), inertia (..., 3, 3), and axes (..., 3, 3) as rows."""
+
+    angular_velocity: np.ndarray
+    inertia: np.ndarray
+    axes: np.ndarray
+
+
+def free_motion(inertia: Array, angular_velocity: Array, times: Array) -> FreeMotion:
+    """The free motion of a body of any inertia tensor, at times (...,), in inertial axes.
+
+    inertia (3, 3) about the centre of mass and angular_velocity (3,) at time 0. The axes are the principal ones, by
+    ascending moment, and turn with the body. A least moment below 4e-15 of the greatest counts as 0, as a tensor does
+    not tell it: give `free_top` the moments of such needles. ValueError for a tensor that no body has.
+    Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/test_free_attitude.py.
+    """
+    tensor = np.asarray(inertia, dtype=float)
+    require_plausible(tensor)
+    moments, axes = principal_frame(tensor)
+    if moments[0] <= _THIN * moments[2]:  # a thin rod, whose other moments differ by round-off
+        moments = np.array([0.0, *np.full(2, moments[1:].mean())])
+    top = free_top(moments.tolist(), (axes @ np.asarray(angular_velocity, dtype=float)).tolist())
+    turned = attitude(top, times, axes)
+    back = np.swapaxes(turned, -1, -2)
+    rates = (back @ body_rates(top, times)[..., None])[..., 0]
+    return FreeMotion(rates, rotated(np.diag(moments), back), turned)
 
 
 def precession_rate(top: FreeTop) -> float:
@@ -86,7 +119,7 @@ def uncertainty(top: FreeTop, times: Array, relative: float = 2.0**-53) -> tuple
     Test: tests/hard/test_free_tops_hard.py.
     """
     times = checked_times(times)
-    rates, attitudes = angular_velocity(top, times), attitude(top, times)
+    rates, attitudes = body_rates(top, times), attitude(top, times)
     spin, turn = np.zeros(times.shape), np.zeros(times.shape)
     moments = [top.ordered[int(np.argmax(abs(top.frame[:, k])))] for k in range(3)]
     given = [*moments, *top.start]
@@ -95,7 +128,7 @@ def uncertainty(top: FreeTop, times: Array, relative: float = 2.0**-53) -> tuple
         changed = [each * (1 + Fraction(relative) * (k in numbers)) for k, each in enumerate(given)]
         if changed != given:
             other = free_top(changed[:3], changed[3:])
-            spin += ((angular_velocity(other, times) - rates) ** 2).sum(-1)
+            spin += ((body_rates(other, times) - rates) ** 2).sum(-1)
             turn += angle_between(attitude(other, times), attitudes) ** 2
     size = float(np.abs(top.amplitudes).max())
     return np.sqrt(spin) / (size or 1.0), np.sqrt(turn)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from astroinertia.rotation import free_attitude, free_top
-from astroinertia.rotation.attitude import angle_between, rotation
+from astroinertia.rotation.attitude import angle_between, cross_matrix, rotation
 from tests import exact_top
 from tests.unit.test_free_top import CASES
 
@@ -99,3 +99,25 @@ def test_rates_of_precession():
 
         mean = mp.quad(rate, [0, whole]) / whole * mp.mpf(str(top.angular_momentum))
         assert free_attitude.precession_rate(top) == pytest.approx(float(mean), rel=2e-15)
+
+
+@pytest.mark.parametrize("moments", [[1.3, 2.1, 2.9], [2.0, 2.0, 2.0], [0.0, 2.0, 2.0], [1.0, 2.0, 2.0]])
+def test_a_tensor_in_any_axes_turns_with_its_body(moments):
+    inertia = START @ np.diag(moments) @ START.T
+    spin = np.array([0.4, -0.3, 0.9])
+    times = np.array([[0.0, 1e-4], [7.0, 1e5]])
+    found = free_attitude.free_motion(inertia, spin, times)
+    assert found.inertia.shape == (2, 2, 3, 3)
+    np.testing.assert_allclose(found.angular_velocity[0, 0], spin, atol=1e-15)
+    np.testing.assert_allclose(found.inertia[0, 0], inertia, atol=3e-15)
+    momentum = (found.inertia @ found.angular_velocity[..., None])[..., 0]
+    np.testing.assert_allclose(momentum, np.tile(inertia @ spin, (2, 2, 1)), rtol=0, atol=1e-14)
+    # dI/dt = omega x I - I x omega of a tensor that turns with angular velocity omega
+    turn = cross_matrix(spin)
+    rate = (found.inertia[0, 1] - found.inertia[0, 0]) / 1e-4
+    np.testing.assert_allclose(rate, turn @ inertia - inertia @ turn, atol=5e-4)
+
+
+def test_a_tensor_that_no_body_has_is_refused():
+    with pytest.raises(ValueError, match="no body has these moments"):
+        free_attitude.free_motion(np.diag([1.0, 1.0, 3.0]), [0.0, 0.0, 1.0], 0.0)
