@@ -108,6 +108,14 @@ class Star:
         return self.star.max_pressure, self.star.max_density
 
 
+def stretch(body: Any) -> np.ndarray:
+    """The symmetric matrix (3, 3) that makes the sphere an ellipsoid: `axes` along `axes_at_start`."""
+    rows = np.asarray(body.axes_at_start, dtype=float)
+    left, _, right = np.linalg.svd(rows / np.linalg.norm(rows, axis=1, keepdims=True))
+    nearest = left @ right  # at right angles to round-off
+    return nearest.T @ np.diag(np.asarray(body.axes, dtype=float)) @ nearest
+
+
 def sphere(scene: Scene, units: CodeUnits) -> Sphere | Star | None:
     """The unstretched sphere, or the rotating star, of a scene's body; None for a particle table or a rigid body."""
     body: Any = scene.body
@@ -216,12 +224,12 @@ def particles(
     else:
         where = np.linalg.norm(unit_sphere, axis=1)
         settles = settles and body.kind == "polytrope" and body.index > 0
-        axes = np.asarray(body.axes)
+        stretched = stretch(body)
         if settles:
             position, velocity = _settled_sphere(scene, units, ball, problem, mass, unit_sphere, listener)
-            position, velocity = position * axes, velocity * axes
+            position, velocity = position @ stretched, velocity @ stretched
         else:
-            position = unit_sphere * ball.radius * axes
+            position = unit_sphere * ball.radius @ stretched
             velocity = _rotation(scene, units, ball, mass, position)
     velocity = velocity + _flow(scene, units, position)
     if body.specific_internal_energy is not None and fluid.thermal:

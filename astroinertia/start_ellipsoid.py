@@ -39,7 +39,7 @@ def evolution(scene: Scene, units: CodeUnits) -> Ellipsoid:
             "polytrope, uniform, power_law or dyson body."
         )
     body: Any = scene.body
-    deformation = np.diag(np.asarray(body.axes, dtype=float))
+    deformation = start.stretch(body)
     volume = float(np.prod(body.axes))
     rate = _initial_rate(scene, units, ball, deformation)
     matter, heat, kept = _fluid(scene, units, ball, deformation, rate)

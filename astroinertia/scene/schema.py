@@ -60,6 +60,17 @@ def _law_with_scale(part: Any) -> None:
         raise ValueError("has a scale, which only the laws j_constant and v_constant use.")
 
 
+UNIT_MATRIX = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def _at_right_angles(rows: tuple[tuple[float, ...], ...]) -> None:
+    sizes = [sum(x * x for x in row) for row in rows]
+    for k, one in enumerate(rows):
+        across = abs(sum(x * y for x, y in zip(one, rows[k - 1], strict=True)))
+        if sizes[k] == 0.0 or across > 1e-6 * (sizes[k] * sizes[k - 1]) ** 0.5:
+            raise ValueError("needs axes_at_start at right angles to each other.")
+
+
 class Rotation(Part):
     """How the body turns at the start; exactly one of rate, period, angular_momentum and t_over_w."""
 
@@ -156,7 +167,15 @@ class _Sized(Body):
     particles: Count | None = Field(default=None, description="number of particles (model sph)")
     mass: Mass = Field(description="total mass")
     radius: Length = Field(description="radius before the axes stretch it; semi-axes are radius * axes")
-    axes: Axes = Field(default=(1.0, 1.0, 1.0), description="stretch along x, y and z")
+    axes: Axes = Field(default=(1.0, 1.0, 1.0), description="stretch along x, y and z, or along axes_at_start")
+    axes_at_start: Matrix = Field(
+        default=UNIT_MATRIX, description="directions that axes stretch along, one a row, at right angles"
+    )
+
+    @model_validator(mode="after")
+    def _has_right_angles(self) -> Self:
+        _at_right_angles(self.axes_at_start)
+        return self
 
 
 class PolytropeBody(_Sized):
@@ -221,7 +240,7 @@ class RigidBody(Body):
     moments: Moments | None = Field(default=None, description="principal moments of inertia; or give moment_ratios")
     moment_ratios: MomentRatios | None = Field(default=None, description="principal moments over mass radius^2")
     axes_at_start: Matrix = Field(
-        default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+        default=UNIT_MATRIX,
         description="directions of the principal axes at the start, one a row, at right angles",
     )
 
@@ -235,13 +254,7 @@ class RigidBody(Body):
             raise ValueError("needs moments of which two at least are positive.")
         if c > (a + b) * (1.0 + 1e-12):
             raise ValueError("needs moments of which none is larger than the sum of the others.")
-        rows = self.axes_at_start
-        sizes = [sum(x * x for x in row) for row in rows]
-        for k, one in enumerate(rows):
-            other = rows[k - 1]
-            across = abs(sum(x * y for x, y in zip(one, other, strict=True)))
-            if sizes[k] == 0.0 or across > 1e-6 * (sizes[k] * sizes[k - 1]) ** 0.5:
-                raise ValueError("needs axes_at_start at right angles to each other.")
+        _at_right_angles(self.axes_at_start)
         return self
 
 

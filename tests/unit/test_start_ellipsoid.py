@@ -1,15 +1,17 @@
 """From a scene to an affine body: its quadrature, fluid and rotation, what it says of itself and what it refuses."""
 
 import math
+from types import SimpleNamespace
 
 import jax
 import numpy as np
 import pytest
 
-from astroinertia import start_ellipsoid
+from astroinertia import start, start_ellipsoid
 from astroinertia.errors import SceneError
 from astroinertia.scene import load, plan
 from astroinertia.sph import profiles
+from astroinertia.sph.eos import ideal
 
 SCENE = """
 name = "star"
@@ -150,3 +152,25 @@ def test_modes_are_those_of_the_stretched_body():
     weight = 1 / ((np.cos(phi) / 1.5) ** 2 + (np.sin(phi) / 0.5) ** 2)
     for k, amplitude in enumerate(record["mode_amplitude"], start=1):
         assert abs((weight * np.exp(1j * k * phi)).sum()) / weight.sum() == pytest.approx(amplitude, abs=1e-12)
+
+
+def test_axes_tilt_in_both_models_alike():
+    """Particles and the affine body have the same stretch, along the same directions."""
+    tilt = "body.axes_at_start=[[3.0, 4.0, 0.0], [-4.0, 3.0, 0.0], [0.0, 0.0, 2.0]]"
+    scene = load.loads(SCENE, [tilt])
+    turn = np.array([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
+    wanted = turn.T @ np.diag([1.2, 1.0, 0.8]) @ turn
+    np.testing.assert_allclose(start.stretch(scene.body), wanted, atol=1e-15)
+    np.testing.assert_allclose(np.array(body_of(tilt).state.deformation), wanted, atol=1e-15)
+    particles = load.loads(SCENE, [tilt, "model='sph'", "body.particles=500", "body.relax=false"])
+    units = plan.code_units(particles)
+    ball = start.sphere(particles, units)
+    placed = start.particles(particles, units, ball, SimpleNamespace(equation_of_state=ideal(5 / 3)))
+    second = (placed.mass[:, None] * placed.position).T @ placed.position
+    expected = 2.0 * 9.0 * ball.profile.second_moment * wanted @ wanted
+    np.testing.assert_allclose(second, expected, atol=1e-10 * np.abs(expected).max())
+
+
+def test_crooked_axes_are_refused():
+    with pytest.raises(SceneError, match="right angles"):
+        load.loads(SCENE, ["body.axes_at_start=[[1.0,0.0,0.0],[1.0,1.0,0.0],[0.0,0.0,1.0]]"])
