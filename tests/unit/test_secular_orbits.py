@@ -37,6 +37,7 @@ def test_the_solar_system_has_its_frequencies():
     assert np.ptp(modes.amplitudes[:, -1]) < 1e-12
 
 
+@pytest.mark.slow
 def test_two_planets_turn_as_in_rebound():
     """The node regresses and the mutual inclination stays, of a pair that is far apart and light."""
     masses, axes, leans, nodes = [1e-4, 3e-4], [1.0, 4.0], [0.02, 0.01], [0.3, 2.0]

@@ -57,6 +57,7 @@ def test_the_width_of_a_resonance_is_that_of_the_section():
         assert inside < 1.3 and outside > 1.5  # swings, and turns over
 
 
+@pytest.mark.slow
 def test_small_swings_have_their_rate():
     e, size = 0.02, 0.05
     width = spin_orbit.resonance_half_width(1.0, e, size)
@@ -75,6 +76,7 @@ def test_an_aspherical_moon_is_chaotic_and_a_round_one_is_not():
         assert chaotic or distance[-1] < 1e-6
 
 
+@pytest.mark.slow
 def test_capture_happens_as_often_as_the_formula_says():
     e, size, starts = 0.2, 0.1, 300
     expected = spin_orbit.capture_probability(1.5, e, size)
