@@ -23,11 +23,11 @@ Array = Any
 JULIAN_YEAR = 31557600.0  # s
 ARCSECOND = np.pi / 648000.0  # rad
 ARCSECOND_PER_YEAR = ARCSECOND / JULIAN_YEAR  # rad s-1
-# Mean orbits of Sun and Moon about the Earth: Simon et al. 1994, A&A 282, 663 (Sun); Chapront-Touze & Chapront 1988,
-# A&A 190, 342 (Moon; its mean distance is of the sine parallax, 384 399 km of the semi-major axis without the Sun).
+# Mean orbits of Sun and Moon about the Earth: Simon et al. 1994, A&A 282, 663; the Moon's semi-major axis as in the
+# NSSDCA Moon Fact Sheet, to the kilometre.
 SUN_SEMI_MAJOR_AXIS, SUN_ECCENTRICITY = 1.000001018 * 149597870700.0, 0.0167086342
 MOON_SEMI_MAJOR_AXIS, MOON_ECCENTRICITY, MOON_INCLINATION = 384399e3, 0.0549006, np.radians(5.1453964)
-MOON_NODE_RATE = np.radians(-1934.1362608) / (100 * JULIAN_YEAR)  # rad s-1; Simon et al. 1994, sect. 3.5 (b)
+MOON_NODE_RATE = np.radians(-1934.1362608) / (100 * JULIAN_YEAR)  # rad s-1, from the equinox of date; the same
 
 
 class LuniSolar(NamedTuple):
