@@ -200,6 +200,16 @@ def moons_of_the_equator(
     return float(0.5 * shares.sum()), float((shares * motions).sum() / spin_rate)
 
 
+def rotational_j2(love_number: Array, spin_rate: Array, radius: Array, gravitational_parameter: Array) -> Array:
+    """J2 that its spin gives a star or a fluid planet, (k2/3) omega^2 R^3/(GM), to first order in the flattening.
+
+    k2 is twice the apsidal constant (`bodies.apsidal`, `bodies.clairaut`): 0.029 for n = 3. So a Be star turns the
+    pericentres of its disc and of companions by `apsidal_precession`. Source: Sterne 1939, MNRAS 99, 451.
+    Checked by tests/unit/test_precession.py.
+    """
+    return np.asarray(love_number) / 3 * np.asarray(spin_rate) ** 2 * np.asarray(radius) ** 3 / gravitational_parameter
+
+
 def nodal_precession(
     j2: Array, radius: Array, gravitational_parameter: Array, semi_major_axis: Array, eccentricity: Array = 0.0,
     inclination: Array = 0.0,

@@ -139,6 +139,26 @@ def test_orbits_about_a_flattened_body():
     assert both == pytest.approx(1.5 * j2 * (radius / a) ** 2 * n, rel=1e-14)
 
 
+def test_a_be_stars_disc_precesses_in_years():
+    """Papaloizou, Savonije & Henrichs 1992: V/R variations of some ten years from the flattening of the star."""
+    from astroinertia.bodies import apsidal, clairaut, earth
+    from astroinertia.rotation.wobble import secular_love_number
+
+    # A fluid Earth of PREM, and back to the k2 that it came from.
+    found = clairaut.hydrostatic_figure(earth.prem(), earth.EARTH_ROTATION_RATE)
+    k2, mu = float(found.love_number), body("Earth").gravitational_parameter
+    j2 = precession.rotational_j2(k2, earth.EARTH_ROTATION_RATE, 6371e3, mu)
+    assert j2 == pytest.approx(float(found.j2), rel=1e-3)
+    assert secular_love_number(j2, mu, 6371e3, earth.EARTH_ROTATION_RATE) == pytest.approx(k2, rel=1e-14)
+    # 10 solar masses and 5 radii at 0.9 of break-up, as condensed as n = 3; a ring at 3 radii.
+    mu, radius = 10 * GRAVITATIONAL_CONSTANT * SOLAR_MASS, 5 * 6.957e8
+    spin = 0.9 * np.sqrt(mu / radius**3)
+    j2 = precession.rotational_j2(apsidal.love_number(3.0), spin, radius, mu)
+    orbit = (j2, radius, mu, 3 * radius)
+    years = 2 * np.pi / (precession.apsidal_precession(*orbit) + precession.nodal_precession(*orbit)) / JULIAN_YEAR
+    assert 1 < years < 30
+
+
 def test_orbit_and_spin_go_round_their_sum_together():
     orbit, spin = np.array([0.0, 0.6, 0.8]) * 3.0, np.array([0.0, 0.0, 1.0]) * 2.0
     rate = 0.01 * np.cross(spin / 2.0, orbit)  # of the orbit's angular momentum: node rate 0.01 about the spin
