@@ -11,7 +11,8 @@ from typing import Any
 import numba
 import numpy as np
 import rebound
-from numba import types
+from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
+from rebound.ode import ODEDER
 
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.ledger import Compensated
@@ -41,11 +42,12 @@ class RigidBodyOde:
         parts = (np.ravel(position), np.ravel(velocity), quaternion, angular_velocity)
         self._state = Compensated(value := np.concatenate(parts).astype(float), np.zeros_like(value))
         constants = np.concatenate([mass, moments, [gravitational_constant, float(back_reaction)]])
-        self._simulation = rebound.Simulation()
+        self._simulation: Any = rebound.Simulation()
         self._simulation.integrator = "bs"
-        self._simulation.integrator.eps_abs = self._simulation.integrator.eps_rel = tolerance
+        method: Any = self._simulation.integrator
+        method.eps_abs = method.eps_rel = tolerance
         self._ode = self._simulation.create_ode(length=2 * len(value) + len(constants), needs_nbody=False)
-        self._ode._derivatives = rebound.ode.ODEDER(_rates(self.count).address)
+        self._ode._derivatives = ODEDER(_rates(self.count).address)
         self._given()[:] = np.concatenate([np.zeros_like(value), value, constants])
         self._simulation.dt = _FIRST_STEP * self._shortest_time()
 
@@ -115,7 +117,7 @@ def _rates(count: int) -> Any:
 
     @numba.cfunc(_SIGNATURE)
     def rates(_, pointer_to_rates, pointer_to_state, time):
-        rate, given = numba.carray(pointer_to_rates, length), numba.carray(pointer_to_state, length)
+        rate, given = carray(pointer_to_rates, length), carray(pointer_to_state, length)
         rate[:] = 0.0
         state = given[:size] + given[size : 2 * size]
         place, a, c = state[: 3 * count], moments, gravity

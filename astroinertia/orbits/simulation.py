@@ -89,7 +89,7 @@ def simulation(
     Sources: Rein & Liu 2012, A&A 537, A128; Rein & Spiegel 2015, MNRAS 446, 1424 (IAS15); Rein & Tamayo 2015, MNRAS
     452, 376 (WHFast). Checked by tests/unit/test_orbits.py.
     """
-    bodies = rebound.Simulation()
+    bodies: Any = rebound.Simulation()
     bodies.G = gravitational_constant
     bodies.add(m=mass, name=BODY)
     for companion in companions:
@@ -99,7 +99,8 @@ def simulation(
     bodies.move_to_com()
     bodies.integrator = integrator
     if integrator == "whfast":
-        bodies.integrator.corrector = _CORRECTOR
+        method: Any = bodies.integrator
+        method.corrector = _CORRECTOR
         bodies.dt = _shortest_period(bodies, companions) / STEPS_PER_PERIOD if timestep is None else timestep
     return bodies
 
@@ -114,7 +115,7 @@ def companions(bodies: rebound.Simulation, around: dict[str, str] | None = None)
     return tuple(_companion(bodies, k, known, (around or {}).get(known[k], BODY)) for k in range(1, bodies.N))
 
 
-def _companion(bodies: rebound.Simulation, k: int, known: list[str], around: str) -> Companion:
+def _companion(bodies: Any, k: int, known: list[str], around: str) -> Companion:
     orbit = _orbit(bodies, k, known, around)
     return Companion(
         known[k], bodies.particles[k].m, around, semi_major_axis=orbit.a, eccentricity=orbit.e, inclination=orbit.inc,
@@ -122,7 +123,7 @@ def _companion(bodies: rebound.Simulation, k: int, known: list[str], around: str
     )  # fmt: skip
 
 
-def _orbit(bodies: rebound.Simulation, k: int, known: list[str], around: str) -> rebound.Orbit:
+def _orbit(bodies: Any, k: int, known: list[str], around: str) -> rebound.Orbit:
     orbit = bodies.particles[k].orbit(primary=_centre(bodies, known, around, k))
     if not 0.0 <= orbit.e < 1.0:
         raise ValueError(f"{known[k]} has no bound orbit around {around}: its eccentricity is {orbit.e:.6g}")
@@ -137,10 +138,10 @@ def _centre(bodies: rebound.Simulation, known: list[str], around: str, before: i
     return bodies.particles[known.index(around)]
 
 
-def _particle(bodies: rebound.Simulation, companion: Companion) -> rebound.Particle:
+def _particle(bodies: Any, companion: Companion) -> rebound.Particle:
     centre = _centre(bodies, [*names(bodies), companion.name], companion.around, bodies.N)
-    if companion.position is None:
-        size = {"a": companion.semi_major_axis} if companion.period is None else {"P": companion.period}
+    if companion.position is None or companion.velocity is None:
+        size: Any = {"a": companion.semi_major_axis} if companion.period is None else {"P": companion.period}
         return rebound.Particle(
             bodies, m=companion.mass, name=companion.name, primary=centre, e=companion.eccentricity,
             inc=companion.inclination, Omega=companion.node, omega=companion.pericentre, M=companion.mean_anomaly,

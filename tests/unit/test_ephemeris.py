@@ -80,6 +80,7 @@ def test_compiled_code_reads_all_bodies_as_rebound_has_them():
     assert np.abs((velocity - speed) / pace).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_positions_and_velocities_are_continuous_between_segments():
     found = ephemeris(simulation(1.0, [Companion("moon", 0.01, period=1.0, eccentricity=0.5)]), 3.0)
     edges = (found.middle + found.half_length)[:-1]
@@ -97,6 +98,7 @@ def test_outside_its_time_an_ephemeris_knows_nothing():
     assert known.tolist() == [False, True, True, True, False]
 
 
+@pytest.mark.slow
 def test_whfast_steps_evenly_and_keeps_the_orbit():
     planets = [
         Companion("inner", 1e-4, semi_major_axis=1.0, eccentricity=0.05),

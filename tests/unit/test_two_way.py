@@ -70,6 +70,7 @@ def test_orders_are_what_they_are_called():
             assert found == pytest.approx(order, abs=0.5)
 
 
+@pytest.mark.slow
 def test_a_resumed_body_goes_on_bit_for_bit():
     with jax.enable_x64(True):
         body = coupled(order=4)
@@ -83,6 +84,7 @@ def test_a_resumed_body_goes_on_bit_for_bit():
         assert np.array_equal(body.arrays()["carry"], other.arrays()["carry"])
 
 
+@pytest.mark.slow
 def test_a_sphere_leaves_the_orbit_alone():
     with jax.enable_x64(True):
         body = coupled()
