@@ -175,6 +175,7 @@ def equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | None
     if chosen.kind == "piecewise_polytropic":
         densities = [units.to_code(density, "density") for density in chosen.densities]
         return eos.piecewise_polytropic(densities, chosen.gammas, _constant(scene, units, ball, chosen.gammas[0]))
+    assert chosen.kind == "hybrid"  # incompressible fluids have no equation that particles could follow
     nuclear = units.to_code(chosen.nuclear_density, "density")
     constant = _constant(scene, units, ball, chosen.gamma_1)
     return eos.hybrid(nuclear, chosen.gamma_1, chosen.gamma_2, chosen.gamma_thermal, constant)

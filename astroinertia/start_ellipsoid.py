@@ -32,6 +32,10 @@ def evolution(scene: Scene, units: CodeUnits) -> Ellipsoid:
         raise SceneError(
             "[[companions]] act on the model rigid; what another body does to an ellipsoid is [effects.tide]."
         )
+    if scene.numerics.integrator != "adaptive":
+        raise SceneError(
+            f"[numerics] integrator {scene.numerics.integrator} is for the model rigid, not for ellipsoid."
+        )
     ball = start.sphere(scene, units)
     if not isinstance(ball, start.Sphere):
         raise SceneError(

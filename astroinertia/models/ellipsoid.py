@@ -37,7 +37,7 @@ class Ellipsoid:
     ) -> None:
         self.effects = problem.effect_names
         self.approximation = approximation
-        self.absent = dict.fromkeys(
+        self.absent: dict[str, str] = dict.fromkeys(
             ("radius_profile", "density_profile", "rotation_profile", "specific_angular_momentum_profile"), _SPHERES
         )
         if problem.incompressible:

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from astroinertia import start_ellipsoid
+from astroinertia.bodies import roche
 from astroinertia.scene import load, plan
 from tests import affine_scenes
 from tests.affine_scenes import semi_axes, started
@@ -135,3 +136,19 @@ def test_a_checkpoint_goes_on_bit_for_bit() -> None:
     one, other = whole.record(0.0), again.record(0.0)
     assert one.keys() == other.keys()
     assert all(np.array_equal(np.asarray(one[name]), np.asarray(other[name]), equal_nan=True) for name in one)
+
+
+@pytest.mark.parametrize("mass_ratio", [0.01, 1.0])
+def test_a_roche_ellipsoid_keeps_pointing_at_its_companion(mass_ratio: float) -> None:
+    """A figure of Roche 2 % outside the limit, in the tide of a companion on the circular orbit that goes with it."""
+    figure = roche.at_distance(mass_ratio, 1.02 * roche.limit(mass_ratio).scaled_distance)
+    spin, distance = figure.angular_velocity, figure.distance
+    gradient = spin * np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    tide = f"[effects.tide]\nmass = {1 / mass_ratio!r}\nposition = [{distance!r}, 0.0, 0.0]\n"
+    tide += f"period = {2 * np.pi / spin!r}\n"
+    body = started(affine_scenes.incompressible(figure.axes, gradient, tide))
+    body.advance(10.0)
+    np.testing.assert_allclose(semi_axes(body), figure.axes, rtol=1e-10)
+    left = np.linalg.svd(np.array(body.state.deformation))[0][:, 0]
+    assert abs(np.sin(np.arctan2(left[1], left[0]) - spin * 10.0)) < 1e-10
+    np.testing.assert_allclose(body.state.centre, 0.0, atol=1e-15)

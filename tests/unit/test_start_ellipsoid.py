@@ -136,6 +136,7 @@ def test_it_says_what_is_exact(text, settings, told):
         (("effects={pressure={}}",), "without gravity"),
         (("companions=[{name='moon', mass=0.1, semi_major_axis=10.0}]",), "[effects.tide]"),
         (("effects.radiation_reaction={}",), "speed_of_light is missing"),
+        (("numerics.integrator='splitting'",), "splitting is for the model rigid"),
     ],
 )
 def test_what_an_ellipsoid_cannot_be_is_refused_in_one_sentence(settings, told):
