@@ -1,4 +1,4 @@
-"""Gravity, orbits and spins beside REBOUND: direct sums, Kepler's equation, a tumbling moon in its own ODE interface."""
+"""Gravity, orbits and spins beside REBOUND: direct sums, Kepler's equation, a tumbling moon as ODE inside it."""
 
 import jax
 import numpy as np
@@ -37,7 +37,9 @@ semi_major_axis = {_DISTANCE}
 eccentricity = {_ECCENTRICITY}
 [effects.gravity_gradient]
 [numerics]
-integrator = "adaptive"
+integrator = "splitting"
+order = 8
+steps_per_rotation = 60
 [time]
 end = 1e4
 """
