@@ -15,7 +15,7 @@ BODY = "body"
 BARYCENTRE = "barycentre"
 """What a companion may go around: the centre of mass of the body and of all companions listed before it."""
 
-STEPS_PER_PERIOD = 40.0  # of WHFast where no time step is given: a corrected error below 1e-9 (Rein & Tamayo 2015)
+STEPS_PER_PERIOD = 40.0  # of WHFast where no time step is given; tests/unit/test_ephemeris.py has the error
 _CORRECTOR = 17  # the highest order of symplectic corrector that WHFast has
 _VECTORS = ("position", "velocity")
 _DIMENSIONS = {
