@@ -113,8 +113,8 @@ def test_an_orbit_about_a_flattened_body_precesses_as_with_gravitational_harmoni
     unperturbed.integrate(orbits)
     moved = np.linalg.norm(place - relative(unperturbed)[0])
     assert moved > 1e-3
-    # Measured: 3e-11.
-    assert np.linalg.norm(relative(ours.bodies)[0] - place) < 1e-9
+    # Measured: 2e-12 and 7e-12, where J2 moves the companion by 7e-3 and 3e-3.
+    assert np.linalg.norm(relative(ours.bodies)[0] - place) < 1e-10
     del extras
 
 
