@@ -28,6 +28,7 @@ from astroinertia.rotation.attitude import euler_angles
 SPARSE = 0.7  # rad that something turns by from output to output: beyond it, lines would join what is not joined
 FASTEST = 2.5  # rad of precession from output to output beyond which turns cannot be counted
 STEADY = 1e-6  # change of the direction of L, rad, below which it counts as fixed, and angles are told from it
+SLIGHT_WOBBLE = 1e-4  # of the rate: a wobble that is smaller is drawn by itself
 EQUAL = 1e-9  # moments that differ by less, over the greatest, have no polhodes of their own
 _SHARES = (0.3, 0.6, 0.85)
 _STILL, _SLIGHT = 1e-6, 1e-2  # deg of nutation: below the first none is shown, below the second in mas
@@ -119,6 +120,11 @@ def _rates(axes, dataset: xr.Dataset, found: Motion) -> None:
     unit = style.unit_of(dataset["angular_velocity"])
     scale, unit = style.scale_of(unit, found.rates)
     dots, names = _sparse(found), _names(found.moments)
+    size = abs(found.rates).max(axis=0)
+    others = np.delete(np.arange(3), np.argmax(size))
+    if 0.0 < size[others].max() < SLIGHT_WOBBLE * size.max():
+        _pole(axes, times, found, int(np.argmax(size)), others, names)
+        return
     for k in (1, 0, 2):
         how = {"marker": ".", "markersize": 2.5, "linestyle": ""} if dots else {"linewidth": 1.4}
         axes.plot(times, found.rates[:, k] / scale, color=AXES[k], label=f"axis {k + 1}, {names[k]}", **how)
@@ -130,6 +136,20 @@ def _rates(axes, dataset: xr.Dataset, found: Motion) -> None:
     handles, texts = axes.get_legend_handles_labels()
     order = np.argsort(texts)
     axes.legend([handles[k] for k in order], [texts[k] for k in order], ncols=3, loc="upper left", columnspacing=1.2)
+
+
+def _pole(axes, times: np.ndarray, found: Motion, main: int, others: np.ndarray, names: list[str]) -> None:
+    """A wobble too small to be seen beside the rotation: where the pole of rotation stands in the body."""
+    angles = np.degrees(found.rates[:, others] / found.rates[:, main, None])
+    unit, name = (1.0 / 3600.0, "arcsec") if abs(angles).max() > 1.0 / 3600.0 else (_MAS, "mas")
+    for k, angle in zip(others, angles.T, strict=True):
+        axes.plot(times, angle / unit, color=AXES[k], linewidth=1.4, label=f"axis {k + 1}, {names[k]}")
+    axes.axhline(0, color=style.GREY, linewidth=0.8)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.16 * (high - low))
+    axes.set_ylabel(rf"$\omega_k/\omega_{main + 1}$ ({name})")
+    axes.set_title(f"Wobble: the pole of rotation in the body, from axis {main + 1}")
+    axes.legend(ncols=2, loc="upper left")
 
 
 def reference_direction(dataset: xr.Dataset) -> tuple[np.ndarray, str]:
@@ -166,7 +186,9 @@ def _angles(axes, dataset: xr.Dataset, found: Motion) -> None:
     moved = float(np.median(across)) * float(np.max(np.diff(dataset["time"].values), initial=0.0))  # rad an output
     angle, unit, text = np.degrees(nutation), "deg", "nutation"
     if _STILL < np.ptp(angle) < _SLIGHT:
-        angle, unit, text = (angle - angle[0]) / _MAS, "mas", f"nutation \N{MINUS SIGN} {angle[0]:.4f} deg"
+        opening = angle[0] if angle[0] > _SLIGHT else 0.0
+        text = f"nutation \N{MINUS SIGN} {opening:.4f} deg" if opening else "nutation"
+        angle, unit = (angle - opening) / _MAS, "mas"
     how = {"marker": ".", "markersize": 2.5, "linestyle": ""} if moved > SPARSE else {"linewidth": 1.5}
     axes.plot(times, angle, color=style.BLUE, **how)
     if np.ptp(angle) < _STILL:

@@ -65,6 +65,7 @@ CASES = {
     "symmetric": TOP,
     "sphere": {"moments": (0.3, 0.3, 0.3), "outputs": 60},
     "steady": {"spin": (0.0, 0.0, 1.0), "outputs": 60},
+    "wobble": {"moments": (0.2, 0.2, 0.35), "spin": (3e-7, 0.0, 1.0), "end": 12.0, "outputs": 60},
     "sparse": {"end": 200.0, "outputs": 40},
     "one output": {"outputs": 1, "end": 1e-9},
 }
@@ -75,6 +76,16 @@ def test_every_kind_of_attitude_can_be_drawn(name):
     series = free_top(**CASES[name])
     assert has_attitude(series)
     assert_legible(attitude_figure(series))
+
+
+def test_a_slight_wobble_is_drawn_by_itself():
+    """omega_1/omega_3 = 3e-7 cos(0.75 t) is 62 mas, which nobody sees beside omega_3."""
+    series = free_top(**CASES["wobble"])
+    panel = attitude_figure(series).axes[0]
+    assert "mas" in panel.get_ylabel()
+    drawn = next(line for line in panel.lines if line.get_label().startswith("axis 1"))
+    expected = np.degrees(3e-7) * 3.6e6 * np.cos(0.75 * series["time"].values)
+    np.testing.assert_allclose(drawn.get_ydata(), expected, atol=1e-3)
 
 
 def test_only_rigid_bodies_that_turn_have_an_attitude():
