@@ -68,8 +68,8 @@ def test_orbit_and_spin_are_those_of_a_body_inside_rebound():
         coupled.advance(time)
         inside = inside_rebound(pair(planet))
         inside.integrate(time)
-        # Measured: 2e-12, 4e-12, 4e-12.
-        assert max(differences(coupled, inside)) < 3e-11
+        # Measured: 3e-13, 1e-13 and 6e-15.
+        assert max(differences(coupled, inside)) < 1e-11
         assert np.abs(coupled.total_angular_momentum() - momentum).max() < 1e-15 * np.linalg.norm(momentum)
         assert abs(coupled.total_energy() - energy) < 1e-12 * abs(energy)
         # Without the reaction the orbit is another one by far.
@@ -99,18 +99,19 @@ def test_the_spin_on_a_tabulated_orbit_is_that_of_a_body_inside_rebound(settings
 def test_orbit_and_spin_agree_over_a_thousand_orbits(result):
     time = 1000.0 * ORBIT
     with jax.enable_x64(True):
-        coupled = CoupledRigidBody(body(), QUATERNION, MOMENTUM, Settings("splitting", 1e-12, 26.0, 8), pair())
+        coupled = CoupledRigidBody(body(), QUATERNION, MOMENTUM, Settings("splitting", 1e-12, 24.0, 8), pair())
         momentum, energy = coupled.total_angular_momentum(), coupled.total_energy()
         coupled.advance(time)
         kept = np.abs(coupled.total_angular_momentum() - momentum).max() / np.linalg.norm(momentum)
         drift = abs(coupled.total_energy() / energy - 1.0)
         found = []
-        for tolerance in (1e-13, 3e-14, 1e-14):
+        for tolerance in (1e-12, 1e-13, 1e-14, 5e-15, 3e-15):
             inside = inside_rebound(pair(), tolerance=tolerance)
             inside.integrate(time)
             found.append(differences(coupled, inside))
-        orbit, attitude, spin = np.array(found).T
+    orbit, attitude, spin = np.array(found).T.tolist()
     result(orbit=orbit, attitude=attitude, spin=spin, angular_momentum=kept, energy=drift, steps=coupled.steps)
-    assert max(orbit.max(), attitude.max(), spin.max()) < 1e-9
+    # REBOUND's own error shows at the first two tolerances, 1e-8 and 1e-9 of the orbit.
+    assert np.max(found[2:]) < 1e-9
     assert kept < 3e-15
     assert drift < 1e-13
