@@ -232,21 +232,19 @@ def _about_momentum(state: Rotor, rates: Array, duration: Array) -> Array:
 
 
 def put_right(state: Rotor, most: float = _ROUND_OFF) -> Rotor:
-    """Takes errors out of |q| = 1, of |m| = |L| and of the direction of m, which in space is that of L, to first order.
+    """Takes errors of the attitude out of |q| = 1 and of the direction of m, which in space is that of L.
 
-    The latter two where they are less than `most` of L.
+    To first order, the latter where they are less than `most` of L. The length of m is left alone: holding it to that
+    of L in every stage makes its rounding one-sided, and the energy then drifts by 3e-12 in a million rotations.
     """
     value, momentum = state.turning.value, state.angular_momentum.value
     q, m = value[:4], value[4:]
     square = jnp.sum(momentum**2)
-    inverse = 1.0 / jnp.where(square > 0.0, square, 1.0)
-    tilt = 0.5 * inverse * jnp.cross(in_space(q, m), momentum)
-    longer = inverse * jnp.sum(m**2) - 1.0
-    told = (jnp.sum(tilt**2) < most**2) & (jnp.abs(longer) < most)
+    tilt = 0.5 / jnp.where(square > 0.0, square, 1.0) * jnp.cross(in_space(q, m), momentum)
     turned = jnp.concatenate([-jnp.sum(tilt * q[1:])[None], q[0] * tilt + jnp.cross(tilt, q[1:])])
-    right = jnp.concatenate([jnp.where(told, turned, 0.0) - 0.5 * (jnp.sum(q**2) - 1.0) * q,
-                             jnp.where(told, -0.5 * longer, 0.0) * m])  # fmt: skip
-    return replace(state, turning=Compensated(value, state.turning.carry + right))
+    right = jnp.where(jnp.sum(tilt**2) < most**2, turned, 0.0) - 0.5 * (jnp.sum(q**2) - 1.0) * q
+    carry = state.turning.carry + jnp.concatenate([right, jnp.zeros(3)])
+    return replace(state, turning=Compensated(value, carry))
 
 
 def _plus(total: Compensated, increment: Array) -> Compensated:

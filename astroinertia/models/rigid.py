@@ -164,7 +164,9 @@ def slips(body: Rigid, seen: View) -> Array:
 
 def motion(body: Rigid, time: Array, turning: Array, momentum: Array) -> Motion:
     """All rates of change, of a state as a `Rotor` has it, with a unit quaternion."""
-    return _motion(body, time, turning, momentum, spin_in_body(body, time, turning[4:]))
+    m = turning[4:]
+    turn = spin_in_body(body, time, m)
+    return _motion(body, time, turning, momentum, turn, _euler(body, time, m, turn))
 
 
 @jax.jit
@@ -192,11 +194,14 @@ def pace(body: Rigid, time: Array, turning: Array, momentum: Array) -> Array:
     return jnp.max(jnp.stack(frequencies))
 
 
-def rate(time: Array, state: dict[str, Array], arguments: tuple[Rigid, Array, Array]) -> dict[str, Array]:
-    """The same for integrate.adaptive: of turning, momentum and books, L and energy in the units of the arguments."""
-    body, momentum_unit, energy_unit = arguments
+def rate(time: Array, state: dict[str, Array], arguments: tuple[Rigid, Array, Array, Array]) -> dict[str, Array]:
+    """The same for integrate.adaptive: of turning, momentum and books, in the arguments' units of L, m (3,) and energy.
+
+    Each component of m has its own unit, so that a needle's spin about itself is known as well as the others.
+    """
+    body, momentum_unit, body_unit, energy_unit = arguments
     q = state["turning"][:4]
-    turning = jnp.concatenate([q / jnp.sqrt(jnp.sum(q**2)), momentum_unit * state["turning"][4:]])
+    turning = jnp.concatenate([q / jnp.sqrt(jnp.sum(q**2)), body_unit * state["turning"][4:]])
     found = motion(body, time, turning, momentum_unit * state["momentum"])
     books = found.power
     if body.change is not None:
@@ -204,7 +209,7 @@ def rate(time: Array, state: dict[str, Array], arguments: tuple[Rigid, Array, Ar
         energy = rotational_energy(body, time, turning[4:])
         gain = size(body, time) * jnp.sum(books)
         books = jnp.concatenate([jnp.stack([gain, -energy * growth]), books])
-    rates = jnp.concatenate([found.turning[:4], found.turning[4:] / momentum_unit])
+    rates = jnp.concatenate([found.turning[:4], found.turning[4:] / body_unit])
     return {"turning": rates, "momentum": found.angular_momentum / momentum_unit, "books": books / energy_unit}
 
 
@@ -236,23 +241,31 @@ def _besides_free(body: Rigid, time: Array, turning: Array, momentum: Array) -> 
     """The rates of change without those of the free body of fixed shape, which the splitting turns by itself."""
     m = turning[4:]
     beyond = jnp.zeros(3) if body.deformability is None else spin_in_body(body, time, m) - body.inverse * m
-    return _motion(body, time, turning, momentum, beyond)
+    return _motion(body, time, turning, momentum, beyond, jnp.cross(m, beyond))
+
+
+def _euler(body: Rigid, time: Array, m: Array, turn: Array) -> Array:
+    """m x omega: by the differences of inverse moments, in which a needle's small component keeps its digits."""
+    if body.deformability is not None:
+        return jnp.cross(m, turn)
+    alpha, gamma = body.rates[0], body.rates[2]
+    return jnp.stack([gamma * m[1] * m[2], (alpha - gamma) * m[2] * m[0], -alpha * m[0] * m[1]]) / size(body, time)
 
 
 def _entered(body: Rigid, time: Array, work: Array) -> Array:
     return work if body.change is None else jnp.concatenate([jnp.stack([size(body, time) * work.sum(), 0.0]), work])
 
 
-def _motion(body: Rigid, time: Array, turning: Array, momentum: Array, turn: Array) -> Motion:
-    """Rates of a body whose axes turn by `turn` (3,), in themselves, and by the slip of its effects."""
+def _motion(body: Rigid, time: Array, turning: Array, momentum: Array, turn: Array, rate: Array) -> Motion:
+    """Rates of a body whose axes turn by `turn` (3,), in themselves, which gives m the rate, and by its effects."""
     q, m = turning[:4], turning[4:]
     seen = view(body, time, q, m, momentum)
     each, slip = torques(body, seen), slips(body, seen)
-    whole = turn + in_body(q, slip.sum(axis=0))
+    beyond = in_body(q, slip.sum(axis=0))
     # A slip does omega . (m x s) to the energy.
     power = each @ seen.angular_velocity + slip @ jnp.cross(seen.angular_velocity, momentum)
-    rates = jnp.cross(m, whole) + in_body(q, each.sum(axis=0))
-    half = 0.5 * quaternion_product(q, jnp.concatenate([jnp.zeros(1), whole]))
+    rates = rate + jnp.cross(m, beyond) + in_body(q, each.sum(axis=0))
+    half = 0.5 * quaternion_product(q, jnp.concatenate([jnp.zeros(1), turn + beyond]))
     return Motion(jnp.concatenate([half, rates]), each.sum(axis=0), power)
 
 

@@ -82,7 +82,7 @@ class RigidBody:
             "potentials": np.asarray(opening.potential),
             "velocity": np.asarray(opening.moments.velocity),
         }
-        self._units = self._momentum_and_energy_units()
+        self._units = self._units_of_errors()
 
     @property
     def time(self) -> float:
@@ -208,10 +208,10 @@ class RigidBody:
         return pace * float(sizes[0] / sizes.min())
 
     def _adapt(self, body: Rigid, until: float) -> None:
-        momentum_unit, energy_unit = self._units
+        momentum_unit, body_unit, energy_unit = self._units
         turning, books = self.state.turning.value, self.state.books.value
         state = {
-            "turning": jnp.concatenate([turning[:4], turning[4:] / momentum_unit]),
+            "turning": jnp.concatenate([turning[:4], turning[4:] / body_unit]),
             "momentum": self.state.angular_momentum.value / momentum_unit,
             "books": books / energy_unit,
         }
@@ -224,10 +224,14 @@ class RigidBody:
         if bool(found.failed):
             raise NumericalError("the adaptive integrator does not come on", time=float(found.time))
         turning = found.state["turning"]
-        turning = jnp.concatenate([turning[:4] / jnp.linalg.norm(turning[:4]), momentum_unit * turning[4:]])
+        turning = jnp.concatenate([turning[:4] / jnp.linalg.norm(turning[:4]), body_unit * turning[4:]])
         state = Rotor(
             *map(_filled, (turning, momentum_unit * found.state["momentum"], energy_unit * found.state["books"]))
         )
+        length = jnp.linalg.norm(state.momentum_in_body)
+        right = jnp.linalg.norm(state.angular_momentum.value) / jnp.where(length > 0.0, length, 1.0)
+        if abs(float(right) - 1.0) < _MISALIGNED:
+            state = replace(state, turning=_filled(state.turning.value.at[4:].multiply(right)))
         for _ in range(3):  # from a tenth to round-off: the error left is the square of what it was
             state = _without_carry(rigid_splitting.put_right(state, _MISALIGNED))
         self.state, self._time = state, until
@@ -273,14 +277,15 @@ class RigidBody:
             by_size = books[1] + self._energies(found)[0] - float(found.spin_energy) - self._opening["swelling"]
         return np.append(work, by_size)
 
-    def _momentum_and_energy_units(self) -> tuple[float, float]:
-        """In which the adaptive integrator's errors are measured: those at the start, or those of a radian a time."""
+    def _units_of_errors(self) -> tuple[float, np.ndarray, float]:
+        """Of L, m and energy for the adaptive integrator: those of the start, or of the pace that torques bring."""
         momentum = float(jnp.linalg.norm(self.state.angular_momentum.value))
         moment = float(np.max(self.body.moments))
         if momentum == 0.0:
             pace = self._present_pace(self.body, 0.0)
             momentum = moment * (pace or 1.0)
-        return momentum, momentum**2 / moment
+        shares = np.where(self.body.moments > 0.0, self.body.moments / moment, 1.0)
+        return momentum, momentum * shares, momentum**2 / moment
 
 
 def _filled(value: Array) -> Compensated:
