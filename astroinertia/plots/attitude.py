@@ -51,15 +51,17 @@ def has_attitude(dataset: xr.Dataset) -> bool:
 def motion(dataset: xr.Dataset) -> Motion:
     """The principal axes, continuous in time, and the angular velocity along them.
 
-    They are fixed to the attitude where the model records one, else the tracked axes of the inertia tensor. The moments
+    They are the attitude where the model records one (which a slight deformation leaves where it is), else the tracked
+    axes of the inertia tensor. The moments
     are those of the start: a prescribed size multiplies all of them.
     """
     inertia = dataset["inertia_tensor"].transpose("time", "i", "j").values
     spin = dataset["angular_velocity"].transpose("time", "i").values
     if "attitude" in dataset and np.isfinite(dataset["attitude"].values).all():
-        body = dataset["attitude"].values
-        moments, fixed = np.linalg.eigh(body[0] @ inertia[0] @ body[0].T)
-        axes = fixed.T @ body
+        axes = dataset["attitude"].transpose("time", "principal", "i").values
+        moments = np.einsum("ki,ij,kj->k", axes[0], inertia[0], axes[0])
+        order = np.argsort(moments, kind="stable")
+        moments, axes = moments[order], axes[:, order]
     else:
         order = np.argsort(dataset["principal_moments"].transpose("time", "principal").values[0], kind="stable")
         moments = dataset["principal_moments"].transpose("time", "principal").values[0][order]
