@@ -23,8 +23,8 @@ Array = Any
 Acceleration = Callable[[Array, Array], Array]
 """d2F/dt2 of F and dF/dt, complex ones too."""
 
-_POINTS = 24  # of the circle of complex times
-_CIRCLE = 0.3  # its radius, over the time in which the body changes
+_POINTS = 16  # of the circle of complex times
+_CIRCLE = 0.2  # its radius, over the time in which the body changes
 
 
 @double_precision()
@@ -112,7 +112,10 @@ def second_moment_derivatives(
     first = acceleration(deformation, rate)
     inverse = cofactor(deformation).T / volume_ratio(deformation)
     pace = jnp.sqrt(jnp.sum((rate @ inverse) ** 2) + jnp.sqrt(jnp.sum((first @ inverse) ** 2)))
-    times = _CIRCLE / pace * jnp.exp(2j * jnp.pi * jnp.arange(_POINTS) / _POINTS)
+    # Upper half of the circle: the lower one has the conjugate values.
+    half = jnp.arange(_POINTS // 2 + 1)
+    times = _CIRCLE / pace * jnp.exp(2j * jnp.pi * half / _POINTS)
+    weights = jnp.where((half == 0) | (half == _POINTS // 2), 1.0, 2.0) / _POINTS
     orders = jnp.arange(6)
 
     def next_order(order: Array, coefficients: Array) -> Array:
@@ -121,7 +124,7 @@ def second_moment_derivatives(
             moving = orders[1:, None, None] * coefficients[1:]
             return acceleration(jnp.tensordot(powers, coefficients, 1), jnp.tensordot(powers[:-1], moving, 1))
 
-        found = jnp.mean(jax.vmap(along)(times) * (times**-order)[:, None, None], axis=0).real
+        found = jnp.tensordot(weights * times**-order, jax.vmap(along)(times), 1).real
         return coefficients.at[order + 2].set(found / ((order + 1) * (order + 2)))
 
     nothing = jnp.zeros((3, 3))
