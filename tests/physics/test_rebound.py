@@ -8,7 +8,7 @@ from astroinertia.effects.gravity_gradient import GravityGradient
 from astroinertia.models import rigid
 from astroinertia.models.rigid_evolution import RigidBody, Settings
 from astroinertia.models.rigid_two_way import CoupledRigidBody
-from astroinertia.orbits.rigid_ode import RigidBodyOde
+from astroinertia.orbits.rigid_ode import TOLERANCE, RigidBodyOde
 from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.orbits.states import present
 from astroinertia.rotation.ephemeris import ephemeris
@@ -30,7 +30,7 @@ def pair(*more):
     return simulation(1.0, [moon, *more])
 
 
-def inside_rebound(bodies, back_reaction=True, tolerance=1e-14):
+def inside_rebound(bodies, back_reaction=True, tolerance=TOLERANCE):
     state = np.empty((bodies.N, 6))
     bodies.serialize_particle_data(xyzvxvyvz=state)
     mass = np.array([particle.m for particle in bodies.particles])
@@ -99,19 +99,20 @@ def test_the_spin_on_a_tabulated_orbit_is_that_of_a_body_inside_rebound(settings
 def test_orbit_and_spin_agree_over_a_thousand_orbits(result):
     time = 1000.0 * ORBIT
     with jax.enable_x64(True):
-        coupled = CoupledRigidBody(body(), QUATERNION, MOMENTUM, Settings("splitting", 1e-12, 24.0, 8), pair())
+        coupled = CoupledRigidBody(body(), QUATERNION, MOMENTUM, Settings("splitting", 1e-12, 22.0, 8), pair())
         momentum, energy = coupled.total_angular_momentum(), coupled.total_energy()
         coupled.advance(time)
         kept = np.abs(coupled.total_angular_momentum() - momentum).max() / np.linalg.norm(momentum)
         drift = abs(coupled.total_energy() / energy - 1.0)
         found = []
-        for tolerance in (1e-12, 1e-13, 1e-14, 5e-15, 3e-15):
+        for tolerance in (TOLERANCE, 1e-13, 3e-15):
             inside = inside_rebound(pair(), tolerance=tolerance)
             inside.integrate(time)
             found.append(differences(coupled, inside))
     orbit, attitude, spin = np.array(found).T.tolist()
     result(orbit=orbit, attitude=attitude, spin=spin, angular_momentum=kept, energy=drift, steps=coupled.steps)
-    # REBOUND's own error shows at the first two tolerances, 1e-8 and 1e-9 of the orbit.
-    assert np.max(found[2:]) < 1e-9
+    # At a looser tolerance REBOUND's steps err by some 1e-9 of the orbit, and at a tighter one their rounding does.
+    assert max(orbit[0], *attitude, *spin) < 1e-9
+    assert max(orbit) < 1e-8
     assert kept < 3e-15
     assert drift < 1e-13

@@ -94,3 +94,19 @@ def test_a_sphere_leaves_the_orbit_alone():
         ball.advance(1.5)
         alone.integrate(1.5)
         assert np.abs(np.subtract(ball.bodies.particles[1].xyz, alone.particles[1].xyz)).max() < 1e-14
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", ["at rest", "dust", "whfast"])
+def test_a_body_at_rest_dust_and_whfast_keep_the_angular_momentum_too(case):
+    dust = (Companion("dust", 0.0, semi_major_axis=3.0),) if case == "dust" else ()
+    with jax.enable_x64(True):
+        body = coupled(order=4, more=dust)
+        if case == "whfast":
+            body.bodies.integrator, body.bodies.dt = "whfast", 0.05
+        if case == "at rest":
+            body = CoupledRigidBody(body.body, QUATERNION, np.zeros(3), Settings(order=4), body.bodies)
+        momentum, energy = body.total_angular_momentum(), body.total_energy()
+        body.advance(0.5)
+        assert np.abs(body.total_angular_momentum() - momentum).max() < 1e-14 * np.linalg.norm(momentum)
+        assert body.total_energy() == pytest.approx(energy, rel=1e-8)
