@@ -17,22 +17,28 @@ class NumericalError(AstroinertiaError):
     """A calculation left the numbers it can trust.
 
     effect: kind of the effect whose result is wrong, if one is to blame; time: of the state, in the units the caller
-    works in; particle: identity of the first particle concerned.
+    works in, and their name where it has one; particle: identity of the first particle concerned.
     """
 
     def __init__(
-        self, message: str, effect: str | None = None, time: float | None = None, particle: int | None = None
+        self,
+        message: str,
+        effect: str | None = None,
+        time: float | None = None,
+        particle: int | None = None,
+        unit: str = "",
     ) -> None:
         self.message = message
         self.effect = effect
         self.time = time
         self.particle = particle
-        super().__init__(message, effect, time, particle)  # all of them, so that the error survives pickling
+        self.unit = unit
+        super().__init__(message, effect, time, particle, unit)  # all of them, so that the error survives pickling
 
     def __str__(self) -> str:
         parts = [
             None if self.effect is None else f"effect {self.effect}",
-            None if self.time is None else f"time {self.time:.6g}",
+            None if self.time is None else f"time {self.time:.6g} {self.unit}".rstrip(),
             None if self.particle is None else f"particle {self.particle}",
         ]
         told = ", ".join(part for part in parts if part)

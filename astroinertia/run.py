@@ -15,6 +15,7 @@ from astroinertia.archive import Archive, refuse_if_taken
 from astroinertia.build import Prepared, metadata, prepare, restore, told_by
 from astroinertia.errors import NumericalError, RunInterrupted
 from astroinertia.scene.schema import Scene
+from astroinertia.units import DIMENSIONLESS
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ class _Run:
 
     def __init__(self, prepared: Prepared, archive: Archive, listener: Listener | None) -> None:
         self.archive, self.listener = archive, listener
-        self.body, self.output = prepared.evolution, prepared.outputs
+        self.body, self.output, self.units = prepared.evolution, prepared.outputs, prepared.units
         self.records: list[dict[str, Any]] = []
         self.snapshots: list[dict[str, Any]] = []
         self.counters = dict(prepared.counters)
@@ -98,14 +99,20 @@ class _Run:
             until = min(until, self._next("series"))
         try:
             self.body.advance(until)
-        except NumericalError:
+        except NumericalError as error:
             self._keep_what_there_is()
-            raise
+            raise self._in_si(error) from None
 
     def _keep_what_there_is(self) -> None:
         # What was recorded before a body left the numbers is what its user wants to look at.
         self.archive.write_segment(self.records, self.snapshots)
         self.records, self.snapshots = [], []
+
+    def _in_si(self, error: NumericalError) -> NumericalError:
+        if error.time is None or self.units == DIMENSIONLESS:
+            return error
+        time = self.units.to_si(error.time, "time")
+        return NumericalError(error.message, error.effect, time, error.particle, "s")
 
     def _next(self, kind: str) -> float:
         every = getattr(self.output, f"{kind}_every")

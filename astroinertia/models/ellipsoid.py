@@ -12,7 +12,7 @@ from astroinertia.errors import NumericalError
 from astroinertia.integrate import adaptive
 from astroinertia.models import affine_body
 from astroinertia.models.affine_body import Problem, State
-from astroinertia.models.ellipsoid_record import energies, ledger_closure, series_record
+from astroinertia.models.ellipsoid_record import energies, ledger_closure, series_record, unaccounted_energy
 from astroinertia.models.evolution import Figures, Record
 
 ABSOLUTE = 0.1  # absolute error over the relative one, of numbers of order 1
@@ -96,7 +96,8 @@ class Ellipsoid:
         """What the progress line shows."""
         found = energies(self._seen())
         scale = max(*map(abs, found.values()), 1e-300)
-        return Figures(sum(found.values()), scale, ledger_closure(self), self.density_now())
+        total = sum(self.opening.values()) + unaccounted_energy(self, found)
+        return Figures(total, scale, ledger_closure(self), self.density_now())
 
     def density_now(self) -> float:
         """The largest density."""

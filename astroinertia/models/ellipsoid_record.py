@@ -34,7 +34,6 @@ def series_record(body: Any, opening_potential: float | None) -> dict[str, Any]:
     kinetic, internal and static potential energy changed by beyond what the effects' work and heating account for.
     """
     problem, state, time = body.problem, body.state, body.time
-    names = problem.effect_names
     seen = affine_body.observed(problem, np.float64(time), state)
     moment, mass = float(problem.second_moment), float(problem.mass)
     deformation, rate = np.asarray(state.deformation), np.asarray(state.rate)
@@ -74,19 +73,18 @@ def series_record(body: Any, opening_potential: float | None) -> dict[str, Any]:
         "gravitational_energy": potentials.get("gravity", np.nan),
         "potential_energy": sum(potentials.values()),
         "total_energy": sum(found.values()),
-        "integration_energy_error": _unaccounted(
-            body, found, dict(zip(names, work, strict=True)), float(heating.sum())
-        ),
+        "integration_energy_error": unaccounted_energy(body, found),
         "density_max": body.density_now(),
         "timestep": body.timestep,
         **_modes(second),
     }
 
 
-def _unaccounted(body: Any, now: dict[str, float], work: dict[str, float], heating: float) -> float:
-    opening = body.opening
+def unaccounted_energy(body: Any, now: dict[str, float]) -> float:
+    """What energies `now` differ by from those of the start beyond what effects have done."""
+    opening, work = body.opening, dict(zip(body.problem.effect_names, np.asarray(body.state.work), strict=True))
     error = now[KINETIC] - opening[KINETIC] - sum(work.values())
-    error += now[INTERNAL] - opening[INTERNAL] - heating
+    error += now[INTERNAL] - opening[INTERNAL] - float(np.asarray(body.state.heating).sum())
     for effect in body.problem.effects:
         # Of a potential that changes by itself the energy of the body says nothing: its work alone counts.
         if effect.kind in now and not effect.potential_moves:

@@ -11,7 +11,8 @@ Record = dict[str, Any]
 class Figures(NamedTuple):
     """What a run tells while it goes, in code units; NaN where a model has no such thing.
 
-    energy_scale is the largest of the energies, against which a change of the total is judged.
+    total_energy is less what has come from outside without a static potential, so that a change of it is an error;
+    energy_scale is the largest of the energies, against which it is judged.
     """
 
     total_energy: float

@@ -270,13 +270,12 @@ class Dynamic:
         message = self._solver.step()
         time, state = float(self._solver.t), np.array(self._solver.y)
         if message or not np.isfinite(state).all() or state[0] <= 0:
-            raise NumericalError(f"the size could not be followed beyond the time {self._knots[-1][0]:.6g}")
+            raise NumericalError("the size cannot be followed any further", time=self._knots[-1][0])
         if state[0] < SMALLEST * self._knots[0][1][0]:
             raise _collapsed(time)
         if len(self._knots) > _MOST_STEPS:
-            raise NumericalError(
-                f"the body pulsates too often: {_MOST_STEPS} steps reach the time {time:.6g} of {self._end:.6g}"
-            )
+            share = f"{_MOST_STEPS} steps reach {100 * time / self._end:.3g} % of the run"
+            raise NumericalError(f"the body pulsates too often: {share}", time=time)
         before, old = self._knots[-1]
         self._knots.append((time, state))
         if self._pulsates and old[1] * state[1] < 0:
@@ -307,4 +306,4 @@ class Dynamic:
 
 
 def _collapsed(time: float) -> NumericalError:
-    return NumericalError(f"the body collapses to a point at the time {time:.6g}: neither pressure nor spin stops it")
+    return NumericalError("the body collapses to a point: neither pressure nor spin stops it", time=time)

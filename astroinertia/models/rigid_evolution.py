@@ -172,7 +172,8 @@ class RigidBody:
         """What the progress line shows."""
         found = self.record(0.0)
         scale = max(found["kinetic_energy"], abs(found["potential_energy"]), 1e-300)
-        return Figures(found["total_energy"], scale, math.nan, math.nan)
+        total = self._opening["energies"].sum() + found["integration_energy_error"]
+        return Figures(float(total), scale, math.nan, math.nan)
 
     def _split(self, body: Rigid, until: float) -> None:
         free = not body.effects and body.deformability is None

@@ -205,10 +205,7 @@ class Scaling:
 
     def advance(self, until: float) -> None:
         """Go to a time; NumericalError where the body has collapsed before."""
-        try:
-            self._now = self._state(until)
-        except NumericalError as error:
-            raise NumericalError(error.message, time=self.time) from None
+        self._now = self._state(until)
         self.time = until
         self.steps += 1
 

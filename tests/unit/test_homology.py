@@ -50,7 +50,7 @@ def test_free_fall_is_the_cycloid():
         size = law.at((angle + math.sin(angle)) / (2 * math.sqrt(2)))
         assert size.scale == pytest.approx(0.5 * (1 + math.cos(angle)), rel=1e-13)
         assert size.rate == pytest.approx(-math.sqrt(2) * math.tan(angle / 2), rel=1e-11)
-    with pytest.raises(NumericalError, match=r"collapses to a point at the time 1\.11072"):
+    with pytest.raises(NumericalError, match=r"collapses to a point: .* \(time 1\.11072"):
         law.at(1.2)
     # Thrown up, it comes down: the whole cycloid through its top.
     thrown = Kepler(0.0, 1.0, 1.0, 1.0)
@@ -102,7 +102,7 @@ def test_a_force_that_begins_and_ends_is_met():
 
 def test_a_cold_collapse_is_told():
     found = Dynamic(lambda _, y: np.array([y[1], -1.0 / y[0] ** 2]), np.array([1.0, 0.0]), 10.0)
-    with pytest.raises(NumericalError, match=r"collapses to a point|could not be followed"):
+    with pytest.raises(NumericalError, match=r"collapses to a point|cannot be followed"):
         found.state(2.0)
     assert found.state(1.0)[0] == pytest.approx(Kepler(0.0, 1.0).at(1.0).scale, rel=1e-10)
 
