@@ -41,6 +41,7 @@ _CHANGE_OF_PACE = 1.25
 _SIZES_LOOKED_AT = 65  # between now and the next break, for the smallest
 _FIRST_STEP = 0.05  # of the adaptive integrator, over one radian of the fastest turn
 _MOST_STEPS = 1e12
+_SHORTEST = 1e-12  # of a stretch between two breaks, as a share of the time
 _MISALIGNED = 0.1  # up to which errors of the adaptive integrator in |m| and the direction of L are put right
 _BY_SIZE = 2  # books that a change of size keeps: the energy at size 1, and its own work
 
@@ -102,7 +103,9 @@ class RigidBody:
         for stop in sorted({until, *breaks}):
             start, body = self._time, self.body
             body = replace(body, effects=tuple(effect.during(start, stop) for effect in body.effects))
-            (self._split if self.settings.integrator == "splitting" else self._adapt)(body, stop)
+            if stop - start > _SHORTEST * abs(stop):  # else two times that are meant to be the same
+                (self._split if self.settings.integrator == "splitting" else self._adapt)(body, stop)
+            self._time = stop
             if not np.isfinite(np.asarray(self.state.turning.value)).all():
                 raise NumericalError("the attitude is no longer finite", time=stop)
             for number, effect in enumerate(body.effects):
