@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
 
-from astroinertia import start
 from astroinertia.archive import Archive
 from astroinertia.effects import catalogue
 from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
 from astroinertia.scene.plan import cadence, code_units, plan
 from astroinertia.scene.schema import Scene
+from astroinertia.start.spheres import Sphere, Star, sphere
 from astroinertia.units import CodeUnits
 
 
@@ -59,7 +59,7 @@ def restore(archive: Archive) -> Prepared:
 
 def _model(scene: Scene) -> Any:
     # Only the model that answers the scene is imported.
-    return importlib.import_module(f"astroinertia.start_{scene.model}")
+    return importlib.import_module(f"astroinertia.start.{scene.model}")
 
 
 def outputs_of(scene: Scene, units: CodeUnits) -> Outputs:
@@ -79,7 +79,7 @@ def outputs_of(scene: Scene, units: CodeUnits) -> Outputs:
 def metadata(scene: Scene) -> dict[str, Any]:
     """What a run's file says of where it came from: enough to repeat it."""
     units = code_units(scene)
-    ball = start.sphere(scene, units)
+    ball = sphere(scene, units)
     return {
         "name": scene.name,
         "description": scene.description,
@@ -109,7 +109,7 @@ def metadata(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _reference_radius(scene: Scene, units: CodeUnits, ball: start.Sphere | start.Star | None) -> float | None:
+def _reference_radius(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> float | None:
     radius = getattr(scene.body, "radius", None) if ball is None else ball.radius
     return None if radius is None else radius if ball is not None else units.to_code(radius, "length")
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import astroinertia
-from astroinertia import start_scaling
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.models.homology import Dynamic, Kepler
@@ -16,6 +15,7 @@ from astroinertia.rotation.shells import shells_of
 from astroinertia.rotation.spin_scaling import spin_up
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
+from astroinertia.start import scaling as start_scaling
 
 STAR = (
     'name = "a"\nmodel = "scaling"\nunits = "code"\n[body]\nkind = "polytrope"\nindex = 3.0\nmass = 1.0\nradius = 1.0\n'
@@ -31,7 +31,7 @@ def evolution(text: str):
 def test_a_cold_cloud_falls_to_a_point_and_what_was_seen_is_kept(tmp_path):
     text = STAR + "[effects.gravity]\n[time]\nend = 5.0\n[output]\nseries_every = 0.05\n"
     scene = load.loads(text)
-    with pytest.raises(NumericalError, match=r"collapses to a point: neither pressure nor spin stops it \(time 0\.\d+\)"):
+    with pytest.raises(NumericalError, match=r"to a point: neither pressure nor spin stops it \(time 0\.\d+\)"):
         astroinertia.run_scene(scene, tmp_path / "run")
     kept = astroinertia.open(tmp_path / "run")
     assert kept.sizes["time"] > 5 and bool((kept["inertia_tensor"][1:, 2, 2].diff("time") < 0).all())

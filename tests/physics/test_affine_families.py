@@ -11,9 +11,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from astroinertia import start_ellipsoid
 from astroinertia.bodies import roche
 from astroinertia.scene import load, plan
+from astroinertia.start import ellipsoid as start_ellipsoid
 from tests import affine_scenes
 from tests.affine_scenes import semi_axes, started
 

@@ -17,11 +17,11 @@ import jax
 import numpy as np
 import pytest
 
-from astroinertia import start_sph
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.engines import numba_modules, xla
 from astroinertia.models import sph
 from astroinertia.scene import load, plan
+from astroinertia.start import sph as start_sph
 from tests.pairs import BruteEngine
 
 ROOT = Path(__file__).parent.parent.parent
@@ -95,7 +95,8 @@ IMPORTS = """
     import json, sys
     from dataclasses import replace
     import numpy as np
-    from astroinertia import cli, run, start_sph
+    from astroinertia import cli, run
+    from astroinertia.start import sph as start_sph
     from astroinertia.effects import catalogue
     from astroinertia.models import sph, series
     from astroinertia.scene import load, plan

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from astroinertia import start
 from astroinertia.bodies.rotating_star import rotating_star
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.bodies.scf_matter import matter_of, polytropic_matter
@@ -15,6 +14,8 @@ from astroinertia.sph import eos, profiles
 from astroinertia.sph.initial import place
 from astroinertia.sph.rotating import ColdLaw, mapped
 from astroinertia.sph.rotation import rotation_velocity
+from astroinertia.start.fluids import equation_of_state
+from astroinertia.start.spheres import sphere
 
 SCENE = """\
 name = "star"
@@ -86,7 +87,7 @@ def test_a_ring_is_not_placed():
 def test_a_scene_turns_as_its_star_does():
     scene = loads(SCENE, ('body.law="v_constant"', "body.scale=1.5"))
     units = code_units(scene)
-    star = start.sphere(scene, units)
+    star = sphere(scene, units)
     ready = prepare(scene).evolution
     x, v = (np.asarray(value) for value in (ready.state.position, ready.state.velocity))
     momentum = np.asarray(ready.state.mass) @ np.cross(x, v)
@@ -112,7 +113,7 @@ def test_a_scene_turns_as_its_star_does():
 )
 def test_a_scene_gives_one_measure_of_its_own(setting, value):
     scene = loads(SCENE.replace("axis_ratio = 0.7", f"{setting} = {value}"))
-    star = start.sphere(scene, code_units(scene)).star
+    star = sphere(scene, code_units(scene)).star
     names = {"t_over_w": "rotational_to_gravitational", "rate": "angular_velocity"}
     assert getattr(star, names.get(setting, setting)) == pytest.approx(value, rel=1e-9)
 
@@ -124,8 +125,8 @@ def test_a_pressure_deficit_and_the_hybrid_equation_start_from_the_star():
         ("body.index=3.0", "body.pressure_fraction=0.9", "body.axis_ratio=0.75"),
     )
     units = code_units(scene)
-    star = start.sphere(scene, units)
-    fluid = start.equation_of_state(scene, units, star)
+    star = sphere(scene, units)
+    fluid = equation_of_state(scene, units, star)
     densest = np.array([star.star.max_density])
     assert fluid.pressure(np, densest, 0 * densest)[0] == pytest.approx(0.9 * star.star.max_pressure, rel=1e-12)
 
@@ -143,7 +144,7 @@ def test_scenes_that_contradict_themselves_are_told():
         assert told in str(caught.value), setting
     scene = loads(SCENE, ("body.axis_ratio=0.5",))
     with pytest.raises(SceneError, match=r"^\[body\] no polytrope of index 1.5 .*mass shedding"):
-        start.sphere(scene, code_units(scene))
+        sphere(scene, code_units(scene))
 
 
 def test_beyond_an_edge_particles_keep_the_angular_momentum_of_the_edge():

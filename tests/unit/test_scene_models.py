@@ -89,7 +89,7 @@ def test_companions_are_read_in_si_with_angles_in_radians():
         (TOP, "body.change={times=['1 s'], factors=[0.5, 0.2]}", "as many times as factors"),
         (TOP, "body.change={times=['2 s', '1 s'], factors=[0.5, 0.2]}", "times that rise"),
         (TOP, "output.series_steps=3", "series_every"),
-        (TOP, "effects.damping={time_scale='1 s'}", "[effects.damping] belongs to the model sph or ellipsoid; rigid has"),
+        (TOP, "effects.damping={time_scale='1 s'}", "damping] belongs to the model sph or ellipsoid; rigid has"),
         (EARTH, "orbits.integrator='leapfrog'", "ias15"),
         (STAR, "model='sph'", "equation_of_state"),
         (STAR, "model='rigid'", None),

@@ -7,11 +7,12 @@ import jax
 import numpy as np
 import pytest
 
-from astroinertia import start, start_ellipsoid
 from astroinertia.errors import SceneError
 from astroinertia.scene import load, plan
 from astroinertia.sph import profiles
 from astroinertia.sph.eos import ideal
+from astroinertia.start import ellipsoid as start_ellipsoid
+from astroinertia.start.spheres import sphere, stretch
 
 SCENE = """
 name = "star"
@@ -161,12 +162,12 @@ def test_axes_tilt_in_both_models_alike():
     scene = load.loads(SCENE, [tilt])
     turn = np.array([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
     wanted = turn.T @ np.diag([1.2, 1.0, 0.8]) @ turn
-    np.testing.assert_allclose(start.stretch(scene.body), wanted, atol=1e-15)
+    np.testing.assert_allclose(stretch(scene.body), wanted, atol=1e-15)
     np.testing.assert_allclose(np.array(body_of(tilt).state.deformation), wanted, atol=1e-15)
     particles = load.loads(SCENE, [tilt, "model='sph'", "body.particles=500", "body.relax=false"])
     units = plan.code_units(particles)
-    ball = start.sphere(particles, units)
-    placed = start.particles(particles, units, ball, SimpleNamespace(equation_of_state=ideal(5 / 3)))
+    ball = sphere(particles, units)
+    placed = placing.particles(particles, units, ball, SimpleNamespace(equation_of_state=ideal(5 / 3)))
     second = (placed.mass[:, None] * placed.position).T @ placed.position
     expected = 2.0 * 9.0 * ball.profile.second_moment * wanted @ wanted
     np.testing.assert_allclose(second, expected, atol=1e-10 * np.abs(expected).max())

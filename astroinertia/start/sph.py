@@ -6,14 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia import start
 from astroinertia.models.checkpoint import unflattened
 from astroinertia.models.particles import Particles
 from astroinertia.models.sph import Problem, initial_state
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS, Kernel
-from astroinertia.start_effects import effects_of
+from astroinertia.start.effects import effects_of
+from astroinertia.start.fluids import equation_of_state
+from astroinertia.start.placing import particles
+from astroinertia.start.spheres import Sphere, Star, sphere
 from astroinertia.units import CodeUnits
 
 _STENCIL = 64  # particles of the throw-away state that shows a checkpoint's structure
@@ -22,7 +24,7 @@ _STENCIL = 64  # particles of the throw-away state that shows a checkpoint's str
 def evolution(scene: Scene, units: CodeUnits) -> Particles:
     """The particles placed, at their temperature, turning."""
     problem, ball = problem_of(scene, units)
-    body = start.particles(scene, units, ball, problem)
+    body = particles(scene, units, ball, problem)
     state, arrangement = initial_state(
         problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy
     )
@@ -39,13 +41,13 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     return Particles(problem, state, arrangement, _end(scene, units))
 
 
-def problem_of(scene: Scene, units: CodeUnits) -> tuple[Problem, start.Sphere | start.Star | None]:
+def problem_of(scene: Scene, units: CodeUnits) -> tuple[Problem, Sphere | Star | None]:
     """The physics and numerics that a scene calls for, and the sphere or star that its body is at first."""
-    numerics, ball = scene.numerics, start.sphere(scene, units)
+    numerics, ball = scene.numerics, sphere(scene, units)
     longest = _end(scene, units) if numerics.max_timestep is None else units.to_code(numerics.max_timestep, "time")
     problem = Problem(
         effects=effects_of(scene, units),
-        equation_of_state=start.equation_of_state(scene, units, ball),
+        equation_of_state=equation_of_state(scene, units, ball),
         eta=smoothing(scene)[0],
         courant=numerics.courant,
         acceleration_factor=numerics.acceleration_factor,

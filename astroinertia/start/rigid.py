@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia import start, start_companions
 from astroinertia.errors import SceneError
 from astroinertia.inertia.prescribed import change
 from astroinertia.inertia.principal import principal_frame
@@ -18,8 +17,10 @@ from astroinertia.rotation.attitude import nearest_rotation, quaternion
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
 from astroinertia.sph.table import read_table
-from astroinertia.start_effects import effects_of
-from astroinertia.start_rotation import rigid_moments, rotation_amount, rotation_axis
+from astroinertia.start import companions
+from astroinertia.start.effects import effects_of
+from astroinertia.start.rotation import rigid_moments, rotation_amount, rotation_axis
+from astroinertia.start.spheres import Star, sphere
 from astroinertia.units import CodeUnits
 
 
@@ -52,7 +53,7 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
         raise SceneError("[effects.rotational_deformation] leaves the body at rest with a moment that is not positive.")
     two_way = scene.orbits.back_reaction
     if two_way:
-        start_companions.refuse_one_sided(scene)
+        companions.refuse_one_sided(scene)
     body = rigid.body(
         mass,
         np.maximum(principal, 0.0),
@@ -60,7 +61,7 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
         deformability=deformability,
         axes=axes.T,
         effects=effects,
-        companions=None if two_way else start_companions.companions(scene, units, mass),
+        companions=None if two_way else companions.companions(scene, units, mass),
         change=_change(scene, units),
         arm=None if arm is None else axes @ arm,
     )
@@ -76,7 +77,7 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
     # Only here: other scenes do without REBOUND.
     from astroinertia.models.rigid_two_way import CoupledRigidBody
 
-    bodies = start_companions.bodies(scene, units, mass)
+    bodies = companions.bodies(scene, units, mass)
     return CoupledRigidBody(body, quaternion(attitude), momentum, settings, bodies)
 
 
@@ -105,8 +106,8 @@ def _body(scene: Scene, units: CodeUnits) -> tuple[float, np.ndarray, np.ndarray
         return units.to_code(body.mass, "mass"), moments, rows, None, None
     if body.kind == "table":
         return _table(scene, units)
-    ball = start.sphere(scene, units)
-    if isinstance(ball, start.Star):
+    ball = sphere(scene, units)
+    if isinstance(ball, Star):
         star = ball.star
         moments = np.array([star.equatorial_moment, star.equatorial_moment, star.polar_moment])
         return star.mass, moments, np.eye(3), None, np.array([0.0, 0.0, star.angular_momentum])

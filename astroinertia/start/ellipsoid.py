@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from scipy.special import expit
 
-from astroinertia import start
 from astroinertia.errors import SceneError
 from astroinertia.models import ellipsoid
 from astroinertia.models.affine_body import PRESSURE, Problem
@@ -16,7 +15,10 @@ from astroinertia.models.ellipsoid import Ellipsoid
 from astroinertia.models.ellipsoid_matter import Matter
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.profiles import Profile
-from astroinertia.start_effects import effects_of
+from astroinertia.start.effects import effects_of
+from astroinertia.start.flow import initial_velocity
+from astroinertia.start.fluids import entropies, equation_of_state
+from astroinertia.start.spheres import Sphere, sphere, stretch
 from astroinertia.units import CodeUnits, pressure_constant_dimension
 
 # Tanh-sinh rule in s: steps of the transformed variable, and where it ends (s or 1 - s of 1e-40).
@@ -36,14 +38,14 @@ def evolution(scene: Scene, units: CodeUnits) -> Ellipsoid:
         raise SceneError(
             f"[numerics] integrator {scene.numerics.integrator} is for the model rigid, not for ellipsoid."
         )
-    ball = start.sphere(scene, units)
-    if not isinstance(ball, start.Sphere):
+    ball = sphere(scene, units)
+    if not isinstance(ball, Sphere):
         raise SceneError(
             f"[body] of the kind {scene.body.kind} is no stretched sphere, which the model ellipsoid needs: take a "
             "polytrope, uniform, power_law or dyson body."
         )
     body: Any = scene.body
-    deformation = start.stretch(body)
+    deformation = stretch(body)
     volume = float(np.prod(body.axes))
     rate = _initial_rate(scene, units, ball, deformation)
     matter, heat, kept = _fluid(scene, units, ball, deformation, rate)
@@ -86,7 +88,7 @@ def shells(profile: Profile, step: float = _SHELL_STEP) -> tuple[np.ndarray, np.
     return share[inside] / share[inside].sum(), s[inside]
 
 
-def _initial_rate(scene: Scene, units: CodeUnits, ball: start.Sphere, deformation: np.ndarray) -> np.ndarray:
+def _initial_rate(scene: Scene, units: CodeUnits, ball: Sphere, deformation: np.ndarray) -> np.ndarray:
     # Of all linear flows the one with the mixed moment of the scene's: the flow itself where that is linear.
     share, s = shells(ball.profile, _SAMPLED_STEP)
     cosine, weight = np.polynomial.legendre.leggauss(_LATITUDES)
@@ -98,13 +100,13 @@ def _initial_rate(scene: Scene, units: CodeUnits, ball: start.Sphere, deformatio
     angular = np.repeat(weight / (2 * len(phi)), len(phi))
     xi = (s[:, None, None] * direction).reshape(-1, 3)
     mass = ball.mass * np.outer(share, angular).reshape(-1)
-    velocity = start.initial_velocity(scene, units, ball, mass, ball.radius * xi @ deformation.T)
+    velocity = initial_velocity(scene, units, ball, mass, ball.radius * xi @ deformation.T)
     moment = (mass[:, None] * xi).T @ xi
     return np.linalg.solve(moment, (mass[:, None] * xi).T @ velocity).T / ball.radius
 
 
 def _fluid(
-    scene: Scene, units: CodeUnits, ball: start.Sphere, deformation: np.ndarray, rate: np.ndarray
+    scene: Scene, units: CodeUnits, ball: Sphere, deformation: np.ndarray, rate: np.ndarray
 ) -> tuple[Matter | None, float, bool]:
     """The matter, its heat, and whether it keeps its volume."""
     chosen, body = scene.equation_of_state, scene.body
@@ -114,7 +116,7 @@ def _fluid(
         return None, 0.0, True
     if PRESSURE not in scene.effects:
         return None, 0.0, False
-    fluid = start.equation_of_state(scene, units, ball)
+    fluid = equation_of_state(scene, units, ball)
     share, s = shells(ball.profile)
     mass, density = ball.mass * share, ball.mass / ball.radius**3 * ball.profile.density(s)
     if chosen.kind == "polytropic":
@@ -126,7 +128,7 @@ def _fluid(
         return Matter(np.array([ball.mass]), np.array([mean]), fluid), 0.0, False
     if not fluid.thermal:
         return Matter(mass, density, fluid), 0.0, False
-    start.entropies(scene, units, ball, fluid, np.array([0.5]))  # refuses what it refuses for particles
+    entropies(scene, units, ball, fluid, np.array([0.5]))  # refuses what it refuses for particles
     gamma = fluid.gamma if chosen.kind == "ideal" else fluid.gamma_thermal
     per_entropy = mass @ density ** (gamma - 1) / (gamma - 1)
     volume = float(np.linalg.det(deformation))
@@ -164,7 +166,7 @@ def _check_incompressible(scene: Scene, deformation: np.ndarray, rate: np.ndarra
         )
 
 
-def _sphere_energy(scene: Scene, ball: start.Sphere) -> float:
+def _sphere_energy(scene: Scene, ball: Sphere) -> float:
     if "gravity" not in scene.effects:
         return 0.0
     energy = ball.profile.gravitational_energy * ball.mass**2 / ball.radius

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from scipy.optimize import root_scalar
 
-from astroinertia import start
 from astroinertia.bodies.ellipsoid_gravity import potential_energy_tensor
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.effects.effect import Effect
@@ -31,8 +30,10 @@ from astroinertia.models.series import RADIUS_BINS
 from astroinertia.rotation.shells import mass_quadrature
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
-from astroinertia.start_effects import effects_of
-from astroinertia.start_rotation import rigid_moments, rotation_amount, rotation_axis
+from astroinertia.start.effects import effects_of
+from astroinertia.start.fluids import entropies, equation_of_state
+from astroinertia.start.rotation import rigid_moments, rotation_amount, rotation_axis
+from astroinertia.start.spheres import Sphere, Star, sphere
 from astroinertia.units import CodeUnits
 
 _NODES = 160  # shells of the pressure integral
@@ -150,8 +151,8 @@ def _body(scene: Scene, units: CodeUnits) -> tuple[Homologous, float]:
     """The body at scale 1 and the scale at which it begins, which is not 1 where it settles with its rotation."""
     if scene.body.kind == "rigid":
         return _rigid(scene, units), 1.0
-    ball = start.sphere(scene, units)
-    if isinstance(ball, start.Star):
+    ball = sphere(scene, units)
+    if isinstance(ball, Star):
         return _star(scene, units, ball), 1.0
     assert ball is not None  # the schema has no tables for this model
     return _ball(scene, units, ball)
@@ -171,7 +172,7 @@ def _rigid(scene: Scene, units: CodeUnits) -> Homologous:
     return Homologous(mass, second, None, None, spin * axis, axis, 0.5 / moment)
 
 
-def _star(scene: Scene, units: CodeUnits, ball: start.Star) -> Homologous:
+def _star(scene: Scene, units: CodeUnits, ball: Star) -> Homologous:
     star = ball.star
     axis = np.array([0.0, 0.0, 1.0])
     inertia = np.diag([star.equatorial_moment, star.equatorial_moment, star.polar_moment])
@@ -202,7 +203,7 @@ def _star(scene: Scene, units: CodeUnits, ball: start.Star) -> Homologous:
     )
 
 
-def _ball(scene: Scene, units: CodeUnits, ball: start.Sphere) -> tuple[Homologous, float]:
+def _ball(scene: Scene, units: CodeUnits, ball: Sphere) -> tuple[Homologous, float]:
     body: Any = scene.body
     profile, axes = ball.profile, np.asarray(body.axes, dtype=float)
     second = np.diag(profile.second_moment * ball.mass * (ball.radius * axes) ** 2)
@@ -242,18 +243,18 @@ def _gaseous(scene: Scene) -> bool:
 
 
 def _gas(
-    scene: Scene, units: CodeUnits, ball: start.Sphere | start.Star, mass: np.ndarray, density: np.ndarray,
+    scene: Scene, units: CodeUnits, ball: Sphere | Star, mass: np.ndarray, density: np.ndarray,
     where: np.ndarray, hydrostatic: float,
 ) -> Pressure:  # fmt: skip
     """The pressure of the scene's fluid; `hydrostatic` is the 3 Pi that holds the body."""
     body: Any = scene.body
-    fluid = start.equation_of_state(scene, units, ball)
+    fluid = equation_of_state(scene, units, ball)
     entropy = np.zeros_like(mass)
     if fluid.thermal and body.specific_internal_energy is not None:
         energy = units.to_code(body.specific_internal_energy, "specific_energy")
         entropy = fluid.entropy(np, density, np.full_like(mass, energy))
     elif fluid.thermal:
-        entropy = start.entropies(scene, units, ball, fluid, where)
+        entropy = entropies(scene, units, ball, fluid, where)
     found = ShellPressure(fluid, mass, density, entropy)
     if scene.equation_of_state.kind not in ("ideal", "polytropic"):  # type: ignore[union-attr]
         return found
@@ -265,7 +266,7 @@ def _gas(
 
 
 def _settled(
-    scene: Scene, units: CodeUnits, ball: start.Sphere, second: np.ndarray, energy: float, axis: np.ndarray
+    scene: Scene, units: CodeUnits, ball: Sphere, second: np.ndarray, energy: float, axis: np.ndarray
 ) -> tuple[float, float, float]:
     """Scale, L and T/L^2 at scale 1 of the body with its rotation, swollen where it settles to equilibrium first."""
     body: Any = scene.body
@@ -304,9 +305,7 @@ def _settled(
     return scale, momentum, kinetic * scale**2 / momentum**2
 
 
-def _law_moments(
-    scene: Scene, units: CodeUnits, ball: start.Sphere, scale: float, moment: float
-) -> tuple[float, float]:
+def _law_moments(scene: Scene, units: CodeUnits, ball: Sphere, scale: float, moment: float) -> tuple[float, float]:
     """L and T of a body at a scale that turns at a rate of 1 on its axis."""
     rotation = scene.body.rotation
     assert rotation is not None
@@ -321,7 +320,7 @@ def _law_moments(
     return float((weight * rate * w**2).sum()), float((0.5 * weight * (rate * w) ** 2).sum())
 
 
-def _shells(scene: Scene, units: CodeUnits, ball: start.Sphere, second: np.ndarray) -> Shells:
+def _shells(scene: Scene, units: CodeUnits, ball: Sphere, second: np.ndarray) -> Shells:
     nodes, weights = leggauss(8)
     share = (np.arange(RADIUS_BINS)[:, None] + 0.5 * (nodes + 1)) / RADIUS_BINS
     s = np.asarray(ball.profile.radius(share.ravel()), dtype=float).reshape(share.shape)
