@@ -12,6 +12,7 @@ from astroinertia.scene import load, plan
 from astroinertia.sph import profiles
 from astroinertia.sph.eos import ideal
 from astroinertia.start import ellipsoid as start_ellipsoid
+from astroinertia.start import placing
 from astroinertia.start.spheres import sphere, stretch
 
 SCENE = """
