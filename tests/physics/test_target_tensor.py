@@ -1,6 +1,5 @@
 """Bodies driven to a prescribed elongation and orientation, in space and in a plane, keep their momentum."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import pytest
 from astroinertia.cli import main
 from astroinertia.errors import SceneError
 from astroinertia.models import sph
+from astroinertia.models.particles import Particles
 from astroinertia.models.series import series_record
 from tests.evolve import evolve, prepared
 
@@ -45,7 +45,7 @@ def driven(options: str, damping: str = DAMPED, end: float = 4.0) -> tuple[dict[
     moved, arrangement = sph.initial_state(
         start.problem, state.mass, state.position + (3.0, -2.0, 1.0), state.velocity + (0.2, 0.1, -0.3), state.entropy
     )
-    start = replace(start, state=moved, arrangement=arrangement)
+    start = Particles(start.problem, moved, arrangement, start.end)
     return series_record(start.problem, arrangement, moved, None), evolve(start, [end])[-1]
 
 

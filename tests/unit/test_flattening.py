@@ -63,6 +63,7 @@ def test_a_sweep_over_rate_and_index_has_the_same_figures(dask):
             np.testing.assert_array_equal(found[name].sel(index=index), one[name])
 
 
+@pytest.mark.slow
 def test_earth_mars_and_jupiter_against_hydrostatic_figures():
     found = flattening(["Earth", "Mars", "Jupiter"])
     earth = found.sel(body="Earth")

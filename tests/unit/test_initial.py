@@ -101,6 +101,7 @@ def test_density_noise(name):
     assert noise["random"] > 0.2
 
 
+@pytest.mark.slow
 def test_sampling_error_of_the_moment_before_it_is_removed():
     """A glass carries the profile by its ranks: what the affine correction takes away shrinks faster than 1/N."""
     from astroinertia.sph.initial import _glass

@@ -42,6 +42,7 @@ def test_the_posterior_is_the_exact_inversion_with_its_propagated_errors(posteri
     np.testing.assert_allclose(found["standard_deviation"], deviation, rtol=0.1)
 
 
+@pytest.mark.slow
 def test_every_draw_has_the_mass_and_moment_of_its_coordinates(posterior):
     x, core = posterior["core_radius_ratio"], posterior["core_density"]
     mantle = posterior["mantle_density"]

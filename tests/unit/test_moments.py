@@ -93,6 +93,7 @@ def test_a_mesh_of_a_sphere_has_the_ratio_of_a_homogeneous_sphere(tmp_path):
     assert found.attrs["radius_convention"] == "radius of the sphere of the same volume"
 
 
+@pytest.mark.slow
 def test_a_snapshot_is_chosen_by_its_number(tmp_path):
     main(["new", str(tmp_path / "star.toml")])
     small = ["body.particles=64", "body.relax=false", "body.placement=lattice", "time.max_steps=2"]

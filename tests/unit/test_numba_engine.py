@@ -175,7 +175,7 @@ def test_momentum_is_kept_to_round_off(reference):
             assert np.abs(force.sum(axis=0)).max() < 1e-15 * np.abs(force).sum()
 
 
-@pytest.mark.parametrize("precision", ["float64", "mixed"])
+@pytest.mark.parametrize("precision", ["float64", pytest.param("mixed", marks=pytest.mark.slow)])
 def test_the_number_of_threads_changes_no_bit(precision):
     position, mass = clustered(3000)
     results = []

@@ -78,6 +78,7 @@ def test_the_picture_of_the_fluid_is_legible(series, snapshots):
     assert_legible(plots.density_figure(series, snapshots))
 
 
+@pytest.mark.slow
 def test_write_all_writes_pngs_and_leaves_matplotlib_as_it_was(series, snapshots, tmp_path):
     import matplotlib
 

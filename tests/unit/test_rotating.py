@@ -84,6 +84,7 @@ def test_a_ring_is_not_placed():
         mapped(rotating_star(polytropic_matter(1.5), -0.5), np.array([0.5]), np.array([[0.0, 0.0, 1.0]]))
 
 
+@pytest.mark.slow
 def test_a_scene_turns_as_its_star_does():
     scene = loads(SCENE, ('body.law="v_constant"', "body.scale=1.5"))
     units = code_units(scene)

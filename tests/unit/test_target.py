@@ -44,6 +44,7 @@ def energy(mass, position, **options):
     return target.target_energy(second_moment(mass, position), TARGET, STIFFNESS, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", CASES.values(), ids=CASES)
 def test_the_gradient_is_that_of_the_energy(options):
     mass, position = cloud()

@@ -121,6 +121,7 @@ def test_smoothing_lengths_do_not_depend_on_the_guess(guess):
         assert np.max(np.abs(getattr(found, name) / getattr(expected, name) - 1.0)) < 2e-14, name
 
 
+@pytest.mark.slow
 def test_the_tolerance_is_kept():
     engine = Engine()
     arrangement, fields = body(engine)
@@ -250,6 +251,7 @@ def test_single_precision_by_oversight_is_refused():
         Engine(precision="float32")  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_few_particles():
     engine = Engine()
     for count in (1, 2, 17):
