@@ -88,6 +88,7 @@ def test_three_layers_of_the_moon_agree_with_the_inversion_draw_by_draw():
     assert low < 381e3 < high  # Viswanathan et al. 2019
 
 
+@pytest.mark.slow
 def test_the_picture_shows_every_pair(posterior, tmp_path):
     pytest.importorskip("corner")
     from astroinertia.plots.interior_posterior import posterior_figure

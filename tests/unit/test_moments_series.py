@@ -111,6 +111,7 @@ with xarray.open_dataset(sys.argv[1]) as opened:
 """
 
 
+@pytest.mark.slow
 def test_a_file_is_never_held_whole(tmp_path):
     file = tmp_path / "snapshots.nc"
     with netCDF4.Dataset(file, "w") as written:

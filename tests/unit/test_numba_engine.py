@@ -156,6 +156,7 @@ def test_direct_gravity(reference, precision, bar):
     assert largest_error(found, expected) < bar
 
 
+@pytest.mark.slow
 def test_all_pairs_without_a_far_form_and_of_other_kinds(reference):
     arrangement, _, fields = reference
     found = Engine().all_pair_sums(arrangement, KERNEL, (UNLIMITED, LONE), fields)

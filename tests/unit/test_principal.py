@@ -288,6 +288,7 @@ def test_second_derivatives_of_the_moments():
             assert found.sum() == pytest.approx(0.0, abs=1e-13)  # the trace is linear
 
 
+@pytest.mark.slow
 def test_numpy_and_jax_agree_in_sign_and_number_and_keep_single_precision():
     import jax
 

@@ -20,6 +20,7 @@ def _rows(text: str) -> dict[str, list[str]]:
     return {line.split()[0]: line.split() for line in text.splitlines() if line.strip()}
 
 
+@pytest.mark.slow
 def test_the_table_has_every_body_and_what_is_known_of_it(elsewhere, capsys):
     assert main(["ratios", "--csv", "all.csv", "--netcdf", "all.nc"]) == 0
     told = capsys.readouterr().out

@@ -173,6 +173,7 @@ def test_batches_spheres_and_points():
             assert np.isfinite(target.target_energy(degenerate, TARGET, STIFFNESS, **options))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", CASES.values(), ids=CASES)
 def test_derivatives_are_finite_for_round_bodies_and_single_precision_is_kept(options):
     for second in (np.eye(3), np.diag([1.0, 1.0, 3.0])):

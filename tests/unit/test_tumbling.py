@@ -18,6 +18,7 @@ def test_growth_is_that_of_two_motions():
     assert np.log(apart) == pytest.approx(one.growth[-1], abs=2.0) and one.growth[-1] > 3
 
 
+@pytest.mark.slow
 def test_a_round_moon_and_one_on_a_circle_do_not_come_apart():
     attitude, spin = np.eye(3), np.array([0.0, 0.0, 1.0])
     free = divergence([1.0, 1.0, 1.0], 0.1, attitude, [0.3, 0.2, 1.0], orbits=60)
