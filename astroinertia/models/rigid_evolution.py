@@ -53,7 +53,7 @@ class Settings:
     integrator: str = "splitting"
     tolerance: float = 1e-12
     steps_per_rotation: float = 40.0
-    order: int = 6
+    order: int = 8
 
 
 class RigidBody:

@@ -317,7 +317,7 @@ class Numerics(Part):
     steps_per_rotation: Annotated[float, Field(ge=4.0, le=1e5)] = Field(
         default=40.0, description="steps of splitting in a rotation of the body"
     )
-    order: Literal[2, 4, 6, 8] = Field(default=4, description="order of splitting")
+    order: Literal[2, 4, 6, 8] = Field(default=8, description="order of splitting")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

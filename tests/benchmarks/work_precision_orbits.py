@@ -68,7 +68,7 @@ if __name__ == "__main__":
                 tabulated(0.6),
                 *(
                     table(
-                        f"Orbit and spin acting on each other, order {order}, five orbits",
+                        f"Orbit and spin acting on each other, five orbits: order {order}",
                         "steps a rotation",
                         (5.0, 10.0, 20.0),
                         lambda steps, order=order: coupled(order, steps),
@@ -78,7 +78,7 @@ if __name__ == "__main__":
                     for order in (2, 4, 6, 8)
                 ),
                 table(
-                    "The same inside REBOUND's interface to differential equations",
+                    "Orbit and spin acting on each other, five orbits: inside REBOUND's interface",
                     "tolerance",
                     (1e-8, 1e-10, 1e-12, TOLERANCE),
                     inside_rebound,
