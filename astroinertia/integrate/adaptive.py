@@ -65,6 +65,7 @@ def advance(
         event=None if condition is None else diffrax.Event(lambda t, y, args, **_: condition(t, y, args)),
         throw=False,
     )
+    assert solved.ts is not None  # asked for by saveat
     reached = solved.ts[-1]
     stopped = solved.result == diffrax.RESULTS.event_occurred
     return Advanced(

@@ -264,7 +264,7 @@ class RigidBody:
     def _energies(self, found: Ledger) -> tuple[float, float]:
         """Kinetic, of all motion, and potential."""
         velocity = np.asarray(found.moments.velocity)
-        kinetic = 0.5 * (float(jnp.trace(found.moments.kinetic)) + float(self.body.mass) * velocity @ velocity)
+        kinetic = 0.5 * (float(jnp.trace(found.moments.kinetic)) + float(self.body.mass * velocity @ velocity))
         potential = np.asarray(found.potential)
         return kinetic, float(potential[np.isfinite(potential)].sum())
 

@@ -91,7 +91,7 @@ def _moments(body: Rigid, time: Array, turning: Array, momentum: Array) -> Momen
     if swell is not None:
         mixed, cross = mixed + swell, turn @ swell
         kinetic = kinetic + cross + cross.T
-    if body.change is not None:
+    if body.change is not None and swell is not None:
         # Of v = g x too; in a deformation the like of it is of second order.
         pace = jnp.trace(swell) / jnp.trace(second)
         kinetic = kinetic + pace**2 * second
@@ -101,7 +101,8 @@ def _moments(body: Rigid, time: Array, turning: Array, momentum: Array) -> Momen
         second = second - body.mass * jnp.outer(place, place)
         mixed = mixed - body.mass * jnp.outer(place, velocity)
         kinetic = kinetic - body.mass * jnp.outer(velocity, velocity)
-    return Moments(*(axes.T @ tensor @ axes for tensor in (second, mixed, kinetic)), axes.T @ place, axes.T @ velocity)
+    second, mixed, kinetic = (axes.T @ tensor @ axes for tensor in (second, mixed, kinetic))
+    return Moments(second, mixed, kinetic, axes.T @ place, axes.T @ velocity)
 
 
 def _swell(body: Rigid, time: Array, turning: Array, momentum: Array, second: Array) -> Array | None:

@@ -8,6 +8,7 @@ from astroinertia.scene.fluids import Part, as_tuple
 from astroinertia.scene.quantities import Angle, Duration, Length, Mass, Place, SpeedComponent
 
 BODY = "body"  # the name of the scene's own body among them
+BARYCENTRE = "barycentre"  # of the body and of the companions listed before
 MOST_COMPANIONS = 100
 
 Position = Annotated[tuple[Place, Place, Place], BeforeValidator(as_tuple)]
@@ -20,7 +21,8 @@ class Companion(Part):
     name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_\-]{0,63}$")] = Field(description="what it is called")
     mass: Mass = Field(description="its mass")
     around: str = Field(
-        default=BODY, description='what its orbit is relative to: "body", or the name of a companion listed before it'
+        default=BODY,
+        description='what its orbit is relative to: "body", a companion listed before, or "barycentre" of all these',
     )
     position: Position | None = Field(default=None, description="position relative to that, instead of elements")
     velocity: Velocity | None = Field(default=None, description="velocity relative to that, with position")
@@ -67,10 +69,11 @@ class Orbits(Part):
 
 def check_names(companions: tuple[Companion, ...]) -> None:
     """ValueError where two companions share a name, or one goes round what is not listed before it."""
-    known = [BODY]
+    known = [BODY, BARYCENTRE]
     for each in companions:
         if each.name in known:
-            raise ValueError(f"[[companions]] has the name {each.name} twice.")
+            told = "twice" if each.name not in (BODY, BARYCENTRE) else "which is taken"
+            raise ValueError(f"[[companions]] has the name {each.name} {told}.")
         if each.around not in known:
             raise ValueError(
                 f"[[companions]] {each.name} goes around {each.around}, which is not listed before it "

@@ -421,7 +421,7 @@ class Scene(Part):
             raise ValueError("[equation_of_state] is missing, which the models sph and ellipsoid need.")
         if self.equation_of_state is not None and self.equation_of_state.kind == "incompressible" and model == "sph":
             raise ValueError("[equation_of_state] incompressible is for the model ellipsoid, not for sph.")
-        if model == "sph" and body.kind not in ("table", "rigid") and body.particles is None:
+        if model == "sph" and body.kind not in ("table", "rigid") and getattr(body, "particles", None) is None:
             raise ValueError("[body] particles is missing (number of particles), which the model sph needs.")
         if body.kind == "rigid" and model not in ("rigid", "scaling"):
             raise ValueError(f"[body] of the kind rigid is for the models rigid and scaling, not for {model}.")
