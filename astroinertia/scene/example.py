@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, REQUIRED, Option
-from astroinertia.scene import companions, schema
+from astroinertia.scene import bodies, companions, schema
 from astroinertia.scene.load import KINDS
 from astroinertia.scene.quantities import Quantity
 from astroinertia.scene.text import toml_value
@@ -40,7 +40,7 @@ SET: dict[str, dict[str, Any]] = {
 }
 # Tables that most scenes do without, shown as comments.
 ABSENT: dict[str, type[BaseModel]] = {
-    "[body.change]": schema.Change,
+    "[body.change]": bodies.Change,
     "[[companions]]": companions.Companion,
     "[orbits]": companions.Orbits,
 }
@@ -124,7 +124,7 @@ def _model(table: str) -> type[BaseModel]:
     if table in KINDS:
         return KINDS[table][SET[table]["kind"]]
     models = {
-        "body.rotation": schema.Rotation,
+        "body.rotation": bodies.Rotation,
         "numerics": schema.Numerics,
         "time": schema.TimeSpan,
         "output": schema.Output,

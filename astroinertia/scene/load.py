@@ -10,6 +10,8 @@ from pydantic import BaseModel, ValidationError
 from astroinertia.effects.catalogue import ALL_MODELS, CATALOGUE
 from astroinertia.errors import SceneError
 from astroinertia.scene import schema
+from astroinertia.scene.bodies import AnyBody
+from astroinertia.scene.fluids import AnyEquationOfState
 from astroinertia.scene.options import effect_options
 from astroinertia.scene.problems import Problem, first_problem, place, unknown_key
 from astroinertia.scene.quantities import described
@@ -25,7 +27,7 @@ def _by_kind(union: Any) -> dict[str, type[BaseModel]]:
     return {get_args(model.model_fields["kind"].annotation)[0]: model for model in models}
 
 
-KINDS = {"body": _by_kind(schema.AnyBody), "equation_of_state": _by_kind(schema.AnyEquationOfState)}
+KINDS = {"body": _by_kind(AnyBody), "equation_of_state": _by_kind(AnyEquationOfState)}
 KEYS = [name for name in schema.Scene.model_fields if name not in RECORD]
 
 

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.scene.bodies import RigidBody
 from astroinertia.scene.fluids import FROM_BODY
-from astroinertia.scene.schema import RigidBody, Scene, Units
+from astroinertia.scene.schema import Scene, Units
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
 from astroinertia.units import DIMENSIONLESS, CodeUnits, si_unit
 

@@ -1,0 +1,265 @@
+"""The body that a scene may ask for, its rotation and prescribed size: validated and frozen, in SI (or code units)."""
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+
+from astroinertia.scene.fluids import Part, as_tuple
+from astroinertia.scene.quantities import (
+    AngularMomentum,
+    AngularVelocity,
+    Duration,
+    Length,
+    Mass,
+    Moment,
+    Number,
+    NumberNotNegative,
+    PositiveNumber,
+    SpecificEnergy,
+    VelocityGradient,
+    checked,
+    dimensional,
+)
+from astroinertia.units import pressure_constant_dimension
+
+MOST_PARTICLES = 50_000_000
+
+Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(as_tuple)]
+Axes = Annotated[tuple[PositiveNumber, PositiveNumber, PositiveNumber], BeforeValidator(as_tuple)]
+Moments = Annotated[tuple[Moment, Moment, Moment], BeforeValidator(as_tuple)]
+MomentRatios = Annotated[tuple[NumberNotNegative, NumberNotNegative, NumberNotNegative], BeforeValidator(as_tuple)]
+Matrix = Annotated[tuple[Vector, Vector, Vector], BeforeValidator(as_tuple)]
+Times = Annotated[tuple[Duration, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=1000)]
+Factors = Annotated[tuple[PositiveNumber, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=1000)]
+_Row = tuple[VelocityGradient, VelocityGradient, VelocityGradient]
+GradientMatrix = Annotated[tuple[_Row, _Row, _Row], BeforeValidator(as_tuple)]
+Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]
+Law = Literal["rigid", "j_constant", "v_constant"]
+
+
+def _exactly_one(part: Part, *names: str) -> None:
+    given = [name for name in names if getattr(part, name) is not None]
+    if len(given) != 1:
+        told = "none is given" if not given else f"{' and '.join(given)} are given"
+        raise ValueError(f"needs exactly one of {', '.join(names[:-1])} and {names[-1]}, but {told}.")
+
+
+def _law_with_scale(part: Any) -> None:
+    if part.law != "rigid" and part.scale is None:
+        raise ValueError(f"needs a scale, for its law is {part.law}.")
+    if part.law == "rigid" and part.scale is not None:
+        raise ValueError("has a scale, which only the laws j_constant and v_constant use.")
+
+
+UNIT_MATRIX = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def _at_right_angles(rows: tuple[tuple[float, ...], ...]) -> None:
+    sizes = [sum(x * x for x in row) for row in rows]
+    for k, one in enumerate(rows):
+        across = abs(sum(x * y for x, y in zip(one, rows[k - 1], strict=True)))
+        if sizes[k] == 0.0 or across > 1e-6 * (sizes[k] * sizes[k - 1]) ** 0.5:
+            raise ValueError("needs axes_at_start at right angles to each other.")
+
+
+class Rotation(Part):
+    """How the body turns at the start; exactly one of rate, period, angular_momentum and t_over_w."""
+
+    law: Law = Field(
+        default="rigid",
+        description="rigid: one rate; j_constant: rate / (1 + s^2/scale^2), v_constant: rate / (1 + s^2/scale^2)^(1/2) "
+        "with s from the axis",
+    )
+    rate: AngularVelocity | None = Field(default=None, description="angular velocity on the axis")
+    period: Duration | None = Field(default=None, description="rotation period on the axis")
+    angular_momentum: AngularMomentum | None = Field(default=None, description="total angular momentum")
+    t_over_w: Annotated[float, Field(ge=0.0, lt=0.5)] | None = Field(
+        default=None, description="rotational kinetic over absolute gravitational energy, T/|W|"
+    )
+    axis: Vector = Field(default=(0.0, 0.0, 1.0), description="direction of the rotation axis, any length")
+    scale: Length | None = Field(default=None, description="length over which a law that is not rigid falls off")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        _exactly_one(self, "rate", "period", "angular_momentum", "t_over_w")
+        _law_with_scale(self)
+        if sum(component**2 for component in self.axis) == 0.0:
+            raise ValueError("has an axis of zero length.")
+        return self
+
+
+class Change(Part):
+    """A size that is prescribed, as of a skater or a contracting star; without it the model says what the body does."""
+
+    times: Times = Field(description="when, rising; at time 0 the factor is 1, after the last of them it stays")
+    factors: Factors = Field(
+        description="the inertia tensor over that at time 0, at those times; a smooth curve that never overshoots goes "
+        "through them"
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if len(self.times) != len(self.factors):
+            raise ValueError(f"needs as many times as factors, but has {len(self.times)} and {len(self.factors)}.")
+        if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
+            raise ValueError("needs times that rise.")
+        return self
+
+
+class Body(Part):
+    """What every body has, whatever its kind."""
+
+    placement: Literal["glass", "lattice", "random"] = Field(
+        default="glass",
+        description="how particles are laid out: glass (low noise, no grid), lattice, or random (Poisson noise)",
+    )
+    seed: Seed = Field(default=1, description="seed of everything random in the placement")
+    relax: bool = Field(default=True, description="settle the particles to equilibrium before the start")
+    specific_internal_energy: SpecificEnergy | None = Field(
+        default=None, description="thermal energy per mass, uniform, instead of that of equilibrium"
+    )
+    entropy: float | None = Field(
+        default=None,
+        description="entropy function A = P / rho^gamma (thermal part), uniform, instead of that of equilibrium",
+    )
+    pressure_fraction: Annotated[float, Field(gt=0.0, le=100.0)] | None = Field(
+        default=None, description="pressure as a fraction of that of equilibrium; below 1 the body collapses"
+    )
+    velocity_gradient: GradientMatrix | None = Field(
+        default=None, description="matrix G of a linear velocity field v = G x, added to the rotation"
+    )
+    rotation: Rotation | None = Field(default=None, description="rotation at the start; without it the body is at rest")
+    change: Change | None = Field(default=None, description="a prescribed size (models rigid and scaling)")
+
+    @field_validator("entropy", mode="before")
+    @classmethod
+    def _entropy(cls, value: Any, info: ValidationInfo) -> float | None:
+        if value is None:
+            return None
+        gamma = (info.context or {}).get("gamma_thermal")
+        if gamma is None:
+            raise ValueError("needs an equation of state with a thermal part (ideal or hybrid).")
+        code = bool((info.context or {}).get("code"))
+        return checked(dimensional(value, pressure_constant_dimension(gamma), code), "not negative")
+
+    @model_validator(mode="after")
+    def _one_thermal_choice(self) -> Self:
+        names = ("specific_internal_energy", "entropy", "pressure_fraction")
+        given = [name for name in names if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise ValueError(f"may have only one of {', '.join(names)}, but has {' and '.join(given)}.")
+        return self
+
+
+Count = Annotated[int, Field(ge=16, le=MOST_PARTICLES)]
+
+
+class _Sized(Body):
+    particles: Count | None = Field(default=None, description="number of particles (model sph)")
+    mass: Mass = Field(description="total mass")
+    radius: Length = Field(description="radius before the axes stretch it; semi-axes are radius * axes")
+    axes: Axes = Field(default=(1.0, 1.0, 1.0), description="stretch along x, y and z, or along axes_at_start")
+    axes_at_start: Matrix = Field(
+        default=UNIT_MATRIX, description="directions that axes stretch along, one a row, at right angles"
+    )
+
+    @model_validator(mode="after")
+    def _has_right_angles(self) -> Self:
+        _at_right_angles(self.axes_at_start)
+        return self
+
+
+class PolytropeBody(_Sized):
+    """A polytrope (Lane-Emden), stretched along its axes."""
+
+    kind: Literal["polytrope"]
+    index: Annotated[float, Field(ge=0.0, lt=5.0)] = Field(description="polytropic index n: P ~ rho^(1 + 1/n)")
+
+
+class UniformBody(_Sized):
+    """A sphere or ellipsoid of uniform density."""
+
+    kind: Literal["uniform"]
+
+
+class PowerLawBody(_Sized):
+    """A sphere or ellipsoid with rho ~ r^-exponent (Evrard's cloud has 1)."""
+
+    kind: Literal["power_law"]
+    exponent: Annotated[float, Field(ge=0.0, lt=3.0)] = Field(description="exponent of rho ~ r^-exponent")
+
+
+class DysonBody(_Sized):
+    """Dyson's isentropic gas ellipsoid: rho ~ (1 - s^2)^(1/(gamma-1)), s^2 = sum (x/a)^2."""
+
+    kind: Literal["dyson"]
+    gamma: Annotated[float, Field(gt=1.0, le=10.0)] = Field(description="adiabatic exponent of the profile")
+
+
+class RotatingStarBody(Body):
+    """A rotating polytrope in equilibrium (self-consistent field), up to mass shedding; it turns about z."""
+
+    kind: Literal["rotating_star"]
+    particles: Count | None = Field(default=None, description="number of particles (model sph)")
+    mass: Mass = Field(description="total mass")
+    radius: Length = Field(description="equatorial radius of a rotating_star")
+    index: Annotated[float, Field(gt=0.0, le=4.5)] = Field(description="polytropic index n: P ~ rho^(1 + 1/n)")
+    law: Law = Field(default="rigid", description="rotation law, as in body.rotation")
+    scale: Length | None = Field(default=None, description="length over which a law that is not rigid falls off")
+    axis_ratio: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
+        default=None, description="polar over equatorial radius; or give t_over_w, rate or angular_momentum"
+    )
+    t_over_w: Annotated[float, Field(ge=0.0, lt=0.5)] | None = Field(default=None, description="T/|W| of the star")
+    rate: AngularVelocity | None = Field(default=None, description="angular velocity on the star's axis")
+    angular_momentum: AngularMomentum | None = Field(default=None, description="total angular momentum of the star")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.rotation is not None:
+            raise ValueError("has a table rotation, but a rotating_star turns as its own law and axis_ratio say.")
+        _exactly_one(self, "axis_ratio", "t_over_w", "rate", "angular_momentum")
+        _law_with_scale(self)
+        return self
+
+
+class RigidBody(Body):
+    """A body of which only the mass and the inertia tensor are known."""
+
+    kind: Literal["rigid"]
+    mass: Mass = Field(description="total mass")
+    radius: Length | None = Field(default=None, description="a radius, for moment_ratios and I/(M R^2)")
+    moments: Moments | None = Field(default=None, description="principal moments of inertia; or give moment_ratios")
+    moment_ratios: MomentRatios | None = Field(default=None, description="principal moments over mass radius^2")
+    axes_at_start: Matrix = Field(
+        default=UNIT_MATRIX,
+        description="directions of the principal axes at the start, one a row, at right angles",
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        _exactly_one(self, "moments", "moment_ratios")
+        if self.moment_ratios is not None and self.radius is None:
+            raise ValueError("needs a radius, for it has moment_ratios.")
+        a, b, c = sorted(self.moments or self.moment_ratios or ())
+        if c <= 0.0:
+            raise ValueError("needs moments of which two at least are positive.")
+        if c > (a + b) * (1.0 + 1e-12):
+            raise ValueError("needs moments of which none is larger than the sum of the others.")
+        _at_right_angles(self.axes_at_start)
+        return self
+
+
+class TableBody(Body):
+    """The user's own particles."""
+
+    kind: Literal["table"]
+    file: Annotated[str, Field(min_length=1, max_length=512)] = Field(
+        description="particle table (.csv .npz .nc .h5), relative to the scene: mass x y z and, if wanted, vx vy vz u"
+    )
+    relax: bool = Field(default=False, description="settle the particles to equilibrium before the start")
+
+
+AnyBody = Annotated[
+    PolytropeBody | UniformBody | PowerLawBody | DysonBody | RotatingStarBody | RigidBody | TableBody,
+    Field(discriminator="kind"),
+]
