@@ -12,6 +12,7 @@ Tree = Any
 
 MOST_STEPS = 4_000_000  # of one call: some ten seconds of work, and then it says that it failed
 SHORTEST = 1e-14  # of a step, as a share of the time: round-off
+WHOLE = 0.99  # of what is left, beyond which a first step takes all of it
 
 
 class Advanced(NamedTuple):
@@ -50,12 +51,15 @@ def advance(
     Checked by tests/unit/test_adaptive.py.
     """
     shortest = SHORTEST * jnp.maximum(jnp.abs(time), jnp.abs(until))
+    # A first step that all but reaches the end would leave one of no length.
+    left = until - time
+    first = jnp.where(jnp.abs(timestep) > WHOLE * jnp.abs(left), left, timestep)
     solved = diffrax.diffeqsolve(
         diffrax.ODETerm(rate),
         diffrax.Dopri8(),
         t0=time,
         t1=until,
-        dt0=timestep,
+        dt0=first,
         y0=state,
         args=arguments,
         stepsize_controller=diffrax.PIDController(rtol=relative, atol=absolute, dtmin=shortest, force_dtmin=False),

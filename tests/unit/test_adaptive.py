@@ -47,6 +47,12 @@ def test_two_calls_go_on_as_one_problem():
     assert 3.0 / float(half.timestep) == pytest.approx(float(half.steps), rel=0.5)
 
 
+def test_a_first_step_that_misses_the_end_by_a_rounding_takes_it():
+    found = adaptive.advance(oscillator, 0.0, (jnp.array(1.0), jnp.array(2.0)), 0.03, 0.04, 0.01 - 2e-18)
+    assert not found.failed and float(found.time) == 0.04 and int(found.steps) == 1
+    assert float(found.state[0]) == pytest.approx(1.02, rel=1e-15)
+
+
 def test_a_condition_ends_it_with_the_step():
     found = adaptive.advance(oscillator, 1.0, start(), 0.0, 10.0, 0.1, condition=below_a_tenth)
     assert bool(found.stopped) and not found.failed
