@@ -226,7 +226,13 @@ class RigidBody:
             rigid.rate, (body, *self._units), state, self._time, until, first, tolerance, tolerance
         )  # fmt: skip
         if bool(found.failed):
-            raise NumericalError("the adaptive integrator does not come on", time=float(found.time))
+            told = "the adaptive integrator does not come on"
+            if int(found.steps) >= adaptive.MOST_STEPS:
+                told = (
+                    f"{adaptive.MOST_STEPS:.0e} steps of the adaptive integrator do not reach the next record: "
+                    "record more often, take the integrator splitting, or the model scaling if only the rate counts"
+                )
+            raise NumericalError(told, time=float(found.time))
         turning = found.state["turning"]
         turning = jnp.concatenate([turning[:4] / jnp.linalg.norm(turning[:4]), body_unit * turning[4:]])
         state = Rotor(

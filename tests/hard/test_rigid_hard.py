@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from astroinertia.errors import NumericalError
+from astroinertia.integrate import adaptive
 from astroinertia.models.rigid_evolution import Settings
 from astroinertia.rotation import free_attitude, free_top
 from astroinertia.rotation.attitude import quaternion, rotation
@@ -160,3 +161,14 @@ def test_a_runaway_torque_is_said_to_fail():
     run = under_way([1.0, 1.0, 1.2], [0.0, 0.0, 2.0 * np.pi], brake, settings=BEST["adaptive"])
     with pytest.raises(NumericalError):
         run.advance(100.0)
+
+
+def test_a_body_that_turns_too_often_for_the_adaptive_integrator_is_told_what_to_take(monkeypatch):
+    monkeypatch.setattr(adaptive, "MOST_STEPS", 200)
+    adaptive.advance.clear_cache()
+    run = under_way([1.0, 2.0, 3.0], [0.1, 1.0, 0.1], settings=BEST["adaptive"])
+    try:
+        with pytest.raises(NumericalError, match="do not reach the next record: .*splitting, or the model scaling"):
+            run.advance(1e4)
+    finally:
+        adaptive.advance.clear_cache()
