@@ -168,7 +168,7 @@ def test_a_body_that_turns_too_often_for_the_adaptive_integrator_is_told_what_to
     adaptive.advance.clear_cache()
     run = under_way([1.0, 2.0, 3.0], [0.1, 1.0, 0.1], settings=BEST["adaptive"])
     try:
-        with pytest.raises(NumericalError, match="do not reach the next record: .*splitting, or the model scaling"):
+        with pytest.raises(NumericalError, match=r"do not reach the next record: .*splitting, or the model scaling"):
             run.advance(1e4)
     finally:
         adaptive.advance.clear_cache()
