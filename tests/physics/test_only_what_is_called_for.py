@@ -237,7 +237,7 @@ def test_the_compiled_step_has_operations_of_listed_effects_only() -> None:
 RESULTS = """
     import hashlib, importlib, json, sys
     from pathlib import Path
-    from astroinertia import build, start_sph
+    from astroinertia import build
     from astroinertia.effects.catalogue import CATALOGUE
     from astroinertia.models import sph
     from astroinertia.scene import load
