@@ -27,6 +27,7 @@ import numpy as np
 from astroinertia.bodies.collocation import collocation
 from astroinertia.bodies.double_precision import double_precision
 from astroinertia.bodies.layered import LayeredBody, layer_bounds
+from astroinertia.pytree import pytree
 
 Array = Any
 
@@ -74,7 +75,7 @@ def radau_variable(body: LayeredBody, degree: int = 2, steps: int = DEFAULT_STEP
     return ((degree + 1) * from_outside - degree * from_inside) / (from_outside + from_inside)
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class HydrostaticFigure:
     """A layered body in slow rigid rotation, to first order in small_m; a JAX pytree of scalars but layer_flattenings.

@@ -32,6 +32,7 @@ from astroinertia.bodies.layered import LayeredBody
 from astroinertia.bodies.materials import Material
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.tensor import is_known
+from astroinertia.pytree import pytree
 
 Array = Any
 
@@ -45,7 +46,7 @@ _TOLERANCE = 1e-13  # of the logarithm of the central pressure
 _LARGEST_CHANGE = 1.0  # of that logarithm in a step of Newton's method
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class HydrostaticPlanet:
     """A planet in equilibrium; a JAX pytree. Rows (layers, rows) run outwards; a boundary has a row on each side.

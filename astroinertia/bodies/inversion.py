@@ -18,6 +18,7 @@ import numpy as np
 from astroinertia.bodies.double_precision import double_precision
 from astroinertia.bodies.layered import LayeredBody, constant_layers
 from astroinertia.inertia.tensor import is_known
+from astroinertia.pytree import pytree
 
 Array = Any
 
@@ -26,7 +27,7 @@ _NEWTON_STEPS = 60
 _GIVEN = ("mantle_density", "core_density", "core_radius_ratio")
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class TwoLayers:
     """A core and a mantle of constant density: core_radius_ratio r_core/R and the two densities; a JAX pytree."""
@@ -49,7 +50,7 @@ class TwoLayers:
         return constant_layers(radii, densities, gravitational_constant)
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class TwoLayersWithErrors:
     """The structure, and the covariance (3, 3) of (core_radius_ratio, core_density, mantle_density)."""
@@ -63,7 +64,7 @@ class TwoLayersWithErrors:
         return TwoLayers(*np.sqrt(np.diag(self.covariance)))
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class ThreeLayers:
     """A family of bodies of core, mantle and shell, all arrays of one shape: a curve through the bodies that fit.

@@ -13,17 +13,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.bodies.double_precision import double_precision
 from astroinertia.inertia.tensor import is_known
+from astroinertia.pytree import pytree
 
 Array = Any
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class LayeredBody:
     """Layers from the centre to the surface; a JAX pytree, made by the functions below, which check their arguments.

@@ -17,6 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.bodies.double_precision import double_precision
+from astroinertia.pytree import pytree
 
 Array = Any
 
@@ -43,7 +44,7 @@ class Material(Protocol):
         ...
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class BirchMurnaghan:
     """P = 3 K f (1 + 2f)^(5/2) (1 + a f + b f^2) with Euler's finite strain f = ((rho/rho_0)^(2/3) - 1)/2.
@@ -72,7 +73,7 @@ class BirchMurnaghan:
         return inverted(self, pressure)
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class Vinet:
     """P = 3 K (1 - x)/x^2 exp(1.5 (K' - 1)(1 - x)) with x = (rho_0/rho)^(1/3). Source: Vinet et al. 1989."""
@@ -91,7 +92,7 @@ class Vinet:
         return inverted(self, pressure)
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class Murnaghan:
     """P = (K/K')((rho/rho_0)^K' - 1): a bulk modulus linear in pressure. Source: Murnaghan 1944."""
@@ -111,7 +112,7 @@ class Murnaghan:
         return self.reference_density * base ** (1 / self.derivative)
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class ModifiedPolytrope:
     """rho = rho_0 + c P^n: incompressible if c = 0, a polytrope if rho_0 = 0. Source: Seager et al. 2007, eq. 11."""

@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.bodies.materials import inverted
+from astroinertia.pytree import pytree
 
 Array = Any
 
@@ -20,7 +21,7 @@ _NODES = 20  # of the collocation of the cold curve
 _PICARD = 24  # iterations: each gains a factor (order times the logarithm of the compression) over its number
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class Tillotson:
     """Pressure from density and energy; as a cold material, on the isentrope from the reference density at no energy.

@@ -3,10 +3,9 @@
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-import jax
-
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.pytree import pytree
 
 
 def relative_velocity_pair(xp, v_r, dW_i, dW_j, density_i, density_j, conduction_energy_i, conduction_energy_j):
@@ -29,7 +28,7 @@ RELATIVE_VELOCITY = PairTerm("conduction", relative_velocity_pair, (Output("heat
 PRESSURE_JUMP = PairTerm("conduction", pressure_jump_pair, (Output("heating", "sum"),))
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class Conduction(Effect):
     """du_i/dt = sum_j m_j coefficient v_sig (u_i - u_j) (dW_i + dW_j)/2 / [rho], antisymmetric: sum m u is kept.

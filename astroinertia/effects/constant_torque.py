@@ -4,13 +4,13 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
-import jax
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
+from astroinertia.pytree import pytree
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class ConstantTorque(Effect):
     """tau, from `begin` until `until`: constant in inertial axes, or along axes of the body (a thruster)."""

@@ -3,13 +3,13 @@
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-import jax
 import numpy as np
 
 from astroinertia.effects.effect import Effect, angular_velocity_matrix, moments
+from astroinertia.pytree import pytree
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class Damping(Effect):
     """a = -(v - v_frame - Omega x (x - c))/tau, with c the centre of mass, until a given time.

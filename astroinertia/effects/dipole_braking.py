@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
+from astroinertia.pytree import pytree
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class DipoleBraking(Effect):
     """tau = -k |omega|^(n-1) (omega - (omega . u) u) with the magnetic axis u, without one -k |omega|^(n-1) omega.

@@ -7,9 +7,10 @@ import jax
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect, moments
+from astroinertia.pytree import pytree
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class ExternalField(Effect):
     """The sum of those fields that are given, about the origin o, with d = x - o.

@@ -4,12 +4,11 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-import jax
-
 from astroinertia.bodies import affine
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.gravity.direct import DIRECT_GRAVITY
+from astroinertia.pytree import pytree
 
 
 def softening_pair(xp, dW_i, dW_j, zeta_over_omega_i, zeta_over_omega_j):
@@ -20,7 +19,7 @@ def softening_pair(xp, dW_i, dW_j, zeta_over_omega_i, zeta_over_omega_j):
 SOFTENING = PairTerm("gravity", softening_pair, (Output("acceleration", "central"),))
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class Gravity(Effect):
     """Sum over all pairs with kernel softening, and the term that keeps energy when the softening adapts.

@@ -3,14 +3,14 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
 from astroinertia.inertia.tensor import second_moment_from_inertia
+from astroinertia.pytree import pytree
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class GravityGradient(Effect):
     """tau = sum over companions of 3 M/r^3 n cross (I n), each a point mass M at r n from the centre of mass (G = 1).

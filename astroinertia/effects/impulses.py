@@ -4,13 +4,13 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-import jax
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
+from astroinertia.pytree import pytree
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class Impulses(Effect):
     """L jumps by `angular_momentum` at `time`, and again `every` so long, `number` times at most."""

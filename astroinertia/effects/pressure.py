@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-import jax
 import jax.numpy as jnp
 
 from astroinertia.bodies import affine, affine_motion
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.pytree import pytree
 
 
 def pressure_pair(xp, v_r, dW_i, dW_j, pressure_weight_i, pressure_weight_j, sound_speed_i, sound_speed_j):
@@ -19,7 +19,7 @@ def pressure_pair(xp, v_r, dW_i, dW_j, pressure_weight_i, pressure_weight_j, sou
 PRESSURE = PairTerm("pressure", pressure_pair, (Output("acceleration", "central"), Output("signal", "max")))
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class Pressure(Effect):
     """a_i = -sum_j m_j [P_i/(Omega_i rho_i^2) dW_i + P_j/(Omega_j rho_j^2) dW_j] rhat.

@@ -3,13 +3,12 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax
-
 from astroinertia.bodies import affine_motion
 from astroinertia.effects.effect import Effect
+from astroinertia.pytree import pytree
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class RadiationReaction(Effect):
     """a_i = -(2/5) (G/c^5) d5 (Q_ij - tr(Q) delta_ij/3)/dt5 x_j (Burke & Thorne 1970; MTW 1973, eq. 36.8).

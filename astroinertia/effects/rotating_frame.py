@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect, angular_velocity_matrix, moments
+from astroinertia.pytree import pytree
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class RotatingFrame(Effect):
     """a = -Omega x (Omega x x) - dOmega/dt x x - 2 Omega x v about the frame's origin (0, 0, 0).

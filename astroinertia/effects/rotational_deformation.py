@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
+from astroinertia.pytree import pytree
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class RotationalDeformation(Effect):
     """The inertia tensor grows by D (omega (x) omega - omega^2/3) with D = k_2 R^5/3: L = (I + 2/3 D omega^2) omega.

@@ -3,17 +3,17 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax
 import numpy as np
 
 from astroinertia.effects.effect import Effect, moments
 from astroinertia.inertia import target
 from astroinertia.inertia.tensor import require_plausible
+from astroinertia.pytree import pytree
 
 PARALLEL = 1e-6  # sine of the angle below which two directions do not span a plane
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class TargetTensor(Effect):
     """a = A (x - c), A = -2 dE/dQ, of the penalty energy E in `astroinertia.inertia.target`, where its sources are.

@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
+from astroinertia.pytree import pytree
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class TidalTorque(Effect):
     """tau = 3 k_2 m^2 R^5 dt / r^8 r cross (v - omega cross r), summed over companions: tides lag by a short time dt.

@@ -4,10 +4,10 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-import jax
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
+from astroinertia.pytree import pytree
 
 # Newton steps on Kepler's equation from Danby's guess: below 1e-15 for eccentricities up to 0.99, by test.
 KEPLER_STEPS = 8
@@ -25,7 +25,7 @@ def eccentric_anomaly(xp: Any, mean_anomaly: Any, eccentricity: Any) -> Any:
     return anomaly
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class Tide(Effect):
     """a = -M d/(d^2 + s^2)^(3/2) with d = x - X(t), minus the same at the origin where the frame is "tidal".

@@ -3,11 +3,10 @@
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-import jax
-
 from astroinertia.effects.effect import Effect
 from astroinertia.effects.gradients import divergence_and_curl, gradient, shear_squared
 from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.pytree import pytree
 
 
 def viscosity_pair(
@@ -111,7 +110,7 @@ TREND = PairTerm(
 )
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class Viscosity(Effect):
     """a_i = -sum_j m_j Pi_ij (dW_i + dW_j)/2 rhat, du_i/dt = 1/2 sum_j m_j Pi_ij v_r (dW_i + dW_j)/2 >= 0.

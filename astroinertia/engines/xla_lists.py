@@ -10,15 +10,15 @@ out of date costs time and never a pair.
 from dataclasses import dataclass, field
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from numba import njit
 
 from astroinertia.engines import tree
+from astroinertia.pytree import pytree
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class Tiles:
     """Leaves of targets (L, S) and the tiles that they take part in; particle number N stands for an empty place.
@@ -53,7 +53,7 @@ class Reach:
     growth: float
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class Arrangement:
     """Tiles for neighbours, and for near and far pairs of leaves.

@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
-import jax
-
 from astroinertia.inertia.tensor import about_point, is_known, moment_about, namespace, point_inertia, rotated
+from astroinertia.pytree import pytree
 
 Array = Any
 
@@ -13,7 +12,7 @@ _SMALLEST_SHARE = 4.0  # roundings of its parts that a total mass must exceed to
 _ORTHOGONAL = 1e3  # roundings by which the products of a rotation matrix's columns may be off
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class Body:
     """Mass, centre of mass and inertia tensor about it; numpy or jax arrays in any consistent units.

@@ -12,14 +12,13 @@ to round-off. Sources: Chandrasekhar (1969), Ellipsoidal Figures of Equilibrium,
 from dataclasses import dataclass
 from typing import Any
 
-import jax
-
 from astroinertia.inertia.tensor import inertia_from_second_moment
+from astroinertia.pytree import pytree
 
 Array = Any
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class Compensated:
     """A sum that carries its own rounding error (Knuth's two-sum): `total` is good to one rounding."""
@@ -40,7 +39,7 @@ class Compensated:
         return self.value + self.carry
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class Ledger:
     """Moments of a body, integrated beside its particles, and the share of each effect (leading axis E).

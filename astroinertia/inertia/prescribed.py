@@ -3,15 +3,15 @@
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import numpy as np
 
 from astroinertia.inertia.tensor import namespace
+from astroinertia.pytree import pytree
 
 Array = Any
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class Change:
     """Factor of an inertia tensor over that at time 0: 1 until then, constant after the last of `times` (n,).

@@ -10,15 +10,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-import jax
-
 from astroinertia.inertia.ledger import Ledger, after_drift, after_heating, after_kick
+from astroinertia.pytree import pytree
 from astroinertia.sph.fluid import Fluid
 
 Array = Any
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class Rates:
     """What changes a state, one entry an effect in each tuple (None where it has no such part).
@@ -35,7 +34,7 @@ class Rates:
     fluid: Fluid
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class State:
     """Everything that a run carries from step to step, in code units; rates belong to the present positions."""

@@ -21,6 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.inertia.ledger import Compensated
+from astroinertia.pytree import pytree
 
 Array = Any
 Tree = Any
@@ -60,7 +61,7 @@ class Kick(NamedTuple):
     books: Array
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class Rotor:
     """A turning body; each sum carries the rounding errors of its additions.

@@ -17,6 +17,7 @@ import numpy as np
 from astroinertia.bodies.affine import cofactor, volume_ratio
 from astroinertia.bodies.affine_motion import constraint_slope
 from astroinertia.models.ellipsoid_matter import Matter
+from astroinertia.pytree import pytree
 
 Array = Any
 PRESSURE = "pressure"
@@ -46,7 +47,7 @@ class State(NamedTuple):
 UNSCALED = State(np.ones((3, 3)), np.ones((3, 3)), *[1.0] * (len(State._fields) - 2))
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class Problem:
     """The physics of an affine body, in code units.

@@ -3,13 +3,14 @@
 from dataclasses import dataclass
 from typing import Any
 
-import jax
 import jax.numpy as jnp
+
+from astroinertia.pytree import pytree
 
 Array = Any
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class Matter:
     """A fluid of which every shell keeps its mass, its entropy but for heating, and its density over J.

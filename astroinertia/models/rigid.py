@@ -18,6 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.integrate.rigid_splitting import Kick, Rotor, in_body, in_space, turning_rates
+from astroinertia.pytree import pytree
 from astroinertia.rotation.attitude import attitude_of_quaternion, quaternion_product
 
 Array = Any
@@ -36,7 +37,7 @@ _STAGES = np.array([
 _WEIGHTS = np.array([11 / 120, 0.0, 27 / 40, 27 / 40, -4 / 15, -4 / 15, 11 / 120])
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class Rigid:
     """What a rigid body is, and what acts on it: a pytree.

@@ -21,13 +21,14 @@ from astroinertia.models import rigid
 from astroinertia.models.rigid import Rigid
 from astroinertia.models.rigid_evolution import RigidBody, Settings
 from astroinertia.orbits import states
+from astroinertia.pytree import pytree
 
 Array = Any
 
 _ORDER_OF_DRIFT = 8  # of the free rotation between kicks, whose error then does not count
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class Here:
     """Companions at one moment, in the form of a `rotation.ephemeris.Ephemeris`: mass (N,), place and speed (N, 3)."""

@@ -14,13 +14,14 @@ from astroinertia.effects.effect import Effect
 from astroinertia.inertia.ledger import after_heating, open_ledger
 from astroinertia.integrate import leapfrog, timestep
 from astroinertia.integrate.leapfrog import Rates, State
+from astroinertia.pytree import pytree
 from astroinertia.sph.density import density
 from astroinertia.sph.fluid import Fluid
 
 Array = Any
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class Problem:
     """The physics and the numerics of a particle run, in code units.

@@ -12,12 +12,12 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.tensor import namespace
+from astroinertia.pytree import pytree
 from astroinertia.units import CodeUnits
 
 Array = Any
@@ -37,7 +37,7 @@ _SHARES = 0.5 * (1.0 + _POINTS)
 _AT_FIT, _AT_CHECK = slice(0, None, 2), slice(1, None, 2)
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True, eq=False)
 class Ephemeris:
     """Positions of companions relative to the body, and their masses (N,), from `start` to `end`.

@@ -17,15 +17,11 @@ densities `rho` > 0 and entropy functions `A` >= 0 of one shape, and work in any
 """
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import ClassVar
 
-from jax.tree_util import register_dataclass
-
-
-def _pytree(cls):
-    return register_dataclass(cls, data_fields=[field.name for field in fields(cls)], meta_fields=[])
+from astroinertia.pytree import pytree
 
 
 def check(**named: float) -> None:
@@ -37,7 +33,7 @@ def check(**named: float) -> None:
             raise ValueError(f"equation of state: {name} must be above 1, not {value!r} (1 is kind 'isothermal')")
 
 
-@_pytree
+@pytree
 @dataclass(frozen=True)
 class Ideal:
     """Ideal gas, P = A rho^gamma = (gamma - 1) rho u."""
@@ -80,7 +76,7 @@ class _Barotropic:
         return xp.zeros_like(rho)
 
 
-@_pytree
+@pytree
 @dataclass(frozen=True)
 class Isothermal(_Barotropic):
     """P = c^2 rho; the "internal energy" is the free energy c^2 ln(rho/reference_density), up to a constant."""
@@ -101,7 +97,7 @@ class Isothermal(_Barotropic):
         return self.speed * xp.ones_like(rho)
 
 
-@_pytree
+@pytree
 @dataclass(frozen=True)
 class Polytropic(_Barotropic):
     """P = K rho^gamma with one constant K for the whole body."""
@@ -122,7 +118,7 @@ class Polytropic(_Barotropic):
         return xp.sqrt(self.gamma * self.constant * rho ** (self.gamma - 1))
 
 
-@_pytree
+@pytree
 @dataclass(frozen=True)
 class PiecewisePolytropic(_Barotropic):
     """P = K_i rho^gamma_i between the densities, with P and u continuous and K_0 = constant.
@@ -172,7 +168,7 @@ class PiecewisePolytropic(_Barotropic):
         return xp.sqrt(self.squared_sound_speed(xp, rho))
 
 
-@_pytree
+@pytree
 @dataclass(frozen=True)
 class Hybrid:
     """Cold matter that stiffens at nuclear density, and a thermal part that shocks fill.

@@ -3,12 +3,12 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-import jax
+from astroinertia.pytree import pytree
 
 Array = Any
 
 
-@jax.tree_util.register_dataclass
+@pytree
 @dataclass(frozen=True)
 class Fluid:
     """The fluid at one instant, in code units, one row a particle.

@@ -1,0 +1,40 @@
+"""Pytrees know their class: the cache of a compiled function can never take one for another."""
+
+import ast
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+
+import astroinertia
+from astroinertia.bodies.materials import Murnaghan, Vinet
+from astroinertia.pytree import pytree
+
+
+@pytree
+@dataclass(frozen=True)
+class Fruit:
+    mass: object
+    kind: str = field(default="apple", metadata={"static": True})
+
+
+def test_structures_of_two_classes_differ():
+    """jax.tree_util.register_dataclass calls these two equal."""
+    assert jax.tree.structure(Vinet(1.0, 2.0, 3.0)) != jax.tree.structure(Murnaghan(1.0, 2.0, 3.0))
+
+
+def test_values_pass_and_constants_are_part_of_the_structure():
+    doubled = jax.jit(lambda fruit: jax.tree.map(lambda leaf: 2 * leaf, fruit))(Fruit(jnp.arange(3.0), "pear"))
+    assert isinstance(doubled, Fruit) and doubled.kind == "pear"
+    assert doubled.mass.tolist() == [0, 2, 4]
+    assert jax.tree.structure(Fruit(1.0, "pear")) == jax.tree.structure(Fruit(2.0, "pear"))
+    assert jax.tree.structure(Fruit(1.0, "pear")) != jax.tree.structure(Fruit(1.0, "apple"))
+    ((path, _),) = jax.tree_util.tree_leaves_with_path(Fruit(1.0))
+    assert jax.tree_util.keystr(path) == ".mass"
+
+
+def test_no_class_is_registered_another_way():
+    for file in Path(astroinertia.__file__).parent.rglob("*.py"):
+        names = {node.attr for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Attribute)}
+        assert "register_dataclass" not in names, file
