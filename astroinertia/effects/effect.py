@@ -17,6 +17,7 @@ PARTS = (
     "fields",
     "initial_memory",
     "remember",
+    "own_sums",
     "acceleration",
     "drag",
     "potential_energy",
@@ -55,7 +56,8 @@ class Effect:
     is None is absent from what is compiled. It overrides what it has and leaves the rest. One evaluation runs
 
         gradient_fields -> gradient pass (fluid.gradients) -> remember (fluid.memory) -> fields
-        -> neighbour and all-pairs passes (fluid.sums) -> acceleration, drag, potential_energy, virial, timestep
+        -> neighbour and all-pairs passes, own_sums (fluid.sums)
+        -> acceleration, drag, potential_energy, virial, timestep
 
     `fluid` has time, mass (N,), position (N, 3), velocity (N, 3), entropy (N,), smoothing_length (N,), density (N,),
     grad_h (N,), zeta (N,) where softening is adaptive, pressure (N,), sound_speed (N,), internal_energy (N,) (of unit
@@ -133,6 +135,20 @@ class Effect:
         """Matrix M (3, 3) of an acceleration M v, taken at the mean velocity of a kick."""
         return None
 
+    def arranged(self, engine: Any, arrangement: Any, state: Any) -> Any | None:
+        """What own_sums needs to know of particles that were just sorted (integrate.leapfrog.State), if anything."""
+        return None
+
+    def own_sums(
+        self, engine: Any, arrangement: Any, own: Any, fluid: Any, before: dict[str, Any], virial: bool
+    ) -> dict[str, Any]:
+        """Sums that the effect takes by a method of its own, {output: array}; with `virial` also its V, (3, 3).
+
+        arrangement: the engine's; own: what `arranged` made; before: the effect's sums of the evaluation before, {} on
+        the first.
+        """
+        return {}
+
     def potential_energy(self, xp: Any, fluid: Any) -> Any | None:
         """Scalar whose gradient is the effect's force, where there is one."""
         return None
@@ -142,7 +158,7 @@ class Effect:
         return None
 
     def timestep(self, xp: Any, fluid: Any) -> Any | None:
-        """The effect's own shortest time (scalar); the integrator multiplies it by its Courant factor."""
+        """The effect's own time for each particle (N,), or for all, which is multiplied by the Courant factor."""
         return None
 
     @property

@@ -53,8 +53,8 @@ class Gravity(Effect):
         return 0.5 * xp.sum(fluid.mass * fluid.sums["gravity"]["potential"])
 
     def timestep(self, xp, fluid):
-        """A tenth of the free-fall time sqrt(3 pi/(32 rho)) of the densest matter, for cold gas, which has no sound."""
-        return 0.1 * xp.sqrt(3.0 * math.pi / (32.0 * xp.max(fluid.density)))
+        """A tenth of the free-fall time sqrt(3 pi/(32 rho)), for cold gas, which has no sound."""
+        return 0.1 * xp.sqrt(3.0 * math.pi / (32.0 * fluid.density))
 
     def affine_force(self, body):
         """-dW/dF with W = W_sphere R_F: exact where the density falls off on similar ellipsoids."""

@@ -44,10 +44,10 @@ class Pressure(Effect):
         }
 
     def timestep(self, xp, fluid):
-        """Sound crosses the smoothing length, and neighbours do not move far apart or together: min h/v_signal."""
+        """Sound crosses the smoothing length, and neighbours do not move far apart or together: h/v_signal."""
         # The particle's own sound is a signal too, where it has no neighbour.
         signal = xp.maximum(fluid.sums[self.kind]["signal"], fluid.sound_speed)
-        return 1.0 / xp.maximum(xp.max(signal / fluid.smoothing_length), 1e-30)
+        return 1.0 / xp.maximum(signal / fluid.smoothing_length, 1e-30)
 
     def affine_force(self, body):
         """-(dU/dJ) dJ/dF: isotropic. The slope is the fluid's own, or what keeps the volume."""

@@ -239,5 +239,5 @@ class Viscosity(Effect):
         return fields
 
     def timestep(self, xp, fluid):
-        """Signals cross the smoothing length: min h/v_signal."""
-        return 1.0 / xp.maximum(xp.max(fluid.sums[self.kind]["signal"] / fluid.smoothing_length), 1e-30)
+        """Signals cross the smoothing length: h/v_signal."""
+        return 1.0 / xp.maximum(fluid.sums[self.kind]["signal"] / fluid.smoothing_length, 1e-30)

@@ -82,8 +82,7 @@ class Particles:
         return Figures(energy["total"], largest, ledger_closure(self.problem, self.state), densest)
 
     def _stale(self) -> bool:
-        coming = sph.coming_position(self.problem, self.state)
-        return self.problem.engine.stale(self.arrangement, coming, self.state.smoothing_length)
+        return sph.stale(self.problem, self.arrangement, self.state)
 
     def _diagnosis(self, what: str) -> NumericalError:
         rates, time = self.state.rates, self.time

@@ -169,9 +169,7 @@ def _descend(problem, mass, position, entropy, target_density, rotation, toleran
         since += 1
         move = _next_move(state, forces, move, min(since / (since + 3), _MOST_INERTIA))
         state = replace(state, position=state.position + move)
-        if step % _STEPS_BETWEEN_SORTS == 0 or problem.engine.stale(
-            arrangement, state.position, state.smoothing_length
-        ):
+        if step % _STEPS_BETWEEN_SORTS == 0 or sph.stale(problem, arrangement, state):
             before = np.asarray(state.identity)
             state, arrangement = sph.rearranged(problem, state)
             order = np.asarray(state.identity)

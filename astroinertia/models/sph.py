@@ -47,6 +47,15 @@ class Problem:
         return tuple(effect.kind for effect in self.effects)
 
 
+@pytree
+@dataclass(frozen=True)
+class Arrangement:
+    """How particles are sorted: the engine's arrangement, and {kind: what an effect needs for sums of its own}."""
+
+    pairs: Any
+    own: dict[str, Any]
+
+
 def initial_state(
     problem: Problem,
     mass: Array,
@@ -89,13 +98,25 @@ def initial_state(
 
 def rearranged(problem: Problem, state: State) -> tuple[State, Any]:
     """The state with its particles sorted anew into leaves, and the arrangement, made for the coming evaluation."""
-    order, arrangement = problem.engine.arrange(coming_position(problem, state), state.smoothing_length)
+    order, pairs = problem.engine.arrange(coming_position(problem, state), state.smoothing_length)
     count = state.mass.shape[0]
 
     def sort(array: Array) -> Array:
         return array[order] if getattr(array, "ndim", 0) and array.shape[0] == count else array
 
-    return replace(jax.tree.map(sort, replace(state, ledger=None)), ledger=state.ledger), arrangement
+    state = replace(jax.tree.map(sort, replace(state, ledger=None)), ledger=state.ledger)
+    return state, arranged(problem, pairs, state)
+
+
+def arranged(problem: Problem, pairs: Any, state: State) -> Arrangement:
+    """The arrangement of particles that the engine has sorted already."""
+    made = {effect.kind: effect.arranged(problem.engine, pairs, state) for effect in problem.effects}
+    return Arrangement(pairs, {kind: own for kind, own in made.items() if own is not None})
+
+
+def stale(problem: Problem, arrangement: Arrangement, state: State) -> bool:
+    """Whether sorting particles anew pays."""
+    return problem.engine.stale(arrangement.pairs, coming_position(problem, state), state.smoothing_length)
 
 
 def coming_position(problem: Problem, state: State) -> Array:
@@ -156,7 +177,8 @@ def evaluated(problem: Problem, arrangement: Any, state: State, dt: Array) -> St
     fluid = _with_gradients(problem, arrangement, fluid)
     for effect in effects:
         fluid = replace(fluid, memory={**fluid.memory, **effect.remember(xp, fluid, dt)})
-    fluid = replace(fluid, sums=pair_sums(problem, arrangement, fluid))
+    before = {} if first else state.rates.fluid.sums
+    fluid = replace(fluid, sums=pair_sums(problem, arrangement, fluid, before))
     rates = _rates(problem, fluid)
     ledger = state.ledger
     if "pressure" in problem.effect_names and not first:
@@ -164,8 +186,13 @@ def evaluated(problem: Problem, arrangement: Any, state: State, dt: Array) -> St
     return replace(state, smoothing_length=solved.smoothing_length, memory=fluid.memory, ledger=ledger, rates=rates)
 
 
-def pair_sums(problem: Problem, arrangement: Any, fluid: Fluid, virial: bool = False) -> dict[str, dict[str, Array]]:
-    """Sums over pairs of every effect, {effect: {output: array}}; with `virial` also each one's V_e, (3, 3)."""
+def pair_sums(
+    problem: Problem, arrangement: Arrangement, fluid: Fluid, before: dict[str, dict[str, Array]], virial: bool = False
+) -> dict[str, dict[str, Array]]:
+    """Sums over pairs of every effect, {effect: {output: array}}; with `virial` also each one's V_e, (3, 3).
+
+    before: those of the evaluation before, {} on the first.
+    """
     engine, fields = problem.engine, _fields(problem, fluid)
     sums: dict[str, dict[str, Array]] = {}
     for terms, gather in (
@@ -173,17 +200,24 @@ def pair_sums(problem: Problem, arrangement: Any, fluid: Fluid, virial: bool = F
         (_terms(problem, "all_pair_terms"), engine.all_pair_sums),
     ):
         if terms:
-            for effect, outputs in gather(arrangement, problem.kernel, terms, fields, virial=virial).items():
-                mine = sums.setdefault(effect, {})
-                for name, array in outputs.items():
-                    mine[name] = mine[name] + array if name in mine else array
+            _add(sums, gather(arrangement.pairs, problem.kernel, terms, fields, virial=virial))
+    for effect in problem.effects:
+        own, previous = arrangement.own.get(effect.kind), before.get(effect.kind, {})
+        _add(sums, {effect.kind: effect.own_sums(engine, arrangement.pairs, own, fluid, previous, virial)})
     return sums
+
+
+def _add(sums: dict[str, dict[str, Array]], more: dict[str, dict[str, Array]]) -> None:
+    for effect, outputs in more.items():
+        mine = sums.setdefault(effect, {})
+        for name, array in outputs.items():
+            mine[name] = mine[name] + array if name in mine else array
 
 
 def virial_tensors(problem: Problem, arrangement: Any, fluid: Fluid) -> dict[str, Array]:
     """V_e of every effect by its own route, (3, 3): in the pair loop, or from the effect's closed form."""
     xp = problem.engine.xp
-    sums = pair_sums(problem, arrangement, fluid, virial=True)
+    sums = pair_sums(problem, arrangement, fluid, fluid.sums, virial=True)
     tensors = {}
     for effect in problem.effects:
         own = effect.virial(xp, fluid)
@@ -229,7 +263,7 @@ def potential_energies(problem: Problem, state: State) -> dict[str, Array]:
 def _density(problem: Problem, arrangement: Any, state: State) -> Any:
     softening = any(effect.needs_zeta for effect in problem.effects)
     return density(
-        problem.engine, arrangement, problem.kernel, state.position, state.mass, state.smoothing_length,
+        problem.engine, arrangement.pairs, problem.kernel, state.position, state.mass, state.smoothing_length,
         problem.eta, problem.smoothing_tolerance, softening,
     )  # fmt: skip
 
@@ -256,7 +290,7 @@ def _with_gradients(problem: Problem, arrangement: Any, fluid: Fluid) -> Fluid:
     fields = _shared_fields(fluid)
     for effect in problem.effects:
         fields.update(effect.gradient_fields(problem.engine.xp, fluid))
-    return replace(fluid, gradients=problem.engine.neighbour_sums(arrangement, problem.kernel, terms, fields))
+    return replace(fluid, gradients=problem.engine.neighbour_sums(arrangement.pairs, problem.kernel, terms, fields))
 
 
 def _rates(problem: Problem, fluid: Fluid) -> Rates:
@@ -275,16 +309,30 @@ def _rates(problem: Problem, fluid: Fluid) -> Rates:
         timestep=xp.zeros(()),
         fluid=fluid,
     )
-    limits = [xp.asarray(problem.max_timestep)]
-    limits += [problem.courant * limit for e in effects if (limit := e.timestep(xp, fluid)) is not None]
-    total = total_acceleration(xp, rates, fluid.velocity)
-    limits.append(problem.acceleration_factor * timestep.acceleration_limit(xp, fluid.smoothing_length, total))
-    present = [q for q in heating if q is not None]
-    if present:
-        heat = sum(present[1:], start=present[0])
-        limits.append(problem.energy_factor * timestep.energy_limit(xp, fluid, heat, total))
+    if (heat := total_heating(rates)) is not None:
         rates = replace(rates, entropy_rate=eos.entropy_rate(xp, fluid.density, heat))
-    return replace(rates, timestep=timestep.shortest(xp, limits))
+    return replace(rates, timestep=timestep.shortest(xp, timestep_limits(problem, rates).values()))
+
+
+def total_heating(rates: Rates) -> Array | None:
+    """du/dt of all effects, (N,); None where nothing heats."""
+    present = [q for q in rates.heating if q is not None]
+    return sum(present[1:], start=present[0]) if present else None
+
+
+def timestep_limits(problem: Problem, rates: Rates) -> dict[str, Array]:
+    """The longest step by each criterion, for each particle (N,) or for all: the kinds of effects, and by name."""
+    xp, fluid = problem.engine.xp, rates.fluid
+    limits = {"longest": xp.asarray(problem.max_timestep)}
+    for effect in problem.effects:
+        if (limit := effect.timestep(xp, fluid)) is not None:
+            limits[effect.kind] = problem.courant * limit
+    total = total_acceleration(xp, rates, fluid.velocity)
+    by_acceleration = timestep.acceleration_limit(xp, fluid.smoothing_length, total)
+    limits["acceleration"] = problem.acceleration_factor * by_acceleration
+    if (heat := total_heating(rates)) is not None:
+        limits["energy"] = problem.energy_factor * timestep.energy_limit(xp, fluid, heat, total)
+    return limits
 
 
 def _compression(problem: Problem, state: State, density: Array) -> Array:

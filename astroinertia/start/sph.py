@@ -8,7 +8,7 @@ import numpy as np
 
 from astroinertia.models.checkpoint import unflattened
 from astroinertia.models.particles import Particles
-from astroinertia.models.sph import Problem, initial_state
+from astroinertia.models.sph import Problem, arranged, initial_state
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS, Kernel
@@ -37,8 +37,8 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     random = np.random.default_rng(0).normal(size=(2, _STENCIL, 3))
     like, _ = initial_state(problem, np.ones(_STENCIL), random[0], random[1], np.ones(_STENCIL))
     state = unflattened(like, dict(arrays), problem.engine.xp)
-    arrangement = problem.engine.arrange(state.position, state.smoothing_length)[1]
-    return Particles(problem, state, arrangement, _end(scene, units))
+    pairs = problem.engine.arrange(state.position, state.smoothing_length)[1]
+    return Particles(problem, state, arranged(problem, pairs, state), _end(scene, units))
 
 
 def problem_of(scene: Scene, units: CodeUnits) -> tuple[Problem, Sphere | Star | None]:

@@ -33,7 +33,7 @@ def run_steps(path: Path, steps: int, particles: int, engine: str) -> dict[str, 
     mismatch = first["virial_mismatch"]
     record = first
     for number in range(1, steps + 1):
-        if number % 16 == 1 or problem.engine.stale(arrangement, state.position, state.smoothing_length):
+        if number % 16 == 1 or sph.stale(problem, arrangement, state):
             state, arrangement = sph.rearranged(problem, state)
         state = advance(problem, arrangement, state, state.rates.timestep)
         speed = np.linalg.norm(np.asarray(state.velocity), axis=1)

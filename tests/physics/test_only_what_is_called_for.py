@@ -208,9 +208,10 @@ def traced(listed: tuple[str, ...], compiled: bool) -> str:
     with jax.enable_x64(True):
         problem, state, arrangement = started(listed, BruteEngine())
         engine = xla.Engine()
-        _, arrangement = engine.arrange(state.position, state.smoothing_length)
+        _, pairs = engine.arrange(state.position, state.smoothing_length)
         problem = problem_of(listed, engine)
         state = jax.tree.map(jax.numpy.asarray, state)
+        arrangement = sph.arranged(problem, pairs, state)
         trace = jax.jit(sph.step).trace(problem, arrangement, state, jax.numpy.asarray(1e-3))
         return trace.lower().compile().as_text() if compiled else trace.jaxpr.pretty_print(name_stack=True)
 
