@@ -16,6 +16,8 @@ VENV := .venv
 RUN := $(VENV)/bin/python
 NEEDS := pyproject.toml .ci/constraints.txt
 WORKERS ?= 2
+# What the benchmarks share; the other files of tests/benchmarks are programs.
+BENCH_PARTS := precision_table fair_times gravity_codes point_sets
 
 # Compiled code is kept between runs, inside the checkout: a fresh clone is then a fresh start.
 export JAX_COMPILATION_CACHE_DIR ?= $(CURDIR)/.cache/jax
@@ -48,6 +50,10 @@ $(VENV)/test: $(VENV)/made
 	@$(RUN) -m pip install -qq -e '.[reboundx]' || echo "reboundx cannot be installed here: comparisons with it are skipped"
 	@touch $@ $(VENV)/run
 
+$(VENV)/bench: $(VENV)/test
+	@$(RUN) -m pip install -qq -e '.[bench]' || echo "not all other codes can be installed here: comparisons with them are skipped"
+	@touch $@
+
 $(VENV)/lint: $(VENV)/made
 	$(RUN) -m pip install -qq -e '.[lint]'
 	@touch $@ $(VENV)/run
@@ -68,8 +74,9 @@ test-quick: $(VENV)/test
 test-full: $(VENV)/test
 	$(RUN) -m pytest -m full
 
-bench: $(VENV)/test
-	@for each in $(filter-out %/precision_table.py,$(wildcard tests/benchmarks/*.py)); do echo "$$each"; $(RUN) $$each || exit 1; done
+bench: $(VENV)/bench
+	@for each in $(filter-out $(BENCH_PARTS:%=tests/benchmarks/%.py),$(wildcard tests/benchmarks/*.py)); do \
+		echo "$$each"; $(RUN) $$each || exit 1; done
 
 lint: $(VENV)/lint
 	$(VENV)/bin/ruff format --check .

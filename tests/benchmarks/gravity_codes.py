@@ -1,0 +1,221 @@
+"""Gravity by this code and by others, behind one face: a setting and a set of points in, accelerations (N, 3) out.
+
+Each code is judged against a direct sum with its own softening, so that only its method's error shows. Peers come with
+`pip install .[bench]`; one that is not there is left out, in so many words.
+"""
+
+import importlib.util
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from point_sets import PointSet
+
+from astroinertia.sph.kernels import KERNELS
+
+KERNEL = "cubic"  # the one softening that pytreegrav knows, too
+SUPPORT = KERNELS[KERNEL].support
+REBOUND_SOFTENING = 0.01  # Plummer's, one for all points: REBOUND has no other
+CHUNK = 4_000_000  # pairs of a direct sum at once
+
+
+@dataclass(frozen=True)
+class Code:
+    """One way to find accelerations.
+
+    settings: knobs from coarse to fine. action(points, setting) prepares a call that does all the work of one
+    evaluation and returns accelerations (N, 3) in the order of the points; reference(points, sample) is the direct sum
+    for the points of those indices. most: points beyond which it takes too long for a comparison.
+    """
+
+    name: str
+    package: str
+    settings: tuple[Any, ...]
+    action: Callable[[PointSet, Any], Callable[[], np.ndarray]]
+    reference: Callable[[PointSet, np.ndarray], np.ndarray]
+    most: int = 10**8
+
+    @property
+    def present(self) -> bool:
+        """Whether its package is installed."""
+        return importlib.util.find_spec(self.package) is not None
+
+
+def present(codes: tuple[Code, ...]) -> list[Code]:
+    """Those that are installed; says which are not."""
+    for code in codes:
+        if not code.present:
+            print(f"{code.name} is left out: {code.package} is not installed (pip install '.[bench]').\n")
+    return [code for code in codes if code.present]
+
+
+def summed(points: PointSet, sample: np.ndarray, force: Callable[..., np.ndarray]) -> np.ndarray:
+    """Direct sum of m_j force(r, i, j) (x_i - x_j) over all j, for the points of those indices, (n, 3)."""
+    total = np.empty((len(sample), 3))
+    rows = max(1, CHUNK // len(points.mass))
+    for begin in range(0, len(sample), rows):
+        i = sample[begin : begin + rows]
+        apart = points.position[i, None] - points.position[None]
+        distance = np.sqrt(np.einsum("ijk,ijk->ij", apart, apart))
+        total[begin : begin + rows] = np.einsum("ij,ijk->ik", points.mass * force(distance, i), apart)
+    return total
+
+
+def kernel_softened(points: PointSet, sample: np.ndarray) -> np.ndarray:
+    """Direct sum with the mean of both points' kernels, as this code softens (Price & Monaghan 2007, eq. 24)."""
+    kernel, h = KERNELS[KERNEL], points.smoothing_length
+
+    def force(distance: np.ndarray, i: np.ndarray) -> np.ndarray:
+        with np.errstate(divide="ignore"):
+            value = -(distance**-3.0)
+        rows, columns = np.nonzero(distance < SUPPORT * np.maximum(h[i][:, None], h[None]))
+        r, own, other = distance[rows, columns], h[i][rows], h[columns]
+        both = kernel.dphi(np, r / own) / own**2 + kernel.dphi(np, r / other) / other**2
+        value[rows, columns] = np.where(r > 0.0, -0.5 * both / np.where(r > 0.0, r, 1.0), 0.0)
+        return value
+
+    return summed(points, sample, force)
+
+
+def direct_sum(points: PointSet, setting: str) -> Callable[[], np.ndarray]:
+    """This code's sum over all pairs, in the precision of `setting`."""
+    from astroinertia.engines.numba_cpu import Engine
+    from astroinertia.gravity.direct import DIRECT_GRAVITY
+
+    engine = Engine(precision=setting)
+    order, arrangement = engine.arrange(points.position, points.smoothing_length)
+    fields = {
+        "mass": points.mass[order],
+        "position": points.position[order],
+        "smoothing_length": points.smoothing_length[order],
+    }
+    back = np.argsort(order)
+
+    def act() -> np.ndarray:
+        sums = engine.all_pair_sums(arrangement, KERNEL, (DIRECT_GRAVITY,), fields)
+        return sums["gravity"]["acceleration"][back]
+
+    return act
+
+
+def multipole_sum(points: PointSet, setting: float, precision: str = "mixed") -> Callable[[], np.ndarray]:
+    """This code's multipoles at a wanted error, tree included, with the strengths that the last step would give."""
+    from astroinertia.engines.threads import available_threads
+    from astroinertia.gravity import multipole
+
+    def act(strength: np.ndarray | None) -> np.ndarray:
+        return multipole.gravity(
+            points.mass, points.position, points.smoothing_length, KERNEL, setting, strength,
+            available_threads(), precision=precision,
+        )[0]  # fmt: skip
+
+    strength = np.linalg.norm(act(None), axis=1)
+    return lambda: act(strength)
+
+
+def pytreegrav_action(quadrupole: bool) -> Callable[[PointSet, Any], Callable[[], np.ndarray]]:
+    """pytreegrav's tree, its building included, at the opening angle of the setting."""
+
+    def prepare(points: PointSet, setting: float) -> Callable[[], np.ndarray]:
+        from pytreegrav import Accel
+
+        reach = SUPPORT * points.smoothing_length
+        return lambda: Accel(
+            points.position, points.mass, reach, theta=setting, quadrupole=quadrupole, parallel=True, method="tree"
+        )
+
+    return prepare
+
+
+def pytreegrav_direct(points: PointSet, sample: np.ndarray) -> np.ndarray:
+    """pytreegrav's own sum over all pairs."""
+    from pytreegrav import AccelTarget
+
+    reach = SUPPORT * points.smoothing_length
+    return AccelTarget(
+        points.position[sample], points.position, points.mass, reach[sample], reach, method="bruteforce", parallel=True
+    )
+
+
+def rebound_action(gravity: str) -> Callable[[PointSet, Any], Callable[[], np.ndarray]]:
+    """One step of REBOUND's leapfrog, too short to move anything: its tree is built and walked once, on one thread."""
+
+    def prepare(points: PointSet, setting: float) -> Callable[[], np.ndarray]:
+        import rebound
+
+        simulation = rebound.Simulation()
+        simulation.integrator, simulation.dt, simulation.softening = "leapfrog", 1e-30, REBOUND_SOFTENING
+        simulation.root_size = 2.1 * float(np.abs(points.position).max())
+        simulation.gravity = gravity
+        if gravity == "tree":
+            simulation.opening_angle2 = setting**2
+        for mass, (x, y, z) in zip(points.mass, points.position, strict=True):
+            simulation.add(m=mass, x=x, y=y, z=z)
+
+        def act() -> np.ndarray:
+            simulation.steps(1)
+            # Seen in place, since copying out of Python objects would take longer than the sum.
+            return _rebound_view(simulation)
+
+        return act
+
+    return prepare
+
+
+def _rebound_view(simulation: Any) -> np.ndarray:
+    import ctypes
+
+    import rebound
+
+    size = ctypes.sizeof(rebound.Particle) // 8
+    raw = np.ctypeslib.as_array(
+        ctypes.cast(ctypes.addressof(simulation.particles[0]), ctypes.POINTER(ctypes.c_double)), (simulation.N, size)
+    )
+    return raw[:, 6:9]
+
+
+def plummer_softened(points: PointSet, sample: np.ndarray) -> np.ndarray:
+    """Direct sum with REBOUND's softening."""
+    return summed(points, sample, lambda distance, i: -((distance**2 + REBOUND_SOFTENING**2) ** -1.5))
+
+
+def jaxfmm_action(points: PointSet, setting: tuple[int, float]) -> Callable[[], np.ndarray]:
+    """jaxFMM at (order, opening angle) in float64, its lists made beforehand, as it is meant to be used; unsoftened."""
+    import jax
+    import jaxfmm
+
+    with jax.enable_x64(True):
+        order, theta = setting
+        position, mass = jax.numpy.asarray(points.position), jax.numpy.asarray(points.mass)
+        evaluate = jaxfmm.plan(position, err_tol=1e-3, field=True, verbose=False, verify=False, p=order, theta=theta)
+
+    def act() -> np.ndarray:
+        with jax.enable_x64(True):
+            # Its field is that of charges: repelling, over 4 pi.
+            return -4.0 * np.pi * np.asarray(jax.block_until_ready(evaluate(mass)))
+
+    return act
+
+
+def unsoftened(points: PointSet, sample: np.ndarray) -> np.ndarray:
+    """Direct sum of point masses."""
+
+    def force(distance: np.ndarray, i: np.ndarray) -> np.ndarray:
+        return -np.where(distance > 0.0, np.where(distance > 0.0, distance, 1.0) ** -3.0, 0.0)
+
+    return summed(points, sample, force)
+
+
+ANGLES = (1.2, 1.0, 0.85, 0.7, 0.55, 0.4, 0.3, 0.2)
+OURS = Code(
+    "astroinertia", "astroinertia", (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6), multipole_sum,
+    kernel_softened,
+)  # fmt: skip
+DIRECT = Code("astroinertia direct", "astroinertia", ("mixed", "float64"), direct_sum, kernel_softened, 200_000)
+MONOPOLE = Code("pytreegrav monopole", "pytreegrav", ANGLES, pytreegrav_action(False), pytreegrav_direct)
+QUADRUPOLE = Code("pytreegrav quadrupole", "pytreegrav", ANGLES, pytreegrav_action(True), pytreegrav_direct)
+REBOUND_TREE = Code("REBOUND tree", "rebound", ANGLES[:-2], rebound_action("tree"), plummer_softened, 200_000)
+REBOUND_DIRECT = Code("REBOUND direct", "rebound", (0.0,), rebound_action("basic"), plummer_softened, 20_000)
+JAXFMM = Code("jaxFMM", "jaxfmm", ((3, 0.85), (5, 0.7), (7, 0.6)), jaxfmm_action, unsoftened, 200_000)
+CODES = (OURS, DIRECT, MONOPOLE, QUADRUPOLE, REBOUND_TREE, REBOUND_DIRECT, JAXFMM)
