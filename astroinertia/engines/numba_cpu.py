@@ -14,7 +14,7 @@ import numpy as np
 
 from astroinertia.engines import tree
 from astroinertia.engines.numba_modules import all_pairs_pass, density_pass, neighbour_pass
-from astroinertia.engines.numba_passes import VIRIAL_AXES, output_kinds, virial_effects
+from astroinertia.engines.numba_passes import GROUP, VIRIAL_AXES, output_kinds, virial_effects
 from astroinertia.engines.terms import Density, PairTerm
 from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.sph.kernels import KERNELS
@@ -28,12 +28,28 @@ FINEST = {"float64": 1e-15, "mixed": 3e-7}  # relative steps in h below this are
 
 
 @dataclass(frozen=True, eq=False)
+class Targets:
+    """Particles that a pass has results for: ascending indices, of which leaf l has begin[l] to begin[l+1]-1.
+
+    groups: the groups of neighbouring leaves that have any.
+    """
+
+    indices: np.ndarray
+    begin: np.ndarray
+    groups: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class Arrangement:
-    """Leaves of particles in arranged order; nodes [first, last) of their tree; the compactness they started with."""
+    """Leaves of particles in arranged order; nodes [first, last) of their tree; all particles as targets.
+
+    volume: the compactness that the leaves started with.
+    """
 
     leaves: tree.Leaves
     first: np.ndarray
     last: np.ndarray
+    everyone: Targets
     volume: float
 
 
@@ -62,12 +78,15 @@ class Engine:
         """Sort particles into leaves: order (N,), and the arrangement of position[order]."""
         position = _array(position)
         order, leaves = tree.arrange(position, LEAF_SIZE, self.workers)
-        first, last = np.zeros((2, 2 * leaves.count), np.int64)
-        for level in range(leaves.depth + 1):
-            edges = leaves.start[:: 1 << (leaves.depth - level)]
-            first[1 << level : 2 << level], last[1 << level : 2 << level] = edges[:-1], edges[1:]
         volume = _expanded_volume(leaves, position[order], _array(smoothing_length)[order], self.workers)
-        return order, Arrangement(leaves, first, last, volume)
+        return order, _arrangement(leaves, volume)
+
+    def subset(self, arrangement: Arrangement, indices: Any, smoothing_length: Any) -> Arrangement:
+        """The arrangement of some particles alone, in the order that they have: that of position[indices].
+
+        indices: ascending. Leaves are of the usual size, and never called stale.
+        """
+        return _arrangement(tree.balanced_leaves(len(indices), LEAF_SIZE), np.inf)
 
     def stale(self, arrangement: Arrangement, position: Any, smoothing_length: Any) -> bool:
         """Whether the leaves have loosened so much that arranging particles anew pays."""
@@ -84,9 +103,11 @@ class Engine:
         eta: float,
         tolerance: float,
         softening: bool = False,
+        targets: Any = None,
     ) -> Density:
         """Smoothing lengths such that rho = m (eta/h)^3 to a relative tolerance in h, from a guess (N,).
 
+        targets: ascending indices of the particles to solve for, a row of the results each; None for all.
         Raises ValueError if guess or mass is not positive, or if no smoothing length can hold enough particles.
         """
         position, mass, guess = _array(position), _array(mass), _array(guess)
@@ -102,27 +123,45 @@ class Engine:
             np.sqrt((sides**2).sum())
         )  # where many particles lie in one place, no h is small enough
         options = (KERNELS[kernel].support, LISTED, eta, max(tolerance, FINEST[self.precision]), smallest)
-        results = np.empty((4, len(mass)))
+        chosen = _targets(arrangement, targets)
+        results = np.empty((4, len(chosen.indices)))
         share_out(
-            function, self.workers, *nodes.columns, mass, np.array(options, dtype=np.float64), nodes.rows,
-            leaves.start, results,
+            function, self._workers_for(chosen), *nodes.columns, mass, np.array(options, dtype=np.float64), nodes.rows,
+            leaves.start, chosen.indices, chosen.begin, chosen.groups, results,
         )  # fmt: skip
         return Density(results[0], results[1], results[2], results[3] if softening else None)
 
     def neighbour_sums(
-        self, arrangement: Arrangement, kernel: str, terms: Sequence[PairTerm], fields: dict, virial: bool = False
+        self,
+        arrangement: Arrangement,
+        kernel: str,
+        terms: Sequence[PairTerm],
+        fields: dict,
+        virial: bool = False,
+        targets: Any = None,
+        interval: Any = None,
     ) -> dict[str, dict[str, np.ndarray]]:
-        """Sums over pairs closer than the larger of their two supports: {effect: {output: array}}."""
+        """Sums over pairs closer than the larger of their two supports: {effect: {output: array}}.
+
+        targets: ascending indices of the particles to sum for, a row of the results each; None for all.
+        interval: (N,) or (N, K); the value of a pair, unless its maximum is taken, is multiplied by the larger of their
+        two intervals, summed over the K.
+        """
         if not terms:
             return {}
-        _, function, names = neighbour_pass(kernel, tuple(terms), self.precision, virial)
+        if interval is not None:
+            columns = np.asarray(interval, dtype=np.float64).reshape(len(fields["mass"]), -1).T
+            fields = {**fields, **{f"interval_{k}": column for k, column in enumerate(columns)}}
+        intervals = 0 if interval is None else len(columns)
+        _, function, names = neighbour_pass(kernel, tuple(terms), self.precision, virial, intervals)
         leaves = arrangement.leaves
         position, mass, smoothing_length = _fields(fields)
         nodes = tree.fit(leaves, position, smoothing_length, self.workers)
-        results, arrays = _results(terms, virial, len(mass), leaves.count)
+        chosen = _targets(arrangement, targets)
+        results, arrays = _results(terms, virial, len(chosen.indices), leaves.count)
         share_out(
-            function, self.workers, *nodes.columns, mass, float(KERNELS[kernel].support), nodes.rows, leaves.start,
-            *_named(fields, names, len(mass)), *arrays,
+            function, self._workers_for(chosen), *nodes.columns, mass, float(KERNELS[kernel].support), nodes.rows,
+            leaves.start, chosen.indices, chosen.begin, chosen.groups, *_named(fields, names, len(mass)), *arrays,
         )  # fmt: skip
         return _finished(results)
 
@@ -147,6 +186,10 @@ class Engine:
         )  # fmt: skip
         return _finished(results)
 
+    def _workers_for(self, chosen: Targets) -> int:
+        # Few targets are sooner done than other threads are woken.
+        return max(1, min(self.workers, len(chosen.groups) // 4))
+
     def source(
         self, kernel: str, terms: Sequence[PairTerm], all_pairs: bool = False, virial: bool = False
     ) -> ModuleType:
@@ -157,6 +200,28 @@ class Engine:
 
 def _array(values: Any) -> np.ndarray:
     return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _arrangement(leaves: tree.Leaves, volume: float) -> Arrangement:
+    first, last = np.zeros((2, 2 * leaves.count), np.int64)
+    for level in range(leaves.depth + 1):
+        edges = leaves.start[:: 1 << (leaves.depth - level)]
+        first[1 << level : 2 << level], last[1 << level : 2 << level] = edges[:-1], edges[1:]
+    groups = np.arange(max(leaves.count // GROUP, 1))
+    everyone = Targets(np.arange(leaves.start[-1]), leaves.start, groups)
+    return Arrangement(leaves, first, last, everyone, volume)
+
+
+def _targets(arrangement: Arrangement, targets: Any) -> Targets:
+    if targets is None:
+        return arrangement.everyone
+    indices = np.ascontiguousarray(targets, dtype=np.int64)
+    start = arrangement.leaves.start
+    if len(indices) and (indices[0] < 0 or indices[-1] >= start[-1] or np.any(np.diff(indices) <= 0)):
+        raise ValueError(f"targets must be ascending indices of the {start[-1]} particles")
+    begin = np.searchsorted(indices, start)
+    edges = begin[:: min(GROUP, arrangement.leaves.count)]
+    return Targets(indices, begin, np.flatnonzero(np.diff(edges)))
 
 
 def _fields(fields: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -76,15 +76,15 @@ def bisected(low, high, h):
 
 
 @njit(**PART)
-def solve_leaf(first, last, slot, count, limit, buffer, lists, unsolved, options, results):
-    # Solve for the particles of a leaf, from the guesses in results[0]. The buffer holds all neighbours up to
-    # h = limit; particles that outgrow it are left, with where they got to, and their number is returned.
+def solve_leaf(first, last, slots, count, limit, buffer, lists, unsolved, options, results):
+    # Solve for the targets first to last - 1, from the guesses in results[0]. The buffer holds all neighbours up to
+    # h = limit; targets that outgrow it are left, with where they got to, and their number is returned.
     widest_vectors()
     x, y, z, mass, distance, weight = buffer[0], buffer[1], buffer[2], buffer[3], lists[0], lists[1]
     support, margin, eta, tolerance, smallest = options[0], options[1], options[2], options[3], options[4]
     left = 0
     for i in range(first, last):
-        s = slot + i - first
+        s = slots[i - first]
         x_i, y_i, z_i = x[s], y[s], z[s]
         target = np.float64(mass[s]) * eta * eta * eta
         h, low, high, covered = results[0, i], 0.0, np.inf, 0.0
@@ -132,28 +132,28 @@ def solve_leaf(first, last, slot, count, limit, buffer, lists, unsolved, options
 
 
 @njit(**PART)
-def solve_alone(i, x, y, z, h, mass, nodes, start, unsolved, options, results):
-    # A particle whose h has outgrown its leaf's buffer gathers its own, each larger than the last.
+def solve_alone(t, i, x, y, z, h, mass, nodes, start, unsolved, options, results):
+    # Target t, particle i, whose h has outgrown its leaf's buffer gathers its own, each larger than the last.
     leaves = len(start) - 1
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
     found = np.empty(1024, np.int64)
     buffer, lists = np.empty((8, 1024), real), np.empty((2, 1024), real)
-    box, centre = np.empty((2, 3)), np.empty(3)
+    box, centre, slots = np.empty((2, 3)), np.empty(3), np.empty(1, np.int64)
     for a in range(2):
         box[a, 0], box[a, 1], box[a, 2] = x[i], y[i], z[i]
     centre[0], centre[1], centre[2] = x[i], y[i], z[i]
     left = 1
     while left > 0:
-        limit = 1.3 * results[0, i]
+        limit = 1.3 * results[0, t]
         count, found = gather(x, y, z, h, 0.0, nodes, start, box, options[0] * limit, parents, listed, found)
         buffer, lists = with_columns(buffer, count), with_columns(lists, count)
         load_sources(found, count, centre, buffer, x, y, z, mass)
-        place = place_of(i, found, count)
-        left = solve_leaf(i, i + 1, place, count, limit, buffer, lists, unsolved, options, results)
+        slots[0] = place_of(i, found, count)
+        left = solve_leaf(t, t + 1, slots, count, limit, buffer, lists, unsolved, options, results)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def density_pass_{tag}(counter, x, y, z, h, mass, options, nodes, start, results):
+def density_pass_{tag}(counter, x, y, z, h, mass, options, nodes, start, targets, begin, groups, results):
     leaves = len(start) - 1
     group = min(leaves, GROUP)
     reach = options[0] * options[1]
@@ -163,30 +163,36 @@ def density_pass_{tag}(counter, x, y, z, h, mass, options, nodes, start, results
     key, index = np.empty(1024, real), np.empty(1024, np.int32 if RELATIVE else np.int64)
     box, centre = np.empty((2, 3)), np.empty(3)
     unsolved, own = np.empty(start[1] - start[0] + 1, np.int64), np.empty(1, np.int64)
+    slots = np.empty(start[1] - start[0] + 1, np.int64)
     while True:
-        first_leaf = group * take(counter)
-        if first_leaf >= leaves:
+        number = take(counter)
+        if number >= len(groups):
             break
-        parent = (leaves + first_leaf) // group
-        node_box(nodes, parent, box, centre)
+        first_leaf = group * groups[number]
+        first, last = begin[first_leaf], begin[first_leaf + group]
+        largest = target_box(x, y, z, h, targets, first, last, box)
+        box_centre(box, centre)
         group_count, found = gather(
-            x, y, z, h, 0.0, nodes, start, box, reach * nodes[6, parent], parents, listed, found
+            x, y, z, h, 0.0, nodes, start, box, reach * largest, parents, listed, found
         )
         key, index = with_room(key, group_count), with_room(index, group_count)
         group_buffer, buffer = with_columns(group_buffer, group_count), with_columns(buffer, group_count)
         lists = with_columns(lists, group_count)
         load_sources(found, group_count, centre, group_buffer, x, y, z, mass)
         for leaf in range(first_leaf, first_leaf + group):
-            first, last = start[leaf], start[leaf + 1]
-            limit = options[1] * nodes[6, leaves + leaf]
-            leaf_box(nodes, leaves + leaf, centre, RELATIVE, box)
-            place = place_of(first, found, group_count)
-            count, slot = cull(
-                group_buffer, group_count, place, 4, 5 if RELATIVE else 0, box, options[0] * limit, key, index, buffer
+            first, last = begin[leaf], begin[leaf + 1]
+            if first == last:
+                continue
+            limit = options[1] * target_box(x, y, z, h, targets, first, last, box)
+            shift_box(box, centre, RELATIVE)
+            count = cull(
+                group_buffer, group_count, 4, 5 if RELATIVE else 0, box, options[0] * limit, key, index, buffer
             )
-            for i in range(first, last):
-                results[0, i] = h[i]
-            left = solve_leaf(first, last, slot, count, limit, buffer, lists, unsolved, options, results)
+            target_slots(targets, first, last, found, group_count, index, count, slots)
+            for t in range(first, last):
+                results[0, t] = h[targets[t]]
+            left = solve_leaf(first, last, slots, count, limit, buffer, lists, unsolved, options, results)
             for k in range(left):
-                solve_alone(unsolved[k], x, y, z, h, mass, nodes, start, own, options, results)
+                t = unsolved[k]
+                solve_alone(t, targets[t], x, y, z, h, mass, nodes, start, own, options, results)
 """

@@ -42,7 +42,7 @@ for k in range(padded(vectors)):
 def leaf_loop(
     name: str, sources: Sources, terms: Sequence[PairTerm], needs: Needs, mode: str, virial: bool
 ) -> list[str]:
-    """The loop over the targets of one leaf and the sources in its buffer.
+    """The loop over the targets of one leaf and the sources in its buffer; results have a row for each target.
 
     mode: "neighbour", pairs within reach; "near", those by the terms' pair functions and the others by their far
     functions; "all", all pairs by their pair functions; "far", all by their far functions, with targets in a buffer of
@@ -52,13 +52,13 @@ def leaf_loop(
     target = "targets" if mode == "far" else "buffer"
     lines = [
         "@njit(fastmath=LOOP_FLAGS, **PART)",
-        f"def {name}(leaf, first, last, slot, count, targets, buffer, key, index{listed(results(terms, virial))}):",
+        f"def {name}(leaf, first, last, slots, count, targets, buffer, key, index{listed(results(terms, virial))}):",
         "    widest_vectors()",
     ]
     lines += [f"    all_{row} = buffer[{k}]" for k, row in enumerate(needs.rows)]
     if virial:
         lines += [f"    total_{e}_{a}{b} = 0.0" for e in virial_effects(terms) for a, b in VIRIAL_AXES]
-    lines += ["    for i in range(first, last):", "        s = slot + i - first"]
+    lines += ["    for i in range(first, last):", f"        s = {'i - first' if mode == 'far' else 'slots[i - first]'}"]
     used = [row for row in needs.rows if row != "mass" or virial]
     lines += [f"        {row}_i = {target}[{needs.rows.index(row)}, s]" for row in used]
     lines += [f"        {line}" for line in _powers(needs, "i")]
@@ -155,6 +155,9 @@ def _pair_lines(sources: Sources, terms: Sequence[PairTerm], needs: Needs, form:
         lines.append(f"{', '.join(targets)}, = {name}({', '.join(called)})")
         for value, output in zip(targets, term.outputs, strict=True):
             values.setdefault((term.effect, output.name), []).append((value, output))
+    if needs.intervals:  # everything but a maximum is multiplied by what two particles take to be kicked
+        longer = (f"larger_of(field_interval_{k}_i, field_interval_{k}_j)" for k in range(needs.intervals))
+        lines.append(f"mass_j = mass_j * ({' + '.join(longer)})")
     lines.append("mass_over_r = mass_j * inverse_r")
     for (effect, name), parts in values.items():
         lines += _reduction(f"sum_{effect}_{name}", parts, form)

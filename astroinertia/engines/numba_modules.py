@@ -14,7 +14,9 @@ from astroinertia.sph.kernels import KERNELS, Kernel
 
 NEIGHBOUR = """
 @njit(cache=True, nogil=True, error_model="numpy")
-def neighbour_pass_{tag}(counter, x, y, z, h, mass, support, nodes, start{arrays}{results}):
+def neighbour_pass_{tag}(
+    counter, x, y, z, h, mass, support, nodes, start, chosen, begin, groups{arrays}{results}
+):
     leaves = len(start) - 1
     group = min(leaves, GROUP)
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
@@ -22,28 +24,31 @@ def neighbour_pass_{tag}(counter, x, y, z, h, mass, support, nodes, start{arrays
     group_buffer, buffer = np.empty(({rows} + 3, 1024), real), np.empty(({rows} + 3, 1024), real)
     key, index = np.empty(1024, real), np.empty(1024, np.int32 if RELATIVE else np.int64)
     box, centre = np.empty((2, 3)), np.empty(3)
+    slots = np.empty(start[1] - start[0] + 1, np.int64)
     while True:
-        first_leaf = group * take(counter)
-        if first_leaf >= leaves:
+        number = take(counter)
+        if number >= len(groups):
             break
-        parent = (leaves + first_leaf) // group
-        node_box(nodes, parent, box, centre)
-        origin = start[first_leaf]
-        group_count, found = gather(
-            x, y, z, h, support, nodes, start, box, support * nodes[6, parent], parents, listed, found
-        )
+        first_leaf = group * groups[number]
+        first, last = begin[first_leaf], begin[first_leaf + group]
+        reach = support * target_box(x, y, z, h, chosen, first, last, box)
+        box_centre(box, centre)
+        origin = chosen[first]
+        group_count, found = gather(x, y, z, h, support, nodes, start, box, reach, parents, listed, found)
         key, index = with_room(key, group_count), with_room(index, group_count)
         group_buffer, buffer = with_columns(group_buffer, group_count), with_columns(buffer, group_count)
         load_sources(found, group_count, centre, origin, group_buffer, x, y, z, mass, h, support{arrays})
         for leaf in range(first_leaf, first_leaf + group):
-            first, last = start[leaf], start[leaf + 1]
-            leaf_box(nodes, leaves + leaf, centre, RELATIVE, box)
-            place = place_of(first, found, group_count)
-            count, slot = cull(
-                group_buffer, group_count, place, {rows}, {rows} if RELATIVE else 0, box,
-                support * nodes[6, leaves + leaf], key, index, buffer
+            first, last = begin[leaf], begin[leaf + 1]
+            if first == last:
+                continue
+            reach = support * target_box(x, y, z, h, chosen, first, last, box)
+            shift_box(box, centre, RELATIVE)
+            count = cull(
+                group_buffer, group_count, {rows}, {rows} if RELATIVE else 0, box, reach, key, index, buffer
             )
-            neighbour_leaf_{tag}(leaf, first, last, slot, count, buffer, buffer, key, index{results})
+            target_slots(chosen, first, last, found, group_count, index, count, slots)
+            neighbour_leaf_{tag}(leaf, first, last, slots, count, buffer, buffer, key, index{results})
 """
 
 ALL_PAIRS = """
@@ -53,7 +58,7 @@ def all_pairs_pass_{tag}(counter, x, y, z, h, mass, support, factor, nodes, firs
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
     near, far = np.empty(2048, np.int64), np.empty(2048, np.int64)
     ranges = np.empty((leaves + 1, 2), np.int64)
-    run = np.empty(block, np.int64)
+    run, slots = np.empty(block, np.int64), np.empty(0, np.int64)
     sources = np.empty(({rows} + 3, 2048), real)
     far_sources = np.empty(({far_rows}, block + 2 * LANES), real)
     targets = np.empty(({far_rows}, block + 2 * LANES), real)
@@ -72,9 +77,11 @@ def all_pairs_pass_{tag}(counter, x, y, z, h, mass, support, factor, nodes, firs
         )
         key, index = with_room(key, near_count), with_room(index, near_count)
         sources = with_columns(sources, near_count)
-        slot = place_of(first, near, near_count)
+        slots = with_room(slots, last - first)
+        for n in range(last - first):
+            slots[n] = place_of(first, near, near_count) + n
         load_sources(near, near_count, centre, first, sources, x, y, z, mass, h, support{arrays})
-        near_leaf_{tag}(leaf, first, last, slot, near_count, sources, sources, key, index{results})
+        near_leaf_{tag}(leaf, first, last, slots, near_count, sources, sources, key, index{results})
         if {distant}:
             for n in range(last - first):
                 run[n] = first + n
@@ -85,13 +92,13 @@ def all_pairs_pass_{tag}(counter, x, y, z, h, mass, support, factor, nodes, firs
                     for n in range(count):
                         run[n] = begin + n
                     load_far_sources(run, count, centre, first, far_sources, x, y, z, mass, h, support{far_arrays})
-                    far_leaf_{tag}(leaf, first, last, 0, count, targets, far_sources, key, index{results})
+                    far_leaf_{tag}(leaf, first, last, slots, count, targets, far_sources, key, index{results})
             for begin in range(0, far_count, block):
                 count = min(block, far_count - begin)
                 for n in range(count):
                     run[n] = far[begin + n]
                 load_far_sources(run, count, centre, first, far_sources, x, y, z, mass, h, support{far_arrays})
-                far_leaf_{tag}(leaf, first, last, 0, count, targets, far_sources, key, index{results})
+                far_leaf_{tag}(leaf, first, last, slots, count, targets, far_sources, key, index{results})
 """
 
 
@@ -103,10 +110,13 @@ def _kernel(name: str) -> Kernel:
 
 @functools.lru_cache(maxsize=128)
 def neighbour_pass(
-    kernel: str, terms: tuple[PairTerm, ...], precision: str, virial: bool
+    kernel: str, terms: tuple[PairTerm, ...], precision: str, virial: bool, intervals: int = 0
 ) -> tuple[ModuleType, Callable, list[str]]:
-    """The generated module of a sum over neighbours, its entry function, and what it must be given."""
-    needs = Needs(_kernel(kernel), terms, [term.pair for term in terms], masked=True)
+    """The generated module of a sum over neighbours, its entry function, and what it must be given.
+
+    intervals: how many time intervals a pair's value is multiplied by the sum of; 0 for the plain value.
+    """
+    needs = Needs(_kernel(kernel), terms, [term.pair for term in terms], masked=True, intervals=intervals)
     tag = "_".join(effect_names(terms))
     sources = Sources()
     loop = leaf_loop(f"neighbour_leaf_{tag}", sources, terms, needs, "neighbour", virial)

@@ -137,11 +137,52 @@ def node_box(nodes, node, box, centre):
 
 
 @njit(**PART)
-def leaf_box(nodes, node, centre, relative, box):
-    """Set a box (2, 3) to that of a node, as it is or relative to a centre."""
+def target_box(x, y, z, h, targets, first, last, box):
+    """Set a box (2, 3) to that of targets[first:last] and return their largest h; NaN makes NaN."""
     for a in range(3):
-        zero = centre[a] if relative else 0.0
-        box[0, a], box[1, a] = nodes[a, node] - zero, nodes[3 + a, node] - zero
+        box[0, a], box[1, a] = np.inf, -np.inf
+    largest = unknown = 0.0
+    for t in range(first, last):
+        i = targets[t]
+        box[0, 0], box[1, 0] = min(box[0, 0], x[i]), max(box[1, 0], x[i])
+        box[0, 1], box[1, 1] = min(box[0, 1], y[i]), max(box[1, 1], y[i])
+        box[0, 2], box[1, 2] = min(box[0, 2], z[i]), max(box[1, 2], z[i])
+        largest = max(largest, h[i])
+        unknown += 0.0 if x[i] + y[i] + z[i] + h[i] == x[i] + y[i] + z[i] + h[i] else np.nan
+    for a in range(3):
+        box[0, a] += unknown
+        box[1, a] += unknown
+    return largest + unknown
+
+
+@njit(**PART)
+def box_centre(box, centre):
+    """The middle (3,) of a box (2, 3); 0 where that is not known."""
+    for a in range(3):
+        middle = 0.5 * (box[0, a] + box[1, a])
+        centre[a] = 0.0 if np.isnan(middle) else middle
+
+
+@njit(**PART)
+def shift_box(box, centre, relative):
+    """Make a box (2, 3) relative to a centre, where that is asked for."""
+    if relative:
+        for a in range(3):
+            box[0, a] -= centre[a]
+            box[1, a] -= centre[a]
+
+
+@njit(**PART)
+def target_slots(targets, first, last, found, found_count, index, count, slots):
+    """Where targets[first:last] stand among found[index[:count]]; all three ascend."""
+    place = place_of(targets[first], found, found_count)
+    slot = place_of(place, index, count)
+    for t in range(first, last):
+        while found[place] < targets[t]:
+            place += 1
+        while index[slot] < place:
+            slot += 1
+        slots[t - first] = slot
 
 
 @njit(**PART)
@@ -168,13 +209,13 @@ def recentre(row, low, count, centre):
 
 
 @njit(**PART)
-def cull(group, group_count, place, rows, low, box, target_reach, key, index, buffer):
+def cull(group, group_count, rows, low, box, target_reach, key, index, buffer):
     """Close up the sources of a group that come within the larger of two reaches of a box.
 
     group (rows or more, ...): x, y, z, mass, squared reach, ...; the first `rows` rows are copied to the buffer, with a
     massless copy of the last source after them. If low > 0, rows low to low + 2 are what coordinates lost by rounding,
     and those in the buffer are made relative to the middle of the box. key and index have room for the group.
-    Returns the number, and where the source that stood at `place` in the group stands now.
+    Returns their number; index holds where they stood in the group.
     """
     row_excess(group[0], group[1], group[2], group[4], group_count, box, target_reach * target_reach, key)
     count = compressed_indices(0, key, group_count, index, 0)
@@ -187,7 +228,7 @@ def cull(group, group_count, place, rows, low, box, target_reach, key, index, bu
     for k in range(rows):
         buffer[k, count] = buffer[k, count - 1]
     buffer[3, count] = 0
-    return count, place_of(place, index, count)
+    return count
 
 
 # Rows of a buffer of sources, converted to its precision. A copy of the last source stands at the loose end; the caller

@@ -51,6 +51,7 @@ class Needs:
     terms: Sequence[PairTerm]
     functions: Sequence
     masked: bool
+    intervals: int = 0
     kernels: dict[str, list[str]] = field(default_factory=lambda: {"i": [], "j": []})
     scalars: list[str] = field(default_factory=list)
     vectors: list[str] = field(default_factory=list)
@@ -72,6 +73,7 @@ class Needs:
                 self.lengths = True
             elif stem not in self.scalars:
                 self.scalars.append(stem)
+        self.scalars += [f"interval_{k}" for k in range(self.intervals)]
         of = {output.of for term in self.terms for output in term.outputs if output.how == "outer"}
         if None in of:
             raise ValueError("an output gathered as 'outer' must say of which field")

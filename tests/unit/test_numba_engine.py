@@ -12,6 +12,7 @@ from astroinertia.engines import numba_cache, numba_modules, numba_vectors
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.gravity.direct import DIRECT_GRAVITY
+from astroinertia.sph.kernels import KERNELS
 from tests import pairs
 
 KERNEL, ETA, COUNT = "wendland_c2", 1.3, 600
@@ -43,6 +44,11 @@ def unlimited_pair(xp, r, strength_i, strength_j):
     return 1.0 + r + strength_i * strength_j, 2.0 + strength_j
 
 
+def spring_pair(xp, dW_i, dW_j, strength_i, strength_j):
+    return dW_i + dW_j, strength_i + strength_j
+
+
+SPRING = PairTerm("spring", spring_pair, (Output("acceleration", "central"), Output("signal", "max")))
 PUSH = PairTerm("push", push_pair, (Output("acceleration", "central"), Output("heat", "sum"), Output("signal", "max")))
 SHEAR = PairTerm("shear", shear_pair, (Output("gradient", "outer", of="velocity"), Output("moment", "sum")))
 LONE = PairTerm("lone", lone_pair, (Output("weight", "sum"), Output("acceleration", "central")))
@@ -366,3 +372,62 @@ print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
 """
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert run.stdout.split() == ["1", "0"]
+
+
+@pytest.mark.parametrize("some", [[0], [3, 4, 250, 599], "even", "none"])
+def test_targets_have_the_rows_that_they_have_among_all(reference, some):
+    """Sources are all particles, whoever the targets are; the boxes of few are smaller, and nothing else changes."""
+    arrangement, solved, fields = reference
+    targets = {"even": np.arange(0, COUNT, 2), "none": np.arange(0)}[some] if isinstance(some, str) else np.array(some)
+    guess = solved.smoothing_length * np.random.default_rng(5).uniform(0.8, 1.2, COUNT)
+    given = (KERNEL, fields["position"], fields["mass"], guess, ETA, 1e-14, True)
+    for one, every in zip(
+        vars(Engine().density(arrangement, *given, targets=targets)).values(),
+        vars(Engine().density(arrangement, *given)).values(),
+        strict=True,
+    ):
+        assert one.shape == targets.shape
+        assert np.all(np.abs(one / every[targets] - 1) < 1e-13)
+    found = Engine().neighbour_sums(arrangement, KERNEL, NEIGHBOUR_TERMS, fields, targets=targets)
+    expected = pairs.pair_sums(NEIGHBOUR_TERMS, fields, KERNEL)
+    for effect, outputs in found.items():
+        for name, value in outputs.items():
+            full = expected[effect][name]
+            assert value.shape == (len(targets), *full.shape[1:])
+            assert np.all(np.abs(value - full[targets]) < 1e-12 * np.abs(full).max())
+    with pytest.raises(ValueError, match="ascending"):
+        Engine().density(arrangement, *given, targets=[5, 4])
+
+
+@pytest.mark.parametrize("precision", ["float64", pytest.param("mixed", marks=pytest.mark.slow)])
+def test_a_subset_is_an_arrangement_of_its_particles(reference, precision):
+    arrangement, solved, fields = reference
+    engine = Engine(precision)
+    some = np.flatnonzero(np.random.default_rng(9).uniform(size=COUNT) < 0.4)
+    part = engine.subset(arrangement, some, solved.smoothing_length[some])
+    fewer = {name: value[some] for name, value in fields.items()}
+    found = engine.neighbour_sums(part, KERNEL, (SHEAR,), fewer)
+    expected = pairs.pair_sums((SHEAR,), fewer, KERNEL, scale=True)
+    assert largest_error(found, expected) < {"float64": 1e-13, "mixed": 1e-4}[precision]
+    assert not engine.stale(part, fewer["position"], fewer["smoothing_length"])
+
+
+def test_impulses_take_the_longer_interval_of_a_pair_and_keep_momentum(reference):
+    arrangement, _, fields = reference
+    interval = 2.0 ** -np.random.default_rng(4).integers(0, 6, (COUNT, 2))
+    longer = np.maximum(interval[:, None], interval[None]).sum(axis=2)
+    found = Engine().neighbour_sums(arrangement, KERNEL, (SPRING,), fields, virial=True, interval=interval)["spring"]
+    apart = fields["position"][:, None] - fields["position"][None]
+    r = np.sqrt((apart**2).sum(axis=2))
+    h, mass, strength = fields["smoothing_length"], fields["mass"], fields["strength"]
+    slopes = [KERNELS[KERNEL].dw(np, r / side) / side**4 for side in (h[:, None], h[None])]
+    weight = mass[None] * longer * sum(slopes) / np.where(r > 0, r, 1)
+    expected = -np.einsum("ij,ija->ia", weight, apart)
+    assert np.abs(found["acceleration"] - expected).max() < 1e-13 * np.abs(expected).max()
+    force = mass[:, None] * found["acceleration"]
+    assert np.abs(force.sum(axis=0)).max() < 1e-15 * np.abs(force).sum()
+    virial = -0.5 * np.einsum("i,ij,ija,ijb->ab", mass, weight, apart, apart)
+    assert np.abs(found["virial"] - virial).max() < 1e-13 * np.abs(virial).max()
+    near = (r < 2.0 * np.maximum(h[:, None], h[None])) & ~np.eye(COUNT, dtype=bool)
+    signal = np.where(near, strength[:, None] + strength[None], 0.0).max(axis=1)
+    assert np.abs(found["signal"] - signal).max() < 1e-15  # a maximum is what it is
