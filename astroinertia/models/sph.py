@@ -193,21 +193,36 @@ def pair_sums(
 
     before: those of the evaluation before, {} on the first.
     """
-    engine, fields = problem.engine, _fields(problem, fluid)
+    engine, fields = problem.engine, pair_fields(problem, fluid)
     sums: dict[str, dict[str, Array]] = {}
-    for terms, gather in (
-        (_terms(problem, "neighbour_terms"), engine.neighbour_sums),
-        (_terms(problem, "all_pair_terms"), engine.all_pair_sums),
-    ):
-        if terms:
-            _add(sums, gather(arrangement.pairs, problem.kernel, terms, fields, virial=virial))
-    for effect in problem.effects:
-        own, previous = arrangement.own.get(effect.kind), before.get(effect.kind, {})
-        _add(sums, {effect.kind: effect.own_sums(engine, arrangement.pairs, own, fluid, previous, virial)})
+    if terms := pair_terms(problem, "neighbour_terms"):
+        add_sums(sums, engine.neighbour_sums(arrangement.pairs, problem.kernel, terms, fields, virial=virial))
+    add_sums(sums, distant_sums(problem, arrangement, fluid, before, virial, fields))
     return sums
 
 
-def _add(sums: dict[str, dict[str, Array]], more: dict[str, dict[str, Array]]) -> None:
+def distant_sums(
+    problem: Problem,
+    arrangement: Arrangement,
+    fluid: Fluid,
+    before: dict[str, dict[str, Array]],
+    virial: bool = False,
+    fields: dict[str, Array] | None = None,
+) -> dict[str, dict[str, Array]]:
+    """The part of `pair_sums` that is not over neighbours: over all pairs, and what effects sum for themselves."""
+    engine = problem.engine
+    sums: dict[str, dict[str, Array]] = {}
+    if terms := pair_terms(problem, "all_pair_terms"):
+        fields = pair_fields(problem, fluid) if fields is None else fields
+        add_sums(sums, engine.all_pair_sums(arrangement.pairs, problem.kernel, terms, fields, virial=virial))
+    for effect in problem.effects:
+        own, previous = arrangement.own.get(effect.kind), before.get(effect.kind, {})
+        add_sums(sums, {effect.kind: effect.own_sums(engine, arrangement.pairs, own, fluid, previous, virial)})
+    return sums
+
+
+def add_sums(sums: dict[str, dict[str, Array]], more: dict[str, dict[str, Array]]) -> None:
+    """Add the outputs of further sums to those that there are, in place."""
     for effect, outputs in more.items():
         mine = sums.setdefault(effect, {})
         for name, array in outputs.items():
@@ -268,26 +283,29 @@ def _density(problem: Problem, arrangement: Any, state: State) -> Any:
     )  # fmt: skip
 
 
-def _terms(problem: Problem, name: str) -> tuple:
+def pair_terms(problem: Problem, name: str) -> tuple:
+    """The terms of all effects under one of their properties: gradient_terms, neighbour_terms or all_pair_terms."""
     return tuple(term for effect in problem.effects for term in getattr(effect, name))
 
 
-def _fields(problem: Problem, fluid: Fluid) -> dict[str, Array]:
-    fields = _shared_fields(fluid)
+def pair_fields(problem: Problem, fluid: Fluid) -> dict[str, Array]:
+    """What the force terms ask for by name."""
+    fields = shared_fields(fluid)
     for effect in problem.effects:
         fields.update(effect.fields(problem.engine.xp, fluid))
     return fields
 
 
-def _shared_fields(fluid: Fluid) -> dict[str, Array]:
+def shared_fields(fluid: Fluid) -> dict[str, Array]:
+    """What every pass over pairs is given."""
     return {name: getattr(fluid, name) for name in ("mass", "position", "velocity", "smoothing_length")}
 
 
 def _with_gradients(problem: Problem, arrangement: Any, fluid: Fluid) -> Fluid:
-    terms = _terms(problem, "gradient_terms")
+    terms = pair_terms(problem, "gradient_terms")
     if not terms:
         return fluid
-    fields = _shared_fields(fluid)
+    fields = shared_fields(fluid)
     for effect in problem.effects:
         fields.update(effect.gradient_fields(problem.engine.xp, fluid))
     return replace(fluid, gradients=problem.engine.neighbour_sums(arrangement.pairs, problem.kernel, terms, fields))
