@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from point_sets import PointSet
 
-from astroinertia.sph.kernels import KERNELS
+from astroinertia.sph.kernels import KERNELS, Kernel
 
 KERNEL = "cubic"  # the one softening that pytreegrav knows, too
 SUPPORT = KERNELS[KERNEL].support
@@ -62,14 +62,14 @@ def summed(points: PointSet, sample: np.ndarray, force: Callable[..., np.ndarray
     return total
 
 
-def kernel_softened(points: PointSet, sample: np.ndarray) -> np.ndarray:
+def kernel_softened(points: PointSet, sample: np.ndarray, kernel: Kernel = KERNELS[KERNEL]) -> np.ndarray:
     """Direct sum with the mean of both points' kernels, as this code softens (Price & Monaghan 2007, eq. 24)."""
-    kernel, h = KERNELS[KERNEL], points.smoothing_length
+    h = points.smoothing_length
 
     def force(distance: np.ndarray, i: np.ndarray) -> np.ndarray:
         with np.errstate(divide="ignore"):
             value = -(distance**-3.0)
-        rows, columns = np.nonzero(distance < SUPPORT * np.maximum(h[i][:, None], h[None]))
+        rows, columns = np.nonzero(distance < kernel.support * np.maximum(h[i][:, None], h[None]))
         r, own, other = distance[rows, columns], h[i][rows], h[columns]
         both = kernel.dphi(np, r / own) / own**2 + kernel.dphi(np, r / other) / other**2
         value[rows, columns] = np.where(r > 0.0, -0.5 * both / np.where(r > 0.0, r, 1.0), 0.0)
