@@ -1,0 +1,173 @@
+"""Gravity in O(N): multipole expansions of the nodes of a tree, opened by a wanted force error (G = 1)."""
+
+import functools
+import math
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from astroinertia.engines.numba_cache import load_module
+from astroinertia.engines.numba_passes import header
+from astroinertia.engines.numba_source import Sources
+from astroinertia.engines.threads import available_threads, share_out
+from astroinertia.gravity import tree as trees
+from astroinertia.gravity.expansions import expansions, harmonic, indices, moments
+from astroinertia.gravity.tree import MOST_LEVELS, Tree, tree
+from astroinertia.gravity.walk import DOWNWARD, UPWARD
+from astroinertia.sph.kernels import KERNELS
+
+__all__ = ["gravity", "sampled_error", "tree"]
+
+OPENING = 0.9  # no expansion where (r_A + r_B)/d is larger
+FIRST_OPENING = 0.5  # the same where no accelerations are known yet
+LOWEST = 4
+ORDERS = ((4, 5e-5), (5, 1e-5), (6, 0.0))  # by order, the finest rms error that it is taken for
+
+
+@functools.lru_cache(maxsize=32)
+def _module(p: int, kernel: str, precision: str) -> ModuleType:
+    sources = Sources()
+    phi = sources.add(KERNELS[kernel].phi, "kernel_phi")
+    dphi = sources.add(KERNELS[kernel].dphi, "kernel_dphi")
+    assert (phi, dphi) == ("kernel_phi", "kernel_dphi")
+    power = " * ".join(["ratio"] * p)
+    text = [
+        *header(precision),
+        "TEST_FLAGS = {'contract', 'nsz', 'arcp', 'afn'}",
+        f"RADIUS_SLACK, GAP_SLACK = {'1.0 + 1e-6, 1.0 + 1e-5' if precision == 'mixed' else '1.0, 1.0 + 1e-12'}",
+        sources.text(),
+        "",
+        "",
+        *expansions(p),
+        UPWARD,
+        DOWNWARD.replace("RATIO_POWER", f"({power})"),
+    ]
+    return load_module(f"multipole_{p}_{kernel}", "\n".join(text))
+
+
+def gravity(
+    mass: Any,
+    position: Any,
+    smoothing_length: Any,
+    kernel: str,
+    accuracy: float,
+    strength: Any = None,
+    threads: int | None = None,
+    tree: Tree | None = None,
+    precision: str = "mixed",
+) -> tuple[np.ndarray, np.ndarray]:
+    """Acceleration (N, 3) and potential (N,) of mass (N,) at position (N, 3), softened as by gravity.direct.
+
+    accuracy: the wanted rms of |da|/|a|; strength (N,): |a| as far as it is known, None for a first evaluation, which
+    takes another to find it; tree: `tree(position)` of these particles, or of where they were a little earlier;
+    precision: "mixed" (float32 between particles and nodes) or "float64". The potential has the particle's own in it.
+    Results have the same bits for any number of threads. Tested in tests/unit/test_multipole.py.
+    """
+    given = _Particles(mass, position, smoothing_length, kernel, tree, precision, threads)
+    if strength is None:
+        first, _ = given.sums(LOWEST, math.inf, FIRST_OPENING, None)
+        strength = np.sqrt(np.einsum("ij,ij->i", first, first))
+    order = order_for(accuracy)
+    return given.sums(order, accuracy, OPENING, strength)
+
+
+def order_for(accuracy: float) -> int:
+    """The order of expansion that takes the least time at a wanted rms error."""
+    return next((p for p, finest in ORDERS if accuracy >= finest), ORDERS[-1][0])
+
+
+def sampled_error(
+    mass: Any, position: Any, smoothing_length: Any, kernel: str, acceleration: Any, potential: Any, sample: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """|da|/|a| and |dphi/phi| of the particles `sample` (S,) against sums over all pairs in float64, each (S,)."""
+    chosen, mass, position = KERNELS[kernel], np.asarray(mass), np.asarray(position)
+    inverse_h = 1.0 / np.asarray(smoothing_length)
+    errors = np.empty((2, len(sample)))
+    for n, i in enumerate(sample):
+        apart = position - position[i]
+        r = np.sqrt(np.einsum("ij,ij->i", apart, apart))
+        dphi = [chosen.dphi(np, r * ih) * ih**2 for ih in (inverse_h, inverse_h[i])]
+        phi = [chosen.phi(np, r * ih) * ih for ih in (inverse_h, inverse_h[i])]
+        force = (mass * 0.5 * (dphi[0] + dphi[1]) / np.where(r > 0.0, r, 1.0)) @ apart
+        depth = mass @ (0.5 * (phi[0] + phi[1]))
+        difference = np.asarray(acceleration)[i] - force
+        errors[0, n] = np.linalg.norm(difference) / np.linalg.norm(force)
+        errors[1, n] = abs(potential[i] / depth - 1.0)
+    return errors[0], errors[1]
+
+
+class _Particles:
+    """Particles and their tree in units in which lengths and masses are about 1, so that float32 holds them."""
+
+    def __init__(
+        self,
+        mass: Any,
+        position: Any,
+        smoothing_length: Any,
+        kernel: str,
+        tree: Tree | None,
+        precision: str,
+        threads: int | None,
+    ) -> None:
+        self.position = np.ascontiguousarray(position, dtype=np.float64)
+        self.mass = np.ascontiguousarray(mass, dtype=np.float64)
+        self.inverse_h = 1.0 / np.ascontiguousarray(smoothing_length, dtype=np.float64)
+        self.kernel, self.precision, self.threads = kernel, precision, threads or available_threads()
+        self.nodes = tree if tree is not None else trees.tree(self.position, threads=self.threads)
+        self.origin = self.position.mean(axis=0)
+        self.scale = _power_of_two(1.0 / max(float(np.abs(self.position - self.origin).max()), 1e-300))
+        self.mass_scale = _power_of_two(1.0 / max(float(self.mass.sum()), 1e-300))
+
+    def sums(self, order: int, tolerance: float, theta: float, strength: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Acceleration and potential by expansions of an order."""
+        module = _module(order, self.kernel, self.precision)
+        real = np.float32 if self.precision == "mixed" else np.float64
+        nodes, count = self.nodes, len(self.mass)
+        unit, potential_unit = self.scale * self.scale / self.mass_scale, self.scale / self.mass_scale
+        weight = np.zeros(count) if strength is None else np.square(unit / np.asarray(strength, dtype=np.float64))
+        x, y, z = np.empty((3, count))
+        m, reach2, ih = np.empty((3, count), real)
+        where_is, about = np.empty(4 * nodes.count + 64), np.empty(8 * nodes.count + 64, real)
+        raw = np.empty((nodes.count, len(indices(order - 1))))
+        multipoles = np.empty(len(moments(order)) * nodes.count + 64, real)
+        structure = (nodes.first, nodes.last, nodes.child)
+        share_out(
+            module.upward, self.threads, *structure, nodes.task, nodes.begin, nodes.order, self.position, self.mass,
+            float(KERNELS[self.kernel].support), self.inverse_h, weight, self.origin, self.scale, self.mass_scale,
+            x, y, z, m, reach2, ih, where_is, about, raw, multipoles,
+        )  # fmt: skip
+        module.upward_top(*structure, nodes.begin, where_is, about, raw, multipoles)
+        acceleration, potential = np.empty((count, 3)), np.empty(count)
+        parent, task_of = _links(nodes)
+        leaf_size = int((nodes.last - nodes.first)[nodes.child == 0].max())
+        width = len(harmonic(order))
+        handed_end, handed_local = np.zeros(len(nodes.task), np.int64), np.zeros((len(nodes.task), width))
+        rest = (
+            where_is, about, multipoles, x, y, z, m, reach2, ih, nodes.order, real(theta), real(tolerance),
+            acceleration, potential, unit, potential_unit, leaf_size,
+        )  # fmt: skip
+        handed = module.descend(
+            0, True, nodes.begin, *structure, MOST_LEVELS, parent, np.zeros(0, np.int32), np.zeros(width), *rest,
+            np.empty(1024, np.int32), handed_end, handed_local, task_of,
+        )  # fmt: skip
+        handed_begin = np.concatenate([[0], handed_end[:-1]])
+        share_out(
+            module.descend_tasks, self.threads, nodes.task, nodes.begin, *structure, MOST_LEVELS, parent, handed,
+            handed_begin, handed_end, handed_local, *rest, task_of,
+        )  # fmt: skip
+        return acceleration, potential
+
+
+def _power_of_two(value: float) -> float:
+    return 2.0 ** math.floor(math.log2(value)) if 0.0 < value < math.inf else 1.0
+
+
+def _links(nodes: Tree) -> tuple[np.ndarray, np.ndarray]:
+    parent = np.zeros(nodes.count, np.int32)
+    inner = np.flatnonzero(nodes.child)
+    parent[nodes.child[inner]] = inner
+    parent[nodes.child[inner] + 1] = inner
+    task_of = np.full(nodes.count, -1, np.int32)
+    task_of[nodes.task] = np.arange(len(nodes.task))
+    return parent, task_of
