@@ -1,12 +1,14 @@
 """The fluid's own gravity, softened by its kernel."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from astroinertia.bodies import affine
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.gravity import multipole
+from astroinertia.gravity.choice import FORCE_ERROR, Method
 from astroinertia.gravity.direct import DIRECT_GRAVITY
 from astroinertia.pytree import pytree
 
@@ -30,9 +32,17 @@ class Gravity(Effect):
     (Price & Monaghan 2007, eqs. 13 to 24).
     """
 
+    method: Method = field(default="direct", metadata={"static": True})
+    force_error: float = FORCE_ERROR
+
     kind: ClassVar[str] = "gravity"
     central: ClassVar[bool] = True
     needs_zeta: ClassVar[bool] = True
+
+    @classmethod
+    def from_options(cls, options):
+        """From its options; the method is direct where it is left open, since no number of particles is known here."""
+        return cls(**{**options, "method": "direct" if options["method"] == "auto" else options["method"]})
 
     @property
     def neighbour_terms(self):
@@ -41,12 +51,27 @@ class Gravity(Effect):
 
     @property
     def all_pair_terms(self):
-        """The attraction of all pairs."""
-        return (DIRECT_GRAVITY,)
+        """The attraction of all pairs, by direct sums."""
+        return (DIRECT_GRAVITY,) if self.method == "direct" else ()
 
     def fields(self, xp, fluid):
         """zeta/Omega."""
         return {"zeta_over_omega": fluid.zeta / fluid.grad_h}
+
+    def arranged(self, engine, arrangement, state):
+        """The tree that expansions are made on."""
+        return multipole.tree(state.position, threads=engine.workers) if self.method == "multipole" else None
+
+    def own_sums(self, engine, arrangement, own, fluid, before, virial):
+        """The attraction of all pairs by expansions, opened by the accelerations of the evaluation before."""
+        if own is None:
+            return {}
+        acceleration = before.get("acceleration")
+        return multipole.sums(
+            fluid.mass, fluid.position, fluid.smoothing_length, fluid.kernel, self.force_error,
+            None if acceleration is None else multipole.strengths(acceleration), engine.workers, own, engine.precision,
+            virial,
+        )  # fmt: skip
 
     def potential_energy(self, xp, fluid):
         """1/2 sum m Phi, with the particle's own softened potential in it."""

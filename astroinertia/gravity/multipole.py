@@ -22,6 +22,7 @@ __all__ = ["gravity", "sampled_error", "tree"]
 OPENING = 0.9  # no expansion where (r_A + r_B)/d is larger
 FIRST_OPENING = 0.5  # the same where no accelerations are known yet
 LOWEST = 4
+CLOSER = 10.0
 ORDERS = ((4, 5e-5), (5, 1e-5), (6, 0.0))  # by order, the finest rms error that it is taken for
 
 
@@ -67,9 +68,41 @@ def gravity(
     given = _Particles(mass, position, smoothing_length, kernel, tree, precision, threads)
     if strength is None:
         first, _ = given.sums(LOWEST, math.inf, FIRST_OPENING, None)
-        strength = np.sqrt(np.einsum("ij,ij->i", first, first))
+        strength = strengths(first)
     order = order_for(accuracy)
     return given.sums(order, accuracy, OPENING, strength)
+
+
+def sums(
+    mass: Any,
+    position: Any,
+    smoothing_length: Any,
+    kernel: str,
+    accuracy: float,
+    strength: Any,
+    threads: int,
+    tree: Tree,
+    precision: str,
+    virial: bool,
+) -> dict[str, np.ndarray]:
+    """What `gravity` finds, by name; with `virial` also V = sum m x (x) a, (3, 3), symmetric.
+
+    V is that of another evaluation, CLOSER times as accurate and in float64, so that it tells whether accelerations are
+    what they should be.
+    """
+    particles = (mass, position, smoothing_length, kernel)
+    acceleration, potential = gravity(*particles, accuracy, strength, threads, tree, precision)
+    found = {"acceleration": acceleration, "potential": potential}
+    if virial:
+        closer, _ = gravity(*particles, accuracy / CLOSER, strengths(acceleration), threads, tree, "float64")
+        tensor = (np.asarray(mass)[:, None] * (position - np.mean(position, axis=0))).T @ closer
+        found["virial"] = 0.5 * (tensor + tensor.T)
+    return found
+
+
+def strengths(acceleration: np.ndarray) -> np.ndarray:
+    """|a| of (N, 3)."""
+    return np.sqrt(np.einsum("ij,ij->i", acceleration, acceleration))
 
 
 def order_for(accuracy: float) -> int:

@@ -1,0 +1,45 @@
+"""What gravity costs by direct sums and by multipoles, as measured: which of the two a run should take."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+Method = Literal["direct", "multipole"]
+
+
+@dataclass(frozen=True)
+class Price:
+    """Seconds of one evaluation: by direct sums, fixed + pair N^2; by multipoles, fixed + particle N at an error of 2e-4.
+
+    The latter grows as force_error^-growth.
+    """
+
+    pair: float
+    fixed: float
+    particle: float
+    growth: float = 0.15
+
+
+# On two cores with AVX-512 (tests/benchmarks/results/gravity_crossover.md); what counts is where they cross.
+PRICES = {
+    ("numba_cpu", "mixed"): Price(pair=1.3e-10, fixed=1e-4, particle=4e-7),
+    ("numba_cpu", "float64"): Price(pair=4.2e-10, fixed=1e-4, particle=8e-7),
+    ("xla", "mixed"): Price(pair=4e-10, fixed=1e-3, particle=2e-6),
+    ("xla", "float64"): Price(pair=8e-10, fixed=1e-3, particle=4e-6),
+}
+FORCE_ERROR = 2e-4  # wanted rms of |da|/|a|: below what the fluid's own discretisation leaves, above which time is lost
+
+
+def seconds(method: Method, particles: int, engine: str, precision: str, force_error: float) -> float:
+    """What one evaluation takes on the machine that the prices were measured on."""
+    price = PRICES[engine, precision]
+    if method == "direct":
+        return price.fixed + price.pair * particles**2
+    return price.fixed + price.particle * particles * (FORCE_ERROR / force_error) ** price.growth
+
+
+def cheaper(particles: int, engine: str, precision: str, force_error: float) -> Method:
+    """The method that takes less time for so many particles."""
+    direct, multipole = (
+        seconds(method, particles, engine, precision, force_error) for method in ("direct", "multipole")
+    )
+    return "multipole" if multipole < direct else "direct"
