@@ -10,7 +10,7 @@ import inspect
 import math
 import textwrap
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from numbers import Integral, Real
 
 NAMESPACE_CALLS = {"where": "where", "maximum": "maximum", "minimum": "minimum", "abs": "abs", "sqrt": "np.sqrt"}
@@ -26,9 +26,13 @@ def argument_names(function: Callable) -> list[str]:
 
 
 class Sources:
-    """The collected text of functions and of all that they call; each function appears once."""
+    """The collected text of functions and of all that they call; each function appears once.
 
-    def __init__(self) -> None:
+    calls: what xp has, {name: name in the generated text}.
+    """
+
+    def __init__(self, calls: Mapping[str, str] = NAMESPACE_CALLS) -> None:
+        self.calls = calls
         self.texts: list[str] = []
         self._names: dict[tuple[Callable, bool], str] = {}
         self._powers: set[int] = set()
@@ -113,9 +117,9 @@ class _Translation(ast.NodeTransformer):
         arguments = [a for a in node.args if not (isinstance(a, ast.Name) and a.id == self.namespace)]
         node.args = [self.visit(a) for a in arguments]
         if isinstance(node.func, ast.Attribute) and self._is_namespace(node.func.value):
-            if node.func.attr not in NAMESPACE_CALLS:
+            if node.func.attr not in self.sources.calls:
                 raise self._refusal(node, f"xp.{node.func.attr}")
-            node.func = ast.parse(NAMESPACE_CALLS[node.func.attr], mode="eval").body
+            node.func = ast.parse(self.sources.calls[node.func.attr], mode="eval").body
             return node
         if isinstance(node.func, ast.Name) and node.func.id == "abs" and "abs" not in self.known:
             return node
@@ -131,7 +135,16 @@ class _Translation(ast.NodeTransformer):
     def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
         if self._is_namespace(node.value) and node.attr == "pi":
             return self._number(node, math.pi)
+        if self._is_namespace(node.value) and node.attr == "inf":
+            return ast.parse("real(np.inf)", mode="eval").body
         return self._number(node, self._value(node))
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        component = node.slice.value if isinstance(node.slice, ast.Constant) else None
+        if not isinstance(component, int):
+            raise self._refusal(node, "a component whose number is not written out")
+        node.value = self.visit(node.value)
+        return node
 
     def visit_Constant(self, node: ast.Constant) -> ast.AST:
         return self._number(node, node.value)
@@ -169,5 +182,5 @@ class _Translation(ast.NodeTransformer):
         line = getattr(node, "lineno", 0)
         return ValueError(
             f"{self.owner}, line {line}: {what} cannot stand in a pair function; "
-            f"arithmetic, numbers, other such functions and xp.{', '.join(NAMESPACE_CALLS)} can"
+            f"arithmetic, numbers, other such functions and xp.{', '.join(self.sources.calls)} can"
         )

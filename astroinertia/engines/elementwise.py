@@ -1,0 +1,236 @@
+"""Work on each particle by itself: one scalar function, compiled into one threaded, vectorised loop over particles.
+
+A step has much to do between its sums over pairs, and numpy would carry whole arrays through memory for every
+operation. Functions are written as pair functions are, on plain scalars over a namespace, with xp.exp, log and power
+besides: (N,) comes to them as a scalar, (N, 3) as (x, y, z), (N, 3, 3) as three rows, a plain number as it is; and they
+return such things. With jax.numpy they are called on whole arrays as they stand.
+
+Loops go over fixed chunks of particles, and sums add up chunks in their order: the bits do not depend on the threads.
+"""
+
+import functools
+import inspect
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from astroinertia.engines import numba_elementary, numba_vectors
+from astroinertia.engines.numba_cache import load_module
+from astroinertia.engines.numba_source import NAMESPACE_CALLS, Sources
+from astroinertia.engines.threads import available_threads, share_out
+
+Array = Any
+CHUNK = 1024  # particles that are worked on together; sums are added up in parts of as many
+ALONE = 4096  # particles a thread must have to be worth waking
+WIDTHS = {(): 1, (3,): 3, (3, 3): 9}
+CALLS = NAMESPACE_CALLS | {name: name for name in ("exp", "log", "power")}
+
+HEADER = """
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+
+
+class Apart(CompilerBase):
+    # The arrays of a loop do not overlap: without that knowledge loops over many arrays are not vectorised.
+    def define_pipelines(self):
+        self.state.flags.noalias = True
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
+
+
+real = np.float64
+PAIR_FLAGS = {'contract', 'nsz'}
+LOOP = {"cache": True, "nogil": True, "error_model": "numpy", "pipeline_class": Apart}
+"""
+LOOP = """
+@njit(fastmath={flags}, **LOOP)
+def loop(counter, count{arrays}):
+    widest_vectors()
+    while True:
+        chunk = take(counter)
+        first = chunk * {chunk}
+        if first >= count:
+            break
+        last = min(first + {chunk}, count)
+"""
+
+
+def elementwise(xp: Any, function: Callable, *arguments: Array) -> Any:
+    """What function(xp, ...) returns for each particle: an array, or a tuple of arrays where it returns several things.
+
+    arguments: arrays (N,), (N, 3), (N, 3, 3) and plain numbers; the function must be one of a module or a class, as it
+    is compiled once. A tuple of several things holds a scalar, (x, y, z) or three rows each; one thing by itself is
+    such a tuple too, of one. Raises ValueError for what cannot be compiled. Tests: tests/unit/test_elementwise.py.
+    """
+    if xp is not np:
+        count = next(a.shape[0] for a in arguments if getattr(a, "ndim", 0))
+        return tuple(_joined(xp, value, count) for value in function(xp, *map(_apart, arguments)))
+    given, kinds, count = _flat(arguments)
+    loop, shapes = _each(function, kinds)
+    results = [np.empty((count, *shape)) for shape in shapes]
+    _run(loop, count, *given, *(result.reshape(-1) for result in results))
+    return tuple(results)
+
+
+def totals(xp: Any, function: Callable, *arguments: Array, each: Sequence[tuple[Array, ...]] = ((),)) -> Any:
+    """Sums over particles of what function(xp, ...) returns: a tuple of arrays (E,), (E, 3) and (E, 3, 3).
+
+    The function is called with `arguments` and, for each of E cases, with the further arguments of `each`; all cases
+    are of one kind. Tests: tests/unit/test_elementwise.py.
+    """
+    if xp is not np:
+        cases = [function(xp, *map(_apart, (*arguments, *more))) for more in each]
+        return tuple(xp.stack([_summed(xp, value) for value in values]) for values in zip(*cases, strict=True))
+    given, kinds, count = _flat(arguments)
+    flat = [_flat(more, count) for more in each]
+    loop, shapes = _sums(function, kinds, flat[0][1], len(each))
+    widths = [WIDTHS[shape] for shape in shapes]
+    parts = np.zeros((len(each), sum(widths), max(1, -(-count // CHUNK))))
+    _run(loop, count, *given, *(a for more, _, _ in flat for a in more), parts)
+    # Along the last axis numpy adds pairwise.
+    found = np.split(parts.sum(axis=2), np.cumsum(widths)[:-1], axis=1)
+    return tuple(part.reshape(len(each), *shape) for part, shape in zip(found, shapes, strict=True))
+
+
+def added(one: Array | None, other: Array | None) -> Array | None:
+    """The sum of two arrays, or of what there is of them."""
+    if one is None or other is None:
+        return other if one is None else one
+    if not isinstance(one, np.ndarray) or one.ndim > 2 or one.shape == (3, 3):
+        return one + other
+    return elementwise(np, SUMS[one.shape[1:]], one, other)[0]
+
+
+def sum_of_numbers(xp, a, b):
+    """a + b."""
+    return (a + b,)
+
+
+def sum_of_vectors(xp, a, b):
+    """a + b."""
+    return ((a[0] + b[0], a[1] + b[1], a[2] + b[2]),)
+
+
+SUMS = {(): sum_of_numbers, (3,): sum_of_vectors}
+
+
+def _run(loop: Callable, count: int, *arrays: Array) -> None:
+    share_out(loop, max(1, min(available_threads(), count // ALONE)), count, *arrays)
+
+
+def _flat(arguments: Sequence[Array], count: int = 0) -> tuple[list[Array], tuple[tuple[int, ...] | None, ...], int]:
+    """Arrays in one dimension and numbers, the shape of a row of each (None for a number), and the number of rows."""
+    given, kinds = [], []
+    for argument in arguments:
+        array = np.asarray(argument, dtype=np.float64)
+        if array.ndim == 0:
+            given.append(float(array))
+            kinds.append(None)
+            continue
+        if array.shape[1:] not in WIDTHS or array.shape[0] != (count or array.shape[0]):
+            raise ValueError(f"cannot work on each particle of an array of shape {array.shape}")
+        count = array.shape[0]
+        given.append(np.ascontiguousarray(array).reshape(-1))
+        kinds.append(array.shape[1:])
+    return given, tuple(kinds), count
+
+
+@functools.lru_cache(maxsize=512)
+def _each(function: Callable, kinds: tuple) -> tuple[Callable, list[tuple[int, ...]]]:
+    shapes = _shapes(function, kinds)
+    names, results = [f"a{k}" for k in range(len(kinds))], [f"out{k}" for k in range(len(shapes))]
+    sources = Sources(CALLS)
+    call = f"{sources.add(function)}({', '.join(map(_element, names, kinds))})"
+    lines = _slices(names, kinds) + _slices(results, shapes)
+    lines += ["for n in range(last - first):", f"    value = {call}"]
+    for k, shape in enumerate(shapes):
+        lines += [
+            f"    out{k}_here[{_place(shape, component)}] = {value}"
+            for component, value in enumerate(_components(f"value[{k}]", shape))
+        ]
+    return _compiled("particlewise", function, sources, names + results, "{'contract', 'nsz'}", lines), shapes
+
+
+@functools.lru_cache(maxsize=512)
+def _sums(function: Callable, kinds: tuple, more: tuple, cases: int) -> tuple[Callable, list[tuple[int, ...]]]:
+    shapes = _shapes(function, kinds + more)
+    names = [f"a{k}" for k in range(len(kinds))]
+    sources = Sources(CALLS)
+    called = sources.add(function)
+    lines, every = _slices(names, kinds), list(names)
+    for case in range(cases):
+        mine = [f"e{case}_{k}" for k in range(len(more))]
+        every += mine
+        width = sum(WIDTHS[shape] for shape in shapes)
+        lines += _slices(mine, more)
+        lines += [f"s{k} = 0.0" for k in range(width)]
+        lines += ["for n in range(last - first):"]
+        lines += [f"    value = {called}({', '.join(map(_element, names + mine, kinds + more))})"]
+        values = [value for k, shape in enumerate(shapes) for value in _components(f"value[{k}]", shape)]
+        lines += [f"    s{k} += {value}" for k, value in enumerate(values)]
+        lines += [f"parts[{case}, {k}, chunk] = s{k}" for k in range(width)]
+    flags = "{'reassoc', 'contract', 'nsz'}"
+    return _compiled("totals", function, sources, [*every, "parts"], flags, lines), shapes
+
+
+def _compiled(
+    kind: str, function: Callable, sources: Sources, arrays: list[str], flags: str, lines: list[str]
+) -> Callable:
+    elementary = inspect.getsource(numba_elementary).split("import njit\n", 1)[1]
+    vectors = inspect.getsource(numba_vectors)
+    loop = LOOP.format(flags=flags, chunk=CHUNK, arrays="".join(f", {name}" for name in arrays))
+    loop += "\n".join(f"        {line}" for line in lines) + "\n"
+    text = "\n".join([vectors, elementary, HEADER, sources.text(), "", loop])
+    return load_module(f"{kind}_{getattr(function, '__name__', '')}", text).loop
+
+
+def _shapes(function: Callable, kinds: tuple) -> list[tuple[int, ...]]:
+    """The shape of a row of each result, from a trial."""
+    one = np.float64(1.0)  # whose divisions by zero are no errors
+    trial = {None: one, (): one, (3,): (one,) * 3, (3, 3): ((one,) * 3,) * 3}
+    with np.errstate(all="ignore"):
+        return [np.shape(value) for value in function(np, *(trial[kind] for kind in kinds))]
+
+
+def _slices(names: Sequence[str], kinds: Sequence[tuple[int, ...] | None]) -> list[str]:
+    # Within a slice an index cannot be negative, which numba would have to ask in every round of the loop.
+    return [
+        f"{name}_here = {name}[{WIDTHS[kind]} * first:{WIDTHS[kind]} * last]".replace("1 * ", "")
+        for name, kind in zip(names, kinds, strict=True)
+        if kind is not None
+    ]
+
+
+def _place(shape: tuple[int, ...], component: int) -> str:
+    return "n" if shape == () else f"{WIDTHS[shape]} * n + {component}"
+
+
+def _element(name: str, kind: tuple[int, ...] | None) -> str:
+    if kind is None:
+        return name
+    at = [f"{name}_here[{_place(kind, component)}]" for component in range(WIDTHS[kind])]
+    if kind == (3, 3):
+        at = [f"({', '.join(at[3 * row : 3 * row + 3])})" for row in range(3)]
+    return at[0] if kind == () else f"({', '.join(at)})"
+
+
+def _components(value: str, shape: tuple[int, ...]) -> list[str]:
+    return [value + "".join(f"[{k}]" for k in index) for index in np.ndindex(shape)]
+
+
+def _apart(argument: Array) -> Any:
+    shape = getattr(argument, "shape", ())[1:]
+    if shape == (3,):
+        return tuple(argument[:, k] for k in range(3))
+    if shape == (3, 3):
+        return tuple(tuple(argument[:, i, j] for j in range(3)) for i in range(3))
+    return argument
+
+
+def _joined(xp: Any, value: Any, count: int) -> Array:
+    if isinstance(value, tuple):
+        return xp.stack([_joined(xp, part, count) for part in value], axis=1)
+    return xp.broadcast_to(value, (count,))
+
+
+def _summed(xp: Any, value: Any) -> Array:
+    return xp.stack([_summed(xp, part) for part in value]) if isinstance(value, tuple) else xp.sum(value)
