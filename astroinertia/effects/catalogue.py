@@ -17,15 +17,33 @@ from astroinertia.effects.entries import Entry as Entry
 from astroinertia.effects.entries import Option as Option
 from astroinertia.effects.entries import not_negative, positive
 from astroinertia.effects.rigid_entries import RIGID
+from astroinertia.gravity.choice import FORCE_ERROR
 
 CATALOGUE: Mapping[str, Entry] = {
     "gravity": Entry(
         "astroinertia.effects.gravity",
         "Gravity",
         "self-gravity of the body (particles are softened by their own kernel)",
-        {},
+        {
+            "method": Option(
+                "choice",
+                "auto",
+                "how particles attract each other: direct sums over all pairs, exact and N^2; multipole expansions of "
+                "far groups, to an error that is asked for; auto is what takes less time",
+                choices=("auto", "direct", "multipole"),
+                models=("sph",),
+            ),
+            "force_error": Option(
+                "dimensionless",
+                FORCE_ERROR,
+                "of multipole: wanted rms of the relative error of the accelerations",
+                minimum=1e-8,
+                maximum=0.03,
+                models=("sph",),
+            ),
+        },
         "all pairs",
-        "Price & Monaghan 2007",
+        "Price & Monaghan 2007; Dehnen 2014",
         ALL_MODELS,
     ),
     "pressure": Entry(

@@ -18,6 +18,7 @@ class Default:
         return self.told
 
 
+ALL_MODELS = ("sph", "ellipsoid", "rigid", "scaling")
 REQUIRED = Default("required")
 LIGHT = Default("the speed of light")
 """Must be given in a scene in code units, where the speed of light has no value."""
@@ -28,7 +29,8 @@ class Option:
     """One option: its dimension ("choice" for one of `choices`), default in code units and meaning.
 
     A default of None means that what the option describes is absent. `shape` is () for a number, (3,) for a vector and
-    (3, 3) for a matrix; `minimum` and `maximum` bound a number, and are themselves allowed unless `exclusive`.
+    (3, 3) for a matrix; `minimum` and `maximum` bound a number, and are themselves allowed unless `exclusive`. `models`
+    are those that it means something to: the others leave it out.
     """
 
     dimension: str
@@ -39,6 +41,7 @@ class Option:
     minimum: float = -math.inf
     maximum: float = math.inf
     exclusive: bool = False
+    models: tuple[str, ...] = ALL_MODELS
 
 
 @dataclass(frozen=True)
@@ -94,4 +97,3 @@ def not_negative(dimension: str, default: Any, text: str) -> Option:
 
 
 AXIS = (0.0, 0.0, 1.0)
-ALL_MODELS = ("sph", "ellipsoid", "rigid", "scaling")

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from astroinertia.bodies import affine
 from astroinertia.effects.effect import Effect
@@ -29,20 +29,16 @@ class Gravity(Effect):
     a_i = -sum_j m_j (phi'(r, h_i) + phi'(r, h_j))/2 rhat
           - 1/2 sum_j m_j [zeta_i/Omega_i dW_i + zeta_j/Omega_j dW_j] rhat,
     the exact gradient of 1/2 sum_i sum_j m_i m_j (phi(r, h_i) + phi(r, h_j))/2, self pairs included
-    (Price & Monaghan 2007, eqs. 13 to 24).
+    (Price & Monaghan 2007, eqs. 13 to 24). method: auto is settled by whoever knows the number of particles
+    (start/effects.py), and else is direct; force_error: wanted rms of |da|/|a| by multipoles.
     """
 
-    method: Method = field(default="direct", metadata={"static": True})
+    method: Method | Literal["auto"] = field(default="auto", metadata={"static": True})
     force_error: float = FORCE_ERROR
 
     kind: ClassVar[str] = "gravity"
     central: ClassVar[bool] = True
     needs_zeta: ClassVar[bool] = True
-
-    @classmethod
-    def from_options(cls, options):
-        """From its options; the method is direct where it is left open, since no number of particles is known here."""
-        return cls(**{**options, "method": "direct" if options["method"] == "auto" else options["method"]})
 
     @property
     def neighbour_terms(self):
@@ -52,7 +48,7 @@ class Gravity(Effect):
     @property
     def all_pair_terms(self):
         """The attraction of all pairs, by direct sums."""
-        return (DIRECT_GRAVITY,) if self.method == "direct" else ()
+        return () if self.method == "multipole" else (DIRECT_GRAVITY,)
 
     def fields(self, xp, fluid):
         """zeta/Omega."""

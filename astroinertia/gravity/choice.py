@@ -8,9 +8,9 @@ Method = Literal["direct", "multipole"]
 
 @dataclass(frozen=True)
 class Price:
-    """Seconds of one evaluation: by direct sums, fixed + pair N^2; by multipoles, fixed + particle N at an error of 2e-4.
+    """Seconds of one evaluation: by direct sums, fixed + pair N^2; by multipoles, fixed + particle N.
 
-    The latter grows as force_error^-growth.
+    That is at an error of 2e-4; the part that grows with N goes as force_error^-growth.
     """
 
     pair: float

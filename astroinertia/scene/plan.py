@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.gravity import choice
 from astroinertia.scene.bodies import RigidBody
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.schema import Scene, Units
@@ -105,6 +106,14 @@ def smoothing(scene: Scene) -> tuple[float, float]:
     if numerics.neighbours is not None:
         eta = eta_for_neighbours(kernel, numerics.neighbours)
     return eta, neighbour_number(kernel, eta)
+
+
+def gravity_method(scene: Scene, particles: int) -> choice.Method:
+    """How so many particles attract each other: as the scene says, or what takes less time."""
+    asked, numerics = scene.effects["gravity"], scene.numerics
+    if asked["method"] != "auto":
+        return asked["method"]
+    return choice.cheaper(particles, numerics.engine, numerics.precision, asked["force_error"])
 
 
 def plan(scene: Scene) -> Plan:
@@ -297,8 +306,34 @@ def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
         Line("engine", numerics.engine, numerics.precision),
         Line("kernel", numerics.kernel, f"{neighbours:.0f} neighbours, eta {eta:.4g}"),
         Line("smoothing lengths", f"to {numerics.smoothing_tolerance:g}"),
+        *(_gravity(scene) if "gravity" in scene.effects else ()),
         Line("time step", limits),
     )
+
+
+def _gravity(scene: Scene) -> tuple[Line, ...]:
+    # Both prices are told, so that a person sees what the other way would cost.
+    asked, particles = scene.effects["gravity"], getattr(scene.body, "particles", None)
+    if particles is None:
+        why = "by the number of particles in the table" if asked["method"] == "auto" else "as asked for"
+        return (Line("gravity", asked["method"], why),)
+    numerics, chosen = scene.numerics, gravity_method(scene, particles)
+    error = asked["force_error"]
+    price = {
+        method: choice.seconds(method, particles, numerics.engine, numerics.precision, error)
+        for method in ("direct", "multipole")
+    }
+    verdict = "as asked for"
+    if asked["method"] == "auto":
+        verdict = f"cheaper with {particles} particles"
+    direct, multipole = _seconds(price["direct"]), _seconds(price["multipole"])
+    value = "direct sums" if chosen == "direct" else f"multipoles, forces to {error:g}"
+    why = f"{verdict}: direct sums take about {direct} a step on two cores, multipoles {multipole}"
+    return (Line("gravity", value, why),)
+
+
+def _seconds(value: float) -> str:
+    return f"{value:.2g} s" if value >= 1.0 else f"{1e3 * value:.2g} ms"
 
 
 def _time(scene: Scene) -> tuple[Line, ...]:
@@ -327,7 +362,9 @@ def records(end: float, every: float) -> int:
 def _options(scene: Scene, kind: str) -> str:
     known, given = CATALOGUE[kind].options, scene.effects[kind]
     return ", ".join(
-        f"{name} {_option(scene, value, known[name].dimension)}" for name, value in given.items() if value is not None
+        f"{name} {_option(scene, value, known[name].dimension)}"
+        for name, value in given.items()
+        if value is not None and scene.model in known[name].models
     )
 
 

@@ -6,14 +6,16 @@ import numpy as np
 
 from astroinertia.effects import catalogue
 from astroinertia.errors import SceneError
+from astroinertia.scene.plan import gravity_method
 from astroinertia.scene.schema import Scene
 from astroinertia.units import CodeUnits, Dimension
 
 
-def effects_of(scene: Scene, units: CodeUnits) -> tuple[Any, ...]:
+def effects_of(scene: Scene, units: CodeUnits, particles: int | None = None) -> tuple[Any, ...]:
     """What acts on the body, in the catalogue's order; what the scene's model has no use for is left out.
 
-    Raises SceneError where options contradict each other.
+    particles: their number, from which gravity's method follows where the scene leaves it open. Raises SceneError where
+    options contradict each other.
     """
     built = []
     for kind, entry in catalogue.CATALOGUE.items():
@@ -21,7 +23,10 @@ def effects_of(scene: Scene, units: CodeUnits) -> tuple[Any, ...]:
             options = {
                 name: _to_code(value, entry.options[name].dimension, units)
                 for name, value in scene.effects[kind].items()
+                if scene.model in entry.options[name].models
             }
+            if options.get("method") == "auto" and particles is not None:
+                options["method"] = gravity_method(scene, particles)
             try:
                 built.append(catalogue.build(kind, options))
             except ValueError as error:

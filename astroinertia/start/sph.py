@@ -25,6 +25,8 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
     """The particles placed, at their temperature, turning."""
     problem, ball = problem_of(scene, units)
     body = particles(scene, units, ball, problem)
+    if scene.body.kind == "table":  # only now it is known how many there are
+        problem, _ = problem_of(scene, units, len(body.mass))
     state, arrangement = initial_state(
         problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy
     )
@@ -33,7 +35,7 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
 
 def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Particles:
     """The particles of a checkpoint."""
-    problem, _ = problem_of(scene, units)
+    problem, _ = problem_of(scene, units, len(arrays[".mass"]))
     random = np.random.default_rng(0).normal(size=(2, _STENCIL, 3))
     like, _ = initial_state(problem, np.ones(_STENCIL), random[0], random[1], np.ones(_STENCIL))
     state = unflattened(like, dict(arrays), problem.engine.xp)
@@ -41,12 +43,15 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     return Particles(problem, state, arranged(problem, pairs, state), _end(scene, units))
 
 
-def problem_of(scene: Scene, units: CodeUnits) -> tuple[Problem, Sphere | Star | None]:
-    """The physics and numerics that a scene calls for, and the sphere or star that its body is at first."""
+def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tuple[Problem, Sphere | Star | None]:
+    """The physics and numerics that a scene calls for, and the sphere or star that its body is at first.
+
+    count: the number of particles, where the scene's body does not tell.
+    """
     numerics, ball = scene.numerics, sphere(scene, units)
     longest = _end(scene, units) if numerics.max_timestep is None else units.to_code(numerics.max_timestep, "time")
     problem = Problem(
-        effects=effects_of(scene, units),
+        effects=effects_of(scene, units, getattr(scene.body, "particles", None) or count),
         equation_of_state=equation_of_state(scene, units, ball),
         eta=smoothing(scene)[0],
         courant=numerics.courant,
