@@ -1,4 +1,4 @@
-"""Which way of gravity a scene gets: what it asks for, or direct sums where they cost less; `plan` tells both prices."""
+"""Which way of gravity a scene gets: as it asks, or direct sums where they cost less; `plan` tells both prices."""
 
 import re
 
