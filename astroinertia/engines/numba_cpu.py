@@ -6,13 +6,14 @@ results have the same bits whatever the number of threads.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from astroinertia.engines import tree
+from astroinertia.engines.numba_lists import lists_pass
 from astroinertia.engines.numba_modules import all_pairs_pass, density_pass, neighbour_pass
 from astroinertia.engines.numba_passes import GROUP, VIRIAL_AXES, output_kinds, virial_effects
 from astroinertia.engines.terms import Density, PairTerm
@@ -31,19 +32,37 @@ FINEST = {"float64": 1e-15, "mixed": 3e-7}  # relative steps in h below this are
 class Targets:
     """Particles that a pass has results for: ascending indices, of which leaf l has begin[l] to begin[l+1]-1.
 
-    groups: the groups of neighbouring leaves that have any.
+    groups, leaves: the groups of neighbouring leaves, and the leaves, that have any.
     """
 
     indices: np.ndarray
     begin: np.ndarray
     groups: np.ndarray
+    leaves: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Lists:
+    """The particles that can reach each leaf that has targets: pool[offset[l] : offset[l] + count[l]].
+
+    They hold for these positions and for smoothing lengths up to `length`, both (N,) in arranged order.
+    """
+
+    position: np.ndarray
+    length: np.ndarray
+    support: float
+    nodes: tree.Nodes
+    targets: Targets
+    offset: np.ndarray
+    count: np.ndarray
+    pool: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class Arrangement:
     """Leaves of particles in arranged order; nodes [first, last) of their tree; all particles as targets.
 
-    volume: the compactness that the leaves started with.
+    volume: the compactness that the leaves started with. lists: neighbours at some positions (see `Engine.listed`).
     """
 
     leaves: tree.Leaves
@@ -51,6 +70,7 @@ class Arrangement:
     last: np.ndarray
     everyone: Targets
     volume: float
+    lists: Lists | None = None
 
 
 @dataclass(frozen=True)
@@ -93,6 +113,18 @@ class Engine:
         volume = _expanded_volume(arrangement.leaves, _array(position), _array(smoothing_length), self.workers)
         return not volume <= LOOSENED * arrangement.volume
 
+    def listed(
+        self, arrangement: Arrangement, kernel: str, position: Any, smoothing_length: Any, targets: Any = None
+    ) -> Arrangement:
+        """The arrangement with the lists of neighbours that all passes at these positions then share.
+
+        smoothing_length: (N,) as it is known so far. A pass that is given another array of positions, other targets or
+        lengths grown by more than LISTED makes lists for itself.
+        """
+        chosen = _targets(arrangement, targets)
+        lists = self._lists(arrangement, chosen, kernel, _array(position), LISTED * _array(smoothing_length))
+        return replace(arrangement, lists=lists)
+
     def density(
         self,
         arrangement: Arrangement,
@@ -116,18 +148,19 @@ class Engine:
             raise ValueError("masses and the first guess of smoothing lengths must be positive")
         if mass.sum() * KERNELS[kernel].w(np, 0.0) <= mass.max() * eta**3:
             raise ValueError(f"{len(mass)} particles are too few for a smoothing length of {eta:.3g} (m/rho)^(1/3)")
-        leaves = arrangement.leaves
-        nodes = tree.fit(leaves, position, guess, self.workers)
+        chosen = _targets(arrangement, targets)
+        lists = self._held_lists(arrangement, chosen, kernel, position, guess, LISTED)
+        nodes, leaves = lists.nodes, arrangement.leaves
         sides = nodes.rows[3:6, 1] - nodes.rows[:3, 1]
         smallest = 1e-12 * float(
             np.sqrt((sides**2).sum())
         )  # where many particles lie in one place, no h is small enough
         options = (KERNELS[kernel].support, LISTED, eta, max(tolerance, FINEST[self.precision]), smallest)
-        chosen = _targets(arrangement, targets)
         results = np.empty((4, len(chosen.indices)))
         share_out(
-            function, self._workers_for(chosen), *nodes.columns, mass, np.array(options, dtype=np.float64), nodes.rows,
-            leaves.start, chosen.indices, chosen.begin, chosen.groups, results,
+            function, self._workers_for(chosen), *nodes.columns, guess, mass, np.array(options, dtype=np.float64),
+            nodes.rows, leaves.start, chosen.indices, chosen.begin, chosen.leaves, lists.offset, lists.count,
+            lists.pool, results,
         )  # fmt: skip
         return Density(results[0], results[1], results[2], results[3] if softening else None)
 
@@ -153,15 +186,23 @@ class Engine:
             columns = np.asarray(interval, dtype=np.float64).reshape(len(fields["mass"]), -1).T
             fields = {**fields, **{f"interval_{k}": column for k, column in enumerate(columns)}}
         intervals = 0 if interval is None else len(columns)
-        _, function, names = neighbour_pass(kernel, tuple(terms), self.precision, virial, intervals)
+        made = neighbour_pass(kernel, tuple(terms), self.precision, virial, intervals)
         leaves = arrangement.leaves
         position, mass, smoothing_length = _fields(fields)
-        nodes = tree.fit(leaves, position, smoothing_length, self.workers)
         chosen = _targets(arrangement, targets)
+        lists = self._held_lists(arrangement, chosen, kernel, position, smoothing_length, 1.0)
+        table = np.empty((len(mass), made.width))
+        touched = np.ones(leaves.count, np.bool_)
+        workers, columns = self._workers_for(chosen), lists.nodes.columns
+        named = _named(fields, made.arrays, len(mass))
+        support = float(KERNELS[kernel].support)
+        share_out(
+            made.pack, workers, leaves.start, touched, *columns[:3], smoothing_length, mass, support, *named, table
+        )
         results, arrays = _results(terms, virial, len(chosen.indices), leaves.count)
         share_out(
-            function, self._workers_for(chosen), *nodes.columns, mass, float(KERNELS[kernel].support), nodes.rows,
-            leaves.start, chosen.indices, chosen.begin, chosen.groups, *_named(fields, names, len(mass)), *arrays,
+            made.sums, workers, *columns[:3], smoothing_length, table,
+            chosen.indices, chosen.begin, chosen.leaves, lists.offset, lists.count, lists.pool, *arrays,
         )  # fmt: skip
         return _finished(results)
 
@@ -186,6 +227,34 @@ class Engine:
         )  # fmt: skip
         return _finished(results)
 
+    def _held_lists(
+        self, arrangement: Arrangement, chosen: Targets, kernel: str, position: np.ndarray, h: np.ndarray, margin: float
+    ) -> Lists:
+        """The arrangement's lists if they hold for all of this, else others, for lengths up to margin h."""
+        held, support = arrangement.lists, float(KERNELS[kernel].support)
+        if held is not None and held.position is position and held.support == support:
+            same = held.targets is chosen or np.array_equal(held.targets.indices, chosen.indices)
+            if same and bool(np.all(margin * h <= held.length)):
+                return held
+        return self._lists(arrangement, chosen, kernel, position, margin * h)
+
+    def _lists(
+        self, arrangement: Arrangement, chosen: Targets, kernel: str, position: np.ndarray, length: np.ndarray
+    ) -> Lists:
+        leaves, support = arrangement.leaves, float(KERNELS[kernel].support)
+        nodes = tree.fit(leaves, position, length, self.workers)
+        offset, count = np.zeros((2, leaves.count), np.int64)
+        room = 32 * len(chosen.leaves) * LEAF_SIZE
+        while True:
+            pool, used = np.empty(room, np.int32), np.zeros(1, np.int64)
+            share_out(
+                lists_pass(), self._workers_for(chosen), *nodes.columns, support, nodes.rows, leaves.start,
+                chosen.indices, chosen.begin, chosen.groups, offset, count, pool, used,
+            )  # fmt: skip
+            if used[0] <= room:
+                return Lists(position, length, support, nodes, chosen, offset, count, pool)
+            room = int(used[0])
+
     def _workers_for(self, chosen: Targets) -> int:
         # Few targets are sooner done than other threads are woken.
         return max(1, min(self.workers, len(chosen.groups) // 4))
@@ -194,8 +263,9 @@ class Engine:
         self, kernel: str, terms: Sequence[PairTerm], all_pairs: bool = False, virial: bool = False
     ) -> ModuleType:
         """The generated module that carries the terms: what is compiled, and nothing else."""
-        make = all_pairs_pass if all_pairs else neighbour_pass
-        return make(kernel, tuple(terms), self.precision, virial)[0]
+        if all_pairs:
+            return all_pairs_pass(kernel, tuple(terms), self.precision, virial)[0]
+        return neighbour_pass(kernel, tuple(terms), self.precision, virial).module
 
 
 def _array(values: Any) -> np.ndarray:
@@ -208,7 +278,7 @@ def _arrangement(leaves: tree.Leaves, volume: float) -> Arrangement:
         edges = leaves.start[:: 1 << (leaves.depth - level)]
         first[1 << level : 2 << level], last[1 << level : 2 << level] = edges[:-1], edges[1:]
     groups = np.arange(max(leaves.count // GROUP, 1))
-    everyone = Targets(np.arange(leaves.start[-1]), leaves.start, groups)
+    everyone = Targets(np.arange(leaves.start[-1]), leaves.start, groups, np.arange(leaves.count))
     return Arrangement(leaves, first, last, everyone, volume)
 
 
@@ -221,7 +291,7 @@ def _targets(arrangement: Arrangement, targets: Any) -> Targets:
         raise ValueError(f"targets must be ascending indices of the {start[-1]} particles")
     begin = np.searchsorted(indices, start)
     edges = begin[:: min(GROUP, arrangement.leaves.count)]
-    return Targets(indices, begin, np.flatnonzero(np.diff(edges)))
+    return Targets(indices, begin, np.flatnonzero(np.diff(edges)), np.flatnonzero(np.diff(begin)))
 
 
 def _fields(fields: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

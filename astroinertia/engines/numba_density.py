@@ -37,18 +37,11 @@ def moments(distance, weight, vectors, inverse_h):
 
 @njit(**PART)
 def load_sources(found, count, centre, buffer, x, y, z, mass):
-    # Rows: x, y, z, mass, the reach of the sources (of no account here), what x, y, z lost by rounding.
+    # Rows: x, y, z, mass.
     load_row(x, found, count, centre[0] if RELATIVE else 0.0, buffer[0])
     load_row(y, found, count, centre[1] if RELATIVE else 0.0, buffer[1])
     load_row(z, found, count, centre[2] if RELATIVE else 0.0, buffer[2])
     load_row(mass, found, count, 0.0, buffer[3])
-    if RELATIVE:
-        load_low(x, found, count, centre[0], buffer[0], buffer[5])
-        load_low(y, found, count, centre[1], buffer[1], buffer[6])
-        load_low(z, found, count, centre[2], buffer[2], buffer[7])
-    no_reach = buffer[4]
-    for k in range(padded(count)):
-        no_reach[k] = 0
 
 
 @njit(fastmath=LOOP_FLAGS, forceinline=True, **PART)
@@ -137,7 +130,7 @@ def solve_alone(t, i, x, y, z, h, mass, nodes, start, unsolved, options, results
     leaves = len(start) - 1
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
     found = np.empty(1024, np.int64)
-    buffer, lists = np.empty((8, 1024), real), np.empty((2, 1024), real)
+    buffer, lists = np.empty((4, columns_for(512)), real), np.empty((2, columns_for(512)), real)
     box, centre, slots = np.empty((2, 3)), np.empty(3), np.empty(1, np.int64)
     for a in range(2):
         box[a, 0], box[a, 1], box[a, 2] = x[i], y[i], z[i]
@@ -153,46 +146,30 @@ def solve_alone(t, i, x, y, z, h, mass, nodes, start, unsolved, options, results
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def density_pass_{tag}(counter, x, y, z, h, mass, options, nodes, start, targets, begin, groups, results):
-    leaves = len(start) - 1
-    group = min(leaves, GROUP)
-    reach = options[0] * options[1]
-    parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
-    found = np.empty(2048, np.int64)
-    group_buffer, buffer, lists = np.empty((8, 1024), real), np.empty((8, 1024), real), np.empty((2, 1024), real)
-    key, index = np.empty(1024, real), np.empty(1024, np.int32 if RELATIVE else np.int64)
+def density_pass_{tag}(
+    counter, x, y, z, length, h, mass, options, nodes, start, targets, begin, active, offset, number, pool, results
+):
+    # length: what the lists were made for, options[1] times as long as the guesses h.
+    buffer, lists = np.empty((4, columns_for(512)), real), np.empty((2, columns_for(512)), real)
     box, centre = np.empty((2, 3)), np.empty(3)
-    unsolved, own = np.empty(start[1] - start[0] + 1, np.int64), np.empty(1, np.int64)
-    slots = np.empty(start[1] - start[0] + 1, np.int64)
+    slots, unsolved, own = np.empty(0, np.int64), np.empty(0, np.int64), np.empty(1, np.int64)
     while True:
-        number = take(counter)
-        if number >= len(groups):
+        turn = take(counter)
+        if turn >= len(active):
             break
-        first_leaf = group * groups[number]
-        first, last = begin[first_leaf], begin[first_leaf + group]
-        largest = target_box(x, y, z, h, targets, first, last, box)
+        leaf = active[turn]
+        first, last, count = begin[leaf], begin[leaf + 1], number[leaf]
+        found = pool[offset[leaf] : offset[leaf] + count]
+        buffer, lists = with_columns(buffer, count), with_columns(lists, count)
+        slots, unsolved = with_room(slots, last - first), with_room(unsolved, last - first)
+        limit = target_box(x, y, z, length, targets, first, last, box)
         box_centre(box, centre)
-        group_count, found = gather(
-            x, y, z, h, 0.0, nodes, start, box, reach * largest, parents, listed, found
-        )
-        key, index = with_room(key, group_count), with_room(index, group_count)
-        group_buffer, buffer = with_columns(group_buffer, group_count), with_columns(buffer, group_count)
-        lists = with_columns(lists, group_count)
-        load_sources(found, group_count, centre, group_buffer, x, y, z, mass)
-        for leaf in range(first_leaf, first_leaf + group):
-            first, last = begin[leaf], begin[leaf + 1]
-            if first == last:
-                continue
-            limit = options[1] * target_box(x, y, z, h, targets, first, last, box)
-            shift_box(box, centre, RELATIVE)
-            count = cull(
-                group_buffer, group_count, 4, 5 if RELATIVE else 0, box, options[0] * limit, key, index, buffer
-            )
-            target_slots(targets, first, last, found, group_count, index, count, slots)
-            for t in range(first, last):
-                results[0, t] = h[targets[t]]
-            left = solve_leaf(first, last, slots, count, limit, buffer, lists, unsolved, options, results)
-            for k in range(left):
-                t = unsolved[k]
-                solve_alone(t, targets[t], x, y, z, h, mass, nodes, start, own, options, results)
+        load_sources(found, count, centre, buffer, x, y, z, mass)
+        places(targets, first, last, found, count, slots)
+        for t in range(first, last):
+            results[0, t] = h[targets[t]]
+        left = solve_leaf(first, last, slots, count, limit, buffer, lists, unsolved, options, results)
+        for k in range(left):
+            t = unsolved[k]
+            solve_alone(t, targets[t], x, y, z, length, mass, nodes, start, own, options, results)
 """

@@ -20,9 +20,15 @@ from astroinertia.engines.numba_passes import (
 from astroinertia.engines.numba_source import Sources, argument_names
 from astroinertia.engines.terms import PairTerm
 
-# The sources within reach of the target, by their places in the buffer; the massless one fills the last vector up.
+# The sources within reach of the target: their places in the table, the massless one to fill the last vector up, then
+# what the pair functions ask for in rows of their own. Rows are closed up once, which is cheaper than gathers in the
+# loop over pairs.
 WITHIN_REACH = """
-vectors = near_indices(all_x, all_y, all_z, all_reach2, x_i, y_i, z_i, reach2_i, count, index, index)
+vectors = near_indices(
+    search[0], search[1], search[2], reach2, x_i, y_i, z_i, reach2[s], count, index, index
+)
+vector_fill(index, vectors, count)
+spread_rows(table, index, padded(vectors), rows)
 """
 # The same where what is beyond reach counts too: both parts go by one key, so that no pair is missed or taken twice.
 BY_KEY = """
@@ -39,12 +45,38 @@ for k in range(padded(vectors)):
 """
 
 
+def neighbour_loop(name: str, sources: Sources, terms: Sequence[PairTerm], needs: Needs, virial: bool) -> list[str]:
+    """The loop over the targets of one leaf and the sources within reach of each; results have a row a target."""
+    kinds = output_kinds(terms)
+    partners, _ = needs.sides
+    lines = [
+        "@njit(fastmath=LOOP_FLAGS, **PART)",
+        f"def {name}(leaf, first, last, slots, count, table, rows, search, index{listed(results(terms, virial))}):",
+        "    widest_vectors()",
+    ]
+    lines += [f"    all_{row} = rows[{k}]" for k, row in enumerate(partners)]
+    lines += [f"    reach2 = search[{4 + needs.table.index('reach2') % 4}]"]
+    if virial:
+        lines += [f"    total_{e}_{a}{b} = 0.0" for e in virial_effects(terms) for a, b in VIRIAL_AXES]
+    lines += ["    for i in range(first, last):", "        s = slots[i - first]"]
+    lines += [f"        {row}_i = table[s, {k}]" for k, row in enumerate(needs.table) if row != "mass" or virial]
+    lines += _indented(2, WITHIN_REACH)
+    lines += [f"        {line}" for line in _powers(needs, "i")]
+    lines += [f"        {name} = real(0)" for name in _accumulators(kinds, terms, virial)]
+    lines += ["        for j in range(padded(vectors)):"]
+    lines += [f"            {line}" for line in _pair_lines(sources, terms, needs, "neighbour", virial)]
+    lines += [f"        {line}" for line in _stores(kinds, "=")]
+    if virial:
+        lines += _virial_lines(terms)
+    return [*lines, "", ""]
+
+
 def leaf_loop(
     name: str, sources: Sources, terms: Sequence[PairTerm], needs: Needs, mode: str, virial: bool
 ) -> list[str]:
-    """The loop over the targets of one leaf and the sources in its buffer; results have a row for each target.
+    """The loop over the targets of one node and the sources in its buffer, which adds to the results.
 
-    mode: "neighbour", pairs within reach; "near", those by the terms' pair functions and the others by their far
+    mode: "near", pairs within reach by the terms' pair functions and the others by their far
     functions; "all", all pairs by their pair functions; "far", all by their far functions, with targets in a buffer of
     their own.
     """
@@ -63,23 +95,27 @@ def leaf_loop(
     lines += [f"        {row}_i = {target}[{needs.rows.index(row)}, s]" for row in used]
     lines += [f"        {line}" for line in _powers(needs, "i")]
     lines += [f"        {name} = real(0)" for name in _accumulators(kinds, terms, virial)]
-    if mode in ("neighbour", "near"):
-        lines += _indented(2, (WITHIN_REACH if mode == "neighbour" else BY_KEY) + LISTED)
+    if mode == "near":
+        lines += _indented(2, BY_KEY + LISTED)
         lines += [f"            {line}" for line in _pair_lines(sources, terms, needs, "listed", virial)]
-    if mode != "neighbour":
-        form = {"near": "rest", "all": "all", "far": "far"}[mode]
-        lines += [f"        for j in range({'count' if form == 'rest' else 'padded(count)'}):"]
-        lines += [f"            {line}" for line in _pair_lines(sources, terms, needs, form, virial)]
-    lines += [f"        {line}" for line in _stores(kinds)]
+    form = {"near": "rest", "all": "all", "far": "far"}[mode]
+    lines += [f"        for j in range({'count' if form == 'rest' else 'padded(count)'}):"]
+    lines += [f"            {line}" for line in _pair_lines(sources, terms, needs, form, virial)]
+    lines += [f"        {line}" for line in _stores(kinds, "+=")]
     if virial:
-        lines += [
-            f"        total_{e}_{a}{b} -= 0.5 * np.float64(mass_i) * np.float64(virial_{e}_{a}{b})"
-            for e in virial_effects(terms)
-            for a, b in VIRIAL_AXES
-        ]
-        for e in virial_effects(terms):
-            lines += [f"    virial_{e}[leaf, {k}] += total_{e}_{a}{b}" for k, (a, b) in enumerate(VIRIAL_AXES)]
+        lines += _virial_lines(terms)
     return [*lines, "", ""]
+
+
+def _virial_lines(terms: Sequence[PairTerm]) -> list[str]:
+    lines = [
+        f"        total_{e}_{a}{b} -= 0.5 * np.float64(mass_i) * np.float64(virial_{e}_{a}{b})"
+        for e in virial_effects(terms)
+        for a, b in VIRIAL_AXES
+    ]
+    for e in virial_effects(terms):
+        lines += [f"    virial_{e}[leaf, {k}] += total_{e}_{a}{b}" for k, (a, b) in enumerate(VIRIAL_AXES)]
+    return lines
 
 
 def _indented(depth: int, text: str) -> list[str]:
@@ -123,7 +159,9 @@ def _kernel_lines(sources: Sources, needs: Needs, side: str) -> list[str]:
 
 
 def _pair_lines(sources: Sources, terms: Sequence[PairTerm], needs: Needs, form: str, virial: bool) -> list[str]:
-    """One pair; form: "listed" (sources by their places), "rest" (beyond reach, by far functions), "all" or "far"."""
+    """One pair; form: "neighbour" (sources in rows of their own), "listed" (sources by their places), "rest" (beyond
+    reach, by far functions), "all" or "far".
+    """
     far = form in ("rest", "far")
 
     def source(row: str) -> str:
@@ -139,7 +177,8 @@ def _pair_lines(sources: Sources, terms: Sequence[PairTerm], needs: Needs, form:
         lines += [f"vector_position_{a}_ij = {a}_ij" for a in AXES]
     for name in needs.vectors:
         lines += [f"vector_{name}_{a}_ij = vector_{name}_{a}_i - {source(f'vector_{name}_{a}')}" for a in AXES]
-    lines += [f"{row}_j = {source(row)}" for row in needs.rows if row.startswith(("field_", "inverse_h")) or row == "h"]
+    scalars = [row for row in needs.rows if row.startswith(("field_", "inverse_h")) or row == "h"]
+    lines += [f"{row}_j = {source(row)}" for row in scalars if form != "neighbour" or row in needs.sides[0]]
     lines += _powers(needs, "j")
     for side in "ij":
         lines += _kernel_lines(sources, needs, side)
@@ -179,8 +218,13 @@ def _reduction(total: str, parts: list, form: str) -> list[str]:
     if how == "sum":
         return [f"{total} += mass_j * ({value})"]
     if how == "max":
-        excluded = ["j >= count"]
-        excluded += ["j == s"] if form in ("listed", "all") else ["within"] if form == "rest" else []
+        own = {
+            "neighbour": ["index[j] == index.dtype.type(s)"],
+            "listed": ["j == s"],
+            "all": ["j == s"],
+            "rest": ["within"],
+        }
+        excluded = ["j >= vectors" if form == "neighbour" else "j >= count", *own.get(form, [])]
         condition = " | ".join(f"({e})" for e in excluded)
         return [f"{total} = maximum({total}, where({condition}, real(0), {v}))" for v, _ in parts]
     lines = []
@@ -198,17 +242,18 @@ def _argument(name: str) -> str:
     return name if plain else f"field_{stem}_{side}"
 
 
-def _stores(kinds: dict) -> list[str]:
+def _stores(kinds: dict, sign: str) -> list[str]:
     lines = []
     for (effect, output), how in kinds.items():
         out, total = f"out_{effect}_{output}", f"sum_{effect}_{output}"
         if how == "central":
-            lines += [f"{out}[i, {k}] -= np.float64({total}_{a})" for k, a in enumerate(AXES)]
+            lines += [f"{out}[i, {k}] {sign} -np.float64({total}_{a})" for k, a in enumerate(AXES)]
         elif how == "sum":
-            lines.append(f"{out}[i] += np.float64({total})")
+            lines.append(f"{out}[i] {sign} np.float64({total})")
         elif how == "max":
-            lines.append(f"{out}[i] = maximum({out}[i], np.float64({total}))")
+            known = f"maximum({out}[i], np.float64({total}))" if sign == "+=" else f"np.float64({total})"
+            lines.append(f"{out}[i] = {known}")
         else:
             for k, a in enumerate(AXES):
-                lines += [f"{out}[i, {k}, {n}] += np.float64({total}_{a}{b})" for n, b in enumerate(AXES)]
+                lines += [f"{out}[i, {k}, {n}] {sign} np.float64({total}_{a}{b})" for n, b in enumerate(AXES)]
     return lines

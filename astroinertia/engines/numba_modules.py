@@ -2,53 +2,57 @@
 
 import functools
 from collections.abc import Callable
+from dataclasses import dataclass
 from types import ModuleType
 
 from astroinertia.engines.numba_cache import load_module
 from astroinertia.engines.numba_density import DENSITY, SOFTENING, WITHOUT_SOFTENING
-from astroinertia.engines.numba_loops import leaf_loop
-from astroinertia.engines.numba_passes import Needs, effect_names, header, listed, loader, results
+from astroinertia.engines.numba_loops import leaf_loop, neighbour_loop
+from astroinertia.engines.numba_passes import Needs, effect_names, header, listed, loader, origin, packer, results
 from astroinertia.engines.numba_source import Sources
 from astroinertia.engines.terms import PairTerm
 from astroinertia.sph.kernels import KERNELS, Kernel
 
 NEIGHBOUR = """
+copy_rows = row_copier({width})
+spread_rows = row_spreader({spread}, 0)
+spread_places = row_spreader(4, 0)
+spread_reaches = row_spreader(4, {reaches})
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def neighbour_pass_{tag}(
-    counter, x, y, z, h, mass, support, nodes, start, chosen, begin, groups{arrays}{results}
+    counter, x, y, z, h, table, chosen, begin, active, offset, number, pool{results}
 ):
-    leaves = len(start) - 1
-    group = min(leaves, GROUP)
-    parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
-    found = np.empty(2048, np.int64)
-    group_buffer, buffer = np.empty(({rows} + 3, 1024), real), np.empty(({rows} + 3, 1024), real)
-    key, index = np.empty(1024, real), np.empty(1024, np.int32 if RELATIVE else np.int64)
-    box, centre = np.empty((2, 3)), np.empty(3)
-    slots = np.empty(start[1] - start[0] + 1, np.int64)
+    room = columns_for(512)
+    sources, rows = np.empty((room, {width}), real), np.empty(({spread} + 3, room), real)
+    search = np.empty((8, room), real)
+    index, own = np.empty(room, np.int32 if RELATIVE else np.int64), np.arange(room)
+    box, centre, zero = np.empty((2, 3)), np.empty(3), np.zeros({width})
+    slots = np.empty(0, np.int64)
     while True:
-        number = take(counter)
-        if number >= len(groups):
+        turn = take(counter)
+        if turn >= len(active):
             break
-        first_leaf = group * groups[number]
-        first, last = begin[first_leaf], begin[first_leaf + group]
-        reach = support * target_box(x, y, z, h, chosen, first, last, box)
+        leaf = active[turn]
+        first, last, count = begin[leaf], begin[leaf + 1], number[leaf]
+        found = pool[offset[leaf] : offset[leaf] + count]
+        if count + 3 * LANES > room:
+            room = columns_for(count)
+            sources, rows = np.empty((room, {width}), real), np.empty(({spread} + 3, room), real)
+            search, index, own = np.empty((8, room), real), np.empty(room, index.dtype), np.arange(room)
+        slots = with_room(slots, last - first)
+        target_box(x, y, z, h, chosen, first, last, box)
         box_centre(box, centre)
-        origin = chosen[first]
-        group_count, found = gather(x, y, z, h, support, nodes, start, box, reach, parents, listed, found)
-        key, index = with_room(key, group_count), with_room(index, group_count)
-        group_buffer, buffer = with_columns(group_buffer, group_count), with_columns(buffer, group_count)
-        load_sources(found, group_count, centre, origin, group_buffer, x, y, z, mass, h, support{arrays})
-        for leaf in range(first_leaf, first_leaf + group):
-            first, last = begin[leaf], begin[leaf + 1]
-            if first == last:
-                continue
-            reach = support * target_box(x, y, z, h, chosen, first, last, box)
-            shift_box(box, centre, RELATIVE)
-            count = cull(
-                group_buffer, group_count, {rows}, {rows} if RELATIVE else 0, box, reach, key, index, buffer
-            )
-            target_slots(chosen, first, last, found, group_count, index, count, slots)
-            neighbour_leaf_{tag}(leaf, first, last, slots, count, buffer, buffer, key, index{results})
+        set_origin(centre, table, chosen[first], zero)
+        copy_rows(table, found, count, zero, sources)
+        for k in range({width}):  # a massless copy of the last source stands at the loose end
+            sources[count, k] = sources[count - 1, k]
+        sources[count, 3] = 0
+        spread_places(sources, own, padded(count), search)
+        spread_reaches(sources, own, padded(count), search[4:])
+        places(chosen, first, last, found, count, slots)
+        neighbour_leaf_{tag}(leaf, first, last, slots, count, sources, rows, search, index{results})
 """
 
 ALL_PAIRS = """
@@ -59,7 +63,7 @@ def all_pairs_pass_{tag}(counter, x, y, z, h, mass, support, factor, nodes, firs
     near, far = np.empty(2048, np.int64), np.empty(2048, np.int64)
     ranges = np.empty((leaves + 1, 2), np.int64)
     run, slots = np.empty(block, np.int64), np.empty(0, np.int64)
-    sources = np.empty(({rows} + 3, 2048), real)
+    sources = np.empty(({rows}, 2048), real)
     far_sources = np.empty(({far_rows}, block + 2 * LANES), real)
     targets = np.empty(({far_rows}, block + 2 * LANES), real)
     key, index = np.empty(2048, real), np.empty(2048, np.int32 if RELATIVE else np.int64)
@@ -102,6 +106,17 @@ def all_pairs_pass_{tag}(counter, x, y, z, h, mass, support, factor, nodes, firs
 """
 
 
+@dataclass(frozen=True)
+class NeighbourPass:
+    """A generated sum over neighbours: the module, its entry functions and the arrays that `pack` puts in a table."""
+
+    module: ModuleType
+    pack: Callable
+    sums: Callable
+    arrays: list[str]
+    width: int
+
+
 def _kernel(name: str) -> Kernel:
     if name not in KERNELS:
         raise ValueError(f"there is no kernel {name!r}; there are {', '.join(KERNELS)}")
@@ -111,21 +126,26 @@ def _kernel(name: str) -> Kernel:
 @functools.lru_cache(maxsize=128)
 def neighbour_pass(
     kernel: str, terms: tuple[PairTerm, ...], precision: str, virial: bool, intervals: int = 0
-) -> tuple[ModuleType, Callable, list[str]]:
-    """The generated module of a sum over neighbours, its entry function, and what it must be given.
+) -> NeighbourPass:
+    """The generated pass of a sum over neighbours.
 
     intervals: how many time intervals a pair's value is multiplied by the sum of; 0 for the plain value.
     """
     needs = Needs(_kernel(kernel), terms, [term.pair for term in terms], masked=True, intervals=intervals)
     tag = "_".join(effect_names(terms))
     sources = Sources()
-    loop = leaf_loop(f"neighbour_leaf_{tag}", sources, terms, needs, "neighbour", virial)
+    loop = neighbour_loop(f"neighbour_leaf_{tag}", sources, terms, needs, virial)
+    partners = len(needs.sides[0])
     body = NEIGHBOUR.format(
-        tag=tag, arrays=listed(needs.arrays), results=listed(results(terms, virial)), rows=len(needs.rows)
+        tag=tag,
+        results=listed(results(terms, virial)),
+        width=needs.width,
+        spread=-(-partners // 4) * 4,
+        reaches=needs.table.index("reach2") // 4 * 4,
     )
-    text = _joined(precision, sources, loader("load_sources", needs, precision), loop, body)
-    module = load_module(f"neighbour_pass_{tag}", text)
-    return module, getattr(module, f"neighbour_pass_{tag}"), needs.arrays
+    load = packer("pack", needs) + origin("set_origin", needs, precision)
+    module = load_module(f"neighbour_pass_{tag}", _joined(precision, sources, load, loop, body))
+    return NeighbourPass(module, module.pack, getattr(module, f"neighbour_pass_{tag}"), needs.arrays, needs.width)
 
 
 @functools.lru_cache(maxsize=128)

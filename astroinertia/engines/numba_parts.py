@@ -11,13 +11,12 @@ making, for every new reference to an array is an atomic count.
 import numpy as np
 from numba import njit
 
+from astroinertia.engines.numba_tables import vector_fill, vector_take
 from astroinertia.engines.numba_vectors import (
     LANES,
     PART,
     SLACK,
     at,
-    compressed_indices,
-    compressed_values,
     in_reach,
     larger_of,
     out_of_reach,
@@ -119,12 +118,18 @@ def with_room(array, count):
     return array if count + 2 * LANES <= len(array) else np.empty(2 * count + 2 * LANES, array.dtype)
 
 
+@njit(forceinline=True)
+def columns_for(count):
+    """More than `count` columns with loose ends, such that rows do not all fall on the same lines of a cache."""
+    return padded(2 * count + 3 * LANES) | LANES
+
+
 @njit(**PART)
 def with_columns(array, count):
     """An array with room for `count` columns and loose ends; what it holds may be lost."""
     if count + 3 * LANES <= array.shape[1]:
         return array
-    return np.empty((array.shape[0], 2 * count + 3 * LANES), array.dtype)
+    return np.empty((array.shape[0], columns_for(count)), array.dtype)
 
 
 @njit(**PART)
@@ -173,16 +178,13 @@ def shift_box(box, centre, relative):
 
 
 @njit(**PART)
-def target_slots(targets, first, last, found, found_count, index, count, slots):
-    """Where targets[first:last] stand among found[index[:count]]; all three ascend."""
-    place = place_of(targets[first], found, found_count)
-    slot = place_of(place, index, count)
+def places(items, first, last, found, count, out):
+    """Where items[first:last] stand among found[:count]; both ascend."""
+    place = place_of(items[first], found, count)
     for t in range(first, last):
-        while found[place] < targets[t]:
+        while found[place] < items[t]:
             place += 1
-        while index[slot] < place:
-            slot += 1
-        slots[t - first] = slot
+        out[t - first] = place
 
 
 @njit(**PART)
@@ -200,37 +202,6 @@ def row_excess(x, y, z, reach2, count, box, target_reach2, key):
         key[k] = dx * dx + dy * dy + dz * dz - larger_of(least, reach2[k]) * slack
 
 
-@njit(**PART)
-def recentre(row, low, count, centre):
-    """Make a row of coordinates relative to another centre, with the digits that its precision left over."""
-    widest_vectors()
-    for k in range(count):
-        row[k] = (row[k] - centre) + low[k]
-
-
-@njit(**PART)
-def cull(group, group_count, rows, low, box, target_reach, key, index, buffer):
-    """Close up the sources of a group that come within the larger of two reaches of a box.
-
-    group (rows or more, ...): x, y, z, mass, squared reach, ...; the first `rows` rows are copied to the buffer, with a
-    massless copy of the last source after them. If low > 0, rows low to low + 2 are what coordinates lost by rounding,
-    and those in the buffer are made relative to the middle of the box. key and index have room for the group.
-    Returns their number; index holds where they stood in the group.
-    """
-    row_excess(group[0], group[1], group[2], group[4], group_count, box, target_reach * target_reach, key)
-    count = compressed_indices(0, key, group_count, index, 0)
-    for k in range(rows):
-        compressed_values(group[k], key, group_count, buffer[k], 0)
-    if low > 0:
-        for a in range(3):
-            compressed_values(group[low + a], key, group_count, buffer[low + a], 0)
-            recentre(buffer[a], buffer[low + a], count, buffer.dtype.type(0.5 * (box[0, a] + box[1, a])))
-    for k in range(rows):
-        buffer[k, count] = buffer[k, count - 1]
-    buffer[3, count] = 0
-    return count
-
-
 # Rows of a buffer of sources, converted to its precision. A copy of the last source stands at the loose end; the caller
 # gives it no mass, so that it adds nothing, and is as finite as the source itself.
 
@@ -238,25 +209,15 @@ def cull(group, group_count, rows, low, box, target_reach, key, index, buffer):
 @njit(forceinline=True)
 def fill_row(row, count):
     """Copy the last source to the loose end."""
-    for k in range(count, padded(count) + LANES):
-        row[k] = row[count - 1]
+    vector_fill(row, count, row[count - 1])
+    vector_fill(row, count + LANES, row[count - 1])
 
 
 @njit(**PART)
 def load_row(source, found, count, zero, row):
     """source[found] - zero."""
-    widest_vectors()
-    for k in range(count):
-        row[k] = at(source, found[k]) - zero
+    vector_take(source, found, count, zero, row)
     fill_row(row, count)
-
-
-@njit(**PART)
-def load_low(source, found, count, zero, high, row):
-    """What source[found] - zero lost when it was rounded to `high`."""
-    widest_vectors()
-    for k in range(count):
-        row[k] = (at(source, found[k]) - zero) - np.float64(high[k])
 
 
 @njit(**PART)

@@ -9,13 +9,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from astroinertia.engines import numba_parts, numba_vectors
+from astroinertia.engines import numba_parts, numba_tables, numba_vectors
 from astroinertia.engines.numba_source import argument_names
 from astroinertia.engines.terms import PairTerm
 
 AXES = "xyz"
 SEPARATION = ("x_ij", "y_ij", "z_ij")
 GROUP = 4  # neighbouring leaves that share a list of sources
+PACKED = 16  # leaves that a thread packs at a time
 KERNEL_NAMES = {"W": ("w", 3), "dW": ("dw", 4), "phi": ("phi", 1), "dphi": ("dphi", 2)}
 VIRIAL_AXES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 LOOP_FLAGS = "{'reassoc', 'contract', 'nsz', 'arcp', 'afn'}"  # never nnan or ninf: NaN must survive
@@ -81,13 +82,34 @@ class Needs:
 
     @property
     def rows(self) -> list[str]:
-        """Rows of the source buffer: the mass is row 3 and the squared reach row 4 (see `cull`)."""
+        """Rows of the source buffer of a sum over all pairs."""
         rows = [*AXES, "mass"]
         rows += ["reach2"] if self.masked else []
         rows += ["inverse_h"] if self.kernels["i"] or self.kernels["j"] else []
         rows += ["h"] if self.lengths else []
         rows += [f"vector_{name}_{axis}" for name in self.vectors for axis in AXES]
         return rows + [f"field_{name}" for name in self.scalars]
+
+    @property
+    def sides(self) -> tuple[list[str], list[str]]:
+        """Rows of a table of sources, x, y, z first: those that partners are asked for, and the target's alone."""
+        asked = {name for function in self.functions for name in argument_names(function)}
+        asked |= {f"interval_{k}_j" for k in range(self.intervals)}
+        partners = [*AXES, "mass", *(f"vector_{name}_{axis}" for name in self.vectors for axis in AXES)]
+        partners += ["inverse_h"] if self.kernels["j"] else []
+        partners += ["h"] if "h_j" in asked else []
+        partners += [f"field_{name}" for name in self.scalars if f"{name}_j" in asked]
+        return partners, [row for row in self.rows if row not in partners]
+
+    @property
+    def table(self) -> list[str]:
+        """Columns of a table of sources: all rows of `sides`."""
+        return [row for side in self.sides for row in side]
+
+    @property
+    def width(self) -> int:
+        """Columns that a table has room for: whole vectors of four."""
+        return -(-len(self.table) // 4) * 4
 
     @property
     def arrays(self) -> list[str]:
@@ -118,12 +140,16 @@ def header(precision: str) -> list[str]:
     vectors = re.sub(r"COMPRESSES = .*", f"COMPRESSES = {numba_vectors.COMPRESSES}", inspect.getsource(numba_vectors))
     return [
         vectors,
-        re.sub(r"from astroinertia\.[\w.]+ import (\([^)]*\)|.*)\n", "", inspect.getsource(numba_parts)),
+        *(
+            re.sub(r"from astroinertia\.[\w.]+ import (\([^)]*\)|.*)\n", "", inspect.getsource(part))
+            for part in (numba_tables, numba_parts)
+        ),
         ROOTS[precision],
         f"real = np.{'float32' if precision == 'mixed' else 'float64'}",
         f"PAIR_FLAGS = {symmetric}",
         f"LOOP_FLAGS = {LOOP_FLAGS}",
         f"GROUP = {GROUP}",
+        f"PACKED = {PACKED}",
         f"RELATIVE = {precision == 'mixed'}",
         "",
         "",
@@ -133,7 +159,7 @@ def header(precision: str) -> list[str]:
 def loader(name: str, needs: Needs, precision: str) -> list[str]:
     """A function that copies sources into the rows of a buffer, in mixed precision relative to a centre.
 
-    Vectors are then relative to those of the particle `origin`, and three more rows hold what coordinates lost.
+    Vectors are then relative to those of the particle `origin`.
     """
     lines = [
         "@njit(**PART)",
@@ -153,15 +179,46 @@ def loader(name: str, needs: Needs, precision: str) -> list[str]:
                 "inverse_h": "load_inverse(h, found, count",
             }.get(row, f"load_row({row}, found, count, 0.0")
         lines.append(f"    {call}, buffer[{k}])")
-    if mixed and needs.masked:
-        for k, a in enumerate(AXES):
-            lines.append(f"    load_low({a}, found, count, centre[{k}], buffer[{k}], buffer[{len(needs.rows) + k}])")
     lines += [
         "    mass_row = buffer[3]",
         "    for k in range(count, padded(count) + LANES):",
         "        mass_row[k] = 0",
     ]
     return [*lines, "", ""]
+
+
+def packer(name: str, needs: Needs) -> list[str]:
+    """A pass that puts all that is asked of a particle side by side, for the leaves that are marked as touched."""
+    partners, own = needs.sides
+    lines = [
+        '@njit(cache=True, nogil=True, error_model="numpy")',
+        f"def {name}(counter, start, touched, x, y, z, h, mass, support{listed(needs.arrays)}, table):",
+        "    leaves = len(start) - 1",
+        "    while True:",
+        "        number = PACKED * take(counter)",
+        "        if number >= leaves:",
+        "            break",
+        "        for leaf in range(number, min(leaves, number + PACKED)):",
+        "            for i in range(start[leaf], start[leaf + 1] if touched[leaf] else start[leaf]):",
+    ]
+    for k, row in enumerate(partners + own):
+        stem, _, axis = row.rpartition("_")
+        value = f"{stem}[i, {AXES.index(axis)}]" if row.startswith("vector_") else f"{row}[i]"
+        value = {"inverse_h": "1.0 / h[i]", "reach2": "(support * h[i]) * (support * h[i])"}.get(row, value)
+        lines.append(f"                table[i, {k}] = {value}")
+    for k in range(len(partners + own), needs.width):
+        lines.append(f"                table[i, {k}] = 0.0")
+    return [*lines, "", ""]
+
+
+def origin(name: str, needs: Needs, precision: str) -> list[str]:
+    """A function that sets what a leaf's table is relative to: in mixed precision its middle and its vectors."""
+    lines = ["@njit(**PART)", f"def {name}(centre, table, i, zero):"]
+    if precision == "mixed":
+        lines += [f"    zero[{k}] = centre[{k}]" for k in range(3)]
+        vectors = (k for k, row in enumerate(needs.sides[0]) if row.startswith("vector_"))
+        lines += [f"    zero[{k}] = table[i, {k}]" for k in vectors]
+    return [*lines, "    return", "", ""]
 
 
 def listed(names: Iterable[str]) -> str:

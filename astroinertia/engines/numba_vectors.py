@@ -63,6 +63,19 @@ def take(typingctx, counter):
 
 
 @intrinsic
+def claim(typingctx, counter, amount):
+    """Add an amount to counter[0] atomically and return what it was: how threads share out an array."""
+    if counter != types.Array(types.int64, 1, "C"):
+        return None
+
+    def codegen(context, builder, signature, args):
+        array = context.make_array(signature.args[0])(context, builder, args[0])
+        return builder.atomic_rmw("add", array.data, args[1], "monotonic")
+
+    return types.int64(counter, types.int64), codegen
+
+
+@intrinsic
 def widest_vectors(typingctx):
     """Let the calling function use the widest vectors that the processor has (compilers prefer narrower ones).
 
@@ -114,7 +127,7 @@ def at(typingctx, array, index):
     return array.dtype(array, index), codegen
 
 
-class _Lanes:
+class Lanes:
     """Builds the loops below: whole vectors of 64 bytes, of which what is kept is closed up and stored."""
 
     def __init__(self, context, builder, signature, args):
@@ -193,32 +206,28 @@ class _Lanes:
         return builder.add(position, self.number_of(body(end, position, last=True)))
 
 
-def _compressed(of_indices):
-    @intrinsic
-    def compressed(typingctx, values, key, count, out, offset):
-        def codegen(context, builder, signature, args):
-            build, lanes = _Lanes(context, builder, signature, args), 512 // signature.args[1].dtype.bitwidth
+@intrinsic
+def _compressed_indices(typingctx, first, key, count, out, offset):
+    def codegen(context, builder, signature, args):
+        build, lanes = Lanes(context, builder, signature, args), 512 // signature.args[1].dtype.bitwidth
 
-            def body(k, position, last=False):
-                keys = build.load(1, k, lanes)
-                kept = builder.fcmp_unordered("<", keys, ir.Constant(keys.type, [0.0] * lanes))
-                values = build.numbers(3, builder.add(args[0], k), lanes) if of_indices else build.load(0, k, lanes)
-                kept = build.up_to(args[2], k, kept) if last else kept
-                build.store_kept(3, position, values, kept)
-                return kept
+        def body(k, position, last=False):
+            keys = build.load(1, k, lanes)
+            kept = builder.fcmp_unordered("<", keys, ir.Constant(keys.type, [0.0] * lanes))
+            kept = build.up_to(args[2], k, kept) if last else kept
+            build.store_kept(3, position, build.numbers(3, builder.add(args[0], k), lanes), kept)
+            return kept
 
-            return build.loop(ir.Constant(INT64, 0), args[2], lanes, args[4], body)
+        return build.loop(ir.Constant(INT64, 0), args[2], lanes, args[4], body)
 
-        return types.int64(values, key, types.int64, out, types.int64), codegen
-
-    return compressed
+    return types.int64(first, key, types.int64, out, types.int64), codegen
 
 
 def _near(of_indices):
     @intrinsic
     def near(typingctx, x, y, z, other, x_i, y_i, z_i, reach2_i, count, out, masses):
         def codegen(context, builder, signature, args):
-            build, lanes = _Lanes(context, builder, signature, args), 512 // signature.args[0].dtype.bitwidth
+            build, lanes = Lanes(context, builder, signature, args), 512 // signature.args[0].dtype.bitwidth
             own = [build.spread(args[k], lanes) for k in (4, 5, 6, 7)]
 
             def body(k, position, last=False):
@@ -253,7 +262,7 @@ def _boxes_in_reach(inside):
         typingctx, lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, size, first, last, box, factor, target_reach, out, offset
     ):
         def codegen(context, builder, signature, args):
-            build, lanes = _Lanes(context, builder, signature, args), 8
+            build, lanes = Lanes(context, builder, signature, args), 8
             zero, slack = (ir.Constant(ir.VectorType(ir.DoubleType(), lanes), [x] * lanes) for x in (0.0, SLACK))
             data = context.make_array(signature.args[9])(context, builder, args[9]).data
             sides = [build.spread(builder.load(builder.gep(data, [ir.Constant(INT64, k)])), lanes) for k in range(6)]
@@ -289,9 +298,8 @@ def _boxes_in_reach(inside):
 
 
 # The functions that are made below:
-# compressed_values(values, key, count, out, offset): append to out[offset:] those of values[:count] whose key is not
-# >= 0, and return how far `out` is filled. compressed_indices(first, ...): likewise for the indices first + k. Elements
-# of `key` are as wide as those of `out`.
+# compressed_indices(first, key, count, out, offset): append to out[offset:] the indices first + k of those of
+# key[:count] that are not >= 0, and return how far `out` is filled. Elements of `key` are as wide as those of `out`.
 # near_squares(x, y, z, mass, x_i, y_i, z_i, reach2, count, squares, masses): squared distances and masses of the
 # sources not beyond the reach; near_indices(x, y, z, reach2, x_i, y_i, z_i, reach2_i, count, indices, indices): indices
 # of the sources not beyond the larger of two reaches. Both return how many there are.
@@ -300,20 +308,12 @@ def _boxes_in_reach(inside):
 # is a box whose corners are one. out_of_reach(...): the others.
 # NaN is always within reach. All may store LANES elements past what they return, and read LANES too many.
 if COMPRESSES:
-    compressed_values = _compressed(False)
-    compressed_indices = _compressed(True)
+    compressed_indices = _compressed_indices
     near_squares = _near(False)
     near_indices = _near(True)
     in_reach = _boxes_in_reach(True)
     out_of_reach = _boxes_in_reach(False)
 else:
-
-    @njit(**PART)
-    def _plain_compressed_values(values, key, count, out, offset):
-        for k in range(count):
-            out[offset] = values[k]
-            offset += 1 - np.int64(key[k] >= 0)
-        return offset
 
     @njit(**PART)
     def _plain_compressed_indices(first, key, count, out, offset):
@@ -363,6 +363,6 @@ else:
             n += _plain_beyond_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, size, k, box, factor, target_reach)
         return n
 
-    compressed_values, compressed_indices = _plain_compressed_values, _plain_compressed_indices
+    compressed_indices = _plain_compressed_indices
     near_squares, near_indices = _plain_near_squares, _plain_near_indices
     in_reach, out_of_reach = _plain_in_reach, _plain_out_of_reach
