@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
-from astroinertia.gravity import choice
 from astroinertia.scene.bodies import RigidBody
+from astroinertia.scene import gravity_prices
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.schema import Scene, Units
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
@@ -108,12 +108,12 @@ def smoothing(scene: Scene) -> tuple[float, float]:
     return eta, neighbour_number(kernel, eta)
 
 
-def gravity_method(scene: Scene, particles: int) -> choice.Method:
+def gravity_method(scene: Scene, particles: int) -> gravity_prices.Method:
     """How so many particles attract each other: as the scene says, or what takes less time."""
     asked, numerics = scene.effects["gravity"], scene.numerics
     if asked["method"] != "auto":
         return asked["method"]
-    return choice.cheaper(particles, numerics.engine, numerics.precision, asked["force_error"])
+    return gravity_prices.cheaper(particles, numerics.engine, numerics.precision, asked["force_error"])
 
 
 def plan(scene: Scene) -> Plan:
@@ -320,7 +320,7 @@ def _gravity(scene: Scene) -> tuple[Line, ...]:
     numerics, chosen = scene.numerics, gravity_method(scene, particles)
     error = asked["force_error"]
     price = {
-        method: choice.seconds(method, particles, numerics.engine, numerics.precision, error)
+        method: gravity_prices.seconds(method, particles, numerics.engine, numerics.precision, error)
         for method in ("direct", "multipole")
     }
     verdict = "as asked for"

@@ -1,0 +1,306 @@
+"""A base step of a particle fluid in which every particle has an interval of its own (integrate.hierarchical).
+
+At each of its ends some particles are awake: those whose interval ends. Their densities, gradients and memories follow
+from all particles around, where those are now; then every pair of which both are awake is kicked over half the interval
+that ends and half the one that begins. Rates of change, which time-step limits, viscosity's switch and predicted
+velocities need, are those by all neighbours. At the end of a base step all are awake, and the state is one like any
+other: nothing but the state is carried from one base step to the next.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.integrate.hierarchical import NEIGHBOURS, base_step, rungs
+from astroinertia.integrate.leapfrog import Rates, State
+from astroinertia.integrate.timestep import shortest
+from astroinertia.models import awake as passes
+from astroinertia.models import sph
+from astroinertia.models.awake import Flow, Spans, Sums
+from astroinertia.models.sph import Arrangement, Problem
+from astroinertia.sph.fluid import Fluid
+
+Array = Any
+RINGS = 16  # of neighbours over which limits are made to agree before a base step
+WOKEN = 4.0  # a particle is woken where its interval is longer than this times a neighbour's limit
+SETTLED = 0.9  # an interval becomes longer where the longer one is below this part of its limit
+
+
+def neighbourhood_pair(xp, step_rate_j, interval_j):
+    """1/limit and interval of a neighbour."""
+    return step_rate_j, interval_j
+
+
+NEIGHBOURHOOD = PairTerm("timesteps", neighbourhood_pair, (Output("rate", "max"), Output("interval", "max")))
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What a base step was: how many particles each rung had when it began, evaluations, and ends of intervals."""
+
+    counts: Array
+    evaluations: int
+    ends: int
+    finest: int
+
+    @property
+    def ideal_speed_up(self) -> float:
+        """N 2^k / sum 2^(k_i), with k the finest rung on the way: what global steps would have evaluated."""
+        return float(self.counts.sum()) * 2.0**self.finest / self.evaluations
+
+    def __str__(self) -> str:
+        """The histogram of rungs and the ideal speed-up, in a few words."""
+        return f"rungs {' '.join(map(str, self.counts))}, ideal speed-up {self.ideal_speed_up:.1f}"
+
+
+def step(problem: Problem, arrangement: Arrangement, state: State, until: float) -> tuple[State, Arrangement, Taken]:
+    """One base step, not past `until`, of particles that were just sorted."""
+    limits = agreed_limits(problem, arrangement, state)
+    base = base_step(limits, until - float(state.time))
+    flow = passes.opened(problem, arrangement, state, base, limits)
+    everyone = np.arange(flow.count)
+    rung = rungs(limits, base)
+    flow.rows["rung"] = np.full(flow.count, -1)
+    flow.rows["interval"] = np.zeros(flow.count)
+    flow.rows |= {name: np.zeros((flow.count, 3)) for name in ("beyond", "moment")}
+    flow.rows["middle"][:] = flow.time  # the state is one at this time
+    counts, evaluations, ends, finest = np.bincount(rung), 0, 0, 0
+    _forced(flow, everyone, passes.fluid_of(flow, gradients=state.rates.fluid.gradients), rung, state)
+    while True:
+        finest = max(finest, int(flow.rows["rung"].max()))
+        passes.drift(flow, flow.clock.after(int(flow.rows["rung"].max())))
+        if flow.clock.ended:
+            break
+        if problem.engine.stale(flow.arrangement.pairs, flow.rows["position"], flow.rows["smoothing_length"]):
+            passes.sorted_anew(flow)
+        evaluations, ends = evaluations + _synchronised(flow), ends + 1
+    rates = _closed(flow)
+    state = passes.closed(flow, state, rates)
+    return state, flow.arrangement, Taken(counts, evaluations + flow.count, ends + 1, finest)
+
+
+def agreed_limits(problem: Problem, arrangement: Arrangement, state: State) -> Array:
+    """The longest interval of each particle, (N,), by its own limits and with neighbours' within a factor of two."""
+    limits = own_limits(problem, state.rates)
+    fields = {**sph.shared_fields(state.rates.fluid), "interval": np.zeros(len(limits))}
+    for _ in range(RINGS):
+        sums = problem.engine.neighbour_sums(
+            arrangement.pairs, problem.kernel, (NEIGHBOURHOOD,), {**fields, "step_rate": 1.0 / limits}
+        )
+        agreed = _with_neighbours(limits, sums)
+        if (agreed >= limits).all():
+            break
+        limits = agreed
+    return limits
+
+
+def own_limits(problem: Problem, rates: Rates) -> Array:
+    """The longest interval of each particle by all criteria but its neighbours', (N,)."""
+    limits = np.full(len(rates.fluid.mass), np.inf)
+    for limit in sph.timestep_limits(problem, rates).values():
+        limits = np.minimum(limits, limit)
+    return limits
+
+
+def _with_neighbours(limits: Array, sums: Sums) -> Array:
+    rate = sums["timesteps"]["rate"]
+    return np.minimum(limits, np.where(rate > 0.0, NEIGHBOURS / np.maximum(rate, 1e-300), np.inf))
+
+
+def _synchronised(flow: Flow) -> int:
+    """Evaluate and kick those that are awake now; their number."""
+    level, rows = flow.clock.level, flow.rows
+    awake = np.flatnonzero(rows["rung"] >= level)
+    sums = _before_forces(flow, awake)
+    sleepers = _to_wake(flow, awake, sums, level)
+    if len(sleepers):
+        further = _before_forces(flow, sleepers)
+        both = np.concatenate([awake, sleepers])
+        order = np.argsort(both)
+        awake = both[order]
+        sums = {
+            effect: {name: np.concatenate([a, further[effect][name]])[order] for name, a in outputs.items()}
+            for effect, outputs in sums.items()
+        }
+    passes.centre_kick(flow, awake)
+    part = _remembered(flow, awake, sums)
+    old, limits = rows["rung"][awake], rows["limit"][awake]
+    wanted, relaxed = rungs(limits, flow.clock.base), rungs(SETTLED * limits, flow.clock.base)
+    rung = np.where(wanted > old, wanted, np.maximum(level, np.minimum(old, relaxed)))
+    _forced(flow, awake, part, np.maximum(rung, level), None)
+    return len(awake)
+
+
+def _before_forces(flow: Flow, awake: Array) -> Sums:
+    rows, before = flow.rows, flow.take("smoothing_length", awake).copy()
+    passes.find_densities(flow, awake)
+    rows["step_rate"] = 1.0 / rows["limit"]
+    sums = passes.gradients(flow, awake, (NEIGHBOURHOOD,))
+    # The last evaluation's limit, shorter where matter has been compressed since.
+    own = flow.take("own_limit", awake) * np.minimum(1.0, flow.take("smoothing_length", awake) / before)
+    flow.put("limit", awake, _with_neighbours(own, sums))
+    return sums
+
+
+def _to_wake(flow: Flow, awake: Array, sums: Sums, level: int) -> Array:
+    """Particles at the middle of their interval with a neighbour whose limit is far shorter than that.
+
+    Half a kick over the whole interval was a whole one over its first half, to first order: nothing has to be mended.
+    """
+    rows, longer = flow.rows, flow.clock.base / 2.0 ** (level - 1)
+    near = (sums["timesteps"]["interval"] > 0.75 * longer) & (WOKEN * rows["limit"][awake] < longer)
+    if level == 0 or not near.any():
+        return np.zeros(0, np.int64)
+    resting = np.flatnonzero(rows["rung"] == level - 1)
+    if not len(resting):
+        return resting
+    rows["step_rate"] = 1.0 / rows["limit"]
+    fields = {name: rows[name] for name in ("mass", "position", "smoothing_length", "step_rate", "interval")}
+    found = flow.problem.engine.neighbour_sums(
+        flow.arrangement.pairs, flow.problem.kernel, (NEIGHBOURHOOD,), fields, targets=flow.targets(resting)
+    )
+    return resting[WOKEN / np.maximum(found["timesteps"]["rate"], 1e-300) < longer]
+
+
+def _remembered(flow: Flow, awake: Array, sums: Sums) -> passes.Part:
+    """The particles awake with their gradients, and their memories brought up to now."""
+    part = passes.fluid_of(flow, awake, gradients=sums)
+    woken = flow.take("rung", awake) < flow.clock.level  # at the middle of its interval
+    since = np.where(woken, 0.5, 1.0) * flow.take("interval", awake)
+    for effect in flow.problem.effects:
+        memory = {**part.memory, **effect.remember(np, part, since)}
+        part = replace(part, memory=memory)
+    for name, values in part.memory.items():
+        flow.put(f"memory.{name}", awake, values)
+    return part
+
+
+def _forced(flow: Flow, awake: Array, part: Any, rung: Array, opening: State | None) -> Rates:
+    """Kick those awake, over half of what ends and half of what begins with their new rungs; their rates now.
+
+    opening: the state that a base step begins with.
+    """
+    problem = flow.problem
+    level = 0 if opening is not None else flow.clock.level
+    old = flow.take("rung", awake).copy()
+    old[old < level] = -1  # woken
+    spans = Spans(flow.clock.base, level, old, rung)
+    plain, pushed = passes.neighbour_forces(flow, part, awake, spans)
+    if opening is not None:
+        _found_before(flow, plain, opening)
+    distant, pulled, far = passes.distant_forces(flow, awake, spans)
+    sums: Sums = {}
+    for further in (plain, distant if opening is None else _distant_rows(flow)):
+        for effect, outputs in further.items():
+            sums.setdefault(effect, {})
+            for name, values in outputs.items():
+                sums[effect][name] = sums[effect][name] + values if name in sums[effect] else values
+    part = replace(part, sums=sums)
+    own, kicked = _own_accelerations(flow, part, awake)
+    half = spans.closing + spans.opening
+    pushes, heat = [], []
+    for effect, acceleration in zip(problem.effects, own, strict=True):
+        push = np.zeros((len(awake), 3))
+        impulses = pushed.get(effect.kind, {})
+        if "acceleration" in impulses:
+            push += impulses["acceleration"]
+        if effect.kind in pulled:
+            push += pulled[effect.kind]
+        if acceleration is not None and kicked(effect):
+            span = half if effect.external else 0.5 * flow.clock.base
+            push += np.reshape(span, (-1, 1)) * acceleration
+        pushes.append(push)
+        heat.append(impulses.get("heating") if problem.equation_of_state.thermal else None)
+    drags = [effect.drag(part) for effect in problem.effects]
+    passes.kick(flow, awake, pushes, drags, heat, spans)
+    rates = _rates(problem, part, own, drags)
+    opened = rung >= 0
+    flow.put("acceleration", awake, sph.total_acceleration(np, rates, part.velocity))
+    if opened.all():
+        passes.remember_levels(flow, awake, spans, _total(plain, awake), _total(pushed, awake), far)
+        interval = flow.clock.base / 2.0**rung
+        flow.put("rung", awake, rung)
+        flow.put("interval", awake, interval)
+        flow.put("middle", awake, flow.time + 0.5 * interval)
+    flow.put("entropy_rate", awake, rates.entropy_rate)
+    flow.put("own_limit", awake, own_limits(problem, rates))
+    return rates
+
+
+def _total(sums: Sums, awake: Array) -> Array:
+    return sum((a["acceleration"] for a in sums.values() if "acceleration" in a), start=np.zeros((len(awake), 3)))
+
+
+def _found_before(flow: Flow, plain: Sums, state: State) -> None:
+    # What is not by neighbours is in the state's sums together with what is.
+    for effect, outputs in state.rates.fluid.sums.items():
+        if "acceleration" in outputs and _has_distant(flow.problem, effect):
+            near = plain.get(effect, {}).get("acceleration", 0.0)
+            flow.rows[f"distant.{effect}"] = outputs["acceleration"] - near
+
+
+def _has_distant(problem: Problem, kind: str) -> bool:
+    (effect,) = (effect for effect in problem.effects if effect.kind == kind)
+    return bool(effect.all_pair_terms) or "own_sums" in vars(type(effect))
+
+
+def _distant_rows(flow: Flow) -> Sums:
+    return {kind: {"acceleration": array} for kind, array in flow.under("distant").items()}
+
+
+def _own_accelerations(flow: Flow, part: Any, awake: Array) -> tuple[list[Array | None], Any]:
+    """Each effect's acceleration that is not of pairs, and whether it kicks now.
+
+    What acts from outside acts on a particle by itself; what acts within the body, on all of it at once, with the base
+    step, so that it exerts no net force.
+    """
+    found = []
+    everyone = len(awake) == flow.count
+
+    def kicked(effect: Any) -> bool:
+        return effect.external or everyone
+
+    for effect in flow.problem.effects:
+        if effect.external or everyone:
+            acceleration = effect.acceleration(np, part)
+            if acceleration is not None and not effect.external:
+                flow.rows[f"body.{effect.kind}"] = acceleration
+        else:
+            stored = flow.rows.get(f"body.{effect.kind}")
+            acceleration = None if stored is None else stored[awake]
+        found.append(acceleration)
+    return found, kicked
+
+
+def _rates(problem: Problem, part: Fluid, own: list[Array | None], drags: list[Array | None]) -> Rates:
+    accelerations = []
+    for effect, acceleration in zip(problem.effects, own, strict=True):
+        paired = part.sums.get(effect.kind, {}).get("acceleration")
+        both = [a for a in (paired, acceleration) if a is not None]
+        accelerations.append(sum(both[1:], start=both[0]) if both else None)
+    thermal = problem.equation_of_state.thermal
+    rates = Rates(
+        acceleration=tuple(accelerations),
+        drag=tuple(drags),
+        heating=tuple(part.sums.get(e.kind, {}).get("heating") if thermal else None for e in problem.effects),
+        entropy_rate=np.zeros_like(part.entropy),
+        timestep=np.zeros(()),
+        fluid=part,
+    )
+    if (heat := sph.total_heating(rates)) is not None:
+        rates = replace(rates, entropy_rate=problem.equation_of_state.entropy_rate(np, part.density, heat))
+    return rates
+
+
+def _closed(flow: Flow) -> Rates:
+    """Evaluate all particles at the end of a base step and close their intervals; the rates of the state."""
+    everyone = np.arange(flow.count)
+    sums = _before_forces(flow, everyone)
+    part = _remembered(flow, everyone, sums)
+    rates = _forced(flow, everyone, part, np.full(flow.count, -1), None)
+    rates = replace(rates, timestep=shortest(np, sph.timestep_limits(flow.problem, rates).values()))
+    del sums["timesteps"]
+    whole = {name: getattr(rates.fluid, name) for name in Fluid.__dataclass_fields__}
+    return replace(rates, fluid=Fluid(**whole))

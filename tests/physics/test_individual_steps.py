@@ -1,0 +1,128 @@
+"""Individual time steps keep the books as global ones do, and come to the same answer."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from astroinertia.build import prepare
+from astroinertia.errors import SceneError
+from astroinertia.models import individual, sph
+from astroinertia.models.checkpoint import flattened
+from astroinertia.models.particles import Particles
+from astroinertia.scene import load
+
+EVRARD = Path(__file__).parent.parent.parent / "sims" / "evrard.toml"
+SETTINGS = ["body.placement=random", "numerics.precision=float64", "numerics.timesteps=individual"]
+
+
+def start(*settings: str) -> Particles:
+    body = prepare(load.load_file(EVRARD, [*SETTINGS, *settings])).evolution
+    assert isinstance(body, Particles)
+    return body
+
+
+def advanced(body: Particles, end: float, every: float) -> list[dict]:
+    """Records at every multiple of `every`, with the largest sum |m v| so far."""
+    records = [body.record(None)]
+    opening, largest = records[0]["potential_energy"], 0.0
+    while body.time < end * (1 - 1e-12):
+        until = min(end, (np.floor(body.time / every * (1 + 1e-12)) + 1) * every)
+        while body.time < until * (1 - 1e-14):
+            body.advance(until)
+            speed = np.linalg.norm(body.state.velocity, axis=1)
+            largest = max(largest, float(body.state.mass @ speed))
+        records.append(body.record(opening) | {"largest_momentum": largest, "note": body.note})
+    return records
+
+
+def test_a_collapse_keeps_the_books_and_comes_to_the_same_shape() -> None:
+    """Evrard's collapse through its bounce: as with global steps, with fewer evaluations."""
+    one, other = (advanced(start("body.particles=300", choice), 1.2, 0.1) for choice in (
+        "numerics.timesteps=individual", "numerics.timesteps=global"
+    ))  # fmt: skip
+    first, last = one[0], one[-1]
+    energy = abs(first["total_energy"])
+    assert np.linalg.norm(last["momentum"] - first["momentum"]) <= 1e-13 * last["largest_momentum"]
+    assert np.abs(last["angular_momentum"] - first["angular_momentum"]).max() <= 1e-13
+    assert max(record["ledger_closure"] for record in one) <= 1e-13
+    lost = last["total_energy"] - first["total_energy"]
+    assert abs(lost - last["integration_energy_error"]) <= 1e-13 * energy
+    assert max(abs(r["total_energy"] - first["total_energy"]) for r in one) <= 1e-3 * energy
+    assert max(last["virial_mismatch"]) <= 1e-12
+    assert max(float(record["note"].split()[-1]) for record in one[1:]) > 2.0
+    for mine, theirs in zip(one, other, strict=True):
+        assert mine["time"] == pytest.approx(theirs["time"], rel=1e-12)
+        assert mine["inertia_tensor"][2, 2] == pytest.approx(theirs["inertia_tensor"][2, 2], rel=2e-3)
+
+
+def test_one_rung_for_all_is_the_global_step() -> None:
+    """With a longest step that all particles can take, both schemes are the same to round-off."""
+    body = start("body.particles=200", "numerics.max_timestep=1e-3")
+    state, arrangement = sph.rearranged(body.problem, body.state)
+    mine = theirs = state
+    for _ in range(5):
+        mine, _, taken = individual.step(body.problem, arrangement, mine, 1.0)
+        theirs = sph.step(body.problem, arrangement, theirs, theirs.rates.timestep)
+        assert taken.counts.tolist() == [200]
+    for name in ("time", "position", "velocity", "smoothing_length"):
+        np.testing.assert_allclose(getattr(mine, name), getattr(theirs, name), rtol=1e-11, atol=1e-13, err_msg=name)
+    np.testing.assert_allclose(mine.entropy, theirs.entropy, rtol=1e-7)
+
+
+def test_the_same_bits_again_and_after_a_checkpoint() -> None:
+    from astroinertia.scene.plan import code_units
+    from astroinertia.start.sph import resumed
+
+    scene = load.load_file(EVRARD, [*SETTINGS, "body.particles=200"])
+    whole, again = start("body.particles=200"), start("body.particles=200")
+    for _ in range(12):
+        whole.advance(1.0)
+    for _ in range(6):
+        again.advance(1.0)
+    again = resumed(scene, code_units(scene), {name: array.copy() for name, array in again.arrays().items()})
+    for _ in range(6):
+        again.advance(1.0)
+    for name, array in flattened(whole.state).items():
+        np.testing.assert_array_equal(array, flattened(again.state)[name], err_msg=name)
+
+
+EXTERNAL = """
+[effects.rotating_frame]
+rate = 0.4
+[effects.tide]
+mass = 3.0
+position = [4.0, 1.0, 0.0]
+period = 10.0
+[effects.damping]
+time_scale = 3.0
+[effects.target_tensor]
+stiffness = 0.3
+axis_ratios = [2.0, 1.0, 1.0]
+"""
+
+
+def test_effects_from_outside_and_on_the_whole_body_keep_the_books(tmp_path: Path) -> None:
+    """A rotating frame, a tide, a drag and a force towards a shape: closure, and an owner for every loss of energy."""
+    path = tmp_path / "scene.toml"
+    path.write_text(EVRARD.read_text() + EXTERNAL)
+    body = prepare(load.load_file(path, [*SETTINGS, "body.particles=300"])).evolution
+    assert isinstance(body, Particles)
+    records = advanced(body, 0.8, 0.4)
+    first, last = records[0], records[-1]
+    names = list(body.effects)
+    assert last["ledger_closure"] <= 1e-13
+    outside = sum(
+        last["work"][names.index(effect.kind)]
+        for effect in body.problem.effects
+        if effect.external and effect.potential_energy(np, body.state.rates.fluid) is None
+    )
+    lost = last["total_energy"] - first["total_energy"] - outside - last["integration_energy_error"]
+    assert abs(lost) <= 1e-12 * abs(first["total_energy"])
+    coriolis = np.linalg.norm(last["impulse"][names.index("target_tensor")])
+    assert coriolis <= 1e-13
+
+
+def test_the_xla_engine_refuses_them() -> None:
+    with pytest.raises(SceneError, match="needs the engine numba_cpu"):
+        load.load_file(EVRARD, ["numerics.engine=xla", "numerics.timesteps=individual"])

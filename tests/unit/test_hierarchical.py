@@ -1,0 +1,52 @@
+"""Hierarchical splitting of time steps: rungs, clock, base steps, and weights of nested sets."""
+
+import numpy as np
+import pytest
+
+from astroinertia.integrate.hierarchical import DEEPEST, Clock, base_step, rungs, sets, weights
+
+
+def test_a_rung_is_the_coarsest_whose_interval_is_within_the_limit() -> None:
+    limits = np.array([1.0, 0.999, 0.5, 0.4, 0.125, 7.0])
+    assert rungs(limits, 1.0).tolist() == [0, 1, 1, 2, 3, 0]
+
+
+def test_the_clock_comes_by_every_end_of_an_interval() -> None:
+    clock, levels = Clock(2.0), []
+    while not clock.ended:
+        clock = clock.after(3)
+        levels.append(clock.level)
+    assert levels == [3, 2, 3, 1, 3, 2, 3, 0]
+    assert clock.elapsed == 2.0
+
+
+def test_middles_of_intervals_under_way() -> None:
+    clock = Clock(1.0, 3 << (DEEPEST - 3))  # at 3/8
+    assert [clock.middle(rung) for rung in range(4)] == [0.5, 0.25, 0.375, 0.4375]
+
+
+@pytest.mark.parametrize(
+    ("limits", "remaining", "base"),
+    [
+        ([1.0, 5.0], 100.0, 4.0),  # the shortest times a power of two, within the longest
+        ([1.0, 5.0], 0.5, 0.5),
+        ([1.0, 5.0], 6.0, 3.0),  # two equal ones rather than 4 and what is left
+        ([1.0, 100.0], 33.0, 33.0),
+    ],
+)
+def test_the_base_step(limits: list[float], remaining: float, base: float) -> None:
+    assert base_step(np.array(limits), remaining) == pytest.approx(base, rel=1e-15)
+
+
+def test_nested_sets_weigh_every_pair_by_the_longer_of_its_two_intervals() -> None:
+    """The sums over sets with their weights are half of sum_j max(dt_i, dt_j) a_ij, pair by pair."""
+    generator = np.random.default_rng(1)
+    rung, base, level = generator.integers(2, 6, 30), 0.7, 2
+    pairs = generator.normal(size=(30, 30))
+    interval = base / 2.0**rung
+    wanted = 0.5 * (np.maximum(interval[:, None], interval[None, :]) * pairs).sum(axis=1)
+    members = sets(rung, level)
+    found = np.zeros(30)
+    for chosen, weight in zip(members, weights(base, level, len(members)), strict=True):
+        found[chosen] += weight * pairs[np.ix_(chosen, chosen)].sum(axis=1)
+    np.testing.assert_allclose(found, wanted, rtol=1e-13, atol=1e-13)
