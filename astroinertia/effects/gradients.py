@@ -2,41 +2,113 @@
 
 grad F = [sum_j m_j dW (F_i - F_j) (x) rhat] [sum_j m_j dW (x_i - x_j) (x) rhat]^-1 (Cullen & Dehnen 2010, appendix B;
 Garcia-Senz, Cabezon & Escartin 2012, A&A 538, A9, for the matrix). Indices are (component, direction).
+
+Functions of one particle take matrices as three rows (engines/elementwise.py).
 """
 
 from typing import Any
 
+from astroinertia.engines.elementwise import elementwise
 
-def gradient(xp: Any, sums: dict[str, Any], name: str) -> Any:
-    """The gradient (N, 3, 3) of a field F from the sums of one effect; zero for a particle without neighbours.
+
+def dot(xp, a, b):
+    """a . b of two vectors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(xp, a, b):
+    """a x b of two vectors."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def linear_gradient(xp, moment, sum_of_field):
+    """The gradient of a field of one particle from its two sums; zero for a particle without neighbours.
 
     Neighbours in one plane leave the matrix singular; its trace then stands for it, as in the plain estimate.
     """
-    moment, sum_of_field = sums["position"], sums[name]
-    size = xp.einsum("nii->n", moment) / 3.0
+    size = (moment[0][0] + moment[1][1] + moment[2][2]) / 3.0
     alone = size > -1e-200
-    scale = xp.where(alone, -1.0, size)[:, None, None]
-    moment, sum_of_field = moment / scale, sum_of_field / scale
-    a, b, c = moment[:, 0], moment[:, 1], moment[:, 2]
-    bc, ca, ab = xp.cross(b, c), xp.cross(c, a), xp.cross(a, b)
-    determinant = xp.einsum("ni,ni->n", a, bc)
+    scale = 1.0 / xp.where(alone, -1.0, size)
+    a, b, c = scaled(xp, scale, moment[0]), scaled(xp, scale, moment[1]), scaled(xp, scale, moment[2])
+    bc, ca, ab = cross(xp, b, c), cross(xp, c, a), cross(xp, a, b)
+    determinant = dot(xp, a, bc)
     singular = determinant < 1e-3  # of a matrix whose trace is 3: at least one direction all but unsampled
-    inverse = xp.stack([bc, ca, ab], axis=-1) / xp.where(singular, 1.0, determinant)[:, None, None]
-    inverse = xp.where(singular[:, None, None], xp.eye(3), inverse)
-    return xp.where(alone[:, None, None], 0.0, xp.einsum("nij,njk->nik", sum_of_field, inverse))
+    # The columns of the inverse are the cross products over the determinant, or those of the unit matrix.
+    over = xp.where(singular, 0.0, scale / xp.where(singular, 1.0, determinant))
+    plain = xp.where(alone, 0.0, xp.where(singular, scale, 0.0))
+    over = xp.where(alone, 0.0, over)
+    return (
+        solved(xp, sum_of_field[0], over, plain, bc, ca, ab),
+        solved(xp, sum_of_field[1], over, plain, bc, ca, ab),
+        solved(xp, sum_of_field[2], over, plain, bc, ca, ab),
+    )
+
+
+def scaled(xp, factor, a):
+    """factor a of a vector."""
+    return factor * a[0], factor * a[1], factor * a[2]
+
+
+def solved(xp, row, over, plain, bc, ca, ab):
+    """One row of the sum times the inverse."""
+    return (
+        over * dot(xp, row, bc) + plain * row[0],
+        over * dot(xp, row, ca) + plain * row[1],
+        over * dot(xp, row, ab) + plain * row[2],
+    )
+
+
+def trace(xp, matrix):
+    """The trace: a divergence, of a gradient."""
+    return matrix[0][0] + matrix[1][1] + matrix[2][2]
+
+
+def trace_of_square(xp, matrix):
+    """tr (M M)."""
+    x, y, z = matrix
+    return x[0] ** 2 + y[1] ** 2 + z[2] ** 2 + 2.0 * (x[1] * y[0] + x[2] * z[0] + y[2] * z[1])
+
+
+def curl_size(xp, matrix):
+    """The size of the curl that a velocity gradient has."""
+    x, y, z = matrix
+    squared = (z[1] - y[2]) ** 2 + (x[2] - z[0]) ** 2 + (y[0] - x[1]) ** 2
+    flowing = squared > 0.0  # a square root has no derivative at 0
+    return xp.where(flowing, xp.sqrt(xp.where(flowing, squared, 1.0)), 0.0)
+
+
+def strain(xp, matrix):
+    """The symmetric part: xx, yy, zz, xy, xz, yz."""
+    x, y, z = matrix
+    return x[0], y[1], z[2], 0.5 * (x[1] + y[0]), 0.5 * (x[2] + z[0]), 0.5 * (y[2] + z[1])
+
+
+def shear(xp, matrix):
+    """S:S of the traceless symmetric part S."""
+    xx, yy, zz, xy, xz, yz = strain(xp, matrix)
+    return xx**2 + yy**2 + zz**2 + 2.0 * (xy**2 + xz**2 + yz**2) - trace(xp, matrix) ** 2 / 3.0
+
+
+def gradient(xp: Any, sums: dict[str, Any], name: str) -> Any:
+    """The gradient (N, 3, 3) of a field F from the sums of one effect."""
+    return elementwise(xp, linear_gradient_alone, sums["position"], sums[name])[0]
+
+
+def linear_gradient_alone(xp, moment, sum_of_field):
+    """The gradient and nothing else."""
+    return (linear_gradient(xp, moment, sum_of_field),)
+
+
+def flow_rates(xp, matrix):
+    """Divergence, size of the curl, and S:S."""
+    return trace(xp, matrix), curl_size(xp, matrix), shear(xp, matrix)
 
 
 def divergence_and_curl(xp: Any, velocity_gradient: Any) -> tuple[Any, Any]:
     """Divergence and size of the curl, each (N,)."""
-    difference = velocity_gradient - xp.swapaxes(velocity_gradient, 1, 2)
-    squared = 0.5 * xp.einsum("nij,nij->n", difference, difference)
-    flowing = squared > 0.0  # a square root has no derivative at 0
-    curl = xp.where(flowing, xp.sqrt(xp.where(flowing, squared, 1.0)), 0.0)
-    return xp.einsum("nii->n", velocity_gradient), curl
+    return elementwise(xp, flow_rates, velocity_gradient)[:2]
 
 
 def shear_squared(xp: Any, velocity_gradient: Any) -> Any:
     """S:S of the traceless symmetric part S of grad v, (N,)."""
-    symmetric = 0.5 * (velocity_gradient + xp.swapaxes(velocity_gradient, 1, 2))
-    divergence = xp.einsum("nii->n", velocity_gradient)
-    return xp.einsum("nij,nij->n", symmetric, symmetric) - divergence**2 / 3.0
+    return elementwise(xp, flow_rates, velocity_gradient)[2]

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 
 from astroinertia.bodies import affine, affine_motion
 from astroinertia.effects.effect import Effect
+from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.pytree import pytree
 
@@ -14,6 +15,16 @@ from astroinertia.pytree import pytree
 def pressure_pair(xp, v_r, dW_i, dW_j, pressure_weight_i, pressure_weight_j, sound_speed_i, sound_speed_j):
     """The two sides of the pressure gradient, and how fast the pair learns of each other or changes."""
     return pressure_weight_i * dW_i + pressure_weight_j * dW_j, 0.5 * (sound_speed_i + sound_speed_j) + xp.abs(v_r)
+
+
+def weight(xp, pressure, grad_h, density):
+    """P/(Omega rho^2)."""
+    return (pressure / (grad_h * density**2),)
+
+
+def crossing_time(xp, h, signal, sound_speed):
+    """h/v_signal; the particle's own sound is a signal too, where it has no neighbour."""
+    return (1.0 / xp.maximum(xp.maximum(signal, sound_speed) / h, 1e-30),)
 
 
 PRESSURE = PairTerm("pressure", pressure_pair, (Output("acceleration", "central"), Output("signal", "max")))
@@ -39,15 +50,14 @@ class Pressure(Effect):
     def fields(self, xp, fluid):
         """P/(Omega rho^2) and the speed of sound."""
         return {
-            "pressure_weight": fluid.pressure / (fluid.grad_h * fluid.density**2),
+            "pressure_weight": elementwise(xp, weight, fluid.pressure, fluid.grad_h, fluid.density)[0],
             "sound_speed": fluid.sound_speed,
         }
 
     def timestep(self, xp, fluid):
         """Sound crosses the smoothing length, and neighbours do not move far apart or together: h/v_signal."""
-        # The particle's own sound is a signal too, where it has no neighbour.
-        signal = xp.maximum(fluid.sums[self.kind]["signal"], fluid.sound_speed)
-        return 1.0 / xp.maximum(signal / fluid.smoothing_length, 1e-30)
+        signal = fluid.sums[self.kind]["signal"]
+        return elementwise(xp, crossing_time, fluid.smoothing_length, signal, fluid.sound_speed)[0]
 
     def affine_force(self, body):
         """-(dU/dJ) dJ/dF: isotropic. The slope is the fluid's own, or what keeps the volume."""

@@ -4,7 +4,8 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from astroinertia.effects.effect import Effect
-from astroinertia.effects.gradients import divergence_and_curl, gradient, shear_squared
+from astroinertia.effects.gradients import curl_size, linear_gradient, shear, strain, trace, trace_of_square
+from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.pytree import pytree
 
@@ -110,6 +111,63 @@ TREND = PairTerm(
 )
 
 
+def shear_limiter(xp, flow, density, noise, trend):
+    """The xi of Cullen & Dehnen (2010), eq. 18: 1 where all converges, small in shear or noise."""
+    converging = (2.0 * (1.0 - trend / density) ** 4 * trace(xp, flow)) ** 2
+    return converging / (converging + shear(xp, flow) + noise**2 + 1e-60)
+
+
+def switched(
+    xp, density, sound_speed, h, alpha, moment, velocity_sum, acceleration_sum, trend, signal, interval, alpha_max,
+    alpha_min, decay_length,
+):  # fmt: skip
+    """The coefficient alpha after `interval`, and the sign of div v."""
+    flow = linear_gradient(xp, moment, velocity_sum)
+    rate = trace(xp, linear_gradient(xp, moment, acceleration_sum)) - trace_of_square(xp, flow)
+    limited = shear_limiter(xp, flow, density, 1e-4 * sound_speed / h, trend)
+    # The particle's own sound is a signal too, where it has no neighbour.
+    fastest = xp.maximum(signal, sound_speed) + 1e-30
+    steepening = 4.0 * h**2 * limited * xp.maximum(-rate, 0.0)
+    wanted = xp.minimum(alpha_max, steepening / (sound_speed**2 + 1e-30))
+    decayed = wanted + (alpha - wanted) * xp.exp(-interval * fastest / (decay_length * h))
+    divergence = trace(xp, flow)
+    sign = xp.where(divergence > 0.0, 1.0, xp.where(divergence < 0.0, -1.0, 0.0))
+    return xp.maximum(xp.maximum(wanted, decayed), alpha_min), sign
+
+
+def coefficients(xp, sound_speed, alpha, beta):
+    """What multiplies the approach and its square."""
+    return alpha * sound_speed, beta * alpha
+
+
+def balsara_coefficients(xp, sound_speed, alpha, beta, h, moment, velocity_sum):
+    """The same, weaker where the flow turns rather than converges."""
+    flow = linear_gradient(xp, moment, velocity_sum)
+    divergence = xp.abs(trace(xp, flow))
+    spared = divergence / (divergence + curl_size(xp, flow) + 1e-4 * sound_speed / h + 1e-30)
+    return coefficients(xp, sound_speed, alpha * spared, beta)
+
+
+def reconstructed_coefficients(xp, sound_speed, alpha, beta, h, moment, velocity_sum):
+    """The same for reconstructed flows, which need their strain rates as well."""
+    flow = linear_gradient(xp, moment, velocity_sum)
+    divergence, curl = trace(xp, flow), curl_size(xp, flow)
+    noise = 1e-4 * sound_speed / h + 1e-30
+    spared = divergence**2 / (divergence**2 + curl**2 + noise**2)
+    linear, quadratic = coefficients(xp, sound_speed, alpha * spared, beta)
+    xx, yy, zz, xy, xz, yz = strain(xp, flow)
+    return linear, quadratic, xx, yy, zz, xy, xz, yz
+
+
+LIMITED = {"balsara": balsara_coefficients, "reconstruction": reconstructed_coefficients}
+STRAIN = tuple(f"strain_{axes}" for axes in ("xx", "yy", "zz", "xy", "xz", "yz"))
+
+
+def crossing_time(xp, h, signal):
+    """h/v_signal."""
+    return (1.0 / xp.maximum(signal / h, 1e-30),)
+
+
 @pytree
 @dataclass(frozen=True, eq=False)
 class Viscosity(Effect):
@@ -190,54 +248,31 @@ class Viscosity(Effect):
         if not self.follows_shocks:
             return {}
         sums = fluid.gradients[self.kind]
-        velocity_gradient = gradient(xp, sums, "velocity")
-        divergence, _ = divergence_and_curl(xp, velocity_gradient)
-        rate = xp.einsum("nii->n", gradient(xp, sums, "acceleration"))
-        rate = rate - xp.einsum("nij,nji->n", velocity_gradient, velocity_gradient)
-        limited = self.shear_limiter(xp, fluid, divergence, velocity_gradient, sums["trend"])
-        # The particle's own sound is a signal too, where it has no neighbour.
-        signal = xp.maximum(sums["signal"], fluid.sound_speed) + 1e-30
-        steepening = 4.0 * fluid.smoothing_length**2 * limited * xp.maximum(-rate, 0.0)
-        wanted = xp.minimum(self.alpha_max, steepening / (fluid.sound_speed**2 + 1e-30))
-        decayed = wanted + (fluid.memory["viscosity_alpha"] - wanted) * xp.exp(
-            -interval * signal / (self.decay_length * fluid.smoothing_length)
-        )
-        alpha = xp.maximum(xp.maximum(wanted, decayed), self.alpha_min)
-        return {"viscosity_alpha": alpha, "viscosity_trend": xp.sign(divergence)}
-
-    def shear_limiter(self, xp, fluid, divergence, velocity_gradient, trend):
-        """The xi of Cullen & Dehnen (2010), eq. 18: 1 where all converges, small in shear or noise."""
-        around = trend / fluid.density
-        converging = (2.0 * (1.0 - around) ** 4 * divergence) ** 2
-        noise = (1e-4 * fluid.sound_speed / fluid.smoothing_length) ** 2 + 1e-60
-        return converging / (converging + shear_squared(xp, velocity_gradient) + noise)
-
-    def strength(self, xp, fluid, velocity_gradient):
-        """The coefficient alpha with its limiter, (N,); velocity_gradient (N, 3, 3) is what a limiter looks at."""
-        alpha = fluid.memory["viscosity_alpha"] if self.follows_shocks else self.alpha_max
-        if self.limiter == "none":
-            return alpha + xp.zeros_like(fluid.density)
-        divergence, curl = divergence_and_curl(xp, velocity_gradient)
-        noise = 1e-4 * fluid.sound_speed / fluid.smoothing_length + 1e-30
-        if self.limiter == "balsara":
-            return alpha * xp.abs(divergence) / (xp.abs(divergence) + curl + noise)
-        return alpha * divergence**2 / (divergence**2 + curl**2 + noise**2)
+        alpha, trend = elementwise(
+            xp, switched, fluid.density, fluid.sound_speed, fluid.smoothing_length, fluid.memory["viscosity_alpha"],
+            sums["position"], sums["velocity"], sums["acceleration"], sums["trend"], sums["signal"], interval,
+            self.alpha_max, self.alpha_min, self.decay_length,
+        )  # fmt: skip
+        return {"viscosity_alpha": alpha, "viscosity_trend": trend}
 
     def fields(self, xp, fluid):
         """The coefficients alpha c and beta alpha, limited, and the strain rate where flows are reconstructed."""
-        flow: Any = None if self.limiter == "none" else gradient(xp, fluid.gradients[self.kind], "velocity")
-        alpha = self.strength(xp, fluid, flow)
-        fields = {
+        alpha = fluid.memory["viscosity_alpha"] if self.follows_shocks else self.alpha_max
+        given = (fluid.sound_speed, alpha, self.beta)
+        if self.limiter == "none":
+            found = elementwise(xp, coefficients, *given)
+        else:
+            sums = fluid.gradients[self.kind]
+            found = elementwise(
+                xp, LIMITED[self.limiter], *given, fluid.smoothing_length, sums["position"], sums["velocity"]
+            )
+        names = ("viscosity_linear", "viscosity_quadratic", *STRAIN)
+        return {
             "density": fluid.density,
             "sound_speed": fluid.sound_speed,
-            "viscosity_linear": alpha * fluid.sound_speed,
-            "viscosity_quadratic": self.beta * alpha,
+            **dict(zip(names, found, strict=False)),
         }
-        if self.limiter == "reconstruction":
-            for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
-                fields[f"strain_{'xyz'[a]}{'xyz'[b]}"] = 0.5 * (flow[:, a, b] + flow[:, b, a])
-        return fields
 
     def timestep(self, xp, fluid):
         """Signals cross the smoothing length: h/v_signal."""
-        return 1.0 / xp.maximum(fluid.sums[self.kind]["signal"] / fluid.smoothing_length, 1e-30)
+        return elementwise(xp, crossing_time, fluid.smoothing_length, fluid.sums[self.kind]["signal"])[0]

@@ -9,9 +9,11 @@ changes K by sum m (v' (x) v' - v (x) v). Both statements are exact, so the ledg
 to round-off. Sources: Chandrasekhar (1969), Ellipsoidal Figures of Equilibrium, sections 9-11, for the moments.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
+from astroinertia.engines.elementwise import totals
 from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.pytree import pytree
 
@@ -118,28 +120,85 @@ def after_drift(xp: Any, ledger: Ledger, dt: Array) -> Ledger:
     )
 
 
-def after_kick(
-    xp: Any, ledger: Ledger, mass: Array, position: Array, before: Array, after: Array, increments: list[Array]
-) -> Ledger:
-    """The ledger after velocities changed from `before` to `after` (N, 3), with the increment of each effect.
+class Whole(NamedTuple):
+    """Mass of a body (a scalar), and place and velocity of its centre of mass, (3,)."""
 
-    The increments (one (N, 3) for each effect) add up to after - before; work_e = sum m dv_e . (before + after)/2 then
-    adds up exactly to the change of the kinetic energy.
+    mass: Array
+    centre: Array
+    velocity: Array
+
+
+def weighted(xp, mass, position, velocity):
+    """m, m x and m v."""
+    x, v = position, velocity
+    return mass, (mass * x[0], mass * x[1], mass * x[2]), (mass * v[0], mass * v[1], mass * v[2])
+
+
+def whole(xp: Any, mass: Array, position: Array, velocity: Array) -> Whole:
+    """The mass and the centre of mass of particles (N,), (N, 3), (N, 3)."""
+    total, place, momentum = (found[0] for found in totals(xp, weighted, mass, position, velocity))
+    return Whole(total, place / total, momentum / total)
+
+
+def entry(xp, mass, position, before, after, dt, x, y, z, vx, vy, vz, acceleration):
+    """What dv = a dt of one particle adds: to P, the momentum and K/2, about a centre x with velocity v."""
+    push = (dt * mass * acceleration[0], dt * mass * acceleration[1], dt * mass * acceleration[2])
+    middle = (
+        0.5 * (before[0] + after[0]) - vx,
+        0.5 * (before[1] + after[1]) - vy,
+        0.5 * (before[2] + after[2]) - vz,
+    )
+    return outer(xp, (position[0] - x, position[1] - y, position[2] - z), push), push, outer(xp, middle, push)
+
+
+def outer(xp, a, b):
+    """a (x) b."""
+    return (
+        (a[0] * b[0], a[0] * b[1], a[0] * b[2]),
+        (a[1] * b[0], a[1] * b[1], a[1] * b[2]),
+        (a[2] * b[0], a[2] * b[1], a[2] * b[2]),
+    )
+
+
+def after_kick(
+    xp: Any, ledger: Ledger, mass: Array, position: Array, before: Array, after: Array,
+    increments: Sequence[Array | None], dt: Array | float = 1.0, body: Whole | tuple | None = None,
+) -> Ledger:  # fmt: skip
+    """The ledger after velocities changed from `before` to `after` (N, 3), by dt times the increment of each effect.
+
+    The increments (one (N, 3) for each effect, or None) times dt add up to after - before; work_e = sum m dv_e .
+    (before + after)/2 then adds up exactly to the change of the kinetic energy. body: the whole body before the kick,
+    where the particles given are not all of it. Tests: tests/unit/test_ledger.py.
     """
-    relative = position - centre_of_mass(mass, position)
-    old, new = before - centre_of_mass(mass, before), after - centre_of_mass(mass, after)
-    change, total = new - old, new + old
-    half = 0.5 * weighted_outer(mass, change, total)
-    middle = 0.5 * (before + after)
-    mixed = xp.stack([weighted_outer(mass, relative, increment) for increment in increments])
+    body = whole(xp, mass, position, before) if body is None else Whole(*body)
+    pushes = [(increment,) for increment in increments if increment is not None]
+    if not pushes:
+        return ledger
+    mixed, impulse, half = totals(
+        xp, entry, mass, position, before, after, dt, *body.centre, *body.velocity, each=pushes
+    )
+    change = half.sum(axis=0)
+    # K is about the centre of mass, which moves faster or slower now.
+    gained = impulse.sum(axis=0) / body.mass
+    kinetic = change + change.T - body.mass * gained[:, None] * gained[None, :]
+    work = half[:, 0, 0] + half[:, 1, 1] + half[:, 2, 2] + impulse @ body.velocity
+    rows = [increment is not None for increment in increments]
     return _replace(
         ledger,
         mixed_moment=ledger.mixed_moment.add(mixed.sum(axis=0)),
-        kinetic_tensor=ledger.kinetic_tensor.add(half + half.T),
-        mixed_impulse=ledger.mixed_impulse.add(mixed),
-        impulse=ledger.impulse.add(xp.stack([mass @ increment for increment in increments])),
-        work=ledger.work.add(xp.stack([(mass[:, None] * increment * middle).sum() for increment in increments])),
+        kinetic_tensor=ledger.kinetic_tensor.add(kinetic),
+        mixed_impulse=ledger.mixed_impulse.add(_in_rows(xp, mixed, rows)),
+        impulse=ledger.impulse.add(_in_rows(xp, impulse, rows)),
+        work=ledger.work.add(_in_rows(xp, work, rows)),
     )
+
+
+def _in_rows(xp: Any, found: Array, rows: Sequence[bool]) -> Array:
+    """What was found for some effects, in the rows of all; zero in the others."""
+    if all(rows):
+        return found
+    following = iter(found)
+    return xp.stack([next(following) if present else xp.zeros(found.shape[1:]) for present in rows])
 
 
 def after_heating(ledger: Ledger, energy: Array) -> Ledger:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from astroinertia.engines.elementwise import elementwise, totals
 from astroinertia.inertia.ledger import Ledger, after_drift, after_heating, after_kick
 from astroinertia.pytree import pytree
 from astroinertia.sph.fluid import Fluid
@@ -23,7 +24,8 @@ class Rates:
     """What changes a state, one entry an effect in each tuple (None where it has no such part).
 
     acceleration (N, 3), drag (3, 3) acting on the velocity, heating (N,) du/dt; entropy_rate (N,) is the sum of the
-    heating in terms of the entropy function; timestep is the longest step allowed from here.
+    heating in terms of the entropy function; timestep is the longest step allowed from here; total is the sum of the
+    accelerations, (N, 3).
     """
 
     acceleration: tuple[Array | None, ...]
@@ -32,6 +34,7 @@ class Rates:
     entropy_rate: Array
     timestep: Array
     fluid: Fluid
+    total: Array | None = None
 
 
 @pytree
@@ -64,12 +67,27 @@ def step(xp: Any, state: State, dt: Array, forces: Forces) -> State:
     return replace(state, step=state.step + 1)
 
 
+def moved(xp, x, v, dt):
+    """x + dt v."""
+    return ((x[0] + dt * v[0], x[1] + dt * v[1], x[2] + dt * v[2]),)
+
+
+def changed(xp, v, a, length, entropy, entropy_rate, dt):
+    """v + length a, and the entropy dt later."""
+    return (v[0] + length * a[0], v[1] + length * a[1], v[2] + length * a[2]), entropy + dt * entropy_rate
+
+
+def power(xp, mass, heating):
+    """m du/dt."""
+    return (mass * heating,)
+
+
 def drift(xp: Any, state: State, dt: Array) -> State:
     """Free motion over dt."""
     return replace(
         state,
         time=state.time + dt,
-        position=state.position + dt * state.velocity,
+        position=elementwise(xp, moved, state.position, state.velocity, dt)[0],
         ledger=after_drift(xp, state.ledger, dt),
     )
 
@@ -77,16 +95,26 @@ def drift(xp: Any, state: State, dt: Array) -> State:
 def kick(xp: Any, state: State, dt: Array) -> State:
     """Change velocities and entropies by the present rates over dt, at fixed positions."""
     rates, mass, before = state.rates, state.mass, state.velocity
-    increments = velocity_increments(xp, rates, before, dt)
-    after = before + sum(increments[1:], start=increments[0])
-    ledger = after_kick(xp, state.ledger, mass, state.position, before, after, increments)
-    energy = [xp.zeros(()) if q is None else dt * (mass @ q) for q in rates.heating]
-    return replace(
-        state,
-        velocity=after,
-        entropy=state.entropy + dt * rates.entropy_rate,
-        ledger=after_heating(ledger, xp.stack(energy)),
-    )
+    after, entropy = predicted(xp, state, dt)
+    increments, length = rates.acceleration, dt
+    if any(matrix is not None for matrix in rates.drag):
+        increments, length = velocity_increments(xp, rates, before, dt), 1.0
+    ledger = after_kick(xp, state.ledger, mass, state.position, before, after, increments, length)
+    heat = [xp.zeros(()) if q is None else dt * totals(xp, power, mass, q)[0][0] for q in rates.heating]
+    return replace(state, velocity=after, entropy=entropy, ledger=after_heating(ledger, xp.stack(heat)))
+
+
+def predicted(xp: Any, state: State, dt: Array) -> tuple[Array, Array]:
+    """Velocities (N, 3) and entropies (N,) dt later, from the last rates.
+
+    A kick makes them so; velocity-dependent effects are evaluated with those in the middle of a step.
+    """
+    rates = state.rates
+    total, length = rates.total, dt
+    if any(matrix is not None for matrix in rates.drag):
+        increments = velocity_increments(xp, rates, state.velocity, dt)
+        total, length = sum(increments[1:], start=increments[0]), 1.0
+    return elementwise(xp, changed, state.velocity, total, length, state.entropy, rates.entropy_rate, dt)
 
 
 def velocity_increments(xp: Any, rates: Rates, velocity: Array, dt: Array) -> list[Array]:
@@ -99,9 +127,3 @@ def velocity_increments(xp: Any, rates: Rates, velocity: Array, dt: Array) -> li
     known = velocity @ (xp.eye(3) + half).T + sum(free[1:], start=free[0])
     middle = 0.5 * (velocity + known @ xp.linalg.inv(xp.eye(3) - half).T)
     return [part if m is None else part + dt * middle @ m.T for part, m in zip(free, rates.drag, strict=True)]
-
-
-def predicted_velocity(xp: Any, state: State, dt: Array) -> Array:
-    """The velocity dt later, from the last rates, (N, 3): what a velocity-dependent effect is evaluated with."""
-    increments = velocity_increments(xp, state.rates, state.velocity, dt)
-    return state.velocity + sum(increments[1:], start=increments[0])

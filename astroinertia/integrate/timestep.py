@@ -3,27 +3,41 @@
 from collections.abc import Iterable
 from typing import Any
 
+from astroinertia.engines.elementwise import elementwise
 from astroinertia.sph.fluid import Fluid
 
 Array = Any
 NONE = 1e-100  # rates below this, in code units, are no limit; dividing by its square does not overflow
 
 
-def acceleration_limit(xp: Any, smoothing_length: Array, acceleration: Array) -> Array:
-    """sqrt(h/|a|) of each particle, (N,), from (N,) and (N, 3): Monaghan (1989, J. Comput. Phys. 82, 1)."""
-    size = xp.sqrt((acceleration**2).sum(axis=1))
-    return xp.sqrt(smoothing_length / xp.maximum(size, NONE))
+def size(xp, a):
+    """|a|."""
+    return xp.sqrt(a[0] ** 2 + a[1] ** 2 + a[2] ** 2)
 
 
-def energy_limit(xp: Any, fluid: Fluid, heating: Array, acceleration: Array) -> Array:
+def crossing(xp, h, acceleration, factor):
+    """factor sqrt(h/|a|)."""
+    return (factor * xp.sqrt(h / xp.maximum(size(xp, acceleration), NONE)),)
+
+
+def doubling(xp, h, acceleration, internal_energy, heating, factor):
+    """factor times the energy at hand over its rate."""
+    content = internal_energy + xp.where(heating > 0.0, h * size(xp, acceleration), 0.0)
+    rate = xp.abs(heating)
+    return (xp.where(rate > NONE, factor * content / xp.maximum(rate, NONE), xp.inf),)
+
+
+def acceleration_limit(xp: Any, smoothing_length: Array, acceleration: Array, factor: Array | float = 1.0) -> Array:
+    """factor sqrt(h/|a|) of each particle, (N,), from (N,) and (N, 3): Monaghan (1989, J. Comput. Phys. 82, 1)."""
+    return elementwise(xp, crossing, smoothing_length, acceleration, factor)[0]
+
+
+def energy_limit(xp: Any, fluid: Fluid, heating: Array, acceleration: Array, factor: Array | float = 1.0) -> Array:
     """(u + h|a|)/|du/dt| of particles that gain heat, u/|du/dt| of those that lose it, (N,), from (N,) and (N, 3).
 
     h|a| is the specific energy at hand within a smoothing length: cold gas entering a shock may heat by it in a step.
     """
-    at_hand = fluid.smoothing_length * xp.sqrt((acceleration**2).sum(axis=1))
-    content = fluid.internal_energy + xp.where(heating > 0.0, at_hand, 0.0)
-    rate = xp.abs(heating)
-    return xp.where(rate > NONE, content / xp.maximum(rate, NONE), xp.inf)
+    return elementwise(xp, doubling, fluid.smoothing_length, acceleration, fluid.internal_energy, heating, factor)[0]
 
 
 def shortest(xp: Any, limits: Iterable[Array]) -> Array:

@@ -6,11 +6,13 @@ P = P_cold(rho) + A rho^gamma, constant but for dissipation.
 """
 
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from typing import Any
 
 import jax
 
 from astroinertia.effects.effect import Effect
+from astroinertia.engines.elementwise import added, elementwise, totals
 from astroinertia.inertia.ledger import after_heating, open_ledger
 from astroinertia.integrate import leapfrog, timestep
 from astroinertia.integrate.leapfrog import Rates, State
@@ -121,8 +123,11 @@ def stale(problem: Problem, arrangement: Arrangement, state: State) -> bool:
 
 def coming_position(problem: Problem, state: State) -> Array:
     """Where particles will be when a step of the allowed length evaluates the forces, (N, 3)."""
-    dt = state.rates.timestep
-    return state.position + dt * leapfrog.predicted_velocity(problem.engine.xp, state, dt / 2)
+    xp, dt = problem.engine.xp, state.rates.timestep
+    if state.rates.fluid is None:
+        return state.position
+    velocity, _ = leapfrog.predicted(xp, state, dt / 2)
+    return elementwise(xp, leapfrog.moved, state.position, velocity, dt)[0]
 
 
 def step(problem: Problem, arrangement: Any, state: State, dt: Array) -> State:
@@ -147,11 +152,12 @@ def advance(problem: Problem, arrangement: Any, state: State, steps: int) -> Sta
 def evaluated(problem: Problem, arrangement: Any, state: State, dt: Array) -> State:
     """The state with densities, smoothing lengths, memories and rates for its positions; dt is the step under way."""
     xp, eos, effects = problem.engine.xp, problem.equation_of_state, problem.effects
+    arrangement = replace(arrangement, pairs=_listed(problem, arrangement.pairs, state))
     solved = _density(problem, arrangement, state)
     first = state.rates.fluid is None
-    velocity = state.velocity if first else leapfrog.predicted_velocity(xp, state, dt / 2)
-    entropy = state.entropy + dt / 2 * state.rates.entropy_rate
+    velocity, entropy = (state.velocity, state.entropy) if first else leapfrog.predicted(xp, state, dt / 2)
     acceleration = xp.zeros_like(velocity) if first else total_acceleration(xp, state.rates, velocity)
+    pressure, sound_speed, internal_energy, thermal_energy, entropy_per_heat = eos.state(xp, solved.density, entropy)
     fluid = Fluid(
         time=state.time,
         mass=state.mass,
@@ -162,11 +168,10 @@ def evaluated(problem: Problem, arrangement: Any, state: State, dt: Array) -> St
         density=solved.density,
         grad_h=solved.grad_h,
         zeta=solved.zeta,
-        pressure=eos.pressure(xp, solved.density, entropy),
-        sound_speed=eos.sound_speed(xp, solved.density, entropy),
-        internal_energy=eos.internal_energy(xp, solved.density, entropy),
-        thermal_energy=eos.internal_energy(xp, solved.density, entropy)
-        - eos.internal_energy(xp, solved.density, xp.zeros_like(entropy)),
+        pressure=pressure,
+        sound_speed=sound_speed,
+        internal_energy=internal_energy,
+        thermal_energy=thermal_energy,
         acceleration=acceleration,
         memory=state.memory,
         kernel=problem.kernel,
@@ -179,7 +184,7 @@ def evaluated(problem: Problem, arrangement: Any, state: State, dt: Array) -> St
         fluid = replace(fluid, memory={**fluid.memory, **effect.remember(xp, fluid, dt)})
     before = {} if first else state.rates.fluid.sums
     fluid = replace(fluid, sums=pair_sums(problem, arrangement, fluid, before))
-    rates = _rates(problem, fluid)
+    rates = _rates(problem, fluid, entropy_per_heat)
     ledger = state.ledger
     if "pressure" in problem.effect_names and not first:
         ledger = after_heating(ledger, _compression(problem, state, solved.density))
@@ -226,7 +231,7 @@ def add_sums(sums: dict[str, dict[str, Array]], more: dict[str, dict[str, Array]
     for effect, outputs in more.items():
         mine = sums.setdefault(effect, {})
         for name, array in outputs.items():
-            mine[name] = mine[name] + array if name in mine else array
+            mine[name] = added(mine[name], array) if name in mine else array
 
 
 def virial_tensors(problem: Problem, arrangement: Any, fluid: Fluid) -> dict[str, Array]:
@@ -253,9 +258,8 @@ def effect_accelerations(xp: Any, rates: Rates) -> tuple[Array, ...]:
 
 def total_acceleration(xp: Any, rates: Rates, velocity: Array) -> Array:
     """The sum over effects at the given velocity, (N, 3)."""
-    total = xp.zeros_like(velocity)
-    for a, matrix in zip(rates.acceleration, rates.drag, strict=True):
-        total = total if a is None else total + a
+    total = rates.total
+    for matrix in rates.drag:
         total = total if matrix is None else total + velocity @ matrix.T
     return total
 
@@ -273,6 +277,12 @@ def potential_energies(problem: Problem, state: State) -> dict[str, Array]:
     xp = problem.engine.xp
     energies = {effect.kind: effect.potential_energy(xp, state.rates.fluid) for effect in problem.effects}
     return {kind: energy for kind, energy in energies.items() if energy is not None}
+
+
+def _listed(problem: Problem, pairs: Any, state: State) -> Any:
+    # What the passes of one evaluation share, where an engine has them share it.
+    listed = getattr(problem.engine, "listed", None)
+    return pairs if listed is None else listed(pairs, problem.kernel, state.position, state.smoothing_length)
 
 
 def _density(problem: Problem, arrangement: Any, state: State) -> Any:
@@ -311,31 +321,31 @@ def _with_gradients(problem: Problem, arrangement: Any, fluid: Fluid) -> Fluid:
     return replace(fluid, gradients=problem.engine.neighbour_sums(arrangement.pairs, problem.kernel, terms, fields))
 
 
-def _rates(problem: Problem, fluid: Fluid) -> Rates:
+def _rates(problem: Problem, fluid: Fluid, entropy_per_heat: Array) -> Rates:
     xp, eos, effects = problem.engine.xp, problem.equation_of_state, problem.effects
-    acceleration = tuple(
-        _added(fluid.sums.get(effect.kind, {}).get("acceleration"), effect.acceleration(xp, fluid))
-        for effect in effects
+    accelerations = tuple(
+        added(fluid.sums.get(effect.kind, {}).get("acceleration"), effect.acceleration(xp, fluid)) for effect in effects
     )
     # A barotropic fluid has no thermal content: what is dissipated leaves it, and only the work shows.
     heating = tuple(fluid.sums.get(e.kind, {}).get("heating") if eos.thermal else None for e in effects)
+    total = reduce(added, accelerations, None)
     rates = Rates(
-        acceleration=acceleration,
+        acceleration=accelerations,
         drag=tuple(effect.drag(fluid) for effect in effects),
         heating=heating,
         entropy_rate=xp.zeros_like(fluid.entropy),
         timestep=xp.zeros(()),
         fluid=fluid,
+        total=xp.zeros_like(fluid.velocity) if total is None else total,
     )
     if (heat := total_heating(rates)) is not None:
-        rates = replace(rates, entropy_rate=eos.entropy_rate(xp, fluid.density, heat))
+        rates = replace(rates, entropy_rate=elementwise(xp, product, entropy_per_heat, heat)[0])
     return replace(rates, timestep=timestep.shortest(xp, timestep_limits(problem, rates).values()))
 
 
 def total_heating(rates: Rates) -> Array | None:
     """du/dt of all effects, (N,); None where nothing heats."""
-    present = [q for q in rates.heating if q is not None]
-    return sum(present[1:], start=present[0]) if present else None
+    return reduce(added, rates.heating, None)
 
 
 def timestep_limits(problem: Problem, rates: Rates) -> dict[str, Array]:
@@ -346,22 +356,25 @@ def timestep_limits(problem: Problem, rates: Rates) -> dict[str, Array]:
         if (limit := effect.timestep(xp, fluid)) is not None:
             limits[effect.kind] = problem.courant * limit
     total = total_acceleration(xp, rates, fluid.velocity)
-    by_acceleration = timestep.acceleration_limit(xp, fluid.smoothing_length, total)
-    limits["acceleration"] = problem.acceleration_factor * by_acceleration
+    limits["acceleration"] = timestep.acceleration_limit(xp, fluid.smoothing_length, total, problem.acceleration_factor)
     if (heat := total_heating(rates)) is not None:
-        limits["energy"] = problem.energy_factor * timestep.energy_limit(xp, fluid, heat, total)
+        limits["energy"] = timestep.energy_limit(xp, fluid, heat, total, problem.energy_factor)
     return limits
 
 
 def _compression(problem: Problem, state: State, density: Array) -> Array:
     # What pressure did during the drift: the change of internal energy at fixed entropy.
     xp, eos = problem.engine.xp, problem.equation_of_state
-    old = eos.internal_energy(xp, state.rates.fluid.density, state.entropy)
-    gain = state.mass @ (eos.internal_energy(xp, density, state.entropy) - old)
+    new, old = (eos.energy(xp, rho, state.entropy) for rho in (density, state.rates.fluid.density))
+    gain = totals(xp, change, state.mass, new, old)[0][0]
     return xp.stack([gain if name == "pressure" else xp.zeros(()) for name in problem.effect_names])
 
 
-def _added(one: Array | None, other: Array | None) -> Array | None:
-    if one is None or other is None:
-        return other if one is None else one
-    return one + other
+def product(xp, a, b):
+    """a b."""
+    return (a * b,)
+
+
+def change(xp, weight, new, old):
+    """weight (new - old)."""
+    return (weight * (new - old),)

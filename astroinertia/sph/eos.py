@@ -12,15 +12,19 @@ densities `rho` > 0 and entropy functions `A` >= 0 of one shape, and work in any
     sound_speed(xp, rho, A)        c, from c^2 = dP/drho at constant A
     entropy(xp, rho, u)            A of matter with specific internal energy u (zero where barotropic)
     entropy_rate(xp, rho, q)       dA/dt from specific heating q = du/dt at constant density (zero where barotropic)
+    state(xp, rho, A)              P, c, u, its thermal part and dA/dq of particles (N,), in one go
+    energy(xp, rho, A)             u of particles (N,), likewise
 
 `thermal` says whether A matters. Tests: tests/unit/test_eos.py.
 """
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import ClassVar
 
+from astroinertia.engines.elementwise import elementwise
 from astroinertia.pytree import pytree
 
 
@@ -33,6 +37,38 @@ def check(**named: float) -> None:
             raise ValueError(f"equation of state: {name} must be above 1, not {value!r} (1 is kind 'isothermal')")
 
 
+def polytrope_pressure(xp, rho, K, gamma):
+    """K rho^gamma."""
+    return K * (rho * xp.power(rho, gamma - 1))
+
+
+def polytrope_energy(xp, rho, K, gamma):
+    """The u of which that is rho^2 du/drho."""
+    return K * xp.power(rho, gamma - 1) / (gamma - 1)
+
+
+def polytrope_stiffness(xp, rho, K, gamma):
+    """Its dP/drho."""
+    return gamma * K * xp.power(rho, gamma - 1)
+
+
+def entropy_per_energy(xp, rho, gamma):
+    """A of unit specific energy."""
+    return (gamma - 1) / xp.power(rho, gamma - 1)
+
+
+def ideal_state(xp, rho, A, gamma):
+    """P, c, u, all of it thermal, and dA/dq."""
+    energy = polytrope_energy(xp, rho, A, gamma)
+    speed = xp.sqrt(polytrope_stiffness(xp, rho, A, gamma))
+    return polytrope_pressure(xp, rho, A, gamma), speed, energy, energy, entropy_per_energy(xp, rho, gamma)
+
+
+def ideal_energy(xp, rho, A, gamma):
+    """u."""
+    return (polytrope_energy(xp, rho, A, gamma),)
+
+
 @pytree
 @dataclass(frozen=True)
 class Ideal:
@@ -43,29 +79,41 @@ class Ideal:
 
     def pressure(self, xp, rho, A):
         """P, like rho."""
-        return A * rho**self.gamma
+        return polytrope_pressure(xp, rho, A, self.gamma)
 
     def internal_energy(self, xp, rho, A):
         """Specific internal energy u, like rho."""
-        return A * rho ** (self.gamma - 1) / (self.gamma - 1)
+        return polytrope_energy(xp, rho, A, self.gamma)
 
     def sound_speed(self, xp, rho, A):
         """Adiabatic sound speed, like rho."""
-        return xp.sqrt(self.gamma * A * rho ** (self.gamma - 1))
+        return xp.sqrt(polytrope_stiffness(xp, rho, A, self.gamma))
 
     def entropy(self, xp, rho, u):
         """A of matter with specific internal energy u."""
-        return (self.gamma - 1) * u * rho ** (1 - self.gamma)
+        return u * entropy_per_energy(xp, rho, self.gamma)
 
     def entropy_rate(self, xp, rho, q):
         """dA/dt of matter heated by q per mass and time."""
-        return (self.gamma - 1) * q * rho ** (1 - self.gamma)
+        return q * entropy_per_energy(xp, rho, self.gamma)
+
+    def state(self, xp, rho, A):
+        """P, c, u, its thermal part and dA/dq, each (N,)."""
+        return elementwise(xp, ideal_state, rho, A, self.gamma)
+
+    def energy(self, xp, rho, A):
+        """u, (N,)."""
+        return elementwise(xp, ideal_energy, rho, A, self.gamma)[0]
 
 
-class _Barotropic:
+class _Barotropic(ABC):
     """What a fluid without a thermal part shares: the entropy function is zero and stays so."""
 
     thermal: ClassVar[bool] = False
+
+    @abstractmethod
+    def cold_state(self, xp, rho) -> tuple:
+        """P, c and u, each (N,)."""
 
     def entropy(self, xp, rho, u):
         """Zero: nothing is kept."""
@@ -74,6 +122,20 @@ class _Barotropic:
     def entropy_rate(self, xp, rho, q):
         """Zero: heat is radiated."""
         return xp.zeros_like(rho)
+
+    def state(self, xp, rho, A):
+        """P, c, u, its thermal part and dA/dq, each (N,)."""
+        none = xp.zeros_like(rho)
+        return (*self.cold_state(xp, rho), none, none)
+
+    def energy(self, xp, rho, A):
+        """u, (N,)."""
+        return self.cold_state(xp, rho)[2]
+
+
+def isothermal_state(xp, rho, speed, reference_density):
+    """P, c and the free energy."""
+    return speed**2 * rho, speed + 0.0 * rho, speed**2 * xp.log(rho / reference_density)
 
 
 @pytree
@@ -96,6 +158,10 @@ class Isothermal(_Barotropic):
         """The one sound speed, like rho."""
         return self.speed * xp.ones_like(rho)
 
+    def cold_state(self, xp, rho):
+        """P, c and u, each (N,)."""
+        return elementwise(xp, isothermal_state, rho, self.speed, self.reference_density)
+
 
 @pytree
 @dataclass(frozen=True)
@@ -107,15 +173,29 @@ class Polytropic(_Barotropic):
 
     def pressure(self, xp, rho, A):
         """P, like rho."""
-        return self.constant * rho**self.gamma
+        return polytrope_pressure(xp, rho, self.constant, self.gamma)
 
     def internal_energy(self, xp, rho, A):
         """Specific internal energy u, like rho."""
-        return self.constant * rho ** (self.gamma - 1) / (self.gamma - 1)
+        return polytrope_energy(xp, rho, self.constant, self.gamma)
 
     def sound_speed(self, xp, rho, A):
         """Adiabatic sound speed, like rho."""
-        return xp.sqrt(self.gamma * self.constant * rho ** (self.gamma - 1))
+        return xp.sqrt(polytrope_stiffness(xp, rho, self.constant, self.gamma))
+
+    def cold_state(self, xp, rho):
+        """P, c and u, each (N,)."""
+        return elementwise(xp, ideal_state, rho, self.constant, self.gamma)[:3]
+
+
+def piece_state(xp, rho, pressure, stiffness, energy, start, gamma, K, offset):
+    """P, c^2 and u of a piece above its start; below it, those given."""
+    above = rho >= start
+    return (
+        xp.where(above, polytrope_pressure(xp, rho, K, gamma), pressure),
+        xp.where(above, polytrope_stiffness(xp, rho, K, gamma), stiffness),
+        xp.where(above, polytrope_energy(xp, rho, K, gamma) + offset, energy),
+    )
 
 
 @pytree
@@ -151,21 +231,43 @@ class PiecewisePolytropic(_Barotropic):
 
     def pressure(self, xp, rho, A):
         """P, like rho."""
-        return self._choose(xp, rho, lambda gamma, constant, offset: constant * rho**gamma)
+        return self._choose(xp, rho, lambda gamma, K, offset: polytrope_pressure(xp, rho, K, gamma))
 
     def internal_energy(self, xp, rho, A):
         """Specific internal energy u, like rho."""
-        return self._choose(
-            xp, rho, lambda gamma, constant, offset: constant * rho ** (gamma - 1) / (gamma - 1) + offset
-        )
+        return self._choose(xp, rho, lambda gamma, K, offset: polytrope_energy(xp, rho, K, gamma) + offset)
 
     def squared_sound_speed(self, xp, rho):
         """c^2, like rho."""
-        return self._choose(xp, rho, lambda gamma, constant, offset: gamma * constant * rho ** (gamma - 1))
+        return self._choose(xp, rho, lambda gamma, K, offset: polytrope_stiffness(xp, rho, K, gamma))
 
     def sound_speed(self, xp, rho, A):
         """Adiabatic sound speed, like rho."""
         return xp.sqrt(self.squared_sound_speed(xp, rho))
+
+    def stiff_state(self, xp, rho):
+        """P, c^2 and u, each (N,)."""
+        found = (rho, rho, rho)
+        for piece in self._pieces():
+            found = elementwise(xp, piece_state, rho, *found, *piece)
+        return found
+
+    def cold_state(self, xp, rho):
+        """P, c and u, each (N,)."""
+        pressure, stiffness, energy = self.stiff_state(xp, rho)
+        return pressure, xp.sqrt(stiffness), energy
+
+
+def hybrid_state(xp, rho, A, gamma, cold_pressure, cold_stiffness, cold_energy):
+    """P, c, u, its thermal part and dA/dq, from the cold parts."""
+    thermal = polytrope_energy(xp, rho, A, gamma)
+    return (
+        cold_pressure + polytrope_pressure(xp, rho, A, gamma),
+        xp.sqrt(cold_stiffness + polytrope_stiffness(xp, rho, A, gamma)),
+        cold_energy + thermal,
+        thermal,
+        entropy_per_energy(xp, rho, gamma),
+    )
 
 
 @pytree
@@ -201,7 +303,7 @@ class Hybrid:
 
     def sound_speed(self, xp, rho, A):
         """Adiabatic sound speed, like rho."""
-        hot = self.gamma_thermal * A * rho ** (self.gamma_thermal - 1)
+        hot = polytrope_stiffness(xp, rho, A, self.gamma_thermal)
         return xp.sqrt(self._cold().squared_sound_speed(xp, rho) + hot)
 
     def entropy(self, xp, rho, u):
@@ -212,6 +314,14 @@ class Hybrid:
     def entropy_rate(self, xp, rho, q):
         """dA/dt of matter heated by q per mass and time."""
         return self._hot().entropy_rate(xp, rho, q)
+
+    def state(self, xp, rho, A):
+        """P, c, u, its thermal part and dA/dq, each (N,)."""
+        return elementwise(xp, hybrid_state, rho, A, self.gamma_thermal, *self._cold().stiff_state(xp, rho))
+
+    def energy(self, xp, rho, A):
+        """u, (N,)."""
+        return self.state(xp, rho, A)[2]
 
 
 EquationOfState = Ideal | Isothermal | Polytropic | PiecewisePolytropic | Hybrid
