@@ -15,7 +15,7 @@ import numpy as np
 from astroinertia.engines import tree
 from astroinertia.engines.numba_lists import lists_pass
 from astroinertia.engines.numba_modules import all_pairs_pass, density_pass, neighbour_pass
-from astroinertia.engines.numba_passes import GROUP, VIRIAL_AXES, output_kinds, virial_effects
+from astroinertia.engines.numba_passes import GROUP, INTERVALS, VIRIAL_AXES, output_kinds, virial_effects
 from astroinertia.engines.terms import Density, PairTerm
 from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.sph.kernels import KERNELS
@@ -118,8 +118,9 @@ class Engine:
     ) -> Arrangement:
         """The arrangement with the lists of neighbours that all passes at these positions then share.
 
-        smoothing_length: (N,) as it is known so far. A pass that is given another array of positions, other targets or
-        lengths grown by more than LISTED makes lists for itself.
+        smoothing_length: (N,) as it is known so far. A pass that is given another array of positions, targets that are
+        not listed or lengths grown by more than LISTED makes lists for itself. Whoever changes the positions within
+        their array must list anew before they have moved by as much as the lengths were handed in too large.
         """
         chosen = _targets(arrangement, targets)
         lists = self._lists(arrangement, chosen, kernel, _array(position), LISTED * _array(smoothing_length))
@@ -158,9 +159,9 @@ class Engine:
         options = (KERNELS[kernel].support, LISTED, eta, max(tolerance, FINEST[self.precision]), smallest)
         results = np.empty((4, len(chosen.indices)))
         share_out(
-            function, self._workers_for(chosen), *nodes.columns, guess, mass, np.array(options, dtype=np.float64),
-            nodes.rows, leaves.start, chosen.indices, chosen.begin, chosen.leaves, lists.offset, lists.count,
-            lists.pool, results,
+            function, self._workers_for(chosen), *nodes.columns, position, guess, mass,
+            np.array(options, dtype=np.float64), nodes.rows, leaves.start, chosen.indices, chosen.begin, chosen.leaves,
+            lists.offset, lists.count, lists.pool, results,
         )  # fmt: skip
         return Density(results[0], results[1], results[2], results[3] if softening else None)
 
@@ -177,32 +178,30 @@ class Engine:
         """Sums over pairs closer than the larger of their two supports: {effect: {output: array}}.
 
         targets: ascending indices of the particles to sum for, a row of the results each; None for all.
-        interval: (N,) or (N, K); the value of a pair, unless its maximum is taken, is multiplied by the larger of their
-        two intervals, summed over the K.
+        interval: (closing, opening), two arrays (N,): "central" and "sum" outputs are given a second time, with
+        _impulse after their names, each pair's value multiplied by the larger of their two closing intervals plus the
+        larger of the opening ones. Pairs with a negative opening interval have no impulse; a closing one above 1e30
+        counts as 0.
         """
         if not terms:
             return {}
         if interval is not None:
-            columns = np.asarray(interval, dtype=np.float64).reshape(len(fields["mass"]), -1).T
-            fields = {**fields, **{f"interval_{k}": column for k, column in enumerate(columns)}}
-        intervals = 0 if interval is None else len(columns)
-        made = neighbour_pass(kernel, tuple(terms), self.precision, virial, intervals)
+            fields = {**fields, **dict(zip(INTERVALS, interval, strict=True))}
+        made = neighbour_pass(kernel, tuple(terms), self.precision, virial, interval is not None)
         leaves = arrangement.leaves
         position, mass, smoothing_length = _fields(fields)
         chosen = _targets(arrangement, targets)
         lists = self._held_lists(arrangement, chosen, kernel, position, smoothing_length, 1.0)
-        table = np.empty((len(mass), made.width))
-        touched = np.ones(leaves.count, np.bool_)
-        workers, columns = self._workers_for(chosen), lists.nodes.columns
-        named = _named(fields, made.arrays, len(mass))
-        support = float(KERNELS[kernel].support)
+        workers, named = self._workers_for(chosen), _named(fields, made.arrays, len(mass))
+        given = (position, smoothing_length, mass, float(KERNELS[kernel].support), *named)
+        packed = chosen is arrangement.everyone or lists.count[chosen.leaves].sum() > len(mass)
+        table = np.empty((len(mass) if packed else 0, made.width))
+        if packed:
+            share_out(made.pack, workers, *given, table)
+        results, arrays = _results(terms, virial, len(chosen.indices), leaves.count, interval is not None)
         share_out(
-            made.pack, workers, leaves.start, touched, *columns[:3], smoothing_length, mass, support, *named, table
-        )
-        results, arrays = _results(terms, virial, len(chosen.indices), leaves.count)
-        share_out(
-            made.sums, workers, *columns[:3], smoothing_length, table,
-            chosen.indices, chosen.begin, chosen.leaves, lists.offset, lists.count, lists.pool, *arrays,
+            made.sums, workers, *given, table, chosen.indices, chosen.begin, chosen.leaves, lists.offset, lists.count,
+            lists.pool, *arrays,
         )  # fmt: skip
         return _finished(results)
 
@@ -233,7 +232,8 @@ class Engine:
         """The arrangement's lists if they hold for all of this, else others, for lengths up to margin h."""
         held, support = arrangement.lists, float(KERNELS[kernel].support)
         if held is not None and held.position is position and held.support == support:
-            same = held.targets is chosen or np.array_equal(held.targets.indices, chosen.indices)
+            every = held.targets is arrangement.everyone  # whose lists serve any targets
+            same = every or held.targets is chosen or np.array_equal(held.targets.indices, chosen.indices)
             if same and bool(np.all(margin * h <= held.length)):
                 return held
         return self._lists(arrangement, chosen, kernel, position, margin * h)
@@ -248,7 +248,7 @@ class Engine:
         while True:
             pool, used = np.empty(room, np.int32), np.zeros(1, np.int64)
             share_out(
-                lists_pass(), self._workers_for(chosen), *nodes.columns, support, nodes.rows, leaves.start,
+                lists_pass(), self._workers_for(chosen), *nodes.columns, position, support, nodes.rows, leaves.start,
                 chosen.indices, chosen.begin, chosen.groups, offset, count, pool, used,
             )  # fmt: skip
             if used[0] <= room:
@@ -310,12 +310,13 @@ def _named(fields: dict, names: Sequence[str], count: int) -> list[np.ndarray]:
 
 
 def _results(
-    terms: Sequence[PairTerm], virial: bool, count: int, leaves: int
+    terms: Sequence[PairTerm], virial: bool, count: int, leaves: int, impulses: bool = False
 ) -> tuple[dict[str, dict[str, np.ndarray]], list[np.ndarray]]:
     results: dict[str, dict[str, np.ndarray]] = {}
-    for (effect, name), how in output_kinds(terms).items():
+    kinds = output_kinds(terms, impulses)
+    for (effect, name), how in kinds.items():
         results.setdefault(effect, {})[name] = np.zeros((count, *SHAPES[how]))
-    arrays = [results[effect][name] for effect, name in output_kinds(terms)]
+    arrays = [results[effect][name] for effect, name in kinds]
     for effect in virial_effects(terms) if virial else ():
         results[effect]["virial"] = np.zeros((leaves, len(VIRIAL_AXES)))
         arrays.append(results[effect]["virial"])

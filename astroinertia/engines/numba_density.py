@@ -24,6 +24,9 @@ def softening_moment(distance, weight, vectors, inverse_h):
 """
 
 DENSITY = """
+MOVED = 1.2  # how much further to look among positions that may have moved since they were listed
+
+
 @njit(fastmath=LOOP_FLAGS, forceinline=True, **PART)
 def moments(distance, weight, vectors, inverse_h):
     total = real(0)
@@ -36,11 +39,10 @@ def moments(distance, weight, vectors, inverse_h):
 
 
 @njit(**PART)
-def load_sources(found, count, centre, buffer, x, y, z, mass):
+def load_sources(found, count, centre, buffer, position, mass):
     # Rows: x, y, z, mass.
-    load_row(x, found, count, centre[0] if RELATIVE else 0.0, buffer[0])
-    load_row(y, found, count, centre[1] if RELATIVE else 0.0, buffer[1])
-    load_row(z, found, count, centre[2] if RELATIVE else 0.0, buffer[2])
+    for a in range(3):
+        load_component(position, a, found, count, centre[a] if RELATIVE else 0.0, buffer[a])
     load_row(mass, found, count, 0.0, buffer[3])
 
 
@@ -125,7 +127,7 @@ def solve_leaf(first, last, slots, count, limit, buffer, lists, unsolved, option
 
 
 @njit(**PART)
-def solve_alone(t, i, x, y, z, h, mass, nodes, start, unsolved, options, results):
+def solve_alone(t, i, x, y, z, length, position, mass, nodes, start, unsolved, options, results):
     # Target t, particle i, whose h has outgrown its leaf's buffer gathers its own, each larger than the last.
     leaves = len(start) - 1
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
@@ -133,21 +135,23 @@ def solve_alone(t, i, x, y, z, h, mass, nodes, start, unsolved, options, results
     buffer, lists = np.empty((4, columns_for(512)), real), np.empty((2, columns_for(512)), real)
     box, centre, slots = np.empty((2, 3)), np.empty(3), np.empty(1, np.int64)
     for a in range(2):
-        box[a, 0], box[a, 1], box[a, 2] = x[i], y[i], z[i]
-    centre[0], centre[1], centre[2] = x[i], y[i], z[i]
+        box[a, 0], box[a, 1], box[a, 2] = position[i, 0], position[i, 1], position[i, 2]
+    centre[0], centre[1], centre[2] = position[i, 0], position[i, 1], position[i, 2]
     left = 1
     while left > 0:
         limit = 1.3 * results[0, t]
-        count, found = gather(x, y, z, h, 0.0, nodes, start, box, options[0] * limit, parents, listed, found)
+        reach = MOVED * options[0] * limit
+        count, found = gather(x, y, z, length, 0.0, nodes, start, box, reach, parents, listed, found)
         buffer, lists = with_columns(buffer, count), with_columns(lists, count)
-        load_sources(found, count, centre, buffer, x, y, z, mass)
+        load_sources(found, count, centre, buffer, position, mass)
         slots[0] = place_of(i, found, count)
         left = solve_leaf(t, t + 1, slots, count, limit, buffer, lists, unsolved, options, results)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def density_pass_{tag}(
-    counter, x, y, z, length, h, mass, options, nodes, start, targets, begin, active, offset, number, pool, results
+    counter, x, y, z, length, position, h, mass, options, nodes, start, targets, begin, active, offset, number, pool,
+    results,
 ):
     # length: what the lists were made for, options[1] times as long as the guesses h.
     buffer, lists = np.empty((4, columns_for(512)), real), np.empty((2, columns_for(512)), real)
@@ -162,14 +166,14 @@ def density_pass_{tag}(
         found = pool[offset[leaf] : offset[leaf] + count]
         buffer, lists = with_columns(buffer, count), with_columns(lists, count)
         slots, unsolved = with_room(slots, last - first), with_room(unsolved, last - first)
-        limit = target_box(x, y, z, length, targets, first, last, box)
+        limit = target_box(position, length, targets, first, last, box)
         box_centre(box, centre)
-        load_sources(found, count, centre, buffer, x, y, z, mass)
+        load_sources(found, count, centre, buffer, position, mass)
         places(targets, first, last, found, count, slots)
         for t in range(first, last):
             results[0, t] = h[targets[t]]
         left = solve_leaf(first, last, slots, count, limit, buffer, lists, unsolved, options, results)
         for k in range(left):
             t = unsolved[k]
-            solve_alone(t, targets[t], x, y, z, length, mass, nodes, start, own, options, results)
+            solve_alone(t, targets[t], x, y, z, length, position, mass, nodes, start, own, options, results)
 """

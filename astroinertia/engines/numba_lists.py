@@ -19,7 +19,9 @@ def squares(row, count, factor):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def neighbour_lists(counter, x, y, z, h, support, nodes, start, targets, begin, groups, offset, count, pool, used):
+def neighbour_lists(
+    counter, x, y, z, h, position, support, nodes, start, targets, begin, groups, offset, count, pool, used
+):
     leaves = len(start) - 1
     group = min(leaves, GROUP)
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
@@ -32,19 +34,19 @@ def neighbour_lists(counter, x, y, z, h, support, nodes, start, targets, begin, 
             break
         first_leaf = group * groups[number]
         first, last = begin[first_leaf], begin[first_leaf + group]
-        reach = support * target_box(x, y, z, h, targets, first, last, box)
+        reach = support * target_box(position, h, targets, first, last, box)
         total, found = gather(x, y, z, h, support, nodes, start, box, reach, parents, listed, found)
         key, index, rows = with_room(key, total), with_room(index, total), with_columns(rows, total)
         load_row(x, found, total, 0.0, rows[0])
         load_row(y, found, total, 0.0, rows[1])
         load_row(z, found, total, 0.0, rows[2])
-        vector_take(h, found, total, 0.0, rows[3])
+        vector_take(h, 0, found, total, 0.0, rows[3])
         squares(rows[3], total, support)
         for leaf in range(first_leaf, first_leaf + group):
             first, last = begin[leaf], begin[leaf + 1]
             if first == last:
                 continue
-            reach = support * target_box(x, y, z, h, targets, first, last, box)
+            reach = support * target_box(position, h, targets, first, last, box)
             row_excess(rows[0], rows[1], rows[2], rows[3], total, box, reach * reach, key)
             number = compressed_indices(0, key, total, index, 0)
             place = claim(used, number)

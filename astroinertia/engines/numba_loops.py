@@ -37,6 +37,13 @@ for k in range(count):
     key[k] = x_ij * x_ij + y_ij * y_ij + z_ij * z_ij - larger_of(reach2_i, all_reach2[k])
 vectors = compressed_indices(0, key, count, index, 0)
 """
+# How long a pair acts: the longer of two intervals closes and the longer of two opens; not at all where one particle
+# sleeps, which a negative opening interval says, and without the first where one has just woken.
+PAIR_TIME = """
+longer = larger_of(field_closing_i, field_closing_j)
+longer = where(longer < real(1e30), longer, real(0)) + larger_of(field_opening_i, field_opening_j)
+pair_time = where((field_opening_i < real(0)) | (field_opening_j < real(0)), real(0), longer)
+"""
 LISTED = """
 for k in range(vectors, padded(vectors)):
     index[k] = count
@@ -47,11 +54,12 @@ for k in range(padded(vectors)):
 
 def neighbour_loop(name: str, sources: Sources, terms: Sequence[PairTerm], needs: Needs, virial: bool) -> list[str]:
     """The loop over the targets of one leaf and the sources within reach of each; results have a row a target."""
-    kinds = output_kinds(terms)
+    kinds = output_kinds(terms, needs.impulses)
     partners, _ = needs.sides
+    filled = listed(results(terms, virial, needs.impulses))
     lines = [
         "@njit(fastmath=LOOP_FLAGS, **PART)",
-        f"def {name}(leaf, first, last, slots, count, table, rows, search, index{listed(results(terms, virial))}):",
+        f"def {name}(leaf, first, last, slots, count, table, rows, search, index{filled}):",
         "    widest_vectors()",
     ]
     lines += [f"    all_{row} = rows[{k}]" for k, row in enumerate(partners)]
@@ -194,12 +202,13 @@ def _pair_lines(sources: Sources, terms: Sequence[PairTerm], needs: Needs, form:
         lines.append(f"{', '.join(targets)}, = {name}({', '.join(called)})")
         for value, output in zip(targets, term.outputs, strict=True):
             values.setdefault((term.effect, output.name), []).append((value, output))
-    if needs.intervals:  # everything but a maximum is multiplied by what two particles take to be kicked
-        longer = (f"larger_of(field_interval_{k}_i, field_interval_{k}_j)" for k in range(needs.intervals))
-        lines.append(f"mass_j = mass_j * ({' + '.join(longer)})")
     lines.append("mass_over_r = mass_j * inverse_r")
     for (effect, name), parts in values.items():
         lines += _reduction(f"sum_{effect}_{name}", parts, form)
+    if needs.impulses:
+        lines += _indented(0, PAIR_TIME)
+        for (effect, name), parts in values.items():
+            lines += _impulse(f"sum_{effect}_{name}", parts[0][1].how)
     if virial:
         for effect in virial_effects(terms):
             parts = [v for (e, _), pairs in values.items() if e == effect for v, o in pairs if o.how == "central"]
@@ -216,7 +225,7 @@ def _reduction(total: str, parts: list, form: str) -> list[str]:
         lines = [f"{total}_force = mass_over_r * ({value})"]
         return lines + [f"{total}_{a} += {total}_force * {a}_ij" for a in AXES]
     if how == "sum":
-        return [f"{total} += mass_j * ({value})"]
+        return [f"{total}_part = mass_j * ({value})", f"{total} += {total}_part"]
     if how == "max":
         own = {
             "neighbour": ["index[j] == index.dtype.type(s)"],
@@ -234,6 +243,12 @@ def _reduction(total: str, parts: list, form: str) -> list[str]:
             lines.append(f"{total}_{k}_{a} = {total}_weight_{k} * vector_{output.of}_{a}_ij")
             lines += [f"{total}_{a}{b} += {total}_{k}_{a} * {b}_ij" for b in AXES]
     return lines
+
+
+def _impulse(total: str, how: str) -> list[str]:
+    if how == "central":
+        return [f"{total}_impulse_{a} += (pair_time * {total}_force) * {a}_ij" for a in AXES]
+    return [f"{total}_impulse += pair_time * {total}_part"] if how == "sum" else []
 
 
 def _argument(name: str) -> str:

@@ -22,14 +22,20 @@ spread_reaches = row_spreader(4, {reaches})
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def neighbour_pass_{tag}(
-    counter, x, y, z, h, table, chosen, begin, active, offset, number, pool{results}
+    counter, position, h, mass, support{arrays}, table, chosen, begin, active, offset, number, pool{results}
 ):
+    # table: what `pack` made of all particles, or none: then each leaf packs what is near enough to its targets.
     room = columns_for(512)
     sources, rows = np.empty((room, {width}), real), np.empty(({spread} + 3, room), real)
     search = np.empty((8, room), real)
     index, own = np.empty(room, np.int32 if RELATIVE else np.int64), np.arange(room)
     box, centre, zero = np.empty((2, 3)), np.empty(3), np.zeros({width})
     slots = np.empty(0, np.int64)
+    sparse = len(table) == 0
+    if sparse:
+        near, packed = np.empty(room, pool.dtype), np.empty((room, {width}))
+    else:
+        near, packed = pool[:0], table
     while True:
         turn = take(counter)
         if turn >= len(active):
@@ -41,17 +47,30 @@ def neighbour_pass_{tag}(
             room = columns_for(count)
             sources, rows = np.empty((room, {width}), real), np.empty(({spread} + 3, room), real)
             search, index, own = np.empty((8, room), real), np.empty(room, index.dtype), np.arange(room)
+            if sparse:
+                near, packed = np.empty(room, pool.dtype), np.empty((room, {width}))
         slots = with_room(slots, last - first)
-        target_box(x, y, z, h, chosen, first, last, box)
+        largest = target_box(position, h, chosen, first, last, box)
         box_centre(box, centre)
-        set_origin(centre, table, chosen[first], zero)
-        copy_rows(table, found, count, zero, sources)
+        if sparse:
+            for k in range(count):
+                near[k] = found[k]
+            count = close_to(box, support, largest, position, h, near, count)
+            for k in range(count):
+                pack_row(near[k], k, position, h, mass, support{arrays}, packed)
+            found = near[:count]
+            places(chosen, first, last, found, count, slots)
+            set_origin(centre, packed, slots[0], zero)
+            copy_rows(packed, own, count, zero, sources)
+        else:
+            places(chosen, first, last, found, count, slots)
+            set_origin(centre, packed, chosen[first], zero)
+            copy_rows(packed, found, count, zero, sources)
         for k in range({width}):  # a massless copy of the last source stands at the loose end
             sources[count, k] = sources[count - 1, k]
         sources[count, 3] = 0
         spread_places(sources, own, padded(count), search)
         spread_reaches(sources, own, padded(count), search[4:])
-        places(chosen, first, last, found, count, slots)
         neighbour_leaf_{tag}(leaf, first, last, slots, count, sources, rows, search, index{results})
 """
 
@@ -125,25 +144,26 @@ def _kernel(name: str) -> Kernel:
 
 @functools.lru_cache(maxsize=128)
 def neighbour_pass(
-    kernel: str, terms: tuple[PairTerm, ...], precision: str, virial: bool, intervals: int = 0
+    kernel: str, terms: tuple[PairTerm, ...], precision: str, virial: bool, impulses: bool = False
 ) -> NeighbourPass:
     """The generated pass of a sum over neighbours.
 
-    intervals: how many time intervals a pair's value is multiplied by the sum of; 0 for the plain value.
+    impulses: with results that are multiplied by the intervals of their pairs, besides the plain ones.
     """
-    needs = Needs(_kernel(kernel), terms, [term.pair for term in terms], masked=True, intervals=intervals)
+    needs = Needs(_kernel(kernel), terms, [term.pair for term in terms], masked=True, impulses=impulses)
     tag = "_".join(effect_names(terms))
     sources = Sources()
     loop = neighbour_loop(f"neighbour_leaf_{tag}", sources, terms, needs, virial)
     partners = len(needs.sides[0])
     body = NEIGHBOUR.format(
         tag=tag,
-        results=listed(results(terms, virial)),
+        arrays=listed(needs.arrays),
+        results=listed(results(terms, virial, impulses)),
         width=needs.width,
         spread=-(-partners // 4) * 4,
         reaches=needs.table.index("reach2") // 4 * 4,
     )
-    load = packer("pack", needs) + origin("set_origin", needs, precision)
+    load = packer(needs) + origin("set_origin", needs, precision)
     module = load_module(f"neighbour_pass_{tag}", _joined(precision, sources, load, loop, body))
     return NeighbourPass(module, module.pack, getattr(module, f"neighbour_pass_{tag}"), needs.arrays, needs.width)
 

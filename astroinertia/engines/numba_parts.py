@@ -142,18 +142,18 @@ def node_box(nodes, node, box, centre):
 
 
 @njit(**PART)
-def target_box(x, y, z, h, targets, first, last, box):
+def target_box(position, h, targets, first, last, box):
     """Set a box (2, 3) to that of targets[first:last] and return their largest h; NaN makes NaN."""
     for a in range(3):
         box[0, a], box[1, a] = np.inf, -np.inf
     largest = unknown = 0.0
     for t in range(first, last):
         i = targets[t]
-        box[0, 0], box[1, 0] = min(box[0, 0], x[i]), max(box[1, 0], x[i])
-        box[0, 1], box[1, 1] = min(box[0, 1], y[i]), max(box[1, 1], y[i])
-        box[0, 2], box[1, 2] = min(box[0, 2], z[i]), max(box[1, 2], z[i])
+        for a in range(3):
+            box[0, a], box[1, a] = min(box[0, a], position[i, a]), max(box[1, a], position[i, a])
         largest = max(largest, h[i])
-        unknown += 0.0 if x[i] + y[i] + z[i] + h[i] == x[i] + y[i] + z[i] + h[i] else np.nan
+        total = position[i, 0] + position[i, 1] + position[i, 2] + h[i]
+        unknown += 0.0 if total == total else np.nan
     for a in range(3):
         box[0, a] += unknown
         box[1, a] += unknown
@@ -202,6 +202,22 @@ def row_excess(x, y, z, reach2, count, box, target_reach2, key):
         key[k] = dx * dx + dy * dy + dz * dz - larger_of(least, reach2[k]) * slack
 
 
+@njit(**PART)
+def close_to(box, factor, largest, position, h, items, count):
+    """Keep those of items[:count] within factor max(largest, h) of a box, in their order, and return their number."""
+    kept = 0
+    for k in range(count):
+        i = items[k]
+        square = 0.0
+        for a in range(3):
+            apart = larger_of(0.0, larger_of(box[0, a] - position[i, a], position[i, a] - box[1, a]))
+            square += apart * apart
+        reach = factor * larger_of(largest, h[i])
+        items[kept] = i
+        kept += 1 - np.int64(square >= reach * reach * SLACK)
+    return kept
+
+
 # Rows of a buffer of sources, converted to its precision. A copy of the last source stands at the loose end; the caller
 # gives it no mass, so that it adds nothing, and is as finite as the source itself.
 
@@ -216,16 +232,14 @@ def fill_row(row, count):
 @njit(**PART)
 def load_row(source, found, count, zero, row):
     """source[found] - zero."""
-    vector_take(source, found, count, zero, row)
+    vector_take(source, 0, found, count, zero, row)
     fill_row(row, count)
 
 
 @njit(**PART)
 def load_component(source, axis, found, count, zero, row):
     """source[found, axis] - zero."""
-    widest_vectors()
-    for k in range(count):
-        row[k] = source[found[k], axis] - zero
+    vector_take(source, axis, found, count, zero, row)
     fill_row(row, count)
 
 

@@ -14,9 +14,10 @@ from astroinertia.engines.numba_source import argument_names
 from astroinertia.engines.terms import PairTerm
 
 AXES = "xyz"
+INTERVALS = ("closing", "opening")
 SEPARATION = ("x_ij", "y_ij", "z_ij")
 GROUP = 4  # neighbouring leaves that share a list of sources
-PACKED = 16  # leaves that a thread packs at a time
+PACKED = 1024  # particles that a thread packs at a time
 KERNEL_NAMES = {"W": ("w", 3), "dW": ("dw", 4), "phi": ("phi", 1), "dphi": ("dphi", 2)}
 VIRIAL_AXES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 LOOP_FLAGS = "{'reassoc', 'contract', 'nsz', 'arcp', 'afn'}"  # never nnan or ninf: NaN must survive
@@ -27,8 +28,11 @@ def effect_names(terms: Iterable[PairTerm]) -> list[str]:
     return sorted({term.effect for term in terms})
 
 
-def output_kinds(terms: Iterable[PairTerm]) -> dict[tuple[str, str], str]:
-    """{(effect, output): how} of all results; terms of one effect may add to the same output."""
+def output_kinds(terms: Iterable[PairTerm], impulses: bool = False) -> dict[tuple[str, str], str]:
+    """{(effect, output): how} of all results; terms of one effect may add to the same output.
+
+    impulses: with a second result for each that can be multiplied by a time.
+    """
     kinds: dict[tuple[str, str], str] = {}
     for term in terms:
         for output in term.outputs:
@@ -36,6 +40,8 @@ def output_kinds(terms: Iterable[PairTerm]) -> dict[tuple[str, str], str]:
             if known not in (None, output.how) or known == "max":
                 raise ValueError(f"output {output.name} of effect {term.effect} comes twice and cannot be added up")
             kinds[term.effect, output.name] = output.how
+    if impulses:
+        kinds |= {(e, f"{name}_impulse"): how for (e, name), how in kinds.items() if how in ("central", "sum")}
     return kinds
 
 
@@ -52,7 +58,7 @@ class Needs:
     terms: Sequence[PairTerm]
     functions: Sequence
     masked: bool
-    intervals: int = 0
+    impulses: bool = False
     kernels: dict[str, list[str]] = field(default_factory=lambda: {"i": [], "j": []})
     scalars: list[str] = field(default_factory=list)
     vectors: list[str] = field(default_factory=list)
@@ -74,7 +80,7 @@ class Needs:
                 self.lengths = True
             elif stem not in self.scalars:
                 self.scalars.append(stem)
-        self.scalars += [f"interval_{k}" for k in range(self.intervals)]
+        self.scalars += INTERVALS if self.impulses else ()
         of = {output.of for term in self.terms for output in term.outputs if output.how == "outer"}
         if None in of:
             raise ValueError("an output gathered as 'outer' must say of which field")
@@ -94,7 +100,7 @@ class Needs:
     def sides(self) -> tuple[list[str], list[str]]:
         """Rows of a table of sources, x, y, z first: those that partners are asked for, and the target's alone."""
         asked = {name for function in self.functions for name in argument_names(function)}
-        asked |= {f"interval_{k}_j" for k in range(self.intervals)}
+        asked |= {f"{name}_j" for name in INTERVALS}
         partners = [*AXES, "mass", *(f"vector_{name}_{axis}" for name in self.vectors for axis in AXES)]
         partners += ["inverse_h"] if self.kernels["j"] else []
         partners += ["h"] if "h_j" in asked else []
@@ -187,27 +193,31 @@ def loader(name: str, needs: Needs, precision: str) -> list[str]:
     return [*lines, "", ""]
 
 
-def packer(name: str, needs: Needs) -> list[str]:
-    """A pass that puts all that is asked of a particle side by side, for the leaves that are marked as touched."""
-    partners, own = needs.sides
-    lines = [
-        '@njit(cache=True, nogil=True, error_model="numpy")',
-        f"def {name}(counter, start, touched, x, y, z, h, mass, support{listed(needs.arrays)}, table):",
-        "    leaves = len(start) - 1",
-        "    while True:",
-        "        number = PACKED * take(counter)",
-        "        if number >= leaves:",
-        "            break",
-        "        for leaf in range(number, min(leaves, number + PACKED)):",
-        "            for i in range(start[leaf], start[leaf + 1] if touched[leaf] else start[leaf]):",
-    ]
-    for k, row in enumerate(partners + own):
+def packer(needs: Needs) -> list[str]:
+    """Functions that put all that is asked of a particle side by side: `pack` for all of them, `pack_row` for one."""
+    given = f"position, h, mass, support{listed(needs.arrays)}, table"
+    lines = ["@njit(forceinline=True, **PART)", f"def pack_row(i, k, {given}):"]
+    for column, row in enumerate(needs.table):
         stem, _, axis = row.rpartition("_")
-        value = f"{stem}[i, {AXES.index(axis)}]" if row.startswith("vector_") else f"{row}[i]"
-        value = {"inverse_h": "1.0 / h[i]", "reach2": "(support * h[i]) * (support * h[i])"}.get(row, value)
-        lines.append(f"                table[i, {k}] = {value}")
-    for k in range(len(partners + own), needs.width):
-        lines.append(f"                table[i, {k}] = 0.0")
+        value = {
+            "inverse_h": "1.0 / h[i]",
+            "reach2": "(support * h[i]) * (support * h[i])",
+            **{a: f"position[i, {n}]" for n, a in enumerate(AXES)},
+        }.get(row, f"{stem}[i, {AXES.index(axis)}]" if row.startswith("vector_") else f"{row}[i]")
+        lines.append(f"    table[k, {column}] = {value}")
+    lines += [f"    table[k, {column}] = 0.0" for column in range(len(needs.table), needs.width)]
+    lines += [
+        "",
+        "",
+        '@njit(cache=True, nogil=True, error_model="numpy")',
+        f"def pack(counter, {given}):",
+        "    while True:",
+        "        first = PACKED * take(counter)",
+        "        if first >= len(mass):",
+        "            break",
+        "        for i in range(first, min(len(mass), first + PACKED)):",
+        f"            pack_row(i, i, {given})",
+    ]
     return [*lines, "", ""]
 
 
@@ -226,7 +236,7 @@ def listed(names: Iterable[str]) -> str:
     return "".join(f", {name}" for name in names)
 
 
-def results(terms: Sequence[PairTerm], virial: bool) -> list[str]:
+def results(terms: Sequence[PairTerm], virial: bool, impulses: bool = False) -> list[str]:
     """The arrays that a pass fills."""
-    names = [f"out_{effect}_{output}" for effect, output in output_kinds(terms)]
+    names = [f"out_{effect}_{output}" for effect, output in output_kinds(terms, impulses)]
     return names + ([f"virial_{effect}" for effect in virial_effects(terms)] if virial else [])

@@ -30,11 +30,14 @@ def _vector_fill(typingctx, array, position, value):
 
 
 @intrinsic
-def _vector_take(typingctx, source, found, count, zero, row):
+def _vector_take(typingctx, source, axis, found, count, zero, row):
     def codegen(context, builder, signature, args):
         build, lanes = Lanes(context, builder, signature, args), 8
-        data = context.make_array(signature.args[0])(context, builder, args[0]).data
-        kind, double = build.scalar_type(4), ir.DoubleType()
+        array = context.make_array(signature.args[0])(context, builder, args[0])
+        plain = signature.args[0].ndim == 1
+        width = ir.Constant(INT64, 1) if plain else builder.extract_value(array.shape, 1)
+        data = builder.gep(array.data, [args[1]])
+        kind, double = build.scalar_type(5), ir.DoubleType()
         pointers = ir.VectorType(double.as_pointer(), lanes)
         whole, bits = ir.VectorType(double, lanes), ir.VectorType(ir.IntType(1), lanes)
         gather = cgutils.get_or_insert_function(
@@ -42,14 +45,14 @@ def _vector_take(typingctx, source, found, count, zero, row):
             ir.FunctionType(whole, [pointers, ir.IntType(32), bits, whole]),
             "llvm.masked.gather.v8f64.v8p0f64",
         )
-        less, everything = build.spread(args[3], lanes), ir.Constant(bits, [1] * lanes)
+        less, everything = build.spread(args[4], lanes), ir.Constant(bits, [1] * lanes)
 
         def body(k, position, last=False):
-            kept = build.up_to(args[2], k, everything) if last else everything
-            places = build.load(1, k, lanes)
+            kept = build.up_to(args[3], k, everything) if last else everything
+            places = build.load(2, k, lanes)
             places = builder.select(kept, places, ir.Constant(places.type, [0] * lanes)) if last else places
             places = places if places.type.element.width == 64 else builder.sext(places, ir.VectorType(INT64, lanes))
-            begin = ir.Constant(ir.VectorType(INT64, lanes), [8] * lanes)
+            begin = build.spread(builder.mul(width, ir.Constant(INT64, 8)), lanes)
             address = builder.add(build.spread(builder.ptrtoint(data, INT64), lanes), builder.mul(places, begin))
             address = builder.inttoptr(address, pointers)
             values = builder.call(
@@ -58,13 +61,13 @@ def _vector_take(typingctx, source, found, count, zero, row):
             values = builder.fsub(values, less)
             if isinstance(kind, ir.FloatType):
                 values = builder.fptrunc(values, ir.VectorType(kind, lanes))
-            builder.store(values, build.pointer(4, k, lanes), align=4)
+            builder.store(values, build.pointer(5, k, lanes), align=4)
             return kept
 
-        build.loop(ir.Constant(INT64, 0), args[2], lanes, ir.Constant(INT64, 0), body)
+        build.loop(ir.Constant(INT64, 0), args[3], lanes, ir.Constant(INT64, 0), body)
         return context.get_dummy_value()
 
-    return types.void(source, found, types.int64, types.float64, row), codegen
+    return types.void(source, types.int64, found, types.int64, types.float64, row), codegen
 
 
 def _shuffled(builder, a, b, lanes):
@@ -180,7 +183,8 @@ def _row_copier(width):
 # The functions that are made below:
 # row_spreader(rows, begin)(table, index, count, out): out[r, k] = table[index[k], begin + r] for so many rows r; count
 # is a multiple of LANES. row_copier(width)(table, index, count, zero, out): out[k] = table[index[k]] - zero, of this
-# width. vector_take(source, found, count, zero, row): row[k] = source[found[k]] - zero. vector_fill(array, position,
+# width. vector_take(source, axis, found, count, zero, row): row[k] = source[found[k], axis] - zero; axis 0 of plain
+# arrays. vector_fill(array, position,
 # value): LANES elements.
 if COMPRESSES:
     row_spreader = _row_spreader
@@ -213,9 +217,11 @@ else:
             array[position + k] = value
 
     @njit(**PART)
-    def _plain_vector_take(source, found, count, zero, row):
+    def _plain_vector_take(source, axis, found, count, zero, row):
+        values = source.reshape(-1)
+        width = len(values) // len(source)
         for k in range(count):
-            row[k] = source[found[k]] - zero
+            row[k] = values[width * found[k] + axis] - zero
 
     row_spreader, row_copier = _plain_row_spreader, _plain_row_copier
     vector_fill, vector_take = _plain_vector_fill, _plain_vector_take

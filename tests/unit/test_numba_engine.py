@@ -48,7 +48,7 @@ def spring_pair(xp, dW_i, dW_j, strength_i, strength_j):
     return dW_i + dW_j, strength_i + strength_j
 
 
-SPRING = PairTerm("spring", spring_pair, (Output("acceleration", "central"), Output("signal", "max")))
+SPRING = PairTerm("spring", spring_pair, (Output("acceleration", "central"), Output("energy", "sum")))
 PUSH = PairTerm("push", push_pair, (Output("acceleration", "central"), Output("heat", "sum"), Output("signal", "max")))
 SHEAR = PairTerm("shear", shear_pair, (Output("gradient", "outer", of="velocity"), Output("moment", "sum")))
 LONE = PairTerm("lone", lone_pair, (Output("weight", "sum"), Output("acceleration", "central")))
@@ -412,22 +412,57 @@ def test_a_subset_is_an_arrangement_of_its_particles(reference, precision):
     assert not engine.stale(part, fewer["position"], fewer["smoothing_length"])
 
 
-def test_impulses_take_the_longer_interval_of_a_pair_and_keep_momentum(reference):
+def test_impulses_take_the_longer_intervals_of_a_pair_and_keep_momentum(reference):
+    """Both parts of a pair's interval, particles that sleep and that have just woken; plain sums stay as they are."""
     arrangement, _, fields = reference
-    interval = 2.0 ** -np.random.default_rng(4).integers(0, 6, (COUNT, 2))
-    longer = np.maximum(interval[:, None], interval[None]).sum(axis=2)
-    found = Engine().neighbour_sums(arrangement, KERNEL, (SPRING,), fields, virial=True, interval=interval)["spring"]
+    random = np.random.default_rng(4)
+    closing, opening = 2.0 ** -random.integers(0, 6, (2, COUNT))
+    closing[random.uniform(size=COUNT) < 0.1] = 1e100
+    opening[random.uniform(size=COUNT) < 0.1] = -1.0
+    ends = np.maximum(closing[:, None], closing[None])
+    times = np.where(ends < 1e100, ends, 0.0) + np.maximum(opening[:, None], opening[None])
+    times = np.where(np.minimum(opening[:, None], opening[None]) < 0.0, 0.0, times)
+    found = Engine().neighbour_sums(arrangement, KERNEL, (SPRING,), fields, interval=(closing, opening))["spring"]
     apart = fields["position"][:, None] - fields["position"][None]
     r = np.sqrt((apart**2).sum(axis=2))
     h, mass, strength = fields["smoothing_length"], fields["mass"], fields["strength"]
     slopes = [KERNELS[KERNEL].dw(np, r / side) / side**4 for side in (h[:, None], h[None])]
-    weight = mass[None] * longer * sum(slopes) / np.where(r > 0, r, 1)
-    expected = -np.einsum("ij,ija->ia", weight, apart)
-    assert np.abs(found["acceleration"] - expected).max() < 1e-13 * np.abs(expected).max()
-    force = mass[:, None] * found["acceleration"]
-    assert np.abs(force.sum(axis=0)).max() < 1e-15 * np.abs(force).sum()
-    virial = -0.5 * np.einsum("i,ij,ija,ijb->ab", mass, weight, apart, apart)
-    assert np.abs(found["virial"] - virial).max() < 1e-13 * np.abs(virial).max()
-    near = (r < 2.0 * np.maximum(h[:, None], h[None])) & ~np.eye(COUNT, dtype=bool)
-    signal = np.where(near, strength[:, None] + strength[None], 0.0).max(axis=1)
-    assert np.abs(found["signal"] - signal).max() < 1e-15  # a maximum is what it is
+    weight = mass[None] * sum(slopes) / np.where(r > 0, r, 1)
+    near = r < 2.0 * np.maximum(h[:, None], h[None])
+    total = np.where(near, mass[None] * (strength[:, None] + strength[None]), 0.0)
+    expected = {
+        "acceleration": -np.einsum("ij,ija->ia", weight, apart),
+        "acceleration_impulse": -np.einsum("ij,ija->ia", weight * times, apart),
+        "energy": total.sum(axis=1),
+        "energy_impulse": (total * times).sum(axis=1),
+    }
+    assert set(found) == set(expected)
+    for name, value in expected.items():
+        assert np.abs(found[name] - value).max() < 1e-13 * np.abs(value).max(), name
+    impulse = mass[:, None] * found["acceleration_impulse"]
+    assert np.abs(impulse.sum(axis=0)).max() < 1e-15 * np.abs(impulse).sum()
+
+
+def test_lists_are_shared_by_passes_and_serve_positions_that_move_a_little(reference):
+    """The lists of one evaluation give what each pass by itself gives; listed for longer lengths, they outlast moves."""
+    arrangement, solved, fields = reference
+    engine, h = Engine(), solved.smoothing_length
+    position, mass = fields["position"].copy(), fields["mass"]
+    listed = engine.listed(arrangement, KERNEL, position, 1.3 * h)
+    position += 0.1 * h[:, None] * np.random.default_rng(8).uniform(-1, 1, (COUNT, 3))
+    fields = {**fields, "position": position}
+    some = np.arange(0, COUNT, 97)
+    for targets in (None, some):
+        guess = 0.95 * h
+        shared = engine.density(listed, KERNEL, position, mass, guess, ETA, 1e-14, True, targets=targets)
+        alone = engine.density(arrangement, KERNEL, position, mass, guess, ETA, 1e-14, True, targets=targets)
+        for one, other in zip(vars(shared).values(), vars(alone).values(), strict=True):
+            assert np.all(np.abs(one / other - 1) < 1e-13)
+        held = engine._held_lists(listed, listed.everyone, KERNEL, position, h, 1.0)
+        assert held is listed.lists
+        shared = engine.neighbour_sums(listed, KERNEL, NEIGHBOUR_TERMS, fields, targets=targets)
+        expected = pairs.pair_sums(NEIGHBOUR_TERMS, fields, KERNEL)
+        for effect, outputs in shared.items():
+            for name, value in outputs.items():
+                full = expected[effect][name]
+                assert np.all(np.abs(value - (full if targets is None else full[some])) < 1e-12 * np.abs(full).max())
