@@ -5,13 +5,15 @@ as its sources; a kick is by pairs of which both are awake.
 """
 
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Any
 
 import numpy as np
 
+from astroinertia.engines.elementwise import added, elementwise, totals
 from astroinertia.engines.numba_source import argument_names
 from astroinertia.engines.terms import PairTerm
-from astroinertia.inertia.ledger import Ledger, after_drift, after_heating, weighted_outer
+from astroinertia.inertia.ledger import Ledger, Whole, after_drift, after_heating, after_kick
 from astroinertia.integrate.hierarchical import Clock, sets, weights
 from astroinertia.integrate.leapfrog import Rates, State
 from astroinertia.models import sph
@@ -22,10 +24,32 @@ from astroinertia.sph.fluid import Fluid
 
 Array = Any
 Sums = dict[str, dict[str, Array]]
+THERMAL = ("pressure", "sound_speed", "internal_energy", "thermal_energy", "entropy_per_heat")
+JUST_WOKEN = 1e36  # what a particle closes of which nothing is to be closed (Engine.neighbour_sums)
 FLUID = (
     "mass", "position", "velocity", "entropy", "smoothing_length", "density", "grad_h", "zeta", "pressure",
     "sound_speed", "internal_energy", "thermal_energy", "acceleration",
 )  # fmt: skip
+
+
+def drifted(xp, x, v, a, moment, dt, elapsed):
+    """The place dt later, and the velocity then."""
+    place = (x[0] + dt * v[0], x[1] + dt * v[1], x[2] + dt * v[2])
+    gained = (elapsed * a[0] - moment[0], elapsed * a[1] - moment[1], elapsed * a[2] - moment[2])
+    return place, (v[0] + gained[0], v[1] + gained[1], v[2] + gained[2])
+
+
+def advanced(xp, value, rate, dt):
+    """value + dt rate."""
+    return (value + dt * rate,)
+
+
+def mended(xp, heat, push, before, after, expected):
+    """The heat of a push whose work is on (before + after)/2 and was reckoned on `expected`."""
+    x = push[0] * (0.5 * (before[0] + after[0]) - expected[0])
+    y = push[1] * (0.5 * (before[1] + after[1]) - expected[1])
+    z = push[2] * (0.5 * (before[2] + after[2]) - expected[2])
+    return (heat - (x + y + z),)
 
 
 @pytree
@@ -135,6 +159,7 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
     rows |= {"identity": state.identity, "entropy_rate": state.rates.entropy_rate.copy()}
     rows |= {f"memory.{name}": array.copy() for name, array in state.memory.items()}
     rows["acceleration"] = sph.total_acceleration(np, state.rates, state.velocity)
+    rows["entropy_per_heat"] = problem.equation_of_state.state(np, fluid.density, fluid.entropy)[-1]
     rows |= {"limit": limits.copy(), "own_limit": limits.copy(), "middle": np.zeros(len(mass))}
     total = mass.sum()
     centre, velocity = (mass @ state.position) / total, (mass @ state.velocity) / total
@@ -144,11 +169,12 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
 def drift(flow: Flow, clock: Clock) -> None:
     """Free motion of all particles to a later time; velocities now by the last accelerations."""
     rows, dt = flow.rows, clock.elapsed - flow.clock.elapsed
-    rows["position"] += dt * rows["velocity"]
+    rows["position"], rows["predicted"] = elementwise(
+        np, drifted, rows["position"], rows["velocity"], rows["acceleration"], rows["moment"], dt, clock.elapsed
+    )
     flow.ledger = after_drift(np, flow.ledger, np.float64(dt))
     flow.centre = flow.centre + dt * flow.centre_velocity
     flow.clock = clock
-    rows["predicted"] = rows["velocity"] + (clock.elapsed * rows["acceleration"] - rows["moment"])
 
 
 def find_densities(flow: Flow, awake: Array) -> None:
@@ -159,23 +185,18 @@ def find_densities(flow: Flow, awake: Array) -> None:
         problem.engine, flow.arrangement.pairs, problem.kernel, flow.rows["position"], flow.rows["mass"],
         flow.rows["smoothing_length"], problem.eta, problem.smoothing_tolerance, softening, flow.targets(awake),
     )  # fmt: skip
-    entropy, mass = flow.take("entropy", awake), flow.take("mass", awake)
+    entropy = flow.take("entropy", awake)
     if "pressure" in problem.effect_names:
-        change = eos.internal_energy(np, found.density, entropy)
-        change = change - eos.internal_energy(np, flow.take("density", awake), entropy)
-        gains = [mass @ change if name == "pressure" else 0.0 for name in problem.effect_names]
-        flow.ledger = after_heating(flow.ledger, np.array(gains))
-    now = entropy + (flow.time - flow.take("middle", awake)) * flow.take("entropy_rate", awake)
-    energy = eos.internal_energy(np, found.density, now)
-    values = {
-        "smoothing_length": found.smoothing_length,
-        "density": found.density,
-        "grad_h": found.grad_h,
-        "pressure": eos.pressure(np, found.density, now),
-        "sound_speed": eos.sound_speed(np, found.density, now),
-        "internal_energy": energy,
-        "thermal_energy": energy - eos.internal_energy(np, found.density, np.zeros_like(now)),
-    } | ({} if found.zeta is None else {"zeta": found.zeta})
+        new, old = (eos.energy(np, rho, entropy) for rho in (found.density, flow.take("density", awake)))
+        gain = totals(np, sph.change, flow.take("mass", awake), new, old)[0][0]
+        flow.ledger = after_heating(
+            flow.ledger, np.array([gain if name == "pressure" else 0.0 for name in problem.effect_names])
+        )
+    rate, middle = flow.take("entropy_rate", awake), flow.take("middle", awake)
+    now = elementwise(np, advanced, entropy, rate, flow.time - middle)[0]
+    values = dict(zip(THERMAL, eos.state(np, found.density, now), strict=True))
+    values |= {"smoothing_length": found.smoothing_length, "density": found.density, "grad_h": found.grad_h}
+    values |= {} if found.zeta is None else {"zeta": found.zeta}
     for name, array in values.items():
         flow.put(name, awake, array)
 
@@ -288,20 +309,18 @@ def neighbour_forces(flow: Flow, part: Part, awake: Array, spans: Spans) -> tupl
         flow.put(f"field.{name}", awake, values)
     fields = {name: flow.rows[name] for name in ("mass", "position", "smoothing_length")}
     fields |= {"velocity": flow.rows["predicted"], **flow.under("field")}
-    engine, pairs = problem.engine, flow.arrangement.pairs
-    plain = engine.neighbour_sums(pairs, problem.kernel, terms, fields, targets=flow.targets(awake))
+    closing, opening = np.zeros(flow.count), np.full(flow.count, -1.0)
+    closing[awake] = np.where(spans.old < 0, JUST_WOKEN, spans.closing)
+    opening[awake] = spans.opening
+    sums = problem.engine.neighbour_sums(
+        flow.arrangement.pairs, problem.kernel, terms, fields, targets=flow.targets(awake), interval=(closing, opening)
+    )
+    plain: Sums = {}
     impulses: Sums = {}
-    steady = not (spans.old < 0).any() or (spans.old < 0).all()
-    parts = [np.stack([spans.closing, spans.opening], 1)] if steady else [spans.closing, spans.opening]
-    for k, interval in enumerate(parts):
-        members = np.flatnonzero(spans.old >= 0) if not steady and k == 0 else np.arange(len(awake))
-        own = {name: np.broadcast_to(a, np.shape(a) or (len(awake),))[members] for name, a in mine.items()}
-        arranged = engine.subset(pairs, awake[members], own["smoothing_length"])
-        sums = engine.neighbour_sums(arranged, problem.kernel, terms, own, interval=interval[members])
-        for effect, outputs in sums.items():
-            for name, values in outputs.items():
-                whole = impulses.setdefault(effect, {}).setdefault(name, np.zeros((len(awake), *values.shape[1:])))
-                whole[members] += values
+    for effect, outputs in sums.items():
+        for name, values in outputs.items():
+            stem = name.removesuffix("_impulse")
+            (plain if stem == name else impulses).setdefault(effect, {})[stem] = values
     return plain, impulses
 
 
@@ -379,37 +398,27 @@ def kick(
     A push that heats has its heat for the velocities that particles were expected to have; what it works on those that
     they turn out to have beyond that is made up for, so that it turns energy into heat and loses none.
     """
-    eos, mass = flow.problem.equation_of_state, flow.take("mass", awake)
+    mass = flow.take("mass", awake)
     before = flow.take("velocity", awake)
     increments = with_drag(pushes, drags, before, spans.closing + spans.opening)
-    after = before + sum(increments[1:], start=increments[0])
-    flow.ledger = _entered(flow, mass, flow.take("position", awake), before, after, increments)
-    flow.centre_velocity = flow.centre_velocity + (mass @ (after - before)) / flow.total_mass
+    after = added(before, reduce(added, increments))
+    body = Whole(flow.total_mass, flow.centre, flow.centre_velocity)
+    momentum = flow.ledger.impulse.total.sum(axis=0)
+    flow.ledger = after_kick(np, flow.ledger, mass, flow.take("position", awake), before, after, increments, body=body)
+    gained = flow.ledger.impulse.total.sum(axis=0) - momentum
+    flow.centre_velocity = flow.centre_velocity + gained / flow.total_mass
     flow.put("velocity", awake, after)
-    unexpected = 0.5 * (before + after) - flow.take("predicted", awake)
-    heat = [q if q is None else q - (dv * unexpected).sum(axis=1) for q, dv in zip(heat, pushes, strict=True)]
-    present = [q for q in heat if q is not None]
-    if present:
-        gained = eos.entropy_rate(np, flow.take("density", awake), sum(present[1:], start=present[0]))
-        flow.put("entropy", awake, flow.take("entropy", awake) + gained)
-    flow.ledger = after_heating(flow.ledger, np.array([0.0 if q is None else mass @ q for q in heat]))
-
-
-def _entered(flow: Flow, mass: Array, position: Array, before: Array, after: Array, increments: list[Array]) -> Ledger:
-    # As inertia.ledger.after_kick, about the centre of the whole body.
-    ledger, change = flow.ledger, after - before
-    middle = 0.5 * (before + after)
-    half = weighted_outer(mass, middle - flow.centre_velocity, change)
-    gained = (mass @ change) / flow.total_mass
-    mixed = np.stack([weighted_outer(mass, position - flow.centre, increment) for increment in increments])
-    return replace(
-        ledger,
-        mixed_moment=ledger.mixed_moment.add(mixed.sum(axis=0)),
-        kinetic_tensor=ledger.kinetic_tensor.add(half + half.T - flow.total_mass * np.outer(gained, gained)),
-        mixed_impulse=ledger.mixed_impulse.add(mixed),
-        impulse=ledger.impulse.add(np.stack([mass @ increment for increment in increments])),
-        work=ledger.work.add(np.stack([(mass[:, None] * increment * middle).sum() for increment in increments])),
-    )
+    expected, total, gains = flow.take("predicted", awake), None, np.zeros(len(heat))
+    for k, (q, push) in enumerate(zip(heat, pushes, strict=True)):
+        if q is not None and push is not None:
+            q = elementwise(np, mended, q, push, before, after, expected)[0]
+        if q is not None:
+            gains[k] = totals(np, sph.product, mass, q)[0][0]
+        total = added(total, q)
+    flow.ledger = after_heating(flow.ledger, gains)
+    if total is not None:
+        entropy, unit = flow.take("entropy", awake), flow.take("entropy_per_heat", awake)
+        flow.put("entropy", awake, elementwise(np, advanced, entropy, unit, total)[0])
 
 
 def with_drag(pushes: list[Array], drags: list[Array | None], before: Array, span: Array) -> list[Array]:

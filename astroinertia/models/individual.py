@@ -8,10 +8,12 @@ other: nothing but the state is carried from one base step to the next.
 """
 
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Any
 
 import numpy as np
 
+from astroinertia.engines.elementwise import added, elementwise
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.integrate.hierarchical import NEIGHBOURS, base_step, rungs
 from astroinertia.integrate.leapfrog import Rates, State
@@ -193,29 +195,22 @@ def _forced(flow: Flow, awake: Array, part: Any, rung: Array, opening: State | N
     distant, pulled, far = passes.distant_forces(flow, awake, spans)
     sums: Sums = {}
     for further in (plain, distant if opening is None else _distant_rows(flow)):
-        for effect, outputs in further.items():
-            sums.setdefault(effect, {})
-            for name, values in outputs.items():
-                sums[effect][name] = sums[effect][name] + values if name in sums[effect] else values
+        sph.add_sums(sums, further)
     part = replace(part, sums=sums)
     own, kicked = _own_accelerations(flow, part, awake)
     half = spans.closing + spans.opening
     pushes, heat = [], []
     for effect, acceleration in zip(problem.effects, own, strict=True):
-        push = np.zeros((len(awake), 3))
         impulses = pushed.get(effect.kind, {})
-        if "acceleration" in impulses:
-            push += impulses["acceleration"]
-        if effect.kind in pulled:
-            push += pulled[effect.kind]
+        push = added(impulses.get("acceleration"), pulled.get(effect.kind))
         if acceleration is not None and kicked(effect):
             span = half if effect.external else 0.5 * flow.clock.base
-            push += np.reshape(span, (-1, 1)) * acceleration
-        pushes.append(push)
+            push = added(push, np.reshape(span, (-1, 1)) * acceleration)
+        pushes.append(np.zeros((len(awake), 3)) if push is None else push)
         heat.append(impulses.get("heating") if problem.equation_of_state.thermal else None)
     drags = [effect.drag(part) for effect in problem.effects]
     passes.kick(flow, awake, pushes, drags, heat, spans)
-    rates = _rates(problem, part, own, drags)
+    rates = _rates(problem, part, own, drags, flow.take("entropy_per_heat", awake))
     opened = rung >= 0
     flow.put("acceleration", awake, sph.total_acceleration(np, rates, part.velocity))
     if opened.all():
@@ -274,23 +269,24 @@ def _own_accelerations(flow: Flow, part: Any, awake: Array) -> tuple[list[Array 
     return found, kicked
 
 
-def _rates(problem: Problem, part: Fluid, own: list[Array | None], drags: list[Array | None]) -> Rates:
-    accelerations = []
-    for effect, acceleration in zip(problem.effects, own, strict=True):
-        paired = part.sums.get(effect.kind, {}).get("acceleration")
-        both = [a for a in (paired, acceleration) if a is not None]
-        accelerations.append(sum(both[1:], start=both[0]) if both else None)
+def _rates(problem: Problem, part: Fluid, own: list[Array | None], drags: list[Array | None], per_heat: Array) -> Rates:
+    accelerations = tuple(
+        added(part.sums.get(effect.kind, {}).get("acceleration"), acceleration)
+        for effect, acceleration in zip(problem.effects, own, strict=True)
+    )
+    total = reduce(added, accelerations, None)
     thermal = problem.equation_of_state.thermal
     rates = Rates(
-        acceleration=tuple(accelerations),
+        acceleration=accelerations,
         drag=tuple(drags),
         heating=tuple(part.sums.get(e.kind, {}).get("heating") if thermal else None for e in problem.effects),
         entropy_rate=np.zeros_like(part.entropy),
         timestep=np.zeros(()),
         fluid=part,
+        total=np.zeros_like(part.velocity) if total is None else total,
     )
     if (heat := sph.total_heating(rates)) is not None:
-        rates = replace(rates, entropy_rate=problem.equation_of_state.entropy_rate(np, part.density, heat))
+        rates = replace(rates, entropy_rate=elementwise(np, sph.product, per_heat, heat)[0])
     return rates
 
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
-from astroinertia.scene.bodies import RigidBody
 from astroinertia.scene import gravity_prices
+from astroinertia.scene.bodies import RigidBody
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.schema import Scene, Units
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
@@ -308,6 +308,7 @@ def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
         Line("smoothing lengths", f"to {numerics.smoothing_tolerance:g}"),
         *(_gravity(scene) if "gravity" in scene.effects else ()),
         Line("time step", limits),
+        Line("time steps", numerics.timesteps, SPLITTING[numerics.timesteps]),
     )
 
 
@@ -334,6 +335,12 @@ def _gravity(scene: Scene) -> tuple[Line, ...]:
 
 def _seconds(value: float) -> str:
     return f"{value:.2g} s" if value >= 1.0 else f"{1e3 * value:.2g} ms"
+
+
+SPLITTING = {
+    "global": "all particles take the shortest",
+    "individual": "each particle its own, powers of two of the shortest; their histogram is told as the run goes",
+}
 
 
 def _time(scene: Scene) -> tuple[Line, ...]:

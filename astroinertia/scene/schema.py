@@ -50,6 +50,10 @@ class Numerics(Part):
     energy_factor: Annotated[float, Field(gt=0.0, le=2.0)] = Field(
         default=0.25, description="time step over internal energy / its rate of change"
     )
+    timesteps: Literal["global", "individual"] = Field(
+        default="global",
+        description="individual: every particle has a step of its own, a power of two of the shortest (numba_cpu)",
+    )
     max_timestep: Duration | None = Field(default=None, description="the time step never exceeds this")
     integrator: Literal["adaptive", "splitting"] = Field(
         default="adaptive",
@@ -68,6 +72,8 @@ class Numerics(Part):
     def _consistent(self) -> Self:
         if self.eta is not None and self.neighbours is not None:
             raise ValueError("has both eta and neighbours, which say the same thing; keep one.")
+        if self.timesteps == "individual" and self.engine == "xla":
+            raise ValueError('timesteps = "individual" needs the engine numba_cpu; xla takes global steps.')
         return self
 
 

@@ -30,7 +30,7 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
     state, arrangement = initial_state(
         problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy
     )
-    return Particles(problem, state, arrangement, _end(scene, units))
+    return Particles(problem, state, arrangement, _end(scene, units), _base_step(scene))
 
 
 def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Particles:
@@ -40,7 +40,7 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     like, _ = initial_state(problem, np.ones(_STENCIL), random[0], random[1], np.ones(_STENCIL))
     state = unflattened(like, dict(arrays), problem.engine.xp)
     pairs = problem.engine.arrange(state.position, state.smoothing_length)[1]
-    return Particles(problem, state, arranged(problem, pairs, state), _end(scene, units))
+    return Particles(problem, state, arranged(problem, pairs, state), _end(scene, units), _base_step(scene))
 
 
 def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tuple[Problem, Sphere | Star | None]:
@@ -71,6 +71,13 @@ def engine_of(name: str, precision: str, kernel: Kernel) -> Any:
     if name == "xla":
         return module.Engine(precision=precision, support=kernel.support)
     return module.Engine(precision=precision)
+
+
+def _base_step(scene: Scene) -> Any:
+    # Global steps import nothing of individual ones.
+    if scene.numerics.timesteps == "global":
+        return None
+    return importlib.import_module("astroinertia.models.individual").step
 
 
 def _end(scene: Scene, units: CodeUnits) -> float:
