@@ -1,6 +1,6 @@
 """The particle fluid as the run loop sees it: a state, how its particles are arranged, and a step at a time."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import jax
@@ -19,17 +19,24 @@ STEPS_BETWEEN_SORTS = 16
 # A step so much shorter than the run is no longer an evolution in time.
 SMALLEST_STEP = 1e-13
 
+BaseStep = Callable[[sph.Problem, Any, State, float], tuple[State, Any, Any]]
+
 
 class Particles:
-    """A fluid of particles under way (models.evolution.Evolution); `end` is that of the run."""
+    """A fluid of particles under way (models.evolution.Evolution); `end` is that of the run.
+
+    base_step: models.individual.step where every particle has a step of its own; a step is then one of the slowest.
+    """
 
     absent: ClassVar[Mapping[str, str]] = {}
     approximation: ClassVar[str] = "particles: converges to the fluid with their number"
     meets_times: ClassVar[bool] = False
 
-    def __init__(self, problem: sph.Problem, state: State, arrangement: Any, end: float) -> None:
+    def __init__(
+        self, problem: sph.Problem, state: State, arrangement: Any, end: float, base_step: BaseStep | None = None
+    ) -> None:
         self.problem, self.state, self.arrangement, self.end = problem, state, arrangement, end
-        self.effects = problem.effect_names
+        self.effects, self.base_step, self.note = problem.effect_names, base_step, ""
         self._step = jax.jit(sph.step) if problem.engine.name == "xla" else sph.step
 
     @property
@@ -45,18 +52,22 @@ class Particles:
     @property
     def resumable(self) -> bool:
         """Whether particles are about to be sorted anew."""
-        return self.steps % STEPS_BETWEEN_SORTS == 0
+        return self.base_step is not None or self.steps % STEPS_BETWEEN_SORTS == 0
 
     def advance(self, until: float) -> None:
-        """One step, as long as the state allows, but not past `until`."""
+        """One step, or one base step of individual ones, as long as the state allows, but not past `until`."""
         if self.resumable or self._stale():
             self.state, self.arrangement = sph.rearranged(self.problem, self.state)
         dt = float(self.state.rates.timestep)
         if not dt > SMALLEST_STEP * self.end:
             raise self._diagnosis(f"the time step fell to {dt:.2e} of a run of {self.end:.2e}")
-        dt = min(dt, until - self.time)
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            self.state = self._step(self.problem, self.arrangement, self.state, np.float64(dt))
+            if self.base_step is not None:
+                self.state, self.arrangement, taken = self.base_step(self.problem, self.arrangement, self.state, until)
+                self.note = str(taken)
+            else:
+                dt = min(dt, until - self.time)
+                self.state = self._step(self.problem, self.arrangement, self.state, np.float64(dt))
         if not np.isfinite(float(self.state.rates.timestep)) or not np.isfinite(
             float(self.state.ledger.kinetic_tensor.value.sum())
         ):
