@@ -10,6 +10,7 @@ from typing import Any
 from astroinertia.effects.entries import ALL_MODELS as ALL_MODELS
 from astroinertia.effects.entries import AXIS as AXIS
 from astroinertia.effects.entries import DIMENSIONS as DIMENSIONS
+from astroinertia.effects.entries import FORCE_ERROR as FORCE_ERROR
 from astroinertia.effects.entries import LIGHT as LIGHT
 from astroinertia.effects.entries import REQUIRED as REQUIRED
 from astroinertia.effects.entries import Default as Default
@@ -17,7 +18,6 @@ from astroinertia.effects.entries import Entry as Entry
 from astroinertia.effects.entries import Option as Option
 from astroinertia.effects.entries import not_negative, positive
 from astroinertia.effects.rigid_entries import RIGID
-from astroinertia.gravity.choice import FORCE_ERROR
 
 CATALOGUE: Mapping[str, Entry] = {
     "gravity": Entry(

@@ -97,3 +97,4 @@ def not_negative(dimension: str, default: Any, text: str) -> Option:
 
 
 AXIS = (0.0, 0.0, 1.0)
+FORCE_ERROR = 2e-4  # of gravity, wanted rms of |da|/|a|: less than the fluid's own discretisation leaves

@@ -6,9 +6,8 @@ from typing import ClassVar, Literal
 
 from astroinertia.bodies import affine
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import FORCE_ERROR
 from astroinertia.engines.terms import Output, PairTerm
-from astroinertia.gravity import multipole
-from astroinertia.gravity.choice import FORCE_ERROR, Method
 from astroinertia.gravity.direct import DIRECT_GRAVITY
 from astroinertia.pytree import pytree
 
@@ -33,7 +32,7 @@ class Gravity(Effect):
     (start/effects.py), and else is direct; force_error: wanted rms of |da|/|a| by multipoles.
     """
 
-    method: Method | Literal["auto"] = field(default="auto", metadata={"static": True})
+    method: Literal["auto", "direct", "multipole"] = field(default="auto", metadata={"static": True})
     force_error: float = FORCE_ERROR
 
     kind: ClassVar[str] = "gravity"
@@ -56,12 +55,18 @@ class Gravity(Effect):
 
     def arranged(self, engine, arrangement, state):
         """The tree that expansions are made on."""
-        return multipole.tree(state.position, threads=engine.workers) if self.method == "multipole" else None
+        if self.method != "multipole":
+            return None
+        from astroinertia.gravity import multipole  # not at the top: direct sums do without
+
+        return multipole.tree(state.position, threads=engine.workers)
 
     def own_sums(self, engine, arrangement, own, fluid, before, virial):
         """The attraction of all pairs by expansions, opened by the accelerations of the evaluation before."""
         if own is None:
             return {}
+        from astroinertia.gravity import multipole
+
         acceleration = before.get("acceleration")
         return multipole.sums(
             fluid.mass, fluid.position, fluid.smoothing_length, fluid.kernel, self.force_error,

@@ -1,4 +1,4 @@
-"""Where multipoles become cheaper than direct sums, and what their error costs: the prices of gravity/choice.py.
+"""Where multipoles become cheaper than direct sums, and what their error costs: the prices of scene/gravity_prices.py.
 
     python tests/benchmarks/gravity_crossover.py --keep
 
@@ -11,7 +11,7 @@ import numpy as np
 from evrard_cloud import cloud, gravity
 from fair_times import best_times, machine, publish, rows_of
 
-from astroinertia.gravity.choice import FORCE_ERROR
+from astroinertia.effects.entries import FORCE_ERROR
 
 COUNTS = (100, 300, 1000, 3000, 10_000)
 ERRORS = (1e-3, 1e-4, 1e-5, 1e-6)

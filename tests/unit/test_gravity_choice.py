@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from astroinertia.build import prepare
-from astroinertia.gravity import choice
-from astroinertia.scene import load
+from astroinertia.scene import gravity_prices, load
 from astroinertia.scene.plan import plan
 from astroinertia.scene.schema import Scene
 from astroinertia.start.effects import effects_of
@@ -45,7 +44,7 @@ def told_of(scene: Scene) -> dict[str, tuple[str, str]]:
 
 
 def crossing(precision: str) -> int:
-    return next(n for n in range(16, 10**6) if choice.cheaper(n, "numba_cpu", precision, 2e-4) == "multipole")
+    return next(n for n in range(16, 10**6) if gravity_prices.cheaper(n, "numba_cpu", precision, 2e-4) == "multipole")
 
 
 @pytest.mark.parametrize("precision", ["mixed", "float64"])
@@ -66,9 +65,9 @@ def test_a_method_that_is_asked_for_is_taken() -> None:
 
 
 def test_a_smaller_error_costs_more_and_moves_the_crossing_up() -> None:
-    prices = [choice.seconds("multipole", 10**5, "numba_cpu", "mixed", error) for error in (1e-3, 1e-4, 1e-6)]
+    prices = [gravity_prices.seconds("multipole", 10**5, "numba_cpu", "mixed", error) for error in (1e-3, 1e-4, 1e-6)]
     assert prices == sorted(prices)
-    assert choice.seconds("direct", 10**5, "numba_cpu", "mixed", 1e-3) == choice.seconds(
+    assert gravity_prices.seconds("direct", 10**5, "numba_cpu", "mixed", 1e-3) == gravity_prices.seconds(
         "direct", 10**5, "numba_cpu", "mixed", 1e-6
     )
 

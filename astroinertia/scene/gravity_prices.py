@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from astroinertia.effects.entries import FORCE_ERROR
+
 Method = Literal["direct", "multipole"]
 
 
@@ -26,7 +28,6 @@ PRICES = {
     ("xla", "mixed"): Price(pair=4e-10, fixed=1e-3, particle=2e-6),
     ("xla", "float64"): Price(pair=8e-10, fixed=1e-3, particle=4e-6),
 }
-FORCE_ERROR = 2e-4  # wanted rms of |da|/|a|: below what the fluid's own discretisation leaves, above which time is lost
 
 
 def seconds(method: Method, particles: int, engine: str, precision: str, force_error: float) -> float:
