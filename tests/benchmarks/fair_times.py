@@ -35,6 +35,13 @@ def processor_clock() -> float:
     return time.process_time() / available_threads()
 
 
+def clock_of(processor_time: bool) -> tuple[Callable[[], float], str]:
+    """The clock that a program was asked for, and what it counts in words."""
+    if processor_time:
+        return processor_clock, "processor time shared by the threads"
+    return time.perf_counter, "wall time"
+
+
 def machine() -> str:
     """The machine in words, and what else it was doing."""
     load = f"load {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "load unknown"

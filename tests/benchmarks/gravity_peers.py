@@ -8,10 +8,11 @@ its own softening. Codes take turns in one run and the shortest time of each set
 """
 
 import argparse
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from fair_times import RESULTS, best_times, machine, publish, rows_of
+from fair_times import RESULTS, best_times, clock_of, machine, publish, rows_of
 from gravity_codes import CODES, DIRECT, OURS, QUADRUPOLE, present
 from point_sets import SETS, PointSet, point_set
 
@@ -31,7 +32,9 @@ def errors(found: np.ndarray, reference: np.ndarray) -> Row:
     }
 
 
-def compared(points: PointSet, codes: list[Any], rounds: int, sample: np.ndarray) -> list[Row]:
+def compared(
+    points: PointSet, codes: list[Any], rounds: int, sample: np.ndarray, clock: Callable[[], float]
+) -> list[Row]:
     """A row for each code and setting: time and errors."""
     actions, rows = {}, []
     for code in codes:
@@ -43,7 +46,7 @@ def compared(points: PointSet, codes: list[Any], rounds: int, sample: np.ndarray
             act = code.action(points, setting)
             actions[code.name, setting] = act
             rows.append({"code": code.name, "setting": setting, **errors(act()[sample], reference)})
-    times = best_times(actions, rounds)
+    times = best_times(actions, rounds, clock)
     for row in rows:
         row["seconds"] = times[row["code"], row["setting"]]
     return rows
@@ -112,13 +115,15 @@ def main() -> None:
     parser.add_argument("--sets", nargs="+", choices=tuple(SETS), default=list(SETS))
     parser.add_argument("--codes", nargs="+", choices=[code.name for code in CODES], default=[c.name for c in CODES])
     parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--processor-time", action="store_true", help="count processor time, not wall time")
     parser.add_argument("--keep", action="store_true", help="write the tables and a picture")
     chosen = parser.parse_args()
     codes = present(tuple(code for code in CODES if code.name in chosen.codes))
     sample = np.sort(np.random.default_rng(5).choice(chosen.points, min(SAMPLE, chosen.points), replace=False))
+    clock, kind = clock_of(chosen.processor_time)
     all_rows, tables = {}, []
     for name in chosen.sets:
-        rows = compared(point_set(name, chosen.points), codes, chosen.rounds, sample)
+        rows = compared(point_set(name, chosen.points), codes, chosen.rounds, sample, clock)
         judged = [r["seconds"] for r in rows if r["code"] == QUADRUPOLE.name and r["setting"] == JUDGED]
         table = shown(rows, judged[0] if judged else float("nan"))
         faster = (
@@ -128,10 +133,8 @@ def main() -> None:
         )
         all_rows[name] = rows
         tables.append(f"**{name}**\n\n{table}{faster}")
-    text = (
-        f"# Gravity alone, {chosen.points} points\n\n{machine()}; the shortest of {chosen.rounds} rounds in which all "
-    )
-    text += f"take turns. Ratio: to pytreegrav's quadrupole at {JUDGED}.\n\n" + "\n".join(tables)
+    text = f"# Gravity alone, {chosen.points} points\n\n{machine()}; {kind}, the shortest of {chosen.rounds} rounds in "
+    text += f"which all take turns. Ratio: to pytreegrav's quadrupole at {JUDGED}.\n\n" + "\n".join(tables)
     publish(f"gravity_peers_{chosen.points}", text, chosen.keep)
     if chosen.keep:
         picture(all_rows, chosen.points)

@@ -8,10 +8,12 @@ tolerances at their defaults. The force error is that of the timed run, on a sam
 """
 
 import argparse
+import time
+from collections.abc import Callable
 
 import numpy as np
 from evrard_cloud import between_sorts, cloud, gravity
-from fair_times import best_times, machine, processor_clock, publish, rows_of
+from fair_times import best_times, clock_of, machine, publish, rows_of
 from gravity_codes import QUADRUPOLE, kernel_softened, present
 from gravity_peers import JUDGED, errors
 from point_sets import PointSet
@@ -29,15 +31,16 @@ def force_errors(points: PointSet, acceleration: np.ndarray, kernel: str) -> dic
     return errors(acceleration[sample], kernel_softened(points, sample, KERNELS[kernel]))
 
 
-def measured(particles: int, precisions: list[str], rounds: int, processor_time: bool) -> list[list[object]]:
+def measured(
+    particles: int, precisions: list[str], rounds: int, clock: Callable[[], float] = time.perf_counter
+) -> list[list[object]]:
     """Rows for one number of particles: what, milliseconds, ratio, million updates a second, force errors."""
     clouds = {precision: cloud(particles, precision) for precision in precisions}
     points = gravity(clouds[precisions[0]])[0]
     actions = {precision: lambda each=each: between_sorts(each) for precision, each in clouds.items()}
     for peer in present((QUADRUPOLE,)):
         actions[peer.name] = peer.action(points, JUDGED)
-    options = {"clock": processor_clock} if processor_time else {}
-    times = best_times(actions, rounds, **options)
+    times = best_times(actions, rounds, clock)
     rows = []
     for name in actions:
         seconds = times[name] / (STEPS_BETWEEN_SORTS if name in clouds else 1)
@@ -60,9 +63,9 @@ def main() -> None:
     parser.add_argument("--keep", action="store_true", help="write the table")
     chosen = parser.parse_args()
     rows = []
+    clock, kind = clock_of(chosen.processor_time)
     for particles in chosen.particles:
-        rows += measured(particles, chosen.precision, chosen.rounds, chosen.processor_time)
-    kind = "processor time shared by the threads" if chosen.processor_time else "wall time"
+        rows += measured(particles, chosen.precision, chosen.rounds, clock)
     head = ["particles", "what", "time (ms)", "ratio", "million/s", "median", "rms", "99th percentile"]
     text = (
         f"# The whole step of Evrard's cloud\n\n{machine()}; {kind}, the shortest of {chosen.rounds} rounds in turn.\n"

@@ -78,7 +78,7 @@ def test_the_whole_step_beside_gravity_alone_elsewhere(benchmarks: None, result:
     """1e5 particles, all defaults: at most 0.45 of pytreegrav's quadrupole gravity in the same run."""
     import whole_step
 
-    rows = whole_step.measured(100_000, ["mixed", "float64"], 8, False)
+    rows = whole_step.measured(100_000, ["mixed", "float64"], 8)
     found = {row[1].split(", ")[1]: row for row in rows}
     for precision in ("mixed", "float64"):
         _, _, milliseconds, ratio, rate, *errors = found[precision]
