@@ -54,17 +54,29 @@ class Gravity(Effect):
         return {"zeta_over_omega": fluid.zeta / fluid.grad_h}
 
     def arranged(self, engine, arrangement, state):
-        """The tree that expansions are made on."""
+        """The tree that expansions are made on, and in the xla engine all interactions."""
         if self.method != "multipole":
             return None
-        from astroinertia.gravity import multipole  # not at the top: direct sums do without
+        if engine.name != "xla":
+            from astroinertia.gravity import multipole  # not at the top: direct sums do without
 
-        return multipole.tree(state.position, threads=engine.workers)
+            return multipole.tree(state.position, threads=engine.workers)
+        from astroinertia.gravity import multipole_xla
+
+        last = state.rates.fluid
+        acceleration = None if last is None else last.sums["gravity"]["acceleration"]
+        return multipole_xla.lists_for(engine, arrangement, state.mass, acceleration, self.force_error)
 
     def own_sums(self, engine, arrangement, own, fluid, before, virial):
         """The attraction of all pairs by expansions, opened by the accelerations of the evaluation before."""
         if own is None:
             return {}
+        if engine.name == "xla":
+            from astroinertia.gravity import multipole_xla
+
+            return multipole_xla.gravity(
+                engine, arrangement, own, fluid.kernel, fluid.mass, fluid.position, fluid.smoothing_length, virial
+            )
         from astroinertia.gravity import multipole
 
         acceleration = before.get("acceleration")

@@ -50,6 +50,17 @@ class Engine:
         if self.precision not in ("float64", "mixed"):
             raise ValueError(f"precision must be float64 or mixed, not {self.precision!r}")
 
+    @property
+    def chunk(self) -> int:
+        """How many pairs are in work at once."""
+        # On CPU the arrays of a chunk should stay in the second-level cache; a GPU wants enough work to fill it.
+        return self.pairs_in_chunk or (1 << 17 if jax.default_backend() == "cpu" else 1 << 23)
+
+    @property
+    def near_leaf(self) -> int:
+        """Particles in the leaves of multipole gravity: as expansions and near pairs take about the same time."""
+        return 16 if jax.default_backend() == "cpu" else 32
+
     def arrange(self, position: Array, smoothing_length: Array) -> tuple[np.ndarray, Arrangement]:
         """Sort particles (N, 3), (N,) into leaves and list neighbours.
 
@@ -64,12 +75,12 @@ class Engine:
             self.leaf_size,
             self.block,
             self.wide_leaf,
-            self.pairs_in_chunk or _suitable_chunk(),
+            self.chunk,
         )
 
     def stale(self, arrangement: Arrangement, position: Array, smoothing_length: Array) -> bool:
         """Whether the lists no longer hold all pairs within reach here; sums stay right, but become slow."""
-        return not xla_lists.covers(np, arrangement, np.asarray(position), np.asarray(smoothing_length))
+        return not bool(_covers(arrangement, jnp.asarray(position), jnp.asarray(smoothing_length)))
 
     def density(
         self,
@@ -120,9 +131,10 @@ class Engine:
         return _all_pair_sums(kernel, self.precision, tuple(terms), virial, arrangement, _needed(terms, fields))
 
 
-def _suitable_chunk() -> int:
-    # On CPU the arrays of a chunk should stay in the second-level cache; a GPU wants enough work to fill it.
-    return 1 << 17 if jax.default_backend() == "cpu" else 1 << 23
+@jax.jit
+def _covers(arrangement: Arrangement, position: Array, smoothing_length: Array) -> Array:
+    # On the device: only the answer comes back.
+    return xla_lists.covers(jnp, arrangement, position, smoothing_length)
 
 
 def _needed(terms: tuple[PairTerm, ...], fields: dict[str, Any]) -> dict[str, Array]:

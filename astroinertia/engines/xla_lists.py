@@ -17,6 +17,8 @@ from numba import njit
 from astroinertia.engines import tree
 from astroinertia.pytree import pytree
 
+MOST_WIDE_LEAVES = 2048  # whose pairs are listed all
+
 
 @pytree
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ def arrange(
     position = np.ascontiguousarray(position[order], dtype=np.float64)
     smoothing_length = np.ascontiguousarray(smoothing_length[order], dtype=np.float64)
     reach = margins.support * smoothing_length * (1.0 + margins.growth) * (1.0 + 2.0 * margins.motion)
-    wide = tree.balanced_leaves(len(position), max(leaf_size, wide_leaf))
+    wide = tree.balanced_leaves(len(position), max(leaf_size, wide_leaf, -(-len(position) // MOST_WIDE_LEAVES)))
     near, far = _wide_tiles(wide, position, reach, pairs_in_chunk)
     return order, Arrangement(
         neighbours=_neighbour_tiles(leaves, position, reach, block, pairs_in_chunk),

@@ -168,7 +168,6 @@ def sum_over_tiles(
     across = -(-blocks // wide)
     everything = -(-leaves // tall) * across if otherwise_all else 0
     total = max(listed, everything)
-    group = max(1, round(total**0.5))
     used = jnp.where(covered, tiles.used, everything)
 
     def tile_numbers(chunk: Array) -> tuple[Array, Array, Array]:
@@ -194,6 +193,16 @@ def sum_over_tiles(
             return _gathered(carry, target, chunk_sums(tiles.slots[target], source))
 
         return jax.lax.cond(needed, jax.checkpoint(add), lambda carry: carry, carry), None
+
+    return in_groups(one, zero, total, used)
+
+
+def in_groups(one: Callable[[Any, Array], tuple[Any, None]], zero: Any, total: int, used: Array) -> Any:
+    """`one(sums, chunk)` for chunks 0 ... total-1 in two nested scans, whose groups are skipped from `used` on.
+
+    In reverse mode each group is computed again rather than stored.
+    """
+    group = max(1, round(total**0.5))
 
     def several(carry: Any, first: Array) -> tuple[Any, None]:
         def add(carry: Any) -> Any:
@@ -284,9 +293,9 @@ def term_sums(
                     continue
                 slope = value * pairs.inverse_r
                 if output.how == "central":
-                    sums.append(-_moments(slope, pairs, mass[1]))
+                    sums.append(-moments(slope, *_positions(pairs, mass[1]), mass[1]))
                     if virial:
-                        totals.append(_virial(slope, pairs, mass))
+                        totals.append(virial_of(slope, pairs.separation, mass))
                 else:
                     sums.append(_outer(slope, pairs, mass[1], str(output.of)))
     result = {}
@@ -320,9 +329,15 @@ def _product(matrix: Array, right: Array) -> Array:
     return jnp.einsum("cij,cjk->cik", matrix.astype(right.dtype), right, precision=PRECISION)
 
 
-def _moments(slope: Array, pairs: Pairs, mass: Array) -> Array:
-    # sum_j m_j s (x_i - x_j) as one small matrix product a tile; positions are relative to the leaf.
-    mine, other = (side["position"].astype(mass.dtype) for side in (pairs.targets, pairs.sources))
+def _positions(pairs: Pairs, mass: Array) -> tuple[Array, Array]:
+    return pairs.targets["position"].astype(mass.dtype), pairs.sources["position"].astype(mass.dtype)
+
+
+def moments(slope: Array, mine: Array, other: Array, mass: Array) -> Array:
+    """sum_j m_j s (x_i - x_j) of a chunk (C, S, B) as one small matrix product a tile, in the type of the masses.
+
+    Positions of targets (C, S, 3) and sources (C, B, 3) are relative to something nearby.
+    """
     weights = mass[:, :, None] * jnp.concatenate([other, jnp.ones_like(other[:, :, :1])], axis=2)
     product = _product(slope, weights)
     return mine * product[:, :, 3:] - product[:, :, :3]
@@ -340,8 +355,8 @@ def _outer(slope: Array, pairs: Pairs, mass: Array, name: str) -> Array:
     return cross.reshape(*x.shape[:2], 9) + third
 
 
-def _virial(slope: Array, pairs: Pairs, mass: tuple[Array, Array]) -> Array:
-    # -1/2 sum_i sum_j m_i m_j s (x_i - x_j) (x) (x_i - x_j), six components, pair by pair: a route of its own.
+def virial_of(slope: Array, separation: list[Array], mass: tuple[Array, Array]) -> Array:
+    """-1/2 sum_i sum_j m_i m_j s (x_i - x_j) (x) (x_i - x_j), six components, pair by pair: a route of its own."""
     weight = -0.5 * slope.astype(mass[0].dtype) * mass[0][:, :, None] * mass[1][:, None, :]
-    d = [component.astype(mass[0].dtype) for component in pairs.separation]
+    d = [component.astype(mass[0].dtype) for component in separation]
     return jnp.stack([(weight * d[a] * d[b]).sum() for a, b in AXES])

@@ -1,0 +1,101 @@
+"""Multipole gravity of the xla engine: its tree, its lists, and its sums against sums over all pairs."""
+
+import jax
+import numpy as np
+import pytest
+
+from astroinertia.engines.xla import Engine
+from astroinertia.gravity import full_leaves, lists_xla, multipole_xla
+from astroinertia.gravity.direct import DIRECT_GRAVITY
+
+KERNEL = "wendland_c2"
+ORDER = 3
+
+
+@pytest.fixture(autouse=True)
+def _x64():
+    with jax.enable_x64(True):
+        yield
+
+
+def halo(count, seed=5):
+    """A Plummer sphere and a small dense clump beside it: positions, masses and smoothing lengths."""
+    random = np.random.default_rng(seed)
+    direction = random.normal(size=(count, 3))
+    radius = 1.0 / np.sqrt(random.uniform(0.001, 0.99, size=count) ** (-2.0 / 3.0) - 1.0)
+    position = direction / np.linalg.norm(direction, axis=1)[:, None] * radius[:, None]
+    position[: count // 4] = [3.0, 1.0, 0.0] + 0.03 * position[: count // 4]
+    position[1] = position[0]
+    apart = np.linalg.norm(position[:, None] - position[None], axis=2)
+    return position, random.uniform(0.5, 1.5, count) / count, 0.5 * np.sort(apart, axis=1)[:, 16]
+
+
+def made(count, tolerance, order=ORDER, precision="float64", leaf_size=4):
+    """Engine, arrangement, lists and {field: array} in the engine's order."""
+    position, mass, lengths = halo(count)
+    engine = Engine(precision=precision, pairs_in_chunk=1 << 14)
+    sort, arrangement = engine.arrange(position, lengths)
+    fields = {"mass": mass[sort], "position": position[sort], "smoothing_length": lengths[sort]}
+    exact = engine.all_pair_sums(arrangement, KERNEL, (DIRECT_GRAVITY,), fields)["gravity"]
+    exact = {name: np.asarray(value) for name, value in exact.items()}
+    strength = np.linalg.norm(exact["acceleration"], axis=1)
+    given = (fields["mass"], fields["position"], fields["smoothing_length"], strength)
+    lists = lists_xla.interaction_lists(*given, tolerance, order, leaf_size, engine.chunk)
+    return engine, arrangement, lists, fields, exact
+
+
+def found(engine, arrangement, lists, fields, virial=False):
+    sums = multipole_xla.gravity(engine, arrangement, lists, KERNEL, *fields.values(), virial)
+    return {name: np.asarray(value) for name, value in sums.items()}
+
+
+def listed(chunks, empty):
+    target, source = np.asarray(chunks.target), np.asarray(chunks.source)
+    target = np.broadcast_to(target[..., None] if source.ndim == 3 else target, source.shape)
+    return np.stack([target[source < empty], source[source < empty]], axis=1)
+
+
+def test_every_pair_of_particles_is_in_the_lists_once_and_both_ways():
+    _, _, lists, _, _ = made(300, 0.05)
+    count, leaves, nodes = 300, lists.slots.shape[0], lists.first.shape[0]
+    slots, first, last = (np.asarray(array) for array in (lists.slots, lists.first, lists.last))
+    assert np.array_equal(np.sort(slots[slots < count]), np.arange(count))
+    times = np.zeros((count + 1, count + 1), int)
+    local = listed(lists.local, nodes)
+    assert len(local) > 50
+    for a, b in local:
+        targets, sources = slots[first[a] : last[a]].ravel(), slots[first[b] : last[b]].ravel()
+        times[np.ix_(targets[targets < count], sources[sources < count])] += 1
+    for a, b in listed(lists.near, leaves):
+        times[np.ix_(slots[a][slots[a] < count], slots[b][slots[b] < count])] += 1
+    assert np.all(times[:count, :count] == 1)
+    assert {(a, b) for a, b in local} == {(b, a) for a, b in local}
+
+
+def test_leaves_are_full_or_narrow_whatever_the_threads():
+    position, _, _ = halo(1000)
+    limit = np.where(np.arange(1000) % 2, 0.05, 0.5)
+    trees = [full_leaves.tree(position, 16, limit, threads) for threads in (1, 2)]
+    for one, other in zip(vars(trees[0]).values(), vars(trees[1]).values(), strict=True):
+        assert np.array_equal(one, other)
+    sizes = np.diff(trees[0].start)
+    assert sizes.min() >= 1 and sizes.max() == 16 and len(set(sizes)) > 2
+    wide = np.diff(full_leaves.tree(position, 16, np.full(1000, np.inf)).start)
+    assert np.all(wide[:-1] == 16)
+
+
+@pytest.mark.parametrize(("tolerance", "order"), [(3e-2, 2), pytest.param(1e-3, 4, marks=pytest.mark.slow)])
+def test_errors_are_about_what_is_asked_for(tolerance, order):
+    engine, arrangement, lists, fields, exact = made(600, tolerance, order)
+    sums = found(engine, arrangement, lists, fields, virial=order == 2)
+    size = np.linalg.norm(exact["acceleration"], axis=1)
+    error = np.linalg.norm(sums["acceleration"] - exact["acceleration"], axis=1) / size
+    rms = np.sqrt(np.mean(error**2))
+    assert 0.05 * tolerance < rms < 2.0 * tolerance
+    assert np.abs(sums["potential"] / exact["potential"] - 1.0).max() < tolerance
+    # Opposite forces between nodes as between particles: the lists and the orders are symmetric.
+    mass = fields["mass"]
+    assert np.abs(mass @ sums["acceleration"]).max() < 1e-14 * (mass * size).sum()
+    if "virial" in sums:
+        tensor = (mass[:, None] * fields["position"]).T @ sums["acceleration"]
+        assert np.abs(sums["virial"] - tensor).max() < 1e-13 * np.abs(tensor).max()
