@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numba import njit
 from point_sets import PointSet
 
 from astroinertia.sph.kernels import KERNELS, Kernel
@@ -17,7 +18,6 @@ from astroinertia.sph.kernels import KERNELS, Kernel
 KERNEL = "cubic"  # the one softening that pytreegrav knows, too
 SUPPORT = KERNELS[KERNEL].support
 REBOUND_SOFTENING = 0.01  # Plummer's, one for all points: REBOUND has no other
-CHUNK = 4_000_000  # pairs of a direct sum at once
 
 
 @dataclass(frozen=True)
@@ -50,32 +50,42 @@ def present(codes: tuple[Code, ...]) -> list[Code]:
     return [code for code in codes if code.present]
 
 
-def summed(points: PointSet, sample: np.ndarray, force: Callable[..., np.ndarray]) -> np.ndarray:
-    """Direct sum of m_j force(r, i, j) (x_i - x_j) over all j, for the points of those indices, (n, 3)."""
-    total = np.empty((len(sample), 3))
-    rows = max(1, CHUNK // len(points.mass))
-    for begin in range(0, len(sample), rows):
-        i = sample[begin : begin + rows]
-        apart = points.position[i, None] - points.position[None]
-        distance = np.sqrt(np.einsum("ijk,ijk->ij", apart, apart))
-        total[begin : begin + rows] = np.einsum("ij,ijk->ik", points.mass * force(distance, i), apart)
-    return total
+@njit(error_model="numpy")
+def far_and_near(
+    position: np.ndarray, mass: np.ndarray, reach: np.ndarray, sample: np.ndarray, softening: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Accelerations (n, 3) by all points out of reach of both, and the rows and columns of the pairs within reach."""
+    total, count = np.zeros((len(sample), 3)), 0
+    rows, columns = np.empty(1024, np.int64), np.empty(1024, np.int64)
+    for row in range(len(sample)):
+        i = sample[row]
+        x, y, z, own = position[i, 0], position[i, 1], position[i, 2], reach[i]
+        for j in range(len(mass)):
+            a, b, c = position[j, 0] - x, position[j, 1] - y, position[j, 2] - z
+            square = a * a + b * b + c * c
+            if square < max(own, reach[j]) ** 2:
+                if count == len(rows):
+                    rows, columns = np.concatenate((rows, rows)), np.concatenate((columns, columns))
+                rows[count], columns[count] = row, j
+                count += 1
+            elif j != i:
+                square += softening * softening
+                pull = mass[j] / (square * np.sqrt(square))
+                total[row, 0] += pull * a
+                total[row, 1] += pull * b
+                total[row, 2] += pull * c
+    return total, rows[:count], columns[:count]
 
 
 def kernel_softened(points: PointSet, sample: np.ndarray, kernel: Kernel = KERNELS[KERNEL]) -> np.ndarray:
     """Direct sum with the mean of both points' kernels, as this code softens (Price & Monaghan 2007, eq. 24)."""
     h = points.smoothing_length
-
-    def force(distance: np.ndarray, i: np.ndarray) -> np.ndarray:
-        with np.errstate(divide="ignore"):
-            value = -(distance**-3.0)
-        rows, columns = np.nonzero(distance < kernel.support * np.maximum(h[i][:, None], h[None]))
-        r, own, other = distance[rows, columns], h[i][rows], h[columns]
-        both = kernel.dphi(np, r / own) / own**2 + kernel.dphi(np, r / other) / other**2
-        value[rows, columns] = np.where(r > 0.0, -0.5 * both / np.where(r > 0.0, r, 1.0), 0.0)
-        return value
-
-    return summed(points, sample, force)
+    total, rows, columns = far_and_near(points.position, points.mass, kernel.support * h, sample, 0.0)
+    apart = points.position[columns] - points.position[sample[rows]]
+    r, own, other = np.linalg.norm(apart, axis=1), h[sample[rows]], h[columns]
+    slope = 0.5 * (kernel.dphi(np, r / own) / own**2 + kernel.dphi(np, r / other) / other**2)
+    np.add.at(total, rows, (points.mass[columns] * slope / np.where(r > 0.0, r, 1.0))[:, None] * apart)
+    return total
 
 
 def direct_sum(points: PointSet, setting: str) -> Callable[[], np.ndarray]:
@@ -177,7 +187,7 @@ def _rebound_view(simulation: Any) -> np.ndarray:
 
 def plummer_softened(points: PointSet, sample: np.ndarray) -> np.ndarray:
     """Direct sum with REBOUND's softening."""
-    return summed(points, sample, lambda distance, i: -((distance**2 + REBOUND_SOFTENING**2) ** -1.5))
+    return far_and_near(points.position, points.mass, np.zeros_like(points.mass), sample, REBOUND_SOFTENING)[0]
 
 
 def jaxfmm_action(points: PointSet, setting: tuple[int, float]) -> Callable[[], np.ndarray]:
@@ -200,11 +210,7 @@ def jaxfmm_action(points: PointSet, setting: tuple[int, float]) -> Callable[[], 
 
 def unsoftened(points: PointSet, sample: np.ndarray) -> np.ndarray:
     """Direct sum of point masses."""
-
-    def force(distance: np.ndarray, i: np.ndarray) -> np.ndarray:
-        return -np.where(distance > 0.0, np.where(distance > 0.0, distance, 1.0) ** -3.0, 0.0)
-
-    return summed(points, sample, force)
+    return far_and_near(points.position, points.mass, np.zeros_like(points.mass), sample, 0.0)[0]
 
 
 ANGLES = (1.2, 1.0, 0.85, 0.7, 0.55, 0.4, 0.3, 0.2)
