@@ -24,7 +24,7 @@ LEAF_SIZE = 32  # most particles in a leaf
 ALL_PAIRS_SIZE = 128  # most particles in a target node of a sum over all pairs
 LISTED = 1.05  # how far h may grow before the neighbours of a particle are gathered anew
 LOOSENED = 1.3  # growth of the work in a neighbour pass at which sorting anew pays
-SHAPES = {"central": (3,), "sum": (), "max": (), "outer": (3, 3)}
+SHAPES = {"central": (3,), "sum": (), "max": (), "outer": (3, 3), "symmetric": (3, 3)}
 FINEST = {"float64": 1e-15, "mixed": 3e-7}  # relative steps in h below this are round-off
 
 

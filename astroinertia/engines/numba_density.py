@@ -16,10 +16,10 @@ def softening_moment(distance, weight, vectors, inverse_h):
 SOFTENING = """
 @njit(fastmath=LOOP_FLAGS, forceinline=True, **PART)
 def softening_moment(distance, weight, vectors, inverse_h):
+    widest_vectors_inlined()
     total = real(0)
     for k in range(vectors):
-        q = distance[k] * inverse_h
-        total += weight[k] * ({phi}(q) + q * {dphi}(q))
+        total -= weight[k] * {softening}(distance[k] * inverse_h)
     return total
 """
 
@@ -29,6 +29,7 @@ MOVED = 1.2  # how much further to look among positions that may have moved sinc
 
 @njit(fastmath=LOOP_FLAGS, forceinline=True, **PART)
 def moments(distance, weight, vectors, inverse_h):
+    widest_vectors_inlined()
     total = real(0)
     slope = real(0)
     for k in range(vectors):
@@ -48,6 +49,7 @@ def load_sources(found, count, centre, buffer, position, mass):
 
 @njit(fastmath=LOOP_FLAGS, forceinline=True, **PART)
 def take_roots(distance, count):
+    widest_vectors_inlined()
     for k in range(count):
         distance[k] *= inverse_distance(distance[k])
 
@@ -92,10 +94,11 @@ def solve_leaf(first, last, slots, count, limit, buffer, lists, unsolved, option
                 covered = min(margin * h, limit)
                 reach = real(support * covered)
                 n = near_squares(x, y, z, mass, x_i, y_i, z_i, reach * reach, count, distance, weight)
-                for k in range(n, padded(n)):
-                    distance[k] = real(0)
-                    weight[k] = real(0)
-                n = padded(n)
+                # Loops over sums run over four vectors at a time, and one by one over what is left.
+                for k in range(4):
+                    vector_fill(distance, n + k * LANES, real(0))
+                    vector_fill(weight, n + k * LANES, real(0))
+                n = 4 * LANES * ((n + 4 * LANES - 1) // (4 * LANES))
                 take_roots(distance, n)
             total, slope = moments(distance, weight, n, real(1.0 / h))
             factor = step_factor(target / total - 1.0, total, slope)

@@ -136,6 +136,7 @@ def _accumulators(kinds: dict, terms: Sequence[PairTerm], virial: bool) -> list[
         suffixes = {
             "central": [f"_{a}" for a in AXES],
             "outer": [f"_{a}{b}" for a in AXES for b in AXES],
+            "symmetric": [f"_{AXES[a]}{AXES[b]}" for a, b in VIRIAL_AXES],
         }.get(how, [""])
         names += [f"sum_{effect}_{output}{suffix}" for suffix in suffixes]
     if virial:
@@ -193,7 +194,7 @@ def _pair_lines(sources: Sources, terms: Sequence[PairTerm], needs: Needs, form:
     if needs.approach:
         products = " + ".join(f"vector_velocity_{a}_ij * {a}_ij" for a in AXES)
         lines.append(f"v_r = ({products}) * inverse_r")
-    values: dict[tuple[str, str], list] = {}
+    kinds, values = output_kinds(terms), {}
     for k, term in enumerate(terms):
         function = term.far if far and term.far else term.pair
         name = sources.add(function, f"{term.effect}_{'far' if far else 'pair'}_{k}", reciprocal=far)
@@ -204,7 +205,7 @@ def _pair_lines(sources: Sources, terms: Sequence[PairTerm], needs: Needs, form:
             values.setdefault((term.effect, output.name), []).append((value, output))
     lines.append("mass_over_r = mass_j * inverse_r")
     for (effect, name), parts in values.items():
-        lines += _reduction(f"sum_{effect}_{name}", parts, form)
+        lines += _reduction(f"sum_{effect}_{name}", kinds[effect, name], parts, form)
     if needs.impulses:
         lines += _indented(0, PAIR_TIME)
         for (effect, name), parts in values.items():
@@ -218,8 +219,7 @@ def _pair_lines(sources: Sources, terms: Sequence[PairTerm], needs: Needs, form:
     return lines
 
 
-def _reduction(total: str, parts: list, form: str) -> list[str]:
-    how = parts[0][1].how
+def _reduction(total: str, how: str, parts: list, form: str) -> list[str]:
     value = " + ".join(v for v, _ in parts)
     if how == "central":
         lines = [f"{total}_force = mass_over_r * ({value})"]
@@ -241,7 +241,8 @@ def _reduction(total: str, parts: list, form: str) -> list[str]:
         lines.append(f"{total}_weight_{k} = mass_over_r * {v}")
         for a in AXES:
             lines.append(f"{total}_{k}_{a} = {total}_weight_{k} * vector_{output.of}_{a}_ij")
-            lines += [f"{total}_{a}{b} += {total}_{k}_{a} * {b}_ij" for b in AXES]
+            partners = AXES if how == "outer" else AXES[AXES.index(a) :]
+            lines += [f"{total}_{a}{b} += {total}_{k}_{a} * {b}_ij" for b in partners]
     return lines
 
 
@@ -270,5 +271,7 @@ def _stores(kinds: dict, sign: str) -> list[str]:
             lines.append(f"{out}[i] = {known}")
         else:
             for k, a in enumerate(AXES):
-                lines += [f"{out}[i, {k}, {n}] {sign} np.float64({total}_{a}{b})" for n, b in enumerate(AXES)]
+                for n, b in enumerate(AXES):
+                    element = f"{b}{a}" if how == "symmetric" and n < k else f"{a}{b}"
+                    lines.append(f"{out}[i, {k}, {n}] {sign} np.float64({total}_{element})")
     return lines

@@ -205,7 +205,7 @@ def density_pass(kernel: str, precision: str, softening: bool) -> tuple[ModuleTy
     sources = Sources()
     names = {"w": sources.add(chosen.w), "dw": sources.add(chosen.dw)}
     if softening:
-        names |= {"phi": sources.add(chosen.phi), "dphi": sources.add(chosen.dphi)}
+        names["softening"] = sources.add(chosen.softening)
     gradient = (SOFTENING if softening else WITHOUT_SOFTENING).format(**names)
     tag = f"{kernel}_softening" if softening else kernel
     module = load_module(

@@ -121,13 +121,13 @@ def with_room(array, count):
 @njit(forceinline=True)
 def columns_for(count):
     """More than `count` columns with loose ends, such that rows do not all fall on the same lines of a cache."""
-    return padded(2 * count + 3 * LANES) | LANES
+    return padded(2 * count + 5 * LANES) | LANES
 
 
 @njit(**PART)
 def with_columns(array, count):
     """An array with room for `count` columns and loose ends; what it holds may be lost."""
-    if count + 3 * LANES <= array.shape[1]:
+    if count + 5 * LANES <= array.shape[1]:
         return array
     return np.empty((array.shape[0], columns_for(count)), array.dtype)
 

@@ -28,9 +28,10 @@ def effect_names(terms: Iterable[PairTerm]) -> list[str]:
     return sorted({term.effect for term in terms})
 
 
-def output_kinds(terms: Iterable[PairTerm], impulses: bool = False) -> dict[tuple[str, str], str]:
+def output_kinds(terms: Sequence[PairTerm], impulses: bool = False) -> dict[tuple[str, str], str]:
     """{(effect, output): how} of all results; terms of one effect may add to the same output.
 
+    "symmetric" is an outer product of separations with themselves.
     impulses: with a second result for each that can be multiplied by a time.
     """
     kinds: dict[tuple[str, str], str] = {}
@@ -40,12 +41,14 @@ def output_kinds(terms: Iterable[PairTerm], impulses: bool = False) -> dict[tupl
             if known not in (None, output.how) or known == "max":
                 raise ValueError(f"output {output.name} of effect {term.effect} comes twice and cannot be added up")
             kinds[term.effect, output.name] = output.how
+    asymmetric = {(t.effect, o.name) for t in terms for o in t.outputs if o.of != "position"}
+    kinds = {k: "symmetric" if how == "outer" and k not in asymmetric else how for k, how in kinds.items()}
     if impulses:
         kinds |= {(e, f"{name}_impulse"): how for (e, name), how in kinds.items() if how in ("central", "sum")}
     return kinds
 
 
-def virial_effects(terms: Iterable[PairTerm]) -> list[str]:
+def virial_effects(terms: Sequence[PairTerm]) -> list[str]:
     """The effects with a central output, which have a virial tensor."""
     return sorted({effect for (effect, _), how in output_kinds(terms).items() if how == "central"})
 

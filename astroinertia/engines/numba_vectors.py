@@ -90,6 +90,17 @@ def widest_vectors(typingctx):
     return types.void(), codegen
 
 
+@intrinsic
+def widest_vectors_inlined(typingctx):
+    """As `widest_vectors`, for a function that is copied into its callers."""
+
+    def codegen(context, builder, signature, args):
+        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
+        return context.get_dummy_value()
+
+    return types.void(), codegen
+
+
 @njit(forceinline=True)
 def where(condition, a, b):
     """Either value, both of which are at hand."""

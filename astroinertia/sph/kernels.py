@@ -26,11 +26,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from astroinertia.sph.kernel_softening import (
+    cubic_softening,
+    quartic_softening,
+    quintic_softening,
+    wendland_c2_softening,
+    wendland_c4_softening,
+    wendland_c6_softening,
+)
+
 
 @dataclass(frozen=True)
 class Kernel:
     """A smoothing kernel: `support` is its radius in units of h; w, dw, phi, dphi are functions of (xp, q).
 
+    softening: h^2 dphi/dh = -(phi + q dphi) = 4 pi int_q^support w s ds, which has no cancellation.
     eta: the recommended h / (m/rho)^(1/3), the defaults of the code of Price et al. 2018 (PASA 35, e031): 58, 87 and
     113 neighbours for the splines and 74, 113 and 137 for the Wendland kernels.
     self_excess: (epsilon_100, alpha) of the function `self_excess`, where it is not 0.
@@ -43,6 +53,7 @@ class Kernel:
     dw: Callable
     phi: Callable
     dphi: Callable
+    softening: Callable
     self_excess: tuple[float, float] | None = None
 
 
@@ -356,11 +367,41 @@ def wendland_c6_dphi(xp, q):
 
 
 _ALL = (
-    Kernel("cubic", 2.0, 1.2, cubic_w, cubic_dw, cubic_phi, cubic_dphi),
-    Kernel("quartic", 2.5, 1.1, quartic_w, quartic_dw, quartic_phi, quartic_dphi),
-    Kernel("quintic", 3.0, 1.0, quintic_w, quintic_dw, quintic_phi, quintic_dphi),
-    Kernel("wendland_c2", 2.0, 1.3, wendland_c2_w, wendland_c2_dw, wendland_c2_phi, wendland_c2_dphi, (0.0294, 0.977)),
-    Kernel("wendland_c4", 2.0, 1.5, wendland_c4_w, wendland_c4_dw, wendland_c4_phi, wendland_c4_dphi, (0.01342, 1.579)),
-    Kernel("wendland_c6", 2.0, 1.6, wendland_c6_w, wendland_c6_dw, wendland_c6_phi, wendland_c6_dphi, (0.0116, 2.236)),
+    Kernel("cubic", 2.0, 1.2, cubic_w, cubic_dw, cubic_phi, cubic_dphi, cubic_softening),
+    Kernel("quartic", 2.5, 1.1, quartic_w, quartic_dw, quartic_phi, quartic_dphi, quartic_softening),
+    Kernel("quintic", 3.0, 1.0, quintic_w, quintic_dw, quintic_phi, quintic_dphi, quintic_softening),
+    Kernel(
+        "wendland_c2",
+        2.0,
+        1.3,
+        wendland_c2_w,
+        wendland_c2_dw,
+        wendland_c2_phi,
+        wendland_c2_dphi,
+        wendland_c2_softening,
+        (0.0294, 0.977),
+    ),
+    Kernel(
+        "wendland_c4",
+        2.0,
+        1.5,
+        wendland_c4_w,
+        wendland_c4_dw,
+        wendland_c4_phi,
+        wendland_c4_dphi,
+        wendland_c4_softening,
+        (0.01342, 1.579),
+    ),
+    Kernel(
+        "wendland_c6",
+        2.0,
+        1.6,
+        wendland_c6_w,
+        wendland_c6_dw,
+        wendland_c6_phi,
+        wendland_c6_dphi,
+        wendland_c6_softening,
+        (0.0116, 2.236),
+    ),
 )
 KERNELS: dict[str, Kernel] = {kernel.name: kernel for kernel in _ALL}

@@ -80,6 +80,19 @@ def test_mass_is_one(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_the_change_of_the_potential_with_h(name):
+    """h^2 dphi/dh = -(phi + q dphi) is the integral of 4 pi w s from q to the support, where it vanishes."""
+    kernel = KERNELS[name]
+    q = np.linspace(0.0, 1.2 * kernel.support, 241)
+    found = kernel.softening(np, q)
+    assert np.max(np.abs(found + kernel.phi(np, q) + q * kernel.dphi(np, q))) < 1e-12  # of terms up to 300
+    assert np.all(found[q >= kernel.support] == 0.0)
+    for k in range(0, 200, 20):
+        expected = integral(lambda s: 4 * np.pi * s * kernel.w(np, s), name, q[k], kernel.support)
+        assert found[k] == pytest.approx(expected, rel=1e-11, abs=1e-16)
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_derivatives_match_automatic_differentiation(name):
     kernel = KERNELS[name]
     with jax.enable_x64(True):

@@ -444,7 +444,7 @@ def test_impulses_take_the_longer_intervals_of_a_pair_and_keep_momentum(referenc
 
 
 def test_lists_are_shared_by_passes_and_serve_positions_that_move_a_little(reference):
-    """The lists of one evaluation give what each pass by itself gives; listed for longer lengths, they outlast moves."""
+    """Shared lists give what each pass by itself gives; made for longer lengths, they outlast moves."""
     arrangement, solved, fields = reference
     engine, h = Engine(), solved.smoothing_length
     position, mass = fields["position"].copy(), fields["mass"]
