@@ -1,18 +1,22 @@
 """Gravity in O(N): multipole expansions of the nodes of a tree, opened by a wanted force error (G = 1)."""
 
 import functools
+import inspect
 import math
+import re
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from astroinertia.engines.numba_cache import load_module
-from astroinertia.engines.numba_passes import header
-from astroinertia.engines.numba_source import Sources
+from astroinertia.engines import numba_vectors
+from astroinertia.engines.numba_passes import LOOP_FLAGS, ROOTS
 from astroinertia.engines.threads import available_threads, share_out
+from astroinertia.gravity import closing
 from astroinertia.gravity import tree as trees
 from astroinertia.gravity.expansions import expansions, harmonic, indices, moments
+from astroinertia.gravity.softening import softened
 from astroinertia.gravity.tree import MOST_LEVELS, Tree, tree
 from astroinertia.gravity.walk import DOWNWARD, UPWARD
 from astroinertia.sph.kernels import KERNELS
@@ -28,21 +32,20 @@ ORDERS = ((4, 5e-5), (5, 1e-5), (6, 0.0))  # by order, the finest rms error that
 
 @functools.lru_cache(maxsize=32)
 def _module(p: int, kernel: str, precision: str) -> ModuleType:
-    sources = Sources()
-    phi = sources.add(KERNELS[kernel].phi, "kernel_phi")
-    dphi = sources.add(KERNELS[kernel].dphi, "kernel_dphi")
-    assert (phi, dphi) == ("kernel_phi", "kernel_dphi")
-    power = " * ".join(["ratio"] * p)
+    power = {side: " * ".join([f"on_{side}"] * p) for side in "ab"}
+    vectors = re.sub(r"COMPRESSES = .*", f"COMPRESSES = {numba_vectors.COMPRESSES}", inspect.getsource(numba_vectors))
     text = [
-        *header(precision),
-        "TEST_FLAGS = {'contract', 'nsz', 'arcp', 'afn'}",
+        vectors,
+        re.sub(r"from astroinertia\.[\w.]+ import .*\n", "", inspect.getsource(closing)),
+        ROOTS[precision],
+        f"real = np.{'float32' if precision == 'mixed' else 'float64'}",
+        f"LOOP_FLAGS = {LOOP_FLAGS}",
+        "TEST_FLAGS = {'contract', 'nsz', 'arcp', 'afn'}",  # sums keep their order: the same from both sides
         f"RADIUS_SLACK, GAP_SLACK = {'1.0 + 1e-6, 1.0 + 1e-5' if precision == 'mixed' else '1.0, 1.0 + 1e-12'}",
-        sources.text(),
-        "",
-        "",
+        *softened(kernel, KERNELS[kernel].support),
         *expansions(p),
         UPWARD,
-        DOWNWARD.replace("RATIO_POWER", f"({power})"),
+        DOWNWARD.replace("POWER_ON_A", power["a"]).replace("POWER_ON_B", power["b"]),
     ]
     return load_module(f"multipole_{p}_{kernel}", "\n".join(text))
 
@@ -159,16 +162,17 @@ class _Particles:
         nodes, count = self.nodes, len(self.mass)
         unit, potential_unit = self.scale * self.scale / self.mass_scale, self.scale / self.mass_scale
         weight = np.zeros(count) if strength is None else np.square(unit / np.asarray(strength, dtype=np.float64))
-        x, y, z = np.empty((3, count))
-        m, reach2, ih = np.empty((3, count), real)
+        x, y, z = np.zeros((3, count + 64))
+        m, reach2, inverse_reach = np.zeros((3, count + 64), real)
         where_is, about = np.empty(4 * nodes.count + 64), np.empty(8 * nodes.count + 64, real)
+        boxes = np.empty((nodes.count, 6))
         raw = np.empty((nodes.count, len(indices(order - 1))))
         multipoles = np.empty(len(moments(order)) * nodes.count + 64, real)
         structure = (nodes.first, nodes.last, nodes.child)
         share_out(
             module.upward, self.threads, *structure, nodes.task, nodes.begin, nodes.order, self.position, self.mass,
             float(KERNELS[self.kernel].support), self.inverse_h, weight, self.origin, self.scale, self.mass_scale,
-            x, y, z, m, reach2, ih, where_is, about, raw, multipoles,
+            x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw, multipoles,
         )  # fmt: skip
         module.upward_top(*structure, nodes.begin, where_is, about, raw, multipoles)
         acceleration, potential = np.empty((count, 3)), np.empty(count)
@@ -177,7 +181,8 @@ class _Particles:
         width = len(harmonic(order))
         handed_end, handed_local = np.zeros(len(nodes.task), np.int64), np.zeros((len(nodes.task), width))
         rest = (
-            where_is, about, multipoles, x, y, z, m, reach2, ih, nodes.order, real(theta), real(tolerance),
+            where_is, about, boxes, multipoles, x, y, z, m, reach2, inverse_reach, nodes.order, real(theta),
+            real(tolerance),
             acceleration, potential, unit, potential_unit, leaf_size,
         )  # fmt: skip
         handed = module.descend(

@@ -9,7 +9,7 @@ children those that are no larger than itself.
 UPWARD = """
 @njit(**PART)
 def fit_leaf(node, first, last, order, position, mass, reach, inverse_h, weight, origin, scale, mass_scale,
-             x, y, z, m, reach2, ih, where_is, about, raw):
+             x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw):
     total = sx = sy = sz = squares = 0.0
     furthest_reach = 0.0
     for k in range(first, last):
@@ -19,7 +19,7 @@ def fit_leaf(node, first, last, order, position, mass, reach, inverse_h, weight,
         z[k] = (position[i, 2] - origin[2]) * scale
         mass_k = mass[i] * mass_scale
         reach_k = reach * scale / inverse_h[i]
-        m[k], reach2[k], ih[k] = real(mass_k), real(reach_k * reach_k), real(inverse_h[i] / scale)
+        m[k], reach2[k], inverse_reach[k] = real(mass_k), real(reach_k * reach_k), real(1.0 / reach_k)
         mass_k = np.float64(m[k])
         total += mass_k
         sx += mass_k * x[k]
@@ -31,28 +31,33 @@ def fit_leaf(node, first, last, order, position, mass, reach, inverse_h, weight,
         total, sx, sy, sz = 0.0, x[first], y[first], z[first]
     else:
         sx, sy, sz = sx / total, sy / total, sz / total
-    radius2 = second = 0.0
+    radius2 = fourth = 0.0
     for k in range(first, last):
         dx, dy, dz = x[k] - sx, y[k] - sy, z[k] - sz
         r2 = dx * dx + dy * dy + dz * dz
-        second += m[k] * r2
+        fourth += m[k] * r2 * r2
         radius2 = r2 if r2 > radius2 else radius2
+    for a, column in enumerate((x, y, z)):
+        low, high = np.inf, -np.inf
+        for k in range(first, last):
+            low = min(low, column[k])
+            high = max(high, column[k])
+        boxes[node, a], boxes[node, 3 + a] = low, high
     particle_moments(first, last, x, y, z, m, sx, sy, sz, raw[node])
     where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2] = sx, sy, sz
-    finish(node, last - first, total, np.sqrt(radius2), second, squares, furthest_reach, where_is, about)
+    finish(node, last - first, total, np.sqrt(radius2), fourth, squares, furthest_reach, where_is, about)
 
 
 @njit(**PART)
-def finish(node, count, total, radius, second, squares, furthest_reach, where_is, about):
-    # about: radius, radius for the error, mass, 1/|a| (rms), furthest reach, scale of moments, second moment, sum 1/a^2
-    spread = np.sqrt(second / total) if total > 0.0 else radius
+def finish(node, count, total, radius, fourth, squares, furthest_reach, where_is, about):
+    # about: radius, that of its mass (mean of the fourth power), mass, 1/|a| (rms), furthest reach, scale of moments
+    spread = (fourth / total) ** 0.25 if total > 0.0 else radius
     about[8 * node] = real(radius)
     about[8 * node + 1] = real(spread)
     about[8 * node + 2] = real(total)
     about[8 * node + 3] = real(np.sqrt(squares / count))
     about[8 * node + 4] = real(furthest_reach)
     about[8 * node + 5] = real(max(radius, 0.5 * furthest_reach))
-    about[8 * node + 6] = real(second)
     where_is[4 * node + 3] = squares
 
 
@@ -65,7 +70,7 @@ def fit_node(node, left, count, where_is, about, raw):
     share = one / total if total > 0.0 else 0.5
     for a in range(3):
         where_is[4 * node + a] = share * where_is[4 * left + a] + (1.0 - share) * where_is[4 * right + a]
-    radius = second = furthest_reach = 0.0
+    radius = fourth = furthest_reach = 0.0
     row = raw[node]
     row[:] = 0.0
     for child in (left, right):
@@ -75,18 +80,19 @@ def fit_node(node, left, count, where_is, about, raw):
         add_moments(dx, dy, dz, raw[child], row)
         apart2 = dx * dx + dy * dy + dz * dz
         radius = max(radius, np.sqrt(apart2) + np.float64(about[8 * child]))
-        second += np.float64(about[8 * child + 6]) + np.float64(about[8 * child + 2]) * apart2
+        further = np.sqrt(apart2) + np.float64(about[8 * child + 1])
+        fourth += np.float64(about[8 * child + 2]) * further**4
         furthest_reach = max(furthest_reach, np.float64(about[8 * child + 4]))
     squares = where_is[4 * left + 3] + where_is[4 * right + 3]
-    finish(node, count, total, radius * RADIUS_SLACK, second, squares, furthest_reach, where_is, about)
+    finish(node, count, total, radius * RADIUS_SLACK, fourth, squares, furthest_reach, where_is, about)
 
 
 @njit(**PART)
 def fit_any(node, first, last, child, order, position, mass, reach, inverse_h, weight, origin, scale, mass_scale,
-            x, y, z, m, reach2, ih, where_is, about, raw, moments):
+            x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw, moments):
     if child[node] == 0:
         fit_leaf(node, first[node], last[node], order, position, mass, reach, inverse_h, weight, origin, scale,
-                 mass_scale, x, y, z, m, reach2, ih, where_is, about, raw)
+                 mass_scale, x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw)
     else:
         fit_node(node, np.int64(child[node]), last[node] - first[node], where_is, about, raw)
     store_moments(node, np.float64(about[8 * node + 5]), raw[node], moments)
@@ -94,7 +100,7 @@ def fit_any(node, first, last, child, order, position, mass, reach, inverse_h, w
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def upward(counter, first, last, child, task, begin, order, position, mass, reach, inverse_h, weight, origin, scale,
-           mass_scale, x, y, z, m, reach2, ih, where_is, about, raw, moments):
+           mass_scale, x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw, moments):
     while True:
         t = take(counter)
         if t >= len(task):
@@ -102,7 +108,7 @@ def upward(counter, first, last, child, task, begin, order, position, mass, reac
         for n in range(begin[t + 1] - begin[t] + 1):
             node = begin[t + 1] - 1 - n if n < begin[t + 1] - begin[t] else task[t]
             fit_any(node, first, last, child, order, position, mass, reach, inverse_h, weight, origin, scale,
-                    mass_scale, x, y, z, m, reach2, ih, where_is, about, raw, moments)
+                    mass_scale, x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw, moments)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -137,8 +143,8 @@ def sort_candidates(node, listed, count, where_is, about, child, theta, toleranc
         inverse = inverse_distance(r2)
         r = r2 * inverse
         both = r_a + r_b
-        ratio = (s_a + s_b) * inverse
-        error = larger_of(m_b * g_a, m_a * g_b) * (inverse * inverse) * RATIO_POWER
+        on_a, on_b = (r_a + s_b) * inverse, (r_b + s_a) * inverse
+        error = larger_of(m_b * g_a * POWER_ON_A, m_a * g_b * POWER_ON_B) * (inverse * inverse)
         reach = larger_of(reach_a, reach_b)
         accepted = (both < theta * r) & (error <= tolerance) & (r - both > reach)
         leaf_b = at(child, b) == 0
@@ -150,13 +156,11 @@ def sort_candidates(node, listed, count, where_is, about, child, theta, toleranc
 
 
 @njit(fastmath=LOOP_FLAGS, **PART)
-def plain_sums(targets, count, sources, field):
+def plain_sums(targets, target_count, count, sources, field):
     # Particles that no softening reaches.
     widest_vectors()
     all_x, all_y, all_z, mass = sources[0], sources[1], sources[2], sources[3]
-    for i in range(targets.shape[1] - 2 * LANES):
-        if i >= np.int64(targets[5, 0]):
-            break
+    for i in range(target_count):
         x_i, y_i, z_i = targets[0, i], targets[1, i], targets[2, i]
         sum_x = sum_y = sum_z = sum_phi = real(0)
         for j in range(padded(count)):
@@ -175,59 +179,71 @@ def plain_sums(targets, count, sources, field):
 
 
 @njit(fastmath=LOOP_FLAGS, **PART)
-def softened_sums(targets, count, sources, index, field):
-    # All as 1/r beyond the reach and constant within, then what softening makes different within the reach.
+def softened_sums(targets, target_count, count, sources, field):
+    # Particles that softening may reach, from either side.
     widest_vectors()
-    all_x, all_y, all_z, mass, reach2, all_ih = sources[0], sources[1], sources[2], sources[3], sources[4], sources[5]
-    for i in range(targets.shape[1] - 2 * LANES):
-        if i >= np.int64(targets[5, 0]):
-            break
-        x_i, y_i, z_i, reach2_i, ih_i = targets[0, i], targets[1, i], targets[2, i], targets[3, i], targets[4, i]
+    all_x, all_y, all_z, mass, all_b = sources[0], sources[1], sources[2], sources[3], sources[4]
+    for i in range(target_count):
+        x_i, y_i, z_i, b_i = targets[0, i], targets[1, i], targets[2, i], targets[4, i]
         sum_x = sum_y = sum_z = sum_phi = real(0)
         for j in range(padded(count)):
             x, y, z = all_x[j] - x_i, all_y[j] - y_i, all_z[j] - z_i
-            inverse = inverse_distance(larger_of(larger_of(reach2_i, reach2[j]), x * x + y * y + z * z))
-            potential = mass[j] * inverse
-            force = potential * (inverse * inverse)
-            sum_phi += potential
-            sum_x += force * x
-            sum_y += force * y
-            sum_z += force * z
-        within = near_indices(all_x, all_y, all_z, reach2, x_i, y_i, z_i, reach2_i, count, index, index)
-        for k in range(within, padded(within)):
-            index[k] = count
-        for k in range(padded(within)):
-            j = index[k]
-            x, y, z = at(all_x, j) - x_i, at(all_y, j) - y_i, at(all_z, j) - z_i
             r2 = x * x + y * y + z * z
-            clipped = inverse_distance(larger_of(larger_of(reach2_i, at(reach2, j)), r2))
             inverse = inverse_distance(r2)
             r = r2 * inverse
-            ih_j, mass_j = at(all_ih, j), at(mass, j)
-            q_i, q_j = r * ih_i, r * ih_j
-            softened = real(0.5) * inverse * (kernel_dphi(q_i) * (ih_i * ih_i) + kernel_dphi(q_j) * (ih_j * ih_j))
-            force = mass_j * (softened - clipped * (clipped * clipped))
-            sum_phi -= mass_j * (real(0.5) * (kernel_phi(q_i) * ih_i + kernel_phi(q_j) * ih_j) + clipped)
+            slope_i, depth_i = softened_pair(r, inverse, b_i)
+            slope_j, depth_j = softened_pair(r, inverse, all_b[j])
+            force = mass[j] * (slope_i + slope_j)
+            sum_phi += mass[j] * (depth_i + depth_j)
             sum_x += force * x
             sum_y += force * y
             sum_z += force * z
-        field[0, i] += sum_x
-        field[1, i] += sum_y
-        field[2, i] += sum_z
-        field[3, i] -= sum_phi
+        field[0, i] += real(0.5) * sum_x
+        field[1, i] += real(0.5) * sum_y
+        field[2, i] += real(0.5) * sum_z
+        field[3, i] -= real(0.5) * sum_phi
 
 
 @njit(**PART)
-def copied(first, last, x_c, y_c, z_c, x, y, z, m, reach2, ih, buffer, count):
-    row_x, row_y, row_z, row_m, row_r, row_h = buffer[0], buffer[1], buffer[2], buffer[3], buffer[4], buffer[5]
-    for k in range(last - first):
-        row_x[count + k] = real(x[first + k] - x_c)
-        row_y[count + k] = real(y[first + k] - y_c)
-        row_z[count + k] = real(z[first + k] - z_c)
-        row_m[count + k] = m[first + k]
-        row_r[count + k] = reach2[first + k]
-        row_h[count + k] = ih[first + k]
-    return count + last - first
+def copied(listed, runs, first, last, x_c, y_c, z_c, x, y, z, m, reach2, inverse_reach, buffer):
+    # The particles of the nodes listed; whole vectors: what is too much is overwritten by what comes next.
+    widest_vectors()
+    row_x, row_y, row_z, row_m, row_b, row_r = buffer[0], buffer[1], buffer[2], buffer[3], buffer[4], buffer[5]
+    count = 0
+    for n in range(runs):
+        begin = first[listed[n]]
+        size = last[listed[n]] - begin
+        for k in range(padded(size)):
+            row_x[count + k] = real(x[begin + k] - x_c)
+            row_y[count + k] = real(y[begin + k] - y_c)
+            row_z[count + k] = real(z[begin + k] - z_c)
+            row_m[count + k] = m[begin + k]
+            row_b[count + k] = inverse_reach[begin + k]
+            row_r[count + k] = reach2[begin + k]
+        count += size
+    return count
+
+
+@njit(**PART)
+def divided(node, near, near_count, where_is, about, boxes, plain, mixed):
+    # Near leaves beyond the reach of softening, and the others.
+    own_reach = np.float64(about[8 * node + 4])
+    x_0, y_0, z_0 = boxes[node, 0], boxes[node, 1], boxes[node, 2]
+    x_1, y_1, z_1 = boxes[node, 3], boxes[node, 4], boxes[node, 5]
+    plains = mixes = 0
+    for k in range(near_count):
+        b = near[k]
+        x = max(0.0, max(boxes[b, 0] - x_1, x_0 - boxes[b, 3]))
+        y = max(0.0, max(boxes[b, 1] - y_1, y_0 - boxes[b, 4]))
+        z = max(0.0, max(boxes[b, 2] - z_1, z_0 - boxes[b, 5]))
+        reach = max(own_reach, np.float64(about[8 * b + 4]))
+        if x * x + y * y + z * z > reach * reach * GAP_SLACK:
+            plain[plains] = b
+            plains += 1
+        else:
+            mixed[mixes] = b
+            mixes += 1
+    return plains, mixes
 
 
 @njit(**PART)
@@ -235,49 +251,69 @@ def closed(buffer, count):
     # Massless sources fill up the last vectors.
     for k in range(count, padded(count) + LANES):
         buffer[0, k] = buffer[1, k] = buffer[2, k] = real(1e6)
-        buffer[3, k] = buffer[4, k] = real(0)
-        buffer[5, k] = real(1)
+        buffer[3, k] = real(0)
+        buffer[4, k] = real(1)
+
+
+@njit(fastmath=TEST_FLAGS, **PART)
+def within_reach(sources, count, box, reach2, key, other):
+    # Keys below 0: of sources whose softening may reach the box, or the box's them; of the others.
+    widest_vectors()
+    all_x, all_y, all_z, all_reach2 = sources[0], sources[1], sources[2], sources[5]
+    for k in range(count):
+        x = larger_of(larger_of(box[0] - all_x[k], all_x[k] - box[3]), real(0))
+        y = larger_of(larger_of(box[1] - all_y[k], all_y[k] - box[4]), real(0))
+        z = larger_of(larger_of(box[2] - all_z[k], all_z[k] - box[5]), real(0))
+        beyond = x * x + y * y + z * z >= larger_of(reach2, all_reach2[k]) * GAP_SLACK
+        key[k] = where(beyond, real(1), real(-1))
+        other[k] = where(beyond, real(-1), real(1))
 
 
 @njit(**PART)
-def leaf_sums(node, near, near_count, local, first, last, where_is, about, x, y, z, m, reach2, ih, order,
-              targets, plain, soft, index, field, acceleration, potential, force_unit, potential_unit):
+def leaf_sums(node, lists, near, near_count, local, first, last, where_is, about, boxes, x, y, z, m, reach2, inverse_reach,
+              order, targets, plain, mixed, soft, keys, field, acceleration, potential, force_unit, potential_unit):
     x_c, y_c, z_c = where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2]
     begin, end = first[node], last[node]
     count = end - begin
-    for k in range(count):
-        targets[0, k], targets[1, k], targets[2, k] = (
-            real(x[begin + k] - x_c), real(y[begin + k] - y_c), real(z[begin + k] - z_c)
-        )
-        targets[3, k], targets[4, k] = reach2[begin + k], ih[begin + k]
-    for k in range(count, padded(count)):
-        targets[0, k] = targets[1, k] = targets[2, k] = real(0)
-    targets[5, 0] = real(count)
+    lists[0, 0] = np.int32(node)
+    copied(lists[0], 1, first, last, x_c, y_c, z_c, x, y, z, m, reach2, inverse_reach, targets)
     field_of_local(count, np.float64(about[8 * node + 5]), local, targets[0], targets[1], targets[2], field)
     total = 0
     for k in range(near_count):
         total += last[near[k]] - first[near[k]]
-    plain, soft = with_columns(plain, total), with_columns(soft, total)
-    index = with_room(index, total)
-    plains = softs = 0
-    for k in range(near_count):
-        b = np.int64(near[k])
-        dx, dy, dz = where_is[4 * b] - x_c, where_is[4 * b + 1] - y_c, where_is[4 * b + 2] - z_c
-        gap = np.sqrt(dx * dx + dy * dy + dz * dz) - about[8 * node] - about[8 * b]
-        if gap > larger_of(about[8 * node + 4], about[8 * b + 4]) * GAP_SLACK:
-            plains = copied(first[b], last[b], x_c, y_c, z_c, x, y, z, m, reach2, ih, plain, plains)
-        else:
-            softs = copied(first[b], last[b], x_c, y_c, z_c, x, y, z, m, reach2, ih, soft, softs)
-    closed(plain, plains)
+    plain, mixed, soft = with_columns(plain, total), with_columns(mixed, total), with_columns(soft, total)
+    keys = with_columns(keys, total)
+    own_reach = np.float64(about[8 * node + 4])
+    plains, mixes = divided(node, near, near_count, where_is, about, boxes, lists[0], lists[1])
+    plains = copied(lists[0], plains, first, last, x_c, y_c, z_c, x, y, z, m, reach2, inverse_reach, plain)
+    mixes = copied(lists[1], mixes, first, last, x_c, y_c, z_c, x, y, z, m, reach2, inverse_reach, mixed)
+    for a in range(3):
+        corner = where_is[4 * node + a]
+        targets[5, a], targets[5, 3 + a] = real(boxes[node, a] - corner), real(boxes[node, 3 + a] - corner)
+    within_reach(mixed, mixes, targets[5], real(own_reach * own_reach), keys[0], keys[1])
+    softs = beyond = 0
+    for a in range(5):
+        softs = closed_up(mixed[a], keys[0], mixes, soft[a], 0)
+    for a in range(4):
+        beyond = closed_up(mixed[a], keys[1], mixes, plain[a], plains)
+    closed(plain, beyond)
     closed(soft, softs)
-    plain_sums(targets, plains, plain, field)
-    softened_sums(targets, softs, soft, index, field)
+    plain_sums(targets, count, beyond, plain, field)
+    softened_sums(targets, count, softs, soft, field)
     for k in range(count):
         i = order[begin + k]
         for a in range(3):
             acceleration[i, a] = np.float64(field[a, k]) * force_unit
         potential[i] = np.float64(field[3, k]) * potential_unit
-    return plain, soft, index
+    return plain, mixed, soft, keys
+
+
+@njit(**PART)
+def with_columns(array, count):
+    # Room for `count` columns and loose ends; what it holds may be lost.
+    if count + 3 * LANES <= array.shape[1]:
+        return array
+    return np.empty((array.shape[0], 2 * count + 3 * LANES), array.dtype)
 
 
 @njit(**PART)
@@ -299,9 +335,9 @@ def seek(node, handed, filled, where_is, about, child, theta, tolerance, lists, 
         now[k] = handed[k]
     while count > 0:
         sort_candidates(node, now, count, where_is, about, child, theta, tolerance, keys[0], keys[1], keys[2])
-        fars = compressed_values(now, keys[0], count, far, fars)
-        rests = compressed_values(now, keys[2], count, rest, rests)
-        parted = compressed_values(now, keys[1], count, later, 0)
+        fars = closed_up(now, keys[0], count, far, fars)
+        rests = closed_up(now, keys[2], count, rest, rests)
+        parted = closed_up(now, keys[1], count, later, 0)
         for k in range(parted):
             left = child[later[k]]
             now[2 * k], now[2 * k + 1] = left, left + np.int32(1)
@@ -310,9 +346,9 @@ def seek(node, handed, filled, where_is, about, child, theta, tolerance, lists, 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds, seed_local, where_is, about, moments,
-            x, y, z, m, reach2, ih, order, theta, tolerance, acceleration, potential, force_unit, potential_unit,
-            leaf_size, saved, saved_end, saved_local, task_of):
+def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds, seed_local, where_is, about, boxes,
+            moments, x, y, z, m, reach2, inverse_reach, order, theta, tolerance, acceleration, potential,
+            force_unit, potential_unit, leaf_size, saved, saved_end, saved_local, task_of):
     # From the node `start`, which was handed the candidates `seeds` and its parent's coefficients, to the leaves below.
     # With only_top, tasks are not entered: what they are handed is saved.
     width = seed_local.shape[0]
@@ -327,8 +363,8 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
     keys = np.empty((3, nodes + 2 * LANES), real)
     stack, depths = np.empty(2 * levels + 2, np.int64), np.empty(2 * levels + 2, np.int64)
     targets, field = np.empty((6, leaf_size + 3 * LANES), real), np.empty((4, leaf_size + 3 * LANES), real)
-    plain, soft = np.empty((6, 2048), real), np.empty((6, 2048), real)
-    index = np.empty(2048, np.int32 if RELATIVE else np.int64)
+    plain, mixed, soft = np.empty((6, 2048), real), np.empty((6, 2048), real), np.empty((6, 2048), real)
+    leaf_keys = np.empty((2, 2048), real)
     stack[0], depths[0], height = start, 1, 1
     saved_count = 0
     while height > 0:
@@ -363,9 +399,9 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
                   about[8 * node + 5], where_is, about, moments, local[depth])
         if child[node] == 0:
             lists[3, rests] = np.int32(node)
-            plain, soft, index = leaf_sums(
-                node, lists[3], rests + 1, local[depth], first, last, where_is, about, x, y, z, m, reach2, ih, order,
-                targets, plain, soft, index, field, acceleration, potential, force_unit, potential_unit
+            plain, mixed, soft, leaf_keys = leaf_sums(
+                node, lists, lists[3], rests + 1, local[depth], first, last, where_is, about, boxes, x, y, z, m, reach2, inverse_reach, order,
+                targets, plain, mixed, soft, leaf_keys, field, acceleration, potential, force_unit, potential_unit
             )
             continue
         base = ends[depth - 1]
@@ -381,13 +417,13 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def descend_tasks(counter, task, begin, first, last, child, levels, parent_of, saved, saved_begin, saved_end,
-                  saved_local, where_is, about, moments, x, y, z, m, reach2, ih, order, theta, tolerance, acceleration,
+                  saved_local, where_is, about, boxes, moments, x, y, z, m, reach2, inverse_reach, order, theta, tolerance, acceleration,
                   potential, force_unit, potential_unit, leaf_size, task_of):
     while True:
         t = take(counter)
         if t >= len(task):
             break
         descend(task[t], False, begin, first, last, child, levels, parent_of, saved[saved_begin[t] : saved_end[t]],
-                saved_local[t], where_is, about, moments, x, y, z, m, reach2, ih, order, theta, tolerance,
+                saved_local[t], where_is, about, boxes, moments, x, y, z, m, reach2, inverse_reach, order, theta, tolerance,
                 acceleration, potential, force_unit, potential_unit, leaf_size, saved, saved_end, saved_local, task_of)
 """
