@@ -380,7 +380,7 @@ _ALL = (
         wendland_c2_dphi,
         wendland_c2_softening,
         (0.0294, 0.977),
-    ),
+    ),  # fmt: skip
     Kernel(
         "wendland_c4",
         2.0,
@@ -391,7 +391,7 @@ _ALL = (
         wendland_c4_dphi,
         wendland_c4_softening,
         (0.01342, 1.579),
-    ),
+    ),  # fmt: skip
     Kernel(
         "wendland_c6",
         2.0,
@@ -402,6 +402,6 @@ _ALL = (
         wendland_c6_dphi,
         wendland_c6_softening,
         (0.0116, 2.236),
-    ),
+    ),  # fmt: skip
 )
 KERNELS: dict[str, Kernel] = {kernel.name: kernel for kernel in _ALL}
