@@ -2,8 +2,8 @@
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
 from types import ModuleType
+from typing import NamedTuple
 
 from astroinertia.engines.numba_cache import load_module
 from astroinertia.engines.numba_density import DENSITY, SOFTENING, WITHOUT_SOFTENING
@@ -125,8 +125,7 @@ def all_pairs_pass_{tag}(counter, x, y, z, h, mass, support, factor, nodes, firs
 """
 
 
-@dataclass(frozen=True)
-class NeighbourPass:
+class NeighbourPass(NamedTuple):
     """A generated sum over neighbours: the module, its entry functions and the arrays that `pack` puts in a table."""
 
     module: ModuleType

@@ -372,16 +372,16 @@ _ALL = (
     Kernel("quartic", 2.5, 1.1, quartic_w, quartic_dw, quartic_phi, quartic_dphi, quartic_softening),
     Kernel("quintic", 3.0, 1.0, quintic_w, quintic_dw, quintic_phi, quintic_dphi, quintic_softening),
     Kernel(
-        "wendland_c2", 2.0, 1.3, wendland_c2_w, wendland_c2_dw, wendland_c2_phi, wendland_c2_dphi, wendland_c2_softening,
-        (0.0294, 0.977),
+        "wendland_c2", 2.0, 1.3, wendland_c2_w, wendland_c2_dw, wendland_c2_phi, wendland_c2_dphi,
+        wendland_c2_softening, (0.0294, 0.977),
     ),
     Kernel(
-        "wendland_c4", 2.0, 1.5, wendland_c4_w, wendland_c4_dw, wendland_c4_phi, wendland_c4_dphi, wendland_c4_softening,
-        (0.01342, 1.579),
+        "wendland_c4", 2.0, 1.5, wendland_c4_w, wendland_c4_dw, wendland_c4_phi, wendland_c4_dphi,
+        wendland_c4_softening, (0.01342, 1.579),
     ),
     Kernel(
-        "wendland_c6", 2.0, 1.6, wendland_c6_w, wendland_c6_dw, wendland_c6_phi, wendland_c6_dphi, wendland_c6_softening,
-        (0.0116, 2.236),
+        "wendland_c6", 2.0, 1.6, wendland_c6_w, wendland_c6_dw, wendland_c6_phi, wendland_c6_dphi,
+        wendland_c6_softening, (0.0116, 2.236),
     ),
 )
 # fmt: on
