@@ -313,6 +313,7 @@ class _Meter:
             "densest": f"{progress.density_max:.3g}",
         }
         told = [f"{name} {value}" for name, value in shown.items() if value != "nan"]
+        told += [f"step limited by {progress.limited_by}"] if progress.limited_by else []
         figures = "  ".join([f"step {progress.step}", *told])
         share = min(1.0, progress.time / progress.end)
         if not self.console.is_terminal:

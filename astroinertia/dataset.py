@@ -29,6 +29,7 @@ from astroinertia.dataset_schema import (
 from astroinertia.errors import ArchiveError
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
 from astroinertia.inertia.principal import ROUND_OFF_GAP
+from astroinertia.models.evolution import TIMESTEP_CRITERIA
 from astroinertia.units import DIMENSIONLESS, CodeUnits
 
 _OBSERVERS = ((0.0, 0.0), (np.pi / 2, 0.0))  # polar angle and azimuth of the schema's observers
@@ -224,6 +225,10 @@ def _annotate(variables: dict, tolerance: float, radius: float | None, metadata:
     if radius is not None:
         ratio["reference_radius"] = radius * code_units(metadata).length
         ratio["radius_convention"] = metadata.get("reference_radius_convention", "reference radius of the initial body")
+    limits = [*metadata.get("effects", []), *TIMESTEP_CRITERIA]
+    if "reason" not in variables["timestep_limit"][2]:
+        flags = {"flag_values": np.arange(float(len(limits))), "flag_meanings": " ".join(limits)}
+        variables["timestep_limit"][2].update(flags)
 
 
 def _with_rows(array: np.ndarray, count: int) -> np.ndarray:

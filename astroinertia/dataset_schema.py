@@ -92,6 +92,13 @@ RECORDED: dict[str, Quantity] = {
     ),
     "density_max": Quantity(_T, DENSITY, "kg m-3", "largest density"),
     "timestep": Quantity(_T, TIME, "s", "time step"),
+    "timestep_limit": Quantity(
+        _T, NUMBER, "1", "what limits the time step", "a number for each effect, then for each further criterion"
+    ),
+    "timestep_limit_radius": Quantity(
+        _T, LENGTH, "m", "distance of the particle that limits the time step from the centre of mass"
+    ),
+    "timestep_limit_density": Quantity(_T, DENSITY, "kg m-3", "density of the particle that limits the time step"),
     "wall_time": Quantity(_T, NUMBER, "s", "time that the computation has taken", "of the computer's clock"),
     "radius_profile": Quantity(_TR, LENGTH, "m", "mean radius of each shell of equal mass"),
     "density_profile": Quantity(_TR, DENSITY, "kg m-3", "mean density of each shell"),

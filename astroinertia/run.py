@@ -23,7 +23,7 @@ class Progress:
     """What a run tells while it goes, in code units and seconds of wall time.
 
     energy_error: change of the total energy over the largest of the kinetic, internal and potential energies; NaN, like
-    the two after it, where a model has no such thing.
+    the two after it, where a model has no such thing. limited_by: what sets the time step, and where; may be empty.
     """
 
     time: float
@@ -33,6 +33,7 @@ class Progress:
     energy_error: float
     ledger_closure: float
     density_max: float
+    limited_by: str = ""
 
 
 Listener = Callable[[Progress], None]
@@ -167,6 +168,7 @@ class _Run:
                 energy_error=abs(found.total_energy - self.counters["opening_energy"]) / found.energy_scale,
                 ledger_closure=found.ledger_closure,
                 density_max=found.density_max,
+                limited_by=found.limited_by,
             )
         )
 

@@ -1,7 +1,9 @@
 """How long the next step of each particle may be: limits by acceleration and energy rate, and the shortest of all."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
+
+import numpy as np
 
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.sph.fluid import Fluid
@@ -44,3 +46,10 @@ def shortest(xp: Any, limits: Iterable[Array]) -> Array:
     """The smallest of all limits, scalars or one a particle (N,)."""
     smallest = [xp.min(limit) for limit in limits]
     return xp.min(xp.stack(smallest))
+
+
+def limiting(limits: Mapping[str, Array]) -> tuple[str, int | None]:
+    """The criterion that sets the step, and the particle that it is set at; None where it is one for all particles."""
+    name = min(limits, key=lambda criterion: float(np.min(np.asarray(limits[criterion]))))
+    limit = np.asarray(limits[name])
+    return name, int(np.argmin(limit)) if limit.ndim else None

@@ -13,7 +13,7 @@ from astroinertia.integrate import adaptive
 from astroinertia.models import affine_body
 from astroinertia.models.affine_body import Problem, State
 from astroinertia.models.ellipsoid_record import energies, ledger_closure, series_record, unaccounted_energy
-from astroinertia.models.evolution import Figures, Record
+from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Record
 
 ABSOLUTE = 0.1  # absolute error over the relative one, of numbers of order 1
 COLLAPSED = 1e-8  # of the smallest semi-axis at the start: what is thinner counts as a pancake, a spindle or a point
@@ -37,7 +37,7 @@ class Ellipsoid:
     ) -> None:
         self.effects = problem.effect_names
         self.approximation = approximation
-        self.absent: dict[str, str] = dict.fromkeys(
+        self.absent: dict[str, str] = WITHOUT_PARTICLES | dict.fromkeys(
             ("radius_profile", "density_profile", "rotation_profile", "specific_angular_momentum_profile"), _SPHERES
         )
         if problem.incompressible:

@@ -6,19 +6,26 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 Record = dict[str, Any]
+# What limits the time step of particles, besides the effects of a scene.
+TIMESTEP_CRITERIA = ("acceleration", "energy", "longest")
+WITHOUT_PARTICLES = dict.fromkeys(
+    ("timestep_limit", "timestep_limit_radius", "timestep_limit_density"), "no particles limit the time step"
+)
 
 
 class Figures(NamedTuple):
     """What a run tells while it goes, in code units; NaN where a model has no such thing.
 
     total_energy is less what has come from outside without a static potential, so that a change of it is an error;
-    energy_scale is the largest of the energies, against which it is judged.
+    energy_scale is the largest of the energies, against which it is judged. limited_by is what sets the time step, and
+    where, in words.
     """
 
     total_energy: float
     energy_scale: float
     ledger_closure: float
     density_max: float
+    limited_by: str = ""
 
 
 class Evolution(Protocol):

@@ -10,8 +10,8 @@ from astroinertia.errors import NumericalError
 from astroinertia.integrate.leapfrog import State
 from astroinertia.models import sph
 from astroinertia.models.checkpoint import flattened
-from astroinertia.models.evolution import Figures, Record
-from astroinertia.models.series import energy_budget, ledger_closure, series_record, snapshot_record
+from astroinertia.models.evolution import TIMESTEP_CRITERIA, Figures, Record
+from astroinertia.models.series import energy_budget, ledger_closure, series_record, snapshot_record, timestep_limit
 
 # Particles are sorted anew, and checkpoints may be taken, every so many steps: a resumed run then sorts where the
 # uninterrupted one did, and both compute the same bits.
@@ -90,7 +90,14 @@ class Particles:
         energy = energy_budget(self.problem, self.state)
         largest = max(energy["kinetic"], abs(energy["internal"]), *map(abs, energy["potential"].values()), 1e-300)
         densest = float(np.max(self.state.rates.fluid.density))
-        return Figures(energy["total"], largest, ledger_closure(self.problem, self.state), densest)
+        return Figures(energy["total"], largest, ledger_closure(self.problem, self.state), densest, self._limited_by())
+
+    def _limited_by(self) -> str:
+        limit = timestep_limit(self.problem, self.state)
+        name = (*self.effects, *TIMESTEP_CRITERIA)[int(limit["timestep_limit"])]
+        if np.isnan(limit["timestep_limit_radius"]):
+            return name
+        return f"{name} at radius {limit['timestep_limit_radius']:.3g}, density {limit['timestep_limit_density']:.3g}"
 
     def _stale(self) -> bool:
         return sph.stale(self.problem, self.arrangement, self.state)

@@ -15,7 +15,7 @@ from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
 from astroinertia.integrate import adaptive, rigid_splitting
 from astroinertia.integrate.rigid_splitting import Rotor, in_body
 from astroinertia.models import rigid
-from astroinertia.models.evolution import Figures, Record
+from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Record
 from astroinertia.models.rigid import Rigid
 from astroinertia.models.rigid_record import RIGIDITY, Ledger, dissipates, ledger
 
@@ -30,6 +30,7 @@ ABSENT = {
     "ledger_closure": "the inertia tensor follows from the attitude, and is not integrated",
     "internal_energy": "nothing heats the body",
     "gravitational_energy": "the body keeps its shape, whatever holds it",
+    **WITHOUT_PARTICLES,
     **dict.fromkeys(("radius_profile", "density_profile", "density_max", "rotation_profile"), _FEW),
     **dict.fromkeys(("specific_angular_momentum_profile", "mode_amplitude", "mode_phase"), _FEW),
 }

@@ -19,7 +19,7 @@ import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.tensor import inertia_from_second_moment
-from astroinertia.models.evolution import Figures, Record
+from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Record
 from astroinertia.models.homology import Dynamic, Size, SizeLaw
 from astroinertia.models.rigid import View
 
@@ -34,6 +34,7 @@ ABSENT: Mapping[str, str] = {
     "ledger_closure": _CLOSED,
     "mixed_impulse": "the model goes from record to record without adding up what each effect has done",
     "timestep": "the model goes from record to record without steps",
+    **WITHOUT_PARTICLES,
     "mode_phase": "the body is symmetric about its axis",
     "figure_rotation_rate": "the body is symmetric about its axis",
 }

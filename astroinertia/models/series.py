@@ -5,10 +5,19 @@ from typing import Any
 import numpy as np
 
 from astroinertia.effects.effect import Effect
-from astroinertia.inertia.ledger import moments, weighted_outer
+from astroinertia.inertia.ledger import centre_of_mass, moments, weighted_outer
 from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.integrate.leapfrog import State
-from astroinertia.models.sph import Problem, effect_accelerations, internal_energy, potential_energies, virial_tensors
+from astroinertia.integrate.timestep import limiting
+from astroinertia.models.evolution import TIMESTEP_CRITERIA
+from astroinertia.models.sph import (
+    Problem,
+    effect_accelerations,
+    internal_energy,
+    potential_energies,
+    timestep_limits,
+    virial_tensors,
+)
 
 RADIUS_BINS = 32
 MODES = (1, 2, 3, 4)
@@ -72,6 +81,7 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
         "integration_energy_error": float((work + heating)[inside].sum() + potential - opening),
         "density_max": float(np.max(state.rates.fluid.density)),
         "timestep": float(state.rates.timestep),
+        **timestep_limit(problem, state),
         **_profiles(mass, relative, velocity - drift, np.asarray(state.rates.fluid.density)),
         **_modes(mass, relative),
     }
@@ -82,6 +92,21 @@ def ledger_closure(problem: Problem, state: State) -> float:
     second = moments(*(np.asarray(array) for array in (state.mass, state.position, state.velocity)))[0]
     evolved = np.asarray(state.ledger.inertia_tensor())
     return float(np.linalg.norm(evolved - inertia_from_second_moment(second)) / state.ledger.largest_inertia)
+
+
+def timestep_limit(problem: Problem, state: State) -> dict[str, float]:
+    """What sets the time step, numbered as effects and then TIMESTEP_CRITERIA, and where; NaN for all particles."""
+    criterion, particle = limiting(timestep_limits(problem, state.rates))
+    radius = density = float("nan")
+    if particle is not None:
+        mass, position = np.asarray(state.mass), np.asarray(state.position)
+        radius = float(np.linalg.norm(position[particle] - centre_of_mass(mass, position)))
+        density = float(state.rates.fluid.density[particle])
+    return {
+        "timestep_limit": float((*problem.effect_names, *TIMESTEP_CRITERIA).index(criterion)),
+        "timestep_limit_radius": radius,
+        "timestep_limit_density": density,
+    }
 
 
 def energy_budget(problem: Problem, state: State) -> dict[str, Any]:

@@ -136,6 +136,9 @@ class AffineBody:
             "integration_energy_error": (work + heating)[[0, 2]].sum() + gravity + tide - opening,
             "density_max": 0.75 / np.pi / np.linalg.det(matrix),
             "timestep": 1e-3 * np.linalg.det(matrix),
+            "timestep_limit": 1.0,
+            "timestep_limit_radius": 0.5,
+            "timestep_limit_density": 2.0,
             "wall_time": 0.5 * time,
             **profiles(particles @ matrix.T, particles @ rate.T, 0.75 / np.pi / np.linalg.det(matrix)),
         }
