@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.engines.numba_cache import load_module
 from astroinertia.engines import numba_vectors
+from astroinertia.engines.numba_cache import load_module
 from astroinertia.engines.numba_passes import LOOP_FLAGS, ROOTS
 from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.gravity import closing
@@ -174,16 +174,15 @@ class _Particles:
             float(KERNELS[self.kernel].support), self.inverse_h, weight, self.origin, self.scale, self.mass_scale,
             x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw, multipoles,
         )  # fmt: skip
-        module.upward_top(*structure, nodes.begin, where_is, about, raw, multipoles)
-        acceleration, potential = np.empty((count, 3)), np.empty(count)
+        module.upward_top(*structure, nodes.begin, where_is, about, boxes, raw, multipoles)
+        acceleration, potential = np.zeros((count, 3)), np.zeros(count)
         parent, task_of = _links(nodes)
-        leaf_size = int((nodes.last - nodes.first)[nodes.child == 0].max())
         width = len(harmonic(order))
         handed_end, handed_local = np.zeros(len(nodes.task), np.int64), np.zeros((len(nodes.task), width))
         rest = (
             where_is, about, boxes, multipoles, x, y, z, m, reach2, inverse_reach, nodes.order, real(theta),
             real(tolerance),
-            acceleration, potential, unit, potential_unit, leaf_size,
+            acceleration, potential, unit, potential_unit, nodes.leaf_size,
         )  # fmt: skip
         handed = module.descend(
             0, True, nodes.begin, *structure, MOST_LEVELS, parent, np.zeros(0, np.int32), np.zeros(width), *rest,

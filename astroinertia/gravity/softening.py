@@ -51,7 +51,7 @@ def _horner(polynomial: Polynomial) -> str:
 
 
 def softened(kernel: str, support: float) -> list[str]:
-    """softened_pair(r, inverse, b): slope of the attraction, over r, and potential, at r = 1/inverse and b = 1/reach."""
+    """softened_pair(r, inverse, b): slope of the attraction over r, and minus the potential, at b = 1/reach."""
     lines = [
         '@njit(forceinline=True, error_model="numpy", fastmath=LOOP_FLAGS)',
         "def softened_pair(r, inverse, b):",

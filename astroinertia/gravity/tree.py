@@ -22,6 +22,9 @@ LEAF_SIZE = 32  # most particles in a leaf
 TASKS = 64  # about so many subtrees are shared out over threads
 DEEPEST = 60  # below this level nodes are halved by number
 MOST_LEVELS = DEEPEST + 64  # and so no tree has more levels than this
+# A leaf far out looks wide from the dense middle, where all sources lie in one direction and errors of its expansion
+# add up: beyond so many median distances it can be parted, down to single particles, until it is so narrow.
+OUTSIDE, NARROW = 3.0, 0.04
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +32,10 @@ class Tree:
     """Nodes of a binary tree over particles; node 0 is the root.
 
     order (N,): position[order] is node after node; first, last (nodes,): particles of a node in that order; child
-    (nodes,): the first of two children, 0 at leaves; task (T,): nodes that are tasks, which hold all particles; begin
-    (T+1,): below task t lie the nodes begin[t] to begin[t+1]-1, and before begin[0] the tasks and what is above them.
+    (nodes,): the first of two children, 0 at nodes that are not parted; task (T,): nodes that are tasks, which hold all
+    particles; begin (T+1,): below task t lie the nodes begin[t] to begin[t+1]-1, and before begin[0] the tasks and what
+    is above them; leaf_size: nodes of no more particles are leaves, which attract each other particle by particle, even
+    where they can be parted.
     """
 
     order: np.ndarray
@@ -39,6 +44,7 @@ class Tree:
     child: np.ndarray
     task: np.ndarray
     begin: np.ndarray
+    leaf_size: int
 
     @property
     def count(self) -> int:
@@ -62,12 +68,14 @@ def tree(position: Any, leaf_size: int = LEAF_SIZE, threads: int | None = None) 
     smallest = max(leaf_size, count // TASKS)
     top = np.empty((4, 2 * min(count, 8 * TASKS) + 2 * MOST_LEVELS), np.int64)  # first, last, child, level
     top[:, 0] = 0, count, 0, 0
-    filled = _split(columns, order, top, 1, smallest, top.shape[1])
+    middle = np.median(position, axis=0)
+    inside = OUTSIDE**2 * float(np.median(((position - middle) ** 2).sum(axis=1)))
+    filled = _split(columns, order, top, 1, smallest, top.shape[1], middle, np.inf)
     task = np.flatnonzero(top[2, :filled] == 0)
     task = task[np.argsort(top[0, task])]
     below = np.empty((4, 2 * count), np.int64)
     sizes = np.zeros(len(task), np.int64)
-    share_out(_split_tasks, threads, columns, order, top, task, below, sizes, leaf_size)
+    share_out(_split_tasks, threads, columns, order, top, task, below, sizes, leaf_size, middle, inside)
     begin = filled + np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
     nodes = np.empty((3, begin[-1]), np.int64)
     nodes[:, :filled] = top[:3, :filled]
@@ -78,7 +86,7 @@ def tree(position: Any, leaf_size: int = LEAF_SIZE, threads: int | None = None) 
         children = nodes[2, begin[t] : begin[t + 1]]
         children[children > 0] += begin[t] - 1
         nodes[2, node] = begin[t] if sizes[t] else 0
-    return Tree(order, nodes[0], nodes[1], nodes[2].astype(np.int32), task, begin)
+    return Tree(order, nodes[0], nodes[1], nodes[2].astype(np.int32), task, begin, leaf_size)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -109,7 +117,7 @@ def _partition(x, y, z, order, key, first, last, middle):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _split(columns, order, nodes, filled, leaf_size, room):
+def _split(columns, order, nodes, filled, leaf_size, room, middle_of_all, inside):
     # Splits the node filled-1 and all below it; children of the node in column k are numbered by their columns.
     x, y, z = columns[0], columns[1], columns[2]
     stack = np.empty(2 * MOST_LEVELS, np.int64)
@@ -120,13 +128,18 @@ def _split(columns, order, nodes, filled, leaf_size, room):
         node = stack[height]
         first, last, level = nodes[0, node], nodes[1, node], nodes[3, node]
         nodes[2, node] = 0
-        if last - first <= leaf_size or filled + 2 > room:
+        if last - first <= (1 if inside < np.inf else leaf_size) or filled + 2 > room:
             continue
-        axis, longest, middle = 0, -1.0, 0.0
+        axis, longest, middle, distance2, width2 = 0, -1.0, 0.0, 0.0, 0.0
         for a in range(3):
             low, high = _extent(columns[a], first, last)
+            distance2 += (0.5 * (low + high) - middle_of_all[a]) ** 2
+            width2 += (high - low) ** 2
             if high - low > longest:
                 axis, longest, middle = a, high - low, low + 0.5 * (high - low)
+        wide = distance2 > inside and width2 > NARROW * distance2
+        if last - first <= leaf_size and not wide:
+            continue
         cut = first
         if longest > 0.0 and level < DEEPEST:
             cut = _partition(x, y, z, order, columns[axis], first, last, middle)
@@ -142,7 +155,7 @@ def _split(columns, order, nodes, filled, leaf_size, room):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _split_tasks(counter, columns, order, top, task, below, sizes, leaf_size):
+def _split_tasks(counter, columns, order, top, task, below, sizes, leaf_size, middle, inside):
     while True:
         t = take(counter)
         if t >= len(task):
@@ -151,7 +164,7 @@ def _split_tasks(counter, columns, order, top, task, below, sizes, leaf_size):
         begin, end = 2 * top[0, node], 2 * top[1, node]
         part = below[:, begin:end]
         part[0, 0], part[1, 0], part[3, 0] = top[0, node], top[1, node], top[3, node]
-        filled = _split(columns, order, part, 1, leaf_size, end - begin)
+        filled = _split(columns, order, part, 1, leaf_size, end - begin, middle, inside)
         sizes[t] = filled - 1
         for a in range(4):
             for k in range(1, filled):

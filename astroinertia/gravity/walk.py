@@ -37,12 +37,12 @@ def fit_leaf(node, first, last, order, position, mass, reach, inverse_h, weight,
         r2 = dx * dx + dy * dy + dz * dz
         fourth += m[k] * r2 * r2
         radius2 = r2 if r2 > radius2 else radius2
-    for a, column in enumerate((x, y, z)):
-        low, high = np.inf, -np.inf
+    for a in range(6):
+        column = x if a % 3 == 0 else y if a % 3 == 1 else z
+        edge = column[first]
         for k in range(first, last):
-            low = min(low, column[k])
-            high = max(high, column[k])
-        boxes[node, a], boxes[node, 3 + a] = low, high
+            edge = min(edge, column[k]) if a < 3 else max(edge, column[k])
+        boxes[node, a] = edge
     particle_moments(first, last, x, y, z, m, sx, sy, sz, raw[node])
     where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2] = sx, sy, sz
     finish(node, last - first, total, np.sqrt(radius2), fourth, squares, furthest_reach, where_is, about)
@@ -50,7 +50,8 @@ def fit_leaf(node, first, last, order, position, mass, reach, inverse_h, weight,
 
 @njit(**PART)
 def finish(node, count, total, radius, fourth, squares, furthest_reach, where_is, about):
-    # about: radius, that of its mass (mean of the fourth power), mass, 1/|a| (rms), furthest reach, scale of moments
+    # about: radius, that of its mass (mean of the fourth power), mass, 1/|a| (rms), furthest reach, scale of moments,
+    # number
     spread = (fourth / total) ** 0.25 if total > 0.0 else radius
     about[8 * node] = real(radius)
     about[8 * node + 1] = real(spread)
@@ -58,11 +59,12 @@ def finish(node, count, total, radius, fourth, squares, furthest_reach, where_is
     about[8 * node + 3] = real(np.sqrt(squares / count))
     about[8 * node + 4] = real(furthest_reach)
     about[8 * node + 5] = real(max(radius, 0.5 * furthest_reach))
+    about[8 * node + 6] = real(count)
     where_is[4 * node + 3] = squares
 
 
 @njit(**PART)
-def fit_node(node, left, count, where_is, about, raw):
+def fit_node(node, left, count, where_is, about, boxes, raw):
     # From two children: their moments about the common centre, and the smaller of two bounds of the radius.
     right = left + 1
     one, other = np.float64(about[8 * left + 2]), np.float64(about[8 * right + 2])
@@ -70,6 +72,9 @@ def fit_node(node, left, count, where_is, about, raw):
     share = one / total if total > 0.0 else 0.5
     for a in range(3):
         where_is[4 * node + a] = share * where_is[4 * left + a] + (1.0 - share) * where_is[4 * right + a]
+    for a in range(3):
+        boxes[node, a] = min(boxes[left, a], boxes[right, a])
+        boxes[node, 3 + a] = max(boxes[left, 3 + a], boxes[right, 3 + a])
     radius = fourth = furthest_reach = 0.0
     row = raw[node]
     row[:] = 0.0
@@ -94,7 +99,7 @@ def fit_any(node, first, last, child, order, position, mass, reach, inverse_h, w
         fit_leaf(node, first[node], last[node], order, position, mass, reach, inverse_h, weight, origin, scale,
                  mass_scale, x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw)
     else:
-        fit_node(node, np.int64(child[node]), last[node] - first[node], where_is, about, raw)
+        fit_node(node, np.int64(child[node]), last[node] - first[node], where_is, about, boxes, raw)
     store_moments(node, np.float64(about[8 * node + 5]), raw[node], moments)
 
 
@@ -112,25 +117,24 @@ def upward(counter, first, last, child, task, begin, order, position, mass, reac
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def upward_top(first, last, child, begin, where_is, about, raw, moments):
-    tasks = set_of_tasks = 0
+def upward_top(first, last, child, begin, where_is, about, boxes, raw, moments):
     for node in range(begin[0] - 1, -1, -1):
         left = np.int64(child[node])
         if left > 0 and left < begin[0]:
-            fit_node(node, left, last[node] - first[node], where_is, about, raw)
+            fit_node(node, left, last[node] - first[node], where_is, about, boxes, raw)
             store_moments(node, np.float64(about[8 * node + 5]), raw[node], moments)
 """
 
 DOWNWARD = """
 @njit(fastmath=TEST_FLAGS, **PART)
-def sort_candidates(node, listed, count, where_is, about, child, theta, tolerance, far, part, rest):
-    # Keys below 0: taken by expansions; parted; handed on to the target's children, or near where it is a leaf.
+def sort_candidates(node, listed, count, where_is, about, child, bucket, theta, tolerance, far, part, hand, near):
+    # Keys below 0: taken by expansions; parted; handed on to the target's children; taken particle by particle.
     widest_vectors()
     x_a, y_a, z_a = where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2]
     r_a, s_a, m_a, g_a, reach_a = (
         about[8 * node], about[8 * node + 1], about[8 * node + 2], about[8 * node + 3], about[8 * node + 4]
     )
-    leaf_a = child[node] == 0
+    single_a, bucket_a = child[node] == 0, about[8 * node + 6] <= bucket
     for k in range(count):
         b = listed[k]
         x, y, z = (
@@ -147,12 +151,14 @@ def sort_candidates(node, listed, count, where_is, about, child, theta, toleranc
         error = larger_of(m_b * g_a * POWER_ON_A, m_a * g_b * POWER_ON_B) * (inverse * inverse)
         reach = larger_of(reach_a, reach_b)
         accepted = (both < theta * r) & (error <= tolerance) & (r - both > reach)
-        leaf_b = at(child, b) == 0
-        other = leaf_a | ((not leaf_b) & ((r_b > r_a) | ((r_b == r_a) & (b < node))))
-        parted = (not accepted) & (not leaf_b) & other
+        single_b, bucket_b = at(child, b) == 0, at(about, 8 * b + 6) <= bucket
+        larger_b = (r_b > r_a) | ((r_b == r_a) & (b < node))
+        by_pairs = (not accepted) & bucket_a & bucket_b
+        parted = (not accepted) & (not by_pairs) & (not single_b) & (single_a | larger_b)
         far[k] = where(accepted, real(-1), real(1))
         part[k] = where(parted, real(-1), real(1))
-        rest[k] = where(accepted | parted, real(1), real(-1))
+        near[k] = where(by_pairs, real(-1), real(1))
+        hand[k] = where(accepted | parted | by_pairs, real(1), real(-1))
 
 
 @njit(fastmath=LOOP_FLAGS, **PART)
@@ -270,8 +276,9 @@ def within_reach(sources, count, box, reach2, key, other):
 
 
 @njit(**PART)
-def leaf_sums(node, lists, near, near_count, local, first, last, where_is, about, boxes, x, y, z, m, reach2, inverse_reach,
-              order, targets, plain, mixed, soft, keys, field, acceleration, potential, force_unit, potential_unit):
+def leaf_sums(node, lists, near, near_count, local, first, last, where_is, about, boxes, x, y, z, m, reach2,
+              inverse_reach, order, targets, plain, mixed, soft, keys, field, acceleration, potential,
+              force_unit, potential_unit):
     x_c, y_c, z_c = where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2]
     begin, end = first[node], last[node]
     count = end - begin
@@ -303,8 +310,8 @@ def leaf_sums(node, lists, near, near_count, local, first, last, where_is, about
     for k in range(count):
         i = order[begin + k]
         for a in range(3):
-            acceleration[i, a] = np.float64(field[a, k]) * force_unit
-        potential[i] = np.float64(field[3, k]) * potential_unit
+            acceleration[i, a] += np.float64(field[a, k]) * force_unit
+        potential[i] += np.float64(field[3, k]) * potential_unit
     return plain, mixed, soft, keys
 
 
@@ -327,22 +334,25 @@ def roomier(array, filled, count):
 
 
 @njit(**PART)
-def seek(node, handed, filled, where_is, about, child, theta, tolerance, lists, keys):
-    # Sorts all candidates of a node: handed on to it, and its sibling; the numbers of far and of rest.
-    now, later, far, rest = lists[0], lists[1], lists[2], lists[3]
-    count, fars, rests = filled, 0, 0
+def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance, lists, keys):
+    # Sorts all candidates of a node: the numbers of those far, near, and to be handed on.
+    now, later, far, near, hand = lists[0], lists[1], lists[2], lists[3], lists[4]
+    count, fars, nears, hands = filled, 0, 0, 0
     for k in range(filled):
         now[k] = handed[k]
     while count > 0:
-        sort_candidates(node, now, count, where_is, about, child, theta, tolerance, keys[0], keys[1], keys[2])
+        sort_candidates(
+            node, now, count, where_is, about, child, bucket, theta, tolerance, keys[0], keys[1], keys[2], keys[3]
+        )
         fars = closed_up(now, keys[0], count, far, fars)
-        rests = closed_up(now, keys[2], count, rest, rests)
+        hands = closed_up(now, keys[2], count, hand, hands)
+        nears = closed_up(now, keys[3], count, near, nears)
         parted = closed_up(now, keys[1], count, later, 0)
         for k in range(parted):
             left = child[later[k]]
             now[2 * k], now[2 * k + 1] = left, left + np.int32(1)
         count = 2 * parted
-    return fars, rests
+    return fars, nears, hands
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -359,8 +369,10 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
     ends[0] = len(seeds)
     local = np.zeros((levels + 2, width))
     local[0] = seed_local
-    lists = np.empty((4, nodes + 2 * LANES), np.int32)
-    keys = np.empty((3, nodes + 2 * LANES), real)
+    nothing = np.zeros(width)
+    bucket = real(leaf_size)
+    lists = np.empty((5, nodes + 2 * LANES), np.int32)
+    keys = np.empty((4, nodes + 2 * LANES), real)
     stack, depths = np.empty(2 * levels + 2, np.int64), np.empty(2 * levels + 2, np.int64)
     targets, field = np.empty((6, leaf_size + 3 * LANES), real), np.empty((4, leaf_size + 3 * LANES), real)
     plain, mixed, soft = np.empty((6, 2048), real), np.empty((6, 2048), real), np.empty((6, 2048), real)
@@ -374,7 +386,8 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
         offset = 0 if depth == 1 else ends[depth - 2]
         handed = roomier(handed, ends[depth - 1], 1)
         filled = ends[depth - 1]
-        if parent != node:
+        within = parent != node and last[parent] - first[parent] <= leaf_size
+        if parent != node and not within:
             sibling = 2 * np.int64(child[parent]) + 1 - node
             handed[filled] = np.int32(sibling)
             filled += 1
@@ -386,8 +399,8 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
             saved_end[task_of[node]] = saved_count
             saved_local[task_of[node]] = local[depth - 1]
             continue
-        fars, rests = seek(
-            node, handed[offset:filled], filled - offset, where_is, about, child, theta, tolerance, lists, keys
+        fars, nears, hands = seek(
+            node, handed[offset:filled], filled - offset, where_is, about, child, bucket, theta, tolerance, lists, keys
         )
         shift_local(
             where_is[4 * node] - where_is[4 * parent], where_is[4 * node + 1] - where_is[4 * parent + 1],
@@ -397,18 +410,23 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
             lists[2, k] = lists[2, 0]
         far_field(lists[2], fars, where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2],
                   about[8 * node + 5], where_is, about, moments, local[depth])
-        if child[node] == 0:
-            lists[3, rests] = np.int32(node)
+        if last[node] - first[node] <= leaf_size:
+            if not within:
+                lists[3, nears] = np.int32(node)
+                nears += 1
+            done = hands == 0
             plain, mixed, soft, leaf_keys = leaf_sums(
-                node, lists, lists[3], rests + 1, local[depth], first, last, where_is, about, boxes, x, y, z, m, reach2, inverse_reach, order,
-                targets, plain, mixed, soft, leaf_keys, field, acceleration, potential, force_unit, potential_unit
+                node, lists, lists[3], nears, local[depth] if done else nothing, first, last, where_is, about, boxes,
+                x, y, z, m, reach2, inverse_reach, order, targets, plain, mixed, soft, leaf_keys, field, acceleration,
+                potential, force_unit, potential_unit
             )
-            continue
+            if done:
+                continue
         base = ends[depth - 1]
-        handed = roomier(handed, base, rests + 1)
-        for k in range(rests):
-            handed[base + k] = lists[3, k]
-        ends[depth] = base + rests
+        handed = roomier(handed, base, hands + 1)
+        for k in range(hands):
+            handed[base + k] = lists[4, k]
+        ends[depth] = base + hands
         stack[height], depths[height] = np.int64(child[node]) + 1, depth + 1
         stack[height + 1], depths[height + 1] = np.int64(child[node]), depth + 1
         height += 2
@@ -417,13 +435,14 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def descend_tasks(counter, task, begin, first, last, child, levels, parent_of, saved, saved_begin, saved_end,
-                  saved_local, where_is, about, boxes, moments, x, y, z, m, reach2, inverse_reach, order, theta, tolerance, acceleration,
-                  potential, force_unit, potential_unit, leaf_size, task_of):
+                  saved_local, where_is, about, boxes, moments, x, y, z, m, reach2, inverse_reach, order, theta, tolerance,
+                  acceleration, potential, force_unit, potential_unit, leaf_size, task_of):
     while True:
         t = take(counter)
         if t >= len(task):
             break
         descend(task[t], False, begin, first, last, child, levels, parent_of, saved[saved_begin[t] : saved_end[t]],
-                saved_local[t], where_is, about, boxes, moments, x, y, z, m, reach2, inverse_reach, order, theta, tolerance,
-                acceleration, potential, force_unit, potential_unit, leaf_size, saved, saved_end, saved_local, task_of)
+                saved_local[t], where_is, about, boxes, moments, x, y, z, m, reach2, inverse_reach, order, theta,
+                tolerance, acceleration, potential, force_unit, potential_unit, leaf_size, saved, saved_end, saved_local,
+                task_of)
 """
