@@ -5,6 +5,9 @@ and returns how far `out` is filled. width(key): how many at once. Nothing from 
 readable, and `out` writable, for one vector more. NaN is kept.
 """
 
+# pyright: reportCallIssue=false
+# (numba itself gives intrinsics their first argument)
+
 from llvmlite import ir
 from numba import njit, types
 from numba.core import cgutils

@@ -16,9 +16,10 @@ from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.gravity import closing
 from astroinertia.gravity import tree as trees
 from astroinertia.gravity.expansions import expansions, harmonic, indices, moments
+from astroinertia.gravity.refit import UPWARD
 from astroinertia.gravity.softening import softened
 from astroinertia.gravity.tree import MOST_LEVELS, Tree, tree
-from astroinertia.gravity.walk import DOWNWARD, UPWARD
+from astroinertia.gravity.walk import DOWNWARD
 from astroinertia.sph.kernels import KERNELS
 
 __all__ = ["gravity", "sampled_error", "tree"]

@@ -6,125 +6,6 @@ and forces are opposite to rounding. Each target looks through its candidates a 
 children those that are no larger than itself.
 """
 
-UPWARD = """
-@njit(**PART)
-def fit_leaf(node, first, last, order, position, mass, reach, inverse_h, weight, origin, scale, mass_scale,
-             x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw):
-    total = sx = sy = sz = squares = 0.0
-    furthest_reach = 0.0
-    for k in range(first, last):
-        i = order[k]
-        x[k] = (position[i, 0] - origin[0]) * scale
-        y[k] = (position[i, 1] - origin[1]) * scale
-        z[k] = (position[i, 2] - origin[2]) * scale
-        mass_k = mass[i] * mass_scale
-        reach_k = reach * scale / inverse_h[i]
-        m[k], reach2[k], inverse_reach[k] = real(mass_k), real(reach_k * reach_k), real(1.0 / reach_k)
-        mass_k = np.float64(m[k])
-        total += mass_k
-        sx += mass_k * x[k]
-        sy += mass_k * y[k]
-        sz += mass_k * z[k]
-        squares += weight[i]
-        furthest_reach = reach_k if reach_k > furthest_reach else furthest_reach
-    if not total > 0.0:
-        total, sx, sy, sz = 0.0, x[first], y[first], z[first]
-    else:
-        sx, sy, sz = sx / total, sy / total, sz / total
-    radius2 = fourth = 0.0
-    for k in range(first, last):
-        dx, dy, dz = x[k] - sx, y[k] - sy, z[k] - sz
-        r2 = dx * dx + dy * dy + dz * dz
-        fourth += m[k] * r2 * r2
-        radius2 = r2 if r2 > radius2 else radius2
-    for a in range(6):
-        column = x if a % 3 == 0 else y if a % 3 == 1 else z
-        edge = column[first]
-        for k in range(first, last):
-            edge = min(edge, column[k]) if a < 3 else max(edge, column[k])
-        boxes[node, a] = edge
-    particle_moments(first, last, x, y, z, m, sx, sy, sz, raw[node])
-    where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2] = sx, sy, sz
-    finish(node, last - first, total, np.sqrt(radius2), fourth, squares, furthest_reach, where_is, about)
-
-
-@njit(**PART)
-def finish(node, count, total, radius, fourth, squares, furthest_reach, where_is, about):
-    # about: radius, that of its mass (mean of the fourth power), mass, 1/|a| (rms), furthest reach, scale of moments,
-    # number
-    spread = (fourth / total) ** 0.25 if total > 0.0 else radius
-    about[8 * node] = real(radius)
-    about[8 * node + 1] = real(spread)
-    about[8 * node + 2] = real(total)
-    about[8 * node + 3] = real(np.sqrt(squares / count))
-    about[8 * node + 4] = real(furthest_reach)
-    about[8 * node + 5] = real(max(radius, 0.5 * furthest_reach))
-    about[8 * node + 6] = real(count)
-    where_is[4 * node + 3] = squares
-
-
-@njit(**PART)
-def fit_node(node, left, count, where_is, about, boxes, raw):
-    # From two children: their moments about the common centre, and the smaller of two bounds of the radius.
-    right = left + 1
-    one, other = np.float64(about[8 * left + 2]), np.float64(about[8 * right + 2])
-    total = one + other
-    share = one / total if total > 0.0 else 0.5
-    for a in range(3):
-        where_is[4 * node + a] = share * where_is[4 * left + a] + (1.0 - share) * where_is[4 * right + a]
-    for a in range(3):
-        boxes[node, a] = min(boxes[left, a], boxes[right, a])
-        boxes[node, 3 + a] = max(boxes[left, 3 + a], boxes[right, 3 + a])
-    radius = fourth = furthest_reach = 0.0
-    row = raw[node]
-    row[:] = 0.0
-    for child in (left, right):
-        dx = where_is[4 * node] - where_is[4 * child]
-        dy = where_is[4 * node + 1] - where_is[4 * child + 1]
-        dz = where_is[4 * node + 2] - where_is[4 * child + 2]
-        add_moments(dx, dy, dz, raw[child], row)
-        apart2 = dx * dx + dy * dy + dz * dz
-        radius = max(radius, np.sqrt(apart2) + np.float64(about[8 * child]))
-        further = np.sqrt(apart2) + np.float64(about[8 * child + 1])
-        fourth += np.float64(about[8 * child + 2]) * further**4
-        furthest_reach = max(furthest_reach, np.float64(about[8 * child + 4]))
-    squares = where_is[4 * left + 3] + where_is[4 * right + 3]
-    finish(node, count, total, radius * RADIUS_SLACK, fourth, squares, furthest_reach, where_is, about)
-
-
-@njit(**PART)
-def fit_any(node, first, last, child, order, position, mass, reach, inverse_h, weight, origin, scale, mass_scale,
-            x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw, moments):
-    if child[node] == 0:
-        fit_leaf(node, first[node], last[node], order, position, mass, reach, inverse_h, weight, origin, scale,
-                 mass_scale, x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw)
-    else:
-        fit_node(node, np.int64(child[node]), last[node] - first[node], where_is, about, boxes, raw)
-    store_moments(node, np.float64(about[8 * node + 5]), raw[node], moments)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def upward(counter, first, last, child, task, begin, order, position, mass, reach, inverse_h, weight, origin, scale,
-           mass_scale, x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw, moments):
-    while True:
-        t = take(counter)
-        if t >= len(task):
-            break
-        for n in range(begin[t + 1] - begin[t] + 1):
-            node = begin[t + 1] - 1 - n if n < begin[t + 1] - begin[t] else task[t]
-            fit_any(node, first, last, child, order, position, mass, reach, inverse_h, weight, origin, scale,
-                    mass_scale, x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw, moments)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def upward_top(first, last, child, begin, where_is, about, boxes, raw, moments):
-    for node in range(begin[0] - 1, -1, -1):
-        left = np.int64(child[node])
-        if left > 0 and left < begin[0]:
-            fit_node(node, left, last[node] - first[node], where_is, about, boxes, raw)
-            store_moments(node, np.float64(about[8 * node + 5]), raw[node], moments)
-"""
-
 DOWNWARD = """
 @njit(fastmath=TEST_FLAGS, **PART)
 def sort_candidates(node, listed, count, where_is, about, child, bucket, theta, tolerance, far, part, hand, near):
@@ -435,14 +316,14 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def descend_tasks(counter, task, begin, first, last, child, levels, parent_of, saved, saved_begin, saved_end,
-                  saved_local, where_is, about, boxes, moments, x, y, z, m, reach2, inverse_reach, order, theta, tolerance,
-                  acceleration, potential, force_unit, potential_unit, leaf_size, task_of):
+                  saved_local, where_is, about, boxes, moments, x, y, z, m, reach2, inverse_reach, order, theta,
+                  tolerance, acceleration, potential, force_unit, potential_unit, leaf_size, task_of):
     while True:
         t = take(counter)
         if t >= len(task):
             break
         descend(task[t], False, begin, first, last, child, levels, parent_of, saved[saved_begin[t] : saved_end[t]],
                 saved_local[t], where_is, about, boxes, moments, x, y, z, m, reach2, inverse_reach, order, theta,
-                tolerance, acceleration, potential, force_unit, potential_unit, leaf_size, saved, saved_end, saved_local,
-                task_of)
+                tolerance, acceleration, potential, force_unit, potential_unit, leaf_size, saved,
+                saved_end, saved_local, task_of)
 """
