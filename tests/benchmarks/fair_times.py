@@ -13,14 +13,17 @@ RESULTS = Path(__file__).parent / "results"
 
 
 def best_times(
-    actions: Mapping[Any, Callable[[], Any]], rounds: int, clock: Callable[[], float] = time.perf_counter
+    actions: Mapping[Any, Callable[[], Any]],
+    rounds: int,
+    clock: Callable[[], float] = time.perf_counter,
+    compiled: bool = False,
 ) -> dict[Any, float]:
-    """The shortest time of each action in so many rounds of all of them, one after another, after one that compiles.
+    """The shortest time of each action in so many rounds of all of them, after one that compiles what is not compiled.
 
     Other work only ever adds to a time, and falls on all alike where they take turns.
     """
     best = dict.fromkeys(actions, float("inf"))
-    for action in actions.values():
+    for action in () if compiled else actions.values():
         action()
     for _ in range(rounds):
         for name, action in actions.items():

@@ -213,15 +213,15 @@ def unsoftened(points: PointSet, sample: np.ndarray) -> np.ndarray:
     return far_and_near(points.position, points.mass, np.zeros_like(points.mass), sample, 0.0)[0]
 
 
-ANGLES = (1.2, 1.0, 0.85, 0.7, 0.55, 0.4, 0.3, 0.2)
+ANGLES = (1.0, 0.7, 0.5, 0.35, 0.25)
 OURS = Code(
-    "astroinertia", "astroinertia", (1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6), multipole_sum,
+    "astroinertia", "astroinertia", (3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6), multipole_sum,
     kernel_softened,
 )  # fmt: skip
 DIRECT = Code("astroinertia direct", "astroinertia", ("mixed", "float64"), direct_sum, kernel_softened, 200_000)
 MONOPOLE = Code("pytreegrav monopole", "pytreegrav", ANGLES, pytreegrav_action(False), pytreegrav_direct)
 QUADRUPOLE = Code("pytreegrav quadrupole", "pytreegrav", ANGLES, pytreegrav_action(True), pytreegrav_direct)
-REBOUND_TREE = Code("REBOUND tree", "rebound", ANGLES[:-2], rebound_action("tree"), plummer_softened, 200_000)
+REBOUND_TREE = Code("REBOUND tree", "rebound", ANGLES[:-1], rebound_action("tree"), plummer_softened, 200_000)
 REBOUND_DIRECT = Code("REBOUND direct", "rebound", (0.0,), rebound_action("basic"), plummer_softened, 20_000)
 JAXFMM = Code("jaxFMM", "jaxfmm", ((3, 0.85), (5, 0.7), (7, 0.6)), jaxfmm_action, unsoftened, 200_000)
 CODES = (OURS, DIRECT, MONOPOLE, QUADRUPOLE, REBOUND_TREE, REBOUND_DIRECT, JAXFMM)

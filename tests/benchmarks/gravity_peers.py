@@ -46,7 +46,7 @@ def compared(
             act = code.action(points, setting)
             actions[code.name, setting] = act
             rows.append({"code": code.name, "setting": setting, **errors(act()[sample], reference)})
-    times = best_times(actions, rounds, clock)
+    times = best_times(actions, rounds, clock, compiled=True)
     for row in rows:
         row["seconds"] = times[row["code"], row["setting"]]
     return rows
