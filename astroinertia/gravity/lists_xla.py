@@ -119,7 +119,7 @@ def interaction_lists(
     )
 
 
-def _device(array: np.ndarray) -> Any:
+def _device(array: Any) -> Any:
     return jnp.asarray(array, dtype=jnp.int32)
 
 

@@ -99,3 +99,32 @@ def test_errors_are_about_what_is_asked_for(tolerance, order):
     if "virial" in sums:
         tensor = (mass[:, None] * fields["position"]).T @ sums["acceleration"]
         assert np.abs(sums["virial"] - tensor).max() < 1e-13 * np.abs(tensor).max()
+
+
+@pytest.mark.slow
+def test_gradients_are_those_of_the_direct_sum_within_the_error():
+    tolerance = 1e-3
+    engine, arrangement, lists, fields, _ = made(300, tolerance, 3)
+    assert len(listed(lists.local, lists.first.shape[0])) > 50
+    # Smooth weights: what is asked of a body as a whole. A single pair may be as wrong as its nodes are wide.
+    push = fields["mass"][:, None] * (fields["position"] + [1.0, 2.0, 3.0])
+
+    def weighed(sums, mass):
+        return (push * sums["acceleration"]).sum() + mass @ sums["potential"]
+
+    def fast(mass, position, length):
+        return weighed(multipole_xla.gravity(engine, arrangement, lists, KERNEL, mass, position, length), mass)
+
+    def direct(mass, position, length):
+        given = {"mass": mass, "position": position, "smoothing_length": length}
+        return weighed(engine.all_pair_sums(arrangement, KERNEL, (DIRECT_GRAVITY,), given)["gravity"], mass)
+
+    at = tuple(fields.values())
+    found, expected = (jax.jit(jax.grad(function, (0, 1, 2)))(*at) for function in (fast, direct))
+    # A derivative by position costs one order of the expansions.
+    for one, other, bar in zip(found, expected, (3e-3, 3e-2, 1e-9), strict=True):
+        assert np.linalg.norm(one - other) < bar * np.linalg.norm(other)
+    # The exact derivative of what is summed, with the lists as they are.
+    along = np.random.default_rng(8).normal(size=(300, 3))
+    ahead, behind = (jax.jit(fast)(at[0], at[1] + sign * 1e-6 * along, at[2]) for sign in (1.0, -1.0))
+    assert abs((ahead - behind) / 2e-6 / (found[1] * along).sum() - 1.0) < 1e-6
