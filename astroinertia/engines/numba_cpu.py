@@ -145,11 +145,12 @@ class Engine:
         """
         position, mass, guess = _array(position), _array(mass), _array(guess)
         _, function = density_pass(kernel, self.precision, softening)
-        if np.min(guess, initial=1.0) <= 0.0 or np.min(mass, initial=1.0) <= 0.0:
-            raise ValueError("masses and the first guess of smoothing lengths must be positive")
-        if mass.sum() * KERNELS[kernel].w(np, 0.0) <= mass.max() * eta**3:
-            raise ValueError(f"{len(mass)} particles are too few for a smoothing length of {eta:.3g} (m/rho)^(1/3)")
         chosen = _targets(arrangement, targets)
+        first = guess if targets is None else guess[chosen.indices]
+        if np.min(first, initial=1.0) <= 0.0 or (targets is None and np.min(mass, initial=1.0) <= 0.0):
+            raise ValueError("masses and the first guess of smoothing lengths must be positive")
+        if targets is None and mass.sum() * KERNELS[kernel].w(np, 0.0) <= mass.max() * eta**3:
+            raise ValueError(f"{len(mass)} particles are too few for a smoothing length of {eta:.3g} (m/rho)^(1/3)")
         lists = self._held_lists(arrangement, chosen, kernel, position, guess, LISTED)
         nodes, leaves = lists.nodes, arrangement.leaves
         sides = nodes.rows[3:6, 1] - nodes.rows[:3, 1]
@@ -234,7 +235,9 @@ class Engine:
         if held is not None and held.position is position and held.support == support:
             every = held.targets is arrangement.everyone  # whose lists serve any targets
             same = every or held.targets is chosen or np.array_equal(held.targets.indices, chosen.indices)
-            if same and bool(np.all(margin * h <= held.length)):
+            # A density asks for the reach of its targets alone, other sums for that of all particles.
+            reached = np.all(h <= held.length) if margin == 1.0 else _within(margin, h, held.length, chosen.indices)
+            if same and bool(reached):
                 return held
         return self._lists(arrangement, chosen, kernel, position, margin * h)
 
@@ -282,6 +285,10 @@ def _arrangement(leaves: tree.Leaves, volume: float) -> Arrangement:
     return Arrangement(leaves, first, last, everyone, volume)
 
 
+def _within(margin: float, h: np.ndarray, length: np.ndarray, some: np.ndarray) -> np.bool_:
+    return np.all(margin * h[some] <= length[some])
+
+
 def _targets(arrangement: Arrangement, targets: Any) -> Targets:
     if targets is None:
         return arrangement.everyone
@@ -305,7 +312,8 @@ def _named(fields: dict, names: Sequence[str], count: int) -> list[np.ndarray]:
         if name not in fields:
             raise ValueError(f"a pair term asks for the field {name}, which is not among {', '.join(sorted(fields))}")
         shape = (count, 3) if kind == "vector" else (count,)
-        arrays.append(_array(np.broadcast_to(np.asarray(fields[name], dtype=np.float64), shape)))
+        array = np.asarray(fields[name], dtype=np.float64)
+        arrays.append(_array(array if array.shape == shape else np.broadcast_to(array, shape)))
     return arrays
 
 
