@@ -63,6 +63,7 @@ class Arrangement:
     """Leaves of particles in arranged order; nodes [first, last) of their tree; all particles as targets.
 
     volume: the compactness that the leaves started with. lists: neighbours at some positions (see `Engine.listed`).
+    scratch: memory that passes, which follow one another, use again.
     """
 
     leaves: tree.Leaves
@@ -70,6 +71,7 @@ class Arrangement:
     last: np.ndarray
     everyone: Targets
     volume: float
+    scratch: dict[str, np.ndarray]
     lists: Lists | None = None
 
 
@@ -196,7 +198,7 @@ class Engine:
         workers, named = self._workers_for(chosen), _named(fields, made.arrays, len(mass))
         given = (position, smoothing_length, mass, float(KERNELS[kernel].support), *named)
         packed = chosen is arrangement.everyone or lists.count[chosen.leaves].sum() > len(mass)
-        table = np.empty((len(mass) if packed else 0, made.width))
+        table = _table(arrangement, len(mass) if packed else 0, made.width)
         if packed:
             share_out(made.pack, workers, *given, table)
         results, arrays = _results(terms, virial, len(chosen.indices), leaves.count, interval is not None)
@@ -282,7 +284,14 @@ def _arrangement(leaves: tree.Leaves, volume: float) -> Arrangement:
         first[1 << level : 2 << level], last[1 << level : 2 << level] = edges[:-1], edges[1:]
     groups = np.arange(max(leaves.count // GROUP, 1))
     everyone = Targets(np.arange(leaves.start[-1]), leaves.start, groups, np.arange(leaves.count))
-    return Arrangement(leaves, first, last, everyone, volume)
+    return Arrangement(leaves, first, last, everyone, volume, {})
+
+
+def _table(arrangement: Arrangement, rows: int, width: int) -> np.ndarray:
+    held = arrangement.scratch.get("table")
+    if held is None or held.size < rows * width:
+        held = arrangement.scratch["table"] = np.empty(rows * width)
+    return held[: rows * width].reshape(rows, width)
 
 
 def _within(margin: float, h: np.ndarray, length: np.ndarray, some: np.ndarray) -> np.bool_:
