@@ -9,17 +9,24 @@ log time against log N.
 
 import argparse
 import contextlib
+import time
 from collections.abc import Callable, Iterator
+from typing import Any
+from unittest import mock
 
 import numpy as np
 from evrard_cloud import between_sorts, cloud, gravity
 from fair_times import RESULTS, best_times, machine, publish, rows_of
 from numba import config
 
-from astroinertia.engines.threads import available_threads
+from astroinertia.engines import tree
+from astroinertia.engines.threads import available_threads, share_out
+from astroinertia.gravity import multipole
+from astroinertia.models import sph
 from astroinertia.models.particles import STEPS_BETWEEN_SORTS
 
 FITTED_FROM = 10_000  # below, what does not grow with N shows
+STEADY = 100_000  # particles up to which the share of a step's parts is looked at
 SMALL = 20_000  # particles up to which a round is short enough for four times as many
 
 
@@ -53,6 +60,41 @@ def measured(particles: int, precision: str, rounds: int) -> dict[tuple[str, int
         actions["gravity", number] = on_threads(number, lambda: gravity(body))
     times = best_times(actions, rounds * (4 if particles <= SMALL else 1))
     return {key: seconds / (STEPS_BETWEEN_SORTS if key[0] == "whole step" else 1) for key, seconds in times.items()}
+
+
+def upkeep(particles: int, precision: str, rounds: int) -> float:
+    """The share of a step that goes into sorting, trees, refits and gravity's moments; the least of rounds."""
+    body, spent, inside = cloud(particles, precision), 0.0, False
+    between_sorts(body)
+
+    def timed(function: Callable) -> Callable:
+        def act(*arguments: Any, **more: Any) -> Any:
+            nonlocal spent, inside
+            if inside:  # a refit within a sort counts once
+                return function(*arguments, **more)
+            inside, begin = True, time.perf_counter()
+            try:
+                return function(*arguments, **more)
+            finally:
+                inside, spent = False, spent + time.perf_counter() - begin
+
+        return act
+
+    def moments_timed(function: Callable, *rest: Any) -> None:
+        share = timed(share_out) if function.__name__ == "upward" else share_out
+        share(function, *rest)
+
+    least = 1.0
+    with (
+        mock.patch.object(sph, "rearranged", timed(sph.rearranged)),
+        mock.patch.object(tree, "fit", timed(tree.fit)),
+        mock.patch.object(multipole, "share_out", moments_timed),
+    ):
+        for _ in range(rounds):
+            spent, begin = 0.0, time.perf_counter()
+            between_sorts(body)
+            least = min(least, spent / (time.perf_counter() - begin))
+    return least
 
 
 def exponent(found: dict[int, float]) -> str:
@@ -102,6 +144,8 @@ def main() -> None:
     head = ["particles", "what", "1 thread (ms)", f"{most} threads (ms)", "faster by", "million/s"]
     text += rows_of(head, rows) + "\nExponent of the time against N, from 10,000 on: "
     text += ", ".join(f"{what} {exponent(curve)}" for what, curve in curves.items()) + ".\n"
+    share = upkeep(largest := max(n for n in chosen.particles if n <= STEADY), chosen.precision, chosen.rounds)
+    text += f"\nSorting, trees, refits and moments take {100 * share:.1f} % of a step with {largest} particles.\n"
     publish("scaling", text, chosen.keep)
     if chosen.keep:
         picture(curves)
