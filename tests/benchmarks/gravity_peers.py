@@ -133,6 +133,7 @@ def main() -> None:
         )
         all_rows[name] = rows
         tables.append(f"**{name}**\n\n{table}{faster}")
+        print(tables[-1], flush=True)  # the whole takes long
     text = f"# Gravity alone, {chosen.points} points\n\n{machine()}; {kind}, the shortest of {chosen.rounds} rounds in "
     text += f"which all take turns. Ratio: to pytreegrav's quadrupole at {JUDGED}.\n\n" + "\n".join(tables)
     publish(f"gravity_peers_{chosen.points}", text, chosen.keep)
