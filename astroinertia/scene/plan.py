@@ -8,6 +8,7 @@ from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.scene import gravity_prices
 from astroinertia.scene.bodies import RigidBody
 from astroinertia.scene.fluids import FROM_BODY
+from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.schema import Scene, Units
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
 from astroinertia.units import DIMENSIONLESS, CodeUnits, si_unit
@@ -308,6 +309,7 @@ def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
         Line("smoothing lengths", f"to {numerics.smoothing_tolerance:g}"),
         *(_gravity(scene) if "gravity" in scene.effects else ()),
         Line("time step", limits),
+        *(Line(*each) for each in expected(scene, eta, code_units(scene).gravitational_constant, _shown)),
         Line("time steps", numerics.timesteps, SPLITTING[numerics.timesteps]),
     )
 
