@@ -1,0 +1,120 @@
+"""Gravity by multipoles: against sums over all pairs, its momentum, its bits, and sets that are hard on trees."""
+
+import numpy as np
+import pytest
+
+from astroinertia.gravity import multipole, softening
+from astroinertia.gravity.tree import tree
+from astroinertia.sph.kernels import KERNELS
+
+
+def clustered(count, seed=0):
+    """A cusp with a wide halo, of unequal masses, with smoothing lengths that differ a hundredfold."""
+    random = np.random.default_rng(seed)
+    radius = random.uniform(0.01, 1.0, count) ** 2 * np.where(random.uniform(size=count) < 0.9, 1.0, 10.0)
+    direction = random.normal(size=(count, 3))
+    position = direction / np.linalg.norm(direction, axis=1)[:, None] * radius[:, None]
+    length = 1.5 * np.maximum(radius, 0.01) * count ** (-1 / 3)
+    return random.uniform(0.5, 1.5, count) / count, position, length
+
+
+def direct(mass, position, length, kernel="wendland_c2"):
+    chosen = KERNELS[kernel]
+    apart = position[None] - position[:, None]
+    r = np.sqrt((apart**2).sum(axis=2))
+    both = (length[:, None] + 0 * r, length[None] + 0 * r)
+    slope = 0.5 * sum(chosen.dphi(np, r / h) / h**2 for h in both) / np.where(r > 0.0, r, 1.0)
+    depth = 0.5 * sum(chosen.phi(np, r / h) / h for h in both)
+    return np.einsum("ij,j,ijk->ik", slope, mass, apart), depth @ mass
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_softening_without_branches_is_the_kernels(kernel):
+    q = np.linspace(1e-3, 1.2 * KERNELS[kernel].support, 300)
+    slope = depth = 0.0
+    for k, w in softening.pieces(kernel):
+        p, d = softening.attraction(k, w)
+        c, y = np.minimum(1.0 / q, 1.0 / k), np.minimum(q / k, 1.0) - 0.5
+        slope, depth = slope + c**3 * p(y) * q, depth + c * d(y)
+    np.testing.assert_allclose(slope, KERNELS[kernel].dphi(np, q), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(-depth, KERNELS[kernel].phi(np, q), rtol=0, atol=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [1, 24, 25, 3000])
+def test_nodes_of_a_tree_hold_their_childrens_particles_and_nothing_depends_on_threads(count):
+    _, position, _ = clustered(count)
+    one, other = tree(position, threads=1), tree(position, threads=3)
+    for name in ("order", "first", "last", "child", "task", "begin"):
+        assert np.array_equal(getattr(one, name), getattr(other, name)), name
+    assert np.array_equal(np.sort(one.order), np.arange(count))
+    inner = np.flatnonzero(one.child)
+    left, right = one.child[inner], one.child[inner] + 1
+    assert np.all(left > inner) and np.array_equal(one.last[left], one.first[right])
+    assert np.array_equal(one.first[left], one.first[inner]) and np.array_equal(one.last[right], one.last[inner])
+    assert (one.last - one.first)[one.child == 0].max() <= one.leaf_size
+    assert sorted(np.concatenate([np.arange(count)[one.first[t] : one.last[t]] for t in one.task])) == list(
+        range(count)
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("precision", ["float64", "mixed"])
+def test_errors_are_what_was_asked_for_and_net_force_is_nil(precision):
+    mass, position, length = clustered(4000)
+    exact, depth = direct(mass, position, length)
+    size = np.linalg.norm(exact, axis=1)
+    for accuracy in (3e-4, 1e-4):
+        runs = [
+            multipole.gravity(mass, position, length, "wendland_c2", accuracy, size, threads, precision=precision)
+            for threads in (1, 3)
+        ]
+        assert all(np.array_equal(a, b) for a, b in zip(*runs, strict=True))
+        acceleration, potential = runs[0]
+        errors = np.linalg.norm(acceleration - exact, axis=1) / size
+        assert np.sqrt(np.mean(errors**2)) < 2.0 * accuracy
+        assert np.quantile(errors, 0.99) < 6.0 * accuracy
+        assert np.abs(potential / depth - 1.0).max() < 5.0 * accuracy
+        net = np.linalg.norm(mass @ acceleration) / (mass @ size)
+        assert net < (1e-15 if precision == "float64" else 1e-8)
+    sampled, _ = multipole.sampled_error(
+        mass, position, length, "wendland_c2", acceleration, potential, np.arange(0, 4000, 400)
+    )
+    np.testing.assert_allclose(sampled, errors[::400], rtol=1e-6)
+
+
+def _hard(name):
+    mass, position, length = clustered(600, seed=3)
+    if name == "coincident":
+        position[100:400] = position[0]
+    elif name == "collinear":
+        position[:, 1:] = 0.0
+    elif name == "huge mass ratios":
+        mass[::7] *= 1e12
+    elif name == "tiny far away":
+        position = 1e-9 * position + 1.0
+        length = 1e-9 * length
+    elif name == "large units":
+        mass, position, length = 2e33 * mass, 7e10 * position, 7e10 * length
+    return mass, position, length
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["coincident", "collinear", "huge mass ratios", "tiny far away", "large units"])
+def test_hard_sets_are_as_accurate(name):
+    mass, position, length = _hard(name)
+    exact, _ = direct(mass, position, length)
+    acceleration, _ = multipole.gravity(mass, position, length, "wendland_c2", 1e-4, precision="mixed")
+    errors = np.linalg.norm(acceleration - exact, axis=1) / np.linalg.norm(exact, axis=1)
+    assert np.sqrt(np.mean(errors**2)) < 3e-4
+
+
+@pytest.mark.slow
+def test_few_particles_and_unknown_positions_come_to_an_end():
+    one = multipole.gravity([2.0], [[1.0, 2.0, 3.0]], [0.5], "wendland_c2", 1e-4)
+    np.testing.assert_array_equal(one[0], 0.0)
+    np.testing.assert_allclose(one[1], 2.0 * KERNELS["wendland_c2"].phi(np, 0.0) / 0.5, rtol=1e-6)
+    mass, position, length = clustered(500)
+    position[17] = np.nan
+    acceleration, _ = multipole.gravity(mass, position, length, "wendland_c2", 1e-4)
+    assert np.isnan(acceleration).any(axis=1).all()
