@@ -97,6 +97,11 @@ class Effect:
         return cls(**options)
 
     @property
+    def direct(self) -> Self:
+        """The effect with plain sums over all pairs in place of sums of its own: for few particles."""
+        return self
+
+    @property
     def gradient_terms(self) -> tuple[PairTerm, ...]:
         """Pair terms of the pass before the forces, over neighbours."""
         return ()

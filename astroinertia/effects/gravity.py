@@ -1,7 +1,7 @@
 """The fluid's own gravity, softened by its kernel."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal
 
 from astroinertia.bodies import affine
@@ -38,6 +38,11 @@ class Gravity(Effect):
     kind: ClassVar[str] = "gravity"
     central: ClassVar[bool] = True
     needs_zeta: ClassVar[bool] = True
+
+    @property
+    def direct(self):
+        """The same by direct sums."""
+        return replace(self, method="direct")
 
     @property
     def neighbour_terms(self):

@@ -12,9 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.errors import NumericalError
+
 Array = Any
 DEEPEST = 40  # rungs below the base step: far more than SMALLEST_STEP of a run allows
 NEIGHBOURS = 2.0  # how many times longer than its neighbour's the interval of a particle may be
+FAR = 0.3  # what a sum over a nested set costs, beside all that one evaluation has to do
+CHANGED = 1.5  # how often nested sets are summed over for an interval, as some of their members change rungs
+BASE = 0.5  # what a base step costs beside its evaluation: sorting, agreeing on limits, and opening by itself
 FEW = 4  # base steps to a given time that are made equally long
 
 
@@ -51,22 +56,39 @@ class Clock:
 
 
 def base_step(limits: Array, remaining: float) -> float:
-    """The longest interval: the shortest limit (N,) times a power of two, within the longest limit.
+    """The longest interval: the shortest limit (N,) times the power of two that costs least, within the longest limit.
 
     The last few base steps before a given time, which is `remaining` ahead, are equally long.
     """
-    shortest, longest = float(np.min(limits)), float(np.max(limits))
-    parts = np.ceil(remaining / longest * (1.0 - 1e-12))
-    if parts <= FEW:
-        return remaining / parts
-    return shortest * 2.0 ** np.floor(np.log2(longest / shortest))
+    shortest = float(np.min(limits))
+    above = np.floor(np.log2(limits / shortest) + 1e-9).astype(np.int64)
+    counts = np.bincount(np.minimum(above, DEEPEST))
+    base = shortest * 2.0 ** int(np.argmin([cost(counts, rung) for rung in range(len(counts))]))
+    parts = np.ceil(remaining / base * (1.0 - 1e-12))
+    return remaining / parts if parts <= FEW else base
+
+
+def cost(counts: Array, finest: int) -> float:
+    """The cost of a unit of time with so many rungs below the base step, in evaluations of a particle.
+
+    counts: of particles by the power of two that their limit is above the shortest. An evaluation is of sums over
+    neighbours, one for each interval, and of sums over nested sets, each anew where particles have changed sides.
+    """
+    particles = counts.sum()
+    total = (1.0 + FAR + BASE) * particles
+    for k in range(1, finest + 1):
+        size = float(counts[: finest - k + 1].sum())  # of the nested set k
+        total += (0.5 + CHANGED * FAR) * 2.0**k * size  # half of the ends of its intervals are of longer ones, too
+    return total / 2.0**finest
 
 
 def rungs(limits: Array, base: float) -> Array:
     """The coarsest rung whose interval is within each limit, (N,) int64."""
     with np.errstate(divide="ignore"):
         wanted = np.ceil(np.log2(base / limits) - 1e-9)
-    return np.clip(np.nan_to_num(wanted, nan=DEEPEST), 0, DEEPEST).astype(np.int64)
+    if (wanted >= DEEPEST).any():
+        raise NumericalError(f"a time step fell below 2^-{DEEPEST} of the longest")
+    return np.maximum(np.nan_to_num(wanted, nan=0.0), 0.0).astype(np.int64)  # the run loop sees what is not a number
 
 
 def sets(rung: Array, level: int) -> list[Array]:

@@ -5,7 +5,7 @@ as its sources; a kick is by pairs of which both are awake.
 """
 
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from astroinertia.sph.fluid import Fluid
 Array = Any
 Sums = dict[str, dict[str, Array]]
 THERMAL = ("pressure", "sound_speed", "internal_energy", "thermal_energy", "entropy_per_heat")
+FEW = 2048  # particles that plain sums over all pairs are quicker for
 JUST_WOKEN = 1e36  # what a particle closes of which nothing is to be closed (Engine.neighbour_sums)
 FLUID = (
     "mass", "position", "velocity", "entropy", "smoothing_length", "density", "grad_h", "zeta", "pressure",
@@ -88,12 +89,12 @@ class Spans:
     def _half(base: float, rung: Array) -> Array:
         return np.where(rung < 0, 0.0, 0.5 * base / 2.0 ** np.maximum(rung, 0))
 
-    @property
+    @cached_property
     def closing(self) -> Array:
         """Half of the interval that ends, (n,); 0 where there is none."""
         return self._half(self.base, self.old)
 
-    @property
+    @cached_property
     def opening(self) -> Array:
         """Half of the interval that begins, (n,); 0 where there is none."""
         return self._half(self.base, self.new)
@@ -108,6 +109,7 @@ class Flow:
     interval must not exceed, its own and for its neighbours' sake; `own_limit` (N,); `rung` (N,) and `interval` (N,);
     and with prefixes memory, field (of the force terms), distant (accelerations that are not by neighbours), outer
     (those of them by what is outside a nested set) and body (accelerations that come with the base step alone).
+    pairs: the engine's arrangement with lists of neighbours.
     """
 
     problem: Problem
@@ -119,6 +121,7 @@ class Flow:
     total_mass: float
     centre: Array
     centre_velocity: Array
+    pairs: Any = None
 
     @property
     def time(self) -> float:
@@ -155,7 +158,12 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
     """The particles of a state at the beginning of a base step, not kicked yet."""
     fluid, mass = state.rates.fluid, state.mass
     rows = {name: np.array(getattr(fluid, name)) for name in FLUID if getattr(fluid, name) is not None}
-    rows |= {"predicted": rows["velocity"], "velocity": state.velocity.copy(), "entropy": state.entropy.copy()}
+    rows |= {
+        "predicted": rows["velocity"],
+        "position": state.position,
+        "velocity": state.velocity.copy(),
+        "entropy": state.entropy.copy(),
+    }
     rows |= {"identity": state.identity, "entropy_rate": state.rates.entropy_rate.copy()}
     rows |= {f"memory.{name}": array.copy() for name, array in state.memory.items()}
     rows["acceleration"] = sph.total_acceleration(np, state.rates, state.velocity)
@@ -177,12 +185,20 @@ def drift(flow: Flow, clock: Clock) -> None:
     flow.clock = clock
 
 
+def list_neighbours(flow: Flow, awake: Array) -> None:
+    """Have the passes to come, with those targets, share what they must know of neighbours."""
+    rows = flow.rows
+    flow.pairs = flow.problem.engine.listed(
+        flow.arrangement.pairs, flow.problem.kernel, rows["position"], rows["smoothing_length"], flow.targets(awake)
+    )
+
+
 def find_densities(flow: Flow, awake: Array) -> None:
     """Smoothing lengths, densities and what follows from them; the ledger is told what pressure did since."""
     problem, eos = flow.problem, flow.problem.equation_of_state
     softening = any(effect.needs_zeta for effect in problem.effects)
     found = density(
-        problem.engine, flow.arrangement.pairs, problem.kernel, flow.rows["position"], flow.rows["mass"],
+        problem.engine, flow.pairs, problem.kernel, flow.rows["position"], flow.rows["mass"],
         flow.rows["smoothing_length"], problem.eta, problem.smoothing_tolerance, softening, flow.targets(awake),
     )  # fmt: skip
     entropy = flow.take("entropy", awake)
@@ -223,9 +239,7 @@ def gradients(flow: Flow, awake: Array, further: tuple[PairTerm, ...]) -> Sums:
     for effect in problem.effects:
         fields.update(effect.gradient_fields(np, everyone))
     terms = sph.pair_terms(problem, "gradient_terms") + further
-    return problem.engine.neighbour_sums(
-        flow.arrangement.pairs, problem.kernel, terms, fields, targets=flow.targets(awake)
-    )
+    return problem.engine.neighbour_sums(flow.pairs, problem.kernel, terms, fields, targets=flow.targets(awake))
 
 
 def centre_kick(flow: Flow, awake: Array) -> None:
@@ -313,7 +327,7 @@ def neighbour_forces(flow: Flow, part: Part, awake: Array, spans: Spans) -> tupl
     closing[awake] = np.where(spans.old < 0, JUST_WOKEN, spans.closing)
     opening[awake] = spans.opening
     sums = problem.engine.neighbour_sums(
-        flow.arrangement.pairs, problem.kernel, terms, fields, targets=flow.targets(awake), interval=(closing, opening)
+        flow.pairs, problem.kernel, terms, fields, targets=flow.targets(awake), interval=(closing, opening)
     )
     plain: Sums = {}
     impulses: Sums = {}
@@ -374,6 +388,8 @@ def _totals(flow: Flow, awake: Array, members: Array | None, found: Sums, level:
 def _sums_of(flow: Flow, awake: Array, members: Array) -> Sums:
     # The particles in a set act on each other alone.
     problem, chosen = flow.problem, awake[members]
+    if len(chosen) <= min(FEW, flow.count - 1):
+        problem = replace(problem, effects=tuple(effect.direct for effect in problem.effects))
     part: Any = fluid_of(flow, chosen)  # as much of a state as effects look at
     arrangement = flow.arrangement
     if len(chosen) < flow.count:

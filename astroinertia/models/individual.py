@@ -27,6 +27,7 @@ from astroinertia.sph.fluid import Fluid
 Array = Any
 RINGS = 16  # of neighbours over which limits are made to agree before a base step
 WOKEN = 4.0  # a particle is woken where its interval is longer than this times a neighbour's limit
+PATIENCE = 2  # an interval becomes longer only where that of this many rungs above ends as well
 SETTLED = 0.9  # an interval becomes longer where the longer one is below this part of its limit
 
 
@@ -59,11 +60,13 @@ class Taken:
 
 def step(problem: Problem, arrangement: Arrangement, state: State, until: float) -> tuple[State, Arrangement, Taken]:
     """One base step, not past `until`, of particles that were just sorted."""
-    limits = agreed_limits(problem, arrangement, state)
+    lists = problem.engine.listed(arrangement.pairs, problem.kernel, state.position, state.smoothing_length)
+    limits = agreed_limits(problem, lists, state)
     base = base_step(limits, until - float(state.time))
     flow = passes.opened(problem, arrangement, state, base, limits)
     everyone = np.arange(flow.count)
     rung = rungs(limits, base)
+    flow.pairs = lists
     flow.rows["rung"] = np.full(flow.count, -1)
     flow.rows["interval"] = np.zeros(flow.count)
     flow.rows |= {name: np.zeros((flow.count, 3)) for name in ("beyond", "moment")}
@@ -83,13 +86,13 @@ def step(problem: Problem, arrangement: Arrangement, state: State, until: float)
     return state, flow.arrangement, Taken(counts, evaluations + flow.count, ends + 1, finest)
 
 
-def agreed_limits(problem: Problem, arrangement: Arrangement, state: State) -> Array:
+def agreed_limits(problem: Problem, pairs: Any, state: State) -> Array:
     """The longest interval of each particle, (N,), by its own limits and with neighbours' within a factor of two."""
     limits = own_limits(problem, state.rates)
-    fields = {**sph.shared_fields(state.rates.fluid), "interval": np.zeros(len(limits))}
+    fields = {**sph.shared_fields(state.rates.fluid), "position": state.position, "interval": np.zeros(len(limits))}
     for _ in range(RINGS):
         sums = problem.engine.neighbour_sums(
-            arrangement.pairs, problem.kernel, (NEIGHBOURHOOD,), {**fields, "step_rate": 1.0 / limits}
+            pairs, problem.kernel, (NEIGHBOURHOOD,), {**fields, "step_rate": 1.0 / limits}
         )
         agreed = _with_neighbours(limits, sums)
         if (agreed >= limits).all():
@@ -115,6 +118,7 @@ def _synchronised(flow: Flow) -> int:
     """Evaluate and kick those that are awake now; their number."""
     level, rows = flow.clock.level, flow.rows
     awake = np.flatnonzero(rows["rung"] >= level)
+    passes.list_neighbours(flow, awake)
     sums = _before_forces(flow, awake)
     sleepers = _to_wake(flow, awake, sums, level)
     if len(sleepers):
@@ -130,8 +134,10 @@ def _synchronised(flow: Flow) -> int:
     part = _remembered(flow, awake, sums)
     old, limits = rows["rung"][awake], rows["limit"][awake]
     wanted, relaxed = rungs(limits, flow.clock.base), rungs(SETTLED * limits, flow.clock.base)
-    rung = np.where(wanted > old, wanted, np.maximum(level, np.minimum(old, relaxed)))
-    _forced(flow, awake, part, np.maximum(rung, level), None)
+    # Few ends of intervals are for longer ones to begin: nested sets that lose members are summed over anew.
+    longer = np.where(level <= old - PATIENCE, np.minimum(old, relaxed), old)
+    rung = np.maximum(level, np.where(wanted > old, wanted, longer))
+    _forced(flow, awake, part, rung, None)
     return len(awake)
 
 
@@ -161,7 +167,7 @@ def _to_wake(flow: Flow, awake: Array, sums: Sums, level: int) -> Array:
     rows["step_rate"] = 1.0 / rows["limit"]
     fields = {name: rows[name] for name in ("mass", "position", "smoothing_length", "step_rate", "interval")}
     found = flow.problem.engine.neighbour_sums(
-        flow.arrangement.pairs, flow.problem.kernel, (NEIGHBOURHOOD,), fields, targets=flow.targets(resting)
+        flow.pairs, flow.problem.kernel, (NEIGHBOURHOOD,), fields, targets=flow.targets(resting)
     )
     return resting[WOKEN / np.maximum(found["timesteps"]["rate"], 1e-300) < longer]
 
@@ -293,6 +299,7 @@ def _rates(problem: Problem, part: Fluid, own: list[Array | None], drags: list[A
 def _closed(flow: Flow) -> Rates:
     """Evaluate all particles at the end of a base step and close their intervals; the rates of the state."""
     everyone = np.arange(flow.count)
+    passes.list_neighbours(flow, everyone)
     sums = _before_forces(flow, everyone)
     part = _remembered(flow, everyone, sums)
     rates = _forced(flow, everyone, part, np.full(flow.count, -1), None)

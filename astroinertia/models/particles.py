@@ -90,7 +90,8 @@ class Particles:
         energy = energy_budget(self.problem, self.state)
         largest = max(energy["kinetic"], abs(energy["internal"]), *map(abs, energy["potential"].values()), 1e-300)
         densest = float(np.max(self.state.rates.fluid.density))
-        return Figures(energy["total"], largest, ledger_closure(self.problem, self.state), densest, self._limited_by())
+        told = ", ".join(filter(None, [self._limited_by(), self.note]))
+        return Figures(energy["total"], largest, ledger_closure(self.problem, self.state), densest, told)
 
     def _limited_by(self) -> str:
         limit = timestep_limit(self.problem, self.state)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from astroinertia.errors import NumericalError
 from astroinertia.integrate.hierarchical import DEEPEST, Clock, base_step, rungs, sets, weights
 
 
@@ -28,14 +29,19 @@ def test_middles_of_intervals_under_way() -> None:
 @pytest.mark.parametrize(
     ("limits", "remaining", "base"),
     [
-        ([1.0, 5.0], 100.0, 4.0),  # the shortest times a power of two, within the longest
-        ([1.0, 5.0], 0.5, 0.5),
-        ([1.0, 5.0], 6.0, 3.0),  # two equal ones rather than 4 and what is left
-        ([1.0, 100.0], 33.0, 33.0),
+        ([1.0] + [5.0] * 99, 100.0, 4.0),  # nearly all take the shortest times a power of two
+        ([1.0] * 99 + [5.0], 100.0, 1.0),  # one particle is not worth it
+        ([1.0] + [5.0] * 99, 0.5, 0.5),
+        ([1.0] + [5.0] * 99, 6.0, 3.0),  # two equal ones rather than 4 and what is left
     ],
 )
 def test_the_base_step(limits: list[float], remaining: float, base: float) -> None:
     assert base_step(np.array(limits), remaining) == pytest.approx(base, rel=1e-15)
+
+
+def test_a_step_that_falls_to_nothing_is_told() -> None:
+    with pytest.raises(NumericalError, match="time step fell"):
+        rungs(np.array([1.0, 1e-13]), 1.0)
 
 
 def test_nested_sets_weigh_every_pair_by_the_longer_of_its_two_intervals() -> None:
