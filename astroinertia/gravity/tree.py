@@ -22,9 +22,11 @@ LEAF_SIZE = 32  # most particles in a leaf
 TASKS = 64  # about so many subtrees are shared out over threads
 DEEPEST = 60  # below this level nodes are halved by number
 MOST_LEVELS = DEEPEST + 64  # and so no tree has more levels than this
-# A leaf far out looks wide from the dense middle, where all sources lie in one direction and errors of its expansion
-# add up: beyond so many median distances it can be parted, down to single particles, until it is so narrow.
-OUTSIDE, NARROW = 3.0, 0.04
+# Seen from a sparse leaf, a dense middle lies all in one direction, and errors of the leaf's expansion add up: a leaf
+# that is less than SPARSE times as dense as what is within its distance can be parted, down to single particles, until
+# the square of its width is NARROW times that of the distance. SMALL leaves are parted by their width alone.
+SPARSE, NARROW, SMALL = 0.6, 0.02, 8
+SAMPLE = 4096  # about so many particles tell how mass is spread over distances
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,13 +71,13 @@ def tree(position: Any, leaf_size: int = LEAF_SIZE, threads: int | None = None) 
     top = np.empty((4, 2 * min(count, 8 * TASKS) + 2 * MOST_LEVELS), np.int64)  # first, last, child, level
     top[:, 0] = 0, count, 0, 0
     middle = np.median(position, axis=0)
-    inside = OUTSIDE**2 * float(np.median(((position - middle) ** 2).sum(axis=1)))
-    filled = _split(columns, order, top, 1, smallest, top.shape[1], middle, np.inf)
+    distances = np.sort(((position[:: 1 + count // SAMPLE] - middle) ** 2).sum(axis=1))
+    filled = _split(columns, order, top, 1, smallest, top.shape[1], middle, distances[:0])
     task = np.flatnonzero(top[2, :filled] == 0)
     task = task[np.argsort(top[0, task])]
     below = np.empty((4, 2 * count), np.int64)
     sizes = np.zeros(len(task), np.int64)
-    share_out(_split_tasks, threads, columns, order, top, task, below, sizes, leaf_size, middle, inside)
+    share_out(_split_tasks, threads, columns, order, top, task, below, sizes, leaf_size, middle, distances)
     begin = filled + np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
     nodes = np.empty((3, begin[-1]), np.int64)
     nodes[:, :filled] = top[:3, :filled]
@@ -117,7 +119,7 @@ def _partition(x, y, z, order, key, first, last, middle):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _split(columns, order, nodes, filled, leaf_size, room, middle_of_all, inside):
+def _split(columns, order, nodes, filled, leaf_size, room, middle_of_all, distances):
     # Splits the node filled-1 and all below it; children of the node in column k are numbered by their columns.
     x, y, z = columns[0], columns[1], columns[2]
     stack = np.empty(2 * MOST_LEVELS, np.int64)
@@ -128,7 +130,7 @@ def _split(columns, order, nodes, filled, leaf_size, room, middle_of_all, inside
         node = stack[height]
         first, last, level = nodes[0, node], nodes[1, node], nodes[3, node]
         nodes[2, node] = 0
-        if last - first <= (1 if inside < np.inf else leaf_size) or filled + 2 > room:
+        if last - first <= (1 if len(distances) else leaf_size) or filled + 2 > room:
             continue
         axis, longest, middle, distance2, width2 = 0, -1.0, 0.0, 0.0, 0.0
         for a in range(3):
@@ -137,7 +139,12 @@ def _split(columns, order, nodes, filled, leaf_size, room, middle_of_all, inside
             width2 += (high - low) ** 2
             if high - low > longest:
                 axis, longest, middle = a, high - low, low + 0.5 * (high - low)
-        wide = distance2 > inside and width2 > NARROW * distance2
+        wide = len(distances) > 0 and width2 > NARROW * distance2
+        if wide and last - first > SMALL:
+            share = np.searchsorted(distances, distance2) / len(distances)
+            # Volumes of a cube by its diagonal, and of a sphere
+            density = (last - first) * 5.2 / width2**1.5
+            wide = density * distance2**1.5 * 4.19 < SPARSE * share * len(order)
         if last - first <= leaf_size and not wide:
             continue
         cut = first
@@ -155,7 +162,7 @@ def _split(columns, order, nodes, filled, leaf_size, room, middle_of_all, inside
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _split_tasks(counter, columns, order, top, task, below, sizes, leaf_size, middle, inside):
+def _split_tasks(counter, columns, order, top, task, below, sizes, leaf_size, middle, distances):
     while True:
         t = take(counter)
         if t >= len(task):
@@ -164,7 +171,7 @@ def _split_tasks(counter, columns, order, top, task, below, sizes, leaf_size, mi
         begin, end = 2 * top[0, node], 2 * top[1, node]
         part = below[:, begin:end]
         part[0, 0], part[1, 0], part[3, 0] = top[0, node], top[1, node], top[3, node]
-        filled = _split(columns, order, part, 1, leaf_size, end - begin, middle, inside)
+        filled = _split(columns, order, part, 1, leaf_size, end - begin, middle, distances)
         sizes[t] = filled - 1
         for a in range(4):
             for k in range(1, filled):
