@@ -135,7 +135,8 @@ def solve_alone(t, i, x, y, z, length, position, mass, nodes, start, unsolved, o
     leaves = len(start) - 1
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
     found = np.empty(1024, np.int64)
-    buffer, lists = np.empty((4, columns_for(512)), real), np.empty((2, columns_for(512)), real)
+    like = np.empty(0, real)
+    buffer, lists = whole_lines(4, columns_for(512), like), whole_lines(2, columns_for(512), like)
     box, centre, slots = np.empty((2, 3)), np.empty(3), np.empty(1, np.int64)
     for a in range(2):
         box[a, 0], box[a, 1], box[a, 2] = position[i, 0], position[i, 1], position[i, 2]
@@ -157,7 +158,8 @@ def density_pass_{tag}(
     results,
 ):
     # length: what the lists were made for, options[1] times as long as the guesses h.
-    buffer, lists = np.empty((4, columns_for(512)), real), np.empty((2, columns_for(512)), real)
+    like = np.empty(0, real)
+    buffer, lists = whole_lines(4, columns_for(512), like), whole_lines(2, columns_for(512), like)
     box, centre = np.empty((2, 3)), np.empty(3)
     slots, unsolved, own = np.empty(0, np.int64), np.empty(0, np.int64), np.empty(1, np.int64)
     while True:

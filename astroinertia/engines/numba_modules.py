@@ -26,8 +26,9 @@ def neighbour_pass_{tag}(
 ):
     # table: what `pack` made of all particles, or none: then each leaf packs what is near enough to its targets.
     room = columns_for(512)
-    sources, rows = np.empty((room, {width}), real), np.empty(({spread} + 3, room), real)
-    search = np.empty((8, room), real)
+    like = np.empty(0, real)
+    sources, rows = whole_lines(room, {width}, like), whole_lines({spread}, room, like)
+    search = whole_lines(8, room, like)
     index, own = np.empty(room, np.int32 if RELATIVE else np.int64), np.arange(room)
     box, centre, zero = np.empty((2, 3)), np.empty(3), np.zeros({width})
     slots = np.empty(0, np.int64)
@@ -45,8 +46,8 @@ def neighbour_pass_{tag}(
         found = pool[offset[leaf] : offset[leaf] + count]
         if count + 3 * LANES > room:
             room = columns_for(count)
-            sources, rows = np.empty((room, {width}), real), np.empty(({spread} + 3, room), real)
-            search, index, own = np.empty((8, room), real), np.empty(room, index.dtype), np.arange(room)
+            sources, rows = whole_lines(room, {width}, like), whole_lines({spread}, room, like)
+            search, index, own = whole_lines(8, room, like), np.empty(room, index.dtype), np.arange(room)
             if sparse:
                 near, packed = np.empty(room, pool.dtype), np.empty((room, {width}))
         slots = with_room(slots, last - first)

@@ -25,6 +25,7 @@ from astroinertia.engines.numba_vectors import (
 )
 
 MOST_AT_ONCE = 256  # nodes whose boxes are looked at without a look at their parents
+LINE = 64  # bytes of a line of the cache
 BELOW = 32  # nodes that are looked at together where their common ancestor is in reach
 
 
@@ -125,11 +126,19 @@ def columns_for(count):
 
 
 @njit(**PART)
+def whole_lines(rows, columns, like):
+    """An array (rows, columns) of the type of another that begins on a line of the cache: no vector straddles two."""
+    flat = np.empty(rows * columns + LINE, like.dtype)
+    first = (LINE - np.int64(flat.ctypes.data) % LINE) % LINE // flat.itemsize
+    return flat[first : first + rows * columns].reshape(rows, columns)
+
+
+@njit(**PART)
 def with_columns(array, count):
     """An array with room for `count` columns and loose ends; what it holds may be lost."""
     if count + 5 * LANES <= array.shape[1]:
         return array
-    return np.empty((array.shape[0], columns_for(count)), array.dtype)
+    return whole_lines(array.shape[0], columns_for(count), array)
 
 
 @njit(**PART)
