@@ -66,6 +66,10 @@ class Effect:
     and centre_velocity (3,) of mass. Pair outputs: "acceleration" (central), "heating" (sum, du/dt), "potential" (sum),
     "signal" (max, a speed that must not cross a smoothing length within the time step).
 
+    With individual time steps the fluid may hold some of the body's particles alone (centre and centre_velocity stay
+    those of the whole), and `remember` is given an interval for each, (N,). An external effect then acts on a particle
+    over its own interval; another one that acts on particles by themselves, on all of them over the longest.
+
     The affine parts are for a body whose matter moves as x = centre + F xi: `body` there has time, mass,
     second_moment (q of the sphere F = 1 along an axis), sphere_energy (its W), deformation F and rate dF/dt (3, 3),
     centre and velocity (3,), pressure_slope (dU/dJ), and conservative (d2F/dt2 by gravity and pressure alone, a
