@@ -49,9 +49,9 @@ class Lists:
     """Leaves, nodes and their interactions; node number `nodes` is an empty one, and so is particle N.
 
     slots (L, S): particles of each leaf, in the order of the engine; row, column (N,): where each particle is;
-    first, last (nodes,): leaves below each node; leaf_node (L,): the leaf's node; scale (nodes + 1,): about its radius.
-    local: targets and sources of nodes taken as wholes; shifts: leaves and the nodes above them that take part, each
-    leaf's own included; soft, plain: pairs of leaves. order: of the expansions.
+    first, last (nodes,): leaves below each node; leaf_node (L,): the leaf's node; scale (nodes + 1,): about the node's
+    radius or reach. local: targets and sources of nodes taken as wholes; shifts: leaves and the nodes above them that
+    take part, each leaf's own included; near: pairs of leaves. order: of the expansions.
     """
 
     slots: Any
@@ -102,7 +102,8 @@ def interaction_lists(
     rows = _rows(local[:, 0], local[:, 1], total, NODES_IN_ROW, total)
     above = _above(tree.first, tree.last, tree.right, taking_part, leaves)
     shifts = _rows(above[:, 0], above[:, 1], leaves, ANCESTORS_IN_ROW, total)
-    scale = np.exp2(np.ceil(np.log2(np.where(nodes.radius > 0.0, nodes.radius, 1.0))))
+    # Never more than about the distance of whatever the node meets, and never 0.
+    scale = np.exp2(np.ceil(np.log2(np.maximum(nodes.radius, nodes.reach))))
     tiles = max(1, pairs_in_chunk // leaf_size**2)
     return Lists(
         slots=_device(slots),

@@ -242,12 +242,14 @@ def _interactions(bodies: _Bodies, moments: Array) -> Array:
 
     def add(carry: Array, target: Array, source: Array) -> Array:
         separation = bodies.centre[target][:, None] - bodies.centre[source]
-        # In units of the target's scale.
-        unit = bodies.scale[target][:, None]
+        distance = jnp.sqrt((separation * separation).sum(axis=2))
+        # In units of the distance all numbers are about 1 or less, which float32 holds.
         given = _components(moments[source])
-        given = expansions.scaled(order, given, (bodies.scale[source] / unit).astype(bodies.dtype))
-        made = expansions.local(order, bodies.components(separation / unit[:, :, None]), given)
-        part = jnp.stack(made, axis=2).sum(axis=1) / unit.astype(bodies.dtype)
+        given = expansions.scaled(order, given, (bodies.scale[source] / distance).astype(bodies.dtype))
+        made = expansions.local(order, bodies.components(separation / distance[:, :, None]), given)
+        made = expansions.scaled(order, made, (bodies.scale[target][:, None] / distance).astype(bodies.dtype))
+        inverse = (1.0 / distance).astype(bodies.dtype)
+        part = (jnp.stack(made, axis=2) * inverse[:, :, None]).sum(axis=1)
         return carry.at[target].add(part.astype(carry.dtype), indices_are_sorted=True, mode="promise_in_bounds")
 
     zero = jnp.zeros((moments.shape[0], moments.shape[1]))

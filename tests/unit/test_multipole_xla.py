@@ -102,6 +102,21 @@ def test_errors_are_about_what_is_asked_for(tolerance, order):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("unit", [1.0, 1e-7])
+def test_mixed_precision_holds_numbers_of_any_size(unit):
+    _, _, _, fields, exact = made(300, 1e-2, 2)
+    strength = np.linalg.norm(exact["acceleration"], axis=1) / unit**2
+    given = [np.asarray(fields["mass"]), fields["position"] * unit, fields["smoothing_length"] * unit]
+    lists = lists_xla.interaction_lists(*given, strength, 1e-2, 2, 4, 1 << 14)
+    double, mixed = (
+        np.asarray(multipole_xla.points(precision, False, lists, *given)["acceleration"])
+        for precision in ("float64", "mixed")
+    )
+    assert np.all(np.linalg.norm(mixed - double, axis=1) < 3e-5 * strength)
+    assert np.abs(given[0] @ mixed).max() < 3e-8 * given[0] @ strength
+
+
+@pytest.mark.slow
 def test_gradients_are_those_of_the_direct_sum_within_the_error():
     tolerance = 1e-3
     engine, arrangement, lists, fields, _ = made(300, tolerance, 3)
