@@ -21,10 +21,10 @@ class Price:
     growth: float = 0.15
 
 
-# On two cores with AVX-512 (tests/benchmarks/results/gravity_crossover.md); what counts is where they cross.
+# On two cores with AVX-512 (tests/benchmarks/gravity_crossover.py); what counts is where they cross.
 PRICES = {
-    ("numba_cpu", "mixed"): Price(pair=1.3e-10, fixed=1e-4, particle=4e-7),
-    ("numba_cpu", "float64"): Price(pair=4.2e-10, fixed=1e-4, particle=8e-7),
+    ("numba_cpu", "mixed"): Price(pair=2e-10, fixed=1e-4, particle=7e-7),
+    ("numba_cpu", "float64"): Price(pair=5.5e-10, fixed=1e-4, particle=1.4e-6),
     ("xla", "mixed"): Price(pair=4e-10, fixed=1e-3, particle=2e-6),
     ("xla", "float64"): Price(pair=8e-10, fixed=1e-3, particle=4e-6),
 }
