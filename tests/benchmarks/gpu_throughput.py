@@ -5,7 +5,8 @@
 Evrard's sphere: density with smoothing lengths, pressure, viscosity, gravity by multipoles, ledger and time step. Where
 JAX finds a GPU it runs there, else on the CPU, for which 10,000 particles are plenty. Steps are timed between sorts,
 and sorting with its lists by itself, once every 16 steps. The share of the arithmetic is that of the pairs and the
-expansions that the lists hold, counted as written, against --peak.
+expansions that the lists hold, counted as written, against --peak. On a CPU the memory is that of the whole process,
+its compiler included, and means little below a million particles.
 """
 
 import argparse
