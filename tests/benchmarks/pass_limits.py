@@ -29,14 +29,15 @@ from tests.benchmarks.pair_throughput import RESULTS, best_time, named_fields, p
 KERNEL, TOLERANCE = "wendland_c2", 1e-8
 COLUMNS = ("pass", "ns", "candidates", "pairs", "kB read", "GB/s", "operations a pair", "G operations/s")
 PROFILE = """
-Shares of the time, by sampling the processor's place in the compiled code (mixed precision): density: 35 % search of
+Shares of the time, by sampling the processor's place in the compiled code (mixed precision): density: 30 % search of
 the candidates (latency of closing up: one vector of sixteen in some eight cycles), 45 % sums over the listed (three
-evaluations, arithmetic), 10 % reading sources. Gradients: 15 % copying sources to the leaf's table (bytes, second-level
-cache), 18 % search, 20 % taking the table apart (shuffles, one a cycle), 40 % pairs (registers: 24 sums and what the
-target has do not fit in 32). Forces: 15 % copying, 13 % search, 27 % taking apart, 42 % pairs (arithmetic: three
-divisions of sixteen cycles each in some 190 instructions). In float64 twice as many vectors do the same, and the leaf's
-table (candidates times 192 bytes) is larger than the first-level cache: half of the time of a force pass is taking
-it apart. No pass is limited by main memory: sources are read again some 14 times, out of the caches.
+evaluations, arithmetic), 15 % reading sources. Gradients: 18 % copying sources to the leaf's table (bytes, out of the
+second-level cache), 20 % search, 16 % taking the table apart (shuffles, one a cycle), 30 % pairs (registers: 26 sums and
+what belongs to the target do not fit in 32), 10 % adding up lanes. Forces: 19 % copying, 15 % search, 20 % taking apart,
+40 % pairs (arithmetic: three divisions of sixteen cycles each in some 190 instructions). In float64 twice as many
+vectors do the same, and the leaf's table (candidates times 192 bytes) is larger than the first-level cache: half of the
+time of a force pass is taking it apart. No pass is limited by main memory: sources are read again some 15 times, out of
+the caches.
 """
 
 
