@@ -32,8 +32,8 @@ PROFILE = """
 Shares of the time, by sampling the processor's place in the compiled code (mixed precision): density: 30 % search of
 the candidates (latency of closing up: one vector of sixteen in some eight cycles), 45 % sums over the listed (three
 evaluations, arithmetic), 15 % reading sources. Gradients: 18 % copying sources to the leaf's table (bytes, out of the
-second-level cache), 20 % search, 16 % taking the table apart (shuffles, one a cycle), 30 % pairs (registers: 26 sums and
-what belongs to the target do not fit in 32), 10 % adding up lanes. Forces: 19 % copying, 15 % search, 20 % taking apart,
+second-level cache), 20 % search, 16 % taking it apart (shuffles, one a cycle), 30 % pairs (registers: 26 sums and
+what belongs to the target do not fit in 32), 10 % adding up lanes. Forces: 19 % copying, 15 % search, 20 % shuffles,
 40 % pairs (arithmetic: three divisions of sixteen cycles each in some 190 instructions). In float64 twice as many
 vectors do the same, and the leaf's table (candidates times 192 bytes) is larger than the first-level cache: half of the
 time of a force pass is taking it apart. No pass is limited by main memory: sources are read again some 15 times, out of
