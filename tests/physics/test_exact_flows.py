@@ -98,7 +98,10 @@ def evrard_peaks(particles: int, *settings: str) -> dict[str, Any]:
 BARS = {"dyson": (0.0050, 0.0086), "cold": (0.030, 0.024), "toy_star": (0.027, 0.017)}
 
 
-@pytest.mark.parametrize("family", BARS)
+COLD = pytest.param("cold", marks=pytest.mark.full(inputs=["sims/cold_spheroid.toml"]))  # a minute
+
+
+@pytest.mark.parametrize("family", ["dyson", COLD, "toy_star"])
 def test_an_ellipsoid_follows_its_exact_solution_and_converges(family: str) -> None:
     coarse, fine = ellipsoid_errors(family, 1000), ellipsoid_errors(family, 3000)
     assert fine["I_zz"] < BARS[family][0], fine

@@ -59,7 +59,7 @@ def test_nodes_of_a_tree_hold_their_childrens_particles_and_nothing_depends_on_t
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("precision", ["float64", "mixed"])
+@pytest.mark.parametrize("precision", [pytest.param("float64", marks=pytest.mark.full), "mixed"])
 def test_errors_are_what_was_asked_for_and_net_force_is_nil(precision):
     mass, position, length = clustered(4000)
     exact, depth = direct(mass, position, length)

@@ -116,7 +116,7 @@ def test_mixed_precision_holds_numbers_of_any_size(unit):
     assert np.abs(given[0] @ mixed).max() < 3e-8 * given[0] @ strength
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_gradients_are_those_of_the_direct_sum_within_the_error():
     tolerance = 1e-3
     engine, arrangement, lists, fields, _ = made(300, tolerance, 3)
