@@ -85,6 +85,8 @@ def picture(all_rows: dict[str, list[Row]], points: int) -> None:
         panel.set_title(name, fontsize=10)
         panel.grid(alpha=0.3)
         panel.set_ylim(3e-8, 1e-1)
+    for panel in panels.flat[len(all_rows) :]:
+        panel.remove()
     for panel in panels[1]:
         panel.set_xlabel("time of one evaluation (s)")
     for panel in panels[:, 0]:
