@@ -55,6 +55,7 @@ def listed(chunks, empty):
     return np.stack([target[source < empty], source[source < empty]], axis=1)
 
 
+@pytest.mark.slow
 def test_every_pair_of_particles_is_in_the_lists_once_and_both_ways():
     _, _, lists, _, _ = made(300, 0.05)
     count, leaves, nodes = 300, lists.slots.shape[0], lists.first.shape[0]
@@ -84,7 +85,8 @@ def test_leaves_are_full_or_narrow_whatever_the_threads():
     assert np.all(wide[:-1] == 16)
 
 
-@pytest.mark.parametrize(("tolerance", "order"), [(3e-2, 2), pytest.param(1e-3, 4, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("tolerance", "order"), [(3e-2, 2), (1e-3, 4)])
 def test_errors_are_about_what_is_asked_for(tolerance, order):
     engine, arrangement, lists, fields, exact = made(600, tolerance, order)
     sums = found(engine, arrangement, lists, fields, virial=order == 2)

@@ -31,6 +31,7 @@ end = 1.0
 """
 
 
+@pytest.mark.slow
 def test_limits_at_first_are_about_those_of_the_body() -> None:
     """A uniform ball whose sound is as fast as the virial speed: each criterion within the scatter of a random ball."""
     scene = load.loads(SCENE)
