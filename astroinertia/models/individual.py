@@ -20,7 +20,8 @@ from astroinertia.integrate.leapfrog import Rates, State
 from astroinertia.integrate.timestep import shortest
 from astroinertia.models import awake as passes
 from astroinertia.models import sph
-from astroinertia.models.awake import Flow, Spans, Sums
+from astroinertia.models.awake import Sums
+from astroinertia.models.flow import Flow, Part, Spans, opened
 from astroinertia.models.sph import Arrangement, Problem
 from astroinertia.sph.fluid import Fluid
 
@@ -63,7 +64,7 @@ def step(problem: Problem, arrangement: Arrangement, state: State, until: float)
     lists = problem.engine.listed(arrangement.pairs, problem.kernel, state.position, state.smoothing_length)
     limits = agreed_limits(problem, lists, state)
     base = base_step(limits, until - float(state.time))
-    flow = passes.opened(problem, arrangement, state, base, limits)
+    flow = opened(problem, arrangement, state, base, limits)
     everyone = np.arange(flow.count)
     rung = rungs(limits, base)
     flow.pairs = lists
@@ -172,7 +173,7 @@ def _to_wake(flow: Flow, awake: Array, sums: Sums, level: int) -> Array:
     return resting[WOKEN / np.maximum(found["timesteps"]["rate"], 1e-300) < longer]
 
 
-def _remembered(flow: Flow, awake: Array, sums: Sums) -> passes.Part:
+def _remembered(flow: Flow, awake: Array, sums: Sums) -> Part:
     """The particles awake with their gradients, and their memories brought up to now."""
     part = passes.fluid_of(flow, awake, gradients=sums)
     woken = flow.take("rung", awake) < flow.clock.level  # at the middle of its interval
