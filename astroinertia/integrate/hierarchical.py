@@ -20,6 +20,7 @@ NEIGHBOURS = 2.0  # how many times longer than its neighbour's the interval of a
 FAR = 0.3  # what a sum over a nested set costs, beside all that one evaluation has to do
 CHANGED = 1.5  # how often nested sets are summed over for an interval, as some of their members change rungs
 BASE = 0.5  # what a base step costs beside its evaluation: sorting, agreeing on limits, and opening by itself
+MARGIN = 0.9  # the finest intervals over the shortest limit: where limits shrink by less, no finer ones are needed
 FEW = 4  # base steps to a given time that are made equally long
 
 
@@ -42,8 +43,8 @@ class Clock:
 
     @property
     def level(self) -> int:
-        """The coarsest rung whose interval ends now."""
-        return 0 if self.ended else DEEPEST - ((self.ticks & -self.ticks).bit_length() - 1)
+        """The coarsest rung whose interval begins or ends now."""
+        return 0 if self.ended or not self.ticks else DEEPEST - ((self.ticks & -self.ticks).bit_length() - 1)
 
     def middle(self, rung: int) -> float:
         """When, since the base step began, the middle is of the rung's interval that begins now or is under way."""
@@ -56,14 +57,16 @@ class Clock:
 
 
 def base_step(limits: Array, remaining: float) -> float:
-    """The longest interval: the shortest limit (N,) times the power of two that costs least, within the longest limit.
+    """The longest interval: the power of two times the shortest limit (N,), less a margin, that costs least.
 
-    The last few base steps before a given time, which is `remaining` ahead, are equally long.
+    No interval is longer than the longest limit. The last few base steps before a given time, which is `remaining`
+    ahead, are equally long.
     """
     shortest = float(np.min(limits))
     above = np.floor(np.log2(limits / shortest) + 1e-9).astype(np.int64)
     counts = np.bincount(np.minimum(above, DEEPEST))
-    base = shortest * 2.0 ** int(np.argmin([cost(counts, rung) for rung in range(len(counts))]))
+    finest = int(np.argmin([cost(counts, rung) for rung in range(len(counts))]))
+    base = shortest * 2.0**finest * (MARGIN if finest else 1.0)
     parts = np.ceil(remaining / base * (1.0 - 1e-12))
     return remaining / parts if parts <= FEW else base
 
@@ -107,13 +110,3 @@ def weights(base: float, level: int, count: int) -> list[float]:
     """
     halves = [0.5 * base / 2.0**k for k in range(level, level + count)]
     return halves[:1] + [-half for half in halves[1:]]
-
-
-def histogram(rung: Array) -> Array:
-    """How many particles each rung has, from 0 on."""
-    return np.bincount(rung)
-
-
-def ideal_speed_up(evaluations: float, particles: int, shortest_steps: float) -> float:
-    """N 2^k / sum 2^(k_i): what global steps would evaluate over what was evaluated."""
-    return particles * shortest_steps / max(evaluations, 1.0)

@@ -27,11 +27,24 @@ FEW = 2048  # particles that plain sums over all pairs are quicker for
 JUST_WOKEN = 1e36  # what a particle closes of which nothing is to be closed (Engine.neighbour_sums)
 
 
-def drifted(xp, x, v, a, moment, dt, elapsed):
+def drifted(xp, x, v, now, a, dt):
     """The place dt later, and the velocity then."""
-    place = (x[0] + dt * v[0], x[1] + dt * v[1], x[2] + dt * v[2])
-    gained = (elapsed * a[0] - moment[0], elapsed * a[1] - moment[1], elapsed * a[2] - moment[2])
-    return place, (v[0] + gained[0], v[1] + gained[1], v[2] + gained[2])
+    return (
+        (x[0] + dt * v[0], x[1] + dt * v[1], x[2] + dt * v[2]),
+        (now[0] + dt * a[0], now[1] + dt * a[1], now[2] + dt * a[2]),
+    )
+
+
+def trapezoid(xp, v, before, a, dt):
+    """The velocity of which half the accelerations over dt were others."""
+    half = 0.5 * dt
+    return (
+        (
+            v[0] + half * (a[0] - before[0]),
+            v[1] + half * (a[1] - before[1]),
+            v[2] + half * (a[2] - before[2]),
+        ),
+    )
 
 
 def advanced(xp, value, rate, dt):
@@ -48,13 +61,19 @@ def mended(xp, heat, push, before, after, expected):
 
 
 def drift(flow: Flow, clock: Clock) -> None:
-    """Free motion of all particles to a later time; velocities now by the last accelerations."""
-    rows, dt = flow.rows, clock.elapsed - flow.clock.elapsed
-    rows["position"], rows["predicted"] = elementwise(
-        np, drifted, rows["position"], rows["velocity"], rows["acceleration"], rows["moment"], dt, clock.elapsed
-    )
+    """Free motion of all particles to a later time, and of the body as the ledger has it."""
+    dt = clock.elapsed - flow.clock.elapsed
     flow.ledger = after_drift(np, flow.ledger, np.float64(dt))
     flow.centre = flow.centre + dt * flow.centre_velocity
+    moved(flow, clock)
+
+
+def moved(flow: Flow, clock: Clock) -> None:
+    """The particles at a later time; velocities now by the last accelerations."""
+    rows, dt = flow.rows, clock.elapsed - flow.clock.elapsed
+    rows["position"], rows["predicted"] = elementwise(
+        np, drifted, rows["position"], rows["velocity"], rows["predicted"], rows["acceleration"], dt
+    )
     flow.clock = clock
 
 
@@ -115,71 +134,23 @@ def gradients(flow: Flow, awake: Array, further: tuple[PairTerm, ...]) -> Sums:
     return problem.engine.neighbour_sums(flow.pairs, problem.kernel, terms, fields, targets=flow.targets(awake))
 
 
-def centre_kick(flow: Flow, awake: Array) -> None:
-    """Take from the velocities of those awake what only longer intervals will have brought by their ends.
-
-    A kick changes velocities about those that are left, and turns as much energy into heat as they say.
-    """
-    rows, level, now = flow.rows, flow.clock.level, flow.clock.elapsed
-    if level == 0:
-        return
-    ahead = np.zeros((len(awake), 3))
-    for name, outer in flow.under(f"outer.{level}").items():
-        ahead += now * outer[awake] - rows[f"lever.{level}.{name}"][awake]
-    last = rows["rung"][awake] == level
-    ahead[last] += (now - flow.clock.middle(level - 1)) * rows["beyond"][awake[last]]
-    rows["predicted"][awake] -= ahead
+def correct(flow: Flow, awake: Array, since: Array, acceleration: Array) -> None:
+    """The velocities now by the trapezoidal rule over `since` (n,), with the accelerations (n, 3) found at last."""
+    velocity, before = flow.take("predicted", awake), flow.take("acceleration", awake)
+    flow.put("predicted", awake, elementwise(np, trapezoid, velocity, before, acceleration, since)[0])
+    flow.put("acceleration", awake, acceleration)
 
 
-def remember_levels(flow: Flow, awake: Array, spans: Spans, near: Array, pushed: Array, far: list[Sums]) -> None:
-    """Divide the accelerations of those awake by the intervals that their partners have.
-
-    near (n, 3) is by all neighbours, pushed (n, 3) their impulses; far holds the sums over the nested sets that begin.
-    With the middle t_k of the interval of rung k and the accelerations a_k of pairs of that interval, a particle moves
-    at v + sum_k (t - t_k) a_k: `acceleration` has sum_k a_k and `moment` sum_k t_k a_k, `outer.l` and `lever.l` the
-    same sums over k < l. Neighbours are of the particle's own interval or of one twice as long: by those is `beyond`.
-    """
-    rows, level, clock = flow.rows, spans.level, flow.clock
-    span = (spans.closing + spans.opening)[:, None]
-    reference = np.where(spans.old < 0, spans.new, spans.old)
-    awake_too = (reference > level)[:, None]
-    beyond = np.where(awake_too, pushed / span - near, near - pushed / span)
-    beyond[spans.new == 0] = 0.0
-    rows["beyond"][awake] = beyond
-    outer = np.zeros((len(awake), 3))
-    lever = np.zeros((len(awake), 3))
+def remember_outer(flow: Flow, awake: Array, spans: Spans, far: list[Sums]) -> None:
+    """What is outside each nested set that begins exerts on those in it, with far the sums over these sets."""
     for kind, total in flow.under("distant").items():
-        total = total[awake]
-        for k, sums in enumerate(far, start=level):
-            members = np.flatnonzero(spans.new >= k)
-            names = f"outer.{k}.{kind}", f"lever.{k}.{kind}"
-            for name in names:
-                if name not in rows:
-                    rows[name] = np.zeros((flow.count, 3))
-            chosen = awake[members]
-            mine = total[members] - sums[kind]["acceleration"] if k > 0 else np.zeros((len(members), 3))
-            if k > level:
-                lever_now = rows[f"lever.{k - 1}.{kind}"][chosen] + clock.middle(k - 1) * (
-                    mine - rows[f"outer.{k - 1}.{kind}"][chosen]
-                )
-                rows[names[1]][chosen] = lever_now
-            elif level > 0:
-                woken = rows["rung"][chosen] < level
-                if woken.any():
-                    those = chosen[woken]
-                    rows[names[1]][those] = rows[f"lever.{k - 1}.{kind}"][those] + clock.middle(k - 1) * (
-                        mine[woken] - rows[f"outer.{k - 1}.{kind}"][those]
-                    )
-            else:
-                rows[names[1]][chosen] = 0.0
-            rows[names[0]][chosen] = mine
-            last = spans.new[members] == k
-            outer[members[last]] += mine[last]
-            lever[members[last]] += rows[names[1]][chosen[last]]
-    own = np.array([clock.middle(int(k)) for k in range(int(spans.new.max()) + 1)])
-    slower = np.array([0.0, *own[:-1]])
-    outer, lever = outer + beyond, lever + slower[spans.new][:, None] * beyond
-    rows["moment"][awake] = lever + own[spans.new][:, None] * (rows["acceleration"][awake] - outer)
+        for k, sums in enumerate(far, start=spans.level):
+            if k == 0:
+                continue
+            members = awake[spans.new >= k]
+            if f"outer.{k}.{kind}" not in flow.rows:
+                flow.rows[f"outer.{k}.{kind}"] = np.zeros((flow.count, 3))
+            flow.rows[f"outer.{k}.{kind}"][members] = total[members] - sums[kind]["acceleration"]
 
 
 def neighbour_forces(flow: Flow, part: Part, awake: Array, spans: Spans) -> tuple[Sums, Sums]:
@@ -222,24 +193,34 @@ def distant_forces(flow: Flow, awake: Array, spans: Spans) -> tuple[Sums, dict[s
     totals: Sums = {}
     impulses: dict[str, Array] = {}
     newly: list[Sums] = []
-    for k in range(max(len(old), len(new))):
-        mine, next_ones = old[k] if k < len(old) else None, new[k] if k < len(new) else None
-        same = mine is not None and next_ones is not None and np.array_equal(mine, next_ones)
-        found = _sums_of(flow, awake, mine) if mine is not None else {}
-        if same or next_ones is None:
-            after = found if same else {}
-        elif k == 0 and not old:  # a base step begins: these were summed at the end of the last one
-            after = {kind: {"acceleration": array} for kind, array in flow.under("distant").items()}
-        else:
-            after = _sums_of(flow, awake, next_ones)
-        for members, sums, weight in ((mine, found, closing[k : k + 1]), (next_ones, after, opening[k : k + 1])):
-            for effect, outputs in sums.items():
-                whole = impulses.setdefault(effect, np.zeros((len(awake), 3)))
-                whole[members] += weight[0] * outputs["acceleration"]
+    done: list[tuple[Array, Sums]] = []
+
+    def sums_over(members: Array) -> Sums:
+        # Of sets within each other those of the same size are the same; old ones and new ones often are, too.
+        for chosen, sums in done:
+            if np.array_equal(chosen, members):
+                return sums
+        done.append((members, _sums_of(flow, awake, members)))
+        return done[-1][1]
+
+    for k, members in enumerate(old):
+        found = sums_over(members)
         if k == 0:
-            totals = _totals(flow, awake, mine, found, spans.level)
-        newly.append(after)
-    return totals, impulses, newly[: len(new)]
+            totals = _totals(flow, awake, members, found, spans.level)
+        _add_weighted(impulses, found, members, closing[k], len(awake))
+    for k, members in enumerate(new):
+        if k == 0 and not old:  # a base step begins: these were summed at the end of the last one
+            found = {kind: {"acceleration": array} for kind, array in flow.under("distant").items()}
+        else:
+            found = sums_over(members)
+        _add_weighted(impulses, found, members, opening[k], len(awake))
+        newly.append(found)
+    return totals, impulses, newly
+
+
+def _add_weighted(impulses: dict[str, Array], sums: Sums, members: Array, weight: float, count: int) -> None:
+    for effect, outputs in sums.items():
+        impulses.setdefault(effect, np.zeros((count, 3)))[members] += weight * outputs["acceleration"]
 
 
 def _totals(flow: Flow, awake: Array, members: Array | None, found: Sums, level: int) -> Sums:
@@ -253,7 +234,7 @@ def _totals(flow: Flow, awake: Array, members: Array | None, found: Sums, level:
             flow.rows[name] = np.zeros((flow.count, 3))
         by_sleepers = 0.0 if level == 0 or outer is None else outer[chosen]
         flow.rows[name][chosen] = outputs["acceleration"] + by_sleepers
-    if len(members) == flow.count:
+    if level == 0:
         return found
     return {effect: {"acceleration": flow.rows[f"distant.{effect}"][awake]} for effect in found}
 
@@ -261,11 +242,12 @@ def _totals(flow: Flow, awake: Array, members: Array | None, found: Sums, level:
 def _sums_of(flow: Flow, awake: Array, members: Array) -> Sums:
     # The particles in a set act on each other alone.
     problem, chosen = flow.problem, awake[members]
-    if len(chosen) <= min(FEW, flow.count - 1):
+    whole = flow.whole and len(chosen) == flow.count
+    if len(chosen) <= FEW and not whole:
         problem = replace(problem, effects=tuple(effect.direct for effect in problem.effects))
     part: Any = fluid_of(flow, chosen)  # as much of a state as effects look at
     arrangement = flow.arrangement
-    if len(chosen) < flow.count:
+    if not whole:
         pairs = problem.engine.subset(arrangement.pairs, chosen, part.smoothing_length)
         arrangement = sph.arranged(problem, pairs, part)
     before: Sums = {name: {"acceleration": array[chosen]} for name, array in flow.under("distant").items()}
@@ -323,6 +305,12 @@ def with_drag(pushes: list[Array], drags: list[Array | None], before: Array, spa
         after[chosen] = known[chosen] @ np.linalg.inv(np.eye(3) - 0.5 * length * total).T
     middle = 0.5 * span[:, None] * (before + after)
     return [push if m is None else push + middle @ m.T for push, m in zip(pushes, drags, strict=True)]
+
+
+def stale(flow: Flow) -> bool:
+    """Whether sorting particles anew pays."""
+    rows = flow.rows
+    return flow.whole and flow.problem.engine.stale(flow.arrangement.pairs, rows["position"], rows["smoothing_length"])
 
 
 def sorted_anew(flow: Flow) -> None:

@@ -53,6 +53,11 @@ class Spans:
     old: Array
     new: Array
 
+    @property
+    def opens(self) -> bool:
+        """Whether intervals begin."""
+        return self.new.min(initial=0) >= 0
+
     @staticmethod
     def _half(base: float, rung: Array) -> Array:
         return np.where(rung < 0, 0.0, 0.5 * base / 2.0 ** np.maximum(rung, 0))
@@ -69,6 +74,14 @@ class Spans:
 
 
 @dataclass
+class Tally:
+    """Evaluations of particles and ends of intervals so far."""
+
+    evaluations: int = 0
+    ends: int = 0
+
+
+@dataclass
 class Flow:
     """Particles within a base step.
 
@@ -77,7 +90,8 @@ class Flow:
     interval must not exceed, its own and for its neighbours' sake; `own_limit` (N,); `rung` (N,) and `interval` (N,);
     and with prefixes memory, field (of the force terms), distant (accelerations that are not by neighbours), outer
     (those of them by what is outside a nested set) and body (accelerations that come with the base step alone).
-    pairs: the engine's arrangement with lists of neighbours.
+    pairs: the engine's arrangement with lists of neighbours; tally: what was done so far; whole: whether these are all
+    particles of the body.
     """
 
     problem: Problem
@@ -89,6 +103,8 @@ class Flow:
     total_mass: float
     centre: Array
     centre_velocity: Array
+    tally: Tally
+    whole: bool = True
     pairs: Any = None
 
     @property
@@ -139,4 +155,5 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
     rows |= {"limit": limits.copy(), "own_limit": limits.copy(), "middle": np.zeros(len(mass))}
     total = mass.sum()
     centre, velocity = (mass @ state.position) / total, (mass @ state.velocity) / total
-    return Flow(problem, arrangement, Clock(base), float(state.time), rows, state.ledger, total, centre, velocity)
+    begun = float(state.time)
+    return Flow(problem, arrangement, Clock(base), begun, rows, state.ledger, total, centre, velocity, Tally())

@@ -18,8 +18,8 @@ from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.integrate.hierarchical import NEIGHBOURS, base_step, rungs
 from astroinertia.integrate.leapfrog import Rates, State
 from astroinertia.integrate.timestep import shortest
+from astroinertia.models import arena, sph
 from astroinertia.models import awake as passes
-from astroinertia.models import sph
 from astroinertia.models.awake import Sums
 from astroinertia.models.flow import Flow, Part, Spans, opened
 from astroinertia.models.sph import Arrangement, Problem
@@ -28,6 +28,7 @@ from astroinertia.sph.fluid import Fluid
 Array = Any
 RINGS = 16  # of neighbours over which limits are made to agree before a base step
 WOKEN = 4.0  # a particle is woken where its interval is longer than this times a neighbour's limit
+SORTED = 2  # particles may be sorted anew where intervals of this rung end
 PATIENCE = 2  # an interval becomes longer only where that of this many rungs above ends as well
 SETTLED = 0.9  # an interval becomes longer where the longer one is below this part of its limit
 
@@ -47,12 +48,14 @@ class Taken:
     counts: Array
     evaluations: int
     ends: int
-    finest: int
 
     @property
     def ideal_speed_up(self) -> float:
-        """N 2^k / sum 2^(k_i), with k the finest rung on the way: what global steps would have evaluated."""
-        return float(self.counts.sum()) * 2.0**self.finest / self.evaluations
+        """N 2^k / sum 2^(k_i) of the rungs k_i as they change, with k the finest at each moment.
+
+        That is what global steps, as short as the shortest, would have evaluated, over what was evaluated.
+        """
+        return float(self.counts.sum()) * self.ends / self.evaluations
 
     def __str__(self) -> str:
         """The histogram of rungs and the ideal speed-up, in a few words."""
@@ -70,21 +73,33 @@ def step(problem: Problem, arrangement: Arrangement, state: State, until: float)
     flow.pairs = lists
     flow.rows["rung"] = np.full(flow.count, -1)
     flow.rows["interval"] = np.zeros(flow.count)
-    flow.rows |= {name: np.zeros((flow.count, 3)) for name in ("beyond", "moment")}
     flow.rows["middle"][:] = flow.time  # the state is one at this time
-    counts, evaluations, ends, finest = np.bincount(rung), 0, 0, 0
-    _forced(flow, everyone, passes.fluid_of(flow, gradients=state.rates.fluid.gradients), rung, state)
-    while True:
-        finest = max(finest, int(flow.rows["rung"].max()))
-        passes.drift(flow, flow.clock.after(int(flow.rows["rung"].max())))
-        if flow.clock.ended:
-            break
-        if problem.engine.stale(flow.arrangement.pairs, flow.rows["position"], flow.rows["smoothing_length"]):
-            passes.sorted_anew(flow)
-        evaluations, ends = evaluations + _synchronised(flow), ends + 1
+    counts = np.bincount(rung)
+    _kicked(flow, everyone, passes.fluid_of(flow, gradients=state.rates.fluid.gradients), rung, state)
+    flow.rows["predicted"] = state.velocity  # all there is, is of one time
+    _carry_on(flow, 0)
     rates = _closed(flow)
     state = passes.closed(flow, state, rates)
-    return state, flow.arrangement, Taken(counts, evaluations + flow.count, ends + 1, finest)
+    tally = flow.tally
+    return state, flow.arrangement, Taken(counts, tally.evaluations + flow.count, tally.ends + 1)
+
+
+def _carry_on(flow: Flow, depth: int) -> None:
+    """To the end of the interval of the rung `depth` that is under way, where nothing is evaluated yet."""
+    while True:
+        inner = arena.depth_of_part(flow, depth)
+        if inner is None:
+            passes.drift(flow, flow.clock.after(int(flow.rows["rung"].max())))
+        else:
+            part = arena.part_of(flow, inner)
+            _carry_on(part, inner)
+            arena.put_back(flow, part, inner)
+        if flow.clock.level <= depth:
+            return
+        if flow.clock.level <= SORTED and passes.stale(flow):
+            passes.sorted_anew(flow)
+        flow.tally.evaluations += _synchronised(flow)
+        flow.tally.ends += 1
 
 
 def agreed_limits(problem: Problem, pairs: Any, state: State) -> Array:
@@ -131,14 +146,14 @@ def _synchronised(flow: Flow) -> int:
             effect: {name: np.concatenate([a, further[effect][name]])[order] for name, a in outputs.items()}
             for effect, outputs in sums.items()
         }
-    passes.centre_kick(flow, awake)
-    part = _remembered(flow, awake, sums)
+    since = _since(flow, awake)
+    part = _remembered(flow, awake, sums, since)
     old, limits = rows["rung"][awake], rows["limit"][awake]
     wanted, relaxed = rungs(limits, flow.clock.base), rungs(SETTLED * limits, flow.clock.base)
     # Few ends of intervals are for longer ones to begin: nested sets that lose members are summed over anew.
     longer = np.where(level <= old - PATIENCE, np.minimum(old, relaxed), old)
     rung = np.maximum(level, np.where(wanted > old, wanted, longer))
-    _forced(flow, awake, part, rung, None)
+    _forced(flow, awake, part, rung, since)
     return len(awake)
 
 
@@ -173,11 +188,15 @@ def _to_wake(flow: Flow, awake: Array, sums: Sums, level: int) -> Array:
     return resting[WOKEN / np.maximum(found["timesteps"]["rate"], 1e-300) < longer]
 
 
-def _remembered(flow: Flow, awake: Array, sums: Sums) -> Part:
+def _since(flow: Flow, awake: Array) -> Array:
+    """Time since those awake were evaluated, (n,): their intervals, or half of them where they have been woken."""
+    woken = flow.take("rung", awake) < flow.clock.level
+    return np.where(woken, 0.5, 1.0) * flow.take("interval", awake)
+
+
+def _remembered(flow: Flow, awake: Array, sums: Sums, since: Array) -> Part:
     """The particles awake with their gradients, and their memories brought up to now."""
     part = passes.fluid_of(flow, awake, gradients=sums)
-    woken = flow.take("rung", awake) < flow.clock.level  # at the middle of its interval
-    since = np.where(woken, 0.5, 1.0) * flow.take("interval", awake)
     for effect in flow.problem.effects:
         memory = {**part.memory, **effect.remember(np, part, since)}
         part = replace(part, memory=memory)
@@ -186,13 +205,15 @@ def _remembered(flow: Flow, awake: Array, sums: Sums) -> Part:
     return part
 
 
-def _forced(flow: Flow, awake: Array, part: Any, rung: Array, opening: State | None) -> Rates:
-    """Kick those awake, over half of what ends and half of what begins with their new rungs; their rates now.
+def _kicked(
+    flow: Flow, awake: Array, part: Any, rung: Array, opening: State | None = None
+) -> tuple[Part, list[Array | None], list[Array | None]]:
+    """Kick those awake, over half of what ends and half of what begins with their new rungs.
 
-    opening: the state that a base step begins with.
+    opening: the state that a base step begins with. Returned are the particles with their sums, and each effect's
+    acceleration that is not of pairs, and drag.
     """
-    problem = flow.problem
-    level = 0 if opening is not None else flow.clock.level
+    problem, level = flow.problem, flow.clock.level
     old = flow.take("rung", awake).copy()
     old[old < level] = -1  # woken
     spans = Spans(flow.clock.base, level, old, rung)
@@ -217,22 +238,23 @@ def _forced(flow: Flow, awake: Array, part: Any, rung: Array, opening: State | N
         heat.append(impulses.get("heating") if problem.equation_of_state.thermal else None)
     drags = [effect.drag(part) for effect in problem.effects]
     passes.kick(flow, awake, pushes, drags, heat, spans)
-    rates = _rates(problem, part, own, drags, flow.take("entropy_per_heat", awake))
-    opened = rung >= 0
-    flow.put("acceleration", awake, sph.total_acceleration(np, rates, part.velocity))
-    if opened.all():
-        passes.remember_levels(flow, awake, spans, _total(plain, awake), _total(pushed, awake), far)
+    if spans.opens:
+        passes.remember_outer(flow, awake, spans, far)
         interval = flow.clock.base / 2.0**rung
         flow.put("rung", awake, rung)
         flow.put("interval", awake, interval)
         flow.put("middle", awake, flow.time + 0.5 * interval)
+    return part, own, drags
+
+
+def _forced(flow: Flow, awake: Array, part: Any, rung: Array, since: Array) -> Rates:
+    """Kick those awake as `_kicked` does; their rates now, `since` (n,) after the last ones."""
+    part, own, drags = _kicked(flow, awake, part, rung)
+    rates = _rates(flow.problem, part, own, drags, flow.take("entropy_per_heat", awake))
+    passes.correct(flow, awake, since, sph.total_acceleration(np, rates, part.velocity))
     flow.put("entropy_rate", awake, rates.entropy_rate)
-    flow.put("own_limit", awake, own_limits(problem, rates))
+    flow.put("own_limit", awake, own_limits(flow.problem, rates))
     return rates
-
-
-def _total(sums: Sums, awake: Array) -> Array:
-    return sum((a["acceleration"] for a in sums.values() if "acceleration" in a), start=np.zeros((len(awake), 3)))
 
 
 def _found_before(flow: Flow, plain: Sums, state: State) -> None:
@@ -259,7 +281,7 @@ def _own_accelerations(flow: Flow, part: Any, awake: Array) -> tuple[list[Array 
     step, so that it exerts no net force.
     """
     found = []
-    everyone = len(awake) == flow.count
+    everyone = flow.clock.level == 0
 
     def kicked(effect: Any) -> bool:
         return effect.external or everyone
@@ -302,8 +324,9 @@ def _closed(flow: Flow) -> Rates:
     everyone = np.arange(flow.count)
     passes.list_neighbours(flow, everyone)
     sums = _before_forces(flow, everyone)
-    part = _remembered(flow, everyone, sums)
-    rates = _forced(flow, everyone, part, np.full(flow.count, -1), None)
+    since = _since(flow, everyone)
+    part = _remembered(flow, everyone, sums, since)
+    rates = _forced(flow, everyone, part, np.full(flow.count, -1), since)
     rates = replace(rates, timestep=shortest(np, sph.timestep_limits(flow.problem, rates).values()))
     del sums["timesteps"]
     whole = {name: getattr(rates.fluid, name) for name in Fluid.__dataclass_fields__}

@@ -29,7 +29,7 @@ def test_middles_of_intervals_under_way() -> None:
 @pytest.mark.parametrize(
     ("limits", "remaining", "base"),
     [
-        ([1.0] + [5.0] * 99, 100.0, 4.0),  # nearly all take the shortest times a power of two
+        ([1.0] + [5.0] * 99, 100.0, 3.6),  # nearly all take the shortest times a power of two
         ([1.0] * 99 + [5.0], 100.0, 1.0),  # one particle is not worth it
         ([1.0] + [5.0] * 99, 0.5, 0.5),
         ([1.0] + [5.0] * 99, 6.0, 3.0),  # two equal ones rather than 4 and what is left
