@@ -98,3 +98,4 @@ def not_negative(dimension: str, default: Any, text: str) -> Option:
 
 AXIS = (0.0, 0.0, 1.0)
 FORCE_ERROR = 2e-4  # of gravity, wanted rms of |da|/|a|: less than the fluid's own discretisation leaves
+FREE_FALL_PART = 0.3  # of the free-fall time, that gravity's own time-step limit is

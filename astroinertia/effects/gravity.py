@@ -6,9 +6,10 @@ from typing import ClassVar, Literal
 
 from astroinertia.bodies import affine
 from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import FORCE_ERROR
+from astroinertia.effects.entries import FORCE_ERROR, FREE_FALL_PART
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.gravity.direct import DIRECT_GRAVITY
+from astroinertia.gravity.points import POINTS, SOFTENED_LESS_POINT
 from astroinertia.pytree import pytree
 
 
@@ -29,10 +30,11 @@ class Gravity(Effect):
           - 1/2 sum_j m_j [zeta_i/Omega_i dW_i + zeta_j/Omega_j dW_j] rhat,
     the exact gradient of 1/2 sum_i sum_j m_i m_j (phi(r, h_i) + phi(r, h_j))/2, self pairs included
     (Price & Monaghan 2007, eqs. 13 to 24). method: auto is settled by whoever knows the number of particles
-    (start/effects.py), and else is direct; force_error: wanted rms of |da|/|a| by multipoles.
+    (start/effects.py), and else is direct; points: as multipole, its points summed pair by pair; force_error: wanted
+    rms of |da|/|a| by multipoles.
     """
 
-    method: Literal["auto", "direct", "multipole"] = field(default="auto", metadata={"static": True})
+    method: Literal["auto", "direct", "multipole", "points"] = field(default="auto", metadata={"static": True})
     force_error: float = FORCE_ERROR
 
     kind: ClassVar[str] = "gravity"
@@ -42,17 +44,17 @@ class Gravity(Effect):
     @property
     def direct(self):
         """The same by direct sums."""
-        return replace(self, method="direct")
+        return replace(self, method="points") if self.method == "multipole" else self
 
     @property
     def neighbour_terms(self):
-        """The softening term."""
-        return (SOFTENING,)
+        """The term of a softening that adapts, and what softening changes where points are summed."""
+        return (SOFTENING, SOFTENED_LESS_POINT) if self.method in ("multipole", "points") else (SOFTENING,)
 
     @property
     def all_pair_terms(self):
         """The attraction of all pairs, by direct sums."""
-        return () if self.method == "multipole" else (DIRECT_GRAVITY,)
+        return {"multipole": (), "points": (POINTS,)}.get(self.method, (DIRECT_GRAVITY,))
 
     def fields(self, xp, fluid):
         """zeta/Omega."""
@@ -79,14 +81,14 @@ class Gravity(Effect):
         if engine.name == "xla":
             from astroinertia.gravity import multipole_xla
 
-            return multipole_xla.gravity(
-                engine, arrangement, own, fluid.kernel, fluid.mass, fluid.position, fluid.smoothing_length, virial
+            return multipole_xla.points(
+                engine.precision, virial, own, fluid.mass, fluid.position, fluid.smoothing_length
             )
         from astroinertia.gravity import multipole
 
         acceleration = before.get("acceleration")
         return multipole.sums(
-            fluid.mass, fluid.position, fluid.smoothing_length, fluid.kernel, self.force_error,
+            fluid.mass, fluid.position, fluid.smoothing_length, self.force_error,
             None if acceleration is None else multipole.strengths(acceleration), engine.workers, own, engine.precision,
             virial,
         )  # fmt: skip
@@ -96,8 +98,8 @@ class Gravity(Effect):
         return 0.5 * xp.sum(fluid.mass * fluid.sums["gravity"]["potential"])
 
     def timestep(self, xp, fluid):
-        """A tenth of the free-fall time sqrt(3 pi/(32 rho)), for cold gas, which has no sound."""
-        return 0.1 * xp.sqrt(3.0 * math.pi / (32.0 * fluid.density))
+        """A part of the free-fall time sqrt(3 pi/(32 rho)), for cold gas, which has no sound."""
+        return FREE_FALL_PART * xp.sqrt(3.0 * math.pi / (32.0 * fluid.density))
 
     def affine_force(self, body):
         """-dW/dF with W = W_sphere R_F: exact where the density falls off on similar ellipsoids."""

@@ -11,13 +11,14 @@ import numpy as np
 
 from astroinertia.engines import numba_vectors
 from astroinertia.engines.numba_cache import load_module
+from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.numba_passes import LOOP_FLAGS, ROOTS
 from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.gravity import closing
 from astroinertia.gravity import tree as trees
 from astroinertia.gravity.expansions import expansions, harmonic, indices, moments
+from astroinertia.gravity.points import CLAMP, SOFTENED_LESS_POINT
 from astroinertia.gravity.refit import UPWARD
-from astroinertia.gravity.softening import softened
 from astroinertia.gravity.tree import MOST_LEVELS, Tree, tree
 from astroinertia.gravity.walk import DOWNWARD
 from astroinertia.sph.kernels import KERNELS
@@ -29,17 +30,17 @@ FIRST_OPENING = 0.5  # the same where no accelerations are known yet
 LEAST = 1e-6  # times the largest acceleration: no particle's tolerance is finer than for that
 CLOSER = 10.0  # how much more accurate the evaluation is that accelerations are checked by
 # By order of the expansions, the finest rms error that it is taken for, and (rms error, tolerance) as measured on
-# uniform, Evrard and Plummer sets of 1e5 particles, which agree within a factor of 1.7; the coarsest of order 5 is on
-# the safe side for steeper cusps.
+# uniform, Evrard, Plummer and clustered sets of 3000 to 1e5 particles, which agree within a factor of 2: on the safe
+# side.
 ORDERS = {
-    4: (4e-4, ((2.4e-4, 3e-4), (5.7e-4, 3e-3))),
-    5: (6e-5, ((1.4e-5, 1e-5), (6.7e-5, 1e-4), (1.65e-4, 1e-3), (4e-4, 2e-3))),
-    7: (0.0, ((9e-7, 1e-6), (5.7e-6, 1e-5), (2.2e-5, 1e-4))),
+    4: (8e-4, ((7e-4, 1e-3), (1.5e-3, 3e-3))),
+    5: (6e-5, ((1.4e-5, 1e-5), (6.5e-5, 1e-4), (1.45e-4, 3e-4), (3.8e-4, 1e-3), (9e-4, 3e-3))),
+    7: (0.0, ((8e-7, 1e-6), (5e-6, 1e-5), (3.3e-5, 1e-4))),
 }
 
 
 @functools.lru_cache(maxsize=32)
-def _module(p: int, kernel: str, precision: str) -> ModuleType:
+def _module(p: int, precision: str) -> ModuleType:
     power = {side: " * ".join([f"on_{side}"] * p) for side in "ab"}
     vectors = re.sub(r"COMPRESSES = .*", f"COMPRESSES = {numba_vectors.COMPRESSES}", inspect.getsource(numba_vectors))
     text = [
@@ -49,13 +50,12 @@ def _module(p: int, kernel: str, precision: str) -> ModuleType:
         f"real = np.{'float32' if precision == 'mixed' else 'float64'}",
         f"LOOP_FLAGS = {LOOP_FLAGS}",
         "TEST_FLAGS = {'contract', 'nsz', 'arcp', 'afn'}",  # sums keep their order: the same from both sides
-        f"RADIUS_SLACK, GAP_SLACK = {'1.0 + 1e-6, 1.0 + 1e-5' if precision == 'mixed' else '1.0, 1.0 + 1e-12'}",
-        *softened(kernel, KERNELS[kernel].support),
+        f"CLAMP, RADIUS_SLACK = {CLAMP}, {'1.0 + 1e-6' if precision == 'mixed' else '1.0'}",
         *expansions(p),
         UPWARD,
         DOWNWARD.replace("POWER_ON_A", power["a"]).replace("POWER_ON_B", power["b"]),
     ]
-    return load_module(f"multipole_{p}_{kernel}", "\n".join(text))
+    return load_module(f"multipole_{p}", "\n".join(text))
 
 
 def gravity(
@@ -71,24 +71,39 @@ def gravity(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Acceleration (N, 3) and potential (N,) of mass (N,) at position (N, 3), softened as by gravity.direct.
 
+    As `points`, and what softening changes. The potential has the particle's own in it.
+    """
+    given = _Particles(mass, position, smoothing_length, tree, precision, threads)
+    found = given.points(accuracy, strength)
+    for total, more in zip(found, given.softening(kernel), strict=True):
+        total += more
+    return found
+
+
+def points(
+    mass: Any,
+    position: Any,
+    smoothing_length: Any,
+    accuracy: float,
+    strength: Any = None,
+    threads: int | None = None,
+    tree: Tree | None = None,
+    precision: str = "mixed",
+) -> tuple[np.ndarray, np.ndarray]:
+    """Acceleration (N, 3) and potential (N,) of clamped points (gravity.points), self pairs included.
+
     accuracy: the wanted rms of |da|/|a|; strength (N,): |a| as far as it is known, None for a first evaluation, which
     takes another to find it; tree: `tree(position)` of these particles, or of where they were a little earlier;
-    precision: "mixed" (float32 between particles and nodes) or "float64". The potential has the particle's own in it.
-    Results have the same bits for any number of threads. Tested in tests/unit/test_multipole.py.
+    precision: "mixed" (float32 between particles and nodes) or "float64". Results have the same bits for any number of
+    threads. Tested in tests/unit/test_multipole.py.
     """
-    given = _Particles(mass, position, smoothing_length, kernel, tree, precision, threads)
-    order, tolerance = settings(accuracy)
-    if strength is None:
-        first, _ = given.sums(order, math.inf, FIRST_OPENING, None)
-        strength = strengths(first)
-    return given.sums(order, tolerance, OPENING, strength)
+    return _Particles(mass, position, smoothing_length, tree, precision, threads).points(accuracy, strength)
 
 
 def sums(
     mass: Any,
     position: Any,
     smoothing_length: Any,
-    kernel: str,
     accuracy: float,
     strength: Any,
     threads: int,
@@ -96,16 +111,16 @@ def sums(
     precision: str,
     virial: bool,
 ) -> dict[str, np.ndarray]:
-    """What `gravity` finds, by name; with `virial` also V = sum m x (x) a, (3, 3), symmetric.
+    """What `points` finds, by name; with `virial` also V = sum m x (x) a, (3, 3), symmetric.
 
     V is that of another evaluation, CLOSER times as accurate and in float64, so that it tells whether accelerations are
     what they should be.
     """
-    particles = (mass, position, smoothing_length, kernel)
-    acceleration, potential = gravity(*particles, accuracy, strength, threads, tree, precision)
+    particles = (mass, position, smoothing_length)
+    acceleration, potential = points(*particles, accuracy, strength, threads, tree, precision)
     found = {"acceleration": acceleration, "potential": potential}
     if virial:
-        closer, _ = gravity(*particles, accuracy / CLOSER, strengths(acceleration), threads, tree, "float64")
+        closer, _ = points(*particles, accuracy / CLOSER, strengths(acceleration), threads, tree, "float64")
         tensor = (np.asarray(mass)[:, None] * (position - np.mean(position, axis=0))).T @ closer
         found["virial"] = 0.5 * (tensor + tensor.T)
     return found
@@ -150,63 +165,69 @@ class _Particles:
     """Particles and their tree in units in which lengths and masses are about 1, so that float32 holds them."""
 
     def __init__(
-        self,
-        mass: Any,
-        position: Any,
-        smoothing_length: Any,
-        kernel: str,
-        tree: Tree | None,
-        precision: str,
-        threads: int | None,
+        self, mass: Any, position: Any, smoothing_length: Any, tree: Tree | None, precision: str, threads: int | None
     ) -> None:
         self.position = np.ascontiguousarray(position, dtype=np.float64)
         self.mass = np.ascontiguousarray(mass, dtype=np.float64)
-        self.inverse_h = 1.0 / np.ascontiguousarray(smoothing_length, dtype=np.float64)
-        self.kernel, self.precision, self.threads = kernel, precision, threads or available_threads()
+        self.smoothing_length = np.ascontiguousarray(smoothing_length, dtype=np.float64)
+        self.precision, self.threads = precision, threads or available_threads()
         self.nodes = tree if tree is not None else trees.tree(self.position, threads=self.threads)
         self.origin = self.position.mean(axis=0)
-        size = max(float(np.abs(self.position - self.origin).max()), float(1.0 / self.inverse_h.max()))
+        size = max(float(np.abs(self.position - self.origin).max()), float(self.smoothing_length.max()))
         self.scale = _power_of_two(1.0 / size)
         self.mass_scale = _power_of_two(1.0 / max(float(self.mass.sum()), 1e-300))
+        self.units = self.scale**2 / self.mass_scale, self.scale / self.mass_scale  # of accelerations and potentials
+
+    def points(self, accuracy: float, strength: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Acceleration and potential of clamped points."""
+        order, tolerance = settings(accuracy)
+        if strength is None:
+            first, _ = self.sums(order, math.inf, FIRST_OPENING, None)
+            strength = strengths(first)
+        return self.sums(order, tolerance, OPENING, strength)
+
+    def softening(self, kernel: str) -> tuple[np.ndarray, np.ndarray]:
+        """What softening changes about those."""
+        position, length = (self.position - self.origin) * self.scale, self.smoothing_length * self.scale
+        engine = Engine(self.precision, self.threads)
+        order, arrangement = engine.arrange(position, length)
+        given = {"mass": self.mass * self.mass_scale, "position": position, "smoothing_length": length}
+        fields = {name: array[order] for name, array in given.items()}
+        near = engine.neighbour_sums(arrangement, kernel, (SOFTENED_LESS_POINT,), fields)["gravity"]
+        acceleration, potential = np.empty((len(order), 3)), np.empty(len(order))
+        acceleration[order], potential[order] = near["acceleration"], near["potential"]
+        return acceleration * self.units[0], potential * self.units[1]
 
     def sums(self, order: int, tolerance: float, theta: float, strength: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Acceleration and potential by expansions of an order."""
-        module = _module(order, self.kernel, self.precision)
+        """Acceleration and potential of clamped points by expansions of an order."""
+        module = _module(order, self.precision)
         real = np.float32 if self.precision == "mixed" else np.float64
         nodes, count = self.nodes, len(self.mass)
-        unit, potential_unit = self.scale * self.scale / self.mass_scale, self.scale / self.mass_scale
-        weight = np.zeros(count) if strength is None else np.square(unit / _bounded(strength))
+        weight = np.zeros(count) if strength is None else np.square(self.units[0] / _bounded(strength))
         x, y, z = np.zeros((3, count + 64))
-        m, reach2, inverse_reach = np.zeros((3, count + 64), real)
+        m, clamp = np.zeros((2, count + 64), real)
         where_is, about = np.empty(4 * nodes.count + 64), np.empty(8 * nodes.count + 64, real)
-        boxes = np.empty((nodes.count, 6))
         raw = np.empty((nodes.count, len(indices(order - 1))))
         multipoles = np.empty(len(moments(order)) * nodes.count + 64, real)
         structure = (nodes.first, nodes.last, nodes.child)
         share_out(
             module.upward, self.threads, *structure, nodes.task, nodes.begin, nodes.order, self.position, self.mass,
-            float(KERNELS[self.kernel].support), self.inverse_h, weight, self.origin, self.scale, self.mass_scale,
-            x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw, multipoles,
+            self.smoothing_length, weight, self.origin, self.scale, self.mass_scale, x, y, z, m, clamp, where_is, about,
+            raw, multipoles,
         )  # fmt: skip
-        module.upward_top(*structure, nodes.begin, where_is, about, boxes, raw, multipoles)
+        module.upward_top(*structure, nodes.begin, where_is, about, raw, multipoles)
         acceleration, potential = np.zeros((count, 3)), np.zeros(count)
         parent, task_of = _links(nodes)
-        width = len(harmonic(order))
-        handed_end, handed_local = np.zeros(len(nodes.task), np.int64), np.zeros((len(nodes.task), width))
+        handed_end = np.zeros(len(nodes.task), np.int64)
+        handed_local = np.zeros((len(nodes.task), len(harmonic(order))))
         rest = (
-            where_is, about, boxes, multipoles, x, y, z, m, reach2, inverse_reach, nodes.order, real(theta),
-            real(tolerance),
-            acceleration, potential, unit, potential_unit, nodes.leaf_size,
+            nodes.begin, *structure, MOST_LEVELS, parent, where_is, about, multipoles, x, y, z, m, clamp, nodes.order,
+            real(theta), real(tolerance), acceleration, potential, *self.units, nodes.leaf_size, handed_end,
+            handed_local, task_of,
         )  # fmt: skip
-        handed = module.descend(
-            0, True, nodes.begin, *structure, MOST_LEVELS, parent, np.zeros(0, np.int32), np.zeros(width), *rest,
-            np.empty(1024, np.int32), handed_end, handed_local, task_of,
-        )  # fmt: skip
+        handed = module.descend_top(*rest)
         handed_begin = np.concatenate([[0], handed_end[:-1]])
-        share_out(
-            module.descend_tasks, self.threads, nodes.task, nodes.begin, *structure, MOST_LEVELS, parent, handed,
-            handed_begin, handed_end, handed_local, *rest, task_of,
-        )  # fmt: skip
+        share_out(module.descend_tasks, self.threads, nodes.task, handed, handed_begin, *rest)
         return acceleration, potential
 
 

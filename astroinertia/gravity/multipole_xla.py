@@ -1,7 +1,6 @@
 """Fast multipole gravity traced with jax.numpy: interaction lists from the host, everything else in compiled code.
 
-Near pairs are summed as points with a clamped distance, 1/max(r^2, (h_i^2 + h_j^2)/4): cheap, bounded and continuous.
-What softening changes against that, for pairs within the kernels' support, is a sum over neighbours like any other.
+Near pairs are clamped points (gravity.points); what softening changes about those is a sum over neighbours.
 Moments of the leaves are shifted straight to every node above them that takes part, and expansions straight back, so
 that no pass waits for another one level up, and shapes do not depend on the depth of the tree. All of it can be
 differentiated, forwards and backwards, with the lists held fixed. Checked by tests/unit/test_multipole_xla.py.
@@ -16,49 +15,16 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.engines import xla_pairs, xla_tiles
-from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.gravity import expansions_xla as expansions
 from astroinertia.gravity import lists_xla, multipole
 from astroinertia.gravity.lists_xla import Chunks, Lists
+from astroinertia.gravity.points import CLAMP
 
 Array = Any
-CLAMP = 0.25
 ROUGHLY = 0.01  # error of first accelerations, which only say how large the allowed errors are
 # (order, finest error that it takes the least time for). With these the error of one pair of nodes, as estimated, is
 # about the rms error of all together: 0.4 to 1.5 times on uniform, Evrard's, Plummer's and disc sets (measured).
 ORDERS = ((3, 5e-3), (4, 1e-4), (5, 1e-5), (6, 0.0))
-
-
-def softened_less_point(xp, r, h_i, h_j, dphi_i, dphi_j, phi_i, phi_j):
-    """What softening by both kernels changes against clamped points."""
-    inverse = 1.0 / xp.sqrt(xp.maximum(r * r, 0.25 * (h_i * h_i + h_j * h_j)))
-    return 0.5 * (dphi_i + dphi_j) - r * (inverse * inverse * inverse), 0.5 * (phi_i + phi_j) + inverse
-
-
-SOFTENED_LESS_POINT = PairTerm(
-    "gravity", softened_less_point, (Output("acceleration", "central"), Output("potential", "sum"))
-)
-
-
-def gravity(
-    engine: Any,
-    arrangement: Any,
-    lists: Lists,
-    kernel: str,
-    mass: Array,
-    position: Array,
-    smoothing_length: Array,
-    virial: bool = False,
-) -> dict[str, Array]:
-    """{"acceleration": (N, 3), "potential": (N,)[, "virial": (3, 3)]} of particles (N,), (N, 3), (N,).
-
-    As gravity.direct, the own softened potential included. Lists may be out of date: that costs accuracy as long as
-    smoothing lengths have not grown by a third.
-    """
-    fields = {"mass": mass, "position": position, "smoothing_length": smoothing_length}
-    sums = points(engine.precision, virial, lists, mass, position, smoothing_length)
-    near = engine.neighbour_sums(arrangement, kernel, (SOFTENED_LESS_POINT,), fields, virial=virial)["gravity"]
-    return {name: value + near[name] for name, value in sums.items()}
 
 
 def lists_for(engine: Any, arrangement: Any, mass: Array, acceleration: Array | None, force_error: float) -> Lists:
@@ -69,7 +35,7 @@ def lists_for(engine: Any, arrangement: Any, mass: Array, acceleration: Array | 
     mass, position = np.asarray(mass), np.asarray(arrangement.position)
     smoothing_length = np.asarray(arrangement.smoothing_length)
     if acceleration is None:
-        acceleration, _ = multipole.gravity(mass, position, smoothing_length, "cubic", ROUGHLY)
+        acceleration, _ = multipole.points(mass, position, smoothing_length, ROUGHLY)
     strength = multipole.strengths(np.asarray(acceleration))
     order = next((p for p, finest in ORDERS if force_error >= finest), ORDERS[-1][0])
     # Clamped distances reach sqrt(1/2) of the longer smoothing length: this leaves room for it to grow.
@@ -87,9 +53,10 @@ def points(
     position: Array,
     smoothing_length: Array,
 ) -> dict[str, Array]:
-    """The same of clamped points.
+    """{"acceleration": (N, 3), "potential": (N,)[, "virial": (3, 3)]} of clamped points (N,), (N, 3), (N,).
 
-    precision "mixed" works in float32 on coordinates relative to leaves and nodes, and adds up in float64.
+    Self pairs are included. Lists may be out of date: that costs accuracy as long as smoothing lengths have not grown
+    by a third. precision "mixed" works in float32 on coordinates relative to leaves and nodes, and adds up in float64.
     """
     bodies = _Bodies(precision, lists, mass, position, smoothing_length)
     near, near_virial = _near(bodies, virial)

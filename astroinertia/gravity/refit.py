@@ -1,30 +1,30 @@
 """The text of the fast gravity's way up: particles in units of the whole, and what is known of every node, refitted.
 
-Masses, centres, radii, multipoles and reaches of leaves come from their particles, those of other nodes from their two
+Masses, centres, radii, multipoles and clamps of leaves come from their particles, those of other nodes from their two
 children; tasks are shared out over threads.
 """
 
 UPWARD = """
 @njit(**PART)
-def fit_leaf(node, first, last, order, position, mass, reach, inverse_h, weight, origin, scale, mass_scale,
-             x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw):
+def fit_leaf(node, first, last, order, position, mass, h, weight, origin, scale, mass_scale,
+             x, y, z, m, clamp, where_is, about, raw):
     total = sx = sy = sz = squares = 0.0
-    furthest_reach = 0.0
+    largest = 0.0
     for k in range(first, last):
         i = order[k]
         x[k] = (position[i, 0] - origin[0]) * scale
         y[k] = (position[i, 1] - origin[1]) * scale
         z[k] = (position[i, 2] - origin[2]) * scale
         mass_k = mass[i] * mass_scale
-        reach_k = reach * scale / inverse_h[i]
-        m[k], reach2[k], inverse_reach[k] = real(mass_k), real(reach_k * reach_k), real(1.0 / reach_k)
+        h_k = h[i] * scale
+        m[k], clamp[k] = real(mass_k), real(CLAMP * h_k * h_k)
         mass_k = np.float64(m[k])
         total += mass_k
         sx += mass_k * x[k]
         sy += mass_k * y[k]
         sz += mass_k * z[k]
         squares += weight[i]
-        furthest_reach = reach_k if reach_k > furthest_reach else furthest_reach
+        largest = h_k if h_k > largest else largest
     if not total > 0.0:
         total, sx, sy, sz = 0.0, x[first], y[first], z[first]
     else:
@@ -35,34 +35,28 @@ def fit_leaf(node, first, last, order, position, mass, reach, inverse_h, weight,
         r2 = dx * dx + dy * dy + dz * dz
         fourth += m[k] * r2 * r2
         radius2 = r2 if r2 > radius2 else radius2
-    for a in range(6):
-        column = x if a % 3 == 0 else y if a % 3 == 1 else z
-        edge = column[first]
-        for k in range(first, last):
-            edge = min(edge, column[k]) if a < 3 else max(edge, column[k])
-        boxes[node, a] = edge
     particle_moments(first, last, x, y, z, m, sx, sy, sz, raw[node])
     where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2] = sx, sy, sz
-    finish(node, last - first, total, np.sqrt(radius2), fourth, squares, furthest_reach, where_is, about)
+    finish(node, last - first, total, np.sqrt(radius2), fourth, squares, largest, where_is, about)
 
 
 @njit(**PART)
-def finish(node, count, total, radius, fourth, squares, furthest_reach, where_is, about):
-    # about: radius, that of its mass (mean of the fourth power), mass, 1/|a| (rms), furthest reach, scale of moments,
-    # number
+def finish(node, count, total, radius, fourth, squares, largest, where_is, about):
+    # about: radius, that of its mass (mean of the fourth power), mass, 1/|a| (rms), share of the clamp, scale of
+    # moments, number; where_is: centre of mass, sum of 1/|a|^2
     spread = (fourth / total) ** 0.25 if total > 0.0 else radius
     about[8 * node] = real(radius)
     about[8 * node + 1] = real(spread)
     about[8 * node + 2] = real(total)
     about[8 * node + 3] = real(np.sqrt(squares / count))
-    about[8 * node + 4] = real(furthest_reach)
-    about[8 * node + 5] = real(max(radius, 0.5 * furthest_reach))
+    about[8 * node + 4] = real(CLAMP * largest * largest * RADIUS_SLACK)
+    about[8 * node + 5] = real(max(radius, largest))
     about[8 * node + 6] = real(count)
     where_is[4 * node + 3] = squares
 
 
 @njit(**PART)
-def fit_node(node, left, count, where_is, about, boxes, raw):
+def fit_node(node, left, count, where_is, about, raw):
     # From two children: their moments about the common centre, and the smaller of two bounds of the radius.
     right = left + 1
     one, other = np.float64(about[8 * left + 2]), np.float64(about[8 * right + 2])
@@ -70,10 +64,7 @@ def fit_node(node, left, count, where_is, about, boxes, raw):
     share = one / total if total > 0.0 else 0.5
     for a in range(3):
         where_is[4 * node + a] = share * where_is[4 * left + a] + (1.0 - share) * where_is[4 * right + a]
-    for a in range(3):
-        boxes[node, a] = min(boxes[left, a], boxes[right, a])
-        boxes[node, 3 + a] = max(boxes[left, 3 + a], boxes[right, 3 + a])
-    radius = fourth = furthest_reach = 0.0
+    radius = fourth = clamp = 0.0
     row = raw[node]
     row[:] = 0.0
     for child in (left, right):
@@ -85,40 +76,40 @@ def fit_node(node, left, count, where_is, about, boxes, raw):
         radius = max(radius, np.sqrt(apart2) + np.float64(about[8 * child]))
         further = np.sqrt(apart2) + np.float64(about[8 * child + 1])
         fourth += np.float64(about[8 * child + 2]) * further**4
-        furthest_reach = max(furthest_reach, np.float64(about[8 * child + 4]))
+        clamp = max(clamp, np.float64(about[8 * child + 4]))
     squares = where_is[4 * left + 3] + where_is[4 * right + 3]
-    finish(node, count, total, radius * RADIUS_SLACK, fourth, squares, furthest_reach, where_is, about)
+    finish(node, count, total, radius * RADIUS_SLACK, fourth, squares, np.sqrt(clamp / CLAMP), where_is, about)
 
 
 @njit(**PART)
-def fit_any(node, first, last, child, order, position, mass, reach, inverse_h, weight, origin, scale, mass_scale,
-            x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw, moments):
+def fit_any(node, first, last, child, order, position, mass, h, weight, origin, scale, mass_scale,
+            x, y, z, m, clamp, where_is, about, raw, moments):
     if child[node] == 0:
-        fit_leaf(node, first[node], last[node], order, position, mass, reach, inverse_h, weight, origin, scale,
-                 mass_scale, x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw)
+        fit_leaf(node, first[node], last[node], order, position, mass, h, weight, origin, scale,
+                 mass_scale, x, y, z, m, clamp, where_is, about, raw)
     else:
-        fit_node(node, np.int64(child[node]), last[node] - first[node], where_is, about, boxes, raw)
+        fit_node(node, np.int64(child[node]), last[node] - first[node], where_is, about, raw)
     store_moments(node, np.float64(about[8 * node + 5]), raw[node], moments)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def upward(counter, first, last, child, task, begin, order, position, mass, reach, inverse_h, weight, origin, scale,
-           mass_scale, x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw, moments):
+def upward(counter, first, last, child, task, begin, order, position, mass, h, weight, origin, scale,
+           mass_scale, x, y, z, m, clamp, where_is, about, raw, moments):
     while True:
         t = take(counter)
         if t >= len(task):
             break
         for n in range(begin[t + 1] - begin[t] + 1):
             node = begin[t + 1] - 1 - n if n < begin[t + 1] - begin[t] else task[t]
-            fit_any(node, first, last, child, order, position, mass, reach, inverse_h, weight, origin, scale,
-                    mass_scale, x, y, z, m, reach2, inverse_reach, where_is, about, boxes, raw, moments)
+            fit_any(node, first, last, child, order, position, mass, h, weight, origin, scale,
+                    mass_scale, x, y, z, m, clamp, where_is, about, raw, moments)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def upward_top(first, last, child, begin, where_is, about, boxes, raw, moments):
+def upward_top(first, last, child, begin, where_is, about, raw, moments):
     for node in range(begin[0] - 1, -1, -1):
         left = np.int64(child[node])
         if left > 0 and left < begin[0]:
-            fit_node(node, left, last[node] - first[node], where_is, about, boxes, raw)
+            fit_node(node, left, last[node] - first[node], where_is, about, raw)
             store_moments(node, np.float64(about[8 * node + 5]), raw[node], moments)
 """

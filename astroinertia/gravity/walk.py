@@ -12,7 +12,7 @@ def sort_candidates(node, listed, count, where_is, about, child, bucket, theta, 
     # Keys below 0: taken by expansions; parted; handed on to the target's children; taken particle by particle.
     widest_vectors()
     x_a, y_a, z_a = where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2]
-    r_a, s_a, m_a, g_a, reach_a = (
+    r_a, s_a, m_a, g_a, clamp_a = (
         about[8 * node], about[8 * node + 1], about[8 * node + 2], about[8 * node + 3], about[8 * node + 4]
     )
     single_a, bucket_a = child[node] == 0, about[8 * node + 6] <= bucket
@@ -21,7 +21,7 @@ def sort_candidates(node, listed, count, where_is, about, child, bucket, theta, 
         x, y, z = (
             real(x_a - at(where_is, 4 * b)), real(y_a - at(where_is, 4 * b + 1)), real(z_a - at(where_is, 4 * b + 2))
         )
-        r_b, s_b, m_b, g_b, reach_b = (
+        r_b, s_b, m_b, g_b, clamp_b = (
             at(about, 8 * b), at(about, 8 * b + 1), at(about, 8 * b + 2), at(about, 8 * b + 3), at(about, 8 * b + 4)
         )
         r2 = x * x + y * y + z * z
@@ -30,8 +30,8 @@ def sort_candidates(node, listed, count, where_is, about, child, bucket, theta, 
         both = r_a + r_b
         on_a, on_b = (r_a + s_b) * inverse, (r_b + s_a) * inverse
         error = larger_of(m_b * g_a * POWER_ON_A, m_a * g_b * POWER_ON_B) * (inverse * inverse)
-        reach = larger_of(reach_a, reach_b)
-        accepted = (both < theta * r) & (error <= tolerance) & (r - both > reach)
+        gap = r - both
+        accepted = (both < theta * r) & (error <= tolerance) & (gap * gap > clamp_a + clamp_b)
         single_b, bucket_b = at(child, b) == 0, at(about, 8 * b + 6) <= bucket
         larger_b = (r_b > r_a) | ((r_b == r_a) & (b < node))
         by_pairs = (not accepted) & bucket_a & bucket_b
@@ -43,16 +43,16 @@ def sort_candidates(node, listed, count, where_is, about, child, bucket, theta, 
 
 
 @njit(fastmath=LOOP_FLAGS, **PART)
-def plain_sums(targets, target_count, count, sources, field):
-    # Particles that no softening reaches.
+def point_sums(targets, target_count, count, sources, field):
+    # As gravity.points.point_pair.
     widest_vectors()
-    all_x, all_y, all_z, mass = sources[0], sources[1], sources[2], sources[3]
+    all_x, all_y, all_z, mass, clamp = sources[0], sources[1], sources[2], sources[3], sources[4]
     for i in range(target_count):
-        x_i, y_i, z_i = targets[0, i], targets[1, i], targets[2, i]
+        x_i, y_i, z_i, clamp_i = targets[0, i], targets[1, i], targets[2, i], targets[4, i]
         sum_x = sum_y = sum_z = sum_phi = real(0)
         for j in range(padded(count)):
             x, y, z = all_x[j] - x_i, all_y[j] - y_i, all_z[j] - z_i
-            inverse = inverse_distance(x * x + y * y + z * z)
+            inverse = inverse_distance(larger_of(x * x + y * y + z * z, clamp_i + clamp[j]))
             potential = mass[j] * inverse
             force = potential * (inverse * inverse)
             sum_phi += potential
@@ -65,37 +65,11 @@ def plain_sums(targets, target_count, count, sources, field):
         field[3, i] -= sum_phi
 
 
-@njit(fastmath=LOOP_FLAGS, **PART)
-def softened_sums(targets, target_count, count, sources, field):
-    # Particles that softening may reach, from either side.
-    widest_vectors()
-    all_x, all_y, all_z, mass, all_b = sources[0], sources[1], sources[2], sources[3], sources[4]
-    for i in range(target_count):
-        x_i, y_i, z_i, b_i = targets[0, i], targets[1, i], targets[2, i], targets[4, i]
-        sum_x = sum_y = sum_z = sum_phi = real(0)
-        for j in range(padded(count)):
-            x, y, z = all_x[j] - x_i, all_y[j] - y_i, all_z[j] - z_i
-            r2 = x * x + y * y + z * z
-            inverse = inverse_distance(r2)
-            r = r2 * inverse
-            slope_i, depth_i = softened_pair(r, inverse, b_i)
-            slope_j, depth_j = softened_pair(r, inverse, all_b[j])
-            force = mass[j] * (slope_i + slope_j)
-            sum_phi += mass[j] * (depth_i + depth_j)
-            sum_x += force * x
-            sum_y += force * y
-            sum_z += force * z
-        field[0, i] += real(0.5) * sum_x
-        field[1, i] += real(0.5) * sum_y
-        field[2, i] += real(0.5) * sum_z
-        field[3, i] -= real(0.5) * sum_phi
-
-
 @njit(**PART)
-def copied(listed, runs, first, last, x_c, y_c, z_c, x, y, z, m, reach2, inverse_reach, buffer):
+def copied(listed, runs, first, last, x_c, y_c, z_c, x, y, z, m, clamp, buffer):
     # The particles of the nodes listed; whole vectors: what is too much is overwritten by what comes next.
     widest_vectors()
-    row_x, row_y, row_z, row_m, row_b, row_r = buffer[0], buffer[1], buffer[2], buffer[3], buffer[4], buffer[5]
+    row_x, row_y, row_z, row_m, row_c = buffer[0], buffer[1], buffer[2], buffer[3], buffer[4]
     count = 0
     for n in range(runs):
         begin = first[listed[n]]
@@ -105,95 +79,38 @@ def copied(listed, runs, first, last, x_c, y_c, z_c, x, y, z, m, reach2, inverse
             row_y[count + k] = real(y[begin + k] - y_c)
             row_z[count + k] = real(z[begin + k] - z_c)
             row_m[count + k] = m[begin + k]
-            row_b[count + k] = inverse_reach[begin + k]
-            row_r[count + k] = reach2[begin + k]
+            row_c[count + k] = clamp[begin + k]
         count += size
+    for k in range(count, padded(count)):  # massless sources fill up the last vector
+        row_x[k] = row_y[k] = row_z[k] = row_c[k] = real(1)
+        row_m[k] = real(0)
     return count
 
 
 @njit(**PART)
-def divided(node, near, near_count, where_is, about, boxes, plain, mixed):
-    # Near leaves beyond the reach of softening, and the others.
-    own_reach = np.float64(about[8 * node + 4])
-    x_0, y_0, z_0 = boxes[node, 0], boxes[node, 1], boxes[node, 2]
-    x_1, y_1, z_1 = boxes[node, 3], boxes[node, 4], boxes[node, 5]
-    plains = mixes = 0
-    for k in range(near_count):
-        b = near[k]
-        x = max(0.0, max(boxes[b, 0] - x_1, x_0 - boxes[b, 3]))
-        y = max(0.0, max(boxes[b, 1] - y_1, y_0 - boxes[b, 4]))
-        z = max(0.0, max(boxes[b, 2] - z_1, z_0 - boxes[b, 5]))
-        reach = max(own_reach, np.float64(about[8 * b + 4]))
-        if x * x + y * y + z * z > reach * reach * GAP_SLACK:
-            plain[plains] = b
-            plains += 1
-        else:
-            mixed[mixes] = b
-            mixes += 1
-    return plains, mixes
-
-
-@njit(**PART)
-def closed(buffer, count):
-    # Massless sources fill up the last vectors.
-    for k in range(count, padded(count) + LANES):
-        buffer[0, k] = buffer[1, k] = buffer[2, k] = real(1e6)
-        buffer[3, k] = real(0)
-        buffer[4, k] = real(1)
-
-
-@njit(fastmath=TEST_FLAGS, **PART)
-def within_reach(sources, count, box, reach2, key, other):
-    # Keys below 0: of sources whose softening may reach the box, or the box's them; of the others.
-    widest_vectors()
-    all_x, all_y, all_z, all_reach2 = sources[0], sources[1], sources[2], sources[5]
-    for k in range(count):
-        x = larger_of(larger_of(box[0] - all_x[k], all_x[k] - box[3]), real(0))
-        y = larger_of(larger_of(box[1] - all_y[k], all_y[k] - box[4]), real(0))
-        z = larger_of(larger_of(box[2] - all_z[k], all_z[k] - box[5]), real(0))
-        beyond = x * x + y * y + z * z >= larger_of(reach2, all_reach2[k]) * GAP_SLACK
-        key[k] = where(beyond, real(1), real(-1))
-        other[k] = where(beyond, real(-1), real(1))
-
-
-@njit(**PART)
-def leaf_sums(node, lists, near, near_count, local, first, last, where_is, about, boxes, x, y, z, m, reach2,
-              inverse_reach, order, targets, plain, mixed, soft, keys, field, acceleration, potential,
-              force_unit, potential_unit):
+def leaf_sums(node, near, near_count, local, first, last, where_is, about, x, y, z, m, clamp, order, targets, sources,
+              field, acceleration, potential, force_unit, potential_unit):
     x_c, y_c, z_c = where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2]
     begin, end = first[node], last[node]
     count = end - begin
-    lists[0, 0] = np.int32(node)
-    copied(lists[0], 1, first, last, x_c, y_c, z_c, x, y, z, m, reach2, inverse_reach, targets)
+    for k in range(count):
+        targets[0, k], targets[1, k], targets[2, k] = (
+            real(x[begin + k] - x_c), real(y[begin + k] - y_c), real(z[begin + k] - z_c)
+        )
+        targets[4, k] = clamp[begin + k]
     field_of_local(count, np.float64(about[8 * node + 5]), local, targets[0], targets[1], targets[2], field)
     total = 0
     for k in range(near_count):
         total += last[near[k]] - first[near[k]]
-    plain, mixed, soft = with_columns(plain, total), with_columns(mixed, total), with_columns(soft, total)
-    keys = with_columns(keys, total)
-    own_reach = np.float64(about[8 * node + 4])
-    plains, mixes = divided(node, near, near_count, where_is, about, boxes, lists[0], lists[1])
-    plains = copied(lists[0], plains, first, last, x_c, y_c, z_c, x, y, z, m, reach2, inverse_reach, plain)
-    mixes = copied(lists[1], mixes, first, last, x_c, y_c, z_c, x, y, z, m, reach2, inverse_reach, mixed)
-    for a in range(3):
-        corner = where_is[4 * node + a]
-        targets[5, a], targets[5, 3 + a] = real(boxes[node, a] - corner), real(boxes[node, 3 + a] - corner)
-    within_reach(mixed, mixes, targets[5], real(own_reach * own_reach), keys[0], keys[1])
-    softs = beyond = 0
-    for a in range(5):
-        softs = closed_up(mixed[a], keys[0], mixes, soft[a], 0)
-    for a in range(4):
-        beyond = closed_up(mixed[a], keys[1], mixes, plain[a], plains)
-    closed(plain, beyond)
-    closed(soft, softs)
-    plain_sums(targets, count, beyond, plain, field)
-    softened_sums(targets, count, softs, soft, field)
+    sources = with_columns(sources, total)
+    total = copied(near, near_count, first, last, x_c, y_c, z_c, x, y, z, m, clamp, sources)
+    point_sums(targets, count, total, sources, field)
     for k in range(count):
         i = order[begin + k]
         for a in range(3):
             acceleration[i, a] += np.float64(field[a, k]) * force_unit
         potential[i] += np.float64(field[3, k]) * potential_unit
-    return plain, mixed, soft, keys
+    return sources
 
 
 @njit(**PART)
@@ -236,28 +153,29 @@ def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance,
     return fars, nears, hands
 
 
+@njit(**PART)
+def room_for(levels, nodes, width, leaf_size):
+    # What a thread works in: ends of what is handed on, coefficients of the nodes above, lists of nodes and their keys,
+    # nodes to come and their depths, targets and their fields.
+    return (
+        np.zeros(levels + 2, np.int64), np.zeros((levels + 2, width)), np.empty((5, nodes + 2 * LANES), np.int32),
+        np.empty((4, nodes + 2 * LANES), real), np.empty((2, 2 * levels + 2), np.int64),
+        np.zeros((5, leaf_size + 3 * LANES), real), np.empty((4, leaf_size + 3 * LANES), real), np.zeros(width),
+    )
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
-def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds, seed_local, where_is, about, boxes,
-            moments, x, y, z, m, reach2, inverse_reach, order, theta, tolerance, acceleration, potential,
-            force_unit, potential_unit, leaf_size, saved, saved_end, saved_local, task_of):
+def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds, seed_local, where_is, about,
+            moments, x, y, z, m, clamp, order, theta, tolerance, acceleration, potential,
+            force_unit, potential_unit, leaf_size, saved, saved_end, saved_local, task_of, room, handed, sources):
     # From the node `start`, which was handed the candidates `seeds` and its parent's coefficients, to the leaves below.
     # With only_top, tasks are not entered: what they are handed is saved.
-    width = seed_local.shape[0]
-    nodes = len(first)
-    handed = np.empty(len(seeds) + 1024, np.int32)
+    ends, local, lists, keys, coming, targets, field, nothing = room
+    handed = roomier(handed, 0, len(seeds))
     handed[: len(seeds)] = seeds
-    ends = np.zeros(levels + 2, np.int64)
-    ends[0] = len(seeds)
-    local = np.zeros((levels + 2, width))
-    local[0] = seed_local
-    nothing = np.zeros(width)
+    ends[0], local[0] = len(seeds), seed_local
     bucket = real(leaf_size)
-    lists = np.empty((5, nodes + 2 * LANES), np.int32)
-    keys = np.empty((4, nodes + 2 * LANES), real)
-    stack, depths = np.empty(2 * levels + 2, np.int64), np.empty(2 * levels + 2, np.int64)
-    targets, field = np.empty((6, leaf_size + 3 * LANES), real), np.empty((4, leaf_size + 3 * LANES), real)
-    plain, mixed, soft = np.empty((6, 2048), real), np.empty((6, 2048), real), np.empty((6, 2048), real)
-    leaf_keys = np.empty((2, 2048), real)
+    stack, depths = coming[0], coming[1]
     stack[0], depths[0], height = start, 1, 1
     saved_count = 0
     while height > 0:
@@ -296,10 +214,9 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
                 lists[3, nears] = np.int32(node)
                 nears += 1
             done = hands == 0
-            plain, mixed, soft, leaf_keys = leaf_sums(
-                node, lists, lists[3], nears, local[depth] if done else nothing, first, last, where_is, about, boxes,
-                x, y, z, m, reach2, inverse_reach, order, targets, plain, mixed, soft, leaf_keys, field, acceleration,
-                potential, force_unit, potential_unit
+            sources = leaf_sums(
+                node, lists[3], nears, local[depth] if done else nothing, first, last, where_is, about, x, y, z, m,
+                clamp, order, targets, sources, field, acceleration, potential, force_unit, potential_unit
             )
             if done:
                 continue
@@ -311,19 +228,38 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
         stack[height], depths[height] = np.int64(child[node]) + 1, depth + 1
         stack[height + 1], depths[height + 1] = np.int64(child[node]), depth + 1
         height += 2
+    return saved, handed, sources
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def descend_top(begin, first, last, child, levels, parent_of, where_is, about, moments, x, y, z, m, clamp, order, theta,
+                tolerance, acceleration, potential, force_unit, potential_unit, leaf_size, saved_end, saved_local,
+                task_of):
+    # From the root to the tasks: returns what they are handed.
+    width = saved_local.shape[1]
+    saved, _, _ = descend(
+        0, True, begin, first, last, child, levels, parent_of, np.empty(0, np.int32), np.zeros(width), where_is, about,
+        moments, x, y, z, m, clamp, order, theta, tolerance, acceleration, potential, force_unit, potential_unit,
+        leaf_size, np.empty(1024, np.int32), saved_end, saved_local, task_of,
+        room_for(levels, len(first), width, leaf_size), np.empty(1024, np.int32), np.empty((5, 1024), real)
+    )
     return saved
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def descend_tasks(counter, task, begin, first, last, child, levels, parent_of, saved, saved_begin, saved_end,
-                  saved_local, where_is, about, boxes, moments, x, y, z, m, reach2, inverse_reach, order, theta,
-                  tolerance, acceleration, potential, force_unit, potential_unit, leaf_size, task_of):
+def descend_tasks(counter, task, saved, saved_begin, begin, first, last, child, levels, parent_of, where_is, about,
+                  moments, x, y, z, m, clamp, order, theta, tolerance, acceleration, potential, force_unit,
+                  potential_unit, leaf_size, saved_end, saved_local, task_of):
+    room = room_for(levels, len(first), saved_local.shape[1], leaf_size)
+    handed, sources = np.empty(1024, np.int32), np.empty((5, 2048), real)
     while True:
         t = take(counter)
         if t >= len(task):
             break
-        descend(task[t], False, begin, first, last, child, levels, parent_of, saved[saved_begin[t] : saved_end[t]],
-                saved_local[t], where_is, about, boxes, moments, x, y, z, m, reach2, inverse_reach, order, theta,
-                tolerance, acceleration, potential, force_unit, potential_unit, leaf_size, saved,
-                saved_end, saved_local, task_of)
+        _, handed, sources = descend(
+            task[t], False, begin, first, last, child, levels, parent_of, saved[saved_begin[t] : saved_end[t]],
+            saved_local[t], where_is, about, moments, x, y, z, m, clamp, order, theta, tolerance, acceleration,
+            potential, force_unit, potential_unit, leaf_size, saved, saved_end, saved_local, task_of, room, handed,
+            sources
+        )
 """

@@ -4,11 +4,11 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from astroinertia.effects.entries import FREE_FALL_PART
 from astroinertia.scene.schema import Scene
 
 # The most that a step of Evrard's cloud held, bytes a particle, rounded up: tests/benchmarks/results/memory.md.
 BYTES_A_PARTICLE = {"mixed": 2100, "float64": 2000}
-FREE_FALL_PART = 0.1  # of the free-fall time, that gravity's own limit is: effects/gravity.py
 
 
 def expected(

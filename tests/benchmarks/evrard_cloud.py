@@ -6,6 +6,7 @@ import numpy as np
 from point_sets import PointSet
 
 from astroinertia.build import prepare
+from astroinertia.effects.gravity import SOFTENING
 from astroinertia.models.particles import STEPS_BETWEEN_SORTS, Particles
 from astroinertia.scene import load
 
@@ -48,10 +49,13 @@ def gravity(particles: Particles) -> tuple[PointSet, np.ndarray]:
     points = PointSet(state.mass, state.position, state.smoothing_length)
     arrangement, fluid = particles.arrangement, state.rates.fluid
     effect = next(each for each in problem.effects if each.kind == "gravity")
-    if effect.all_pair_terms:
-        fields = {"mass": state.mass, "position": state.position, "smoothing_length": state.smoothing_length}
-        sums: Any = problem.engine.all_pair_sums(arrangement.pairs, problem.kernel, effect.all_pair_terms, fields)
-        return points, sums["gravity"]["acceleration"]
+    fields = {"mass": state.mass, "position": state.position, "smoothing_length": state.smoothing_length}
+    near = [term for term in effect.neighbour_terms if term is not SOFTENING]
+    sums: list[Any] = [problem.engine.neighbour_sums(arrangement.pairs, problem.kernel, tuple(near), fields)]
+    sums.append(problem.engine.all_pair_sums(arrangement.pairs, problem.kernel, effect.all_pair_terms, fields))
     own = arrangement.own.get("gravity")
-    sums = effect.own_sums(problem.engine, arrangement.pairs, own, fluid, fluid.sums["gravity"], False)
-    return points, sums["acceleration"]
+    sums.append(
+        {"gravity": effect.own_sums(problem.engine, arrangement.pairs, own, fluid, fluid.sums["gravity"], False)}
+    )
+    found = [each["gravity"]["acceleration"] for each in sums if each.get("gravity")]
+    return points, np.sum(found, axis=0)
