@@ -73,9 +73,9 @@ def bisected(low, high, h):
 
 
 @njit(**PART)
-def solve_leaf(first, last, slots, count, limit, buffer, lists, unsolved, options, results):
-    # Solve for the targets first to last - 1, from the guesses in results[0]. The buffer holds all neighbours up to
-    # h = limit; targets that outgrow it are left, with where they got to, and their number is returned.
+def solve_leaf(first, last, slots, count, buffer, lists, unsolved, options, results):
+    # Solve for the targets first to last - 1, from the guesses in results[0]. The buffer holds all neighbours of each
+    # up to the h in results[1]; targets that outgrow it are left, with where they got to, and their number is returned.
     widest_vectors()
     x, y, z, mass, distance, weight = buffer[0], buffer[1], buffer[2], buffer[3], lists[0], lists[1]
     support, margin, eta, tolerance, smallest = options[0], options[1], options[2], options[3], options[4]
@@ -84,7 +84,7 @@ def solve_leaf(first, last, slots, count, limit, buffer, lists, unsolved, option
         s = slots[i - first]
         x_i, y_i, z_i = x[s], y[s], z[s]
         target = np.float64(mass[s]) * eta * eta * eta
-        h, low, high, covered = results[0, i], 0.0, np.inf, 0.0
+        h, limit, low, high, covered = results[0, i], results[1, i], 0.0, np.inf, 0.0
         n = 0
         new = total = slope = 0.0
         for attempt in range(200):
@@ -143,13 +143,15 @@ def solve_alone(t, i, x, y, z, length, position, mass, nodes, start, unsolved, o
     centre[0], centre[1], centre[2] = position[i, 0], position[i, 1], position[i, 2]
     left = 1
     while left > 0:
-        limit = 1.3 * results[0, t]
-        reach = MOVED * options[0] * limit
-        count, found = gather(x, y, z, length, 0.0, nodes, start, box, reach, parents, listed, found)
+        results[1, t] = 1.3 * results[0, t]
+        reach = MOVED * options[0] * results[1, t]
+        count, found = gather(
+            x, y, z, length, 0.0, nodes, start, box, reach, nodes, 0, centre, 0.0, parents, listed, found
+        )
         buffer, lists = with_columns(buffer, count), with_columns(lists, count)
         load_sources(found, count, centre, buffer, position, mass)
         slots[0] = place_of(i, found, count)
-        left = solve_leaf(t, t + 1, slots, count, limit, buffer, lists, unsolved, options, results)
+        left = solve_leaf(t, t + 1, slots, count, buffer, lists, unsolved, options, results)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -171,13 +173,13 @@ def density_pass_{tag}(
         found = pool[offset[leaf] : offset[leaf] + count]
         buffer, lists = with_columns(buffer, count), with_columns(lists, count)
         slots, unsolved = with_room(slots, last - first), with_room(unsolved, last - first)
-        limit = target_box(position, length, targets, first, last, box)
+        target_box(position, length, targets, first, last, box)
         box_centre(box, centre)
         load_sources(found, count, centre, buffer, position, mass)
         places(targets, first, last, found, count, slots)
         for t in range(first, last):
-            results[0, t] = h[targets[t]]
-        left = solve_leaf(first, last, slots, count, limit, buffer, lists, unsolved, options, results)
+            results[0, t], results[1, t] = h[targets[t]], length[targets[t]]
+        left = solve_leaf(first, last, slots, count, buffer, lists, unsolved, options, results)
         for k in range(left):
             t = unsolved[k]
             solve_alone(t, targets[t], x, y, z, length, position, mass, nodes, start, own, options, results)

@@ -1,7 +1,9 @@
 """The text of the pass that lists, for every leaf, the particles that can reach it: once an evaluation, for all passes.
 
-Lists are made for lengths somewhat above the smoothing lengths, so that they still hold when those have changed a
-little. A leaf and its neighbours in the tree (GROUP of them) share a walk.
+What is listed reaches one of the leaf's targets, or one of them reaches it. The box of a leaf with the longest reach of
+its targets all around would not do: where they lie around a dense body, it holds the body. Lists are made for lengths
+somewhat above the smoothing lengths, so that they still hold when those have changed a little. A leaf and its
+neighbours in the tree (GROUP of them) share a walk.
 """
 
 import functools
@@ -12,10 +14,48 @@ from astroinertia.engines.numba_passes import header
 
 LISTS = """
 @njit(**PART)
-def squares(row, count, factor):
+def extent(box, reach):
+    # Of a box and what is around it.
+    square = 0.0
+    for a in range(3):
+        square += (box[1, a] - box[0, a]) * (box[1, a] - box[0, a])
+    return np.sqrt(square) + reach
+
+
+@njit(**PART)
+def load_balls(position, h, support, targets, first, last, centre, unit, balls):
+    # Rows: the places of targets[first:last] and the squares of their reaches.
+    for t in range(first, last):
+        i = targets[t]
+        for a in range(3):
+            balls[a, t - first] = unit * (position[i, a] - centre[a])
+        balls[3, t - first] = (unit * support * h[i]) * (unit * support * h[i])
+
+
+@njit(**PART)
+def scale(rows, count, unit, support):
+    # Places to the unit, and lengths to squares of reaches.
     widest_vectors()
+    x, y, z, h = rows[0], rows[1], rows[2], rows[3]
+    factor, unit = x.dtype.type(unit * support), x.dtype.type(unit)
     for k in range(count):
-        row[k] = (factor * row[k]) * (factor * row[k])
+        x[k], y[k], z[k], h[k] = unit * x[k], unit * y[k], unit * z[k], (factor * h[k]) * (factor * h[k])
+
+
+@njit(fastmath={"contract"}, **PART)
+def least_excess(x, y, z, reach2, count, balls, first, last, key):
+    # Squared distances of sources from balls first to last - 1, less the larger of two squared reaches: the least.
+    widest_vectors()
+    slack, rounding = x.dtype.type(SLACK), x.dtype.type(ROUNDING)
+    for k in range(count):
+        key[k] = np.inf
+    for t in range(first, last):
+        x_t, y_t, z_t, reach2_t = balls[0, t], balls[1, t], balls[2, t], balls[3, t]
+        for k in range(count):
+            dx, dy, dz = x_t - x[k], y_t - y[k], z_t - z[k]
+            square = dx * dx + (dy * dy + (dz * dz - rounding))
+            excess = square - larger_of(reach2_t, reach2[k]) * slack
+            key[k] = where(key[k] < excess, key[k], excess)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -24,30 +64,36 @@ def neighbour_lists(
 ):
     leaves = len(start) - 1
     group = min(leaves, GROUP)
+    like = np.empty(0, np.float32)
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
-    found, index = np.empty(2048, np.int64), np.empty(1024, np.int64)
-    rows, key = np.empty((4, columns_for(512))), np.empty(1024)
-    box = np.empty((2, 3))
+    found, index = np.empty(2048, np.int64), np.empty(1024, np.int32)
+    rows, key = whole_lines(4, columns_for(1024), like), np.empty(1024, np.float32)
+    box, centre, balls = np.empty((2, 3)), np.empty(3), whole_lines(4, columns_for(128), like)
     while True:
         number = take(counter)
         if number >= len(groups):
             break
         first_leaf = group * groups[number]
-        first, last = begin[first_leaf], begin[first_leaf + group]
-        reach = support * target_box(position, h, targets, first, last, box)
-        total, found = gather(x, y, z, h, support, nodes, start, box, reach, parents, listed, found)
+        origin, last = begin[first_leaf], begin[first_leaf + group]
+        reach = support * target_box(position, h, targets, origin, last, box)
+        box_centre(box, centre)
+        unit = 1.0 / extent(box, reach)  # a NaN makes all of its sources NaN, which are listed
+        balls = with_columns(balls, last - origin)
+        load_balls(position, h, support, targets, origin, last, centre, unit, balls)
+        total, found = gather(
+            x, y, z, h, support, nodes, start, box, reach, balls, last - origin, centre, unit, parents, listed, found
+        )
         key, index, rows = with_room(key, total), with_room(index, total), with_columns(rows, total)
-        load_row(x, found, total, 0.0, rows[0])
-        load_row(y, found, total, 0.0, rows[1])
-        load_row(z, found, total, 0.0, rows[2])
+        load_row(x, found, total, centre[0], rows[0])
+        load_row(y, found, total, centre[1], rows[1])
+        load_row(z, found, total, centre[2], rows[2])
         vector_take(h, 0, found, total, 0.0, rows[3])
-        squares(rows[3], total, support)
+        scale(rows, total, unit, support)
         for leaf in range(first_leaf, first_leaf + group):
             first, last = begin[leaf], begin[leaf + 1]
             if first == last:
                 continue
-            reach = support * target_box(position, h, targets, first, last, box)
-            row_excess(rows[0], rows[1], rows[2], rows[3], total, box, reach * reach, key)
+            least_excess(rows[0], rows[1], rows[2], rows[3], total, balls, first - origin, last - origin, key)
             number = compressed_indices(0, key, total, index, 0)
             place = claim(used, number)
             offset[leaf], count[leaf] = place, number

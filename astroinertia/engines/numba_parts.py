@@ -21,26 +21,76 @@ from astroinertia.engines.numba_vectors import (
     larger_of,
     out_of_reach,
     padded,
+    where,
     widest_vectors,
 )
 
 MOST_AT_ONCE = 256  # nodes whose boxes are looked at without a look at their parents
 LINE = 64  # bytes of a line of the cache
+MANY = 128  # nodes near a box that are looked at once more, from each particle in it
+# In units of the extent of a box and of what it reaches, float32 changes a squared distance by less than SLACK - 1 of
+# itself plus so much.
+ROUNDING = 1e-8
 BELOW = 32  # nodes that are looked at together where their common ancestor is in reach
 
 
 @njit(**PART)
-def near_nodes(nodes, count, box, factor, target_reach, parents, found):
+def touched(nodes, factor, balls, ball_count, centre, unit, found, count):
+    """Keep those nodes found[:count] that a ball reaches, or whose particles may reach its centre, and say how many.
+
+    balls (4, ball_count or more): their places from `centre`, times `unit`, and squares of their radii, times its.
+    """
+    x, y, z, radius2 = balls[0], balls[1], balls[2], balls[3]
+    kept = 0
+    for k in range(count):
+        node = found[k]
+        reach = unit * factor * nodes[6, node]
+        number = touches(
+            unit * (nodes[0, node] - centre[0]), unit * (nodes[1, node] - centre[1]),
+            unit * (nodes[2, node] - centre[2]), unit * (nodes[3, node] - centre[0]),
+            unit * (nodes[4, node] - centre[1]), unit * (nodes[5, node] - centre[2]),
+            reach * reach, x, y, z, radius2, ball_count,
+        )  # fmt: skip
+        found[kept] = node
+        kept += np.int64(number > 0)
+    return kept
+
+
+@njit(fastmath={"contract", "reassoc"}, **PART)
+def touches(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, reach2, x, y, z, radius2, count):
+    """The number of balls that come within their radii, or the square root of reach2, of a box."""
+    widest_vectors()
+    kind = x.dtype.type
+    zero, one, slack, rounding = kind(0), kind(1), kind(SLACK), kind(ROUNDING)
+    lo_x, lo_y, lo_z, reach2 = kind(lo_x), kind(lo_y), kind(lo_z), kind(reach2)
+    hi_x, hi_y, hi_z = kind(hi_x), kind(hi_y), kind(hi_z)
+    number = zero
+    for t in range(count):
+        dx = larger_of(zero, larger_of(lo_x - x[t], x[t] - hi_x))
+        dy = larger_of(zero, larger_of(lo_y - y[t], y[t] - hi_y))
+        dz = larger_of(zero, larger_of(lo_z - z[t], z[t] - hi_z))
+        square = dx * dx + (dy * dy + (dz * dz - rounding))
+        number += where(square >= larger_of(radius2[t], reach2) * slack, zero, one)
+    return number
+
+
+@njit(**PART)
+def near_nodes(nodes, count, box, factor, target_reach, balls, ball_count, centre, unit, parents, found):
     """The nodes of one level, count to 2 count - 1, that come within the larger of two reaches of a box, ascending.
 
-    nodes (7, 2L or more): corners and largest h. Returns their number; parents and found have room for them all.
+    nodes (7, 2L or more): corners and largest h. balls, ball_count, centre, unit: what `touched` then asks of them, if
+    there are any balls and more nodes than MANY. Returns how many come near; parents and found have room for them all.
     """
     lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, h = nodes[0], nodes[1], nodes[2], nodes[3], nodes[4], nodes[5], nodes[6]
     level = count
     while level > MOST_AT_ONCE:
         level = max(1, level // BELOW)
     n = in_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, h, level, 2 * level, box, factor, target_reach, found, 0)
-    while level < count:
+    while True:
+        if ball_count > 0 and n > MANY:
+            n = touched(nodes, factor, balls, ball_count, centre, unit, found, n)
+        if level == count:
+            return n
         step = min(BELOW, count // level)
         level *= step
         for k in range(n):
@@ -52,18 +102,20 @@ def near_nodes(nodes, count, box, factor, target_reach, parents, found):
                 lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, h, first, last, box, factor, target_reach, found, filled
             )
         n = filled
-    return n
 
 
 @njit(**PART)
-def gather(x, y, z, h, factor, nodes, start, box, target_reach, parents, listed, found):
+def gather(
+    x, y, z, h, factor, nodes, start, box, target_reach, balls, ball_count, centre, unit, parents, listed, found
+):
     """Indices of the particles that come within the larger of two reaches of a box, ascending.
 
-    Reaches are target_reach and factor h. x, y, z, h (N or more,); start (L+1,) of the leaves; box (2, 3); parents and
-    listed have room for all leaves. Returns the number and the array that holds them: `found`, or a larger one.
+    Reaches are target_reach and factor h. x, y, z, h (N or more,); start (L+1,) of the leaves; box (2, 3); balls: see
+    `near_nodes`, what only they leave out may be left out; parents and listed have room for all leaves. Returns the
+    number and the array that holds them: `found`, or a larger one.
     """
     leaves = len(start) - 1
-    near = near_nodes(nodes, leaves, box, factor, target_reach, parents, listed)
+    near = near_nodes(nodes, leaves, box, factor, target_reach, balls, ball_count, centre, unit, parents, listed)
     total = 0
     for k in range(near):
         total += start[listed[k] - leaves + 1] - start[listed[k] - leaves]
@@ -89,7 +141,7 @@ def divide(
     within reach), `far` (indices out of reach in nodes that are within) and `ranges` (K, 2) (runs of particles whose
     nodes are out of reach), and the arrays near and far, maybe larger ones.
     """
-    n = near_nodes(nodes, targets, box, factor, target_reach, parents, listed)
+    n = near_nodes(nodes, targets, box, factor, target_reach, nodes, 0, nodes[0], 0.0, parents, listed)
     total = 0
     for k in range(n):
         total += last_of[listed[k]] - first_of[listed[k]]
@@ -178,15 +230,6 @@ def box_centre(box, centre):
 
 
 @njit(**PART)
-def shift_box(box, centre, relative):
-    """Make a box (2, 3) relative to a centre, where that is asked for."""
-    if relative:
-        for a in range(3):
-            box[0, a] -= centre[a]
-            box[1, a] -= centre[a]
-
-
-@njit(**PART)
 def places(items, first, last, found, count, out):
     """Where items[first:last] stand among found[:count]; both ascend."""
     place = place_of(items[first], found, count)
@@ -194,21 +237,6 @@ def places(items, first, last, found, count, out):
         while found[place] < items[t]:
             place += 1
         out[t - first] = place
-
-
-@njit(**PART)
-def row_excess(x, y, z, reach2, count, box, target_reach2, key):
-    """Squared distances of sources from a box, less their squared reaches with some slack, in their precision."""
-    widest_vectors()
-    low, high = box.astype(x.dtype)
-    least = x.dtype.type(target_reach2)
-    slack = x.dtype.type(SLACK)
-    zero = x.dtype.type(0)
-    for k in range(count):
-        dx = larger_of(zero, larger_of(low[0] - x[k], x[k] - high[0]))
-        dy = larger_of(zero, larger_of(low[1] - y[k], y[k] - high[1]))
-        dz = larger_of(zero, larger_of(low[2] - z[k], z[k] - high[2]))
-        key[k] = dx * dx + dy * dy + dz * dz - larger_of(least, reach2[k]) * slack
 
 
 @njit(**PART)

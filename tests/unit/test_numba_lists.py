@@ -1,0 +1,78 @@
+"""Lists of neighbours in the numba engine, where some particles reach much further than others beside them."""
+
+import numpy as np
+import pytest
+
+from astroinertia.engines.numba_cpu import Engine
+from astroinertia.engines.terms import Output, PairTerm
+
+KERNEL, SUPPORT, COUNT = "wendland_c2", 2.0, 6000
+
+
+def one_pair(xp, r):
+    return (1.0 + 0.0 * r,)
+
+
+NEIGHBOURS = PairTerm("neighbours", one_pair, (Output("number", "sum"),))
+
+
+@pytest.fixture(scope="module")
+def escaping():
+    """A dense body, particles that escape from it in all directions, and smoothing lengths that solve for both."""
+    random = np.random.default_rng(6)
+    direction = random.normal(size=(COUNT, 3))
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    radius = np.where(
+        np.arange(COUNT) % 8 == 0, 4.0 * random.uniform(size=COUNT) ** 2, 0.05 * random.uniform(size=COUNT)
+    )
+    position, mass = radius[:, None] * direction, np.full(COUNT, 1.0 / COUNT)
+    order, arrangement = Engine().arrange(position, np.ones(COUNT))
+    position = position[order]
+    length = Engine().density(arrangement, KERNEL, position, mass, np.full(COUNT, 0.1), 1.3, 1e-8).smoothing_length
+    length[::501] *= 6.0  # some reach all through the body
+    return arrangement, position, length
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-20, 1e20])
+def test_lists_hold_what_a_leaf_needs_and_little_else(escaping, scale):
+    """Whatever the unit of length: in squares of these, float32 would run out of its range."""
+    arrangement, position, length = escaping
+    assert length.max() > 100.0 * length.min()
+    lists = Engine().listed(arrangement, KERNEL, scale * position, scale * length / 1.05).lists
+    assert lists is not None
+    held, needed = 0, 0
+    for leaf in range(arrangement.leaves.count):
+        own = slice(*arrangement.leaves.start[leaf : leaf + 2])
+        apart = np.linalg.norm(position[own, None] - position[None], axis=2)
+        near = np.any(apart < SUPPORT * np.maximum(length[own, None], length[None]), axis=0)
+        found = lists.pool[lists.offset[leaf] : lists.offset[leaf] + lists.count[leaf]]
+        assert np.all(np.diff(found) > 0)
+        assert np.all(np.isin(np.flatnonzero(near), found))
+        held, needed = held + len(found), needed + near.sum()
+    assert scale != 1.0 or held < 1.01 * needed
+
+
+def test_sums_count_every_pair_within_the_longer_of_two_reaches(escaping):
+    arrangement, position, length = escaping
+    fields = {"mass": np.ones(COUNT), "position": position, "smoothing_length": length}
+    found = Engine().neighbour_sums(arrangement, KERNEL, (NEIGHBOURS,), fields)["neighbours"]["number"]
+    few = np.arange(0, COUNT, 7)
+    apart = np.linalg.norm(position[few, None] - position[None], axis=2)
+    expected = np.sum(apart < SUPPORT * np.maximum(length[few, None], length[None]), axis=1)
+    assert np.array_equal(found[few], expected)
+    assert expected.max() > 20 * np.median(expected)
+
+
+def test_smoothing_lengths_grow_out_of_the_lists_beside_others_that_do_not(escaping):
+    """Each target has the neighbours up to its own length, whatever the longest in its leaf."""
+    arrangement, position, length = escaping
+    mass, random = np.full(COUNT, 1.0 / COUNT), np.random.default_rng(7)
+    roots = Engine().density(arrangement, KERNEL, position, mass, length, 1.3, 1e-14)
+    guess = roots.smoothing_length * random.choice([0.5, 0.9, 1.0, 1.5], COUNT)
+    found = Engine().density(arrangement, KERNEL, position, mass, guess, 1.3, 1e-14)
+    assert np.max(np.abs(found.smoothing_length / roots.smoothing_length - 1.0)) < 1e-12
+    few = np.arange(0, COUNT, 7)
+    q = np.linalg.norm(position[few, None] - position[None], axis=2) / found.smoothing_length[few, None]
+    kernel = 21.0 / (16.0 * np.pi) * np.maximum(1.0 - q / 2.0, 0.0) ** 4 * (2.0 * q + 1.0)
+    rho = (mass * kernel).sum(axis=1) / found.smoothing_length[few] ** 3
+    assert np.max(np.abs(rho / (mass[few] * (1.3 / found.smoothing_length[few]) ** 3) - 1.0)) < 1e-12
