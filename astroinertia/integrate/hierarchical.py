@@ -87,11 +87,10 @@ def cost(counts: Array, finest: int) -> float:
 
 def rungs(limits: Array, base: float) -> Array:
     """The coarsest rung whose interval is within each limit, (N,) int64."""
-    with np.errstate(divide="ignore"):
-        wanted = np.ceil(np.log2(base / limits) - 1e-9)
+    wanted = np.fmax(np.ceil(np.log2(base / limits) - 1e-9), 0.0)  # the run loop sees what is not a number
     if (wanted >= DEEPEST).any():
         raise NumericalError(f"a time step fell below 2^-{DEEPEST} of the longest")
-    return np.maximum(np.nan_to_num(wanted, nan=0.0), 0.0).astype(np.int64)  # the run loop sees what is not a number
+    return wanted.astype(np.int64)
 
 
 def sets(rung: Array, level: int) -> list[Array]:
@@ -103,10 +102,18 @@ def sets(rung: Array, level: int) -> list[Array]:
     return [np.flatnonzero(rung >= k) for k in range(level, deepest + 1)]
 
 
-def weights(base: float, level: int, count: int) -> list[float]:
-    """What the sums over the nested sets of `level` are multiplied by for half a kick, finest last.
+def weighted_sets(base: float, rung: Array, level: int) -> list[tuple[Array, list[int], float]]:
+    """The distinct ones of the nested sets, their rungs, and what sums over them are multiplied by for half a kick.
 
-    sum_k dt_k/2 (S_k - S_k+1) = dt_l/2 S_l - sum_(k > l) dt_k/2 S_k, as dt_(k-1) = 2 dt_k.
+    sum_k dt_k/2 (S_k - S_k+1) = dt_l/2 S_l - sum_(k > l) dt_k/2 S_k, as dt_(k-1) = 2 dt_k. Of sets within each other
+    those of the same size are the same.
     """
-    halves = [0.5 * base / 2.0**k for k in range(level, level + count)]
-    return halves[:1] + [-half for half in halves[1:]]
+    found: list[tuple[Array, list[int], float]] = []
+    for k, members in enumerate(sets(rung, level), start=level):
+        weight = (0.5 if k == level else -0.5) * base / 2.0**k
+        if found and len(found[-1][0]) == len(members):
+            same, rungs_of, total = found.pop()
+            found.append((same, [*rungs_of, k], total + weight))
+        else:
+            found.append((members, [k], weight))
+    return found

@@ -5,7 +5,7 @@ as its sources; a kick is by pairs of which both are awake.
 """
 
 from dataclasses import replace
-from functools import reduce
+from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from astroinertia.engines.elementwise import added, elementwise, totals
 from astroinertia.engines.numba_source import argument_names
 from astroinertia.engines.terms import PairTerm
 from astroinertia.inertia.ledger import Whole, after_drift, after_heating, after_kick
-from astroinertia.integrate.hierarchical import Clock, sets, weights
+from astroinertia.integrate.hierarchical import Clock, weighted_sets
 from astroinertia.integrate.leapfrog import Rates, State
 from astroinertia.models import sph
 from astroinertia.models.flow import FLUID, Flow, Part, Spans
@@ -141,16 +141,15 @@ def correct(flow: Flow, awake: Array, since: Array, acceleration: Array) -> None
     flow.put("acceleration", awake, acceleration)
 
 
-def remember_outer(flow: Flow, awake: Array, spans: Spans, far: list[Sums]) -> None:
-    """What is outside each nested set that begins exerts on those in it, with far the sums over these sets."""
+def remember_outer(flow: Flow, awake: Array, far: list[tuple[Array, list[int], Sums]]) -> None:
+    """What is outside each nested set that begins exerts on those in it: far has them, their rungs and their sums."""
     for kind, total in flow.under("distant").items():
-        for k, sums in enumerate(far, start=spans.level):
-            if k == 0:
-                continue
-            members = awake[spans.new >= k]
-            if f"outer.{k}.{kind}" not in flow.rows:
-                flow.rows[f"outer.{k}.{kind}"] = np.zeros((flow.count, 3))
-            flow.rows[f"outer.{k}.{kind}"][members] = total[members] - sums[kind]["acceleration"]
+        for members, rungs, sums in far:
+            chosen = awake[members]
+            by_others = total[chosen] - sums[kind]["acceleration"] if rungs[-1] > 0 else None
+            for k in rungs:
+                if k > 0:
+                    flow.rows.setdefault(f"outer.{k}.{kind}", np.zeros((flow.count, 3)))[chosen] = by_others
 
 
 def neighbour_forces(flow: Flow, part: Part, awake: Array, spans: Spans) -> tuple[Sums, Sums]:
@@ -161,10 +160,7 @@ def neighbour_forces(flow: Flow, part: Part, awake: Array, spans: Spans) -> tupl
         return {}, {}
     mine = sph.pair_fields(problem, part)
     for name in mine.keys() - sph.shared_fields(part).keys():
-        values = np.broadcast_to(np.asarray(mine[name], dtype=np.float64), len(awake))
-        if f"field.{name}" not in flow.rows:
-            flow.rows[f"field.{name}"] = np.zeros(flow.count)
-        flow.put(f"field.{name}", awake, values)
+        flow.rows.setdefault(f"field.{name}", np.zeros(flow.count))[awake] = mine[name]
     fields = {name: flow.rows[name] for name in ("mass", "position", "smoothing_length")}
     fields |= {"velocity": flow.rows["predicted"], **flow.under("field")}
     closing, opening = np.zeros(flow.count), np.full(flow.count, -1.0)
@@ -182,51 +178,43 @@ def neighbour_forces(flow: Flow, part: Part, awake: Array, spans: Spans) -> tupl
     return plain, impulses
 
 
-def distant_forces(flow: Flow, awake: Array, spans: Spans) -> tuple[Sums, dict[str, Array], list[Sums]]:
+def distant_forces(
+    flow: Flow, awake: Array, spans: Spans
+) -> tuple[Sums, dict[str, Array], list[tuple[Array, list[int], Sums]]]:
     """Sums that are not over neighbours, and impulses of those, {effect: (n, 3)}: by nested sets of particles.
+
+    Besides, the nested sets that begin, their rungs, and the sums over them.
 
     Where all are awake the sums have all their outputs; else only accelerations, by what sleeps taken from before.
     """
-    old, new = sets(spans.old, spans.level), sets(spans.new, spans.level)
-    closing = weights(spans.base, spans.level, len(old))
-    opening = weights(spans.base, spans.level, len(new))
     totals: Sums = {}
     impulses: dict[str, Array] = {}
-    newly: list[Sums] = []
     done: list[tuple[Array, Sums]] = []
 
-    def sums_over(members: Array) -> Sums:
-        # Of sets within each other those of the same size are the same; old ones and new ones often are, too.
-        for chosen, sums in done:
-            if np.array_equal(chosen, members):
-                return sums
-        done.append((members, _sums_of(flow, awake, members)))
-        return done[-1][1]
+    def summed(members: Array, weight: float, known: Sums | None = None) -> Sums:
+        # What began when the last interval did often goes on.
+        sums = next((sums for chosen, sums in done if np.array_equal(chosen, members)), known)
+        if sums is None:
+            sums = _sums_of(flow, awake, members)
+            done.append((members, sums))
+        for effect, outputs in sums.items():
+            impulses.setdefault(effect, np.zeros((len(awake), 3)))[members] += weight * outputs["acceleration"]
+        return sums
 
-    for k, members in enumerate(old):
-        found = sums_over(members)
-        if k == 0:
+    for members, rungs, weight in weighted_sets(spans.base, spans.old, spans.level):
+        found = summed(members, weight)
+        if rungs[0] == spans.level:
             totals = _totals(flow, awake, members, found, spans.level)
-        _add_weighted(impulses, found, members, closing[k], len(awake))
-    for k, members in enumerate(new):
-        if k == 0 and not old:  # a base step begins: these were summed at the end of the last one
-            found = {kind: {"acceleration": array} for kind, array in flow.under("distant").items()}
-        else:
-            found = sums_over(members)
-        _add_weighted(impulses, found, members, opening[k], len(awake))
-        newly.append(found)
+    # Where a base step begins, the sums over all were made at the end of the last one.
+    before: Sums | None = None if done else {kind: {"acceleration": a} for kind, a in flow.under("distant").items()}
+    newly = []
+    for members, rungs, weight in weighted_sets(spans.base, spans.new, spans.level):
+        newly.append((members, rungs, summed(members, weight, before if rungs[0] == 0 else None)))
     return totals, impulses, newly
 
 
-def _add_weighted(impulses: dict[str, Array], sums: Sums, members: Array, weight: float, count: int) -> None:
-    for effect, outputs in sums.items():
-        impulses.setdefault(effect, np.zeros((count, 3)))[members] += weight * outputs["acceleration"]
-
-
-def _totals(flow: Flow, awake: Array, members: Array | None, found: Sums, level: int) -> Sums:
+def _totals(flow: Flow, awake: Array, members: Array, found: Sums, level: int) -> Sums:
     # By all particles: those awake now, and the others as they were when last awake together with these.
-    if members is None:  # a base step opens: what there is, is of now
-        return {}
     for effect, outputs in found.items():
         name, chosen = f"distant.{effect}", awake[members]
         outer = flow.rows.get(f"outer.{level}.{effect}")
@@ -244,7 +232,7 @@ def _sums_of(flow: Flow, awake: Array, members: Array) -> Sums:
     problem, chosen = flow.problem, awake[members]
     whole = flow.whole and len(chosen) == flow.count
     if len(chosen) <= FEW and not whole:
-        problem = replace(problem, effects=tuple(effect.direct for effect in problem.effects))
+        problem = flow.direct
     part: Any = fluid_of(flow, chosen)  # as much of a state as effects look at
     arrangement = flow.arrangement
     if not whole:
@@ -252,13 +240,18 @@ def _sums_of(flow: Flow, awake: Array, members: Array) -> Sums:
         arrangement = sph.arranged(problem, pairs, part)
     before: Sums = {name: {"acceleration": array[chosen]} for name, array in flow.under("distant").items()}
     fields = sph.shared_fields(part)
-    for term in sph.pair_terms(problem, "all_pair_terms"):
-        for function in filter(None, (term.pair, term.far)):
-            for stem in {name.rpartition("_")[0] for name in argument_names(function)}:
-                if f"field.{stem}" in flow.rows:
-                    fields[stem] = flow.take(f"field.{stem}", chosen)
+    for name in _asked_for(sph.pair_terms(problem, "all_pair_terms")):
+        if f"field.{name}" in flow.rows:
+            fields[name] = flow.take(f"field.{name}", chosen)
     sums = sph.distant_sums(problem, arrangement, part, before, False, fields)
     return {effect: outputs for effect, outputs in sums.items() if outputs}
+
+
+@lru_cache(maxsize=32)
+def _asked_for(terms: tuple[PairTerm, ...]) -> list[str]:
+    # What the arguments of pair functions may be fields of.
+    functions = [function for term in terms for function in (term.pair, term.far) if function is not None]
+    return sorted({name.rpartition("_")[0] for function in functions for name in argument_names(function)})
 
 
 def kick(

@@ -1,6 +1,6 @@
 """The particles of a body within a base step of individual time steps, and their intervals."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -112,6 +112,11 @@ class Flow:
         """Now."""
         return self.begun + self.clock.elapsed
 
+    @cached_property
+    def direct(self) -> Problem:
+        """The physics with plain sums over all pairs, for few particles."""
+        return replace(self.problem, effects=tuple(effect.direct for effect in self.problem.effects))
+
     @property
     def count(self) -> int:
         """Number of particles."""
@@ -131,7 +136,8 @@ class Flow:
 
     def under(self, prefix: str) -> dict[str, Array]:
         """The rows with a prefix, under what follows it."""
-        return {name[len(prefix) + 1 :]: a for name, a in self.rows.items() if name.startswith(f"{prefix}.")}
+        dotted = prefix + "."
+        return {name[len(dotted) :]: array for name, array in self.rows.items() if name.startswith(dotted)}
 
     def targets(self, awake: Array) -> Array | None:
         """What a pass is told: None where all are awake."""

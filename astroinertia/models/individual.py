@@ -198,10 +198,10 @@ def _remembered(flow: Flow, awake: Array, sums: Sums, since: Array) -> Part:
     """The particles awake with their gradients, and their memories brought up to now."""
     part = passes.fluid_of(flow, awake, gradients=sums)
     for effect in flow.problem.effects:
-        memory = {**part.memory, **effect.remember(np, part, since)}
-        part = replace(part, memory=memory)
-    for name, values in part.memory.items():
-        flow.put(f"memory.{name}", awake, values)
+        if changed := effect.remember(np, part, since):
+            part = replace(part, memory={**part.memory, **changed})
+            for name, values in changed.items():
+                flow.put(f"memory.{name}", awake, values)
     return part
 
 
@@ -239,7 +239,7 @@ def _kicked(
     drags = [effect.drag(part) for effect in problem.effects]
     passes.kick(flow, awake, pushes, drags, heat, spans)
     if spans.opens:
-        passes.remember_outer(flow, awake, spans, far)
+        passes.remember_outer(flow, awake, far)
         interval = flow.clock.base / 2.0**rung
         flow.put("rung", awake, rung)
         flow.put("interval", awake, interval)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from astroinertia.errors import NumericalError
-from astroinertia.integrate.hierarchical import DEEPEST, Clock, base_step, rungs, sets, weights
+from astroinertia.integrate.hierarchical import DEEPEST, Clock, base_step, rungs, weighted_sets
 
 
 def test_a_rung_is_the_coarsest_whose_interval_is_within_the_limit() -> None:
@@ -47,12 +47,13 @@ def test_a_step_that_falls_to_nothing_is_told() -> None:
 def test_nested_sets_weigh_every_pair_by_the_longer_of_its_two_intervals() -> None:
     """The sums over sets with their weights are half of sum_j max(dt_i, dt_j) a_ij, pair by pair."""
     generator = np.random.default_rng(1)
-    rung, base, level = generator.integers(2, 6, 30), 0.7, 2
+    rung, base, level = generator.choice([2, 3, 6, 7], 30), 0.7, 2
     pairs = generator.normal(size=(30, 30))
     interval = base / 2.0**rung
     wanted = 0.5 * (np.maximum(interval[:, None], interval[None, :]) * pairs).sum(axis=1)
-    members = sets(rung, level)
     found = np.zeros(30)
-    for chosen, weight in zip(members, weights(base, level, len(members)), strict=True):
+    distinct = weighted_sets(base, rung, level)
+    for chosen, _, weight in distinct:
         found[chosen] += weight * pairs[np.ix_(chosen, chosen)].sum(axis=1)
+    assert [which for _, which, _ in distinct] == [[2], [3], [4, 5, 6], [7]]
     np.testing.assert_allclose(found, wanted, rtol=1e-13, atol=1e-13)
