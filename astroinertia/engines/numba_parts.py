@@ -35,8 +35,8 @@ BELOW = 32  # nodes that are looked at together where their common ancestor is i
 
 
 @njit(**PART)
-def touched(nodes, factor, balls, ball_count, centre, unit, found, count):
-    """Keep those nodes found[:count] that a ball reaches, or whose particles may reach its centre, and say how many.
+def touched(nodes, factor, box, balls, ball_count, centre, unit, found, count):
+    """Keep those nodes found[:count] whose particles may reach a box, or that a ball in it reaches, and say how many.
 
     balls (4, ball_count or more): their places from `centre`, times `unit`, and squares of their radii, times its.
     """
@@ -44,33 +44,38 @@ def touched(nodes, factor, balls, ball_count, centre, unit, found, count):
     kept = 0
     for k in range(count):
         node = found[k]
-        reach = unit * factor * nodes[6, node]
-        number = touches(
-            unit * (nodes[0, node] - centre[0]), unit * (nodes[1, node] - centre[1]),
-            unit * (nodes[2, node] - centre[2]), unit * (nodes[3, node] - centre[0]),
-            unit * (nodes[4, node] - centre[1]), unit * (nodes[5, node] - centre[2]),
-            reach * reach, x, y, z, radius2, ball_count,
-        )  # fmt: skip
+        square = 0.0
+        for a in range(3):
+            apart = larger_of(0.0, larger_of(nodes[a, node] - box[1, a], box[0, a] - nodes[3 + a, node]))
+            square += apart * apart
+        reach = factor * nodes[6, node]
+        number = 1.0
+        if square >= reach * reach * SLACK:
+            number = touches(
+                unit * (nodes[0, node] - centre[0]), unit * (nodes[1, node] - centre[1]),
+                unit * (nodes[2, node] - centre[2]), unit * (nodes[3, node] - centre[0]),
+                unit * (nodes[4, node] - centre[1]), unit * (nodes[5, node] - centre[2]),
+                x, y, z, radius2, ball_count,
+            )  # fmt: skip
         found[kept] = node
         kept += np.int64(number > 0)
     return kept
 
 
 @njit(fastmath={"contract", "reassoc"}, **PART)
-def touches(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, reach2, x, y, z, radius2, count):
-    """The number of balls that come within their radii, or the square root of reach2, of a box."""
+def touches(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, x, y, z, radius2, count):
+    """The number of balls that reach a box."""
     widest_vectors()
     kind = x.dtype.type
     zero, one, slack, rounding = kind(0), kind(1), kind(SLACK), kind(ROUNDING)
-    lo_x, lo_y, lo_z, reach2 = kind(lo_x), kind(lo_y), kind(lo_z), kind(reach2)
-    hi_x, hi_y, hi_z = kind(hi_x), kind(hi_y), kind(hi_z)
+    lo_x, lo_y, lo_z, hi_x, hi_y, hi_z = kind(lo_x), kind(lo_y), kind(lo_z), kind(hi_x), kind(hi_y), kind(hi_z)
     number = zero
     for t in range(count):
         dx = larger_of(zero, larger_of(lo_x - x[t], x[t] - hi_x))
         dy = larger_of(zero, larger_of(lo_y - y[t], y[t] - hi_y))
         dz = larger_of(zero, larger_of(lo_z - z[t], z[t] - hi_z))
         square = dx * dx + (dy * dy + (dz * dz - rounding))
-        number += where(square >= larger_of(radius2[t], reach2) * slack, zero, one)
+        number += where(square >= radius2[t] * slack, zero, one)
     return number
 
 
@@ -88,7 +93,7 @@ def near_nodes(nodes, count, box, factor, target_reach, balls, ball_count, centr
     n = in_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, h, level, 2 * level, box, factor, target_reach, found, 0)
     while True:
         if ball_count > 0 and n > MANY:
-            n = touched(nodes, factor, balls, ball_count, centre, unit, found, n)
+            n = touched(nodes, factor, box, balls, ball_count, centre, unit, found, n)
         if level == count:
             return n
         step = min(BELOW, count // level)

@@ -16,7 +16,7 @@ from astroinertia.engines.terms import PairTerm
 AXES = "xyz"
 INTERVALS = ("closing", "opening")
 SEPARATION = ("x_ij", "y_ij", "z_ij")
-GROUP = 4  # neighbouring leaves that share a list of sources
+GROUP = 2  # neighbouring leaves that share a list of sources
 PACKED = 1024  # particles that a thread packs at a time
 KERNEL_NAMES = {"W": ("w", 3), "dW": ("dw", 4), "phi": ("phi", 1), "dphi": ("dphi", 2)}
 VIRIAL_AXES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))

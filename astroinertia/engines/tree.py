@@ -18,6 +18,7 @@ from astroinertia.engines.numba_vectors import LANES, take
 from astroinertia.engines.threads import available_threads, share_out
 
 SHARE = 64  # leaves that a thread takes at a time
+ALONE = 1024  # leaves below which one thread is sooner done than others are woken
 # What numba keeps compiled for this file does not notice changes of numba_vectors: change something here, too.
 
 
@@ -87,7 +88,8 @@ def fit(leaves: Leaves, position: np.ndarray, values: np.ndarray, threads: int |
     columns = np.empty((4, len(position) + LANES))
     rows = np.zeros((7, 2 * leaves.count + LANES))
     columns[:, len(position) :] = 0.0
-    share_out(_fit_leaves, threads or available_threads(), leaves.start, position, values, columns, rows)
+    threads = 1 if leaves.count < ALONE else threads or available_threads()
+    share_out(_fit_leaves, threads, leaves.start, position, values, columns, rows)
     _fit_upward(leaves.count, rows)
     return Nodes(columns, rows)
 
