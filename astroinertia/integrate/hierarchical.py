@@ -20,7 +20,8 @@ NEIGHBOURS = 2.0  # how many times longer than its neighbour's the interval of a
 FAR = 0.3  # what a sum over a nested set costs, beside all that one evaluation has to do
 CHANGED = 1.5  # how often nested sets are summed over for an interval, as some of their members change rungs
 BASE = 0.5  # what a base step costs beside its evaluation: sorting, agreeing on limits, and opening by itself
-MARGIN = 0.9  # the finest intervals over the shortest limit: where limits shrink by less, no finer ones are needed
+MARGIN = 0.9  # of its limit is the most that an interval begins with: few rungs then change as limits shrink a little
+FEWER = 0.2  # of a nested set: so few particles more do not make another one
 FEW = 4  # base steps to a given time that are made equally long
 
 
@@ -56,19 +57,21 @@ class Clock:
         return Clock(self.base, self.ticks + (1 << (DEEPEST - rung)))
 
 
-def base_step(limits: Array, remaining: float) -> float:
-    """The longest interval: the power of two times the shortest limit (N,), less a margin, that costs least.
+def base_step(limits: Array, remaining: float) -> tuple[float, Array]:
+    """The interval that costs least as the longest one, a power of two times the shortest limit (N,), and rungs (N,).
 
-    No interval is longer than the longest limit. The last few base steps before a given time, which is `remaining`
-    ahead, are equally long.
+    The base step is within the longest limit; limits are taken less a margin where there are several rungs. The last
+    few base steps before a given time, which is `remaining` ahead, are equally long.
     """
     shortest = float(np.min(limits))
     above = np.floor(np.log2(limits / shortest) + 1e-9).astype(np.int64)
     counts = np.bincount(np.minimum(above, DEEPEST))
     finest = int(np.argmin([cost(counts, rung) for rung in range(len(counts))]))
-    base = shortest * 2.0**finest * (MARGIN if finest else 1.0)
+    margin = MARGIN if finest else 1.0
+    base = margin * shortest * 2.0**finest
     parts = np.ceil(remaining / base * (1.0 - 1e-12))
-    return remaining / parts if parts <= FEW else base
+    base = remaining / parts if parts <= FEW else base
+    return base, merged(rungs(margin * limits, base), 0)
 
 
 def cost(counts: Array, finest: int) -> float:
@@ -91,6 +94,21 @@ def rungs(limits: Array, base: float) -> Array:
     if (wanted >= DEEPEST).any():
         raise NumericalError(f"a time step fell below 2^-{DEEPEST} of the longest")
     return wanted.astype(np.int64)
+
+
+def merged(rung: Array, level: int) -> Array:
+    """The rungs (n,), from `level` on, with those of few particles made finer by one.
+
+    Where a nested set has hardly more particles than the next one, it is cheaper to evaluate these more often than to
+    sum over both.
+    """
+    counts = np.bincount(rung, minlength=level + 1)
+    finer = np.arange(len(counts))
+    within = counts[-1]
+    for k in range(len(counts) - 2, level - 1, -1):
+        finer[k] += 0 < counts[k] < FEWER * within
+        within += counts[k]
+    return finer[rung]
 
 
 def sets(rung: Array, level: int) -> list[Array]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from astroinertia.engines.elementwise import added, elementwise
 from astroinertia.engines.terms import Output, PairTerm
-from astroinertia.integrate.hierarchical import NEIGHBOURS, base_step, rungs
+from astroinertia.integrate.hierarchical import NEIGHBOURS, base_step, merged, rungs
 from astroinertia.integrate.leapfrog import Rates, State
 from astroinertia.integrate.timestep import shortest
 from astroinertia.models import arena, sph
@@ -66,10 +66,9 @@ def step(problem: Problem, arrangement: Arrangement, state: State, until: float)
     """One base step, not past `until`, of particles that were just sorted."""
     lists = problem.engine.listed(arrangement.pairs, problem.kernel, state.position, state.smoothing_length)
     limits = agreed_limits(problem, lists, state)
-    base = base_step(limits, until - float(state.time))
+    base, rung = base_step(limits, until - float(state.time))
     flow = opened(problem, arrangement, state, base, limits)
     everyone = np.arange(flow.count)
-    rung = rungs(limits, base)
     flow.pairs = lists
     flow.rows["rung"] = np.full(flow.count, -1)
     flow.rows["interval"] = np.zeros(flow.count)
@@ -152,7 +151,7 @@ def _synchronised(flow: Flow) -> int:
     wanted, relaxed = rungs(limits, flow.clock.base), rungs(SETTLED * limits, flow.clock.base)
     # Few ends of intervals are for longer ones to begin: nested sets that lose members are summed over anew.
     longer = np.where(level <= old - PATIENCE, np.minimum(old, relaxed), old)
-    rung = np.maximum(level, np.where(wanted > old, wanted, longer))
+    rung = merged(np.maximum(level, np.where(wanted > old, wanted, longer)), level)
     _forced(flow, awake, part, rung, since)
     return len(awake)
 

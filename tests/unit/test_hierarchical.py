@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from astroinertia.errors import NumericalError
-from astroinertia.integrate.hierarchical import DEEPEST, Clock, base_step, rungs, weighted_sets
+from astroinertia.integrate.hierarchical import DEEPEST, Clock, base_step, merged, rungs, weighted_sets
 
 
 def test_a_rung_is_the_coarsest_whose_interval_is_within_the_limit() -> None:
@@ -36,7 +36,15 @@ def test_middles_of_intervals_under_way() -> None:
     ],
 )
 def test_the_base_step(limits: list[float], remaining: float, base: float) -> None:
-    assert base_step(np.array(limits), remaining) == pytest.approx(base, rel=1e-15)
+    found, rung = base_step(np.array(limits), remaining)
+    assert found == pytest.approx(base, rel=1e-15)
+    assert (found / 2.0**rung <= np.array(limits)).all()
+
+
+def test_few_particles_do_not_make_another_nested_set() -> None:
+    assert merged(np.array([2] + [4] * 9 + [5] * 9), 2).tolist() == [3] + [4] * 9 + [5] * 9
+    assert merged(np.array([2] * 9 + [4] + [5] * 9), 2).tolist() == [2] * 9 + [5] + [5] * 9
+    assert merged(np.array([2, 2, 2]), 2).tolist() == [2, 2, 2]
 
 
 def test_a_step_that_falls_to_nothing_is_told() -> None:
