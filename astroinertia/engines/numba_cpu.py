@@ -5,7 +5,7 @@ it, and each of its particles sums over them in one vectorised loop. Every sum i
 results have the same bits whatever the number of threads.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any
@@ -201,7 +201,7 @@ class Engine:
         table = _table(arrangement, len(mass) if packed else 0, made.width)
         if packed:
             share_out(made.pack, workers, *given, table)
-        results, arrays = _results(terms, virial, len(chosen.indices), leaves.count, interval is not None)
+        results, arrays = _results(np.empty, terms, virial, len(chosen.indices), leaves.count, interval is not None)
         share_out(
             made.sums, workers, *given, table, chosen.indices, chosen.begin, chosen.leaves, lists.offset, lists.count,
             lists.pool, *arrays,
@@ -222,7 +222,7 @@ class Engine:
         while targets > 1 and -(-2 * len(mass) // targets) <= ALL_PAIRS_SIZE:
             targets //= 2
         nodes = tree.fit(leaves, position, smoothing_length, self.workers)
-        results, arrays = _results(terms, virial, len(mass), targets)
+        results, arrays = _results(np.zeros, terms, virial, len(mass), targets)
         share_out(
             function, self.workers, *nodes.columns, mass, support, support if distant else np.inf, nodes.rows,
             arrangement.first, arrangement.last, targets, *_named(fields, names, len(mass)), *arrays,
@@ -238,8 +238,8 @@ class Engine:
             every = held.targets is arrangement.everyone  # whose lists serve any targets
             same = every or held.targets is chosen or np.array_equal(held.targets.indices, chosen.indices)
             # A density asks for the reach of its targets alone, other sums for that of all particles.
-            reached = np.all(h <= held.length) if margin == 1.0 else _within(margin, h, held.length, chosen.indices)
-            if same and bool(reached):
+            some = slice(None) if margin == 1.0 or chosen is arrangement.everyone else chosen.indices
+            if same and bool(np.all(margin * h[some] <= held.length[some])):
                 return held
         return self._lists(arrangement, chosen, kernel, position, margin * h)
 
@@ -294,10 +294,6 @@ def _table(arrangement: Arrangement, rows: int, width: int) -> np.ndarray:
     return held[: rows * width].reshape(rows, width)
 
 
-def _within(margin: float, h: np.ndarray, length: np.ndarray, some: np.ndarray) -> np.bool_:
-    return np.all(margin * h[some] <= length[some])
-
-
 def _targets(arrangement: Arrangement, targets: Any) -> Targets:
     if targets is None:
         return arrangement.everyone
@@ -327,12 +323,13 @@ def _named(fields: dict, names: Sequence[str], count: int) -> list[np.ndarray]:
 
 
 def _results(
-    terms: Sequence[PairTerm], virial: bool, count: int, leaves: int, impulses: bool = False
+    made: Callable, terms: Sequence[PairTerm], virial: bool, count: int, leaves: int, impulses: bool = False
 ) -> tuple[dict[str, dict[str, np.ndarray]], list[np.ndarray]]:
+    # made: np.zeros for what is added to, np.empty for what is set.
     results: dict[str, dict[str, np.ndarray]] = {}
     kinds = output_kinds(terms, impulses)
     for (effect, name), how in kinds.items():
-        results.setdefault(effect, {})[name] = np.zeros((count, *SHAPES[how]))
+        results.setdefault(effect, {})[name] = made((count, *SHAPES[how]))
     arrays = [results[effect][name] for effect, name in kinds]
     for effect in virial_effects(terms) if virial else ():
         results[effect]["virial"] = np.zeros((leaves, len(VIRIAL_AXES)))
