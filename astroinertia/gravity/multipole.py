@@ -27,7 +27,9 @@ __all__ = ["gravity", "sampled_error", "tree"]
 
 OPENING = 0.9  # no expansion where (r_A + r_B)/d is larger
 FIRST_OPENING = 0.5  # the same where no accelerations are known yet
-LEAST = 1e-6  # times the largest acceleration: no particle's tolerance is finer than for that
+SHEET = 2.0  # times M/s^2 of a node: what attracts like a sky full of such nodes
+ALIKE = 3.0  # times the tolerance of one node: that of all in one direction together
+LEAST = 1e-3  # times M/R^2 of the whole: no particle's tolerance is finer than for this acceleration
 CLOSER = 10.0  # how much more accurate the evaluation is that accelerations are checked by
 # By order of the expansions, the finest rms error that it is taken for, and (rms error, tolerance) as measured on
 # uniform, Evrard, Plummer and clustered sets of 3000 to 1e5 particles, which agree within a factor of 2: on the safe
@@ -51,6 +53,7 @@ def _module(p: int, precision: str) -> ModuleType:
         f"LOOP_FLAGS = {LOOP_FLAGS}",
         "TEST_FLAGS = {'contract', 'nsz', 'arcp', 'afn'}",  # sums keep their order: the same from both sides
         f"CLAMP, RADIUS_SLACK = {CLAMP}, {'1.0 + 1e-6' if precision == 'mixed' else '1.0'}",
+        f"SHEET, ALIKE = real({SHEET}), real({ALIKE})",
         *expansions(p),
         UPWARD,
         DOWNWARD.replace("POWER_ON_A", power["a"]).replace("POWER_ON_B", power["b"]),
@@ -203,7 +206,9 @@ class _Particles:
         module = _module(order, self.precision)
         real = np.float32 if self.precision == "mixed" else np.float64
         nodes, count = self.nodes, len(self.mass)
-        weight = np.zeros(count) if strength is None else np.square(self.units[0] / _bounded(strength))
+        weight = np.zeros(count)
+        if strength is not None:  # one in balance must not ask for no error at all, nor one that is not known
+            weight = 1.0 / np.square(np.fmax(np.asarray(strength) / self.units[0], LEAST))
         x, y, z = np.zeros((3, count + 64))
         m, clamp = np.zeros((2, count + 64), real)
         where_is, about = np.empty(4 * nodes.count + 64), np.empty(8 * nodes.count + 64, real)
@@ -229,13 +234,6 @@ class _Particles:
         handed_begin = np.concatenate([[0], handed_end[:-1]])
         share_out(module.descend_tasks, self.threads, nodes.task, handed, handed_begin, *rest)
         return acceleration, potential
-
-
-def _bounded(strength: Any) -> np.ndarray:
-    # A particle that happens to be in balance must not ask for no error at all, nor one that is not known.
-    strength = np.asarray(strength, dtype=np.float64)
-    least = LEAST * np.fmax.reduce(strength)
-    return np.fmax(strength, least if least > 0.0 else 1.0)
 
 
 def _power_of_two(value: float) -> float:

@@ -43,7 +43,7 @@ def fit_leaf(node, first, last, order, position, mass, h, weight, origin, scale,
 @njit(**PART)
 def finish(node, count, total, radius, fourth, squares, largest, where_is, about):
     # about: radius, that of its mass (mean of the fourth power), mass, 1/|a| (rms), share of the clamp, scale of
-    # moments, number; where_is: centre of mass, sum of 1/|a|^2
+    # moments, number, attraction of a sheet of its column density; where_is: centre of mass, sum of 1/|a|^2
     spread = (fourth / total) ** 0.25 if total > 0.0 else radius
     about[8 * node] = real(radius)
     about[8 * node + 1] = real(spread)
@@ -52,6 +52,7 @@ def finish(node, count, total, radius, fourth, squares, largest, where_is, about
     about[8 * node + 4] = real(CLAMP * largest * largest * RADIUS_SLACK)
     about[8 * node + 5] = real(max(radius, largest))
     about[8 * node + 6] = real(count)
+    about[8 * node + 7] = SHEET * about[8 * node + 2] / (about[8 * node + 5] * about[8 * node + 5])
     where_is[4 * node + 3] = squares
 
 

@@ -22,11 +22,10 @@ LEAF_SIZE = 32  # most particles in a leaf
 TASKS = 64  # about so many subtrees are shared out over threads
 DEEPEST = 60  # below this level nodes are halved by number
 MOST_LEVELS = DEEPEST + 64  # and so no tree has more levels than this
-# Seen from a sparse leaf, a dense middle lies all in one direction, and errors of the leaf's expansion add up: a leaf
-# that is less than SPARSE times as dense as what is within its distance can be parted, down to single particles, until
-# the square of its width is NARROW times that of the distance. SMALL leaves are parted by their width alone.
-SPARSE, NARROW, SMALL = 0.6, 0.02, 8
-SAMPLE = 4096  # about so many particles tell how mass is spread over distances
+# Seen from a sparse leaf, something dense lies all in one direction, and errors of the leaf's expansion add up: a leaf
+# that is less than SPARSE times as dense as a node above it can be parted, down to single particles, until the square
+# of its width is NARROW times that of this node.
+SPARSE, NARROW = 0.6, 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +56,7 @@ class Tree:
 def tree(position: Any, leaf_size: int = LEAF_SIZE, threads: int | None = None) -> Tree:
     """The tree over positions (N, 3) with at most leaf_size particles in a leaf; coherent orders are sorted sooner.
 
-    Raises ValueError for no particles or other shapes. Tested in tests/unit/test_multipole_tree.py.
+    Raises ValueError for no particles or other shapes. Tested in tests/unit/test_multipole.py.
     """
     position = np.ascontiguousarray(position, dtype=np.float64)
     if position.ndim != 2 or position.shape[1] != 3 or len(position) < 1 or leaf_size < 1:
@@ -70,14 +69,13 @@ def tree(position: Any, leaf_size: int = LEAF_SIZE, threads: int | None = None) 
     smallest = max(leaf_size, count // TASKS)
     top = np.empty((4, 2 * min(count, 8 * TASKS) + 2 * MOST_LEVELS), np.int64)  # first, last, child, level
     top[:, 0] = 0, count, 0, 0
-    middle = np.median(position, axis=0)
-    distances = np.sort(((position[:: 1 + count // SAMPLE] - middle) ** 2).sum(axis=1))
-    filled = _split(columns, order, top, 1, smallest, top.shape[1], middle, distances[:0])
+    above = np.zeros((top.shape[1], MOST_LEVELS, 2))
+    filled = _split(columns, order, top, smallest, above, False)
     task = np.flatnonzero(top[2, :filled] == 0)
     task = task[np.argsort(top[0, task])]
     below = np.empty((4, 2 * count), np.int64)
     sizes = np.zeros(len(task), np.int64)
-    share_out(_split_tasks, threads, columns, order, top, task, below, sizes, leaf_size, middle, distances)
+    share_out(_split_tasks, threads, columns, order, top, task, above, below, sizes, leaf_size)
     begin = filled + np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
     nodes = np.empty((3, begin[-1]), np.int64)
     nodes[:, :filled] = top[:3, :filled]
@@ -119,34 +117,44 @@ def _partition(x, y, z, order, key, first, last, middle):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _split(columns, order, nodes, filled, leaf_size, room, middle_of_all, distances):
-    # Splits the node filled-1 and all below it; children of the node in column k are numbered by their columns.
+def _exposed(path, level, density, width2):
+    # Whether a node above is much denser, and not much wider.
+    exposed = False
+    for k in range(level):
+        exposed |= density < SPARSE * path[k, 0] and width2 > NARROW * path[k, 1]
+    return exposed
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _split(columns, order, nodes, leaf_size, above, further):
+    # Splits node 0 and all below it; children of the node in column k are numbered by their columns.
+    # above[k]: density and squared width of the nodes above node k, by their levels; of all nodes, or of node 0 alone
+    # where exposed leaves are parted further.
     x, y, z = columns[0], columns[1], columns[2]
     stack = np.empty(2 * MOST_LEVELS, np.int64)
-    stack[0] = filled - 1
-    height = 1
+    stack[0] = 0
+    height = filled = 1
+    room = nodes.shape[1]
+    path = above[0].copy()
     while height > 0:
         height -= 1
         node = stack[height]
         first, last, level = nodes[0, node], nodes[1, node], nodes[3, node]
         nodes[2, node] = 0
-        if last - first <= (1 if len(distances) else leaf_size) or filled + 2 > room:
+        if not further:
+            above[node, :level] = path[:level]
+        if last - first <= (1 if further else leaf_size) or filled + 2 > room:
             continue
-        axis, longest, middle, distance2, width2 = 0, -1.0, 0.0, 0.0, 0.0
+        axis, longest, middle, width2 = 0, -1.0, 0.0, 0.0
         for a in range(3):
             low, high = _extent(columns[a], first, last)
-            distance2 += (0.5 * (low + high) - middle_of_all[a]) ** 2
             width2 += (high - low) ** 2
             if high - low > longest:
                 axis, longest, middle = a, high - low, low + 0.5 * (high - low)
-        wide = len(distances) > 0 and width2 > NARROW * distance2
-        if wide and last - first > SMALL:
-            share = np.searchsorted(distances, distance2) / len(distances)
-            # Volumes of a cube by its diagonal, and of a sphere
-            density = (last - first) * 5.2 / width2**1.5
-            wide = density * distance2**1.5 * 4.19 < SPARSE * share * len(order)
-        if last - first <= leaf_size and not wide:
+        density = (last - first) / max(width2, 1e-300) ** 1.5
+        if last - first <= leaf_size and not _exposed(path, level, density, width2):
             continue
+        path[level, 0], path[level, 1] = density, width2
         cut = first
         if longest > 0.0 and level < DEEPEST:
             cut = _partition(x, y, z, order, columns[axis], first, last, middle)
@@ -162,7 +170,7 @@ def _split(columns, order, nodes, filled, leaf_size, room, middle_of_all, distan
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _split_tasks(counter, columns, order, top, task, below, sizes, leaf_size, middle, distances):
+def _split_tasks(counter, columns, order, top, task, above, below, sizes, leaf_size):
     while True:
         t = take(counter)
         if t >= len(task):
@@ -171,7 +179,7 @@ def _split_tasks(counter, columns, order, top, task, below, sizes, leaf_size, mi
         begin, end = 2 * top[0, node], 2 * top[1, node]
         part = below[:, begin:end]
         part[0, 0], part[1, 0], part[3, 0] = top[0, node], top[1, node], top[3, node]
-        filled = _split(columns, order, part, 1, leaf_size, end - begin, middle, distances)
+        filled = _split(columns, order, part, leaf_size, above[node : node + 1], True)
         sizes[t] = filled - 1
         for a in range(4):
             for k in range(1, filled):

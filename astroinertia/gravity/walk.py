@@ -12,8 +12,9 @@ def sort_candidates(node, listed, count, where_is, about, child, bucket, theta, 
     # Keys below 0: taken by expansions; parted; handed on to the target's children; taken particle by particle.
     widest_vectors()
     x_a, y_a, z_a = where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2]
-    r_a, s_a, m_a, g_a, clamp_a = (
-        about[8 * node], about[8 * node + 1], about[8 * node + 2], about[8 * node + 3], about[8 * node + 4]
+    r_a, s_a, m_a, g_a, clamp_a, sheet_a = (
+        about[8 * node], about[8 * node + 1], about[8 * node + 2], about[8 * node + 3], about[8 * node + 4],
+        about[8 * node + 7]
     )
     single_a, bucket_a = child[node] == 0, about[8 * node + 6] <= bucket
     for k in range(count):
@@ -21,8 +22,9 @@ def sort_candidates(node, listed, count, where_is, about, child, bucket, theta, 
         x, y, z = (
             real(x_a - at(where_is, 4 * b)), real(y_a - at(where_is, 4 * b + 1)), real(z_a - at(where_is, 4 * b + 2))
         )
-        r_b, s_b, m_b, g_b, clamp_b = (
-            at(about, 8 * b), at(about, 8 * b + 1), at(about, 8 * b + 2), at(about, 8 * b + 3), at(about, 8 * b + 4)
+        r_b, s_b, m_b, g_b, clamp_b, sheet_b = (
+            at(about, 8 * b), at(about, 8 * b + 1), at(about, 8 * b + 2), at(about, 8 * b + 3), at(about, 8 * b + 4),
+            at(about, 8 * b + 7)
         )
         r2 = x * x + y * y + z * z
         inverse = inverse_distance(r2)
@@ -30,8 +32,13 @@ def sort_candidates(node, listed, count, where_is, about, child, bucket, theta, 
         both = r_a + r_b
         on_a, on_b = (r_a + s_b) * inverse, (r_b + s_a) * inverse
         error = larger_of(m_b * g_a * POWER_ON_A, m_a * g_b * POWER_ON_B) * (inverse * inverse)
+        # All sources in one direction err alike for a target: those like this one, at most all the mass there is.
+        on_a, on_b, all_mass = r_a * inverse, r_b * inverse, inverse * inverse
+        pull_a, pull_b = where(sheet_b < all_mass, sheet_b, all_mass), where(sheet_a < all_mass, sheet_a, all_mass)
+        alike = larger_of(pull_a * g_a * POWER_ON_A, pull_b * g_b * POWER_ON_B)
         gap = r - both
-        accepted = (both < theta * r) & (error <= tolerance) & (gap * gap > clamp_a + clamp_b)
+        precise = (error <= tolerance) & (alike <= ALIKE * tolerance)
+        accepted = precise & (both < theta * r) & (gap * gap > clamp_a + clamp_b)
         single_b, bucket_b = at(child, b) == 0, at(about, 8 * b + 6) <= bucket
         larger_b = (r_b > r_a) | ((r_b == r_a) & (b < node))
         by_pairs = (not accepted) & bucket_a & bucket_b

@@ -100,6 +100,10 @@ def _hard(name):
         position[:, 1:] = 0.0
     elif name == "huge mass ratios":
         mass[::7] *= 1e12
+    elif name == "several dense clumps":
+        for k, centre in enumerate(([0.5, 0.0, 0.0], [-0.4, 0.5, 0.0], [0.0, -0.7, 0.2])):
+            position[150 * k : 150 * k + 150] = np.array(centre) + 0.01 * position[150 * k : 150 * k + 150]
+            length[150 * k : 150 * k + 150] *= 0.01
     elif name == "tiny far away":
         position = 1e-9 * position + 1.0
         length = 1e-9 * length
@@ -108,8 +112,11 @@ def _hard(name):
     return mass, position, length
 
 
+HARD = ["coincident", "collinear", "huge mass ratios", "several dense clumps", "tiny far away", "large units"]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["coincident", "collinear", "huge mass ratios", "tiny far away", "large units"])
+@pytest.mark.parametrize("name", HARD)
 def test_hard_sets_are_as_accurate(name):
     mass, position, length = _hard(name)
     exact, _ = direct(mass, position, length)
