@@ -73,15 +73,15 @@ def bisected(low, high, h):
 
 
 @njit(**PART)
-def solve_leaf(first, last, slots, count, buffer, lists, unsolved, options, results):
-    # Solve for the targets first to last - 1, from the guesses in results[0]. The buffer holds all neighbours of each
-    # up to the h in results[1]; targets that outgrow it are left, with where they got to, and their number is returned.
+def solve(waiting, number, slots, count, buffer, lists, options, results):
+    # Solve for the targets waiting[:number], from the guesses in results[0]. The buffer holds all neighbours of each up
+    # to the h in results[1]; those that outgrow it go on waiting, with where they got to, and their number is returned.
     widest_vectors()
     x, y, z, mass, distance, weight = buffer[0], buffer[1], buffer[2], buffer[3], lists[0], lists[1]
     support, margin, eta, tolerance, smallest = options[0], options[1], options[2], options[3], options[4]
     left = 0
-    for i in range(first, last):
-        s = slots[i - first]
+    for k in range(number):
+        i, s = waiting[k], slots[k]
         x_i, y_i, z_i = x[s], y[s], z[s]
         target = np.float64(mass[s]) * eta * eta * eta
         h, limit, low, high, covered = results[0, i], results[1, i], 0.0, np.inf, 0.0
@@ -95,9 +95,9 @@ def solve_leaf(first, last, slots, count, buffer, lists, unsolved, options, resu
                 reach = real(support * covered)
                 n = near_squares(x, y, z, mass, x_i, y_i, z_i, reach * reach, count, distance, weight)
                 # Loops over sums run over four vectors at a time, and one by one over what is left.
-                for k in range(4):
-                    vector_fill(distance, n + k * LANES, real(0))
-                    vector_fill(weight, n + k * LANES, real(0))
+                for part in range(4):
+                    vector_fill(distance, n + part * LANES, real(0))
+                    vector_fill(weight, n + part * LANES, real(0))
                 n = 4 * LANES * ((n + 4 * LANES - 1) // (4 * LANES))
                 take_roots(distance, n)
             total, slope = moments(distance, weight, n, real(1.0 / h))
@@ -118,7 +118,7 @@ def solve_leaf(first, last, slots, count, buffer, lists, unsolved, options, resu
             h = new if low < new < high else bisected(low, high, h)
         if h > limit:
             results[0, i] = h
-            unsolved[left] = i
+            waiting[left] = i
             left += 1
             continue
         density = (total + slope * (new - h) / h) / (new * new * new)
@@ -130,28 +130,31 @@ def solve_leaf(first, last, slots, count, buffer, lists, unsolved, options, resu
 
 
 @njit(**PART)
-def solve_alone(t, i, x, y, z, length, position, mass, nodes, start, unsolved, options, results):
-    # Target t, particle i, whose h has outgrown its leaf's buffer gathers its own, each larger than the last.
+def solve_again(waiting, left, x, y, z, length, position, mass, targets, nodes, start, options, results):
+    # Targets waiting[:left] of a leaf, which have outgrown their lists, gather others, each time of larger reach.
     leaves = len(start) - 1
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
-    found = np.empty(1024, np.int64)
+    found, items, slots = np.empty(1024, np.int64), np.empty(left, np.int64), np.empty(left, np.int64)
     like = np.empty(0, real)
     buffer, lists = whole_lines(4, columns_for(512), like), whole_lines(2, columns_for(512), like)
-    box, centre, slots = np.empty((2, 3)), np.empty(3), np.empty(1, np.int64)
-    for a in range(2):
-        box[a, 0], box[a, 1], box[a, 2] = position[i, 0], position[i, 1], position[i, 2]
-    centre[0], centre[1], centre[2] = position[i, 0], position[i, 1], position[i, 2]
-    left = 1
+    box, centre = np.empty((2, 3)), np.empty(3)
     while left > 0:
-        results[1, t] = 1.3 * results[0, t]
-        reach = MOVED * options[0] * results[1, t]
+        limit = 0.0
+        for k in range(left):
+            items[k] = targets[waiting[k]]
+            limit = max(limit, 1.3 * results[0, waiting[k]])
+        target_box(position, length, items, 0, left, box)
+        box_centre(box, centre)
+        reach = MOVED * options[0] * limit
         count, found = gather(
             x, y, z, length, 0.0, nodes, start, box, reach, nodes, 0, centre, 0.0, parents, listed, found
         )
         buffer, lists = with_columns(buffer, count), with_columns(lists, count)
         load_sources(found, count, centre, buffer, position, mass)
-        slots[0] = place_of(i, found, count)
-        left = solve_leaf(t, t + 1, slots, count, buffer, lists, unsolved, options, results)
+        places(items, 0, left, found, count, slots)
+        for k in range(left):
+            results[1, waiting[k]] = limit
+        left = solve(waiting, left, slots, count, buffer, lists, options, results)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -163,7 +166,7 @@ def density_pass_{tag}(
     like = np.empty(0, real)
     buffer, lists = whole_lines(4, columns_for(512), like), whole_lines(2, columns_for(512), like)
     box, centre = np.empty((2, 3)), np.empty(3)
-    slots, unsolved, own = np.empty(0, np.int64), np.empty(0, np.int64), np.empty(1, np.int64)
+    slots, waiting = np.empty(0, np.int64), np.empty(0, np.int64)
     while True:
         turn = take(counter)
         if turn >= len(active):
@@ -172,15 +175,14 @@ def density_pass_{tag}(
         first, last, count = begin[leaf], begin[leaf + 1], number[leaf]
         found = pool[offset[leaf] : offset[leaf] + count]
         buffer, lists = with_columns(buffer, count), with_columns(lists, count)
-        slots, unsolved = with_room(slots, last - first), with_room(unsolved, last - first)
+        slots, waiting = with_room(slots, last - first), with_room(waiting, last - first)
         target_box(position, length, targets, first, last, box)
         box_centre(box, centre)
         load_sources(found, count, centre, buffer, position, mass)
         places(targets, first, last, found, count, slots)
         for t in range(first, last):
-            results[0, t], results[1, t] = h[targets[t]], length[targets[t]]
-        left = solve_leaf(first, last, slots, count, buffer, lists, unsolved, options, results)
-        for k in range(left):
-            t = unsolved[k]
-            solve_alone(t, targets[t], x, y, z, length, position, mass, nodes, start, own, options, results)
+            waiting[t - first], results[0, t], results[1, t] = t, h[targets[t]], length[targets[t]]
+        left = solve(waiting, last - first, slots, count, buffer, lists, options, results)
+        if left > 0:
+            solve_again(waiting, left, x, y, z, length, position, mass, targets, nodes, start, options, results)
 """
