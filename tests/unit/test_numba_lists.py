@@ -55,7 +55,11 @@ def test_lists_hold_what_a_leaf_needs_and_little_else(escaping, scale):
 def test_sums_count_every_pair_within_the_longer_of_two_reaches(escaping):
     arrangement, position, length = escaping
     fields = {"mass": np.ones(COUNT), "position": position, "smoothing_length": length}
-    found = Engine().neighbour_sums(arrangement, KERNEL, (NEIGHBOURS,), fields)["neighbours"]["number"]
+    found, other = (
+        Engine(threads=threads).neighbour_sums(arrangement, KERNEL, (NEIGHBOURS,), fields)["neighbours"]["number"]
+        for threads in (1, 3)
+    )
+    assert np.array_equal(found, other)
     few = np.arange(0, COUNT, 7)
     apart = np.linalg.norm(position[few, None] - position[None], axis=2)
     expected = np.sum(apart < SUPPORT * np.maximum(length[few, None], length[None]), axis=1)
