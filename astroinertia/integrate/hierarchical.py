@@ -20,8 +20,8 @@ NEIGHBOURS = 2.0  # how many times longer than its neighbour's the interval of a
 FAR = 0.3  # what a sum over a nested set costs, beside all that one evaluation has to do
 CHANGED = 1.5  # how often nested sets are summed over for an interval, as some of their members change rungs
 BASE = 0.5  # what a base step costs beside its evaluation: sorting, agreeing on limits, and opening by itself
-MARGIN = 0.9  # of its limit is the most that an interval begins with: few rungs then change as limits shrink a little
-FEWER = 0.2  # of a nested set: so few particles more do not make another one
+MARGIN = 0.95  # of its limit is the most that an interval begins with: few rungs then change as limits shrink a little
+FEWER = 0.4  # of a nested set: so few particles more do not make another one
 FEW = 4  # base steps to a given time that are made equally long
 
 
@@ -97,17 +97,17 @@ def rungs(limits: Array, base: float) -> Array:
 
 
 def merged(rung: Array, level: int) -> Array:
-    """The rungs (n,), from `level` on, with those of few particles made finer by one.
+    """The rungs (n,), from `level` on, with those of few particles made finer.
 
     Where a nested set has hardly more particles than the next one, it is cheaper to evaluate these more often than to
     sum over both.
     """
     counts = np.bincount(rung, minlength=level + 1)
     finer = np.arange(len(counts))
-    within = counts[-1]
-    for k in range(len(counts) - 2, level - 1, -1):
-        finer[k] += 0 < counts[k] < FEWER * within
-        within += counts[k]
+    for k in range(level, len(counts) - 1):
+        if 0 < counts[k] < FEWER * counts[k + 1 :].sum():
+            finer[finer == k] = k + 1
+            counts[k + 1] += counts[k]
     return finer[rung]
 
 
