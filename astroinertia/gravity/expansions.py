@@ -101,9 +101,9 @@ def shifted_moments(p: int) -> list[str]:
 
 
 def stored_moments(p: int) -> list[str]:
-    """store_moments: what M2L takes of a node, harmonic and in units of its size, into its row of `moments`."""
+    """store_moments: what M2L takes of a node, harmonic and in units of its size."""
     all_of = indices(p - 1)
-    lines = ["@njit(**PART)", "def store_moments(node, size, raw, moments):"]
+    lines = ["@njit(**PART)", "def store_moments(size, raw, moments):"]
     lines += [f"    {_name('m', a)} = raw[{n}]" for n, a in enumerate(all_of)]
     for a in sorted(all_of, key=lambda a: -a[2]):
         if a[2] >= 2:
@@ -111,10 +111,7 @@ def stored_moments(p: int) -> list[str]:
                 into = _plus((a[0], a[1], a[2] - 2), tuple(2 * u for u in _unit(axis)))  # type: ignore[arg-type]
                 lines.append(f"    {_name('m', into)} -= {_name('m', a)}")
     lines += ["    f0 = 1.0", *[f"    f{n} = f{n - 1} / size" for n in range(1, p)]]
-    width = len(moments(p))
-    lines += [
-        f"    moments[{width} * node + {n}] = real({_name('m', a)} * f{sum(a)})" for n, a in enumerate(moments(p))
-    ]
+    lines += [f"    moments[{n}] = real({_name('m', a)} * f{sum(a)})" for n, a in enumerate(moments(p))]
     return [*lines, "", ""]
 
 
@@ -153,31 +150,30 @@ def _derivatives(p: int) -> list[str]:
 
 
 def interactions(p: int) -> list[str]:
-    """far_field: to the local coefficients of a target those of a list of sources, a vector of sources at a time."""
-    sources, width = moments(p), len(moments(p))
+    """far_field: to the local coefficients of a target those of sources, whose moments and so on are columns."""
+    sources = moments(p)
     targets = harmonic(p)
     lines = [
         "@njit(fastmath=LOOP_FLAGS, **PART)",
-        "def far_field(listed, count, centre_x, centre_y, centre_z, size, where_is, about, moments, local):",
+        "def far_field(count, centre_x, centre_y, centre_z, size, places, features, columns, local):",
         "    widest_vectors()",
+        "    all_x, all_y, all_z, sizes = places[0], places[1], places[2], features[5]",
+        *[f"    all_{_name('m', a)} = columns[{n}]" for n, a in enumerate(sources)],
         *[f"    {_name('s', b)} = real(0)" for b in targets],
         "    for k in range(padded(count)):",
-        "        b = listed[k]",
-        "        x = real(centre_x - at(where_is, 4 * b))",
-        "        y = real(centre_y - at(where_is, 4 * b + 1))",
-        "        z = real(centre_z - at(where_is, 4 * b + 2))",
+        "        x, y, z = real(centre_x - all_x[k]), real(centre_y - all_y[k]), real(centre_z - all_z[k])",
         "        inverse = inverse_distance(x * x + y * y + z * z)",
         "        x, y, z = x * inverse, y * inverse, z * inverse",
-        "        t1 = at(about, 8 * b + 5) * inverse",
+        "        t1 = sizes[k] * inverse",
         "        u1 = size * inverse",
         "        u0 = where(k < count, inverse, real(0))",
         *[f"        t{n} = t{n - 1} * t1" for n in range(2, p)],
         "        f0 = u0",
         *[f"        f{n} = f{n - 1} * u1" for n in range(1, p + 1)],
     ]
-    for n, a in enumerate(sources):
+    for a in sources:
         scale = f" * t{sum(a)}" if sum(a) else ""
-        lines.append(f"        {_name('m', a)} = at(moments, {width} * b + {n}){scale}")
+        lines.append(f"        {_name('m', a)} = all_{_name('m', a)}[k]{scale}")
     lines += _indented(_derivatives(p), 2)
     for b in targets:
         terms = [

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.engines import numba_vectors
+from astroinertia.engines import numba_tables, numba_vectors
 from astroinertia.engines.numba_cache import load_module
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.numba_passes import LOOP_FLAGS, ROOTS
@@ -47,12 +47,16 @@ def _module(p: int, precision: str) -> ModuleType:
     vectors = re.sub(r"COMPRESSES = .*", f"COMPRESSES = {numba_vectors.COMPRESSES}", inspect.getsource(numba_vectors))
     text = [
         vectors,
-        re.sub(r"from astroinertia\.[\w.]+ import .*\n", "", inspect.getsource(closing)),
+        *(
+            re.sub(r"from astroinertia\.[\w.]+ import .*\n", "", inspect.getsource(part))
+            for part in (numba_tables, closing)
+        ),
         ROOTS[precision],
         f"real = np.{'float32' if precision == 'mixed' else 'float64'}",
         f"LOOP_FLAGS = {LOOP_FLAGS}",
         "TEST_FLAGS = {'contract', 'nsz', 'arcp', 'afn'}",  # sums keep their order: the same from both sides
         f"CLAMP, RADIUS_SLACK = {CLAMP}, {'1.0 + 1e-6' if precision == 'mixed' else '1.0'}",
+        f"MOMENTS = {_width(p)}",
         f"SHEET, ALIKE = real({SHEET}), real({ALIKE})",
         *expansions(p),
         UPWARD,
@@ -211,9 +215,9 @@ class _Particles:
             weight = 1.0 / np.square(np.fmax(np.asarray(strength) / self.units[0], LEAST))
         x, y, z = np.zeros((3, count + 64))
         m, clamp = np.zeros((2, count + 64), real)
-        where_is, about = np.empty(4 * nodes.count + 64), np.empty(8 * nodes.count + 64, real)
+        where_is, about = np.empty((nodes.count, 4)), np.empty((nodes.count, 8), real)
         raw = np.empty((nodes.count, len(indices(order - 1))))
-        multipoles = np.empty(len(moments(order)) * nodes.count + 64, real)
+        multipoles = np.empty((nodes.count, _width(order)), real)
         structure = (nodes.first, nodes.last, nodes.child)
         share_out(
             module.upward, self.threads, *structure, nodes.task, nodes.begin, nodes.order, self.position, self.mass,
@@ -234,6 +238,11 @@ class _Particles:
         handed_begin = np.concatenate([[0], handed_end[:-1]])
         share_out(module.descend_tasks, self.threads, nodes.task, handed, handed_begin, *rest)
         return acceleration, potential
+
+
+def _width(order: int) -> int:
+    # Whole vectors of four.
+    return -(-len(moments(order)) // 4) * 4
 
 
 def _power_of_two(value: float) -> float:

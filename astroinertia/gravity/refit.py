@@ -36,50 +36,51 @@ def fit_leaf(node, first, last, order, position, mass, h, weight, origin, scale,
         fourth += m[k] * r2 * r2
         radius2 = r2 if r2 > radius2 else radius2
     particle_moments(first, last, x, y, z, m, sx, sy, sz, raw[node])
-    where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2] = sx, sy, sz
-    finish(node, last - first, total, np.sqrt(radius2), fourth, squares, largest, where_is, about)
+    where_is[node, 0], where_is[node, 1], where_is[node, 2] = sx, sy, sz
+    finish(node, False, last - first, total, np.sqrt(radius2), fourth, squares, largest, where_is, about)
 
 
 @njit(**PART)
-def finish(node, count, total, radius, fourth, squares, largest, where_is, about):
+def finish(node, parted, count, total, radius, fourth, squares, largest, where_is, about):
     # about: radius, that of its mass (mean of the fourth power), mass, 1/|a| (rms), share of the clamp, scale of
-    # moments, number, attraction of a sheet of its column density; where_is: centre of mass, sum of 1/|a|^2
+    # moments, number (below 0 of those not parted), attraction of a sheet of its column density; where_is: centre of
+    # mass, sum of 1/|a|^2
     spread = (fourth / total) ** 0.25 if total > 0.0 else radius
-    about[8 * node] = real(radius)
-    about[8 * node + 1] = real(spread)
-    about[8 * node + 2] = real(total)
-    about[8 * node + 3] = real(np.sqrt(squares / count))
-    about[8 * node + 4] = real(CLAMP * largest * largest * RADIUS_SLACK)
-    about[8 * node + 5] = real(max(radius, largest))
-    about[8 * node + 6] = real(count)
-    about[8 * node + 7] = SHEET * about[8 * node + 2] / (about[8 * node + 5] * about[8 * node + 5])
-    where_is[4 * node + 3] = squares
+    about[node, 0] = real(radius)
+    about[node, 1] = real(spread)
+    about[node, 2] = real(total)
+    about[node, 3] = real(np.sqrt(squares / count))
+    about[node, 4] = real(CLAMP * largest * largest * RADIUS_SLACK)
+    about[node, 5] = real(max(radius, largest))
+    about[node, 6] = real(count if parted else -count)
+    about[node, 7] = SHEET * about[node, 2] / (about[node, 5] * about[node, 5])
+    where_is[node, 3] = squares
 
 
 @njit(**PART)
 def fit_node(node, left, count, where_is, about, raw):
     # From two children: their moments about the common centre, and the smaller of two bounds of the radius.
     right = left + 1
-    one, other = np.float64(about[8 * left + 2]), np.float64(about[8 * right + 2])
+    one, other = np.float64(about[left, 2]), np.float64(about[right, 2])
     total = one + other
     share = one / total if total > 0.0 else 0.5
     for a in range(3):
-        where_is[4 * node + a] = share * where_is[4 * left + a] + (1.0 - share) * where_is[4 * right + a]
+        where_is[node, a] = share * where_is[left, a] + (1.0 - share) * where_is[right, a]
     radius = fourth = clamp = 0.0
     row = raw[node]
     row[:] = 0.0
     for child in (left, right):
-        dx = where_is[4 * node] - where_is[4 * child]
-        dy = where_is[4 * node + 1] - where_is[4 * child + 1]
-        dz = where_is[4 * node + 2] - where_is[4 * child + 2]
+        dx = where_is[node, 0] - where_is[child, 0]
+        dy = where_is[node, 1] - where_is[child, 1]
+        dz = where_is[node, 2] - where_is[child, 2]
         add_moments(dx, dy, dz, raw[child], row)
         apart2 = dx * dx + dy * dy + dz * dz
-        radius = max(radius, np.sqrt(apart2) + np.float64(about[8 * child]))
-        further = np.sqrt(apart2) + np.float64(about[8 * child + 1])
-        fourth += np.float64(about[8 * child + 2]) * further**4
-        clamp = max(clamp, np.float64(about[8 * child + 4]))
-    squares = where_is[4 * left + 3] + where_is[4 * right + 3]
-    finish(node, count, total, radius * RADIUS_SLACK, fourth, squares, np.sqrt(clamp / CLAMP), where_is, about)
+        radius = max(radius, np.sqrt(apart2) + np.float64(about[child, 0]))
+        further = np.sqrt(apart2) + np.float64(about[child, 1])
+        fourth += np.float64(about[child, 2]) * further**4
+        clamp = max(clamp, np.float64(about[child, 4]))
+    squares = where_is[left, 3] + where_is[right, 3]
+    finish(node, True, count, total, radius * RADIUS_SLACK, fourth, squares, np.sqrt(clamp / CLAMP), where_is, about)
 
 
 @njit(**PART)
@@ -90,7 +91,7 @@ def fit_any(node, first, last, child, order, position, mass, h, weight, origin, 
                  mass_scale, x, y, z, m, clamp, where_is, about, raw)
     else:
         fit_node(node, np.int64(child[node]), last[node] - first[node], where_is, about, raw)
-    store_moments(node, np.float64(about[8 * node + 5]), raw[node], moments)
+    store_moments(np.float64(about[node, 5]), raw[node], moments[node])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -112,5 +113,5 @@ def upward_top(first, last, child, begin, where_is, about, raw, moments):
         left = np.int64(child[node])
         if left > 0 and left < begin[0]:
             fit_node(node, left, last[node] - first[node], where_is, about, raw)
-            store_moments(node, np.float64(about[8 * node + 5]), raw[node], moments)
+            store_moments(np.float64(about[node, 5]), raw[node], moments[node])
 """

@@ -18,7 +18,7 @@ from numba import njit
 from astroinertia.engines.numba_vectors import take
 from astroinertia.engines.threads import available_threads, share_out
 
-LEAF_SIZE = 32  # most particles in a leaf
+LEAF_SIZE = 48  # most particles in a leaf
 TASKS = 64  # about so many subtrees are shared out over threads
 DEEPEST = 60  # below this level nodes are halved by number
 MOST_LEVELS = DEEPEST + 64  # and so no tree has more levels than this

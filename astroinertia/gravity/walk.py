@@ -7,25 +7,28 @@ children those that are no larger than itself.
 """
 
 DOWNWARD = """
+spread_places = row_spreader(4, 0)
+spread_about = row_spreader(8, 0)
+spread_moments = row_spreader(MOMENTS, 0)
+
+
 @njit(fastmath=TEST_FLAGS, **PART)
-def sort_candidates(node, listed, count, where_is, about, child, bucket, theta, tolerance, far, part, hand, near):
+def sort_candidates(node, listed, count, places, features, where_is, about, bucket, theta, tolerance, far, part, hand,
+                    near):
     # Keys below 0: taken by expansions; parted; handed on to the target's children; taken particle by particle.
+    # places, features: of the candidates listed, as columns.
     widest_vectors()
-    x_a, y_a, z_a = where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2]
+    x_a, y_a, z_a = where_is[node, 0], where_is[node, 1], where_is[node, 2]
     r_a, s_a, m_a, g_a, clamp_a, sheet_a = (
-        about[8 * node], about[8 * node + 1], about[8 * node + 2], about[8 * node + 3], about[8 * node + 4],
-        about[8 * node + 7]
+        about[node, 0], about[node, 1], about[node, 2], about[node, 3], about[node, 4], about[node, 7]
     )
-    single_a, bucket_a = child[node] == 0, about[8 * node + 6] <= bucket
+    single_a, bucket_a = about[node, 6] < real(0), abs(about[node, 6]) <= bucket
+    all_x, all_y, all_z = places[0], places[1], places[2]
+    radius, spread, mass, need = features[0], features[1], features[2], features[3]
+    clamp, number, sheet = features[4], features[6], features[7]
     for k in range(count):
-        b = listed[k]
-        x, y, z = (
-            real(x_a - at(where_is, 4 * b)), real(y_a - at(where_is, 4 * b + 1)), real(z_a - at(where_is, 4 * b + 2))
-        )
-        r_b, s_b, m_b, g_b, clamp_b, sheet_b = (
-            at(about, 8 * b), at(about, 8 * b + 1), at(about, 8 * b + 2), at(about, 8 * b + 3), at(about, 8 * b + 4),
-            at(about, 8 * b + 7)
-        )
+        x, y, z = real(x_a - all_x[k]), real(y_a - all_y[k]), real(z_a - all_z[k])
+        r_b, s_b, m_b, g_b, clamp_b, sheet_b = radius[k], spread[k], mass[k], need[k], clamp[k], sheet[k]
         r2 = x * x + y * y + z * z
         inverse = inverse_distance(r2)
         r = r2 * inverse
@@ -39,8 +42,8 @@ def sort_candidates(node, listed, count, where_is, about, child, bucket, theta, 
         gap = r - both
         precise = (error <= tolerance) & (alike <= ALIKE * tolerance)
         accepted = precise & (both < theta * r) & (gap * gap > clamp_a + clamp_b)
-        single_b, bucket_b = at(child, b) == 0, at(about, 8 * b + 6) <= bucket
-        larger_b = (r_b > r_a) | ((r_b == r_a) & (b < node))
+        single_b, bucket_b = number[k] < real(0), abs(number[k]) <= bucket
+        larger_b = (r_b > r_a) | ((r_b == r_a) & (listed[k] < node))
         by_pairs = (not accepted) & bucket_a & bucket_b
         parted = (not accepted) & (not by_pairs) & (not single_b) & (single_a | larger_b)
         far[k] = where(accepted, real(-1), real(1))
@@ -97,7 +100,7 @@ def copied(listed, runs, first, last, x_c, y_c, z_c, x, y, z, m, clamp, buffer):
 @njit(**PART)
 def leaf_sums(node, near, near_count, local, first, last, where_is, about, x, y, z, m, clamp, order, targets, sources,
               field, acceleration, potential, force_unit, potential_unit):
-    x_c, y_c, z_c = where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2]
+    x_c, y_c, z_c = where_is[node, 0], where_is[node, 1], where_is[node, 2]
     begin, end = first[node], last[node]
     count = end - begin
     for k in range(count):
@@ -105,7 +108,7 @@ def leaf_sums(node, near, near_count, local, first, last, where_is, about, x, y,
             real(x[begin + k] - x_c), real(y[begin + k] - y_c), real(z[begin + k] - z_c)
         )
         targets[4, k] = clamp[begin + k]
-    field_of_local(count, np.float64(about[8 * node + 5]), local, targets[0], targets[1], targets[2], field)
+    field_of_local(count, np.float64(about[node, 5]), local, targets[0], targets[1], targets[2], field)
     total = 0
     for k in range(near_count):
         total += last[near[k]] - first[near[k]]
@@ -139,15 +142,20 @@ def roomier(array, filled, count):
 
 
 @njit(**PART)
-def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance, lists, keys):
+def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance, lists, keys, places, features):
     # Sorts all candidates of a node: the numbers of those far, near, and to be handed on.
     now, later, far, near, hand = lists[0], lists[1], lists[2], lists[3], lists[4]
     count, fars, nears, hands = filled, 0, 0, 0
     for k in range(filled):
         now[k] = handed[k]
     while count > 0:
+        for k in range(count, padded(count)):
+            now[k] = now[0]
+        spread_places(where_is, now, padded(count), places)
+        spread_about(about, now, padded(count), features)
         sort_candidates(
-            node, now, count, where_is, about, child, bucket, theta, tolerance, keys[0], keys[1], keys[2], keys[3]
+            node, now, count, places, features, where_is, about, bucket, theta, tolerance, keys[0], keys[1], keys[2],
+            keys[3]
         )
         fars = closed_up(now, keys[0], count, far, fars)
         hands = closed_up(now, keys[2], count, hand, hands)
@@ -162,11 +170,13 @@ def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance,
 
 @njit(**PART)
 def room_for(levels, nodes, width, leaf_size):
-    # What a thread works in: ends of what is handed on, coefficients of the nodes above, lists of nodes and their keys,
-    # nodes to come and their depths, targets and their fields.
+    # What a thread works in: ends of what is handed on, coefficients of the nodes above, lists of nodes, their keys,
+    # places, features and moments, nodes to come and their depths, targets and their fields.
+    most = nodes + 2 * LANES
     return (
-        np.zeros(levels + 2, np.int64), np.zeros((levels + 2, width)), np.empty((5, nodes + 2 * LANES), np.int32),
-        np.empty((4, nodes + 2 * LANES), real), np.empty((2, 2 * levels + 2), np.int64),
+        np.zeros(levels + 2, np.int64), np.zeros((levels + 2, width)), np.empty((5, most), np.int32),
+        np.empty((4, most), real), np.empty((4, most), np.float64), np.empty((8, most), real),
+        np.empty((MOMENTS, most), real), np.empty((2, 2 * levels + 2), np.int64),
         np.zeros((5, leaf_size + 3 * LANES), real), np.empty((4, leaf_size + 3 * LANES), real), np.zeros(width),
     )
 
@@ -177,7 +187,7 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
             force_unit, potential_unit, leaf_size, saved, saved_end, saved_local, task_of, room, handed, sources):
     # From the node `start`, which was handed the candidates `seeds` and its parent's coefficients, to the leaves below.
     # With only_top, tasks are not entered: what they are handed is saved.
-    ends, local, lists, keys, coming, targets, field, nothing = room
+    ends, local, lists, keys, places, features, columns, coming, targets, field, nothing = room
     handed = roomier(handed, 0, len(seeds))
     handed[: len(seeds)] = seeds
     ends[0], local[0] = len(seeds), seed_local
@@ -206,16 +216,20 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
             saved_local[task_of[node]] = local[depth - 1]
             continue
         fars, nears, hands = seek(
-            node, handed[offset:filled], filled - offset, where_is, about, child, bucket, theta, tolerance, lists, keys
+            node, handed[offset:filled], filled - offset, where_is, about, child, bucket, theta, tolerance, lists, keys,
+            places, features
         )
         shift_local(
-            where_is[4 * node] - where_is[4 * parent], where_is[4 * node + 1] - where_is[4 * parent + 1],
-            where_is[4 * node + 2] - where_is[4 * parent + 2], local[depth - 1], local[depth]
+            where_is[node, 0] - where_is[parent, 0], where_is[node, 1] - where_is[parent, 1],
+            where_is[node, 2] - where_is[parent, 2], local[depth - 1], local[depth]
         )
         for k in range(fars, padded(fars)):
             lists[2, k] = lists[2, 0]
-        far_field(lists[2], fars, where_is[4 * node], where_is[4 * node + 1], where_is[4 * node + 2],
-                  about[8 * node + 5], where_is, about, moments, local[depth])
+        spread_places(where_is, lists[2], padded(fars), places)
+        spread_about(about, lists[2], padded(fars), features)
+        spread_moments(moments, lists[2], padded(fars), columns)
+        far_field(fars, where_is[node, 0], where_is[node, 1], where_is[node, 2], about[node, 5], places, features,
+                  columns, local[depth])
         if last[node] - first[node] <= leaf_size:
             if not within:
                 lists[3, nears] = np.int32(node)
