@@ -22,7 +22,7 @@ CHANGED = 1.5  # how often nested sets are summed over for an interval, as some 
 BASE = 0.5  # what a base step costs beside its evaluation: sorting, agreeing on limits, and opening by itself
 MARGIN = 0.95  # of its limit is the most that an interval begins with: few rungs then change as limits shrink a little
 FEWER = 0.4  # of a nested set: so few particles more do not make another one
-FEW = 4  # base steps to a given time that are made equally long
+FEW = 4  # base steps to a given time, or fewer, are made equally long
 
 
 @dataclass(frozen=True)
@@ -57,21 +57,34 @@ class Clock:
         return Clock(self.base, self.ticks + (1 << (DEEPEST - rung)))
 
 
-def base_step(limits: Array, remaining: float) -> tuple[float, Array]:
+def base_step(limits: Array, remaining: float, beyond: int = 0) -> tuple[float, Array]:
     """The interval that costs least as the longest one, a power of two times the shortest limit (N,), and rungs (N,).
 
-    The base step is within the longest limit; limits are taken less a margin where there are several rungs. The last
-    few base steps before a given time, which is `remaining` ahead, are equally long.
+    Limits are taken less a margin where there are several rungs. A base step then is by `beyond` powers of two longer
+    than the longest interval: what it takes to begin with one is paid less often.
     """
     shortest = float(np.min(limits))
     above = np.floor(np.log2(limits / shortest) + 1e-9).astype(np.int64)
     counts = np.bincount(np.minimum(above, DEEPEST))
     finest = int(np.argmin([cost(counts, rung) for rung in range(len(counts))]))
-    margin = MARGIN if finest else 1.0
-    base = margin * shortest * 2.0**finest
-    parts = np.ceil(remaining / base * (1.0 - 1e-12))
-    base = remaining / parts if parts <= FEW else base
+    margin, longer = (MARGIN, beyond) if finest else (1.0, 0)
+    base = in_equal_parts(remaining, margin * shortest, finest + longer)
     return base, merged(rungs(margin * limits, base), 0)
+
+
+def in_equal_parts(remaining: float, shortest: float, finest: int) -> float:
+    """The base step, of 2^finest times the shortest interval, or an equal part of what little time remains.
+
+    Parts are then of a number, up to twice that of the fewest, for which the shortest intervals lose least.
+    """
+    base = shortest * 2.0**finest
+    fewest = int(np.ceil(min(remaining / base, 2.0 * FEW) * (1.0 - 1e-12)))
+    if fewest > FEW or remaining <= shortest:
+        return min(base, remaining)
+    parts = np.arange(fewest, 2 * fewest + 1)
+    powers = np.log2(remaining / parts / shortest)
+    lost = np.ceil(powers - 1e-9) - powers
+    return remaining / int(parts[np.argmin(np.round(lost, 9))])
 
 
 def cost(counts: Array, finest: int) -> float:

@@ -28,7 +28,8 @@ from astroinertia.sph.fluid import Fluid
 Array = Any
 RINGS = 16  # of neighbours over which limits are made to agree before a base step
 WOKEN = 4.0  # a particle is woken where its interval is longer than this times a neighbour's limit
-SORTED = 2  # particles may be sorted anew where intervals of this rung end
+BEYOND = 1  # powers of two that a base step is longer than the longest interval, where nothing acts with base steps
+SORTED = 4  # particles may be sorted anew where intervals of this rung end
 PATIENCE = 2  # an interval becomes longer only where that of this many rungs above ends as well
 SETTLED = 0.9  # an interval becomes longer where the longer one is below this part of its limit
 
@@ -66,7 +67,7 @@ def step(problem: Problem, arrangement: Arrangement, state: State, until: float)
     """One base step, not past `until`, of particles that were just sorted."""
     lists = problem.engine.listed(arrangement.pairs, problem.kernel, state.position, state.smoothing_length)
     limits = agreed_limits(problem, lists, state)
-    base, rung = base_step(limits, until - float(state.time))
+    base, rung = base_step(limits, until - float(state.time), 0 if _act_with_base(problem) else BEYOND)
     flow = opened(problem, arrangement, state, base, limits)
     everyone = np.arange(flow.count)
     flow.pairs = lists
@@ -271,6 +272,10 @@ def _has_distant(problem: Problem, kind: str) -> bool:
 
 def _distant_rows(flow: Flow) -> Sums:
     return {kind: {"acceleration": array} for kind, array in flow.under("distant").items()}
+
+
+def _act_with_base(problem: Problem) -> bool:
+    return any("acceleration" in vars(type(effect)) and not effect.external for effect in problem.effects)
 
 
 def _own_accelerations(flow: Flow, part: Any, awake: Array) -> tuple[list[Array | None], Any]:

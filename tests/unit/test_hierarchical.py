@@ -41,6 +41,22 @@ def test_the_base_step(limits: list[float], remaining: float, base: float) -> No
     assert (found / 2.0**rung <= np.array(limits)).all()
 
 
+def test_a_base_step_may_be_longer_than_every_interval() -> None:
+    """All are then evaluated at each end of a rung above the base step, which begins less often."""
+    base, rung = base_step(np.array([1.0] + [5.0] * 99), 100.0, 2)
+    assert base == pytest.approx(15.2, rel=1e-15)
+    assert rung.tolist() == [4] + [2] * 99
+
+
+def test_equal_parts_of_a_time_suit_the_shortest_interval() -> None:
+    """2 or 4 parts of 33 shortest intervals would take 64 of them, as they come in powers of two; 3 parts take 48."""
+    limits = np.array([1.0] * 50 + [40.0] * 50) / 0.95
+    for remaining, parts in ((33.0, 3), (48.0, 3), (24.0, 1)):
+        base, rung = base_step(limits, remaining)
+        assert remaining / base == pytest.approx(parts, rel=1e-12), remaining
+        assert (base / 2.0**rung <= limits).all()
+
+
 def test_few_particles_do_not_make_another_nested_set() -> None:
     assert merged(np.array([2] + [4] * 9 + [5] * 9), 2).tolist() == [4] + [4] * 9 + [5] * 9
     assert merged(np.array([2] * 9 + [4] + [5] * 9), 2).tolist() == [2] * 9 + [5] + [5] * 9
