@@ -35,7 +35,6 @@ CLOSER = 10.0  # how much more accurate the evaluation is that accelerations are
 # uniform, Evrard, Plummer and clustered sets of 3000 to 1e5 particles, which agree within a factor of 2: on the safe
 # side.
 ORDERS = {
-    4: (8e-4, ((7e-4, 1e-3), (1.5e-3, 3e-3))),
     5: (6e-5, ((1.4e-5, 1e-5), (6.5e-5, 1e-4), (1.45e-4, 3e-4), (3.8e-4, 1e-3), (9e-4, 3e-3))),
     7: (0.0, ((8e-7, 1e-6), (5e-6, 1e-5), (3.3e-5, 1e-4))),
 }
