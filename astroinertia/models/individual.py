@@ -31,6 +31,7 @@ WOKEN = 4.0  # a particle is woken where its interval is longer than this times 
 BEYOND = 1  # powers of two that a base step is longer than the longest interval, where nothing acts with base steps
 SORTED = 4  # particles may be sorted anew where intervals of this rung end
 PATIENCE = 2  # an interval becomes longer only where that of this many rungs above ends as well
+KEPT = 1.1  # an interval goes on where it is longer than its limit by less than this
 SETTLED = 0.9  # an interval becomes longer where the longer one is below this part of its limit
 
 
@@ -149,7 +150,7 @@ def _synchronised(flow: Flow) -> int:
     since = _since(flow, awake)
     part = _remembered(flow, awake, sums, since)
     old, limits = rows["rung"][awake], rows["limit"][awake]
-    wanted, relaxed = rungs(limits, flow.clock.base), rungs(SETTLED * limits, flow.clock.base)
+    wanted, relaxed = rungs(KEPT * limits, flow.clock.base), rungs(SETTLED * limits, flow.clock.base)
     # Few ends of intervals are for longer ones to begin: nested sets that lose members are summed over anew.
     longer = np.where(level <= old - PATIENCE, np.minimum(old, relaxed), old)
     rung = merged(np.maximum(level, np.where(wanted > old, wanted, longer)), level)
