@@ -115,15 +115,19 @@ class Course:
         self.inertia.append(record["inertia_tensor"][2, 2])
 
 
-SCENES: dict[str, tuple[Callable[..., Particles], float, float]] = {
-    "collapse": (collapse, 0.8, 1.2),
-    "encounter": (encounter, 0.0, 0.02),
+# How a scene is made, of how many particles, and the interval.
+SCENES: dict[str, tuple[Callable[..., Particles], int, float, float]] = {
+    "collapse": (collapse, 10_000, 0.0, 1.1),
+    "encounter": (encounter, 30_000, 0.0, 0.06),
 }
 
 
-def measured(scene: str, particles: int, begin: float | None = None, end: float | None = None) -> dict[str, float]:
+def measured(
+    scene: str, particles: int | None = None, begin: float | None = None, end: float | None = None
+) -> dict[str, float]:
     """One interval of a scene by both kinds of steps, from the same state, which individual steps have led to."""
-    make, first, last = SCENES[scene]
+    make, usual, first, last = SCENES[scene]
+    particles = usual if particles is None else particles
     begin, end = first if begin is None else begin, last if end is None else end
     bodies = {kind: make(particles, f'numerics.timesteps="{kind}"') for kind in ("global", "individual")}
     steps: list[Taken] = []
@@ -154,6 +158,7 @@ def measured(scene: str, particles: int, begin: float | None = None, end: float 
     reached = all_alike.seconds / each.seconds
     by_processor = all_alike.processor_seconds / each.processor_seconds
     return {
+        "particles": particles,
         "ideal": ideal,
         "saved": saved,
         "reached": reached,
@@ -175,7 +180,7 @@ def measured(scene: str, particles: int, begin: float | None = None, end: float 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scene", nargs="+", choices=SCENES, default=list(SCENES))
-    parser.add_argument("--particles", nargs="+", type=int, default=[30_000])
+    parser.add_argument("--particles", nargs="+", type=int, default=[None])
     parser.add_argument("--begin", type=float, help="of the interval")
     parser.add_argument("--end", type=float, help="of the interval")
     parser.add_argument("--keep", action="store_true", help="write the table")
@@ -185,7 +190,7 @@ def main() -> None:
         for particles in chosen.particles:
             found = measured(scene, particles, chosen.begin, chosen.end)
             rows.append([
-                scene, particles, *(found[name] for name in ("global_steps", "finest_steps", "base_steps")),
+                scene, *(found[name] for name in ("particles", "global_steps", "finest_steps", "base_steps")),
                 *(f"{found[name]:.3g}" for name in ("global_seconds", "seconds", "ideal", "saved", "reached")),
                 *(f"{100 * found[name]:.0f} %" for name in SHARES),
                 *(f"{found[name]:.1e}" for name in ("inertia", "energy_global", "energy")),

@@ -7,7 +7,7 @@ import pytest
 
 from astroinertia.build import prepare
 from astroinertia.errors import SceneError
-from astroinertia.models import individual, sph
+from astroinertia.models import arena, individual, sph
 from astroinertia.models.checkpoint import flattened
 from astroinertia.models.particles import Particles
 from astroinertia.scene import load
@@ -68,6 +68,25 @@ def test_one_rung_for_all_is_the_global_step() -> None:
     for name in ("time", "position", "velocity", "smoothing_length"):
         np.testing.assert_allclose(getattr(mine, name), getattr(theirs, name), rtol=1e-11, atol=1e-13, err_msg=name)
     np.testing.assert_allclose(mine.entropy, theirs.entropy, rtol=1e-7)
+
+
+def test_what_is_taken_out_of_the_body_moves_as_it_would_within(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A base step with as many parts taken out as there can be, and with none: the same to round-off."""
+    taken = []
+    part_of = arena.part_of
+    monkeypatch.setattr(arena, "part_of", lambda flow, depth: taken.append(depth) or part_of(flow, depth))
+    ends = []
+    for share in (0.9, 0.0):
+        monkeypatch.setattr(arena, "PART", share)
+        monkeypatch.setattr(arena, "WORTH", 0)
+        body = start("body.particles=300")
+        while body.time < 0.6:
+            body.advance(1.0)
+        ends.append((body.state, len(taken)))
+    (one, parts), (other, same) = ends
+    assert 0 < parts == same
+    for name in ("time", "position", "velocity", "smoothing_length", "entropy"):
+        np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-9, atol=1e-11, err_msg=name)
 
 
 def test_the_same_bits_again_and_after_a_checkpoint() -> None:
