@@ -68,23 +68,21 @@ def base_step(limits: Array, remaining: float, beyond: int = 0) -> tuple[float, 
     counts = np.bincount(np.minimum(above, DEEPEST))
     finest = int(np.argmin([cost(counts, rung) for rung in range(len(counts))]))
     margin, longer = (MARGIN, beyond) if finest else (1.0, 0)
-    base = in_equal_parts(remaining, margin * shortest, finest + longer)
+    base = in_equal_parts(remaining, margin * shortest * 2.0 ** (finest + longer), margin * limits)
     return base, merged(rungs(margin * limits, base), 0)
 
 
-def in_equal_parts(remaining: float, shortest: float, finest: int) -> float:
-    """The base step, of 2^finest times the shortest interval, or an equal part of what little time remains.
+def in_equal_parts(remaining: float, base: float, limits: Array) -> float:
+    """The base step, or an equal part of what little time remains: intervals come in powers of two of it.
 
-    Parts are then of a number, up to twice that of the fewest, for which the shortest intervals lose least.
+    Parts are of a number, up to three times that of the fewest, with which limits (N,) ask for the fewest evaluations.
     """
-    base = shortest * 2.0**finest
     fewest = int(np.ceil(min(remaining / base, 2.0 * FEW) * (1.0 - 1e-12)))
-    if fewest > FEW or remaining <= shortest:
-        return min(base, remaining)
-    parts = np.arange(fewest, 2 * fewest + 1)
-    powers = np.log2(remaining / parts / shortest)
-    lost = np.ceil(powers - 1e-9) - powers
-    return remaining / int(parts[np.argmin(np.round(lost, 9))])
+    if fewest > FEW:
+        return base
+    parts = range(fewest, 3 * fewest + 1)
+    evaluations = [count * (BASE + 2.0 ** rungs(limits, remaining / count)).sum() for count in parts]
+    return remaining / parts[int(np.argmin(evaluations))]
 
 
 def cost(counts: Array, finest: int) -> float:

@@ -48,13 +48,12 @@ def test_a_base_step_may_be_longer_than_every_interval() -> None:
     assert rung.tolist() == [4] + [2] * 99
 
 
-def test_equal_parts_of_a_time_suit_the_shortest_interval() -> None:
-    """2 or 4 parts of 33 shortest intervals would take 64 of them, as they come in powers of two; 3 parts take 48."""
+def test_equal_parts_of_a_time_suit_the_limits() -> None:
+    """One part of 24 shortest intervals would take 32 of them, as they come in powers of two; 3 parts take 24."""
     limits = np.array([1.0] * 50 + [40.0] * 50) / 0.95
-    for remaining, parts in ((33.0, 3), (48.0, 3), (24.0, 1)):
-        base, rung = base_step(limits, remaining)
-        assert remaining / base == pytest.approx(parts, rel=1e-12), remaining
-        assert (base / 2.0**rung <= limits).all()
+    base, rung = base_step(limits, 24.0)
+    assert 24.0 / base == pytest.approx(3.0, rel=1e-12)
+    assert rung.tolist() == [3] * 50 + [0] * 50
 
 
 def test_few_particles_do_not_make_another_nested_set() -> None:
