@@ -57,7 +57,8 @@ TABLES = {
 PARTICLE_EFFECTS = tuple(kind for kind, entry in CATALOGUE.items() if "sph" in entry.models)
 # What a compiled program could hold of an effect, whatever its name: its functions, fields, memories and kernels.
 TRACES = {
-    "gravity": r"gravity|direct_pair|direct_far|point_pair|less_point|softening_|zeta_|\bd?phi_[ij]\b|_phi\b|_dphi\b",
+    "gravity": r"gravity|direct_pair|direct_far|point_pair|less_point|softening_pair|zeta_over_omega|"
+    r"\bd?phi_[ij]\b|_phi\b|_dphi\b",
     "pressure": r"pressure_pair|pressure_weight|out_pressure",
     "viscosity": r"viscosity|gradient_pair|trend_pair|reconstructed_pair|strain_",
     "conduction": r"conduction|relative_velocity_pair|pressure_jump_pair",
