@@ -116,7 +116,8 @@ def test_evrards_collapse_to_three(
     """1e4 particles: energy, momentum, closure; mixed precision in so many evaluations of pytreegrav's quadrupole."""
     import evrard_run
 
-    found = evrard_run.run(10_000, precision, evrard_run.INDIVIDUAL if steps == "individual" else ())
+    each_its_own = evrard_run.INDIVIDUAL if steps == "individual" else ()
+    found = evrard_run.run(10_000, precision, (*evrard_run.SETTINGS, *each_its_own))
     result(**vars(found), evaluations=found.seconds / found.evaluation)
     assert found.energy_worst <= energy
     assert found.momentum <= momentum
