@@ -135,9 +135,8 @@ def test_a_loose_tolerance_is_kept_and_zeta_is_absent_unless_asked_for(reference
     assert found.zeta is None
 
 
-@pytest.mark.parametrize(
-    ("precision", "bar"), [("float64", 1e-13), pytest.param("mixed", 1e-4, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("precision", "bar"), [("float64", 1e-13), ("mixed", 1e-4)])
 def test_neighbour_sums_of_every_kind(reference, precision, bar):
     """central, sum, max, outer and virial, of pairs closer than the larger support, coincident ones among them."""
     arrangement, _, fields = reference

@@ -16,6 +16,9 @@ def one_pair(xp, r):
 NEIGHBOURS = PairTerm("neighbours", one_pair, (Output("number", "sum"),))
 
 
+pytestmark = pytest.mark.slow  # compilation
+
+
 @pytest.fixture(scope="module")
 def escaping():
     """A dense body, particles that escape from it in all directions, and smoothing lengths that solve for both."""
