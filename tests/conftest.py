@@ -25,7 +25,9 @@ def pytest_collection_modifyitems(config, items):
         if folders[0] == "unit" and not any(item.get_closest_marker(name) for name in ("slow", "full")):
             item.add_marker(pytest.mark.quick)
         if item.get_closest_marker("full") and not config.getoption("--again") and is_done(item):
-            item.add_marker(pytest.mark.skip(reason="passed before with the same inputs; --again repeats it"))
+            item.add_marker(
+                pytest.mark.skip(reason="passed before with this very code, and its result is kept: --again repeats it")
+            )
 
 
 @pytest.hookimpl(wrapper=True)

@@ -68,7 +68,7 @@ def gravity(
     mass: Any,
     position: Any,
     smoothing_length: Any,
-    kernel: str,
+    kernel: str | None,
     accuracy: float,
     strength: Any = None,
     threads: int | None = None,
@@ -77,33 +77,18 @@ def gravity(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Acceleration (N, 3) and potential (N,) of mass (N,) at position (N, 3), softened as by gravity.direct.
 
-    As `points`, and what softening changes. The potential has the particle's own in it.
+    kernel: of the softening, None for clamped points (gravity.points); self pairs are included. accuracy: the wanted
+    rms of |da|/|a|; strength (N,): |a| as far as it is known, None for a first evaluation, which takes another to find
+    it; tree: `tree(position)` of these particles, or of where they were a little earlier; precision: "mixed" (float32
+    between particles and nodes) or "float64". Results have the same bits for any number of threads. Tested in
+    tests/unit/test_multipole.py.
     """
     given = _Particles(mass, position, smoothing_length, tree, precision, threads)
     found = given.points(accuracy, strength)
-    for total, more in zip(found, given.softening(kernel), strict=True):
-        total += more
+    if kernel is not None:
+        for total, more in zip(found, given.softening(kernel), strict=True):
+            total += more
     return found
-
-
-def points(
-    mass: Any,
-    position: Any,
-    smoothing_length: Any,
-    accuracy: float,
-    strength: Any = None,
-    threads: int | None = None,
-    tree: Tree | None = None,
-    precision: str = "mixed",
-) -> tuple[np.ndarray, np.ndarray]:
-    """Acceleration (N, 3) and potential (N,) of clamped points (gravity.points), self pairs included.
-
-    accuracy: the wanted rms of |da|/|a|; strength (N,): |a| as far as it is known, None for a first evaluation, which
-    takes another to find it; tree: `tree(position)` of these particles, or of where they were a little earlier;
-    precision: "mixed" (float32 between particles and nodes) or "float64". Results have the same bits for any number of
-    threads. Tested in tests/unit/test_multipole.py.
-    """
-    return _Particles(mass, position, smoothing_length, tree, precision, threads).points(accuracy, strength)
 
 
 def sums(
@@ -117,16 +102,16 @@ def sums(
     precision: str,
     virial: bool,
 ) -> dict[str, np.ndarray]:
-    """What `points` finds, by name; with `virial` also V = sum m x (x) a, (3, 3), symmetric.
+    """What `gravity` finds of clamped points, by name; with `virial` also V = sum m x (x) a, (3, 3), symmetric.
 
     V is that of another evaluation, CLOSER times as accurate and in float64, so that it tells whether accelerations are
     what they should be.
     """
-    particles = (mass, position, smoothing_length)
-    acceleration, potential = points(*particles, accuracy, strength, threads, tree, precision)
+    particles = (mass, position, smoothing_length, None)
+    acceleration, potential = gravity(*particles, accuracy, strength, threads, tree, precision)
     found = {"acceleration": acceleration, "potential": potential}
     if virial:
-        closer, _ = points(*particles, accuracy / CLOSER, strengths(acceleration), threads, tree, "float64")
+        closer, _ = gravity(*particles, accuracy / CLOSER, strengths(acceleration), threads, tree, "float64")
         tensor = (np.asarray(mass)[:, None] * (position - np.mean(position, axis=0))).T @ closer
         found["virial"] = 0.5 * (tensor + tensor.T)
     return found

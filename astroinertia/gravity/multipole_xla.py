@@ -35,7 +35,7 @@ def lists_for(engine: Any, arrangement: Any, mass: Array, acceleration: Array | 
     mass, position = np.asarray(mass), np.asarray(arrangement.position)
     smoothing_length = np.asarray(arrangement.smoothing_length)
     if acceleration is None:
-        acceleration, _ = multipole.points(mass, position, smoothing_length, ROUGHLY)
+        acceleration, _ = multipole.gravity(mass, position, smoothing_length, None, ROUGHLY)
     strength = multipole.strengths(np.asarray(acceleration))
     order = next((p for p, finest in ORDERS if force_error >= finest), ORDERS[-1][0])
     # Clamped distances reach sqrt(1/2) of the longer smoothing length: this leaves room for it to grow.

@@ -87,7 +87,7 @@ def _npz_columns(path: Path) -> dict[str, np.ndarray]:
             names = [_ALIASES.get(name, name) for name in files]
             _check_names(path, names)
             return {name: np.asarray(stored[file], dtype=float) for name, file in zip(names, files, strict=True)}
-    except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, NotImplementedError) as error:
+    except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, RuntimeError) as error:
         raise SceneError(f"particle table {path} is not an npz file of plain numbers") from error
 
 

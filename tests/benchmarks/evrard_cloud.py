@@ -10,7 +10,15 @@ from astroinertia.effects.gravity import SOFTENING
 from astroinertia.models.particles import STEPS_BETWEEN_SORTS, Particles
 from astroinertia.scene import load
 
-SCENE = """
+GAS = """\
+[equation_of_state]
+kind = "ideal"
+gamma = 1.6666666666666667
+[effects.gravity]
+[effects.pressure]
+[effects.viscosity]
+"""
+SCENE = f"""
 name = "evrard"
 units = "code"
 [body]
@@ -20,13 +28,7 @@ mass = 1.0
 radius = 1.0
 relax = false
 specific_internal_energy = 0.05
-[equation_of_state]
-kind = "ideal"
-gamma = 1.6666666666666667
-[effects.gravity]
-[effects.pressure]
-[effects.viscosity]
-[time]
+{GAS}[time]
 end = 3.0
 """
 

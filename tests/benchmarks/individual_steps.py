@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from evrard_cloud import cloud
+from evrard_cloud import GAS, cloud
 from fair_times import machine, processor_clock, publish, rows_of
 
 from astroinertia.bodies.polytrope import Polytrope
@@ -35,19 +35,13 @@ TURNS = 8  # of either kind of steps in the interval
 INDEX = 1.5  # of both stars
 SMALL_MASS, SMALL_RADIUS = 0.03, 0.01  # of the other star, in units of the first
 DISTANCE, PERICENTRE = 1.5, 1.2  # of a parabolic passage, in radii of the first star
-ENCOUNTER = """
+ENCOUNTER = f"""
 name = "encounter"
 units = "code"
 [body]
 kind = "table"
 file = "stars.npz"
-[equation_of_state]
-kind = "ideal"
-gamma = 1.6666666666666667
-[effects.gravity]
-[effects.pressure]
-[effects.viscosity]
-[time]
+{GAS}[time]
 end = 1.0
 """
 

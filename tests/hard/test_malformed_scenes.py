@@ -239,7 +239,7 @@ def test_impossible_file_names(name, elsewhere, refused):
 
 
 @pytest.mark.quick
-@pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
+@pytest.mark.skipif(os.geteuid() == 0, reason="no file can be made unreadable for the superuser")
 def test_unreadable_file(elsewhere, refused):
     (elsewhere / "scene.toml").write_text(GOOD)
     (elsewhere / "scene.toml").chmod(0)

@@ -83,7 +83,7 @@ def test_errors_are_what_was_asked_for_and_net_force_is_nil(precision):
         # Pairs in float32: those within softening, of which there are few, are as exact as any sum over neighbours.
         net = np.linalg.norm(mass @ acceleration) / (mass @ size)
         assert net < (1e-15 if precision == "float64" else 2e-8)
-        pulls, _ = multipole.points(mass, position, length, accuracy, size, precision=precision)
+        pulls, _ = multipole.gravity(mass, position, length, None, accuracy, size, precision=precision)
         net = np.linalg.norm(mass @ pulls) / (mass @ size)
         assert net < (1e-15 if precision == "float64" else 1e-8)
     sampled, _ = multipole.sampled_error(
