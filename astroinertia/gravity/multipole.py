@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.engines import numba_tables, numba_vectors
 from astroinertia.engines.numba_cache import load_module
 from astroinertia.engines.numba_cpu import Engine
-from astroinertia.engines.numba_passes import LOOP_FLAGS, ROOTS
+from astroinertia.engines.numba_passes import header
 from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.gravity import closing
 from astroinertia.gravity import tree as trees
@@ -43,16 +42,9 @@ ORDERS = {
 @functools.lru_cache(maxsize=32)
 def _module(p: int, precision: str) -> ModuleType:
     power = {side: " * ".join([f"on_{side}"] * p) for side in "ab"}
-    vectors = re.sub(r"COMPRESSES = .*", f"COMPRESSES = {numba_vectors.COMPRESSES}", inspect.getsource(numba_vectors))
     text = [
-        vectors,
-        *(
-            re.sub(r"from astroinertia\.[\w.]+ import .*\n", "", inspect.getsource(part))
-            for part in (numba_tables, closing)
-        ),
-        ROOTS[precision],
-        f"real = np.{'float32' if precision == 'mixed' else 'float64'}",
-        f"LOOP_FLAGS = {LOOP_FLAGS}",
+        *header(precision),
+        re.sub(r"from astroinertia\.[\w.]+ import .*\n", "", inspect.getsource(closing)),
         "TEST_FLAGS = {'contract', 'nsz', 'arcp', 'afn'}",  # sums keep their order: the same from both sides
         f"CLAMP, RADIUS_SLACK = {CLAMP}, {'1.0 + 1e-6' if precision == 'mixed' else '1.0'}",
         f"MOMENTS = {_width(p)}",

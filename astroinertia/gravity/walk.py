@@ -124,14 +124,6 @@ def leaf_sums(node, near, near_count, local, first, last, where_is, about, x, y,
 
 
 @njit(**PART)
-def with_columns(array, count):
-    # Room for `count` columns and loose ends; what it holds may be lost.
-    if count + 3 * LANES <= array.shape[1]:
-        return array
-    return np.empty((array.shape[0], 2 * count + 3 * LANES), array.dtype)
-
-
-@njit(**PART)
 def roomier(array, filled, count):
     # Room for `count` more elements after what is kept.
     if filled + count + 2 * LANES <= len(array):
