@@ -16,10 +16,13 @@ class Damping(Effect):
 
     v_frame is the velocity of the centre of mass, so that the damping exerts no net force, or zero (frame "inertial").
     With a target rotation rate the body relaxes to rigid rotation, by being turned from outside; without, to rest.
+    Omega = rate + t rate_change: changed slowly, it leads the body through figures of equilibrium, behind it by
+    tau rate_change.
     """
 
     time_scale: Any
     rate: Any = None
+    rate_change: Any = None
     axis: Any = (0.0, 0.0, 1.0)
     until: Any = None
     frame: str = field(default="centre_of_mass", metadata={"static": True})
@@ -27,14 +30,22 @@ class Damping(Effect):
     kind: ClassVar[str] = "damping"
     external: ClassVar[bool] = True
 
+    @classmethod
+    def from_options(cls, options):
+        """Refuses a change of no rate."""
+        if options["rate_change"] is not None and options["rate"] is None:
+            raise ValueError("a rate_change needs the rate at time 0, which may be zero")
+        return cls(**options)
+
     def strength(self, fluid):
         """1/tau while the damping lasts, then 0."""
         lasts = 1.0 if self.until is None else (fluid.time < self.until)
         return lasts / self.time_scale
 
-    def target_rotation(self):
-        """The matrix [Omega] of the rotation that velocities decay to, (3, 3)."""
-        return angular_velocity_matrix(self.rate, self.axis)
+    def target_rotation(self, fluid):
+        """The matrix [Omega] of the rotation that velocities decay to now, (3, 3)."""
+        rate = self.rate if self.rate_change is None else self.rate + self.rate_change * fluid.time
+        return angular_velocity_matrix(rate, self.axis)
 
     def drag(self, fluid):
         """-1/tau in every direction."""
@@ -48,13 +59,13 @@ class Damping(Effect):
         if self.frame == "centre_of_mass":
             target = target + fluid.centre_velocity
         if self.rate is not None:
-            target = target + (fluid.position - fluid.centre) @ self.target_rotation().T
+            target = target + (fluid.position - fluid.centre) @ self.target_rotation(fluid).T
         return self.strength(fluid) * target
 
     def virial(self, xp, fluid):
         """(Q [Omega]^T - P)/tau; uniform velocities have no moment about the centre of mass."""
         second, mixed = moments(fluid)
-        target = 0.0 if self.rate is None else second @ self.target_rotation().T
+        target = 0.0 if self.rate is None else second @ self.target_rotation(fluid).T
         return self.strength(fluid) * (target - mixed)
 
     def timestep(self, xp, fluid):
@@ -63,7 +74,7 @@ class Damping(Effect):
 
     def affine_force(self, body):
         """q ([Omega] F - dF/dt)/tau."""
-        target = 0.0 if self.rate is None else self.target_rotation() @ body.deformation
+        target = 0.0 if self.rate is None else self.target_rotation(body) @ body.deformation
         return self.strength(body) * body.second_moment * (target - body.rate)
 
     def affine_push(self, body):
@@ -74,5 +85,5 @@ class Damping(Effect):
         """(Q [Omega]^T - P)/tau."""
         second = body.second_moment * body.deformation @ body.deformation.T
         mixed = body.second_moment * body.deformation @ body.rate.T
-        target = 0.0 if self.rate is None else second @ self.target_rotation().T
+        target = 0.0 if self.rate is None else second @ self.target_rotation(body).T
         return self.strength(body) * (target - mixed)

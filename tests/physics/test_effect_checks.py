@@ -25,7 +25,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "pressure": {},
     "viscosity": {},
     "conduction": {},
-    "damping": {"time_scale": 3.0, "rate": 0.4, "axis": (1.0, 0.5, 2.0)},
+    "damping": {"time_scale": 3.0, "rate": 0.4, "rate_change": 0.2, "axis": (1.0, 0.5, 2.0)},
     "rotating_frame": {"rate": 0.3, "axis": (1.0, 2.0, 3.0)},
     "tide": {"mass": 3.0, "position": (8.0, 1.0, 0.0), "period": 10.0, "eccentricity": 0.3, "softening": 0.1},
     "external_field": {

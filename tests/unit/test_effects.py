@@ -10,11 +10,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from astroinertia.effects import catalogue
 from astroinertia.effects.catalogue import CATALOGUE, DIMENSIONS, Default
 from astroinertia.effects.tide import eccentric_anomaly
 from astroinertia.models import sph
+from astroinertia.models.series import antisymmetric_vector
 from tests.ball import ball, state_of
 
 
@@ -68,6 +70,7 @@ def test_a_missing_and_an_unknown_option_are_named() -> None:
     ("kind", "options", "sentence"),
     [
         ("viscosity", {"alpha_max": 0.5, "alpha_min": 0.6}, "alpha_min must not be above"),
+        ("damping", {"time_scale": 1.0, "rate_change": 0.1}, "needs the rate at time 0"),
         ("rotating_frame", {"rate": 1.0, "axis": (0.0, 0.0, 0.0)}, "axis must not be zero"),
         ("tide", {"mass": 1.0, "position": (0.0, 0.0, 0.0)}, "must not be the origin"),
         ("tide", {"mass": 1.0, "position": (1.0, 0.0, 1.0), "period": 1.0}, "perpendicular"),
@@ -276,3 +279,33 @@ def test_damping_towards_rotation_ends_in_rigid_rotation() -> None:
     relative = state.position - state.position.mean(axis=0)
     assert np.allclose(state.velocity, np.cross([0.0, 0.05, 0.0], relative), atol=1e-4)
     assert np.abs(state.velocity).max() > 0.04
+
+
+def test_damping_towards_a_rate_that_changes_turns_each_particle_as_its_equation_says() -> None:
+    """Second order in the step towards x'' = (Omega(t) x x - x')/tau, and the torque in the ledger is what L gains."""
+    position, rate, change, tau, end = ball(60), 0.3, 0.8, 0.4, 1.0
+    position -= position.mean(axis=0)
+    options = {"time_scale": tau, "rate": rate, "rate_change": change}
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+
+    def rates(time: float, packed: np.ndarray) -> np.ndarray:
+        x, v = packed.reshape(2, -1, 3)
+        return np.concatenate([v, ((rate + change * time) * x @ turn.T - v) / tau]).ravel()
+
+    start = np.concatenate([position, 0.0 * position]).ravel()
+    exact = solve_ivp(rates, (0.0, end), start, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1].reshape(2, -1, 3)
+
+    def final(steps: int) -> Any:
+        problem, state, arrangement = state_of(
+            catalogue.build("damping", options), position=position, velocity=np.zeros_like(position)
+        )
+        for _ in range(steps):
+            state = sph.step(problem, arrangement, state, np.float64(end / steps))
+        return state
+
+    states = [final(steps) for steps in (20, 40, 80)]
+    errors = [float(np.abs(state.velocity - exact[1][state.identity]).max()) for state in states]
+    assert all(3.8 < a / b < 4.2 for a, b in itertools.pairwise(errors)), errors
+    gained = np.cross(states[-1].position, states[-1].velocity).mean(axis=0)
+    assert gained[2] > 0.1
+    assert np.allclose(antisymmetric_vector(states[-1].ledger.mixed_impulse.total[0]), gained, rtol=1e-12, atol=1e-15)
