@@ -127,7 +127,9 @@ def _numerics(scene: Scene) -> dict[str, Any]:
     chosen = scene.numerics
     if scene.model == "sph":
         body: Any = scene.body
+        bodies: Any = scene.bodies
         return {
             "engine": chosen.engine, "precision": chosen.precision, "kernel": chosen.kernel, "seed": body.seed,
+            **({"body_particles": [body.particles for body in bodies]} if scene.particles and bodies else {}),
         }  # fmt: skip
     return {"engine": chosen.integrator, "precision": "float64", "tolerance": chosen.tolerance}

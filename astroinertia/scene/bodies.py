@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from astroinertia.scene.fluids import Part, as_tuple
+from astroinertia.scene.places import Position, Velocity
 from astroinertia.scene.quantities import (
     AngularMomentum,
     AngularVelocity,
@@ -129,6 +130,8 @@ class Body(Part):
         default=None, description="matrix G of a linear velocity field v = G x, added to the rotation"
     )
     rotation: Rotation | None = Field(default=None, description="rotation at the start; without it the body is at rest")
+    position: Position | None = Field(default=None, description="where its centre is at first (sph); the origin")
+    velocity: Velocity | None = Field(default=None, description="velocity of its centre at first (sph); at rest")
     change: Change | None = Field(default=None, description="a prescribed size (models rigid and scaling)")
 
     @field_validator("entropy", mode="before")

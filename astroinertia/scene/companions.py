@@ -2,17 +2,15 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from astroinertia.scene.fluids import Part, as_tuple
-from astroinertia.scene.quantities import Angle, Duration, Length, Mass, Place, SpeedComponent
+from astroinertia.scene.fluids import Part
+from astroinertia.scene.places import Position, Velocity
+from astroinertia.scene.quantities import Angle, Duration, Length, Mass
 
 BODY = "body"  # the name of the scene's own body among them
 BARYCENTRE = "barycentre"  # of the body and of the companions listed before
 MOST_COMPANIONS = 100
-
-Position = Annotated[tuple[Place, Place, Place], BeforeValidator(as_tuple)]
-Velocity = Annotated[tuple[SpeedComponent, SpeedComponent, SpeedComponent], BeforeValidator(as_tuple)]
 
 
 class Companion(Part):

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, REQUIRED, Option
-from astroinertia.scene import bodies, companions, schema
+from astroinertia.scene import bodies, companions, places, schema
 from astroinertia.scene.load import KINDS
 from astroinertia.scene.quantities import Quantity
 from astroinertia.scene.text import toml_value
@@ -24,6 +24,10 @@ HEADER = """\
 # Quantities are written with their unit, such as "1500 km", "1.4 Msun" or "33 ms".
 #     astroinertia plan FILE     says what would be run
 #     astroinertia run FILE      runs it"""
+
+SEVERAL = f"""\
+# One body, or several (up to {places.MOST_BODIES}): then [[bodies]] in place of [body] for each, with its own
+# position, velocity and [bodies.rotation]; two of them may be put on an [orbit] instead."""
 
 # What the example sets; everything else is shown as a comment.
 SET: dict[str, dict[str, Any]] = {
@@ -41,6 +45,7 @@ SET: dict[str, dict[str, Any]] = {
 # Tables that most scenes do without, shown as comments.
 ABSENT: dict[str, type[BaseModel]] = {
     "[body.change]": bodies.Change,
+    "[orbit]": places.Orbit,
     "[[companions]]": companions.Companion,
     "[orbits]": companions.Orbits,
 }
@@ -85,7 +90,12 @@ SUGGESTED: dict[str, Any] = {
 
 def example_text() -> str:
     """The scene as TOML text; it loads as it stands."""
-    parts = [HEADER, _plain_keys(), *(_section(table) for table in ("body", "body.rotation", "equation_of_state"))]
+    parts = [
+        HEADER,
+        _plain_keys(),
+        SEVERAL,
+        *(_section(table) for table in ("body", "body.rotation", "equation_of_state")),
+    ]
     parts += [
         "# Effects: only those listed here are computed; an effect that is not listed does not exist for the run."
     ]

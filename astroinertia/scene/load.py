@@ -27,7 +27,11 @@ def _by_kind(union: Any) -> dict[str, type[BaseModel]]:
     return {get_args(model.model_fields["kind"].annotation)[0]: model for model in models}
 
 
-KINDS = {"body": _by_kind(AnyBody), "equation_of_state": _by_kind(AnyEquationOfState)}
+KINDS = {
+    "body": _by_kind(AnyBody),
+    "bodies": _by_kind(AnyBody),
+    "equation_of_state": _by_kind(AnyEquationOfState),
+}
 KEYS = [name for name in schema.Scene.model_fields if name not in RECORD]
 
 
@@ -86,11 +90,21 @@ def _validated(tables: dict[str, Any], text: str, overrides: tuple[str, ...], or
     effects = effect_options(tables["effects"], code)
     _check_model(tables.get("model", "sph"), effects)
     context = {"code": code, "gamma_thermal": _thermal_exponent(tables.get("equation_of_state"))}
-    record = {"effects": effects, "source": text, "overrides": overrides, "origin": origin}
+    record = {"effects": effects, "source": text, "overrides": overrides, "origin": origin} | _first_of(tables)
     try:
         return schema.Scene.model_validate({**tables, **record}, context=context)
     except ValidationError as error:
         raise first_problem(error, schema.Scene, KINDS) from None
+
+
+def _first_of(tables: dict[str, Any]) -> dict[str, Any]:
+    """The first of several bodies stands where a scene of one has it."""
+    if "bodies" not in tables:
+        return {}
+    if "body" in tables:
+        raise Problem(("bodies",), " is given besides [body]; keep one of them.", table=True)
+    bodies = tables["bodies"]
+    return {"body": bodies[0]} if isinstance(bodies, list) and bodies else {"body": {"kind": "uniform"}}
 
 
 def _check_model(model: Any, effects: dict[str, Any]) -> None:

@@ -15,12 +15,15 @@ def expected(
     scene: Scene, eta: float, gravitational_constant: float, shown: Callable[[Scene, float, str], str]
 ) -> list[tuple[str, str, str]]:
     """What the plan tells of it: name, value and why, with quantities as `shown` writes them; nothing for a table."""
-    body: Any = scene.body
-    numerics = scene.numerics
-    particles, radius = getattr(body, "particles", None), getattr(body, "radius", None)
-    if particles is None or radius is None:
+    numerics, particles = scene.numerics, scene.particles
+    bodies: Any = [each.body for each in scene.alone()]
+    if particles is None or any(body.radius is None for body in bodies):
         return []
-    first = first_limits(numerics, scene.effects, body.mass, radius, particles, eta, gravitational_constant)
+    limits = [
+        first_limits(numerics, scene.effects, body.mass, body.radius, body.particles, eta, gravitational_constant)
+        for body in bodies
+    ]
+    first = {name: min(each[name] for each in limits) for name in limits[0]}
     told = ", ".join(f"{name} {shown(scene, float(f'{limit:.2g}'), 'time')}" for name, limit in first.items())
     lines = [("its limits at first", told, "about, at the mean density; denser places and shocks shorten it")]
     if numerics.engine == "numba_cpu":

@@ -9,6 +9,7 @@ from astroinertia.scene import gravity_prices
 from astroinertia.scene.bodies import RigidBody
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.particle_costs import expected
+from astroinertia.scene.places import place_told
 from astroinertia.scene.schema import Scene, Units
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
 from astroinertia.units import DIMENSIONLESS, CodeUnits, si_unit
@@ -77,7 +78,7 @@ class Cadence:
 
 
 def code_units(scene: Scene) -> CodeUnits:
-    """The units of a run: those the scene gives, or the body's mass and radius; all 1 where it is dimensionless."""
+    """The units of a run: those the scene gives, or the mass of all bodies and the radius of the first; or all 1."""
     if scene.dimensionless:
         return DIMENSIONLESS
     if isinstance(scene.units, Units):
@@ -88,7 +89,7 @@ def code_units(scene: Scene) -> CodeUnits:
         assert body.moments is not None
         return CodeUnits(body.mass, math.sqrt(max(body.moments) / body.mass))
     assert body.radius is not None
-    return CodeUnits(body.mass, body.radius)
+    return CodeUnits(sum(each.body.mass for each in scene.alone() if each.body.kind != "table"), body.radius)
 
 
 def cadence(scene: Scene) -> Cadence:
@@ -119,7 +120,11 @@ def gravity_method(scene: Scene, particles: int) -> gravity_prices.Method:
 
 def plan(scene: Scene) -> Plan:
     """What will be run."""
-    sections = {"body": _body(scene)}
+    titles = [f"bodies.{number}" for number in range(len(scene.bodies))] or ["body"]
+    sections = {title: _body(alone) for title, alone in zip(titles, scene.alone(), strict=True)}
+    if scene.orbit is not None:
+        told = scene.orbit.told(lambda value, dimension: _shown(scene, value, dimension))
+        sections["orbit"] = tuple(Line(*each) for each in told)
     if scene.model in ("sph", "ellipsoid"):
         sections["equation of state"] = _equation_of_state(scene)
     if scene.companions:
@@ -148,13 +153,14 @@ def _shown(scene: Scene, value: float, dimension: str) -> str:
 
 def _body(scene: Scene) -> tuple[Line, ...]:
     body = scene.body
+    placed = place_told(body.position, body.velocity, lambda value, dimension: _shown(scene, value, dimension))
     if body.kind == "table":
         lines = [Line("particles", f"from the table {body.file}")]
     elif body.kind == "rigid":
         lines = _rigid_body(scene, body)
     else:
         lines = _sphere(scene, body)
-    return (*lines, *_thermal(scene), *_motion(scene), *_change(scene))
+    return (*lines, *_thermal(scene), *_motion(scene), *_change(scene), *(Line(*each) for each in placed))
 
 
 def _rigid_body(scene: Scene, body: RigidBody) -> list[Line]:
@@ -316,7 +322,7 @@ def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
 
 def _gravity(scene: Scene) -> tuple[Line, ...]:
     # Both prices are told, so that a person sees what the other way would cost.
-    asked, particles = scene.effects["gravity"], getattr(scene.body, "particles", None)
+    asked, particles = scene.effects["gravity"], scene.particles
     if particles is None:
         why = "by the number of particles in the table" if asked["method"] == "auto" else "as asked for"
         return (Line("gravity", asked["method"], why),)

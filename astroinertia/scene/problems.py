@@ -24,11 +24,12 @@ class Problem(Exception):
 
 def place(path: Path, table: bool = False) -> str:
     """How a key is named to a person: "[body.rotation] rate", "[body] axes[1]", "name"; a table: "[body.rotation]"."""
-    words = [_word(part) for part in path if isinstance(part, str)]
+    names = [number for number, part in enumerate(path) if isinstance(part, str)]
+    words = [_word(part) if isinstance(part, str) else str(part) for part in path]
     if table:
         return f"[{'.'.join(words)}]"
-    indices = "".join(f"[{part}]" for part in path if isinstance(part, int))
-    *tables, key = words
+    indices = "".join(f"[{part}]" for part in words[names[-1] + 1 :])
+    *tables, key = words[: names[-1] + 1]
     return f"[{'.'.join(tables)}] {key}{indices}" if tables else f"{key}{indices}"
 
 
@@ -135,15 +136,17 @@ def _plain(message: str) -> str:
 
 def _without_tags(loc: tuple[str | int, ...], kinds: dict[str, Any]) -> tuple[Path, str | None]:
     """The path as it stands in the scene, and the kind that pydantic put into it."""
-    if len(loc) > 1 and loc[0] in kinds and loc[1] in kinds[str(loc[0])]:
-        return (loc[0], *loc[2:]), str(loc[1])
+    names = [part for part in loc if isinstance(part, str)]  # without the numbers of entries in lists
+    if len(names) > 1 and names[1] in kinds.get(names[0], {}):
+        tag = loc.index(names[1])
+        return (*loc[:tag], *loc[tag + 1 :]), names[1]
     if len(loc) > 1 and loc[0] == "units":
         return (loc[0], *(part for part in loc[1:] if part != "Units")), None
     return loc, None
 
 
 def _model_at(model: type[BaseModel], loc: Path, kind: str | None, kinds: dict[str, Any]) -> type[BaseModel] | None:
-    for depth, part in enumerate(loc):
+    for depth, part in enumerate(part for part in loc if isinstance(part, str)):
         if depth == 0 and kind is not None:
             model = kinds[str(part)][kind]
             continue
@@ -186,7 +189,8 @@ def _meaning(model: type[BaseModel], loc: Path, kind: str | None, kinds: dict[st
 
 
 def _other_kind(loc: Path, kinds: dict[str, dict[str, type[BaseModel]]]) -> str:
-    if len(loc) != 2 or loc[0] not in kinds:
+    names = [part for part in loc if isinstance(part, str)]
+    if len(names) != 2 or names[0] not in kinds:
         return ""
-    owners = [kind for kind, model in kinds[str(loc[0])].items() if loc[1] in model.model_fields]
+    owners = [kind for kind, model in kinds[names[0]].items() if names[1] in model.model_fields]
     return f"it belongs to the kind {' or '.join(owners)}" if owners else ""

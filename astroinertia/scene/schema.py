@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from astroinertia.scene.bodies import AnyBody
 from astroinertia.scene.companions import MOST_COMPANIONS, Companion, Orbits, check_names
 from astroinertia.scene.fluids import AnyEquationOfState, Part, as_tuple
+from astroinertia.scene.places import MOST_BODIES, Orbit
 from astroinertia.scene.quantities import Duration, Length, Mass
 
 MOST_RECORDS = 1e6  # a record holds some hundreds of numbers
@@ -129,7 +130,11 @@ class Scene(Part):
     units: Literal["code"] | Units | None = Field(
         default=None, description='"code": plain numbers with G = 1 everywhere; or a table with mass and length'
     )
-    body: AnyBody
+    bodies: Annotated[tuple[AnyBody, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=MOST_BODIES)] = (
+        Field(default=(), description="several bodies in place of one (model sph)")
+    )
+    body: AnyBody = Field(description="the body; of several, the first")
+    orbit: Orbit | None = Field(default=None, description="an orbit that two bodies are on")
     equation_of_state: AnyEquationOfState | None = Field(
         default=None, description="of the fluid (models sph and ellipsoid)"
     )
@@ -150,6 +155,16 @@ class Scene(Part):
         """Whether the scene is in code units, with G = 1 and no conversion at either end."""
         return self.units == "code"
 
+    @property
+    def particles(self) -> int | None:
+        """The number of particles of all bodies; None where a body does not tell."""
+        counts: list[Any] = [getattr(body, "particles", None) for body in self.bodies or (self.body,)]
+        return None if None in counts else sum(counts)
+
+    def alone(self) -> tuple[Self, ...]:
+        """The scene of each body as if there were no other."""
+        return tuple(self.model_copy(update={"body": body, "bodies": ()}) for body in self.bodies) or (self,)
+
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         for table, key, most in (
@@ -161,10 +176,26 @@ class Scene(Part):
             if value is not None and self.time.end > most * value:
                 raise ValueError(f"[{table}] {key} divides the run into more than {most:.0e} parts; make it longer.")
         check_names(self.companions)
-        self._has_what_its_model_needs()
-        if self.body.kind == "table" and self.units is None:
-            raise ValueError('[units] with mass and length (or units = "code") is needed for a body of kind table.')
+        for each in self.alone():
+            each._has_what_its_model_needs()
+            if each.body.kind == "table" and self.units is None:
+                raise ValueError('[units] with mass and length (or units = "code") is needed for a body of kind table.')
+        self._has_bodies_in_their_places()
         return self
+
+    def _has_bodies_in_their_places(self) -> None:
+        moved = [body for body in (*self.bodies, self.body) if body.position is not None or body.velocity is not None]
+        if self.model != "sph":
+            if self.bodies:
+                raise ValueError(f"[[bodies]] are for the model sph; {self.model} has one [body].")
+            if moved:
+                raise ValueError(f"[body] position and velocity are for the model sph, not for {self.model}.")
+        if self.orbit is None:
+            return
+        if len(self.bodies) != 2 or any(body.kind == "table" for body in self.bodies):
+            raise ValueError("[orbit] is for two [[bodies]] of known mass.")
+        if moved:
+            raise ValueError("[orbit] says where the bodies are, so they must not have position or velocity.")
 
     def _has_what_its_model_needs(self) -> None:
         body, model = self.body, self.model

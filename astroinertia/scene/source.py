@@ -131,6 +131,9 @@ def _placed(tables: dict[str, Any], path: Sequence[str], value: Any, said: str) 
     if not rest:
         return {**tables, head: value}
     inner = tables.get(head, {})
+    if isinstance(inner, list) and rest[0].isdecimal() and int(rest[0]) < len(inner):
+        numbered = {str(number): item for number, item in enumerate(inner)}
+        return {**tables, head: list(_placed(numbered, rest, value, said).values())}
     if not isinstance(inner, dict):
         raise SceneError(f"{said}: {head} is not a table, so it has no key {rest[0]}.")
     return {**tables, head: _placed(inner, rest, value, said)}

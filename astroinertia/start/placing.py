@@ -36,6 +36,10 @@ class Particles:
     entropy: np.ndarray | None
     internal_energy: np.ndarray | None
 
+    def moved(self, position: np.ndarray, velocity: np.ndarray) -> "Particles":
+        """The same body elsewhere and in motion."""
+        return replace(self, position=self.position + position, velocity=self.velocity + velocity)
+
 
 def particles(
     scene: Scene, units: CodeUnits, ball: Sphere | Star | None, problem: Problem, listener: Any = None

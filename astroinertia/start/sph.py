@@ -16,17 +16,22 @@ from astroinertia.start.effects import effects_of
 from astroinertia.start.fluids import equation_of_state
 from astroinertia.start.placing import particles
 from astroinertia.start.spheres import Sphere, Star, sphere
+from astroinertia.start.together import check_same_fluid, places, together
 from astroinertia.units import CodeUnits
 
 _STENCIL = 64  # particles of the throw-away state that shows a checkpoint's structure
 
 
 def evolution(scene: Scene, units: CodeUnits) -> Particles:
-    """The particles placed, at their temperature, turning."""
-    problem, ball = problem_of(scene, units)
-    body = particles(scene, units, ball, problem)
-    if scene.body.kind == "table":  # only now it is known how many there are
-        problem, _ = problem_of(scene, units, len(body.mass))
+    """The particles placed, at their temperature, turning: each body by itself, then all of them together."""
+    bodies, fluids = [], []
+    for alone, (position, velocity) in zip(scene.alone(), places(scene, units), strict=True):
+        problem, ball = problem_of(alone, units)
+        bodies.append(particles(alone, units, ball, problem).moved(position, velocity))
+        fluids.append(problem.equation_of_state)
+    check_same_fluid(fluids)
+    body = together(bodies)
+    problem, _ = problem_of(scene, units, len(body.mass))  # only now it is known how many there are in a table
     state, arrangement = initial_state(
         problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy
     )
@@ -44,14 +49,14 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
 
 
 def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tuple[Problem, Sphere | Star | None]:
-    """The physics and numerics that a scene calls for, and the sphere or star that its body is at first.
+    """The physics and numerics that a scene calls for, and the sphere or star that its (first) body is at first.
 
     count: the number of particles, where the scene's body does not tell.
     """
     numerics, ball = scene.numerics, sphere(scene, units)
     longest = _end(scene, units) if numerics.max_timestep is None else units.to_code(numerics.max_timestep, "time")
     problem = Problem(
-        effects=effects_of(scene, units, getattr(scene.body, "particles", None) or count),
+        effects=effects_of(scene, units, scene.particles or count),
         equation_of_state=equation_of_state(scene, units, ball),
         eta=smoothing(scene)[0],
         courant=numerics.courant,

@@ -24,7 +24,9 @@ STEPS = 1000
 
 def run_steps(path: Path, steps: int, particles: int, engine: str) -> dict[str, Any]:
     """Evolve a scene for so many steps; the figures of its books, and the largest values on the way."""
-    settings = [f"body.particles={particles}", f"numerics.engine={engine}", "numerics.precision=float64"]
+    bodies = [f"bodies.{number}" for number in range(len(load.load_file(path).bodies))] or ["body"]
+    settings = [f"{body}.particles={particles // len(bodies)}" for body in bodies]
+    settings += [f"numerics.engine={engine}", "numerics.precision=float64"]
     start = prepare(load.load_file(path, settings)).evolution
     problem, state, arrangement = start.problem, start.state, start.arrangement
     first = series_record(problem, arrangement, state, None)
