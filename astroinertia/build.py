@@ -94,6 +94,7 @@ def metadata(scene: Scene) -> dict[str, Any]:
         "model": scene.model,
         **_numerics(scene),
         "effects": [kind for kind in catalogue.CATALOGUE if kind in scene.effects],
+        "companions": [companion.name for companion in scene.companions],
         "skipped_effects": {
             kind: f"a numerical device of particles, which the model {scene.model} does not need"
             for kind in catalogue.CATALOGUE

@@ -19,6 +19,7 @@ from astroinertia.dataset_schema import (
     DERIVED,
     FORMAT,
     LABELS,
+    OF_EFFECTS,
     RECORDED,
     SNAPSHOT,
     SNAPSHOT_TIME,
@@ -137,6 +138,13 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
             array = _with_rows(array, len(skipped))
             attrs["skipped_effects"] = "; ".join(f"{kind}: {reason}" for kind, reason in skipped.items())
         variables[name] = (quantity.dims, _converted(array, quantity, units), attrs)
+    for name, quantity in OF_EFFECTS.items():
+        if name in values:
+            variables[name] = (
+                quantity.dims,
+                _converted(values.pop(name), quantity, units),
+                attributes(quantity, metadata),
+            )
     for name, array in values.items():
         dims = ("time", *(f"{name}_{axis}" for axis in range(array.ndim - 1)))
         variables[name] = (
@@ -150,6 +158,10 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     coords["effect"] = ("effect", np.array([*effects, *skipped], dtype=str), {"long_name": "effect"})
     bins = {"long_name": "shell of equal mass, from the centre outwards"}
     coords["radius_bin"] = ("radius_bin", np.arange(sizes["radius_bin"]), bins)
+    if "companion_position" in variables:
+        count = variables["companion_position"][1].shape[1]
+        names = metadata.get("companions") or [str(k + 1) for k in range(count)]  # those of an archive have numbers
+        coords["companion"] = ("companion", np.array(names, dtype=str), {"long_name": "companion"})
     return xr.Dataset(variables, coords=coords, attrs=global_attributes(metadata, units, frame))
 
 
@@ -162,7 +174,7 @@ def attributes(quantity: Quantity, metadata: Mapping[str, Any]) -> dict[str, str
 
 def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str) -> dict[str, Any]:
     """What the file says of where it came from: enough to repeat the run. Lists and tables are JSON text."""
-    elsewhere = ("effects", "skipped_effects", "absent", "code_units", "dimensionless")
+    elsewhere = ("effects", "companions", "skipped_effects", "absent", "code_units", "dimensionless")
     told = {name: value for name, value in metadata.items() if name not in elsewhere}
     plain = {
         name: value if isinstance(value, str | int | float) and not isinstance(value, bool) else json.dumps(value)

@@ -85,7 +85,10 @@ RECORDED: dict[str, Quantity] = {
     "gravitational_energy": Quantity(
         _T, ENERGY, "J", "energy of self-gravity", "of the softened potential where gravity is softened"
     ),
-    "potential_energy": Quantity(_T, ENERGY, "J", "potential energy of all effects that have one"),
+    "potential_energy": Quantity(
+        _T, ENERGY, "J", "potential energy of all effects that have one",
+        "with all energy of point masses that move with the fluid",
+    ),
     "total_energy": Quantity(_T, ENERGY, "J", "total energy"),
     "integration_energy_error": Quantity(
         _T, ENERGY, "J", "energy that no effect accounts for: the error of the integration in time"
@@ -183,6 +186,23 @@ SNAPSHOT: dict[str, Quantity] = {
     "pressure": Quantity(_S, PRESSURE, "Pa", "pressure"),
 }
 """Per particle, in the order of the particles' identities."""
+
+_TC, _TCI = ("time", "companion"), ("time", "companion", "i")
+_SYSTEM = "of the fluid and the point masses that move with it"
+_TWO_POINTS = "of the companion and the body as two points at their centres of mass"
+OF_EFFECTS: dict[str, Quantity] = {
+    "system_momentum": Quantity(_TI, MOMENTUM, "kg m s-1", f"momentum {_SYSTEM}"),
+    "system_angular_momentum": Quantity(
+        _TI, ANGULAR_MOMENTUM, "kg m2 s-1", f"angular momentum {_SYSTEM}", "about their centre of mass, spins included"
+    ),
+    "companion_position": Quantity(_TCI, LENGTH, "m", "position of each companion"),
+    "companion_velocity": Quantity(_TCI, SPEED, "m s-1", "velocity of each companion"),
+    "companion_angular_momentum": Quantity(
+        _TCI, ANGULAR_MOMENTUM, "kg m2 s-1", "angular momentum of each companion's orbit about the body", _TWO_POINTS
+    ),
+    "companion_energy": Quantity(_TC, ENERGY, "J", "energy of each companion's orbit about the body", _TWO_POINTS),
+}
+"""What only scenes with certain effects have, and only then; recorded in code units, under the same names."""
 
 TIME_QUANTITY = Quantity(("time",), TIME, "s", "time since the start")
 SNAPSHOT_TIME = Quantity(("snapshot_time",), TIME, "s", "time of the snapshot")

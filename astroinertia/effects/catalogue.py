@@ -157,6 +157,30 @@ CATALOGUE: Mapping[str, Entry] = {
         "Murray & Dermott 1999, chapter 2",
         ("sph", "ellipsoid"),
     ),
+    "companions": Entry(
+        "astroinertia.effects.companions",
+        "Companions",
+        "the scene's [[companions]] as point masses beside the fluid",
+        {
+            "motion": Option(
+                "choice",
+                "orbit",
+                "orbit: on the orbits that REBOUND finds, where the body is a point mass; live: they feel the fluid's "
+                "gravity, and move with it",
+                choices=("orbit", "live"),
+            ),
+            "frame": Option(
+                "choice",
+                "direct",
+                "direct: inertial, with the centre of mass of all at rest; tidal: the body is at the origin, which "
+                "falls freely",
+                choices=("tidal", "direct"),
+            ),
+            "softening": not_negative("length", 0.0, "Plummer softening of the companions"),
+        },
+        "particles",
+        "Rein & Liu 2012; Hernquist & Katz 1989",
+    ),
     "external_field": Entry(
         "astroinertia.effects.external_field",
         "ExternalField",

@@ -20,6 +20,7 @@ PARTS = (
     "own_sums",
     "acceleration",
     "drag",
+    "reaction",
     "potential_energy",
     "virial",
     "timestep",
@@ -62,9 +63,10 @@ class Effect:
     `fluid` has time, mass (N,), position (N, 3), velocity (N, 3), entropy (N,), smoothing_length (N,), density (N,),
     grad_h (N,), zeta (N,) where softening is adaptive, pressure (N,), sound_speed (N,), internal_energy (N,) (of unit
     mass), thermal_energy (N,) (its part above the cold curve), acceleration (N, 3) (total of the previous evaluation,
-    zero on the first), gradients and sums {kind: {output: array}}, memory {name: array}, kernel (a name), centre (3,)
-    and centre_velocity (3,) of mass. Pair outputs: "acceleration" (central), "heating" (sum, du/dt), "potential" (sum),
-    "signal" (max, a speed that must not cross a smoothing length within the time step).
+    zero on the first), gradients and sums {kind: {output: array}}, memory {name: array}, points {kind: point masses
+    beside the fluid}, kernel (a name), centre (3,) and centre_velocity (3,) of mass. Pair outputs: "acceleration"
+    (central), "heating" (sum, du/dt), "potential" (sum), "signal" (max, a speed that must not cross a smoothing length
+    within the time step).
 
     With individual time steps the fluid may hold some of the body's particles alone (centre and centre_velocity stay
     those of the whole), and `remember` is given an interval for each, (N,). An external effect then acts on a particle
@@ -143,6 +145,18 @@ class Effect:
     def drag(self, fluid: Any) -> Any | None:
         """Matrix M (3, 3) of an acceleration M v, taken at the mean velocity of a kick."""
         return None
+
+    def reaction(self, xp: Any, fluid: Any, weight: Any) -> Any | None:
+        """sum over particles of weight (N,) times what unit mass does to the effect's moving point masses, (n, 3).
+
+        With masses as the weights it is their acceleration, with masses times a span of time what is added to their
+        velocities: minus what the effect does to the fluid.
+        """
+        return None
+
+    def recorded(self, state: Any) -> dict[str, Any]:
+        """Arrays that a record of the series has of the effect beside its rows (dataset_schema.OF_EFFECTS)."""
+        return {}
 
     def arranged(self, engine: Any, arrangement: Any, state: Any) -> Any | None:
         """What own_sums needs to know of particles that were just sorted (integrate.leapfrog.State), if anything."""

@@ -7,6 +7,14 @@ from typing import Any, ClassVar
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
+from astroinertia.gravity.point_masses import (
+    attraction,
+    orbital_time,
+    potential_energy,
+    tidal_attraction,
+    tidal_energy,
+    virial,
+)
 from astroinertia.pytree import pytree
 
 # Newton steps on Kepler's equation from Danby's guess: below 1e-15 for eccentricities up to 0.99, by test.
@@ -75,50 +83,27 @@ class Tide(Effect):
         sideways = xp.sin(anomaly) * (1.0 - e * e) ** 0.5
         return ((xp.cos(anomaly) - e) * pericentre + sideways * across) / (1.0 - e)
 
-    def geometry(self, xp, fluid):
-        """X, d = x - X, D^2 = X^2 + s^2 and q with d^2 + s^2 = D^2 (1 + q), which does not cancel far away."""
-        place = self.place(xp, fluid)
-        position = fluid.position
-        squared = xp.sum(place**2) + self.softening**2
-        excess = (xp.sum(position**2, axis=1) - 2.0 * position @ place) / squared
-        return place, position - place, squared, excess
+    def point(self, xp, fluid):
+        """Its mass (1,), its place (1, 3), and the square of its softening."""
+        return xp.asarray(self.mass).reshape(1), self.place(xp, fluid)[None], self.softening**2
 
     def acceleration(self, xp, fluid):
-        """In the tidal frame as -M [x + ((1 + q)^1.5 - 1) X]/(d^2 + s^2)^1.5 (Battin 1999, Astrodynamics, eq. 8.62)."""
-        place, separation, squared, excess = self.geometry(xp, fluid)
-        if self.frame == "direct":
-            cubed = (xp.sum(separation**2, axis=1) + self.softening**2) ** 1.5
-            return -self.mass * separation / cubed[:, None]
-        ratio = (1.0 + excess) ** 1.5
-        growth = excess * (3.0 + excess * (3.0 + excess)) / (1.0 + ratio)
-        return -self.mass * (fluid.position + growth[:, None] * place) / (squared**1.5 * ratio)[:, None]
+        """Of the perturber alone; in the tidal frame less that of the origin."""
+        pull = attraction if self.frame == "direct" else tidal_attraction
+        return pull(xp, fluid.position, *self.point(xp, fluid))
 
     def potential_energy(self, xp, fluid):
         """-M sum m/(d^2 + s^2)^(1/2); in the tidal frame less its value and its slope at the origin."""
-        place, separation, squared, excess = self.geometry(xp, fluid)
-        if self.frame == "direct":
-            return -self.mass * xp.sum(fluid.mass / xp.sqrt(xp.sum(separation**2, axis=1) + self.softening**2))
-        root = xp.sqrt(1.0 + excess)
-        beyond = -excess / (root * (1.0 + root)) - fluid.position @ place / squared
-        return -self.mass * (fluid.mass @ beyond) / xp.sqrt(squared)
+        energy = potential_energy if self.frame == "direct" else tidal_energy
+        return energy(xp, fluid.mass, fluid.position, *self.point(xp, fluid))
 
     def virial(self, xp, fluid):
-        """V = -sum m w x' (x) x' - sum m (w - w_c) x' (x) (c - X), the second part being the torque and what it leaves.
-
-        c is the centre of mass, x' = x - c, w = M/(d^2 + s^2)^1.5 and w_c its value at c. The frame's acceleration is
-        uniform over the body and has no moment.
-        """
-        place, centre = self.place(xp, fluid), fluid.centre
-        relative, away = fluid.position - centre, fluid.centre - place
-        weight = self.mass / (xp.sum((relative + away) ** 2, axis=1) + self.softening**2) ** 1.5
-        change = weight - self.mass / (xp.sum(away**2) + self.softening**2) ** 1.5
-        symmetric = xp.einsum("n,ni,nj->ij", fluid.mass * weight, relative, relative)
-        return -symmetric - xp.outer((fluid.mass * change) @ relative, away)
+        """The same in both frames: the frame's acceleration is uniform over the body and has no moment."""
+        return virial(xp, fluid.mass, fluid.position, fluid.centre, *self.point(xp, fluid))
 
     def timestep(self, xp, fluid):
         """The orbital time scale of the nearest particle about the perturber."""
-        nearest = xp.min(xp.sum((fluid.position - self.place(xp, fluid)) ** 2, axis=1)) + self.softening**2
-        return xp.sqrt(nearest**1.5 / self.mass)
+        return xp.min(orbital_time(xp, fluid.position, *self.point(xp, fluid)))
 
     @property
     def potential_moves(self):

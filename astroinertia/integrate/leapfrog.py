@@ -7,7 +7,7 @@ predicted for the end of the step, which makes them time-centred.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from astroinertia.engines.elementwise import elementwise, totals
@@ -40,7 +40,10 @@ class Rates:
 @pytree
 @dataclass(frozen=True)
 class State:
-    """Everything that a run carries from step to step, in code units; rates belong to the present positions."""
+    """Everything that a run carries from step to step, in code units; rates belong to the present positions.
+
+    points: {effect: point masses beside the fluid}, which move with it.
+    """
 
     time: Array
     step: Array
@@ -53,6 +56,7 @@ class State:
     memory: dict[str, Array]
     ledger: Ledger
     rates: Rates
+    points: dict[str, Any] = field(default_factory=dict)
 
 
 Forces = Callable[[State, Array], State]
@@ -89,6 +93,7 @@ def drift(xp: Any, state: State, dt: Array) -> State:
         time=state.time + dt,
         position=elementwise(xp, moved, state.position, state.velocity, dt)[0],
         ledger=after_drift(xp, state.ledger, dt),
+        points={kind: each.drifted(dt, state.time + dt) for kind, each in state.points.items()},
     )
 
 
@@ -101,7 +106,8 @@ def kick(xp: Any, state: State, dt: Array) -> State:
         increments, length = velocity_increments(xp, rates, before, dt), 1.0
     ledger = after_kick(xp, state.ledger, mass, state.position, before, after, increments, length)
     heat = [xp.zeros(()) if q is None else dt * totals(xp, power, mass, q)[0][0] for q in rates.heating]
-    return replace(state, velocity=after, entropy=entropy, ledger=after_heating(ledger, xp.stack(heat)))
+    points = {kind: each.kicked(dt) for kind, each in state.points.items()}
+    return replace(state, velocity=after, entropy=entropy, ledger=after_heating(ledger, xp.stack(heat)), points=points)
 
 
 def predicted(xp: Any, state: State, dt: Array) -> tuple[Array, Array]:

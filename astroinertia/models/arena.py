@@ -54,6 +54,7 @@ def put_back(flow: Flow, part: Flow, depth: int) -> None:
             flow.rows[name] = np.zeros((flow.count, *array.shape[1:]))
         flow.rows[name][home] = array[inner]
     flow.ledger, flow.centre, flow.centre_velocity = part.ledger, part.centre, part.centre_velocity
+    flow.points = part.points
 
 
 def _around(flow: Flow, inner: Array, dt: float) -> Array:

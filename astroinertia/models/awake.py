@@ -16,7 +16,7 @@ from astroinertia.engines.terms import PairTerm
 from astroinertia.inertia.ledger import Whole, after_drift, after_heating, after_kick
 from astroinertia.integrate.hierarchical import Clock, weighted_sets
 from astroinertia.integrate.leapfrog import Rates, State
-from astroinertia.models import sph
+from astroinertia.models import points, sph
 from astroinertia.models.flow import FLUID, Flow, Part, Spans
 from astroinertia.sph.density import density
 
@@ -65,6 +65,7 @@ def drift(flow: Flow, clock: Clock) -> None:
     dt = clock.elapsed - flow.clock.elapsed
     flow.ledger = after_drift(np, flow.ledger, np.float64(dt))
     flow.centre = flow.centre + dt * flow.centre_velocity
+    flow.points = points.drifted(np, flow.points, np.float64(dt), np.float64(flow.begun + clock.elapsed))
     moved(flow, clock)
 
 
@@ -118,8 +119,8 @@ def fluid_of(flow: Flow, awake: Array | None = None, **more: Any) -> Part:
     arrays.setdefault("zeta", None)
     memory = {name: array if everyone else array[awake] for name, array in flow.under("memory").items()}
     return Part(
-        time=np.float64(flow.time), memory=memory, kernel=flow.problem.kernel, body_centre=flow.centre,
-        body_velocity=flow.centre_velocity, **arrays, **more,
+        time=np.float64(flow.time), memory=memory, kernel=flow.problem.kernel, points=flow.points,
+        body_centre=flow.centre, body_velocity=flow.centre_velocity, **arrays, **more,
     )  # fmt: skip
 
 
@@ -324,5 +325,6 @@ def closed(flow: Flow, state: State, rates: Rates) -> State:
         **{name: rows[name] for name in ("identity", "mass", "position", "velocity", "entropy", "smoothing_length")},
         memory=flow.under("memory"),
         ledger=flow.ledger,
-        rates=rates,
+        rates=replace(rates, fluid=replace(rates.fluid, points=flow.points)),
+        points=points.attracted(np, flow.problem.effects, replace(rates.fluid, points=flow.points)),
     )

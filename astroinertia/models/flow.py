@@ -90,6 +90,7 @@ class Flow:
     interval must not exceed, its own and for its neighbours' sake; `own_limit` (N,); `rung` (N,) and `interval` (N,);
     and with prefixes memory, field (of the force terms), distant (accelerations that are not by neighbours), outer
     (those of them by what is outside a nested set) and body (accelerations that come with the base step alone).
+    points: those beside the fluid;
     pairs: the engine's arrangement with lists of neighbours; tally: what was done so far; whole: whether these are all
     particles of the body.
     """
@@ -104,6 +105,7 @@ class Flow:
     centre: Array
     centre_velocity: Array
     tally: Tally
+    points: dict[str, Any]
     whole: bool = True
     pairs: Any = None
 
@@ -162,4 +164,6 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
     total = mass.sum()
     centre, velocity = (mass @ state.position) / total, (mass @ state.velocity) / total
     begun = float(state.time)
-    return Flow(problem, arrangement, Clock(base), begun, rows, state.ledger, total, centre, velocity, Tally())
+    return Flow(
+        problem, arrangement, Clock(base), begun, rows, state.ledger, total, centre, velocity, Tally(), state.points
+    )

@@ -18,7 +18,7 @@ from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.integrate.hierarchical import NEIGHBOURS, base_step, merged, rungs
 from astroinertia.integrate.leapfrog import Rates, State
 from astroinertia.integrate.timestep import shortest
-from astroinertia.models import arena, sph
+from astroinertia.models import arena, points, sph
 from astroinertia.models import awake as passes
 from astroinertia.models.awake import Sums
 from astroinertia.models.flow import Flow, Part, Spans, opened
@@ -237,6 +237,7 @@ def _kicked(
             push = added(push, np.reshape(span, (-1, 1)) * acceleration)
         pushes.append(np.zeros((len(awake), 3)) if push is None else push)
         heat.append(impulses.get("heating") if problem.equation_of_state.thermal else None)
+    flow.points = points.pushed(problem.effects, part, half)
     drags = [effect.drag(part) for effect in problem.effects]
     passes.kick(flow, awake, pushes, drags, heat, spans)
     if spans.opens:

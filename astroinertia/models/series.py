@@ -10,6 +10,7 @@ from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.integrate.leapfrog import State
 from astroinertia.integrate.timestep import limiting
 from astroinertia.models.evolution import TIMESTEP_CRITERIA
+from astroinertia.models.points import system_record
 from astroinertia.models.sph import (
     Problem,
     effect_accelerations,
@@ -84,6 +85,8 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
         **timestep_limit(problem, state),
         **_profiles(mass, relative, velocity - drift, np.asarray(state.rates.fluid.density)),
         **_modes(mass, relative),
+        **system_record(state),
+        **{name: array for effect in problem.effects for name, array in effect.recorded(state).items()},
     }
 
 

@@ -16,6 +16,7 @@ from astroinertia.engines.elementwise import added, elementwise, totals
 from astroinertia.inertia.ledger import after_heating, open_ledger
 from astroinertia.integrate import leapfrog, timestep
 from astroinertia.integrate.leapfrog import Rates, State
+from astroinertia.models.points import attracted, with_others, without_others
 from astroinertia.pytree import pytree
 from astroinertia.sph.density import density
 from astroinertia.sph.fluid import Fluid
@@ -65,10 +66,11 @@ def initial_state(
     velocity: Array,
     entropy: Array | None = None,
     internal_energy: Array | None = None,
+    points: dict[str, Any] | None = None,
 ) -> tuple[State, Any]:
     """The state at time 0 with its rates, and the arrangement of its particles (N,), (N, 3), (N, 3), (N,).
 
-    Entropies are given, or follow from specific internal energies and the densities found.
+    Entropies are given, or follow from specific internal energies and the densities found. points: those beside it.
     """
     xp, eos = problem.engine.xp, problem.equation_of_state
     mass, position, velocity = xp.asarray(mass), xp.asarray(position), xp.asarray(velocity)
@@ -88,6 +90,7 @@ def initial_state(
         memory={},
         ledger=open_ledger(xp, mass, position, velocity, len(problem.effects)),
         rates=Rates(nothing, nothing, nothing, xp.zeros(count), xp.zeros(()), None),  # type: ignore[arg-type]
+        points=points or {},
     )
     for _ in range(2):  # the first lengths are a guess; particles are arranged anew by the solved ones
         state, arrangement = rearranged(problem, state)
@@ -106,7 +109,8 @@ def rearranged(problem: Problem, state: State) -> tuple[State, Any]:
     def sort(array: Array) -> Array:
         return array[order] if getattr(array, "ndim", 0) and array.shape[0] == count else array
 
-    state = replace(jax.tree.map(sort, replace(state, ledger=None)), ledger=state.ledger)
+    particles, others = without_others(state)
+    state = with_others(jax.tree.map(sort, particles), others)
     return state, arranged(problem, pairs, state)
 
 
@@ -175,6 +179,7 @@ def evaluated(problem: Problem, arrangement: Any, state: State, dt: Array) -> St
         acceleration=acceleration,
         memory=state.memory,
         kernel=problem.kernel,
+        points=state.points,
     )
     if first:
         for effect in effects:
@@ -188,7 +193,10 @@ def evaluated(problem: Problem, arrangement: Any, state: State, dt: Array) -> St
     ledger = state.ledger
     if "pressure" in problem.effect_names and not first:
         ledger = after_heating(ledger, _compression(problem, state, solved.density))
-    return replace(state, smoothing_length=solved.smoothing_length, memory=fluid.memory, ledger=ledger, rates=rates)
+    points = attracted(xp, effects, fluid)
+    return replace(
+        state, smoothing_length=solved.smoothing_length, memory=fluid.memory, ledger=ledger, rates=rates, points=points
+    )
 
 
 def pair_sums(
@@ -274,8 +282,8 @@ def internal_energy(problem: Problem, state: State) -> Array:
 
 def potential_energies(problem: Problem, state: State) -> dict[str, Array]:
     """The potential energy of each effect that has one."""
-    xp = problem.engine.xp
-    energies = {effect.kind: effect.potential_energy(xp, state.rates.fluid) for effect in problem.effects}
+    xp, fluid = problem.engine.xp, replace(state.rates.fluid, points=state.points)
+    energies = {effect.kind: effect.potential_energy(xp, fluid) for effect in problem.effects}
     return {kind: energy for kind, energy in energies.items() if energy is not None}
 
 

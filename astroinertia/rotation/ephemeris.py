@@ -12,7 +12,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.errors import NumericalError
@@ -61,25 +60,27 @@ class Ephemeris:
     def position(self, time: Array) -> Array:
         """Positions (..., N, 3) relative to the body at times (...,); NaN outside the time that is covered."""
         place, coefficients, _ = self._located(time)
-        return jnp.einsum("...k,...kni->...ni", _chebyshev(place)[0], coefficients)
+        return namespace(place).einsum("...k,...kni->...ni", _chebyshev(place)[0], coefficients)
 
     def velocity(self, time: Array) -> Array:
         """Velocities (..., N, 3) relative to the body at times (...,); NaN outside the time that is covered."""
         place, coefficients, half_length = self._located(time)
-        return jnp.einsum("...k,...kni->...ni", _chebyshev(place)[1], coefficients) / half_length[..., None, None]
+        slopes = namespace(place).einsum("...k,...kni->...ni", _chebyshev(place)[1], coefficients)
+        return slopes / half_length[..., None, None]
 
     def _located(self, time: Array) -> tuple[Array, Array, Array]:
-        time = jnp.asarray(time)
+        xp = namespace(time, self.coefficients)
+        time = xp.asarray(time)
         parts = self.segment.shape[0]
-        part = jnp.floor((time - self.start) / (self.end - self.start) * parts).astype(int)
-        number = jnp.asarray(self.segment)[jnp.clip(part, 0, parts - 1)]
-        middle, half_length = jnp.asarray(self.middle), jnp.asarray(self.half_length)
+        part = xp.floor((time - self.start) / (self.end - self.start) * parts).astype(int)
+        number = xp.asarray(self.segment)[xp.clip(part, 0, parts - 1)]
+        middle, half_length = xp.asarray(self.middle), xp.asarray(self.half_length)
         late = time > middle[number] + half_length[number]
-        number = jnp.where(late, jnp.minimum(number + 1, middle.shape[0] - 1), number)
+        number = xp.where(late, xp.minimum(number + 1, middle.shape[0] - 1), number)
         half_length = half_length[number]
         place = (time - middle[number]) / half_length
         covered = (time >= self.start) & (time <= self.end)
-        return jnp.where(covered, place, jnp.nan), jnp.asarray(self.coefficients)[number], half_length
+        return xp.where(covered, place, xp.nan), xp.asarray(self.coefficients)[number], half_length
 
 
 def ephemeris(bodies: Any, end: float, tolerance: float | None = None) -> Ephemeris:

@@ -16,7 +16,8 @@ class Fluid:
     velocity is the one predicted for this instant where a step is under way. grad_h is Omega and zeta the softening
     correction of Price & Monaghan (2007, MNRAS 374, 1347), None where nothing is softened. acceleration is the total of
     the evaluation before. internal_energy is specific, thermal_energy its part above the cold curve. gradients and sums
-    hold {effect: {output: array}} of the passes made so far; memory holds what effects evolve for themselves.
+    hold {effect: {output: array}} of the passes made so far; memory holds what effects evolve for themselves; points
+    {effect: point masses} are beside the fluid (gravity.point_masses.PointMasses, rotation.on_orbits.OnOrbits).
     """
 
     time: Array
@@ -37,6 +38,7 @@ class Fluid:
     kernel: str = field(metadata={"static": True})
     gradients: dict[str, dict[str, Array]] = field(default_factory=dict)
     sums: dict[str, dict[str, Array]] = field(default_factory=dict)
+    points: dict[str, Any] = field(default_factory=dict)
 
     @property
     def centre(self) -> Array:

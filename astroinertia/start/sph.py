@@ -1,6 +1,7 @@
 """The particle model of a scene: its physics and numerics, and its particles at time 0 or from a checkpoint."""
 
 import importlib
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,8 +13,10 @@ from astroinertia.models.sph import Problem, arranged, initial_state
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS, Kernel
+from astroinertia.start import companions
 from astroinertia.start.effects import effects_of
 from astroinertia.start.fluids import equation_of_state
+from astroinertia.start.placing import Particles as Body
 from astroinertia.start.placing import particles
 from astroinertia.start.spheres import Sphere, Star, sphere
 from astroinertia.start.together import check_same_fluid, places, together
@@ -32,8 +35,9 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
     check_same_fluid(fluids)
     body = together(bodies)
     problem, _ = problem_of(scene, units, len(body.mass))  # only now it is known how many there are in a table
+    points, body = companions.beside(scene, units, problem, body)
     state, arrangement = initial_state(
-        problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy
+        problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy, points
     )
     return Particles(problem, state, arrangement, _end(scene, units), _base_step(scene))
 
@@ -42,7 +46,10 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     """The particles of a checkpoint."""
     problem, _ = problem_of(scene, units, len(arrays[".mass"]))
     random = np.random.default_rng(0).normal(size=(2, _STENCIL, 3))
-    like, _ = initial_state(problem, np.ones(_STENCIL), random[0], random[1], np.ones(_STENCIL))
+    mass = np.full(_STENCIL, math.fsum(arrays[".mass"]) / _STENCIL)
+    stencil = Body(mass, random[0], random[1], np.ones(_STENCIL), None)
+    points, _ = companions.beside(scene, units, problem, stencil)
+    like, _ = initial_state(problem, stencil.mass, stencil.position, stencil.velocity, stencil.entropy, points=points)
     state = unflattened(like, dict(arrays), problem.engine.xp)
     pairs = problem.engine.arrange(state.position, state.smoothing_length)[1]
     return Particles(problem, state, arranged(problem, pairs, state), _end(scene, units), _base_step(scene))

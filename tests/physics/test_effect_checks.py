@@ -15,6 +15,7 @@ from astroinertia import checks
 from astroinertia.effects import catalogue, conduction, gravity, pressure, viscosity
 from astroinertia.engines import numba_cpu, xla
 from astroinertia.gravity import direct
+from astroinertia.gravity.point_masses import PointMasses
 from astroinertia.models import sph
 from astroinertia.sph.eos import Ideal
 from tests.pairs import BruteEngine
@@ -28,6 +29,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "damping": {"time_scale": 3.0, "rate": 0.4, "rate_change": 0.2, "axis": (1.0, 0.5, 2.0)},
     "rotating_frame": {"rate": 0.3, "axis": (1.0, 2.0, 3.0)},
     "tide": {"mass": 3.0, "position": (8.0, 1.0, 0.0), "period": 10.0, "eccentricity": 0.3, "softening": 0.1},
+    "companions": {"motion": "live", "softening": 0.1},
     "external_field": {
         "uniform": (0.1, 0.2, 0.3),
         "quadratic": ((1.0, 0.2, 0.1), (0.2, 0.5, -0.3), (0.1, -0.3, -0.4)),
@@ -46,7 +48,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     },
 }
 INTERNAL = ("gravity", "pressure", "viscosity", "conduction", "target_tensor")
-POTENTIAL = ("gravity", "pressure", "rotating_frame", "tide", "external_field", "target_tensor")
+POTENTIAL = ("gravity", "pressure", "rotating_frame", "tide", "companions", "external_field", "target_tensor")
 
 
 def effects() -> tuple[Any, ...]:
@@ -68,6 +70,13 @@ def particles() -> SimpleNamespace:
     )
 
 
+def beside(problem: sph.Problem) -> dict[str, Any]:
+    """Two companions that move."""
+    xp = problem.engine.xp
+    place, mass = xp.asarray([[1.5, 0.3, -0.4], [-0.5, 2.0, 0.6]]), xp.asarray([0.7, 0.2])
+    return {"companions": PointMasses(mass, place, 0.1 * place[::-1], 0.0 * place, xp.asarray(0.1))}
+
+
 def problem_of(engine: Any, listed: tuple[Any, ...]) -> sph.Problem:
     return sph.Problem(
         effects=listed,
@@ -86,7 +95,9 @@ def problem_of(engine: Any, listed: tuple[Any, ...]) -> sph.Problem:
 def at_first(engine: Any, listed: tuple[Any, ...]) -> tuple[sph.Problem, Any, Any]:
     """The problem, its state (after one small step, so that the viscosity has seen accelerations), its arrangement."""
     cloud, problem = particles(), problem_of(engine, listed)
-    state, arrangement = sph.initial_state(problem, cloud.mass, cloud.position, cloud.velocity, cloud.entropy)
+    state, arrangement = sph.initial_state(
+        problem, cloud.mass, cloud.position, cloud.velocity, cloud.entropy, None, beside(problem)
+    )
     return problem, sph.step(problem, arrangement, state, problem.engine.xp.asarray(1e-3)), arrangement
 
 
@@ -119,7 +130,9 @@ def exact_changes() -> dict[str, float]:
     cloud = particles()
     with jax.enable_x64(True):
         problem = problem_of(xla.Engine(), tuple(e for e in effects() if e.kind in POTENTIAL))
-        state, arrangement = sph.initial_state(problem, cloud.mass, cloud.position, 0 * cloud.velocity, cloud.entropy)
+        state, arrangement = sph.initial_state(
+            problem, cloud.mass, cloud.position, 0 * cloud.velocity, cloud.entropy, None, beside(problem)
+        )
 
         def energies(position: Any) -> dict[str, Any]:
             moved = sph.evaluated(problem, arrangement, replace(state, position=position), jnp.zeros(()))
@@ -131,7 +144,9 @@ def exact_changes() -> dict[str, float]:
 
 def potential_found(listed: tuple[Any, ...]) -> Any:
     cloud, problem = particles(), problem_of(BruteEngine(), listed)
-    state, _ = sph.initial_state(problem, cloud.mass, cloud.position, 0 * cloud.velocity, cloud.entropy)
+    state, _ = sph.initial_state(
+        problem, cloud.mass, cloud.position, 0 * cloud.velocity, cloud.entropy, None, beside(problem)
+    )
     accelerations = [np.zeros((PARTICLES, 3)) if a is None else a for a in state.rates.acceleration]
     displacement = cloud.displacement[state.identity]
     return checks.potential_checks(listed, state.mass, accelerations, displacement, exact_changes())

@@ -19,6 +19,7 @@ import pytest
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.engines import numba_modules, xla
+from astroinertia.gravity.point_masses import PointMasses
 from astroinertia.models import sph
 from astroinertia.scene import load, plan
 from astroinertia.start import sph as start_sph
@@ -51,6 +52,7 @@ TABLES = {
     "damping": "time_scale = 3.0\nrate = 0.4",
     "rotating_frame": "rate = 0.3",
     "tide": "mass = 3.0\nposition = [8.0, 1.0, 0.0]\nperiod = 10.0",
+    "companions": 'motion = "live"\n[[companions]]\nname = "moon"\nmass = 0.1\nsemi_major_axis = 8.0',
     "external_field": "point_mass = 2.0\nsoftening = 0.3",
     "target_tensor": "stiffness = 2.0\naxis_ratios = [2.0, 1.0, 1.0]",
 }
@@ -64,7 +66,7 @@ TRACES = {
     "conduction": r"conduction|relative_velocity_pair|pressure_jump_pair",
 }
 HALVES = (
-    ("gravity", "pressure", "damping", "tide", "target_tensor"),
+    ("gravity", "pressure", "damping", "tide", "companions", "target_tensor"),
     ("pressure", "viscosity", "conduction", "rotating_frame", "external_field"),
 )
 
@@ -113,7 +115,14 @@ IMPORTS = """
         problem, _ = start_sph.problem_of(scene, plan.code_units(scene))
         problem = replace(problem, engine=BruteEngine())
         random = np.random.default_rng(0).normal(size=(2, 24, 3))
-        state, arrangement = sph.initial_state(problem, np.ones(24), random[0], random[1], np.ones(24))
+        points = {}
+        if "companions" in problem.effect_names:
+            from astroinertia.gravity.point_masses import PointMasses
+            place = 8.0 * np.eye(3)
+            points["companions"] = PointMasses(np.ones(3), place, 0.0 * place, 0.0 * place, np.float64(0.1))
+        state, arrangement = sph.initial_state(
+            problem, np.ones(24), random[0], random[1], np.ones(24), points=points
+        )
         state = sph.step(problem, arrangement, state, 1e-3)
         series.series_record(problem, arrangement, state, None)
         found.append(imported())
@@ -121,6 +130,8 @@ IMPORTS = """
 """
 ALONGSIDE = {
     "gravity": {"astroinertia.gravity.direct", "astroinertia.gravity.points"},
+    "tide": {"astroinertia.gravity.point_masses"},
+    "companions": {"astroinertia.gravity.point_masses"},
     "viscosity": {"astroinertia.effects.gradients"},
 }
 ALWAYS = {f"astroinertia.effects.{name}" for name in ("catalogue", "effect", "entries", "rigid_entries")}
@@ -172,7 +183,10 @@ def problem_of(listed: Any, engine: Any) -> sph.Problem:
 
 def started(listed: Any, engine: Any) -> tuple[sph.Problem, Any, Any]:
     problem, random = problem_of(listed, engine), np.random.default_rng(0).normal(size=(2, 48, 3))
-    return problem, *sph.initial_state(problem, np.ones(48) / 48, random[0], random[1], np.ones(48))
+    place = 8.0 * np.eye(3)
+    points = {"companions": PointMasses(np.ones(3), place, 0.0 * place, 0.0 * place, np.float64(0.1))}
+    beside = {kind: each for kind, each in points.items() if kind in listed}
+    return problem, *sph.initial_state(problem, np.ones(48) / 48, random[0], random[1], np.ones(48), points=beside)
 
 
 def generated(listed: Any) -> tuple[set[str], str, set[str]]:

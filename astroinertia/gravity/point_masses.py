@@ -1,0 +1,166 @@
+"""Point masses beside a fluid: what they do to it, what it does to them, and how they move with it.
+
+Each is softened as Plummer's sphere: a = -M d/(d^2 + s^2)^(3/2) with d = x - X. What the fluid does to a point is
+summed from the same products, so that momentum and angular momentum of both together stay.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from astroinertia.pytree import pytree
+
+Array = Any
+NEVER = 1e-60  # the square of a rate, in code units, that limits nothing
+
+
+@pytree
+@dataclass(frozen=True)
+class PointMasses:
+    """Point masses that move with a fluid by the same kicks and drifts: mass (n,), and (n, 3) in an inertial frame.
+
+    acceleration is that by the fluid and by each other at the present places; softening is their own.
+    """
+
+    mass: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    softening: Array
+
+    def kicked(self, dt: Array) -> "PointMasses":
+        """With velocities dt later."""
+        return replace(self, velocity=self.velocity + dt * self.acceleration)
+
+    def drifted(self, dt: Array, time: Array) -> "PointMasses":
+        """Where they are dt later, at `time`."""
+        return replace(self, position=self.position + dt * self.velocity)
+
+    def by_each_other(self, xp: Any, everyone: Iterable["PointMasses"]) -> Array:
+        """Their accelerations by all point masses, themselves among these, (n, 3)."""
+        total = xp.zeros_like(self.position)
+        for other in everyone:
+            soft = self.softening**2 + other.softening**2
+            total = total + attraction(xp, self.position, other.mass, other.position, soft, alone=other is self)
+        return total
+
+    def meeting_time(self, xp: Any, everyone: Iterable["PointMasses"]) -> Array:
+        """The shortest time scale of the orbits of two point masses, one of these among them, a scalar."""
+        rate = xp.zeros(())
+        for other in everyone:
+            for k in range(other.mass.shape[0]):
+                squared = xp.sum((self.position - other.position[k]) ** 2, axis=1)
+                squared = squared + self.softening**2 + other.softening**2
+                pair = (self.mass + other.mass[k]) / xp.where(squared > 0.0, squared, 1.0) ** 1.5
+                same = xp.arange(len(pair)) == (k if other is self else -1)
+                rate = xp.maximum(rate, xp.max(xp.where(same, 0.0, pair), initial=0.0))
+        return 1.0 / xp.sqrt(rate + NEVER)
+
+    def energy(self, xp: Any, everyone: Iterable["PointMasses"]) -> Array:
+        """Kinetic energy, and half of the potential energy with all point masses."""
+        total = 0.5 * xp.sum(self.mass * xp.sum(self.velocity**2, axis=1))
+        for other in everyone:
+            soft = self.softening**2 + other.softening**2
+            total = total + 0.5 * potential_energy(
+                xp, self.mass, self.position, other.mass, other.position, soft, alone=other is self
+            )
+        return total
+
+
+def attraction(
+    xp: Any, position: Array, mass: Array, place: Array, softening_squared: Array, alone: bool = False
+) -> Array:
+    """Accelerations (N, 3) at positions (N, 3) by points of that mass (n,) at places (n, 3).
+
+    alone: both are the same points, none of which acts on itself.
+    """
+    total = xp.zeros_like(position)
+    for k in range(mass.shape[0]):
+        away, weight = _weight(xp, position, place[k], softening_squared, k if alone else None)
+        total = total - mass[k] * weight[:, None] * away
+    return total
+
+
+def reaction(xp: Any, weight: Array, position: Array, place: Array, softening_squared: Array) -> Array:
+    """Accelerations (n, 3) of points at places (n, 3) by particles (N, 3), their masses or these times a span, (N,)."""
+    rows = []
+    for k in range(place.shape[0]):
+        away, each = _weight(xp, position, place[k], softening_squared)
+        rows.append(xp.sum((weight * each)[:, None] * away, axis=0))
+    return xp.stack(rows) if rows else xp.zeros_like(place)
+
+
+def potential_energy(
+    xp: Any, weight: Array, position: Array, mass: Array, place: Array, softening_squared: Array, alone: bool = False
+) -> Array:
+    """-sum m M/(d^2 + s^2)^(1/2) of particles (N,), (N, 3) and points (n,), (n, 3)."""
+    total = xp.zeros(())
+    for k in range(mass.shape[0]):
+        root = xp.sqrt(xp.sum((position - place[k]) ** 2, axis=1) + softening_squared)
+        share = xp.where(xp.arange(len(root)) == k, 0.0, weight) if alone else weight
+        total = total - mass[k] * xp.sum(share / xp.where(root > 0.0, root, 1.0))
+    return total
+
+
+def virial(
+    xp: Any, weight: Array, position: Array, centre: Array, mass: Array, place: Array, softening_squared: Array
+) -> Array:
+    """V = -sum m w x' (x) x' - sum m (w - w_c) x' (x) (c - X) for each point, the second being the torque and more.
+
+    c is the centre of mass, x' = x - c, w = M/(d^2 + s^2)^1.5 and w_c its value at c: what is uniform over the body has
+    no moment. (N,), (N, 3), (3,), (n,), (n, 3): (3, 3).
+    """
+    relative, total = position - centre, xp.zeros((3, 3))
+    for k in range(mass.shape[0]):
+        from_point, (at_centre,) = _weight(xp, centre[None], place[k], softening_squared)
+        _, each = _weight(xp, position, place[k], softening_squared)
+        symmetric = xp.einsum("n,ni,nj->ij", weight * each, relative, relative)
+        total = total - mass[k] * (symmetric + xp.outer((weight * (each - at_centre)) @ relative, from_point[0]))
+    return total
+
+
+def tidal_attraction(xp: Any, position: Array, mass: Array, place: Array, softening_squared: Array) -> Array:
+    """`attraction` less that at the origin, which falls freely, (N, 3).
+
+    -M [x + ((1 + q)^1.5 - 1) X]/(d^2 + s^2)^1.5 does not cancel far away (Battin 1999, Astrodynamics, eq. 8.62).
+    """
+    total = xp.zeros_like(position)
+    for k in range(mass.shape[0]):
+        squared, excess = _excess(xp, position, place[k], softening_squared)
+        ratio = (1.0 + excess) ** 1.5
+        growth = excess * (3.0 + excess * (3.0 + excess)) / (1.0 + ratio)
+        total = total - mass[k] * (position + growth[:, None] * place[k]) / (squared**1.5 * ratio)[:, None]
+    return total
+
+
+def tidal_energy(xp: Any, weight: Array, position: Array, mass: Array, place: Array, softening_squared: Array) -> Array:
+    """`potential_energy` less its value and its slope at the origin."""
+    total = xp.zeros(())
+    for k in range(mass.shape[0]):
+        squared, excess = _excess(xp, position, place[k], softening_squared)
+        root = xp.sqrt(1.0 + excess)
+        beyond = -excess / (root * (1.0 + root)) - position @ place[k] / squared
+        total = total - mass[k] * (weight @ beyond) / xp.sqrt(squared)
+    return total
+
+
+def orbital_time(xp: Any, position: Array, mass: Array, place: Array, softening_squared: Array) -> Array:
+    """((d^2 + s^2)^1.5/M)^(1/2) of each particle and the point that it is shortest for, (N,)."""
+    rate = xp.zeros(position.shape[0])
+    for k in range(mass.shape[0]):
+        squared = xp.sum((position - place[k]) ** 2, axis=1) + softening_squared
+        rate = xp.maximum(rate, mass[k] / squared**1.5)
+    return 1.0 / xp.sqrt(rate + NEVER)
+
+
+def _weight(xp: Any, position: Array, place: Array, softening_squared: Array, alone: int | None = None) -> Any:
+    away = position - place
+    squared = xp.sum(away**2, axis=1) + softening_squared
+    weight = xp.where(squared > 0.0, squared, 1.0) ** -1.5
+    return away, weight if alone is None else xp.where(xp.arange(len(weight)) == alone, 0.0, weight)
+
+
+def _excess(xp: Any, position: Array, place: Array, softening_squared: Array) -> tuple[Array, Array]:
+    """D^2 = X^2 + s^2, and q with d^2 + s^2 = D^2 (1 + q)."""
+    squared = xp.sum(place**2) + softening_squared
+    return squared, (xp.sum(position**2, axis=1) - 2.0 * position @ place) / squared

@@ -1,0 +1,86 @@
+"""Point masses beside the particles of a fluid: what accelerates them, and what they and the fluid have together."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from astroinertia.effects.effect import Effect
+from astroinertia.integrate.leapfrog import State
+from astroinertia.sph.fluid import Fluid
+
+Array = Any
+
+
+def attracted(xp: Any, effects: Sequence[Effect], fluid: Fluid) -> dict[str, Any]:
+    """The points beside the fluid, those that move with it accelerated by the fluid and by each other."""
+    points = dict(fluid.points)
+    for effect in effects:
+        if (pull := effect.reaction(xp, fluid, fluid.mass)) is not None:
+            each = fluid.points[effect.kind]
+            points[effect.kind] = replace(each, acceleration=pull + each.by_each_other(xp, fluid.points.values()))
+    return points
+
+
+def without_others(state: State) -> tuple[State, tuple[Any, ...]]:
+    """The arrays of the particles alone, and what else there is: the ledger and the points."""
+    fluid = state.rates.fluid
+    rates = state.rates if fluid is None else replace(state.rates, fluid=replace(fluid, points={}))
+    return replace(state, ledger=None, points={}, rates=rates), (state.ledger, state.points, fluid)
+
+
+def with_others(state: State, others: tuple[Any, ...]) -> State:
+    """The state put together again."""
+    ledger, points, fluid = others
+    rates = state.rates
+    if fluid is not None:
+        rates = replace(rates, fluid=replace(rates.fluid, points=fluid.points))
+    return replace(state, ledger=ledger, points=points, rates=rates)
+
+
+def moving(points: dict[str, Any]) -> list[Any]:
+    """Those that the fluid acts on."""
+    return [each for each in points.values() if hasattr(each, "acceleration")]
+
+
+def drifted(xp: Any, points: dict[str, Any], dt: Array, time: Array) -> dict[str, Any]:
+    """Points dt later, at `time`: between two kicks by the fluid they act on each other, kick, drift and kick."""
+    points = _by_each_other(xp, points, 0.5 * dt)
+    points = {kind: each.drifted(dt, time) for kind, each in points.items()}
+    return _by_each_other(xp, points, 0.5 * dt)
+
+
+def _by_each_other(xp: Any, points: dict[str, Any], dt: Array) -> dict[str, Any]:
+    among = moving(points)
+    return {
+        kind: replace(each, velocity=each.velocity + dt * each.by_each_other(xp, among))
+        if hasattr(each, "acceleration")
+        else each
+        for kind, each in points.items()
+    }
+
+
+def pushed(effects: Sequence[Effect], part: Fluid, spans: Array) -> dict[str, Any]:
+    """Points after the fluid's particles (n,), each over its own span (n,), acted on them."""
+    points = dict(part.points)
+    for effect in effects:
+        if (gain := effect.reaction(np, part, part.mass * spans)) is not None:
+            each = part.points[effect.kind]
+            points[effect.kind] = replace(each, velocity=each.velocity + gain)
+    return points
+
+
+def system_record(state: State) -> dict[str, Array]:
+    """Momentum and angular momentum, about the centre of mass of all, of fluid and moving points together."""
+    among = moving(state.points)
+    if not among:
+        return {}
+    parts = [state, *among]
+    mass, position, velocity = (
+        np.concatenate([np.asarray(getattr(part, name)) for part in parts]) for name in ("mass", "position", "velocity")
+    )
+    centre, drift = (mass @ position) / mass.sum(), (mass @ velocity) / mass.sum()
+    spin = sum(np.asarray(each.spin).sum(axis=0) for each in among if hasattr(each, "spin"))
+    orbital = (mass[:, None] * np.cross(position - centre, velocity - drift)).sum(axis=0)
+    return {"system_momentum": mass @ velocity, "system_angular_momentum": orbital + spin}
