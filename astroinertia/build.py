@@ -10,7 +10,7 @@ from astroinertia.archive import Archive
 from astroinertia.effects import catalogue
 from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
-from astroinertia.scene.plan import cadence, code_units, plan
+from astroinertia.scene.plan import cadence, code_units, plan, regions_told
 from astroinertia.scene.schema import Scene
 from astroinertia.start.spheres import Sphere, Star, sphere
 from astroinertia.units import CodeUnits
@@ -100,6 +100,7 @@ def metadata(scene: Scene) -> dict[str, Any]:
             for kind in catalogue.CATALOGUE
             if kind in scene.effects and scene.model not in catalogue.CATALOGUE[kind].models
         },
+        **({"regions": regions_told(scene)} if scene.regions else {}),
         "versions": {
             "python": platform.python_version(),
             **{

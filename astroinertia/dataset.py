@@ -14,6 +14,8 @@ import xarray as xr
 
 from astroinertia.archive import MANIFEST, Archive
 from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE, derived_quantities
+from astroinertia.dataset_regions import QUANTITIES as REGIONAL
+from astroinertia.dataset_regions import regional_quantities
 from astroinertia.dataset_schema import (
     CONVENTIONS,
     DERIVED,
@@ -116,6 +118,9 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     absent, skipped = metadata.get("absent", {}), metadata.get("skipped_effects", {})
     values = {name: np.asarray(array) for name, array in series.items()}
     values |= derived_quantities(values, tolerance, radius)
+    regions = metadata.get("regions", {})
+    if regions:
+        values |= regional_quantities(values, tolerance)
     if not dimensionless and frame == _INERTIAL and {"kinetic_tensor", "virial_tensor"} <= set(values):
         acceleration = second_moment_acceleration(values["kinetic_tensor"], values["virial_tensor"].sum(axis=1))
         acceleration, gravity = units.to_si(acceleration, "energy"), units.gravitational_constant
@@ -125,9 +130,9 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
         for name, pair in zip(("gw_strain_plus", "gw_strain_cross"), zip(*strains, strict=True), strict=True):
             values[name] = np.stack(pair, axis=-1)
     time = values.pop("time")
-    sizes = _sizes(values, effects) | {"time": len(time)}
+    sizes = _sizes(values, effects) | {"time": len(time), "region": len(regions)}
     variables = {}
-    for name, quantity in (RECORDED | DERIVED).items():
+    for name, quantity in (RECORDED | DERIVED | (REGIONAL if regions else {})).items():
         attrs = attributes(quantity, metadata)
         array = values.pop(name, None)
         if array is None:
@@ -162,6 +167,9 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
         count = variables["companion_position"][1].shape[1]
         names = metadata.get("companions") or [str(k + 1) for k in range(count)]  # those of an archive have numbers
         coords["companion"] = ("companion", np.array(names, dtype=str), {"long_name": "companion"})
+    if regions:
+        meaning = "; ".join(f"{name}: {text}" for name, text in regions.items())
+        coords["region"] = ("region", np.array(list(regions), dtype=str), {"long_name": "region", "comment": meaning})
     return xr.Dataset(variables, coords=coords, attrs=global_attributes(metadata, units, frame))
 
 
@@ -174,7 +182,7 @@ def attributes(quantity: Quantity, metadata: Mapping[str, Any]) -> dict[str, str
 
 def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str) -> dict[str, Any]:
     """What the file says of where it came from: enough to repeat the run. Lists and tables are JSON text."""
-    elsewhere = ("effects", "companions", "skipped_effects", "absent", "code_units", "dimensionless")
+    elsewhere = ("effects", "companions", "regions", "skipped_effects", "absent", "code_units", "dimensionless")
     told = {name: value for name, value in metadata.items() if name not in elsewhere}
     plain = {
         name: value if isinstance(value, str | int | float) and not isinstance(value, bool) else json.dumps(value)

@@ -229,6 +229,8 @@ def reason_for_absence(name: str, effects: list[str], dimensionless: bool, frame
             return "the frame is not inertial"
     if name == "moment_ratio":
         return "the body has no reference radius"
+    if name.startswith("region_"):
+        return "the region is empty throughout" if "gravity" in effects else "the scene lists no gravity"
     if name == "attitude":
         return "only a rigid body has axes of its own"
     if name == "figure_rotation_rate":

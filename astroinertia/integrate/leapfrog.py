@@ -12,6 +12,7 @@ from typing import Any
 
 from astroinertia.engines.elementwise import elementwise, totals
 from astroinertia.inertia.ledger import Ledger, after_drift, after_heating, after_kick
+from astroinertia.inertia.regions import Books
 from astroinertia.pytree import pytree
 from astroinertia.sph.fluid import Fluid
 
@@ -43,6 +44,7 @@ class State:
     """Everything that a run carries from step to step, in code units; rates belong to the present positions.
 
     points: {effect: point masses beside the fluid}, which move with it.
+    regions: the books of each region of the body, whose members memory holds under member_key(name), (N,).
     """
 
     time: Array
@@ -57,6 +59,12 @@ class State:
     ledger: Ledger
     rates: Rates
     points: dict[str, Any] = field(default_factory=dict)
+    regions: dict[str, Books] = field(default_factory=dict)
+
+
+def member_key(name: str) -> str:
+    """The name in a state's memory of which particles a region holds: 1 for members, 0 for the others."""
+    return f"region.{name}"
 
 
 Forces = Callable[[State, Array], State]
@@ -94,6 +102,7 @@ def drift(xp: Any, state: State, dt: Array) -> State:
         position=elementwise(xp, moved, state.position, state.velocity, dt)[0],
         ledger=after_drift(xp, state.ledger, dt),
         points={kind: each.drifted(dt, state.time + dt) for kind, each in state.points.items()},
+        regions={name: books.drifted(xp, dt) for name, books in state.regions.items()},
     )
 
 
@@ -107,7 +116,12 @@ def kick(xp: Any, state: State, dt: Array) -> State:
     ledger = after_kick(xp, state.ledger, mass, state.position, before, after, increments, length)
     heat = [xp.zeros(()) if q is None else dt * totals(xp, power, mass, q)[0][0] for q in rates.heating]
     points = {kind: each.kicked(dt) for kind, each in state.points.items()}
-    return replace(state, velocity=after, entropy=entropy, ledger=after_heating(ledger, xp.stack(heat)), points=points)
+    regions = {
+        name: books.kicked(xp, mass * state.memory[member_key(name)], state.position, before, after, increments, length)
+        for name, books in state.regions.items()
+    }
+    ledger = after_heating(ledger, xp.stack(heat))
+    return replace(state, velocity=after, entropy=entropy, ledger=ledger, points=points, regions=regions)
 
 
 def predicted(xp: Any, state: State, dt: Array) -> tuple[Array, Array]:

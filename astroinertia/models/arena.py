@@ -53,8 +53,8 @@ def put_back(flow: Flow, part: Flow, depth: int) -> None:
         if name not in flow.rows:
             flow.rows[name] = np.zeros((flow.count, *array.shape[1:]))
         flow.rows[name][home] = array[inner]
-    flow.ledger, flow.centre, flow.centre_velocity = part.ledger, part.centre, part.centre_velocity
-    flow.points = part.points
+    flow.ledger, flow.regions, flow.points = part.ledger, part.regions, part.points
+    flow.centre, flow.centre_velocity = part.centre, part.centre_velocity
 
 
 def _around(flow: Flow, inner: Array, dt: float) -> Array:

@@ -15,7 +15,7 @@ from astroinertia.engines.numba_source import argument_names
 from astroinertia.engines.terms import PairTerm
 from astroinertia.inertia.ledger import Whole, after_drift, after_heating, after_kick
 from astroinertia.integrate.hierarchical import Clock, weighted_sets
-from astroinertia.integrate.leapfrog import Rates, State
+from astroinertia.integrate.leapfrog import Rates, State, member_key
 from astroinertia.models import points, sph
 from astroinertia.models.flow import FLUID, Flow, Part, Spans
 from astroinertia.sph.density import density
@@ -64,6 +64,7 @@ def drift(flow: Flow, clock: Clock) -> None:
     """Free motion of all particles to a later time, and of the body as the ledger has it."""
     dt = clock.elapsed - flow.clock.elapsed
     flow.ledger = after_drift(np, flow.ledger, np.float64(dt))
+    flow.regions = {name: books.drifted(np, np.float64(dt)) for name, books in flow.regions.items()}
     flow.centre = flow.centre + dt * flow.centre_velocity
     flow.points = points.drifted(np, flow.points, np.float64(dt), np.float64(flow.begun + clock.elapsed))
     moved(flow, clock)
@@ -263,13 +264,19 @@ def kick(
     A push that heats has its heat for the velocities that particles were expected to have; what it works on those that
     they turn out to have beyond that is made up for, so that it turns energy into heat and loses none.
     """
-    mass = flow.take("mass", awake)
+    mass, position = flow.take("mass", awake), flow.take("position", awake)
     before = flow.take("velocity", awake)
     increments = with_drag(pushes, drags, before, spans.closing + spans.opening)
     after = added(before, reduce(added, increments))
     body = Whole(flow.total_mass, flow.centre, flow.centre_velocity)
     momentum = flow.ledger.impulse.total.sum(axis=0)
-    flow.ledger = after_kick(np, flow.ledger, mass, flow.take("position", awake), before, after, increments, body=body)
+    flow.ledger = after_kick(np, flow.ledger, mass, position, before, after, increments, body=body)
+    flow.regions = {
+        name: books.kicked(
+            np, mass * flow.take(f"memory.{member_key(name)}", awake), position, before, after, increments
+        )
+        for name, books in flow.regions.items()
+    }
     gained = flow.ledger.impulse.total.sum(axis=0) - momentum
     flow.centre_velocity = flow.centre_velocity + gained / flow.total_mass
     flow.put("velocity", awake, after)
@@ -325,6 +332,7 @@ def closed(flow: Flow, state: State, rates: Rates) -> State:
         **{name: rows[name] for name in ("identity", "mass", "position", "velocity", "entropy", "smoothing_length")},
         memory=flow.under("memory"),
         ledger=flow.ledger,
+        regions=flow.regions,
         rates=replace(rates, fluid=replace(rates.fluid, points=flow.points)),
         points=points.attracted(np, flow.problem.effects, replace(rates.fluid, points=flow.points)),
     )

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.inertia.ledger import Ledger
+from astroinertia.inertia.regions import Books
 from astroinertia.integrate.hierarchical import Clock
 from astroinertia.integrate.leapfrog import State
 from astroinertia.models import sph
@@ -90,7 +91,7 @@ class Flow:
     interval must not exceed, its own and for its neighbours' sake; `own_limit` (N,); `rung` (N,) and `interval` (N,);
     and with prefixes memory, field (of the force terms), distant (accelerations that are not by neighbours), outer
     (those of them by what is outside a nested set) and body (accelerations that come with the base step alone).
-    points: those beside the fluid;
+    regions: the books of each; points: those beside the fluid;
     pairs: the engine's arrangement with lists of neighbours; tally: what was done so far; whole: whether these are all
     particles of the body.
     """
@@ -101,6 +102,7 @@ class Flow:
     begun: float
     rows: dict[str, Array]
     ledger: Ledger
+    regions: dict[str, Books]
     total_mass: float
     centre: Array
     centre_velocity: Array
@@ -164,6 +166,6 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
     total = mass.sum()
     centre, velocity = (mass @ state.position) / total, (mass @ state.velocity) / total
     begun = float(state.time)
-    return Flow(
-        problem, arrangement, Clock(base), begun, rows, state.ledger, total, centre, velocity, Tally(), state.points
-    )
+    books = state.ledger, state.regions
+    parts = rows, *books, total, centre, velocity, Tally(), state.points
+    return Flow(problem, arrangement, Clock(base), begun, *parts)

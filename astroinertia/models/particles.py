@@ -26,6 +26,7 @@ class Particles:
     """A fluid of particles under way (models.evolution.Evolution); `end` is that of the run.
 
     base_step: models.individual.step where every particle has a step of its own; a step is then one of the slowest.
+    regions: models.regions.Regions where the scene has any.
     """
 
     absent: ClassVar[Mapping[str, str]] = {}
@@ -33,10 +34,16 @@ class Particles:
     meets_times: ClassVar[bool] = False
 
     def __init__(
-        self, problem: sph.Problem, state: State, arrangement: Any, end: float, base_step: BaseStep | None = None
+        self,
+        problem: sph.Problem,
+        state: State,
+        arrangement: Any,
+        end: float,
+        base_step: BaseStep | None = None,
+        regions: Any = None,
     ) -> None:
         self.problem, self.state, self.arrangement, self.end = problem, state, arrangement, end
-        self.effects, self.base_step, self.note = problem.effect_names, base_step, ""
+        self.effects, self.base_step, self.regions, self.note = problem.effect_names, base_step, regions, ""
         self._step = jax.jit(sph.step) if problem.engine.name == "xla" else sph.step
 
     @property
@@ -74,8 +81,12 @@ class Particles:
             raise self._diagnosis("the state is no longer finite")
 
     def record(self, opening_potential: float | None) -> Record:
-        """One row of the headline series."""
-        return series_record(self.problem, self.arrangement, self.state, opening_potential)
+        """One row of the headline series; regions are judged anew for it."""
+        record = series_record(self.problem, self.arrangement, self.state, opening_potential)
+        if self.regions is None:
+            return record
+        self.state = self.regions.updated(self.state)
+        return record | self.regions.record(self.state)
 
     def snapshot(self) -> Record:
         """All particles."""

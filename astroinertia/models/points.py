@@ -24,19 +24,20 @@ def attracted(xp: Any, effects: Sequence[Effect], fluid: Fluid) -> dict[str, Any
 
 
 def without_others(state: State) -> tuple[State, tuple[Any, ...]]:
-    """The arrays of the particles alone, and what else there is: the ledger and the points."""
+    """The arrays of the particles alone, and what else there is: the ledger, the books of regions and the points."""
     fluid = state.rates.fluid
     rates = state.rates if fluid is None else replace(state.rates, fluid=replace(fluid, points={}))
-    return replace(state, ledger=None, points={}, rates=rates), (state.ledger, state.points, fluid)
+    others = state.ledger, state.regions, state.points, fluid
+    return replace(state, ledger=None, regions={}, points={}, rates=rates), others
 
 
 def with_others(state: State, others: tuple[Any, ...]) -> State:
     """The state put together again."""
-    ledger, points, fluid = others
+    ledger, regions, points, fluid = others
     rates = state.rates
     if fluid is not None:
         rates = replace(rates, fluid=replace(rates.fluid, points=fluid.points))
-    return replace(state, ledger=ledger, points=points, rates=rates)
+    return replace(state, ledger=ledger, regions=regions, points=points, rates=rates)
 
 
 def moving(points: dict[str, Any]) -> list[Any]:

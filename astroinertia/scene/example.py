@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, REQUIRED, Option
-from astroinertia.scene import bodies, companions, places, schema
+from astroinertia.scene import bodies, companions, places, regions, schema
 from astroinertia.scene.load import KINDS
 from astroinertia.scene.quantities import Quantity
 from astroinertia.scene.text import toml_value
@@ -44,6 +44,7 @@ SET: dict[str, dict[str, Any]] = {
 }
 # Tables that most scenes do without, shown as comments.
 ABSENT: dict[str, type[BaseModel]] = {
+    "[regions.core]": regions.Region,
     "[body.change]": bodies.Change,
     "[orbit]": places.Orbit,
     "[[companions]]": companions.Companion,

@@ -127,6 +127,8 @@ def plan(scene: Scene) -> Plan:
         sections["orbit"] = tuple(Line(*each) for each in told)
     if scene.model in ("sph", "ellipsoid"):
         sections["equation of state"] = _equation_of_state(scene)
+    if scene.regions:
+        sections["regions"] = tuple(Line(name, text) for name, text in regions_told(scene).items())
     if scene.companions:
         sections["companions"] = _companions(scene)
     sections |= {"model and numerics": _numerics(scene), "time and output": _time(scene)}
@@ -221,6 +223,17 @@ def _companions(scene: Scene) -> tuple[Line, ...]:
         lines.append(Line(each.name, _shown(scene, each.mass, "mass"), f"around {each.around}, {orbit}"))
     back = "the body's quadrupole acts back" if scene.orbits.back_reaction else "the body is a point to them"
     return (*lines, Line("orbits", f"REBOUND, {scene.orbits.integrator}", back))
+
+
+def regions_told(scene: Scene) -> dict[str, str]:
+    """What each region of a scene is, in words."""
+    return {
+        name: region.told(
+            "" if region.innermost_mass is None else _shown(scene, region.innermost_mass, "mass"),
+            "" if region.density_above is None else _shown(scene, region.density_above, "density"),
+        )
+        for name, region in scene.regions.items()
+    }
 
 
 def _thermal(scene: Scene) -> list[Line]:

@@ -2,7 +2,7 @@
 
 import difflib
 from collections.abc import Iterable, Sequence
-from typing import Any, get_args
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -146,15 +146,19 @@ def _without_tags(loc: tuple[str | int, ...], kinds: dict[str, Any]) -> tuple[Pa
 
 
 def _model_at(model: type[BaseModel], loc: Path, kind: str | None, kinds: dict[str, Any]) -> type[BaseModel] | None:
+    named = False  # whether this part of the path is a name that the scene gives to one of several tables
     for depth, part in enumerate(part for part in loc if isinstance(part, str)):
         if depth == 0 and kind is not None:
             model = kinds[str(part)][kind]
             continue
+        if named:
+            named = False
+            continue
         field = model.model_fields.get(str(part))
         inner = [item for item in _arguments(field.annotation) if _is_model(item)] if field else []
-        if len(inner) != 1:
+        if field is None or len(inner) != 1:
             return None
-        model = inner[0]
+        model, named = inner[0], get_origin(field.annotation) is dict
     return model
 
 

@@ -14,6 +14,7 @@ from astroinertia.scene.companions import MOST_COMPANIONS, Companion, Orbits, ch
 from astroinertia.scene.fluids import AnyEquationOfState, Part, as_tuple
 from astroinertia.scene.places import MOST_BODIES, Orbit
 from astroinertia.scene.quantities import Duration, Length, Mass
+from astroinertia.scene.regions import MOST_REGIONS, REGION_NAME, Region
 
 MOST_RECORDS = 1e6  # a record holds some hundreds of numbers
 MOST_SNAPSHOTS = 1e5
@@ -143,6 +144,9 @@ class Scene(Part):
     )
     orbits: Orbits = Field(default_factory=Orbits)
     effects: dict[str, dict[str, Any]] = Field(description="kind of each effect called for, with all its options")
+    regions: Annotated[dict[Annotated[str, Field(pattern=REGION_NAME)], Region], Field(max_length=MOST_REGIONS)] = (
+        Field(default_factory=dict, description="parts of the body with books of their own, by name")
+    )
     numerics: Numerics = Field(default_factory=Numerics)
     time: TimeSpan
     output: Output = Field(default_factory=Output)
@@ -181,6 +185,7 @@ class Scene(Part):
             if each.body.kind == "table" and self.units is None:
                 raise ValueError('[units] with mass and length (or units = "code") is needed for a body of kind table.')
         self._has_bodies_in_their_places()
+        self._has_what_its_regions_need()
         return self
 
     def _has_bodies_in_their_places(self) -> None:
@@ -196,6 +201,15 @@ class Scene(Part):
             raise ValueError("[orbit] is for two [[bodies]] of known mass.")
         if moved:
             raise ValueError("[orbit] says where the bodies are, so they must not have position or velocity.")
+
+    def _has_what_its_regions_need(self) -> None:
+        for name, region in self.regions.items():
+            if self.model != "sph":
+                raise ValueError(
+                    f"[regions.{name}] is a part of a body of particles, which {self.model} does not have."
+                )
+            if region.bound and "gravity" not in self.effects:
+                raise ValueError(f"[regions.{name}] bound needs gravity among the effects.")
 
     def _has_what_its_model_needs(self) -> None:
         body, model = self.body, self.model

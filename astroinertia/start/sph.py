@@ -39,7 +39,9 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
     state, arrangement = initial_state(
         problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy, points
     )
-    return Particles(problem, state, arrangement, _end(scene, units), _base_step(scene))
+    regions = _regions(scene, units, problem)
+    state = state if regions is None else regions.opened(state)
+    return Particles(problem, state, arrangement, _end(scene, units), _base_step(scene), regions)
 
 
 def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Particles:
@@ -50,9 +52,13 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     stencil = Body(mass, random[0], random[1], np.ones(_STENCIL), None)
     points, _ = companions.beside(scene, units, problem, stencil)
     like, _ = initial_state(problem, stencil.mass, stencil.position, stencil.velocity, stencil.entropy, points=points)
+    regions = _regions(scene, units, problem)
+    if regions is not None:
+        like = regions.with_room(like)
     state = unflattened(like, dict(arrays), problem.engine.xp)
     pairs = problem.engine.arrange(state.position, state.smoothing_length)[1]
-    return Particles(problem, state, arranged(problem, pairs, state), _end(scene, units), _base_step(scene))
+    arrangement = arranged(problem, pairs, state)
+    return Particles(problem, state, arrangement, _end(scene, units), _base_step(scene), regions)
 
 
 def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tuple[Problem, Sphere | Star | None]:
@@ -90,6 +96,21 @@ def _base_step(scene: Scene) -> Any:
     if scene.numerics.timesteps == "global":
         return None
     return importlib.import_module("astroinertia.models.individual").step
+
+
+def _regions(scene: Scene, units: CodeUnits, problem: Problem) -> Any:
+    # Scenes without regions import nothing of them.
+    if not scene.regions:
+        return None
+    module = importlib.import_module("astroinertia.models.regions")
+    made = []
+    for name, asked in scene.regions.items():
+        options = asked.model_dump()
+        for key, dimension in (("innermost_mass", "mass"), ("density_above", "density")):
+            if options[key] is not None:
+                options[key] = units.to_code(options[key], dimension)
+        made.append(module.Region(name, **options))
+    return module.Regions(problem, tuple(made))
 
 
 def _end(scene: Scene, units: CodeUnits) -> float:
