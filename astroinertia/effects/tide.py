@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.open_orbit import place_on_open_orbit
 from astroinertia.gravity.point_masses import (
     attraction,
     orbital_time,
@@ -19,6 +20,7 @@ from astroinertia.pytree import pytree
 
 # Newton steps on Kepler's equation from Danby's guess: below 1e-15 for eccentricities up to 0.99, by test.
 KEPLER_STEPS = 8
+MOST_ELLIPTIC = 0.99
 
 
 def eccentric_anomaly(xp: Any, mean_anomaly: Any, eccentricity: Any) -> Any:
@@ -38,10 +40,11 @@ def eccentric_anomaly(xp: Any, mean_anomaly: Any, eccentricity: Any) -> Any:
 class Tide(Effect):
     """a = -M d/(d^2 + s^2)^(3/2) with d = x - X(t), minus the same at the origin where the frame is "tidal".
 
-    X is fixed, or runs on a Kepler ellipse about the origin: it is at `position` at the pericentre, `mean_anomaly` at
-    time 0, and goes round `normal` in `period` (Murray & Dermott 1999, Solar System Dynamics, sections 2.3 and 2.4).
-    The orbit and its period are prescribed: the body does not act back on it. With "direct" the frame is inertial; with
-    "tidal" its origin falls freely, and the body follows the difference of attractions.
+    X is fixed, or runs on a Kepler orbit about the origin: it is at `position` at the pericentre and goes round
+    `normal` (Murray & Dermott 1999, Solar System Dynamics, sections 2.3 and 2.4), on an ellipse in `period` with
+    `mean_anomaly` at time 0; on a parabola or hyperbola it is nearest at `pericentre_time`, with the speed that `mass`
+    gives, the body's own neglected. The orbit is prescribed: the body does not act back on it. With "direct" the frame
+    is inertial; with "tidal" its origin falls freely, and the body follows the difference of attractions.
     """
 
     mass: Any
@@ -50,6 +53,7 @@ class Tide(Effect):
     eccentricity: Any = 0.0
     normal: Any = (0.0, 0.0, 1.0)
     mean_anomaly: Any = 0.0
+    pericentre_time: Any = None
     softening: Any = 0.0
     frame: str = field(default="tidal", metadata={"static": True})
 
@@ -58,11 +62,18 @@ class Tide(Effect):
 
     @classmethod
     def from_options(cls, options):
-        """Refuses a perturber at the origin, and an orbit that its normal is not normal to."""
+        """Refuses a perturber at the origin, an orbit that its normal is not normal to, and a mixture of two orbits."""
         position, normal = options["position"], options["normal"]
         if not any(position):
             raise ValueError("the position must not be the origin")
-        if options["period"] is not None:
+        is_closed, is_open = options["period"] is not None, options["pericentre_time"] is not None
+        if is_closed and is_open:
+            raise ValueError("it needs a period (an ellipse) or a pericentre_time (a parabola or hyperbola), not both")
+        if is_closed and options["eccentricity"] > MOST_ELLIPTIC:
+            raise ValueError(f"an orbit with a period has an eccentricity of at most {MOST_ELLIPTIC}")
+        if is_open and options["eccentricity"] < 1.0:
+            raise ValueError("an orbit with a pericentre_time has an eccentricity of at least 1")
+        if is_closed or is_open:
             if not any(normal):
                 raise ValueError("the normal of the orbit must not be zero")
             along = sum(p * n for p, n in zip(position, normal, strict=True))
@@ -73,11 +84,15 @@ class Tide(Effect):
     def place(self, xp, fluid):
         """X at the fluid's time, (3,)."""
         pericentre = xp.asarray(self.position)
-        if self.period is None:
+        if not self.potential_moves:
             return pericentre
         normal = xp.asarray(self.normal)
         across = xp.cross(normal / xp.sqrt(xp.sum(normal**2)), pericentre)
         e = self.eccentricity
+        if self.pericentre_time is not None:
+            rate = (self.mass / xp.sum(pericentre**2) ** 1.5) ** 0.5
+            along, sideways = place_on_open_orbit(xp, rate * (fluid.time - self.pericentre_time), e)
+            return along * pericentre + sideways * across
         anomaly = eccentric_anomaly(xp, self.mean_anomaly + 2.0 * math.pi / self.period * fluid.time, e)
         # In units of the pericentre distance a (1 - e).
         sideways = xp.sin(anomaly) * (1.0 - e * e) ** 0.5
@@ -108,7 +123,7 @@ class Tide(Effect):
     @property
     def potential_moves(self):
         """Where the perturber does."""
-        return self.period is not None
+        return self.period is not None or self.pericentre_time is not None
 
     def affine_potential(self, body):
         """To second order in the body's size: about the origin in the tidal frame, about the centre of mass if direct.

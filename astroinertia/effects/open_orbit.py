@@ -1,0 +1,45 @@
+"""Where a body on a parabola or a hyperbola is at a given time."""
+
+import math
+from typing import Any
+
+# Newton steps on Kepler's equation from above; the error is round-off for e from 1 to 100 and all times, by test.
+KEPLER_STEPS = 14
+_SERIES_TERMS = 10  # of sinh k - k and cosh k - 1 below k = 1: the first left out is below 1e-18
+
+
+def place_on_open_orbit(xp: Any, time: Any, eccentricity: Any) -> tuple[Any, Any]:
+    """Coordinates along the pericentre and across, in units of its distance q, for time in (q^3/M)^(1/2), e >= 1.
+
+    The universal variable s solves time = s + e s^3 c_3(-b s^2), b = e - 1, in which Barker's equation is the case
+    b = 0; then x = 1 - s^2 c_2 and y = (1 + e)^(1/2) (s + b s^3 c_3), c_k Stumpff's functions (Danby 1988,
+    Fundamentals of Celestial Mechanics, section 6.9). Tests: tests/unit/test_open_orbit.py.
+    """
+    e, excess = eccentricity, eccentricity - 1.0
+    size = xp.abs(time)
+    # Both are upper bounds of the root: of the parabola, c_3 >= 1/6, and of large times, s^3 c_3 >= (sinh k - k)/b^1.5.
+    parabola = 2.0 * (2.0 / e) ** 0.5 * xp.sinh(xp.arcsinh(1.5 * size * (e / 2.0) ** 0.5) / 3.0)
+    root = xp.sqrt(xp.where(excess > 0.0, excess, 1.0))
+    anomaly = xp.minimum(parabola, xp.where(excess > 0.0, xp.arcsinh(size * root) / root, parabola))
+    for _ in range(KEPLER_STEPS):
+        second, third = stumpff_sums(xp, anomaly, excess)
+        anomaly = anomaly - (anomaly + e * third - size) / (1.0 + e * second)
+    second, third = stumpff_sums(xp, anomaly, excess)
+    across = (1.0 + e) ** 0.5 * (anomaly + excess * third)
+    return 1.0 - second, xp.where(time < 0.0, -across, across)
+
+
+def stumpff_sums(xp: Any, s: Any, excess: Any) -> tuple[Any, Any]:
+    """s^2 c_2(-b s^2) and s^3 c_3(-b s^2): (cosh k - 1)/b and (sinh k - k)/b^1.5 with k = b^0.5 s, b >= 0."""
+    argument = excess * s * s
+    small = argument < 1.0
+    second = third = 0.0
+    for j in reversed(range(_SERIES_TERMS)):
+        second = second * xp.where(small, argument, 0.0) + 1.0 / math.factorial(2 * j + 2)
+        third = third * xp.where(small, argument, 0.0) + 1.0 / math.factorial(2 * j + 3)
+    root = xp.sqrt(xp.where(small, 1.0, argument))
+    b = xp.where(small, 1.0, excess)
+    return (
+        xp.where(small, s * s * second, (xp.cosh(root) - 1.0) / b),
+        xp.where(small, s**3 * third, (xp.sinh(root) - root) / b**1.5),
+    )
