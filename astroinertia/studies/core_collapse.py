@@ -1,0 +1,222 @@
+"""Rotating core collapse by the name of a model, in Newton's gravity: from a rotating equilibrium through bounce.
+
+A name such as "A1B3G3" is one of the grid of Zwerger & Mueller (1997, A&A 320, 209), which Dimmelmeier, Font & Mueller
+(2002, A&A 393, 523) took over: an n = 3 polytrope of central density 1e10 g/cm^3 with P = K rho^(4/3), K = 4.897e14 in
+cgs, in rotational equilibrium under the law j_constant with scale A and T/|W| = B. It falls because below nuclear
+density the exponent is then gamma_1 = G at the same K. Mass and radius follow from K, the density and the rotation.
+Tests: tests/unit/test_core_collapse.py, tests/physics/test_core_collapse.py.
+"""
+
+import math
+import re
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from scipy.signal import find_peaks
+
+from astroinertia import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
+from astroinertia import dataset as datasets
+from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.bodies.rotating_star import RotatingStar, rotating_star_with
+from astroinertia.bodies.rotation_laws import RotationLaw
+from astroinertia.bodies.scf_matter import polytropic_matter
+from astroinertia.errors import SceneError
+from astroinertia.run import run_scene
+from astroinertia.scene import load
+from astroinertia.sph.eos import CORE_COLLAPSE
+from astroinertia.units import GRAVITATIONAL_CONSTANT
+
+INDEX = 3.0
+CENTRAL_DENSITY = 1.0e13  # kg/m^3
+SCALES = {"A1": 5.0e7, "A2": 1.0e6, "A3": 5.0e5, "A4": 1.0e5}  # m
+ROTATIONS = {"B1": 0.0025, "B2": 0.005, "B3": 0.009, "B4": 0.018, "B5": 0.04}  # T/|W|
+EXPONENTS = {"G1": 1.325, "G2": 1.32, "G3": 1.31, "G4": 1.30, "G5": 1.28}  # gamma_1
+_ENDS = {"G1": 0.130, "G2": 0.100, "G3": 0.075, "G4": 0.060, "G5": 0.050}  # s: past the bounce of B3
+_SAME_RADIUS = 1e-5
+_CLEAR = 0.05  # of the greatest density: what a maximum stands out by
+_REBOUND = 1.0 / 3.0  # of the density at bounce: a core that falls below has bounced as a whole
+_NEAR = 0.005  # s, about the bounce, in which its signal is looked for
+
+
+@dataclass(frozen=True)
+class CoreModel:
+    """One model of the grid: rotation scale A (m), T/|W| (0: at rest), gamma_1, and the star, in SI."""
+
+    name: str
+    scale: float
+    rotation: float
+    gamma_1: float
+
+    @property
+    def end(self) -> float:
+        """Time to follow it for, s: past the bounce of slow rotators."""
+        return next(end for code, end in _ENDS.items() if EXPONENTS[code] == self.gamma_1)
+
+
+def core_model(name: str) -> CoreModel:
+    """Return a model by its name, "A1B3G3", or "G3" for the core at rest; SceneError for another name."""
+    found = re.fullmatch(r"(?:(A\d)(B\d))?(G\d)", name)
+    scale, rotation, exponent = found.groups() if found else ("", "", "")
+    if exponent not in EXPONENTS or (rotation and (scale not in SCALES or rotation not in ROTATIONS)):
+        raise SceneError(f'a core has a name such as A1B3G3 (A1 to A4, B1 to B5, G1 to G5) or, at rest, G3, not "{name}"')
+    return CoreModel(name, SCALES.get(scale, math.inf), ROTATIONS.get(rotation, 0.0), EXPONENTS[exponent])
+
+
+def initial_star(model: CoreModel) -> tuple[float, float]:
+    """Return mass (kg) and equatorial radius (m) of the core's equilibrium; NumericalError where it has none.
+
+    In units of mass M, radius R and G the star has a density d and pressure p where it is densest; K and the central
+    density fix M = (K d^(4/3)/(p G))^(3/2) and R, on which the law's scale in units of R depends in turn.
+    """
+    pressed = CORE_COLLAPSE["reference_pressure"] / CORE_COLLAPSE["reference_density"] ** (4 / 3)  # K
+    if model.rotation == 0.0:
+        star = Polytrope(INDEX)
+        return _sized(pressed, star.central_density, star.central_pressure, star.central_density)
+    radius = 1.6e6
+    while True:
+        unit = _unit_star(model, radius)
+        central = float(unit.density(0.0, 0.0))
+        mass, found = _sized(pressed, unit.max_density, unit.max_pressure, central)
+        if abs(found / radius - 1.0) < _SAME_RADIUS:
+            return mass, found
+        radius = found
+
+
+def _sized(constant: float, density: float, pressure: float, central: float) -> tuple[float, float]:
+    mass = (constant * density ** (4 / 3) / (pressure * GRAVITATIONAL_CONSTANT)) ** 1.5
+    return mass, (central * mass / CENTRAL_DENSITY) ** (1 / 3)
+
+
+def _unit_star(model: CoreModel, radius: float) -> RotatingStar:
+    law = RotationLaw("j_constant", model.scale / radius)
+    return rotating_star_with("rotational_to_gravitational", model.rotation, polytropic_matter(INDEX), law)
+
+
+def core_scene(name: str, particles: int = 3000, end: float | None = None) -> str:
+    """Return the scene of a model as TOML text, to be run as it stands; end in s."""
+    model = core_model(name)
+    mass, radius = initial_star(model)
+    gamma = model.gamma_1
+    constant = CORE_COLLAPSE["reference_pressure"] / CORE_COLLAPSE["reference_density"] ** gamma
+    if model.rotation:
+        body = f'kind = "rotating_star"\nlaw = "j_constant"\nscale = "{model.scale!r} m"\nt_over_w = {model.rotation!r}'
+    else:
+        body = 'kind = "polytrope"'
+    return f"""name = "core_{name}"
+description = "Core collapse {name} of the grid of Zwerger & Mueller (1997)."
+
+[body]
+{body}
+index = {INDEX!r}
+particles = {particles}
+mass = "{mass:.8g} kg"
+radius = "{radius:.8g} m"
+relax = false # it falls at once, and n = 3 of exponent 4/3 has no size of its own to settle to
+
+[equation_of_state]
+kind = "hybrid"
+gamma_1 = {gamma!r}
+gamma_2 = {CORE_COLLAPSE["gamma_2"]!r}
+gamma_thermal = {CORE_COLLAPSE["gamma_thermal"]!r}
+nuclear_density = "{CORE_COLLAPSE["nuclear_density"]!r} kg m-3"
+constant = "{constant!r} kg({1 - gamma:.6g}) m({3 * gamma - 1:.6g}) s-2"
+
+[effects.gravity]
+[effects.pressure]
+[effects.viscosity]
+
+[numerics]
+precision = "mixed"
+timesteps = "individual"
+max_timestep = "0.1 ms" # of the base step, after which records are taken
+
+[time]
+end = "{model.end if end is None else end!r} s"
+
+[output]
+series_every = "0.1 ms"
+snapshot_every = "5 ms"
+"""
+
+
+def core_collapse(
+    name: str,
+    particles: int = 3000,
+    end: float | None = None,
+    settings: Sequence[str] = (),
+    folder: str | PathLike[str] | None = None,
+) -> xr.Dataset:
+    """Run a model by name and return its series with what the bounce was like (see `with_bounce`).
+
+    end: in s; settings: further "key=value" of the scene; folder: where the run is kept (nowhere without it).
+    SceneError for a bad name or setting, NumericalError where the core has no equilibrium or the run fails.
+    """
+    scene = load.loads(core_scene(name, particles, end), list(settings))
+    if folder is not None:
+        return with_bounce(datasets.open(run_scene(scene, Path(folder))))
+    with tempfile.TemporaryDirectory() as place:
+        return with_bounce(datasets.open(run_scene(scene, Path(place) / scene.name)).load())
+
+
+def with_bounce(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a collapse's dataset with rotational_share and gw_amplitude along time, and the bounce as attributes.
+
+    rotational_share: T/|W| with T of the rotation shell by shell, which for cores that turn differentially is more than
+    rotational_to_gravitational. gw_amplitude: A20 in m, the axisymmetric part of the strain,
+    h_plus = sqrt(15/pi) sin^2(theta) A20/(8 D) (Zwerger & Mueller 1997; Dimmelmeier et al. 2002). Attributes:
+    bounce_time, bounce_density, bounce_rotational_share, bounce_mean_spin, least_gw_amplitude, largest_gw_amplitude
+    (about the bounce) and dynamics, "no bounce", "multiple bounce", "rapid" or "regular" (see `dynamics`).
+    """
+    time, density = dataset["time"].values, dataset["density_max"].values
+    share = rotational_share(dataset)
+    amplitude = 8.0 * math.sqrt(math.pi / 15.0) * dataset.inertia.strain(math.pi / 2)["plus"].values
+    found = dataset.assign(
+        rotational_share=("time", share, {"units": "1", "long_name": "T/|W|, T of the rotation shell by shell"}),
+        gw_amplitude=("time", amplitude, {"units": "m", "long_name": "gravitational-wave amplitude A20"}),
+    )
+    kind, at = dynamics(time, density, amplitude)
+    told: dict[str, float | str] = {"dynamics": kind}
+    if at is not None:
+        near = np.abs(time - time[at]) < _NEAR
+        told |= {
+            "bounce_time": float(time[at]),
+            "bounce_density": float(density[at]),
+            "bounce_rotational_share": float(share[at]),
+            "bounce_mean_spin": float(dataset.inertia.spin_rate().values[at]),
+            "least_gw_amplitude": float(amplitude[near].min()),
+            "largest_gw_amplitude": float(amplitude[near].max()),
+        }
+    return found.assign_attrs(told)
+
+
+def rotational_share(dataset: xr.Dataset) -> np.ndarray:
+    """T/|W| (time,), with T = sum L_k Omega_k/2 over the shells of equal mass, each turning as one about z."""
+    spin = dataset["specific_angular_momentum_profile"] * dataset["rotation_profile"]
+    energy = 0.5 * spin.mean("radius_bin") * dataset["mass"]
+    return (energy / np.abs(dataset["gravitational_energy"])).values
+
+
+def dynamics(time: np.ndarray, density: np.ndarray, amplitude: np.ndarray) -> tuple[str, int | None]:
+    """Return the type of a collapse and where in its series (T,) the first bounce is.
+
+    The types of Moenchmeyer et al. (1991) and Zwerger & Mueller (1997): "multiple bounce" (II), where centrifugal force
+    throws the core back as a whole, to less than a third of its density at bounce, and it falls again; "rapid" (III),
+    where the signal about the bounce is more positive than negative; otherwise "regular" (I), whose signal has its
+    largest, negative, peak at the bounce of matter stiffer than any rotation.
+    """
+    peaks, _ = find_peaks(density, prominence=_CLEAR * density.max())
+    if not len(peaks):
+        return "no bounce", None
+    bounce = int(peaks[0])
+    after = density[bounce:]
+    lowest = int(after.argmin())
+    falls_again = len(peaks) > 1 and after[lowest:].max() > 2.0 * after[lowest]
+    if after[lowest] < _REBOUND * density[bounce] and falls_again:
+        return "multiple bounce", bounce
+    near = amplitude[np.abs(time - time[bounce]) < _NEAR]
+    return ("rapid" if near.max() > -near.min() else "regular"), bounce
