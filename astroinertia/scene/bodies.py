@@ -107,6 +107,13 @@ class Change(Part):
         return self
 
 
+class Perturbation(Part):
+    """A density that goes round the z axis as 1 + amplitude cos(mode phi), as that of clouds that break up."""
+
+    mode: Annotated[int, Field(ge=2, le=16)] = Field(description="number of dense sides about the z axis")
+    amplitude: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(description="of the density, over its mean")
+
+
 class Body(Part):
     """What every body has, whatever its kind."""
 
@@ -165,10 +172,18 @@ class _Sized(Body):
     axes_at_start: Matrix = Field(
         default=UNIT_MATRIX, description="directions that axes stretch along, one a row, at right angles"
     )
+    perturbation: Perturbation | None = Field(default=None, description="a density that is uneven about the z axis")
 
     @model_validator(mode="after")
     def _has_right_angles(self) -> Self:
         _at_right_angles(self.axes_at_start)
+        return self
+
+    @model_validator(mode="after")
+    def _uneven_about_its_axis(self) -> Self:
+        tilted = self.rotation is not None and (self.rotation.axis[0] != 0.0 or self.rotation.axis[1] != 0.0)
+        if self.perturbation is not None and tilted:
+            raise ValueError("has a perturbation about z, but a rotation about another axis.")
         return self
 
 

@@ -223,6 +223,8 @@ class Scene(Part):
             raise ValueError(f"[body] of the kind rigid is for the models rigid and scaling, not for {model}.")
         if body.kind == "table" and model not in ("sph", "rigid"):
             raise ValueError(f"[body] of the kind table is for the models sph and rigid, not for {model}.")
+        if model != "sph" and getattr(body, "perturbation", None) is not None:
+            raise ValueError(f"[body.perturbation] needs particles: model sph, not {model}.")
         if body.change is not None and model not in ("rigid", "scaling"):
             raise ValueError(
                 f"[body.change] prescribes a size, for the models rigid and scaling; {model} works it out."

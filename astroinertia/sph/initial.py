@@ -19,6 +19,7 @@ from astroinertia.sph.profiles import Profile
 PLACEMENTS = ("glass", "lattice", "random")
 _GLASS_STEPS = 60
 _GLASS_NEIGHBOURS = 36
+_KEPLER_STEPS = 40  # of Newton's iteration, which takes four or five but next to amplitude 1
 _GLASS_VERSION = 1  # part of the cache key: raise it when the glass itself changes
 
 
@@ -47,6 +48,27 @@ def isotropised(points: np.ndarray, second_moment: float) -> np.ndarray:
         values, vectors = np.linalg.eigh(points.T @ points / len(points))
         points = points @ ((vectors * np.sqrt(second_moment / values)) @ vectors.T)
     return points - points.mean(axis=0)
+
+
+def azimuthal_mode(points: np.ndarray, mode: int, amplitude: float) -> np.ndarray:
+    """Return angles (N,) about z to turn points (N, 3) by, so that their density goes as 1 + amplitude cos(mode phi).
+
+    The new angle p of a point at phi has as much of the circle behind it: p + (amplitude/mode) sin(mode p) = phi, which
+    is Kepler's equation; Newton's iteration from the middle finds its root for 0 <= amplitude < 1.
+    """
+    angle = mode * np.arctan2(points[:, 1], points[:, 0])
+    wanted = np.mod(angle + np.pi, 2 * np.pi) - np.pi
+    found = np.zeros_like(wanted)
+    for _ in range(_KEPLER_STEPS):
+        found = found - (found + amplitude * np.sin(found) - wanted) / (1 + amplitude * np.cos(found))
+    return (found - wanted) / mode
+
+
+def turned(vectors: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Return vectors (N, 3), each turned about z by its angle (N,)."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    x, y, z = vectors.T
+    return np.stack([x * cosine - y * sine, x * sine + y * cosine, z], axis=1)
 
 
 def _directions(generator: np.random.Generator, count: int) -> np.ndarray:

@@ -12,7 +12,7 @@ from astroinertia.models import relaxation
 from astroinertia.models.sph import Problem
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import eos
-from astroinertia.sph.initial import place
+from astroinertia.sph.initial import azimuthal_mode, place, turned
 from astroinertia.sph.rotating import mapped
 from astroinertia.sph.rotation import rotation_velocity
 from astroinertia.sph.table import read_table
@@ -64,6 +64,9 @@ def particles(
         else:
             position = unit_sphere * ball.radius @ stretched
             velocity = rotation_flow(scene, units, ball, mass, position)
+        if (uneven := body.perturbation) is not None:  # what turns about z turns as before
+            angle = azimuthal_mode(position, uneven.mode, uneven.amplitude)
+            position, velocity = turned(position, angle), turned(velocity, angle)
     velocity = velocity + linear_flow(scene, units, position)
     if body.specific_internal_energy is not None and fluid.thermal:
         energy = units.to_code(body.specific_internal_energy, "specific_energy")

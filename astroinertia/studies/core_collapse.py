@@ -63,7 +63,9 @@ def core_model(name: str) -> CoreModel:
     found = re.fullmatch(r"(?:(A\d)(B\d))?(G\d)", name)
     scale, rotation, exponent = found.groups() if found else ("", "", "")
     if exponent not in EXPONENTS or (rotation and (scale not in SCALES or rotation not in ROTATIONS)):
-        raise SceneError(f'a core has a name such as A1B3G3 (A1 to A4, B1 to B5, G1 to G5) or, at rest, G3, not "{name}"')
+        raise SceneError(
+            f'a core has a name such as A1B3G3 (A1 to A4, B1 to B5, G1 to G5) or, at rest, G3, not "{name}"'
+        )
     return CoreModel(name, SCALES.get(scale, math.inf), ROTATIONS.get(rotation, 0.0), EXPONENTS[exponent])
 
 

@@ -7,9 +7,11 @@ from scipy.integrate import quad
 from scipy.spatial import cKDTree
 
 from astroinertia import cache
+from astroinertia.build import prepare
 from astroinertia.errors import SceneError
+from astroinertia.scene.load import loads
 from astroinertia.sph import profiles
-from astroinertia.sph.initial import isotropised, place
+from astroinertia.sph.initial import azimuthal_mode, isotropised, place, turned
 from astroinertia.sph.rotation import linear_velocity, rotation_velocity
 from astroinertia.sph.table import read_table
 
@@ -274,3 +276,40 @@ def test_tables_that_are_not_there_or_pickled(tmp_path):
 def test_bad_placements_are_refused(count, placement, sentence):
     with pytest.raises(ValueError, match=sentence):
         place(profiles.uniform(), count, placement)
+
+
+def test_an_azimuthal_mode_gives_the_density_asked_for_and_keeps_the_rest():
+    """Of evenly spread angles: Fourier coefficient amplitude/2 in the mode and none in others; distances untouched."""
+    angle = 2 * np.pi * (np.arange(5000) + 0.3) / 5000
+    points = np.stack([3 * np.cos(angle), 3 * np.sin(angle), np.linspace(-1, 1, 5000)], axis=1)
+    for mode, amplitude in ((2, 0.1), (2, 0.5), (3, 0.9)):
+        moved = turned(points, azimuthal_mode(points, mode, amplitude))
+        phase = np.arctan2(moved[:, 1], moved[:, 0])
+        found = [np.exp(1j * k * phase).mean() for k in range(1, 6)]
+        wanted = [amplitude / 2 if k == mode else 0.0 for k in range(1, 6)]
+        np.testing.assert_allclose(found, wanted, atol=1e-9)
+        np.testing.assert_allclose(np.hypot(*moved[:, :2].T), 3.0, rtol=1e-12)
+        np.testing.assert_array_equal(moved[:, 2], points[:, 2])
+
+
+def test_an_uneven_body_is_as_the_scene_says_and_turns_as_before():
+    """The second mode of the density, the angular momentum of the even body, and what is refused."""
+    text = """
+    name = "uneven"
+    units = "code"
+    body = {kind = "uniform", particles = 500, mass = 1, radius = 1, rotation = {rate = 0.3}}
+    equation_of_state = {kind = "isothermal", sound_speed = 0.3}
+    effects = {gravity = {}, pressure = {}}
+    time = {end = 1}
+    """
+    uneven = "body.perturbation={mode=2, amplitude=0.5}"
+    states = [prepare(loads(text, settings)).evolution.state for settings in ([], [uneven])]
+    spins = [np.cross(s.position, s.velocity).T @ s.mass for s in states]
+    np.testing.assert_allclose(spins[1][2], spins[0][2], rtol=1e-12)
+    phases = [np.arctan2(s.position[:, 1], s.position[:, 0]) for s in states]
+    modes = [abs(np.exp(2j * phase).mean()) for phase in phases]
+    assert modes[0] < 0.05 and abs(modes[1] - 0.25) < 0.05
+    with pytest.raises(SceneError, match="about another axis"):
+        loads(text, [uneven, "body.rotation={rate=0.3, axis=[1,0,0]}"])
+    with pytest.raises(SceneError, match="needs particles"):
+        loads(text, [uneven, "model='scaling'"])
