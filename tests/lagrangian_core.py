@@ -33,7 +33,7 @@ class Bounce(NamedTuple):
 
 
 def spherical_bounce(gamma_1: float, zones: int = 200, end: float = 0.12, every: float = 1e-4) -> Bounce:
-    """Follow the core at rest, with gamma_1 below nuclear density, to `end` in s; a row of the series every so often."""
+    """Follow the core at rest, with gamma_1 below nuclear density, to `end` in s; a row of the series `every` s."""
     star = Polytrope(3.0)
     length = np.sqrt(K * CENTRAL_DENSITY ** (-2 / 3) / (np.pi * G))
     # With R = xi_1 length, the mass follows from the central density.

@@ -45,13 +45,14 @@ SET: dict[str, dict[str, Any]] = {
 # Tables that most scenes do without, shown as comments.
 ABSENT: dict[str, type[BaseModel]] = {
     "[regions.core]": regions.Region,
+    "[body.perturbation]": bodies.Perturbation,
     "[body.change]": bodies.Change,
     "[orbit]": places.Orbit,
     "[[companions]]": companions.Companion,
     "[orbits]": companions.Orbits,
 }
 LISTED = ("gravity", "pressure", "viscosity")
-SUBTABLES = ("rotation", "change")
+SUBTABLES = ("rotation", "change", "perturbation")
 # Examples of settings that have no default and whose type alone suggests no good one.
 SUGGESTED: dict[str, Any] = {
     "index": 1.5,
@@ -79,6 +80,8 @@ SUGGESTED: dict[str, Any] = {
     "position": ["384400 km", "0 km", "0 km"],
     "velocity": ["0 km/s", "1 km/s", "0 km/s"],
     "archive": "orbits.bin",
+    "mode": 2,
+    "amplitude": 0.1,
     "timestep": "1 h",
     "entropy": "1e8 m4 kg^(-2/3) s-2",
     "particles": 3000,

@@ -23,7 +23,8 @@ def test_other_names_are_refused(name):
 
 def test_a_core_at_rest_has_the_mass_and_radius_of_its_constant_and_density():
     """M = 4 pi (K/(pi G))^(3/2) 2.01824, R = 6.89685 (K/(pi G))^(1/2) rho^(-1/3) of the n = 3 polytrope (Chandrasekhar
-    1939), with K = 4.897e14 and rho = 1e10 in cgs."""
+    1939), with K = 4.897e14 and rho = 1e10 in cgs.
+    """
     mass, radius = core_collapse.initial_star(core_collapse.core_model("G1"))
     unit = 4.897e14 / (math.pi * GRAVITATIONAL_CONSTANT * 1e3)  # K/(pi G) in cgs
     assert mass * 1e3 == pytest.approx(4 * math.pi * unit**1.5 * 2.018236, rel=1e-6)
@@ -69,7 +70,7 @@ def test_the_type_of_a_collapse_follows_its_density_and_its_signal():
     spike = np.exp(-(((time - 0.04) / 5e-4) ** 2))
     assert core_collapse.dynamics(time, density, -3 * spike)[0] == "regular"
     assert core_collapse.dynamics(time, density, 3 * spike)[0] == "rapid"
-    kind, at = core_collapse.dynamics(time, density, -3 * spike)
+    _, at = core_collapse.dynamics(time, density, -3 * spike)
     assert time[at] == pytest.approx(0.04, abs=2e-5)
     time, density = series((0, 0), (80, 1), (95, 0.05), (110, 0.8), (125, 0.06), (140, 0.6), (150, 0.3))
     assert core_collapse.dynamics(time, density, 0 * time)[0] == "multiple bounce"
@@ -79,7 +80,7 @@ def test_the_type_of_a_collapse_follows_its_density_and_its_signal():
 
 
 def test_the_wave_amplitude_is_that_of_the_quadrupole_formula():
-    """A20 = 8 (pi/15)^(1/2) G/c^4 (d2Q_zz/dt2 - d2Q_yy/dt2) for the observer on the x axis, from a run's own tensors."""
+    """A20 = 8 (pi/15)^(1/2) G/c^4 (d2Q_zz/dt2 - d2Q_yy/dt2) seen along the x axis, from a run's own tensors."""
     found = core_collapse.with_bounce(datasets.open(OLD_RUN).load())
     bent = found.inertia_acceleration.transpose("time", "i", "j").values
     # d2I = tr(d2Q) - d2Q, so differences of the diagonal change sign.
