@@ -20,6 +20,7 @@ import xarray as xr
 from scipy.signal import find_peaks
 
 from astroinertia import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
+from astroinertia import cache
 from astroinertia import dataset as datasets
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.rotating_star import RotatingStar, rotating_star_with
@@ -37,7 +38,7 @@ SCALES = {"A1": 5.0e7, "A2": 1.0e6, "A3": 5.0e5, "A4": 1.0e5}  # m
 ROTATIONS = {"B1": 0.0025, "B2": 0.005, "B3": 0.009, "B4": 0.018, "B5": 0.04}  # T/|W|
 EXPONENTS = {"G1": 1.325, "G2": 1.32, "G3": 1.31, "G4": 1.30, "G5": 1.28}  # gamma_1
 _ENDS = {"G1": 0.130, "G2": 0.100, "G3": 0.075, "G4": 0.060, "G5": 0.050}  # s: past the bounce of B3
-_SAME_RADIUS = 1e-5
+_SAME_RADIUS = 1e-4  # from step to step, which leaves a thousandth of that
 _CLEAR = 0.05  # of the greatest density: what a maximum stands out by
 _REBOUND = 1.0 / 3.0  # of the density at bounce: a core that falls below has bounced as a whole
 _NEAR = 0.005  # s, about the bounce, in which its signal is looked for
@@ -69,23 +70,31 @@ def core_model(name: str) -> CoreModel:
     return CoreModel(name, SCALES.get(scale, math.inf), ROTATIONS.get(rotation, 0.0), EXPONENTS[exponent])
 
 
-def initial_star(model: CoreModel) -> tuple[float, float]:
-    """Return mass (kg) and equatorial radius (m) of the core's equilibrium; NumericalError where it has none.
+def initial_star(model: CoreModel) -> tuple[float, float, float]:
+    """Return mass (kg), equatorial radius (m) and axis ratio of the core's equilibrium; NumericalError without one.
 
     In units of mass M, radius R and G the star has a density d and pressure p where it is densest; K and the central
-    density fix M = (K d^(4/3)/(p G))^(3/2) and R, on which the law's scale in units of R depends in turn.
+    density fix M = (K d^(4/3)/(p G))^(3/2) and R, on which the law's scale in units of R depends in turn. The outcome
+    is kept in the user's cache.
     """
     pressed = CORE_COLLAPSE["reference_pressure"] / CORE_COLLAPSE["reference_density"] ** (4 / 3)  # K
     if model.rotation == 0.0:
         star = Polytrope(INDEX)
-        return _sized(pressed, star.central_density, star.central_pressure, star.central_density)
+        return *_sized(pressed, star.central_density, star.central_pressure, star.central_density), 1.0
+    key = cache.content_key(
+        scale=model.scale, rotation=model.rotation, index=INDEX, density=CENTRAL_DENSITY, constant=pressed, version=1
+    )
+    if (stored := cache.load("core", key)) is not None:
+        mass, radius, ratio = (float(value) for value in stored["star"])
+        return mass, radius, ratio
     radius = 1.6e6
     while True:
         unit = _unit_star(model, radius)
         central = float(unit.density(0.0, 0.0))
         mass, found = _sized(pressed, unit.max_density, unit.max_pressure, central)
         if abs(found / radius - 1.0) < _SAME_RADIUS:
-            return mass, found
+            cache.save("core", key, {"star": np.array([mass, found, unit.field.axis_ratio])})
+            return mass, found, unit.field.axis_ratio
         radius = found
 
 
@@ -102,11 +111,11 @@ def _unit_star(model: CoreModel, radius: float) -> RotatingStar:
 def core_scene(name: str, particles: int = 3000, end: float | None = None) -> str:
     """Return the scene of a model as TOML text, to be run as it stands; end in s."""
     model = core_model(name)
-    mass, radius = initial_star(model)
+    mass, radius, ratio = initial_star(model)
     gamma = model.gamma_1
     constant = CORE_COLLAPSE["reference_pressure"] / CORE_COLLAPSE["reference_density"] ** gamma
     if model.rotation:
-        body = f'kind = "rotating_star"\nlaw = "j_constant"\nscale = "{model.scale!r} m"\nt_over_w = {model.rotation!r}'
+        body = f'kind = "rotating_star"\nlaw = "j_constant"\nscale = "{model.scale!r} m"\naxis_ratio = {ratio!r}'
     else:
         body = 'kind = "polytrope"'
     return f"""name = "core_{name}"
@@ -116,8 +125,8 @@ description = "Core collapse {name} of the grid of Zwerger & Mueller (1997)."
 {body}
 index = {INDEX!r}
 particles = {particles}
-mass = "{mass:.8g} kg"
-radius = "{radius:.8g} m"
+mass = "{mass:.10g} kg"
+radius = "{radius:.10g} m"
 relax = false # it falls at once, and n = 3 of exponent 4/3 has no size of its own to settle to
 
 [equation_of_state]

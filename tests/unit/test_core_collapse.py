@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 from astroinertia import dataset as datasets
+from astroinertia.bodies.rotating_star import rotating_star
+from astroinertia.bodies.rotation_laws import RotationLaw
+from astroinertia.bodies.scf_matter import polytropic_matter
 from astroinertia.errors import SceneError
 from astroinertia.scene.load import loads
 from astroinertia.studies import core_collapse
@@ -25,10 +28,11 @@ def test_a_core_at_rest_has_the_mass_and_radius_of_its_constant_and_density():
     """M = 4 pi (K/(pi G))^(3/2) 2.01824, R = 6.89685 (K/(pi G))^(1/2) rho^(-1/3) of the n = 3 polytrope (Chandrasekhar
     1939), with K = 4.897e14 and rho = 1e10 in cgs.
     """
-    mass, radius = core_collapse.initial_star(core_collapse.core_model("G1"))
+    mass, radius, ratio = core_collapse.initial_star(core_collapse.core_model("G1"))
     unit = 4.897e14 / (math.pi * GRAVITATIONAL_CONSTANT * 1e3)  # K/(pi G) in cgs
     assert mass * 1e3 == pytest.approx(4 * math.pi * unit**1.5 * 2.018236, rel=1e-6)
     assert radius * 1e2 == pytest.approx(6.896849 * math.sqrt(unit) * 1e10 ** (-1 / 3), rel=1e-6)
+    assert ratio == 1.0
     assert mass / SOLAR_MASS == pytest.approx(1.4396, abs=1e-4)
 
 
@@ -38,11 +42,9 @@ def test_a_turning_core_has_its_constant_its_density_and_its_rotation(name):
     """From the scene's star itself: K and the central density, which decide mass and radius with the rotation."""
     scene = loads(core_collapse.core_scene(name))
     body = scene.body
-    law = core_collapse.RotationLaw("j_constant", body.scale / body.radius)
-    star = core_collapse.rotating_star_with(
-        "rotational_to_gravitational", body.t_over_w, core_collapse.polytropic_matter(3.0), law,
-        mass=body.mass, equatorial_radius=body.radius, gravitational_constant=GRAVITATIONAL_CONSTANT,
-    )  # fmt: skip
+    law = RotationLaw("j_constant", body.scale / body.radius)
+    star = rotating_star(polytropic_matter(3.0), body.axis_ratio, law, body.mass, body.radius, GRAVITATIONAL_CONSTANT)
+    assert star.rotational_to_gravitational == pytest.approx(core_collapse.ROTATIONS[name[2:4]], rel=1e-5)
     assert star.max_pressure / star.max_density ** (4 / 3) == pytest.approx(4.897e13 / 1e3 ** (4 / 3), rel=1e-4)
     assert float(star.density(0.0, 0.0)) == pytest.approx(1e13, rel=1e-4)
 
