@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,7 +42,7 @@ def test_a_core_at_rest_has_the_mass_and_radius_of_its_constant_and_density():
 def test_a_turning_core_has_its_constant_its_density_and_its_rotation(name):
     """From the scene's star itself: K and the central density, which decide mass and radius with the rotation."""
     scene = loads(core_collapse.core_scene(name))
-    body = scene.body
+    body: Any = scene.body
     law = RotationLaw("j_constant", body.scale / body.radius)
     star = rotating_star(polytropic_matter(3.0), body.axis_ratio, law, body.mass, body.radius, GRAVITATIONAL_CONSTANT)
     assert star.rotational_to_gravitational == pytest.approx(core_collapse.ROTATIONS[name[2:4]], rel=1e-5)
@@ -51,7 +52,7 @@ def test_a_turning_core_has_its_constant_its_density_and_its_rotation(name):
 
 def test_the_scene_keeps_the_constant_in_cgs_whatever_the_exponent():
     for name, gamma in (("G1", 1.325), ("G5", 1.28)):
-        fluid = loads(core_collapse.core_scene(name)).equation_of_state
+        fluid: Any = loads(core_collapse.core_scene(name)).equation_of_state
         assert fluid.gamma_1 == gamma
         assert fluid.constant * 1e3**gamma == pytest.approx(4.897e13, rel=1e-12)
 
