@@ -149,6 +149,9 @@ max_timestep = "0.1 ms" # of the base step, after which records are taken
 [time]
 end = "{model.end if end is None else end!r} s"
 
+[regions.inner]
+innermost_mass = "0.5 Msun"
+
 [output]
 series_every = "0.1 ms"
 snapshot_every = "5 ms"
@@ -180,8 +183,9 @@ def with_bounce(dataset: xr.Dataset) -> xr.Dataset:
     rotational_share: T/|W| with T of the rotation shell by shell, which for cores that turn differentially is more than
     rotational_to_gravitational. gw_amplitude: A20 in m, the axisymmetric part of the strain,
     h_plus = sqrt(15/pi) sin^2(theta) A20/(8 D) (Zwerger & Mueller 1997; Dimmelmeier et al. 2002). Attributes:
-    bounce_time, bounce_density, bounce_rotational_share, bounce_mean_spin, least_gw_amplitude, largest_gw_amplitude
-    (about the bounce) and dynamics, "no bounce", "multiple bounce", "rapid" or "regular" (see `dynamics`).
+    bounce_time, bounce_density, bounce_rotational_share, bounce_mean_spin, bounce_inner_spin and bounce_inner_radius
+    (of the innermost 0.5 solar masses, where the run has that region), least_gw_amplitude, largest_gw_amplitude (about
+    the bounce) and dynamics, "no bounce", "multiple bounce", "rapid" or "regular" (see `dynamics`).
     """
     time, density = dataset["time"].values, dataset["density_max"].values
     share = rotational_share(dataset)
@@ -202,6 +206,10 @@ def with_bounce(dataset: xr.Dataset) -> xr.Dataset:
             "least_gw_amplitude": float(amplitude[near].min()),
             "largest_gw_amplitude": float(amplitude[near].max()),
         }
+        if "region" in dataset.dims and "inner" in dataset["region"]:
+            inner = dataset.sel(region="inner").isel(time=at)
+            told["bounce_inner_spin"] = float(np.linalg.norm(inner["region_angular_velocity"]))
+            told["bounce_inner_radius"] = float(inner["region_volume_radius"])
     return found.assign_attrs(told)
 
 
