@@ -31,6 +31,7 @@ PARSEC = _constant("pc")  # m
 ELECTRON_MASS = _constant("m_e")  # kg, CODATA 2018
 ATOMIC_MASS = _constant("u")  # kg, CODATA 2018
 REDUCED_PLANCK_CONSTANT = _constant("hbar")  # J s, exact
+BOLTZMANN_CONSTANT = _constant("k_B")  # J K-1, exact
 STEFAN_BOLTZMANN_CONSTANT = _constant("sigma_sb")  # W m-2 K-4, exact
 
 LONGEST_QUANTITY = 80  # characters; no honest quantity is longer, and the unit parser need not see more

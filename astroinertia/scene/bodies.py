@@ -164,10 +164,8 @@ class Body(Part):
 Count = Annotated[int, Field(ge=16, le=MOST_PARTICLES)]
 
 
-class _Sized(Body):
+class _Stretched(Body):
     particles: Count | None = Field(default=None, description="number of particles (model sph)")
-    mass: Mass = Field(description="total mass")
-    radius: Length = Field(description="radius before the axes stretch it; semi-axes are radius * axes")
     axes: Axes = Field(default=(1.0, 1.0, 1.0), description="stretch along x, y and z, or along axes_at_start")
     axes_at_start: Matrix = Field(
         default=UNIT_MATRIX, description="directions that axes stretch along, one a row, at right angles"
@@ -185,6 +183,11 @@ class _Sized(Body):
         if self.perturbation is not None and tilted:
             raise ValueError("has a perturbation about z, but a rotation about another axis.")
         return self
+
+
+class _Sized(_Stretched):
+    mass: Mass = Field(description="total mass")
+    radius: Length = Field(description="radius before the axes stretch it; semi-axes are radius * axes")
 
 
 class PolytropeBody(_Sized):
@@ -277,7 +280,33 @@ class TableBody(Body):
     relax: bool = Field(default=False, description="settle the particles to equilibrium before the start")
 
 
+class ProfileBody(_Stretched):
+    """A star from a code of stellar evolution: shells with mass, density, pressure and rotation."""
+
+    kind: Literal["profile"]
+    file: Annotated[str, Field(min_length=1, max_length=512)] = Field(
+        description="stellar profile, relative to the scene: MESA profile.data, KEPLER presupernova file or .csv with "
+        "units"
+    )
+    inner_mass: Mass | None = Field(default=None, description="take only what lies within this enclosed mass")
+    rotation_factor: Annotated[float, Field(ge=-1e6, le=1e6)] = Field(
+        default=1.0, description="shells turn about z at this many times the file's rate, where it tells one"
+    )
+    mean_molecular_weight: Annotated[float, Field(gt=0.1, le=300.0)] | None = Field(
+        default=None, description="of the ideal gas whose pressure is taken where a file has temperatures but none"
+    )
+    relax: bool = Field(default=False, description="must be false: a profile is placed as it is")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.relax:
+            raise ValueError("has relax = true, but a profile is placed as the file has it.")
+        if self.rotation is not None and "rotation_factor" in self.model_fields_set:
+            raise ValueError("has a table rotation, which takes the place of the file's, and a rotation_factor.")
+        return self
+
+
 AnyBody = Annotated[
-    PolytropeBody | UniformBody | PowerLawBody | DysonBody | RotatingStarBody | RigidBody | TableBody,
+    PolytropeBody | UniformBody | PowerLawBody | DysonBody | RotatingStarBody | RigidBody | TableBody | ProfileBody,
     Field(discriminator="kind"),
 ]

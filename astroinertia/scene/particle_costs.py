@@ -17,7 +17,7 @@ def expected(
     """What the plan tells of it: name, value and why, with quantities as `shown` writes them; nothing for a table."""
     numerics, particles = scene.numerics, scene.particles
     bodies: Any = [each.body for each in scene.alone()]
-    if particles is None or any(body.radius is None for body in bodies):
+    if particles is None or any(getattr(body, "radius", None) is None for body in bodies):
         return []
     limits = [
         first_limits(numerics, scene.effects, body.mass, body.radius, body.particles, eta, gravitational_constant)

@@ -6,7 +6,7 @@ from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.scene import gravity_prices
-from astroinertia.scene.bodies import RigidBody
+from astroinertia.scene.bodies import ProfileBody, RigidBody
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.places import place_told
@@ -158,11 +158,23 @@ def _body(scene: Scene) -> tuple[Line, ...]:
     placed = place_told(body.position, body.velocity, lambda value, dimension: _shown(scene, value, dimension))
     if body.kind == "table":
         lines = [Line("particles", f"from the table {body.file}")]
+    elif body.kind == "profile":
+        lines = _profile(scene, body)
     elif body.kind == "rigid":
         lines = _rigid_body(scene, body)
     else:
         lines = _sphere(scene, body)
     return (*lines, *_thermal(scene), *_motion(scene), *_change(scene), *(Line(*each) for each in placed))
+
+
+def _profile(scene: Scene, body: ProfileBody) -> list[Line]:
+    part = "all of it"
+    if body.inner_mass is not None:
+        part = f"the inner {_shown(scene, body.inner_mass, 'mass')}"
+    lines = [Line("kind", f"profile from {body.file}", part), Line("particles", f"{body.particles}")]
+    if body.rotation is None:
+        lines.append(Line("shells turn", f"{body.rotation_factor:g} times as fast as the file says", "about z"))
+    return [*lines, Line("placement", body.placement, f"seed {body.seed}, not settled first")]
 
 
 def _rigid_body(scene: Scene, body: RigidBody) -> list[Line]:

@@ -184,6 +184,8 @@ class Scene(Part):
             each._has_what_its_model_needs()
             if each.body.kind == "table" and self.units is None:
                 raise ValueError('[units] with mass and length (or units = "code") is needed for a body of kind table.')
+            if each.body.kind == "profile" and not isinstance(self.units, Units):
+                raise ValueError("[units] with mass and length is needed for a body of kind profile.")
         self._has_bodies_in_their_places()
         self._has_what_its_regions_need()
         return self
@@ -197,7 +199,7 @@ class Scene(Part):
                 raise ValueError(f"[body] position and velocity are for the model sph, not for {self.model}.")
         if self.orbit is None:
             return
-        if len(self.bodies) != 2 or any(body.kind == "table" for body in self.bodies):
+        if len(self.bodies) != 2 or any(body.kind in ("table", "profile") for body in self.bodies):
             raise ValueError("[orbit] is for two [[bodies]] of known mass.")
         if moved:
             raise ValueError("[orbit] says where the bodies are, so they must not have position or velocity.")
@@ -221,6 +223,8 @@ class Scene(Part):
             raise ValueError("[body] particles is missing (number of particles), which the model sph needs.")
         if body.kind == "rigid" and model not in ("rigid", "scaling"):
             raise ValueError(f"[body] of the kind rigid is for the models rigid and scaling, not for {model}.")
+        if body.kind == "profile" and model != "sph":
+            raise ValueError(f"[body] of the kind profile is for the model sph, not for {model}.")
         if body.kind == "table" and model not in ("sph", "rigid"):
             raise ValueError(f"[body] of the kind table is for the models sph and rigid, not for {model}.")
         if model != "sph" and getattr(body, "perturbation", None) is not None:

@@ -7,6 +7,7 @@ import numpy as np
 from astroinertia.errors import SceneError
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
+from astroinertia.sph.progenitor import Progenitor
 from astroinertia.sph.rotation import linear_velocity, rotation_velocity
 from astroinertia.start.spheres import Sphere, Star
 from astroinertia.units import CodeUnits
@@ -43,6 +44,16 @@ def rotation_flow(
         return rotation_velocity(mass, position, spin.law, spin.axis, scale, binding, **rotation_measure(scene, units))
     except ValueError as error:
         raise SceneError(f"[body.rotation] {error}.") from None
+
+
+def shellular_rotation(
+    shells: Progenitor, where: np.ndarray, position: np.ndarray, factor: float, units: CodeUnits
+) -> np.ndarray:
+    """Velocities (N, 3) of shells that each turn rigidly about z, at r/R `where` (N,); at rest where none is told."""
+    if shells.angular_velocity is None:
+        return np.zeros_like(position)
+    rate = factor * shells.at(units.to_code(shells.angular_velocity, "angular_velocity"), where)
+    return rate[:, None] * np.cross([0.0, 0.0, 1.0], position)
 
 
 def rotation_measure(scene: Scene, units: CodeUnits) -> dict[str, float]:

@@ -16,7 +16,7 @@ from astroinertia.sph.initial import azimuthal_mode, place, turned
 from astroinertia.sph.rotating import mapped
 from astroinertia.sph.rotation import rotation_velocity
 from astroinertia.sph.table import read_table
-from astroinertia.start.flow import initial_velocity, linear_flow, rotation_flow, rotation_measure
+from astroinertia.start.flow import initial_velocity, linear_flow, rotation_flow, rotation_measure, shellular_rotation
 from astroinertia.start.fluids import entropies
 from astroinertia.start.spheres import Sphere, Star, stretch
 from astroinertia.units import CodeUnits
@@ -64,6 +64,8 @@ def particles(
         else:
             position = unit_sphere * ball.radius @ stretched
             velocity = rotation_flow(scene, units, ball, mass, position)
+            if ball.shells is not None and body.rotation is None:
+                velocity = shellular_rotation(ball.shells, where, position, body.rotation_factor, units)
         if (uneven := body.perturbation) is not None:  # what turns about z turns as before
             angle = azimuthal_mode(position, uneven.mode, uneven.amplitude)
             position, velocity = turned(position, angle), turned(velocity, angle)
@@ -71,6 +73,11 @@ def particles(
     if body.specific_internal_energy is not None and fluid.thermal:
         energy = units.to_code(body.specific_internal_energy, "specific_energy")
         return Particles(mass, position, velocity, None, np.full_like(mass, energy))
+    if isinstance(ball, Sphere) and ball.shells is not None and ball.tabulated is None and fluid.thermal:
+        energy = ball.shells.internal_energy
+        if energy is not None and body.entropy is None and body.pressure_fraction is None:
+            energy = ball.shells.at(units.to_code(energy, "specific_energy"), where)
+            return Particles(mass, position, velocity, None, energy)
     return Particles(mass, position, velocity, entropies(scene, units, ball, fluid, where), None)
 
 

@@ -1,7 +1,9 @@
 """The sphere, stretched or not, or the rotating star that a scene's body is at first, in code units."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from astroinertia.errors import NumericalError, SceneError
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
 from astroinertia.sph.profiles import Profile
+from astroinertia.sph.progenitor import Progenitor, read_progenitor
 from astroinertia.units import CodeUnits
 
 _PRESSURE_NODES = 4096
@@ -26,6 +29,10 @@ class Sphere:
     profile: Profile
     mass: float
     radius: float
+    shells: Progenitor | None = None
+    """Those of a stellar profile, in SI."""
+    tabulated: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]] | None = None
+    """Pressure and density at s of a stellar profile that tells pressures."""
     radius_convention = "radius of the initial body before its axes stretch it"
 
     def density(self, s: np.ndarray) -> np.ndarray:
@@ -44,13 +51,13 @@ class Sphere:
         return np.interp(inside, nodes, above) * self.mass**2 / self.radius**4
 
     def hydrostatic(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Pressure of equilibrium and density at s."""
-        return self.pressure(s), self.density(s)
+        """Pressure and density at s: those of a stellar profile, or of equilibrium."""
+        return (self.pressure(s), self.density(s)) if self.tabulated is None else self.tabulated(s)
 
     def densest(self) -> tuple[float, float]:
-        """Pressure of equilibrium and density near the centre."""
-        centre = np.array([1e-3])
-        return float(self.pressure(centre)[0]), float(self.density(centre)[0])
+        """Pressure and density near the centre."""
+        pressure, density = self.hydrostatic(np.array([1e-3]))
+        return float(pressure[0]), float(density[0])
 
 
 @dataclass(frozen=True)
@@ -97,6 +104,8 @@ def sphere(scene: Scene, units: CodeUnits) -> Sphere | Star | None:
     body: Any = scene.body
     if body.kind in ("table", "rigid"):
         return None
+    if body.kind == "profile":
+        return _progenitor(scene, units)
     mass, radius = units.to_code(body.mass, "mass"), units.to_code(body.radius, "length")
     if body.kind == "rotating_star":
         return Star(_rotating_star(body, units, mass, radius), profiles.polytrope(body.index))
@@ -107,6 +116,29 @@ def sphere(scene: Scene, units: CodeUnits) -> Sphere | Star | None:
         "dyson": lambda: profiles.dyson(body.gamma),
     }[body.kind]()
     return Sphere(profile, mass, radius)
+
+
+def _progenitor(scene: Scene, units: CodeUnits) -> Sphere:
+    body: Any = scene.body
+    shells = _read(Path(scene.origin or ".") / body.file, body.mean_molecular_weight)
+    if body.inner_mass is not None:
+        try:
+            shells = shells.inner(body.inner_mass)
+        except ValueError as error:
+            raise SceneError(f"[body] inner_mass: {error}.") from None
+    mass, radius = units.to_code(shells.mass[-1], "mass"), units.to_code(shells.radius[-1], "length")
+    density = units.to_code(shells.density, "density")
+
+    def tabulated(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return shells.at(units.to_code(shells.pressure, "pressure"), s), shells.at(density, s)
+
+    told = None if shells.pressure is None else tabulated
+    return Sphere(shells.profile(), float(mass), float(radius), shells, told)
+
+
+@lru_cache(maxsize=4)
+def _read(path: Path, molecular_weight: float | None) -> Progenitor:
+    return read_progenitor(path, molecular_weight)
 
 
 def _rotating_star(body: Any, units: CodeUnits, mass: float, radius: float) -> RotatingStar:

@@ -43,7 +43,7 @@ def places(scene: Scene, units: CodeUnits) -> list[tuple[np.ndarray, np.ndarray]
     if scene.orbit is None:
         given = [(body.position or (0.0, 0.0, 0.0), body.velocity or (0.0, 0.0, 0.0)) for body in bodies]
         return [(units.to_code(np.array(x), "length"), units.to_code(np.array(v), "velocity")) for x, v in given]
-    masses = [units.to_code(body.mass, "mass") for body in bodies if body.kind != "table"]
+    masses = [units.to_code(body.mass, "mass") for body in bodies if body.kind not in ("table", "profile")]
     total, orbit = sum(masses), scene.orbit
     pericentre = units.to_code(orbit.pericentre, "length")
     separation = pericentre if orbit.separation is None else units.to_code(orbit.separation, "length")

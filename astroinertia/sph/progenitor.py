@@ -1,0 +1,299 @@
+"""Profiles of stars from codes of stellar evolution: tables of shells with mass, density, pressure and rotation.
+
+Three formats are told apart by what the file holds:
+
+    MESA    profile.data: a line of numbers 1 2 3 ..., one of names and one of values of the whole star, an empty line,
+            then numbers, names and a row a zone, from the surface inwards (cgs; mass and radius in those of the Sun)
+    KEPLER  presupernova files of Woosley & Heger: names such as "cell outer total mass" at least two blanks apart, then
+            "1:" and a row a cell, from the centre outwards (cgs; --- for what is not there)
+    CSV     names with units in the first line that is not a comment (#), such as "radius (km), mass (Msun), omega
+            (rad/s)"; rows either way round
+
+Radius and enclosed mass are those of the outer edge of a shell, as these codes have them; the density of a shell is its
+mass over its volume, and a column of densities is what that is checked against. Tests: tests/unit/test_progenitor.py.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from astroinertia.errors import SceneError
+from astroinertia.sph.profiles import Profile
+from astroinertia.units import ATOMIC_MASS, BOLTZMANN_CONSTANT, SOLAR_MASS, SOLAR_RADIUS, quantity, shown
+
+MAX_BYTES = 2**26
+MAX_SHELLS = 200_000
+FEWEST_SHELLS = 8
+MAX_LINE = 2**16  # characters; MESA writes some 40 a column, and may have hundreds
+_SAME_DENSITY = 0.2  # of ln rho, between mass over volume and the table's own: wrong units are farther off
+_GRAM, _CM = 1e-3, 1e-2
+
+# Names in a file, and what a number there is in SI: a factor, or a pair for what is the logarithm of a number.
+MESA = {
+    "mass": ("mass", SOLAR_MASS),
+    "radius": ("radius", SOLAR_RADIUS),
+    "logR": ("radius", (SOLAR_RADIUS,)),
+    "radius_cm": ("radius", _CM),
+    "rho": ("density", 1e3),
+    "logRho": ("density", (1e3,)),
+    "logD": ("density", (1e3,)),
+    "pressure": ("pressure", 0.1),
+    "logP": ("pressure", (0.1,)),
+    "temperature": ("temperature", 1.0),
+    "logT": ("temperature", (1.0,)),
+    "energy": ("internal_energy", 1e-4),
+    "logE": ("internal_energy", (1e-4,)),
+    "omega": ("omega", 1.0),
+    "log_omega": ("omega", (1.0,)),
+    "j_rot": ("specific_angular_momentum", 1e-4),
+}
+KEPLER = {
+    "cell outer total mass": ("mass", _GRAM),
+    "cell outer radius": ("radius", _CM),
+    "cell density": ("density", 1e3),
+    "cell pressure": ("pressure", 0.1),
+    "cell temperature": ("temperature", 1.0),
+    "cell specific energy": ("internal_energy", 1e-4),
+    "cell angular velocity": ("omega", 1.0),
+}
+CSV = {
+    "radius": "length",
+    "mass": "mass",
+    "density": "density",
+    "pressure": "pressure",
+    "internal_energy": "specific_energy",
+    "temperature": "K",
+    "omega": "angular_velocity",
+    "specific_angular_momentum": "specific_angular_momentum",
+}
+_ALIASES = {"u": "internal_energy", "j": "specific_angular_momentum", "rho": "density"}
+Columns = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Progenitor:
+    """Shells from the centre outwards, in SI: mass inside and radius of each outer edge (K,), which both rise.
+
+    pressure, internal_energy (per mass) and angular_velocity (K,) where the file tells them, else None.
+    """
+
+    mass: np.ndarray
+    radius: np.ndarray
+    pressure: np.ndarray | None = None
+    internal_energy: np.ndarray | None = None
+    angular_velocity: np.ndarray | None = None
+
+    @property
+    def density(self) -> np.ndarray:
+        """Mass over volume of each shell, (K,)."""
+        return np.diff(self.mass, prepend=0.0) / (4 / 3 * np.pi * np.diff(self.radius**3, prepend=0.0))
+
+    def inner(self, mass: float) -> "Progenitor":
+        """What lies within an enclosed mass; the shell that it cuts keeps its density. ValueError beyond the table."""
+        if not 0 < mass <= self.mass[-1]:
+            raise ValueError(f"the profile has {self.mass[-1]:.6g} kg, not the {mass:.6g} kg asked for")
+        last = int(np.searchsorted(self.mass, mass * (1 - 1e-12)))
+        edge = np.interp(mass, np.append(0.0, self.mass), np.append(0.0, self.radius**3)) ** (1 / 3)
+
+        def cut(values: np.ndarray | None) -> np.ndarray | None:
+            return None if values is None else values[: last + 1]
+
+        return Progenitor(
+            np.append(self.mass[:last], mass), np.append(self.radius[:last], edge), cut(self.pressure),
+            cut(self.internal_energy), cut(self.angular_velocity),
+        )  # fmt: skip
+
+    @property
+    def angular_momentum(self) -> float:
+        """sum of 2/3 omega r^2 dm over shells of even density; 0 without rotation."""
+        if self.angular_velocity is None:
+            return 0.0
+        return float((self.angular_velocity * 2 / 3 * self._mean_square * np.diff(self.mass, prepend=0.0)).sum())
+
+    @property
+    def moment_of_inertia(self) -> float:
+        """About any axis through the centre."""
+        return float((2 / 3 * self._mean_square * np.diff(self.mass, prepend=0.0)).sum())
+
+    @property
+    def _mean_square(self) -> np.ndarray:
+        fifth, third = (np.diff(self.radius**n, prepend=0.0) for n in (5, 3))
+        return 0.6 * fifth / third
+
+    def profile(self) -> Profile:
+        """The mass profile of unit mass and radius, of shells of even density."""
+        m, r = self.mass / self.mass[-1], self.radius / self.radius[-1]
+        inside, cubes = np.append(0.0, m), np.append(0.0, r) ** 3
+        even = np.diff(inside) / (4 / 3 * np.pi * np.diff(cubes))
+        # -integral of m dm / r, exactly
+        low, high = np.append(0.0, r[:-1]), r
+        core = inside[:-1] - 4 / 3 * np.pi * even * low**3
+        binding = 4 * np.pi * even * (core * (high**2 - low**2) / 2 + 4 / 3 * np.pi * even * (high**5 - low**5) / 5)
+        return Profile(
+            name=f"shells {np.array([m, r]).tobytes().hex()}",
+            enclosed=lambda s: np.interp(np.clip(s, 0.0, 1.0) ** 3, cubes, inside),
+            radius=lambda share: np.cbrt(np.interp(share, inside, cubes)),
+            density=lambda s: np.where(
+                np.asarray(s) <= 1.0, even[np.minimum(np.searchsorted(r, s, side="left"), len(even) - 1)], 0.0
+            ),
+            second_moment=self.moment_of_inertia / 2 / (self.mass[-1] * self.radius[-1] ** 2),
+            gravitational_energy=-float(binding.sum()),
+        )
+
+    def at(self, values: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """A column at s = r/R: of the shells' middles in volume, linear in between, level beyond the first and last."""
+        cubes = np.append(0.0, self.radius**3)
+        middle = np.cbrt(0.5 * (cubes[1:] + cubes[:-1])) / self.radius[-1]
+        return np.interp(s, middle, values)
+
+
+def read_progenitor(path: str | Path, mean_molecular_weight: float | None = None) -> Progenitor:
+    """The shells of a file; SceneError that says what is wrong with it.
+
+    Where it has no pressure but temperatures, the pressure is that of an ideal gas of that molecular weight, if given.
+    """
+    path = Path(path)
+    name = shown(str(path), 200)
+    if not path.is_file():
+        raise SceneError(f"stellar profile {name} is {'a directory' if path.is_dir() else 'not there'}")
+    if path.stat().st_size > MAX_BYTES:
+        raise SceneError(f"stellar profile {name} is larger than {MAX_BYTES >> 20} MiB")
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except UnicodeDecodeError:
+        raise SceneError(f"stellar profile {name} is not text") from None
+    if len(lines) > MAX_SHELLS + 100:
+        raise SceneError(f"stellar profile {name} has more than {MAX_SHELLS} shells")
+    if any(len(line) > MAX_LINE for line in lines):
+        raise SceneError(f"stellar profile {name} has a line of more than {MAX_LINE} characters")
+    try:
+        columns = _columns(path, lines)
+        return _checked(columns, mean_molecular_weight)
+    except ValueError as error:
+        raise SceneError(f"stellar profile {name}: {error}") from None
+
+
+def _columns(path: Path, lines: list[str]) -> Columns:
+    if path.suffix.lower() == ".csv":
+        return _csv(lines)
+    for number, line in enumerate(lines[:10]):
+        if "cell outer total mass" in line:
+            return _kepler(line, lines[number + 1 :])
+    first = lines[0].split() if lines else []
+    if len(lines) > 6 and first and first == [str(k + 1) for k in range(len(first))]:
+        return _known(lines[5].split(), [line.split() for line in lines[6:] if line.strip()], MESA)
+    raise ValueError("this is none of the known formats: a MESA profile.data, a KEPLER presupernova file, or a .csv")
+
+
+def _kepler(header: str, lines: list[str]) -> Columns:
+    # In some files brackets with a number stand about each name.
+    names = [re.sub(r"^\[\s*\d+\s+|\]$", "", word).strip() for word in re.split(r"\s{2,}", header.strip(" #"))]
+    names = [name.removeprefix("grid ").strip() for name in names if name]
+    rows = [line.replace(":", " ").split() for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if names[0] != "grid":
+        names = ["grid", *names]
+    wanted = max(k for k, name in enumerate(names) if name in KEPLER) + 1
+    if short := next((k for k, row in enumerate(rows) if len(row) < wanted), None):
+        raise ValueError(f"row {short + 1} has {len(rows[short])} values, fewer than the {wanted} that are read")
+    return _known(names[:wanted], [row[:wanted] for row in rows], KEPLER)
+
+
+def _known(names: list[str], rows: list[list[str]], table: dict) -> Columns:
+    if wrong := next((k for k, row in enumerate(rows) if len(row) != len(names)), None):
+        raise ValueError(f"row {wrong + 1} has {len(rows[wrong])} values, not {len(names)}")
+    found: Columns = {}
+    for k, name in enumerate(names):
+        if name not in table or table[name][0] in found:
+            continue
+        kind, factor = table[name]
+        values = _numbers([row[k] for row in rows], name)
+        if values is not None:
+            logarithm = isinstance(factor, tuple)
+            with np.errstate(over="ignore"):
+                found[kind] = 10.0**values * factor[0] if logarithm else values * factor
+    return found
+
+
+def _csv(lines: list[str]) -> Columns:
+    rows = [line.split(",") for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if not rows:
+        raise ValueError("it is empty")
+    found: Columns = {}
+    for k, title in enumerate(rows[0]):
+        parts = re.fullmatch(r"\s*(\w{1,40})\s*\(([^()]{1,40})\)\s*", title)
+        if parts is None:
+            raise ValueError(f"the column '{shown(title.strip())}' must be a name and a unit, such as \"radius (km)\"")
+        kind = _ALIASES.get(parts[1].lower(), parts[1].lower())
+        if kind not in CSV or kind in found:
+            told = "there already" if kind in found else f"not one of {', '.join(CSV)}"
+            raise ValueError(f"the column '{shown(parts[1])}' is {told}")
+        values = _numbers([row[k] if len(row) == len(rows[0]) else "a row of another length" for row in rows[1:]], kind)
+        if values is None:
+            raise ValueError(f"the column '{kind}' is empty")
+        if CSV[kind] == "K":
+            if parts[2].strip() != "K":
+                raise ValueError("temperatures must be in K")
+            found[kind] = values
+        else:
+            found[kind] = values * quantity(f"1 {parts[2].strip()}", CSV[kind])
+    return found
+
+
+def _numbers(words: list[str], name: str) -> np.ndarray | None:
+    # Nothing at all may be known of a quantity; a part of it may not be missing.
+    if all(word.strip("-") == "" for word in words):
+        return None
+    values = np.empty(len(words))
+    for k, word in enumerate(words):
+        try:
+            values[k] = float(re.sub(r"(?<=\d)[dD](?=[+-]?\d)", "e", word))
+        except ValueError:
+            raise ValueError(f"{name} of row {k + 1} is not a number but '{shown(word.strip())}'") from None
+    return values
+
+
+def _checked(columns: Columns, molecular_weight: float | None) -> Progenitor:
+    if "radius" not in columns or not ({"mass", "density"} & columns.keys()):
+        raise ValueError("it needs a column of radius and one of enclosed mass or of density")
+    count = len(columns["radius"])
+    if not FEWEST_SHELLS <= count <= MAX_SHELLS:
+        raise ValueError(f"it has {count} shells, not {FEWEST_SHELLS} to {MAX_SHELLS}")
+    for name, values in columns.items():
+        if not np.isfinite(values).all() or np.abs(values).max() > 1e200:
+            raise ValueError(f"{name} of row {int(np.argmin(np.isfinite(values))) + 1} is not finite, or too large")
+    if columns["radius"][0] > columns["radius"][-1]:
+        columns = {name: values[::-1] for name, values in columns.items()}
+    if columns["radius"][0] == 0.0:  # a row for the centre itself is no shell
+        columns = {name: values[1:] for name, values in columns.items()}
+    radius = columns["radius"]
+    if not radius[0] > 0 or (np.diff(radius) <= 0).any():
+        raise ValueError(f"the radius does not rise at row {int(np.argmax(np.diff(radius, prepend=0.0) <= 0)) + 1}")
+    volume = 4 / 3 * np.pi * np.diff(radius**3, prepend=0.0)
+    if "mass" not in columns:
+        columns["mass"] = np.cumsum(columns["density"] * volume)
+    mass = columns["mass"]
+    if not mass[0] > 0 or (np.diff(mass) <= 0).any():
+        raise ValueError(f"the mass does not rise at row {int(np.argmax(np.diff(mass, prepend=0.0) <= 0)) + 1}")
+    if "density" in columns:
+        _same_density(columns["density"], np.diff(mass, prepend=0.0) / volume)
+    for name in ("pressure", "temperature", "internal_energy"):
+        if name in columns and (columns[name] <= 0).any():
+            raise ValueError(f"{name} of row {int(np.argmax(columns[name] <= 0)) + 1} is not positive")
+    pressure = columns.get("pressure")
+    if pressure is None and "temperature" in columns and molecular_weight is not None:
+        density = np.diff(mass, prepend=0.0) / volume
+        pressure = density * BOLTZMANN_CONSTANT * columns["temperature"] / (molecular_weight * ATOMIC_MASS)
+    rotation = columns.get("omega")
+    if rotation is None and "specific_angular_momentum" in columns:
+        rotation = 1.5 * columns["specific_angular_momentum"] / radius**2  # j is the mean over a shell
+    return Progenitor(mass, radius, pressure, columns.get("internal_energy"), rotation)
+
+
+def _same_density(told: np.ndarray, found: np.ndarray) -> None:
+    if (told <= 0).any():
+        raise ValueError(f"density of row {int(np.argmax(told <= 0)) + 1} is not positive")
+    apart = float(np.median(np.abs(np.log(told / found))))
+    if apart > _SAME_DENSITY:
+        raise ValueError(f"its densities are {np.exp(apart):.3g} times off what its masses and radii say")
