@@ -13,7 +13,7 @@ import xarray as xr
 from astroinertia.dataset import open_snapshots
 from astroinertia.dataset_derived import SPINLESS
 from astroinertia.errors import ArchiveError
-from astroinertia.inertia import tensor
+from astroinertia.inertia import growth, tensor
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
 
 _THINNEST = 1e-12  # I_1 + I_2 - I_3 over I_3, which is the square of a thickness: round-off
@@ -187,6 +187,27 @@ class InertiaAccessor:
         text = "gravitational-wave strain times distance"
         return xr.Dataset({name: self._series(values, f"{text}, {name}", "m", "") for name, values in names.items()})
 
+    def growth_rate(
+        self, series: str | xr.DataArray = "bar_strength", start: float | None = None, end: float | None = None
+    ) -> xr.Dataset:
+        """The rate at which a quantity grows as exp(rate t) between two times: rate, its error, and rms of ln A left.
+
+        series: a name, or a series of time such as `dataset.mode_amplitude.sel(mode=2)`; times in the dataset's unit.
+        Raises ValueError where fewer than three values are known and not zero.
+        """
+        found = self._between(self.dataset[series] if isinstance(series, str) else series, start, end)
+        fitted = growth.growth(found["time"].values, found.values)
+        return self._line(fitted, "growth rate", "s-1")
+
+    def pattern_speed(self, mode: int = 2, start: float | None = None, end: float | None = None) -> xr.Dataset:
+        """The mean rate at which an azimuthal mode turns between two times, the slope of its phase: rate and error.
+
+        Raises ValueError where the mode turns too far between two records for its turns to be counted.
+        """
+        found = self._between(self.dataset["mode_phase"].sel(mode=mode), start, end)
+        fitted = growth.turning(found["time"].values, found.values, mode)
+        return self._line(fitted, f"pattern speed of mode {mode}", "rad s-1")
+
     def plot_inertia(self, **options: Any) -> Any:
         """I(t) evolved against direct, with the closure. Returns the matplotlib Figure, as all plots do."""
         return self._plot("moments", "inertia_figure", **options)
@@ -231,6 +252,18 @@ class InertiaAccessor:
         from importlib import import_module  # matplotlib is only loaded by who draws
 
         return getattr(import_module(f"astroinertia.plots.{module}"), function)(self.dataset, **options)
+
+    def _between(self, series: xr.DataArray, start: float | None, end: float | None) -> xr.DataArray:
+        time = series["time"]
+        low, high = -np.inf if start is None else start, np.inf if end is None else end
+        return series.isel(time=np.flatnonzero((time >= low) & (time <= high)))
+
+    def _line(self, fitted: growth.Line, text: str, unit: str) -> xr.Dataset:
+        values = {"rate": (fitted.slope, text), "error": (fitted.error, f"standard error of the {text}")}
+        units = {"units": self._unit(unit)}
+        found = {name: ((), value, units | {"long_name": words}) for name, (value, words) in values.items()}
+        left = {"units": "1", "long_name": "rms of what the straight line leaves"}
+        return xr.Dataset({**found, "residual": ((), fitted.residual, left)})
 
     def _unit(self, unit: str) -> str:
         return "1" if self.dataset["mass"].attrs["units"] == "1" else unit

@@ -29,6 +29,7 @@ from astroinertia.dataset_schema import (
     Quantity,
     reason_for_absence,
 )
+from astroinertia.dataset_waves import waves
 from astroinertia.errors import ArchiveError
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
 from astroinertia.inertia.principal import ROUND_OFF_GAP
@@ -129,8 +130,11 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
         ]
         for name, pair in zip(("gw_strain_plus", "gw_strain_cross"), zip(*strains, strict=True), strict=True):
             values[name] = np.stack(pair, axis=-1)
+        carried = waves(units.to_si(values["time"], "time"), acceleration, gravity)
+        values |= {f"gw_{name}": array for name, array in carried._asdict().items()}
+    frequency = values.pop("gw_frequency", np.zeros(1))
     time = values.pop("time")
-    sizes = _sizes(values, effects) | {"time": len(time), "region": len(regions)}
+    sizes = _sizes(values, effects) | {"time": len(time), "region": len(regions), "frequency": len(frequency)}
     variables = {}
     for name, quantity in (RECORDED | DERIVED | (REGIONAL if regions else {})).items():
         attrs = attributes(quantity, metadata)
@@ -162,6 +166,7 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     coords |= {name: _label(name) for name in LABELS}
     coords["effect"] = ("effect", np.array([*effects, *skipped], dtype=str), {"long_name": "effect"})
     bins = {"long_name": "shell of equal mass, from the centre outwards"}
+    coords["frequency"] = ("frequency", frequency, {"units": "Hz", "long_name": "frequency of gravitational waves"})
     coords["radius_bin"] = ("radius_bin", np.arange(sizes["radius_bin"]), bins)
     if "companion_position" in variables:
         count = variables["companion_position"][1].shape[1]

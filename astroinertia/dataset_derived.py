@@ -4,11 +4,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from astroinertia.bodies.bar_analysis import bar
 from astroinertia.inertia import principal, tensor
 from astroinertia.inertia.evolution import second_moment_acceleration
 from astroinertia.inertia.spin import angular_velocity
 
 Series = Mapping[str, np.ndarray]
+
+BAR = ("bar_strength", "bar_phase", "bar_pattern_speed")
 
 # Below this share of the largest possible angular momentum, 2 (tr Q tr K)^(1/2), a body counts as not spinning.
 SPINLESS = 1e-9
@@ -17,7 +20,7 @@ PARTICLE_GAP_TOLERANCE = 1e-3
 
 
 def derived_quantities(series: Series, tolerance: float, reference_radius: float | None) -> dict[str, np.ndarray]:
-    """All of the schema's derived quantities but the gravitational-wave strain, in the units of `series`.
+    """All of the schema's derived quantities but those of gravitational waves, in the units of `series`.
 
     tolerance: principal moments nearer than this share of the largest count as equal. Quantities whose ingredients
     were not recorded are left out.
@@ -28,6 +31,8 @@ def derived_quantities(series: Series, tolerance: float, reference_radius: float
     if _has(series, "kinetic_tensor", "virial_tensor"):
         acceleration = second_moment_acceleration(series["kinetic_tensor"], series["virial_tensor"].sum(axis=1))
         found["inertia_acceleration"] = tensor.inertia_from_second_moment(acceleration)
+    if _has(series, "second_moment", "mixed_moment"):
+        found |= dict(zip(BAR, bar(series["second_moment"], series["mixed_moment"]), strict=True))
     if not _has(series, "inertia_tensor", "mass"):
         return found
     inertia, mass = series["inertia_tensor"], series["mass"]

@@ -115,6 +115,15 @@ RECORDED: dict[str, Quantity] = {
         _TM, NUMBER, "1", "amplitude of azimuthal modes about z", "|sum m exp(i k phi)| / M for k = 1 to 4"
     ),
     "mode_phase": Quantity(_TM, NUMBER, "rad", "phase of azimuthal modes about z", "arg sum m exp(i k phi)"),
+    "mode_pattern_speed": Quantity(
+        _TM, PER_TIME, "rad s-1", "rate at which azimuthal modes turn about z, now",
+        "d/dt arg(sum m exp(i k phi)) / k from positions and velocities; over a time, the slope of mode_phase / k",
+    ),
+    "ring_mode_amplitude": Quantity(
+        _TM, NUMBER, "1", "amplitude of azimuthal modes in a ring about z",
+        "of the middle half of the mass in the order of its distance from the axis, divided by that mass",
+    ),
+    "ring_mode_phase": Quantity(_TM, NUMBER, "rad", "phase of azimuthal modes in that ring"),
 }  # fmt: skip
 """What a run records, in code units, under the same names."""
 
@@ -161,6 +170,15 @@ DERIVED: dict[str, Quantity] = {
     "moment_ratio": Quantity(
         _T, NUMBER, "1", "moment of inertia about the spin axis over M R^2", f"n.I.n / (M R^2); {SPIN_AXIS}"
     ),
+    "bar_strength": Quantity(
+        _T, NUMBER, "1", "quadrupole distortion about z",
+        "D = (D_+^2 + D_x^2)^(1/2) with D_+ = (Q_xx - Q_yy)/(Q_xx + Q_yy) and D_x = 2 Q_xy/(Q_xx + Q_yy) (Saijo, "
+        "Shibata, Baumgarte & Shapiro 2001, ApJ 548, 919)",
+    ),
+    "bar_phase": Quantity(_T, NUMBER, "rad", "direction of that bar, from x", "arctan2(D_x, D_+) / 2"),
+    "bar_pattern_speed": Quantity(
+        _T, PER_TIME, "rad s-1", "rate at which that bar turns, now", "d/dt bar_phase, from dQ/dt = P + P^T"
+    ),
     "gw_strain_plus": Quantity(
         ("time", "observer"), NUMBER, "m", "gravitational-wave strain times distance, plus polarisation",
         "(G/c^4) (A_theta,theta - A_phi,phi) with A = d2Q/dt2, the quadrupole formula; the observer is on the z axis "
@@ -170,8 +188,24 @@ DERIVED: dict[str, Quantity] = {
         ("time", "observer"), NUMBER, "m", "gravitational-wave strain times distance, cross polarisation",
         "(2 G/c^4) A_theta,phi; see gw_strain_plus",
     ),
+    "gw_luminosity": Quantity(
+        _T, NUMBER, "W", "power of gravitational waves", "G/(5 c^5) A'_ij A'_ij, A = d2Q/dt2 without its trace"
+    ),
+    "gw_energy": Quantity(_T, NUMBER, "J", "energy that gravitational waves have carried away since the start"),
+    "gw_angular_momentum": Quantity(
+        _TI, NUMBER, "kg m2 s-1", "angular momentum that gravitational waves have carried away since the start",
+        "the integral of 2 G/(5 c^5) eps_ijk A_jl A'_kl",
+    ),
+    "gw_energy_spectrum": Quantity(
+        ("frequency",), NUMBER, "J Hz-1", "energy of gravitational waves per frequency",
+        "2 G/(5 c^5) |A'_ij(f)|^2, of the whole run; its integral over f is the energy carried away",
+    ),
+    "gw_characteristic_strain": Quantity(
+        ("frequency",), NUMBER, "m", "characteristic gravitational-wave strain times distance",
+        "(2 G/(pi^2 c^3) dE/df)^(1/2) (Flanagan & Hughes 1998, Physical Review D 57, 4535)",
+    ),
 }  # fmt: skip
-"""What follows from the recorded quantities; computed in code units, but for the strain, which is already in SI."""
+"""What follows from the recorded quantities; computed in code units, but for the waves, which are in SI already."""
 
 _S = ("snapshot_time", "particle")
 _ENTROPY = "A in P = P_cold(rho) + A rho^gamma; in code units, since its dimension depends on gamma"
@@ -222,11 +256,12 @@ def reason_for_absence(name: str, effects: list[str], dimensionless: bool, frame
         return "the scene lists no gravity"
     if name == "internal_energy" and "pressure" not in effects:
         return "the scene lists no pressure"
-    if name.startswith("gw_strain"):
+    if name.startswith("gw_"):
         if dimensionless:
             return "the scene is dimensionless, so the speed of light has no value"
         if frame != "inertial":
             return "the frame is not inertial"
+        return "too few records, or not all that the waves follow from is known"
     if name == "moment_ratio":
         return "the body has no reference radius"
     if name.startswith("region_"):

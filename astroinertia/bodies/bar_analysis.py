@@ -18,6 +18,7 @@ import numpy as np
 
 from astroinertia.bodies import jacobi
 from astroinertia.bodies.ellipsoid_gravity import gravitational_energy
+from astroinertia.inertia.growth import growth
 from astroinertia.inertia.tensor import axial_vector, twice_symmetric
 
 _FEWEST = 3  # points that a growth rate is fitted to
@@ -131,7 +132,7 @@ def growth_rate(times, strength, low: float, high: float) -> float:
     begin = int(below[-1]) + 1 if len(below) else 0
     if end - begin < _FEWEST:
         raise ValueError(f"{end - begin} points lie between {low:g} and {high:g}: a growth rate needs {_FEWEST}")
-    return float(np.polynomial.polynomial.polyfit(times[begin:end], np.log(strength[begin:end]), 1)[1])
+    return growth(times[begin:end], strength[begin:end]).slope
 
 
 def _plane(axis: np.ndarray) -> np.ndarray:

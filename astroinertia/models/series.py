@@ -22,6 +22,7 @@ from astroinertia.models.sph import (
 
 RADIUS_BINS = 32
 MODES = (1, 2, 3, 4)
+RING = (0.25, 0.75)  # of the mass, in the order of its distance from the axis
 
 
 def series_record(problem: Problem, arrangement: Any, state: State, opening_energy: float | None) -> dict[str, Any]:
@@ -84,7 +85,7 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
         "timestep": float(state.rates.timestep),
         **timestep_limit(problem, state),
         **_profiles(mass, relative, velocity - drift, np.asarray(state.rates.fluid.density)),
-        **_modes(mass, relative),
+        **_modes(mass, relative, velocity - drift),
         **system_record(state),
         **{name: array for effect in problem.effects for name, array in effect.recorded(state).items()},
     }
@@ -177,11 +178,29 @@ def _profiles(mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, dens
     }
 
 
-def _modes(mass: np.ndarray, position: np.ndarray) -> dict[str, Any]:
-    # sum m exp(i k phi) / M about the z axis through the centre of mass.
-    phase = np.arctan2(position[:, 1], position[:, 0])
-    modes = [(mass * np.exp(1j * k * phase)).sum() / mass.sum() for k in MODES]
-    return {"mode_amplitude": np.abs(modes), "mode_phase": np.angle(modes)}
+def _modes(mass: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> dict[str, Any]:
+    # sum m exp(i k phi) / M about the z axis through the centre of mass, of all and of the ring; and how it turns.
+    (x, y, _), (u, v, _) = position.T, velocity.T
+    square = x**2 + y**2
+    phase, turning = np.arctan2(y, x), np.divide(x * v - y * u, square, out=np.zeros_like(square), where=square > 0)
+    waves = np.exp(1j * np.outer(MODES, phase))
+    modes = waves @ mass / mass.sum()
+    rates = 1j * np.array(MODES) * (waves @ (mass * turning)) / mass.sum()
+    size = np.abs(modes) ** 2
+    speed = np.divide(
+        (modes.conj() * rates).imag, np.array(MODES) * size, out=np.full(len(MODES), np.nan), where=size > 0
+    )
+    order = np.argsort(square, kind="stable")
+    share = np.cumsum(mass[order]) / mass.sum()
+    inside = order[(share > RING[0]) & (share <= RING[1])]
+    ring = waves[:, inside] @ mass[inside] / mass[inside].sum() if len(inside) else np.full(len(MODES), np.nan)
+    return {
+        "mode_amplitude": np.abs(modes),
+        "mode_phase": np.angle(modes),
+        "mode_pattern_speed": speed,
+        "ring_mode_amplitude": np.abs(ring),
+        "ring_mode_phase": np.angle(ring),
+    }
 
 
 def _ratio(error: float, scale: float) -> float:

@@ -1,4 +1,6 @@
-"""Gravitational waves of the quadrupole formula."""
+"""Gravitational waves of the quadrupole formula: strain, and spectrum."""
+
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -10,13 +12,13 @@ _TEN_KILOPARSECS = 10 * 3.0856775814913673e19  # m, the usual distance of a gala
 
 
 def waves_figure(dataset: xr.Dataset) -> Figure:
-    """Strain times distance, plus and cross, for observers on the pole and in the equatorial plane."""
+    """Strain times distance, plus and cross, from the pole and the equatorial plane, and the characteristic strain."""
     with style.styled():
-        figure = style.begin(dataset, "gravitational waves", (9.0, 6.2))
-        panels = figure.subplots(2, 1)
+        figure = style.begin(dataset, "gravitational waves", (9.0, 8.8))
+        *panels, spectrum = figure.subplots(3, 1)
         plus, cross = dataset["gw_strain_plus"], dataset["gw_strain_cross"]
         if plus.isnull().all():
-            for axes in panels:
+            for axes in (*panels, spectrum):
                 style.note(axes, str(plus.attrs.get("reason", "not known")))
             return figure
         times, factor, _ = style.shown_times(dataset)
@@ -40,7 +42,33 @@ def waves_figure(dataset: xr.Dataset) -> Figure:
             style.time_axis(axes, dataset, last=axes is panels[-1])
             axes.set_xlim(left=_onset(times, (plus, cross)))
             _at_least(axes, np.array([strain.values for strain in pair]) / scale)
+        _spectrum(spectrum, dataset)
         return figure
+
+
+def _spectrum(axes: Any, dataset: xr.Dataset) -> None:
+    # What energy goes into which frequency, down to a ten-thousandth of the largest strain.
+    if "gw_characteristic_strain" not in dataset:
+        style.note(axes, "this file is older than spectra")
+        return
+    strain = dataset["gw_characteristic_strain"]
+    frequency, size = strain["frequency"].values[1:], strain.values[1:]
+    if not np.isfinite(size).any() or not (size > 0).any():
+        style.note(axes, str(strain.attrs.get("reason", "no waves")))
+        return
+    frequencies, hertz = style.scale_of("Hz", frequency)
+    scale, unit = style.scale_of("m", size)
+    axes.plot(frequency / frequencies, size / scale, color=style.BLUE, linewidth=1.3)
+    top = float(size.max()) / scale
+    axes.set(xscale="log", yscale="log", ylim=(1e-4 * top, 3.0 * top))
+    axes.set_xlabel(style.label("frequency", hertz))
+    axes.set_ylabel(style.label(r"$h_{char} \times$ distance", unit))
+    axes.set_title("Characteristic strain of the whole run")
+    energy = float(dataset["gw_energy"][-1])
+    axes.annotate(
+        f"energy carried away: {style.number(energy, 2)} J", (1, 1), xycoords="axes fraction", xytext=(0, 6),
+        textcoords="offset points", ha="right", fontsize=9, color=style.GREY,
+    )  # fmt: skip
 
 
 def _onset(times: np.ndarray, strains: tuple[xr.DataArray, xr.DataArray]) -> float:

@@ -1,0 +1,51 @@
+"""How fast a mode grows and turns: straight lines through the logarithm of an amplitude and through a phase.
+
+Tests: tests/unit/test_growth.py.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Line(NamedTuple):
+    """A straight line by least squares: slope and its standard error, value at time 0, and rms of what is left."""
+
+    slope: float
+    error: float
+    intercept: float
+    residual: float
+
+
+def line(time, values) -> Line:
+    """Return the line through values (T,) at times (T,), those that are finite; ValueError for fewer than three."""
+    t, y = np.asarray(time, float), np.asarray(values, float)
+    fine = np.isfinite(t) & np.isfinite(y)
+    t, y = t[fine], y[fine]
+    if len(t) < 3 or np.ptp(t) == 0.0:
+        raise ValueError(f"a line needs at least three known values at different times, not {len(t)}")
+    middle = t.mean()
+    spread = ((t - middle) ** 2).sum()
+    slope = ((t - middle) * (y - y.mean())).sum() / spread
+    left = y - y.mean() - slope * (t - middle)
+    error = np.sqrt((left**2).sum() / max(len(t) - 2, 1) / spread)
+    return Line(float(slope), float(error), float(y.mean() - slope * middle), float(np.sqrt((left**2).mean())))
+
+
+def growth(time, amplitude) -> Line:
+    """Return the line through ln A: its slope is the growth rate of A ~ exp(slope t). Zero amplitudes are left out."""
+    size = np.asarray(amplitude, float)
+    return line(time, np.log(size, out=np.full(size.shape, np.nan), where=size > 0.0))
+
+
+def turning(time, phase, fold: int) -> Line:
+    """Return the line through the angle of a pattern of `fold`-fold symmetry: its slope is the pattern speed.
+
+    phase (T,): that of the mode, fold times the angle, known to 2 pi; ValueError where two neighbours may be more than
+    half a turn apart, for then the times are too sparse to count turns.
+    """
+    total = np.unwrap(np.asarray(phase, float))
+    steps = np.abs(np.diff(total))
+    if len(steps) and np.nanmax(steps) > 0.9 * np.pi:
+        raise ValueError("the phase advances by nearly half a turn from one time to the next: record more often")
+    return line(time, total / fold)

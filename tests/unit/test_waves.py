@@ -1,0 +1,163 @@
+"""What gravitational waves carry away, against a binary on a circular orbit, and how fast modes turn and grow."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from astroinertia import accessor as _accessor  # noqa: F401
+from astroinertia.dataset import headline
+from astroinertia.dataset_waves import waves
+from astroinertia.inertia import growth
+from astroinertia.inertia.evolution import second_moment_acceleration
+from astroinertia.models.series import _modes
+from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGHT
+
+MASS, APART = 1.4 * SOLAR_MASS, 1e8  # each of two stars, and their distance, in kg and m
+RATE = (GRAVITATIONAL_CONSTANT * 2 * MASS / APART**3) ** 0.5
+
+
+def binary(times):
+    """d2Q/dt2 (T, 3, 3) of two stars on a circular orbit, in closed form."""
+    angle = RATE * np.asarray(times)
+    x = APART / 2 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    v = APART / 2 * RATE * np.stack([-np.sin(angle), np.cos(angle), 0 * angle], axis=-1)
+    kinetic = 2 * MASS * np.einsum("ti,tj->tij", v, v)
+    virial = -2 * MASS * RATE**2 * np.einsum("ti,tj->tij", x, x)
+    return second_moment_acceleration(kinetic, virial)
+
+
+def test_a_circular_binary_radiates_as_peters_and_mathews_say():
+    """32/5 G^4/c^5 m1^2 m2^2 (m1 + m2)/a^5 (Peters & Mathews 1963, eq. 16 with e = 0), and Omega dL = dE."""
+    turns = 10
+    times = np.linspace(0, turns * 2 * np.pi / RATE, 64 * turns + 1)
+    found = waves(times, binary(times), GRAVITATIONAL_CONSTANT)
+    power = 32 / 5 * GRAVITATIONAL_CONSTANT**4 / SPEED_OF_LIGHT**5 * MASS**4 * 2 * MASS / APART**5
+    # The slope of the spline is off by (2 Omega dt)^4/180 within, and dt^3 at the very ends, of which few are told.
+    assert np.abs(found.luminosity[8:-8] / power - 1).max() < 1e-4
+    assert found.energy[-1] == pytest.approx(power * times[-1], rel=3e-4)
+    assert found.angular_momentum[-1, 2] == pytest.approx(found.energy[-1] / RATE, rel=3e-4)
+    assert np.abs(found.angular_momentum[:, :2]).max() < 1e-10 * found.angular_momentum[-1, 2]
+    assert (np.diff(found.energy) > 0).all()
+
+
+def test_the_spectrum_holds_the_energy_and_peaks_at_twice_the_orbit():
+    turns = 20
+    times = np.linspace(0, turns * 2 * np.pi / RATE, 64 * turns + 1)
+    found = waves(times, binary(times), GRAVITATIONAL_CONSTANT)
+    width = found.frequency[1]
+    assert found.energy_spectrum.sum() * width == pytest.approx(found.energy[-1], rel=5e-3)
+    assert found.frequency[np.argmax(found.energy_spectrum)] == pytest.approx(RATE / np.pi, abs=width)
+    strain = (2 * GRAVITATIONAL_CONSTANT / np.pi**2 / SPEED_OF_LIGHT**3 * found.energy_spectrum) ** 0.5
+    assert np.allclose(found.characteristic_strain, strain, rtol=1e-12)
+
+
+def test_uneven_records_give_the_same_energy():
+    random = np.random.default_rng(3)
+    times = np.sort(random.uniform(0, 20 * np.pi / RATE, 1500))
+    found = waves(times, binary(times), GRAVITATIONAL_CONSTANT)
+    even = np.linspace(times[0], times[-1], 1500)
+    assert found.energy[-1] == pytest.approx(waves(even, binary(even), GRAVITATIONAL_CONSTANT).energy[-1], rel=5e-3)
+    assert found.energy_spectrum.sum() * found.frequency[1] == pytest.approx(found.energy[-1], rel=2e-2)
+
+
+def test_energy_converges_with_the_number_of_records():
+    errors = []
+    for each in (8, 16, 32):
+        times = np.linspace(0, 10 * 2 * np.pi / RATE, each * 10 + 1)
+        power = waves(times, binary(times), GRAVITATIONAL_CONSTANT).luminosity
+        exact = 32 / 5 * GRAVITATIONAL_CONSTANT**4 / SPEED_OF_LIGHT**5 * MASS**4 * 2 * MASS / APART**5
+        errors.append(np.abs(power[each:-each] / exact - 1).max())
+    order = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert (order > 3.5).all()
+
+
+def test_few_or_unknown_records_have_no_waves():
+    times = np.arange(3.0)
+    assert np.isnan(waves(times, binary(times), GRAVITATIONAL_CONSTANT).energy).all()
+    times = np.arange(9.0)
+    broken = binary(times)
+    broken[4] = np.nan
+    assert np.isnan(waves(times, broken, GRAVITATIONAL_CONSTANT).energy_spectrum).all()
+
+
+def turning_bar(rate=0.7, count=400):
+    random = np.random.default_rng(6)
+    position = random.normal(size=(count, 3)) * [1.5, 1.0, 0.5]
+    mass = random.uniform(0.5, 1.5, count)
+    position -= mass @ position / mass.sum()
+    return mass, position, np.cross([0.0, 0.0, rate], position)
+
+
+def test_every_mode_of_what_turns_rigidly_turns_at_that_rate():
+    mass, position, velocity = turning_bar()
+    found = _modes(mass, position, velocity)
+    assert np.allclose(found["mode_pattern_speed"], 0.7, rtol=1e-12)
+    assert (found["ring_mode_amplitude"] > 0).all()
+
+
+def test_pattern_speed_is_the_derivative_of_the_phase():
+    """Of any motion: against the phase a little earlier and later."""
+    mass, position, velocity = turning_bar()
+    velocity = velocity + 0.3 * np.sin(position[:, [1, 2, 0]])
+    early, late = (_modes(mass, position + dt * velocity, velocity) for dt in (-1e-5, 1e-5))
+    speed = np.angle(np.exp(1j * (late["mode_phase"] - early["mode_phase"]))) / 2e-5 / [1, 2, 3, 4]
+    assert np.allclose(_modes(mass, position, velocity)["mode_pattern_speed"], speed, rtol=1e-5)
+
+
+def test_a_ring_has_the_mode_that_the_middle_lacks():
+    """A bar in the middle half of the mass, all else round."""
+    angle = np.linspace(0, 2 * np.pi, 400, endpoint=False)
+    ring = np.pi * (np.arange(400) % 2) + 0.02 * angle
+    phi = np.concatenate([angle, ring, ring, angle])
+    radius = np.concatenate([np.full(400, 0.2), np.full(800, 1.0), np.full(400, 2.0)])
+    position = np.stack([radius * np.cos(phi), radius * np.sin(phi), 0 * phi], axis=1)
+    found = _modes(np.ones(1600), position, np.zeros_like(position))
+    assert found["ring_mode_amplitude"][1] > 0.99
+    assert found["mode_amplitude"][1] == pytest.approx(0.5, abs=0.01)
+    assert found["ring_mode_amplitude"][0] < 0.01
+
+
+def test_growth_and_turning_are_found_in_a_dataset():
+    times = np.linspace(0, 5, 60)
+    random = np.random.default_rng(1)
+    size = 1e-3 * np.exp(0.8 * times) * np.exp(0.01 * random.normal(size=60))
+    phases = np.angle(np.exp(1j * np.outer(times, [0.5, 2 * 1.3, 0.0, 0.0])))
+    data = xr.Dataset(
+        {
+            "inertia_tensor": (("time", "i", "j"), np.tile(np.eye(3), (60, 1, 1))),
+            "mass": ("time", np.ones(60), {"units": "kg"}),
+            "bar_strength": ("time", size),
+            "mode_phase": (("time", "mode"), phases),
+        },
+        {"time": times, "mode": [1, 2, 3, 4]},
+    )
+    grown = data.inertia.growth_rate("bar_strength", 1.0, 4.0)
+    assert abs(float(grown["rate"]) - 0.8) < 4 * float(grown["error"]) < 0.02
+    assert grown["rate"].attrs["units"] == "s-1"
+    assert float(data.inertia.pattern_speed(2)["rate"]) == pytest.approx(1.3, rel=1e-12)
+    with pytest.raises(ValueError, match="record more often"):
+        data.isel(time=slice(None, None, 14)).inertia.pattern_speed(2)
+    with pytest.raises(ValueError, match="at least three"):
+        data.inertia.growth_rate("bar_strength", 1.0, 1.05)
+
+
+def test_a_line_tells_its_error():
+    """Of 500 noisy lines, the true slope lies within one standard error of 68%, to the noise of 500 trials."""
+    random, times = np.random.default_rng(2), np.linspace(0, 1, 30)
+    found = [growth.line(times, 2 * times + random.normal(size=30)) for _ in range(500)]
+    within = np.mean([abs(each.slope - 2) < each.error for each in found])
+    assert 0.61 < within < 0.75
+
+
+def test_scenes_in_code_units_have_no_waves_and_say_why():
+    metadata = {"name": "x", "dimensionless": True, "effects": ["gravity"], "code_units": None}
+    count = 6
+    tensor = np.tile(np.eye(3), (count, 1, 1))
+    series = {
+        "time": np.arange(float(count)), "mass": np.ones(count), "inertia_tensor": tensor, "second_moment": tensor,
+        "mixed_moment": tensor, "kinetic_tensor": tensor, "virial_tensor": tensor[:, None],
+    }  # fmt: skip
+    data = headline(series, metadata)
+    for name in ("gw_luminosity", "gw_energy", "gw_angular_momentum", "gw_energy_spectrum"):
+        assert np.isnan(data[name]).all()
+        assert "speed of light" in data[name].attrs["reason"]
