@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from rich.console import Console
 from rich.text import Text
 
-from astroinertia import cli_compare, cli_moments, cli_ratios, cli_verify
+from astroinertia import cli_compare, cli_hard, cli_moments, cli_ratios, cli_verify
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ more:
   astroinertia moments particles.csv         the inertia tensor of a particle table, a mesh or a snapshot
   astroinertia ratios --body Mars            moment ratios of the solar system, and cores that they allow
   astroinertia verify                        every cross-check with its source: does this installation compute right?
+  astroinertia verify --hard                 eighty hard cases of particles, and what stable means for each
   astroinertia resume runs/coarse            go on after Ctrl-C, a crash or a power cut
   python -c "import xarray; print(xarray.open_dataset('runs/coarse/<name>.nc'))"
 """
@@ -165,6 +166,7 @@ def _parser() -> argparse.ArgumentParser:
         "astroinertia verify",
     )
     cli_verify.add_arguments(verify)
+    cli_hard.add_arguments(verify)
     return parser
 
 
@@ -383,6 +385,8 @@ def _verify(options: argparse.Namespace) -> int:
     console = _Console(highlight=False)
     if not console.is_terminal:
         console = _Console(highlight=False, width=cli_verify.WIDTH)
+    if options.hard:
+        return _verify_hard(options, console)
     found = []
     for section in cli_verify.sections(options):
         found.append(section)
@@ -390,6 +394,16 @@ def _verify(options: argparse.Namespace) -> int:
             console.print(cli_verify.table(section, console.width))
     print(cli_verify.as_json(found) if options.json else cli_verify.total(found))
     return GOOD if all(section.holds for section in found) else FAILED
+
+
+def _verify_hard(options: argparse.Namespace, console: Console) -> int:
+    found: cli_hard.Rows = []
+    for title, rows in cli_hard.families(options):
+        found += rows
+        if not options.json:
+            console.print(cli_hard.table(title, rows))
+    print(cli_hard.as_json(found) if options.json else cli_hard.total(found))
+    return GOOD if all(each.holds for verdicts in found for each in verdicts) else FAILED
 
 
 if __name__ == "__main__":

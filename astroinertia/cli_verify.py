@@ -27,6 +27,7 @@ The exit code is 1 if one verdict is not good.
 example: astroinertia verify
          astroinertia verify --only ellipsoids --only neutron_stars
          astroinertia verify --json > verify.json
+         astroinertia verify --hard --only coincident
 """
 
 
@@ -36,7 +37,8 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
     command.epilog = HELP
     command.add_argument(
         "--only", action="append", default=[], metavar="SECTION",
-        help="one section of the table, such as polytropes; may be repeated (a wrong name lists them)",
+        help="one section of the table, such as polytropes (a wrong name lists them), or words of hard cases' names; may be "
+        "repeated",
     )  # fmt: skip
     command.add_argument("--json", action="store_true", help="print everything as JSON, with the reasons of tolerances")
 

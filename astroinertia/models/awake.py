@@ -53,11 +53,15 @@ def advanced(xp, value, rate, dt):
 
 
 def mended(xp, heat, push, before, after, expected):
-    """The heat of a push whose work is on (before + after)/2 and was reckoned on `expected`."""
+    """The heat of a push whose work is on (before + after)/2 and was reckoned on `expected`.
+
+    What dissipates never cools: a step too long for a cold particle shows in the energy, not in a negative temperature.
+    """
     x = push[0] * (0.5 * (before[0] + after[0]) - expected[0])
     y = push[1] * (0.5 * (before[1] + after[1]) - expected[1])
     z = push[2] * (0.5 * (before[2] + after[2]) - expected[2])
-    return (heat - (x + y + z),)
+    made_up = heat - (x + y + z)
+    return (xp.where(heat > 0.0, xp.maximum(made_up, 0.0), made_up),)
 
 
 def drift(flow: Flow, clock: Clock) -> None:

@@ -68,7 +68,9 @@ def step(problem: Problem, arrangement: Arrangement, state: State, until: float)
     """One base step, not past `until`, of particles that were just sorted."""
     lists = problem.engine.listed(arrangement.pairs, problem.kernel, state.position, state.smoothing_length)
     limits = agreed_limits(problem, lists, state)
-    base, rung = base_step(limits, until - float(state.time), 0 if _act_with_base(problem) else BEYOND)
+    # What is on its way is not to be met in the middle of an interval.
+    met = float(sph.timestep_limits(problem, state.rates).get("contact", np.inf))
+    base, rung = base_step(limits, min(until - float(state.time), met), 0 if _act_with_base(problem) else BEYOND)
     flow = opened(problem, arrangement, state, base, limits)
     everyone = np.arange(flow.count)
     flow.pairs = lists
@@ -121,7 +123,7 @@ def agreed_limits(problem: Problem, pairs: Any, state: State) -> Array:
 def own_limits(problem: Problem, rates: Rates) -> Array:
     """The longest interval of each particle by all criteria but its neighbours', (N,)."""
     limits = np.full(len(rates.fluid.mass), np.inf)
-    for limit in sph.timestep_limits(problem, rates).values():
+    for limit in sph.particle_limits(problem, rates).values():
         limits = np.minimum(limits, limit)
     return limits
 

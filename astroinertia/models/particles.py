@@ -8,6 +8,7 @@ import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.integrate.leapfrog import State
+from astroinertia.integrate.timestep import limiting
 from astroinertia.models import sph
 from astroinertia.models.checkpoint import flattened
 from astroinertia.models.evolution import TIMESTEP_CRITERIA, Figures, Record
@@ -67,10 +68,15 @@ class Particles:
             self.state, self.arrangement = sph.rearranged(self.problem, self.state)
         dt = float(self.state.rates.timestep)
         if not dt > SMALLEST_STEP * self.end:
-            raise self._diagnosis(f"the time step fell to {dt:.2e} of a run of {self.end:.2e}")
+            raise self._too_short(f"the time step fell to {dt:.2e} of a run of {self.end:.2e}")
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             if self.base_step is not None:
-                self.state, self.arrangement, taken = self.base_step(self.problem, self.arrangement, self.state, until)
+                try:
+                    self.state, self.arrangement, taken = self.base_step(
+                        self.problem, self.arrangement, self.state, until
+                    )
+                except NumericalError as error:
+                    raise self._too_short(error.message) from None
                 self.note = str(taken)
             else:
                 dt = min(dt, until - self.time)
@@ -114,6 +120,16 @@ class Particles:
     def _stale(self) -> bool:
         return sph.stale(self.problem, self.arrangement, self.state)
 
+    def _too_short(self, what: str) -> NumericalError:
+        """What limits the step, and where, as long as everything is still a number."""
+        if not np.isfinite(float(self.state.rates.timestep)):
+            return self._diagnosis(what)
+        criterion, particle = limiting(sph.timestep_limits(self.problem, self.state.rates))
+        by = criterion if criterion in self.effects else None
+        told = what if by else f"{what} ({criterion})"
+        particle = self._most_accelerated() if particle is None else particle
+        return NumericalError(told, effect=by, time=self.time, particle=int(self.state.identity[particle]))
+
     def _diagnosis(self, what: str) -> NumericalError:
         rates, time = self.state.rates, self.time
         for name, acceleration in zip(
@@ -122,8 +138,9 @@ class Particles:
             bad = np.flatnonzero(~np.isfinite(acceleration).all(axis=1))
             if len(bad):
                 return NumericalError(what, effect=name, time=time, particle=int(self.state.identity[bad[0]]))
-        total = np.asarray(
-            sph.total_acceleration(np, jax.tree.map(np.asarray, rates), np.asarray(rates.fluid.velocity))
-        )
-        worst = int(np.argmax(np.linalg.norm(total, axis=1)))
-        return NumericalError(what, effect=None, time=time, particle=int(self.state.identity[worst]))
+        return NumericalError(what, effect=None, time=time, particle=int(self.state.identity[self._most_accelerated()]))
+
+    def _most_accelerated(self) -> int:
+        rates = jax.tree.map(np.asarray, self.state.rates)
+        total = sph.total_acceleration(np, rates, rates.fluid.velocity)
+        return int(np.argmax(np.linalg.norm(total, axis=1)))

@@ -10,16 +10,19 @@ from functools import reduce
 from typing import Any
 
 import jax
+import numpy as np
 
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import added, elementwise, totals
 from astroinertia.inertia.ledger import after_heating, open_ledger
 from astroinertia.integrate import leapfrog, timestep
+from astroinertia.integrate.contact import contact_limit
 from astroinertia.integrate.leapfrog import Rates, State
 from astroinertia.models.points import attracted, with_others, without_others
 from astroinertia.pytree import pytree
-from astroinertia.sph.density import density
+from astroinertia.sph.density import density, refuse_unsolved, refuse_without_length
 from astroinertia.sph.fluid import Fluid
+from astroinertia.sph.kernels import KERNELS
 
 Array = Any
 
@@ -71,11 +74,13 @@ def initial_state(
     """The state at time 0 with its rates, and the arrangement of its particles (N,), (N, 3), (N, 3), (N,).
 
     Entropies are given, or follow from specific internal energies and the densities found. points: those beside it.
+    NumericalError where some particle cannot have a smoothing length.
     """
     xp, eos = problem.engine.xp, problem.equation_of_state
     mass, position, velocity = xp.asarray(mass), xp.asarray(position), xp.asarray(velocity)
     count = mass.shape[0]
     spread = float(((position - position.mean(axis=0)) ** 2).sum(axis=1).mean()) ** 0.5
+    refuse_without_length(problem.kernel, problem.eta, np.asarray(mass), spread)
     guess = xp.full(count, problem.eta * 2.0 * spread / count ** (1 / 3))
     nothing = (None,) * len(problem.effects)
     state = State(
@@ -96,6 +101,7 @@ def initial_state(
         state, arrangement = rearranged(problem, state)
         solved = _density(problem, arrangement, state)
         state = replace(state, smoothing_length=solved.smoothing_length)
+    refuse_unsolved(problem.kernel, problem.eta, np.asarray(state.mass), solved, np.asarray(state.identity))
     if entropy is None:
         state = replace(state, entropy=eos.entropy(xp, solved.density, state.entropy))
     return evaluated(problem, arrangement, state, xp.zeros(())), arrangement
@@ -357,6 +363,20 @@ def total_heating(rates: Rates) -> Array | None:
 
 
 def timestep_limits(problem: Problem, rates: Rates) -> dict[str, Array]:
+    """The longest step of all particles of a body by each criterion, for each (N,) or for all: `particle_limits`, and
+    "contact" where effects act between neighbours.
+    """
+    limits = particle_limits(problem, rates)
+    if pair_terms(problem, "neighbour_terms"):
+        xp, fluid = problem.engine.xp, rates.fluid
+        limits["contact"] = contact_limit(
+            xp, fluid.position, fluid.velocity, fluid.smoothing_length, KERNELS[problem.kernel].support,
+            timestep.shortest(xp, limits.values()),
+        )  # fmt: skip
+    return limits
+
+
+def particle_limits(problem: Problem, rates: Rates) -> dict[str, Array]:
     """The longest step by each criterion, for each particle (N,) or for all: the kinds of effects, and by name."""
     xp, fluid = problem.engine.xp, rates.fluid
     limits = {"longest": xp.asarray(problem.max_timestep)}

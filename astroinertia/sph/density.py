@@ -2,8 +2,11 @@
 
 from typing import Any
 
+import numpy as np
+
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.terms import Density
+from astroinertia.errors import NumericalError
 from astroinertia.sph.kernels import KERNELS, self_excess
 
 
@@ -17,6 +20,40 @@ def without_excess_softened(xp, mass, h, rho, grad_h, zeta, excess):
     """The same with zeta."""
     corrected, changed = without_excess(xp, mass, h, rho, grad_h, excess)
     return corrected, changed, zeta * (rho / corrected)
+
+
+def wanted(kernel: str, eta: float) -> float:
+    """sum_j m_j w(r_ij/h_i) over the particle's own mass, at its smoothing length: eta^3 and the particle's excess."""
+    return eta**3 + self_excess(KERNELS[kernel], eta)
+
+
+def refuse_without_length(kernel: str, eta: float, mass: np.ndarray, spread: float) -> None:
+    """NumericalError where particles of masses (N,) and that rms distance cannot all have a smoothing length.
+
+    However long it is, sum_j m_j w(r_ij/h_i) is below w(0) times all mass.
+    """
+    needed = wanted(kernel, eta) / float(KERNELS[kernel].w(np, 0.0))
+    heaviest = int(np.argmax(mass))
+    if not mass.sum() > needed * mass[heaviest]:
+        share = mass[heaviest] / mass.sum()
+        raise NumericalError(
+            f"no smoothing length is long enough: a particle with {share:.2g} of all mass needs {needed:.1f} times its "
+            f"own mass around it (with eta = {eta:.3g})",
+            particle=heaviest,
+        )
+    if not spread > 0.0:
+        raise NumericalError("all particles lie in one place", particle=0)
+
+
+def refuse_unsolved(kernel: str, eta: float, mass: np.ndarray, found: Density, identity: np.ndarray) -> None:
+    """NumericalError that names a particle whose density is not that of its smoothing length: too many in one place."""
+    content = np.asarray(found.density) * np.asarray(found.smoothing_length) ** 3 / mass
+    far = np.flatnonzero(~(np.abs(content / eta**3 - 1.0) < 1e-3))
+    if len(far):
+        raise NumericalError(
+            "no smoothing length is short enough: too many particles lie in one place",
+            particle=int(identity[far].min()),
+        )
 
 
 def density(
@@ -36,7 +73,7 @@ def density(
         return engine.density(arrangement, kernel, position, mass, guess, eta, tolerance, softening, **asked)
     excess = self_excess(KERNELS[kernel], eta)
     found = engine.density(
-        arrangement, kernel, position, mass, guess, (eta**3 + excess) ** (1.0 / 3.0), tolerance, softening, **asked
+        arrangement, kernel, position, mass, guess, wanted(kernel, eta) ** (1.0 / 3.0), tolerance, softening, **asked
     )
     xp, mass = engine.xp, engine.xp.asarray(mass if targets is None else mass[targets])
     given = (mass, found.smoothing_length, found.density, found.grad_h)

@@ -41,7 +41,7 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
     )
     regions = _regions(scene, units, problem)
     state = state if regions is None else regions.opened(state)
-    return Particles(problem, state, arrangement, _end(scene, units), _base_step(scene), regions)
+    return Particles(problem, state, arrangement, _end(scene, units), base_step_of(scene), regions)
 
 
 def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Particles:
@@ -58,7 +58,7 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     state = unflattened(like, dict(arrays), problem.engine.xp)
     pairs = problem.engine.arrange(state.position, state.smoothing_length)[1]
     arrangement = arranged(problem, pairs, state)
-    return Particles(problem, state, arrangement, _end(scene, units), _base_step(scene), regions)
+    return Particles(problem, state, arrangement, _end(scene, units), base_step_of(scene), regions)
 
 
 def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tuple[Problem, Sphere | Star | None]:
@@ -91,7 +91,8 @@ def engine_of(name: str, precision: str, kernel: Kernel) -> Any:
     return module.Engine(precision=precision)
 
 
-def _base_step(scene: Scene) -> Any:
+def base_step_of(scene: Scene) -> Any:
+    """What carries particles with time steps of their own through a base step; None with global ones."""
     # Global steps import nothing of individual ones.
     if scene.numerics.timesteps == "global":
         return None

@@ -1,0 +1,11 @@
+"""Hard cases of particles: each states what stable means, and all are held to the same figures.
+
+Tests: tests/hard/test_particles_hard.py, tests/unit/test_hard_cases.py.
+"""
+
+from astroinertia.verify.hard.motions import MOTIONS
+from astroinertia.verify.hard.numbers import NUMBERS
+from astroinertia.verify.hard.places import PLACES
+
+FAMILIES = {"Where particles lie": PLACES, "How they move": MOTIONS, "Numbers": NUMBERS}
+CASES = {case.name: case for cases in FAMILIES.values() for case in cases}

@@ -1,0 +1,102 @@
+"""Every hard case of particles (`astroinertia verify --hard`) is stable, in the sense that it states."""
+
+import numpy as np
+import pytest
+
+from astroinertia import dataset
+from astroinertia.errors import NumericalError
+from astroinertia.run import run_scene
+from astroinertia.scene import load
+from astroinertia.verify.hard import CASES
+from astroinertia.verify.hard.case import BARS, tried
+
+# Those that share the engines' programs with each other; xla compiles one for each number of particles.
+SHARED = [name for name, case in CASES.items() if not (case.own_program or case.long)]
+LONG = [name for name, case in CASES.items() if case.long]
+OWN = [name for name, case in CASES.items() if case.own_program]
+FEW_WITH_XLA = [
+    "every particle twice", "all in a plane", "one particle far away", "zero temperature at rest",
+    "head on at Mach 1000", "a blast into vacuum", "units of 1e-30", "a step that falls to nothing",
+]  # fmt: skip
+
+
+def assert_stable(name, mode):
+    verdict = tried(CASES[name], mode)
+    assert verdict.holds, (verdict.error, dict(verdict.figures))
+    return verdict
+
+
+@pytest.mark.parametrize("mode", ["global", "individual"])
+@pytest.mark.parametrize("name", SHARED)
+def test_hard_cases_are_stable(name, mode):
+    assert_stable(name, mode)
+
+
+@pytest.mark.parametrize("name", FEW_WITH_XLA)
+def test_hard_cases_are_stable_with_xla(name):
+    assert_stable(name, "xla")
+
+
+@pytest.mark.full(inputs=["astroinertia/verify/hard/case.py"])
+@pytest.mark.parametrize("mode", ["global", "individual", "xla"])
+def test_all_hard_cases_are_stable(mode, result):
+    chosen = [name for name, case in CASES.items() if not case.long]
+    verdicts = [tried(CASES[name], mode) for name in chosen]
+    run = [each for each in verdicts if not each.case.ends]
+    result(
+        cases=len(verdicts), stable=sum(each.holds for each in verdicts),
+        **{f"largest_{name}": max(each.figures.get(name, float("nan")) for each in run) for name in BARS},
+    )  # fmt: skip
+    assert len(verdicts) >= 60
+    assert [each.case.name for each in verdicts if not each.holds] == []
+
+
+@pytest.mark.full(inputs=["astroinertia/verify/hard/numbers.py"])
+@pytest.mark.parametrize("name", LONG)
+def test_sums_over_a_million_steps_keep_their_digits(name, result):
+    verdict = assert_stable(name, "global")
+    result(steps=verdict.steps, **verdict.figures)
+    assert verdict.steps == 1_000_000
+
+
+STOPPED = """
+name = "falls_to_nothing"
+units = "code"
+
+[body]
+kind = "uniform"
+particles = 100
+mass = 1.0
+radius = 1.0
+placement = "lattice"
+relax = false
+
+[equation_of_state]
+kind = "ideal"
+
+[effects.pressure]
+[effects.gravity]
+
+[effects.external_field]
+point_mass = 1e6
+softening = 1e-12
+origin = [0.1, 0.2, 0.3]
+
+[time]
+end = 1.0
+
+[output]
+series_steps = 1
+"""
+
+
+@pytest.mark.parametrize("timesteps", ["global", "individual"])
+def test_what_was_recorded_before_a_step_falls_to_nothing_is_kept(tmp_path, timesteps):
+    """Particles fall into a point mass: the run ends there, says why, and leaves a file that opens."""
+    scene = load.loads(STOPPED, [f'numerics.timesteps="{timesteps}"'])
+    with pytest.raises(NumericalError, match=r"time step .* \(effect external_field, time .*, particle \d+\)"):
+        run_scene(scene, tmp_path / "run")
+    kept = dataset.open(tmp_path / "run")
+    assert kept.sizes["time"] > 3
+    assert np.isfinite(kept["inertia_tensor"]).all() and np.isfinite(kept["total_energy"]).all()
+    assert float(kept["ledger_closure"].max()) < 1e-12
