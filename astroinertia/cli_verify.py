@@ -37,8 +37,8 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
     command.epilog = HELP
     command.add_argument(
         "--only", action="append", default=[], metavar="SECTION",
-        help="one section of the table, such as polytropes (a wrong name lists them), or words of hard cases' names; may be "
-        "repeated",
+        help="one section of the table, such as polytropes (a wrong name lists them), or a word of hard cases' names; "
+        "may be repeated",
     )  # fmt: skip
     command.add_argument("--json", action="store_true", help="print everything as JSON, with the reasons of tolerances")
 
