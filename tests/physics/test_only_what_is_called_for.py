@@ -130,7 +130,7 @@ IMPORTS = """
 """
 ALONGSIDE = {
     "gravity": {"astroinertia.gravity.direct", "astroinertia.gravity.points"},
-    "tide": {"astroinertia.gravity.point_masses"},
+    "tide": {"astroinertia.gravity.point_masses", "astroinertia.effects.open_orbit"},
     "companions": {"astroinertia.gravity.point_masses"},
     "viscosity": {"astroinertia.effects.gradients"},
 }
