@@ -1,6 +1,6 @@
 """Sets of particles that make trouble, in code units (G = 1): few, coincident, flat, far apart, fast, cold."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,7 +24,7 @@ def ball(count: int = COUNT, seed: int = 1, radius: float = 1.0) -> np.ndarray:
     return radius * generator.uniform(size=(count, 1)) ** (1.0 / 3.0) * direction
 
 
-def cloud(position, velocity=0.0, internal_energy=0.1, mass=None) -> Cloud:
+def cloud(position: Any, velocity: Any = 0.0, internal_energy: Any = 0.1, mass: Any = None) -> Cloud:
     """A cloud of mass 1 at those places; numbers stand for all particles."""
     position = np.asarray(position, dtype=float)
     count = len(position)
@@ -36,7 +36,7 @@ def cloud(position, velocity=0.0, internal_energy=0.1, mass=None) -> Cloud:
     )
 
 
-def turning(position: np.ndarray, rate, axis=(0.0, 0.0, 1.0)) -> np.ndarray:
+def turning(position: np.ndarray, rate: Any, axis: Any =(0.0, 0.0, 1.0)) -> np.ndarray:
     """Velocities (N, 3) of a rotation at a rate, a number or one a particle, about an axis through the origin."""
     return np.reshape(rate, (-1, 1)) * np.cross(np.asarray(axis, dtype=float), position)
 
