@@ -41,6 +41,7 @@ _ENDS = {"G1": 0.130, "G2": 0.100, "G3": 0.075, "G4": 0.060, "G5": 0.050}  # s: 
 _SAME_RADIUS = 1e-4  # from step to step, which leaves a thousandth of that
 _CLEAR = 0.05  # of the greatest density: what a maximum stands out by
 _REBOUND = 1.0 / 3.0  # of the density at bounce: a core that falls below has bounced as a whole
+_AGAIN = 3.0  # times its least density: a core that reaches it falls again
 _NEAR = 0.005  # s, about the bounce, in which its signal is looked for
 
 
@@ -55,8 +56,9 @@ class CoreModel:
 
     @property
     def end(self) -> float:
-        """Time to follow it for, s: past the bounce of slow rotators."""
-        return next(end for code, end in _ENDS.items() if EXPONENTS[code] == self.gamma_1)
+        """Time to follow it for, s: past the bounce, and for fast rotators until they fall again."""
+        slow = next(end for code, end in _ENDS.items() if EXPONENTS[code] == self.gamma_1)
+        return slow if self.rotation < ROTATIONS["B4"] else 2.0 * slow
 
 
 def core_model(name: str) -> CoreModel:
@@ -234,7 +236,7 @@ def dynamics(time: np.ndarray, density: np.ndarray, amplitude: np.ndarray) -> tu
     bounce = int(peaks[0])
     after = density[bounce:]
     lowest = int(after.argmin())
-    falls_again = len(peaks) > 1 and after[lowest:].max() > 2.0 * after[lowest]
+    falls_again = after[lowest:].max() > _AGAIN * after[lowest]
     if after[lowest] < _REBOUND * density[bounce] and falls_again:
         return "multiple bounce", bounce
     near = amplitude[np.abs(time - time[bounce]) < _NEAR]

@@ -15,8 +15,7 @@ from astroinertia.studies.core_collapse import EXPONENTS, core_collapse
 from tests.lagrangian_core import spherical_bounce
 
 REFERENCE = json.loads((Path(__file__).parent.parent / "reference" / "core_collapse.json").read_text())["bounces"]
-TYPES = {"A1B3G3": "regular", "A2B4G1": "multiple bounce", "A3B3G5": "rapid"}
-ENDS = {"A1B3G3": 0.07, "A2B4G1": 0.16, "A3B3G5": 0.045}
+TYPES = {"A1B3G3": "regular", "A2B4G1": "multiple bounce", "A1B3G5": "rapid"}
 
 
 def errors(name, particles, end, *settings):
@@ -69,7 +68,7 @@ def test_types_of_collapse_and_convergence_with_particles(name, result):
     From 3000 to 10000 particles density and T/|W| at bounce change by less than 10 %.
     """
     counts = (1000, 3000, 10000)
-    found = [core_collapse(name, count, ENDS[name]) for count in counts]
+    found = [core_collapse(name, count) for count in counts]
     for key in ("bounce_time", "bounce_density", "bounce_rotational_share", "least_gw_amplitude",
                 "largest_gw_amplitude"):  # fmt: skip
         result(**{key: [data.attrs[key] for data in found]})

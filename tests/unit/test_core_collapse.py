@@ -77,6 +77,8 @@ def test_the_type_of_a_collapse_follows_its_density_and_its_signal():
     assert time[at] == pytest.approx(0.04, abs=2e-5)
     time, density = series((0, 0), (80, 1), (95, 0.05), (110, 0.8), (125, 0.06), (140, 0.6), (150, 0.3))
     assert core_collapse.dynamics(time, density, 0 * time)[0] == "multiple bounce"
+    time, density = series((0, 0), (80, 1), (120, 0.05), (150, 0.3))  # falls again, and the run ends
+    assert core_collapse.dynamics(time, density, 0 * time)[0] == "multiple bounce"
     time, density = series((0, 0), (80, 1), (140, 0.05))  # torn apart: it never falls again
     assert core_collapse.dynamics(time, density, -time)[0] == "regular"
     assert core_collapse.dynamics(time, 1e13 + time, 0 * time) == ("no bounce", None)

@@ -1,0 +1,34 @@
+"""How a body's angular momentum is spread over its mass, before and after: the spectrum j(M) of its snapshots.
+
+Where no torque moves angular momentum from one ring of matter to another, as in an axisymmetric collapse without
+viscosity, every ring keeps its own and the spectrum stays what it was (Mestel 1963, MNRAS 126, 553).
+Test: tests/unit/test_angular_momentum.py.
+"""
+
+import numpy as np
+import xarray as xr
+
+
+def angular_momentum_spectrum(snapshots: xr.Dataset, points: int = 50) -> xr.DataArray:
+    """Return j (snapshot_time, mass_share): the specific angular momentum about z that a share of the mass is below.
+
+    snapshots: as `dataset.open_snapshots` gives them; j is about the centre of mass and relative to its motion.
+    """
+    mass = snapshots["mass"].transpose("snapshot_time", "particle").values
+    vectors = [snapshots[name].transpose("snapshot_time", "particle", "i").values for name in ("position", "velocity")]
+    weight = mass / mass.sum(axis=1, keepdims=True)
+    x, v = (a - np.einsum("tp,tpi->ti", weight, a)[:, None] for a in vectors)
+    specific = x[..., 0] * v[..., 1] - x[..., 1] * v[..., 0]
+    share = (np.arange(points) + 0.5) / points
+    spectra = []
+    for m, j in zip(weight, specific, strict=True):
+        order = np.argsort(j, kind="stable")
+        spectra.append(np.interp(share, np.cumsum(m[order]) - 0.5 * m[order], j[order]))
+    unit = "1" if snapshots["mass"].attrs.get("units") == "1" else "m2 s-1"
+    return xr.DataArray(
+        np.array(spectra),
+        {"snapshot_time": snapshots["snapshot_time"], "mass_share": share},
+        ("snapshot_time", "mass_share"),
+        "specific_angular_momentum",
+        {"units": unit, "long_name": "specific angular momentum about z that this share of the mass is below"},
+    )
