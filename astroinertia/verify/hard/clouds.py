@@ -36,7 +36,7 @@ def cloud(position: Any, velocity: Any = 0.0, internal_energy: Any = 0.1, mass: 
     )
 
 
-def turning(position: np.ndarray, rate: Any, axis: Any =(0.0, 0.0, 1.0)) -> np.ndarray:
+def turning(position: np.ndarray, rate: Any, axis: Any = (0.0, 0.0, 1.0)) -> np.ndarray:
     """Velocities (N, 3) of a rotation at a rate, a number or one a particle, about an axis through the origin."""
     return np.reshape(rate, (-1, 1)) * np.cross(np.asarray(axis, dtype=float), position)
 
