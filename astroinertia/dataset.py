@@ -168,6 +168,8 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     bins = {"long_name": "shell of equal mass, from the centre outwards"}
     coords["frequency"] = ("frequency", frequency, {"units": "Hz", "long_name": "frequency of gravitational waves"})
     coords["radius_bin"] = ("radius_bin", np.arange(sizes["radius_bin"]), bins)
+    if "sink_mass" in variables:
+        coords["sink"] = ("sink", np.arange(variables["sink_mass"][1].shape[1]), {"long_name": "sink, by age"})
     if "companion_position" in variables:
         count = variables["companion_position"][1].shape[1]
         names = metadata.get("companions") or [str(k + 1) for k in range(count)]  # those of an archive have numbers

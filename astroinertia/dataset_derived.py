@@ -33,6 +33,8 @@ def derived_quantities(series: Series, tolerance: float, reference_radius: float
         found["inertia_acceleration"] = tensor.inertia_from_second_moment(acceleration)
     if _has(series, "second_moment", "mixed_moment"):
         found |= dict(zip(BAR, bar(series["second_moment"], series["mixed_moment"]), strict=True))
+    if _has(series, "accreted_mass", "time"):
+        found["accretion_rate"] = _rate(series["accreted_mass"], series["time"])
     if not _has(series, "inertia_tensor", "mass"):
         return found
     inertia, mass = series["inertia_tensor"], series["mass"]
@@ -76,6 +78,12 @@ def spin_axis(series: Series, otherwise: np.ndarray) -> np.ndarray:
     else:
         spins = size > 0.0
     return np.where(spins[:, None], angular_momentum / np.where(spins, size, 1.0)[:, None], otherwise)
+
+
+def _rate(amount: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Its increase since the record before, over the time since; zero in the first."""
+    since = np.diff(time, prepend=time[:1])
+    return _ratio(np.diff(amount, prepend=amount[:1]), since) if len(time) > 1 else np.zeros_like(amount)
 
 
 def _has(series: Series, *names: str) -> bool:

@@ -27,6 +27,7 @@ NUMBER = None
 MASS, LENGTH, TIME = Dimension(1, 0, 0), Dimension(0, 1, 0), Dimension(0, 0, 1)
 SPEED, PER_TIME, DENSITY = Dimension(0, 1, -1), Dimension(0, 0, -1), Dimension(1, -3, 0)
 MOMENTUM, FORCE, ENERGY = Dimension(1, 1, -1), Dimension(1, 1, -2), Dimension(1, 2, -2)
+MASS_RATE = Dimension(1, 0, -1)
 MOMENT, ANGULAR_MOMENTUM = Dimension(1, 2, 0), Dimension(1, 2, -1)
 SPECIFIC_ANGULAR_MOMENTUM, SPECIFIC_ENERGY, PRESSURE = Dimension(0, 2, -1), Dimension(0, 2, -2), Dimension(1, -1, -2)
 
@@ -221,6 +222,8 @@ SNAPSHOT: dict[str, Quantity] = {
 }
 """Per particle, in the order of the particles' identities."""
 
+_TS, _TSI = ("time", "sink"), ("time", "sink", "i")
+_SHIFTED = "the shift of the centre of mass is included"
 _TC, _TCI = ("time", "companion"), ("time", "companion", "i")
 _SYSTEM = "of the fluid and the point masses that move with it"
 _TWO_POINTS = "of the companion and the body as two points at their centres of mass"
@@ -233,6 +236,35 @@ OF_EFFECTS: dict[str, Quantity] = {
     "companion_velocity": Quantity(_TCI, SPEED, "m s-1", "velocity of each companion"),
     "companion_angular_momentum": Quantity(
         _TCI, ANGULAR_MOMENTUM, "kg m2 s-1", "angular momentum of each companion's orbit about the body", _TWO_POINTS
+    ),
+    "sink_number": Quantity(_T, NUMBER, "1", "number of sinks"),
+    "sink_mass": Quantity(_TS, MASS, "kg", "mass of each sink"),
+    "sink_position": Quantity(_TSI, LENGTH, "m", "position of each sink"),
+    "sink_velocity": Quantity(_TSI, SPEED, "m s-1", "velocity of each sink"),
+    "sink_spin": Quantity(
+        _TSI, ANGULAR_MOMENTUM, "kg m2 s-1", "spin of each sink", "what it swallowed, about its own centre of mass"
+    ),
+    "accreted_mass": Quantity(_T, MASS, "kg", "mass that sinks have taken from the fluid"),
+    "accreted_momentum": Quantity(_TI, MOMENTUM, "kg m s-1", "momentum that sinks have taken from the fluid with it"),
+    "accreted_second_moment": Quantity(
+        _TIJ, MOMENT, "kg m2", f"second moment {_CENTRE} that the fluid has lost with it", _SHIFTED
+    ),
+    "accreted_mixed_moment": Quantity(
+        _TIJ,
+        ANGULAR_MOMENTUM,
+        "kg m2 s-1",
+        f"mixed moment {_CENTRE} that the fluid has lost with it",
+        f"{_SHIFTED}; in mixed_impulse it is part of the row of the sinks",
+    ),
+    "sink_inner_energy": Quantity(
+        _T,
+        ENERGY,
+        "J",
+        "energy that went into sinks",
+        "of the heat, the motion and the mutual attraction of what they swallowed",
+    ),
+    "accretion_rate": Quantity(
+        _T, MASS_RATE, "kg s-1", "mass that sinks take from the fluid in a time", "from one record to the next"
     ),
     "companion_energy": Quantity(_TC, ENERGY, "J", "energy of each companion's orbit about the body", _TWO_POINTS),
 }

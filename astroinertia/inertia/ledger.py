@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from astroinertia.engines.elementwise import totals
-from astroinertia.inertia.tensor import inertia_from_second_moment
+from astroinertia.inertia.tensor import inertia_from_second_moment, namespace
 from astroinertia.pytree import pytree
 
 Array = Any
@@ -199,6 +199,57 @@ def _in_rows(xp: Any, found: Array, rows: Sequence[bool]) -> Array:
         return found
     following = iter(found)
     return xp.stack([next(following) if present else xp.zeros(found.shape[1:]) for present in rows])
+
+
+@pytree
+@dataclass(frozen=True)
+class Removed:
+    """What a body has lost with matter that was taken from it: mass (), momentum (3,), and of Q, P and K, (3, 3)."""
+
+    mass: Array
+    momentum: Array
+    second_moment: Array
+    mixed_moment: Array
+    kinetic_tensor: Array
+
+    def __add__(self, other: "Removed") -> "Removed":
+        return Removed(*(getattr(self, name) + getattr(other, name) for name in Removed.__dataclass_fields__))
+
+
+def removed(body: Whole, mass: Array, position: Array, velocity: Array) -> Removed:
+    """What a body loses with particles (n,), (n, 3), (n, 3), whatever becomes of them.
+
+    sum m x (x) x of Q about the old centre of mass, and M' d (x) d for what is left, of mass M', whose centre of mass
+    is at d = -sum m x/M' from there, at a velocity u = -sum m v/M'; so too of P and K.
+    Tests: tests/unit/test_ledger.py.
+    """
+    x, v = position - body.centre, velocity - body.velocity
+    left = body.mass - mass.sum()
+    d, u = -(mass @ x) / left, -(mass @ v) / left
+
+    def of(one: Array, other: Array, shift: Array, pace: Array) -> Array:
+        return weighted_outer(mass, one, other) + left * shift[:, None] * pace[None, :]
+
+    return Removed(mass.sum(), mass @ velocity, of(x, x, d, d), of(x, v, d, u), of(v, v, u, u))
+
+
+def after_removal(ledger: Ledger, lost: Removed, row: int, work: Array, heating: Array) -> Ledger:
+    """The ledger after the effect of a row took matter away, of kinetic energy -work and internal energy -heating."""
+
+    def entered(kept: Compensated, value: Array) -> Compensated:
+        rows = [value if number == row else 0.0 * value for number in range(len(kept.value))]
+        return kept.add(namespace(kept.value).stack(rows))
+
+    return _replace(
+        ledger,
+        second_moment=ledger.second_moment.add(-lost.second_moment),
+        mixed_moment=ledger.mixed_moment.add(-lost.mixed_moment),
+        kinetic_tensor=ledger.kinetic_tensor.add(-lost.kinetic_tensor),
+        mixed_impulse=entered(ledger.mixed_impulse, -lost.mixed_moment),
+        impulse=entered(ledger.impulse, -lost.momentum),
+        work=entered(ledger.work, work),
+        heating=entered(ledger.heating, heating),
+    )
 
 
 def after_heating(ledger: Ledger, energy: Array) -> Ledger:

@@ -20,6 +20,7 @@ STEPS_BETWEEN_SORTS = 16
 # A step so much shorter than the run is no longer an evolution in time.
 SMALLEST_STEP = 1e-13
 
+Between = Callable[[sph.Problem, Any, State], tuple[State, Any]]
 BaseStep = Callable[[sph.Problem, Any, State, float], tuple[State, Any, Any]]
 
 
@@ -27,7 +28,8 @@ class Particles:
     """A fluid of particles under way (models.evolution.Evolution); `end` is that of the run.
 
     base_step: models.individual.step where every particle has a step of its own; a step is then one of the slowest.
-    regions: models.regions.Regions where the scene has any.
+    regions: models.regions.Regions where the scene has any. between: what is done between two steps,
+    models.accretion.step where there are sinks.
     """
 
     absent: ClassVar[Mapping[str, str]] = {}
@@ -42,9 +44,11 @@ class Particles:
         end: float,
         base_step: BaseStep | None = None,
         regions: Any = None,
+        between: Between | None = None,
     ) -> None:
         self.problem, self.state, self.arrangement, self.end = problem, state, arrangement, end
-        self.effects, self.base_step, self.regions, self.note = problem.effect_names, base_step, regions, ""
+        self.effects, self.base_step, self.note = problem.effect_names, base_step, ""
+        self.regions, self.between = regions, between
         self._step = jax.jit(sph.step) if problem.engine.name == "xla" else sph.step
 
     @property
@@ -85,6 +89,8 @@ class Particles:
             float(self.state.ledger.kinetic_tensor.value.sum())
         ):
             raise self._diagnosis("the state is no longer finite")
+        if self.between is not None:
+            self.state, self.arrangement = self.between(self.problem, self.arrangement, self.state)
 
     def record(self, opening_potential: float | None) -> Record:
         """One row of the headline series; regions are judged anew for it."""

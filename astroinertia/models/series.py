@@ -152,7 +152,13 @@ def snapshot_record(state: State) -> dict[str, Any]:
         "entropy": state.entropy,
         "pressure": fluid.pressure,
     }
-    return {"time": float(state.time), **{name: np.asarray(array)[order] for name, array in arrays.items()}}
+    found = {name: np.asarray(array)[order] for name, array in arrays.items()}
+    if "sinks" in state.points:  # a snapshot has all particles that there ever were: those swallowed are NaN
+        known, most = np.asarray(state.identity)[order], int(state.points["sinks"].particles)
+        for name, array in found.items():
+            found[name] = np.full((most, *array.shape[1:]), np.nan)
+            found[name][known] = array
+    return {"time": float(state.time), **found}
 
 
 def _profiles(mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, density: np.ndarray) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from astroinertia.models.sph import Problem, arranged, initial_state
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS, Kernel
-from astroinertia.start import companions
+from astroinertia.start import companions, sinks
 from astroinertia.start.effects import effects_of
 from astroinertia.start.fluids import equation_of_state
 from astroinertia.start.placing import Particles as Body
@@ -36,21 +36,24 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
     body = together(bodies)
     problem, _ = problem_of(scene, units, len(body.mass))  # only now it is known how many there are in a table
     points, body = companions.beside(scene, units, problem, body)
+    points |= sinks.beside(scene, problem, body.mass)
     state, arrangement = initial_state(
         problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy, points
     )
     regions = _regions(scene, units, problem)
     state = state if regions is None else regions.opened(state)
-    return Particles(problem, state, arrangement, _end(scene, units), base_step_of(scene), regions)
+    base_step, between = base_step_of(scene), sinks.between(problem)
+    return Particles(problem, state, arrangement, _end(scene, units), base_step, regions, between)
 
 
 def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Particles:
     """The particles of a checkpoint."""
-    problem, _ = problem_of(scene, units, len(arrays[".mass"]))
+    problem, _ = problem_of(scene, units, sinks.at_first(arrays))
     random = np.random.default_rng(0).normal(size=(2, _STENCIL, 3))
     mass = np.full(_STENCIL, math.fsum(arrays[".mass"]) / _STENCIL)
     stencil = Body(mass, random[0], random[1], np.ones(_STENCIL), None)
     points, _ = companions.beside(scene, units, problem, stencil)
+    points |= sinks.beside(scene, problem, arrays[".mass"])
     like, _ = initial_state(problem, stencil.mass, stencil.position, stencil.velocity, stencil.entropy, points=points)
     regions = _regions(scene, units, problem)
     if regions is not None:
@@ -58,7 +61,8 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     state = unflattened(like, dict(arrays), problem.engine.xp)
     pairs = problem.engine.arrange(state.position, state.smoothing_length)[1]
     arrangement = arranged(problem, pairs, state)
-    return Particles(problem, state, arrangement, _end(scene, units), base_step_of(scene), regions)
+    base_step, between = base_step_of(scene), sinks.between(problem)
+    return Particles(problem, state, arrangement, _end(scene, units), base_step, regions, between)
 
 
 def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tuple[Problem, Sphere | Star | None]:

@@ -16,6 +16,7 @@ from astroinertia.effects import catalogue, conduction, gravity, pressure, visco
 from astroinertia.engines import numba_cpu, xla
 from astroinertia.gravity import direct
 from astroinertia.gravity.point_masses import PointMasses
+from astroinertia.gravity.sinks import no_sinks
 from astroinertia.models import sph
 from astroinertia.sph.eos import Ideal
 from tests.pairs import BruteEngine
@@ -30,6 +31,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "rotating_frame": {"rate": 0.3, "axis": (1.0, 2.0, 3.0)},
     "tide": {"mass": 3.0, "position": (8.0, 1.0, 0.0), "period": 10.0, "eccentricity": 0.3, "softening": 0.1},
     "companions": {"motion": "live", "softening": 0.1},
+    "sinks": {"density": 1.0, "radius": 1.0, "softening": 0.2},
     "external_field": {
         "uniform": (0.1, 0.2, 0.3),
         "quadratic": ((1.0, 0.2, 0.1), (0.2, 0.5, -0.3), (0.1, -0.3, -0.4)),
@@ -48,7 +50,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     },
 }
 INTERNAL = ("gravity", "pressure", "viscosity", "conduction", "target_tensor")
-POTENTIAL = ("gravity", "pressure", "rotating_frame", "tide", "companions", "external_field", "target_tensor")
+POTENTIAL = ("gravity", "pressure", "rotating_frame", "tide", "companions", "sinks", "external_field", "target_tensor")
 
 
 def effects() -> tuple[Any, ...]:
@@ -71,10 +73,17 @@ def particles() -> SimpleNamespace:
 
 
 def beside(problem: sph.Problem) -> dict[str, Any]:
-    """Two companions that move."""
+    """Two companions that move, and a sink."""
     xp = problem.engine.xp
     place, mass = xp.asarray([[1.5, 0.3, -0.4], [-0.5, 2.0, 0.6]]), xp.asarray([0.7, 0.2])
-    return {"companions": PointMasses(mass, place, 0.1 * place[::-1], 0.0 * place, xp.asarray(0.1))}
+    one = {name: xp.asarray(value) for name, value in {
+        "mass": [0.4], "position": [[0.2, -0.7, 0.5]], "velocity": [[0.1, 0.0, 0.2]], "acceleration": [[0.0, 0.0, 0.0]],
+        "spin": [[0.0, 0.0, 0.1]],
+    }.items()}  # fmt: skip
+    return {
+        "companions": PointMasses(mass, place, 0.1 * place[::-1], 0.0 * place, xp.asarray(0.1)),
+        "sinks": replace(no_sinks(0.2, PARTICLES), **one),
+    }
 
 
 def problem_of(engine: Any, listed: tuple[Any, ...]) -> sph.Problem:

@@ -20,6 +20,7 @@ import pytest
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.engines import numba_modules, xla
 from astroinertia.gravity.point_masses import PointMasses
+from astroinertia.gravity.sinks import no_sinks
 from astroinertia.models import sph
 from astroinertia.scene import load, plan
 from astroinertia.start import sph as start_sph
@@ -53,6 +54,7 @@ TABLES = {
     "rotating_frame": "rate = 0.3",
     "tide": "mass = 3.0\nposition = [8.0, 1.0, 0.0]\nperiod = 10.0",
     "companions": 'motion = "live"\n[[companions]]\nname = "moon"\nmass = 0.1\nsemi_major_axis = 8.0',
+    "sinks": "density = 1e6\nradius = 1.0",
     "external_field": "point_mass = 2.0\nsoftening = 0.3",
     "target_tensor": "stiffness = 2.0\naxis_ratios = [2.0, 1.0, 1.0]",
 }
@@ -67,7 +69,7 @@ TRACES = {
 }
 HALVES = (
     ("gravity", "pressure", "damping", "tide", "companions", "target_tensor"),
-    ("pressure", "viscosity", "conduction", "rotating_frame", "external_field"),
+    ("pressure", "viscosity", "conduction", "rotating_frame", "sinks", "external_field"),
 )
 
 
@@ -120,6 +122,9 @@ IMPORTS = """
             from astroinertia.gravity.point_masses import PointMasses
             place = 8.0 * np.eye(3)
             points["companions"] = PointMasses(np.ones(3), place, 0.0 * place, 0.0 * place, np.float64(0.1))
+        if "sinks" in problem.effect_names:
+            from astroinertia.gravity.sinks import no_sinks
+            points["sinks"] = no_sinks(0.1, 24)
         state, arrangement = sph.initial_state(
             problem, np.ones(24), random[0], random[1], np.ones(24), points=points
         )
@@ -132,6 +137,7 @@ ALONGSIDE = {
     "gravity": {"astroinertia.gravity.direct", "astroinertia.gravity.points"},
     "tide": {"astroinertia.gravity.point_masses", "astroinertia.effects.open_orbit"},
     "companions": {"astroinertia.gravity.point_masses"},
+    "sinks": {"astroinertia.gravity.point_masses", "astroinertia.gravity.sinks"},
     "viscosity": {"astroinertia.effects.gradients"},
 }
 ALWAYS = {f"astroinertia.effects.{name}" for name in ("catalogue", "effect", "entries", "rigid_entries")}
@@ -184,7 +190,10 @@ def problem_of(listed: Any, engine: Any) -> sph.Problem:
 def started(listed: Any, engine: Any) -> tuple[sph.Problem, Any, Any]:
     problem, random = problem_of(listed, engine), np.random.default_rng(0).normal(size=(2, 48, 3))
     place = 8.0 * np.eye(3)
-    points = {"companions": PointMasses(np.ones(3), place, 0.0 * place, 0.0 * place, np.float64(0.1))}
+    points = {
+        "companions": PointMasses(np.ones(3), place, 0.0 * place, 0.0 * place, np.float64(0.1)),
+        "sinks": no_sinks(0.1, 48),
+    }
     beside = {kind: each for kind, each in points.items() if kind in listed}
     return problem, *sph.initial_state(problem, np.ones(48) / 48, random[0], random[1], np.ones(48), points=beside)
 

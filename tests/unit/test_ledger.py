@@ -106,3 +106,22 @@ def test_a_coriolis_matrix_does_no_work_and_damping_is_midpoint() -> None:
     assert abs((mass[:, None] * both[1] * (velocity + after)).sum()) < 1e-15 * np.abs(both[1]).sum()
     slowed = leapfrog.velocity_increments(np, rates([None], [-np.eye(3) / 2.0], len(mass)), velocity, dt)[0]
     assert np.allclose(velocity + slowed, velocity * (1 - dt / 4) / (1 + dt / 4), rtol=1e-14)
+
+
+def test_taking_matter_away_leaves_the_moments_of_the_rest() -> None:
+    """A subset taken from a body off the origin: Q, P and K of what is left by direct sums, and a row that lost it."""
+    mass, position, velocity = body()
+    taken = np.arange(len(mass)) % 3 == 0
+    entry = books.open_ledger(np, mass, position, velocity, 2)
+    whole = books.whole(np, mass, position, velocity)
+    lost = books.removed(whole, mass[taken], position[taken], velocity[taken])
+    entry = books.after_removal(entry, lost, 1, -0.3, -0.2)
+    left = books.moments(mass[~taken], position[~taken], velocity[~taken])
+    for found, wanted in zip((entry.second_moment, entry.mixed_moment, entry.kinetic_tensor), left, strict=True):
+        np.testing.assert_allclose(found.total, wanted, rtol=1e-13, atol=1e-14)
+    np.testing.assert_allclose(entry.impulse.total, [np.zeros(3), -(mass[taken] @ velocity[taken])], rtol=1e-14)
+    assert entry.work.total.tolist() == [0.0, -0.3]
+    assert entry.heating.total.tolist() == [0.0, -0.2]
+    twice = lost + lost
+    np.testing.assert_allclose(twice.mass, 2 * mass[taken].sum(), rtol=1e-15)
+    np.testing.assert_allclose(entry.mixed_impulse.total[1], -0.5 * twice.mixed_moment, rtol=1e-14)

@@ -1,0 +1,90 @@
+"""Sinks: point masses that take the place of matter which collapses beyond what particles resolve."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from astroinertia.effects.effect import Effect
+from astroinertia.gravity.point_masses import attraction, orbital_time, potential_energy, reaction, virial
+from astroinertia.pytree import pytree
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Sinks(Effect):
+    """a = -sum over sinks of M d/(d^2 + s^2)^(3/2); they feel the same, and move in the same kicks and drifts.
+
+    Between steps (models.accretion) particles above the density become sinks where what is within the radius is bound
+    and converges, and sinks swallow what comes within the radius and cannot escape, or keep its distance (Bate, Bonnell
+    & Price 1995, MNRAS 277, 362). What the fluid loses so is in the effect's rows as well. number: of sinks, at most.
+    Checked by tests/physics/test_sinks.py.
+    """
+
+    density: Any
+    radius: Any
+    softening: Any = 0.0
+    number: Any = 16.0
+
+    kind: ClassVar[str] = "sinks"
+    external: ClassVar[bool] = True
+
+    def points(self, fluid):
+        """Masses (n,), places (n, 3), and the square of the softening."""
+        sinks = fluid.points[self.kind]
+        return sinks.mass, sinks.position, self.softening**2
+
+    def acceleration(self, xp, fluid):
+        """By all sinks."""
+        return attraction(xp, fluid.position, *self.points(fluid))
+
+    def reaction(self, xp, fluid, weight):
+        """Of all sinks."""
+        _, place, softening = self.points(fluid)
+        return reaction(xp, weight, fluid.position, place, softening)
+
+    def potential_energy(self, xp, fluid):
+        """-sum m M/(d^2 + s^2)^(1/2), with all energy that sinks have by themselves."""
+        sinks = fluid.points[self.kind]
+        alone = sinks.energy(xp, fluid.points.values()) + sinks.inner_energy
+        return alone + potential_energy(xp, fluid.mass, fluid.position, *self.points(fluid))
+
+    def virial(self, xp, fluid):
+        """Of the attraction by all sinks."""
+        return virial(xp, fluid.mass, fluid.position, fluid.centre, *self.points(fluid))
+
+    def timestep(self, xp, fluid):
+        """The orbital time scale of each particle, but no longer than at the radius, or of two sinks."""
+        sinks = fluid.points[self.kind]
+        if not len(sinks.mass):
+            return None
+        fall = xp.sqrt(self.radius**3 / xp.max(sinks.mass))
+        times = xp.minimum(orbital_time(xp, fluid.position, *self.points(fluid)), fall)
+        return xp.minimum(times, sinks.meeting_time(xp, fluid.points.values()))
+
+    def recorded(self, state):
+        """The sinks, one a row (NaN where there are fewer than the most), and what they have taken from the fluid."""
+        sinks, most = state.points[self.kind], int(self.number)
+
+        def rows(array):
+            padded = np.full((most, *array.shape[1:]), np.nan)
+            padded[: len(array)] = array
+            return padded
+
+        return {
+            "sink_number": float(len(sinks.mass)),
+            "sink_mass": rows(sinks.mass),
+            "sink_position": rows(sinks.position),
+            "sink_velocity": rows(sinks.velocity),
+            "sink_spin": rows(sinks.spin),
+            "accreted_mass": float(sinks.removed.mass),
+            "accreted_momentum": sinks.removed.momentum,
+            "accreted_second_moment": sinks.removed.second_moment,
+            "accreted_mixed_moment": sinks.removed.mixed_moment,
+            "sink_inner_energy": float(sinks.inner_energy),
+        }
+
+    @property
+    def potential_moves(self):
+        """Yes, with the sinks."""
+        return True

@@ -1,0 +1,51 @@
+"""Sinks: point masses beside a fluid that have swallowed some of it."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from astroinertia.gravity.point_masses import PointMasses
+from astroinertia.inertia.ledger import Removed
+from astroinertia.pytree import pytree
+
+Array = Any
+
+
+@pytree
+@dataclass(frozen=True)
+class Sinks(PointMasses):
+    """Point masses with a spin (n, 3), and what they have swallowed together.
+
+    removed: what the fluid's moments have lost; inner_energy: of the heat, the motion and the mutual attraction of what
+    was swallowed; particles: how many the fluid had at first.
+    """
+
+    spin: Array
+    removed: Removed
+    inner_energy: Array
+    particles: Array
+
+
+def no_sinks(softening: float, particles: int) -> Sinks:
+    """A fluid of so many particles before any sink."""
+    nothing = np.zeros((0, 3))
+    return Sinks(
+        mass=np.zeros(0),
+        position=nothing,
+        velocity=nothing,
+        acceleration=nothing,
+        softening=np.float64(softening),
+        spin=nothing,
+        removed=Removed(np.float64(0.0), np.zeros(3), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))),
+        inner_energy=np.float64(0.0),
+        particles=np.int64(particles),
+    )
+
+
+def merged(mass: Array, position: Array, velocity: Array, spin: Array) -> tuple[Array, Array, Array, Array]:
+    """One point of several, (n,) and (n, 3): mass, centre of mass, its velocity, and all other angular momentum."""
+    total = mass.sum()
+    place, speed = mass @ position / total, mass @ velocity / total
+    inner = mass[:, None] * np.cross(position - place, velocity - speed)
+    return total, place, speed, spin.sum(axis=0) + inner.sum(axis=0)

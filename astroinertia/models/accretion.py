@@ -1,0 +1,182 @@
+"""Sinks at work: between steps, collapsing matter becomes a sink and sinks swallow what falls into them.
+
+The tests are those of Bate, Bonnell & Price (1995, MNRAS 277, 362, section 2.2). Mass, momentum and angular momentum go
+from the fluid to the sinks, their spins included, to round-off; energy that is not found elsewhere afterwards is that
+within the sinks. Checked by tests/physics/test_sinks.py.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import jax
+import numpy as np
+
+from astroinertia.errors import NumericalError
+from astroinertia.gravity.sinks import Sinks, merged
+from astroinertia.inertia.ledger import after_heating, after_removal, removed, whole
+from astroinertia.inertia.spin import angular_velocity
+from astroinertia.inertia.tensor import inertia_from_second_moment
+from astroinertia.integrate.leapfrog import State, member_key
+from astroinertia.models import sph
+from astroinertia.models.points import with_others, without_others
+from astroinertia.models.series import energy_budget
+from astroinertia.sph.kernels import KERNELS
+
+Array = Any
+INNER = 0.1  # of the radius: what is this near is swallowed, whatever its orbit (Bate et al. 1995: 0.01 to 0.1)
+FEWEST = 8  # particles that still are a fluid
+
+
+def step(problem: sph.Problem, arrangement: Any, state: State) -> tuple[State, Any]:
+    """The state after one round of accretion, with rates of what is left of the fluid, and its arrangement."""
+    effect: Any = next(effect for effect in problem.effects if effect.kind == "sinks")
+    sinks = state.points["sinks"]
+    groups = _swallowed(state, sinks, effect)
+    new = _new_sink(problem, state, sinks, effect)
+    taken = np.concatenate([np.zeros(0, int), *groups.values(), *([] if new is None else [new])])
+    if not len(taken):
+        return state, arrangement
+    before = energy_budget(problem, state)["total"]
+    grown = _grown(state, sinks, groups)
+    if new is not None:
+        grown = _with(grown, _point(state, new), int(effect.number), float(state.time))
+    state, lost = _without(problem, state, taken)
+    state = replace(state, points={**state.points, "sinks": replace(grown, removed=sinks.removed + lost)})
+    state, arrangement = sph.rearranged(problem, state)
+    state = _evaluated(problem, arrangement, state)
+    heat = before - energy_budget(problem, state)["total"]
+    grown = state.points["sinks"]
+    return replace(state, points={**state.points, "sinks": replace(grown, inner_energy=grown.inner_energy + heat)}), (
+        arrangement
+    )
+
+
+def bound_to(sinks: Sinks, radius: float, position: Array, velocity: Array) -> Array:
+    """The sink that swallows each particle, (N,); -1 where none does.
+
+    Within the radius, a particle must be bound to the sink, most of all to this one, with less angular momentum than a
+    circular orbit at the radius has.
+    """
+    best, least = np.full(len(position), -1), np.full(len(position), np.inf)
+    for k, (mass, place, speed) in enumerate(zip(sinks.mass, sinks.position, sinks.velocity, strict=True)):
+        x, v = position - place, velocity - speed
+        distance = np.sqrt((x**2).sum(axis=1))
+        energy = 0.5 * (v**2).sum(axis=1) - mass / np.maximum(np.sqrt(distance**2 + sinks.softening**2), 1e-300)
+        turning = (np.cross(x, v) ** 2).sum(axis=1)
+        falls = (distance < radius) & (energy < 0.0) & (turning < mass * radius)
+        chosen = (falls | (distance < INNER * radius)) & (energy < least)
+        best[chosen], least[chosen] = k, energy[chosen]
+    return best
+
+
+def collapses(mass: Array, position: Array, velocity: Array, acceleration: Array, heat: Array) -> bool:
+    """Whether particles around the densest, the first of them, are bound, converge and are drawn together.
+
+    heat: of each particle, 3/2 P/rho. With energies of heat T, rotation R, all motion K and gravity W of the particles
+    alone, T <= |W|/2, T + R <= |W| and T + K < |W|.
+    """
+    whole_mass = mass.sum()
+    x, v = position - mass @ position / whole_mass, velocity - mass @ velocity / whole_mass
+    distance = np.sqrt(((position[:, None] - position[None]) ** 2).sum(axis=-1))
+    np.fill_diagonal(distance, np.inf)
+    gravity = 0.5 * (mass[:, None] * mass[None] / np.maximum(distance, 1e-300)).sum()
+    spin = (mass[:, None] * np.cross(x, v)).sum(axis=0)
+    inertia = inertia_from_second_moment((mass[:, None] * x).T @ x)
+    rotation = 0.5 * float(spin @ angular_velocity(inertia, spin))
+    thermal, motion = mass @ heat, 0.5 * mass @ (v**2).sum(axis=1)
+    from_first = position - position[0]
+    converging = mass @ ((velocity - velocity[0]) * from_first).sum(axis=1) < 0.0
+    drawn = mass @ ((acceleration - acceleration[0]) * from_first).sum(axis=1) < 0.0
+    energies = thermal <= 0.5 * gravity and thermal + rotation <= gravity and thermal + motion < gravity
+    return bool(converging and drawn and energies)
+
+
+def _swallowed(state: State, sinks: Sinks, effect: Any) -> dict[int, Array]:
+    """{sink: particles that it swallows now}."""
+    best = bound_to(sinks, float(effect.radius), state.position, state.velocity)
+    return {k: np.flatnonzero(best == k) for k in range(len(sinks.mass)) if (best == k).any()}
+
+
+def _new_sink(problem: sph.Problem, state: State, sinks: Sinks, effect: Any) -> Array | None:
+    """The particles that become a sink: those within the radius of the densest one, if it is dense enough and alone."""
+    fluid = state.rates.fluid
+    densest = int(np.argmax(fluid.density))
+    if not fluid.density[densest] > effect.density:
+        return None
+    if KERNELS[problem.kernel].support * state.smoothing_length[densest] > effect.radius:
+        return None  # its neighbours would not all be within
+    near = np.sqrt(((sinks.position - state.position[densest]) ** 2).sum(axis=1))
+    if (near < 2.0 * effect.radius).any():
+        return None
+    distance = np.sqrt(((state.position - state.position[densest]) ** 2).sum(axis=1))
+    inside = np.flatnonzero(distance < effect.radius)
+    inside = np.concatenate([[densest], inside[inside != densest]])
+    acceleration = sph.total_acceleration(np, state.rates, state.velocity)
+    heat = 1.5 * fluid.pressure / fluid.density
+    chosen = (array[inside] for array in (state.mass, state.position, state.velocity, acceleration, heat))
+    return inside if collapses(*chosen) else None
+
+
+def _point(state: State, chosen: Array) -> tuple[Array, Array, Array, Array]:
+    return merged(state.mass[chosen], state.position[chosen], state.velocity[chosen], np.zeros((1, 3)))
+
+
+def _grown(state: State, sinks: Sinks, groups: dict[int, Array]) -> Sinks:
+    """Sinks with what they swallow."""
+    fields = {name: getattr(sinks, name).copy() for name in ("mass", "position", "velocity", "spin")}
+    for k, chosen in groups.items():
+        mass, place, speed = (
+            np.concatenate([fields[name][k : k + 1], getattr(state, name)[chosen]])
+            for name in ("mass", "position", "velocity")
+        )
+        point = merged(mass, place, speed, fields["spin"][k : k + 1])
+        for name, value in zip(fields, point, strict=True):
+            fields[name][k] = value
+    return replace(sinks, **fields)
+
+
+def _with(sinks: Sinks, point: tuple[Array, ...], most: int, time: float) -> Sinks:
+    """One sink more."""
+    if len(sinks.mass) >= most:
+        raise NumericalError(f"more than {most} sinks form: raise [effects.sinks] number", effect="sinks", time=time)
+    names = ("mass", "position", "velocity", "spin")
+    fields = {name: np.append(getattr(sinks, name), [value], axis=0) for name, value in zip(names, point, strict=True)}
+    return replace(sinks, acceleration=np.zeros_like(fields["position"]), **fields)
+
+
+def _without(problem: sph.Problem, state: State, taken: Array) -> tuple[State, Any]:
+    """The fluid without particles, its ledger with what it lost, and that."""
+    count = len(state.mass)
+    if count - len(taken) < FEWEST:
+        raise NumericalError("sinks have swallowed all but a few particles", effect="sinks", time=float(state.time))
+    mass, position, velocity = state.mass[taken], state.position[taken], state.velocity[taken]
+    lost = removed(whole(np, state.mass, state.position, state.velocity), mass, position, velocity)
+    work = -0.5 * float(mass @ (velocity**2).sum(axis=1))
+    heating = 0.0
+    if "pressure" in problem.effect_names:
+        fluid, eos = state.rates.fluid, problem.equation_of_state
+        heating = -float(mass @ eos.internal_energy(np, fluid.density[taken], state.entropy[taken]))
+    ledger = after_removal(state.ledger, lost, problem.effect_names.index("sinks"), work, heating)
+    stays = np.ones(count, bool)
+    stays[taken] = False
+    regions = {}
+    for name, books in state.regions.items():
+        member = state.memory[member_key(name)]
+        regions[name] = books.exchanged(state.mass, state.position, state.velocity, member, member * stays)
+    particles, others = without_others(replace(state, regions=regions))
+
+    def kept(array: Array) -> Array:
+        return array[stays] if getattr(array, "ndim", 0) and array.shape[0] == count else array
+
+    return replace(with_others(jax.tree.map(kept, particles), others), ledger=ledger), lost
+
+
+def _evaluated(problem: sph.Problem, arrangement: Any, state: State) -> State:
+    """Densities and rates of what is left; what the densities' change does to the heat is the sinks' doing."""
+    before = state.ledger.heating.total
+    state = sph.evaluated(problem, arrangement, state, np.float64(0.0))
+    if "pressure" not in problem.effect_names:
+        return state
+    gain = (state.ledger.heating.total - before)[problem.effect_names.index("pressure")]
+    moved = [gain * ((name == "sinks") - (name == "pressure")) for name in problem.effect_names]
+    return replace(state, ledger=after_heating(state.ledger, np.array(moved)))
