@@ -10,7 +10,7 @@ from astroinertia.archive import Archive
 from astroinertia.effects import catalogue
 from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
-from astroinertia.scene.plan import cadence, code_units, plan, regions_told
+from astroinertia.scene.plan import cadence, code_units, plan, regions_told, smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.start.spheres import Sphere, Star, sphere
 from astroinertia.units import CodeUnits
@@ -132,6 +132,7 @@ def _numerics(scene: Scene) -> dict[str, Any]:
         bodies: Any = scene.bodies
         return {
             "engine": chosen.engine, "precision": chosen.precision, "kernel": chosen.kernel, "seed": body.seed,
+            "neighbours": smoothing(scene)[1],
             **({"body_particles": [body.particles for body in bodies]} if scene.particles and bodies else {}),
         }  # fmt: skip
     return {"engine": chosen.integrator, "precision": "float64", "tolerance": chosen.tolerance}

@@ -288,6 +288,10 @@ def _resume(options: argparse.Namespace) -> int:
 
 
 def _finished(result: Path, folder: Path) -> int:
+    from astroinertia import dataset, dataset_resolution
+
+    if told := dataset_resolution.told(dataset.open(result).attrs):
+        print(told)
     print(f"wrote {result}; look at it with: astroinertia show {folder}")
     return GOOD
 

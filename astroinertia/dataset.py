@@ -16,6 +16,7 @@ from astroinertia.archive import MANIFEST, Archive
 from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE, derived_quantities
 from astroinertia.dataset_regions import QUANTITIES as REGIONAL
 from astroinertia.dataset_regions import regional_quantities
+from astroinertia.dataset_resolution import resolution_warnings
 from astroinertia.dataset_schema import (
     CONVENTIONS,
     DERIVED,
@@ -177,7 +178,10 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     if regions:
         meaning = "; ".join(f"{name}: {text}" for name, text in regions.items())
         coords["region"] = ("region", np.array(list(regions), dtype=str), {"long_name": "region", "comment": meaning})
-    return xr.Dataset(variables, coords=coords, attrs=global_attributes(metadata, units, frame))
+    attrs = global_attributes(metadata, units, frame)
+    if warnings := resolution_warnings(series, metadata.get("neighbours")):
+        attrs["resolution_warnings"] = "\n".join(warnings)
+    return xr.Dataset(variables, coords=coords, attrs=attrs)
 
 
 def attributes(quantity: Quantity, metadata: Mapping[str, Any]) -> dict[str, str]:

@@ -103,6 +103,18 @@ RECORDED: dict[str, Quantity] = {
         _T, LENGTH, "m", "distance of the particle that limits the time step from the centre of mass"
     ),
     "timestep_limit_density": Quantity(_T, DENSITY, "kg m-3", "density of the particle that limits the time step"),
+    "core_particles": Quantity(
+        _T, NUMBER, "1", "number of particles in the core", "denser than a tenth of the greatest density"
+    ),
+    "jeans_ratio": Quantity(
+        _T, NUMBER, "1", "least Jeans mass over that of two neighbourhoods",
+        "of the denser half of the particles; below 1 fragments may be artificial (Bate & Burkert 1997, MNRAS 288, "
+        "1060)",
+    ),
+    "smoothing_to_thickness": Quantity(
+        _T, NUMBER, "1", "median smoothing length over the smallest semi-axis",
+        "of the homogeneous ellipsoid with the same mass and second moments",
+    ),
     "wall_time": Quantity(_T, NUMBER, "s", "time that the computation has taken", "of the computer's clock"),
     "radius_profile": Quantity(_TR, LENGTH, "m", "mean radius of each shell of equal mass"),
     "density_profile": Quantity(_TR, DENSITY, "kg m-3", "mean density of each shell"),

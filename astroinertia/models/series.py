@@ -11,6 +11,7 @@ from astroinertia.integrate.leapfrog import State
 from astroinertia.integrate.timestep import limiting
 from astroinertia.models.evolution import TIMESTEP_CRITERIA
 from astroinertia.models.points import system_record
+from astroinertia.models.resolution import resolution
 from astroinertia.models.sph import (
     Problem,
     effect_accelerations,
@@ -19,6 +20,7 @@ from astroinertia.models.sph import (
     timestep_limits,
     virial_tensors,
 )
+from astroinertia.sph.kernels import KERNELS, neighbour_number
 
 RADIUS_BINS = 32
 MODES = (1, 2, 3, 4)
@@ -86,6 +88,14 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
         **timestep_limit(problem, state),
         **_profiles(mass, relative, velocity - drift, np.asarray(state.rates.fluid.density)),
         **_modes(mass, relative, velocity - drift),
+        **resolution(
+            mass,
+            np.asarray(state.rates.fluid.density),
+            np.asarray(state.rates.fluid.pressure) if "pressure" in names else None,
+            np.asarray(state.smoothing_length),
+            second,
+            neighbour_number(KERNELS[problem.kernel], problem.eta),
+        ),
         **system_record(state),
         **{name: array for effect in problem.effects for name, array in effect.recorded(state).items()},
     }

@@ -3,6 +3,7 @@
 import numpy as np
 import xarray as xr
 
+from astroinertia.dataset_resolution import told
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.plots.scales import angular_momentum_scale, energy_scale, known_effects
 from astroinertia.plots.style import scale_of, unit_of
@@ -12,7 +13,8 @@ _WIDTH = 34
 
 def summary(dataset: xr.Dataset) -> str:
     """Size, spin, shape, accuracy and the effects' shares, one fact a line."""
-    parts = [_heading(dataset), _body(dataset), _accuracy(dataset), _effects(dataset)]
+    parts = [_heading(dataset), _body(dataset), _regions(dataset), _accuracy(dataset), _effects(dataset)]
+    parts.append(told(dataset.attrs))
     return "\n\n".join(part for part in parts if part)
 
 
@@ -59,6 +61,27 @@ def _body(dataset: xr.Dataset) -> str:
             text = ""
         lines.append(f"{text:{_WIDTH}}{cells}")
     return "\n".join(lines)
+
+
+def _regions(dataset: xr.Dataset) -> str:
+    if "region" not in dataset.dims:
+        return ""
+    lines = [
+        f"{'region':{_WIDTH}}{'mass at end':>14}{'greatest T/|W|':>16}{'density at end':>16}{'ledger closure':>16}"
+    ]
+    mass, spin = dataset["region_mass"], dataset["region_rotational_to_gravitational"]
+    dense, closure = dataset["region_density_max"], dataset["region_ledger_closure"]
+    factors = [scale_of(unit_of(series), series.values) for series in (mass, dense)]
+    for name in dataset["region"].values:
+        cells = [
+            f"{float(mass.sel(region=name)[-1]) / factors[0][0]:>14.5g}",
+            f"{_largest(spin.sel(region=name).values):>16.5g}",
+            f"{float(dense.sel(region=name)[-1]) / factors[1][0]:>16.5g}",
+            f"{_largest(closure.sel(region=name).values):>16.2e}",
+        ]
+        lines.append(f"{name:{_WIDTH}}{''.join(cells)}")
+    units = " and ".join(unit for _, unit in factors if unit != "1")
+    return "\n".join([*lines, f"masses and densities in {units}"] if units else lines)
 
 
 def _accuracy(dataset: xr.Dataset) -> str:

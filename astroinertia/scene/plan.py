@@ -10,6 +10,7 @@ from astroinertia.scene.bodies import ProfileBody, RigidBody
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.places import place_told
+from astroinertia.scene.resolution import resolved
 from astroinertia.scene.schema import Scene, Units
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
 from astroinertia.units import DIMENSIONLESS, CodeUnits, si_unit
@@ -132,6 +133,8 @@ def plan(scene: Scene) -> Plan:
     if scene.companions:
         sections["companions"] = _companions(scene)
     sections |= {"model and numerics": _numerics(scene), "time and output": _time(scene)}
+    if scene.model == "sph" and (found := resolved(scene, *smoothing(scene), code_units(scene).gravitational_constant)):
+        sections["resolution"] = tuple(Line(*each) for each in found)
     effects = tuple(
         EffectLine(
             kind,

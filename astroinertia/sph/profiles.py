@@ -13,6 +13,8 @@ from scipy.special import betainc, betaincinv, elliprf, roots_jacobi
 
 from astroinertia.bodies.polytrope import Polytrope
 
+CORE = 0.1  # of the largest density: what is denser is the core
+
 
 @dataclass(frozen=True)
 class Profile:

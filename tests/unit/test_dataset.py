@@ -22,6 +22,8 @@ DATA = Path(__file__).parents[1] / "data"
 MASS, LENGTH = 1.4 * SOLAR_MASS, 1.5e6
 TIME = np.sqrt(LENGTH**3 / (G * MASS))
 
+RESOLUTION = ("core_particles", "jeans_ratio", "smoothing_to_thickness")
+
 
 def stacked(records):
     return {name: np.stack([np.asarray(record[name]) for record in records]) for name in records[0]}
@@ -288,6 +290,7 @@ def test_absent_quantities_are_nan_and_say_why():
         "gravitational_energy": "the scene lists no gravity",
         "rotational_to_gravitational": "the scene lists no gravity",
         "density_profile": "this model does not record it",
+        **dict.fromkeys(RESOLUTION, "this model does not record it"),
         "mode_pattern_speed": "this model does not record it",
         "ring_mode_amplitude": "this model does not record it",
         "ring_mode_phase": "this model does not record it",
@@ -433,7 +436,7 @@ def test_scaling_with_inertia_holds_while_nothing_pulls_on_the_spin(opened):
 def test_old_files_still_open(name):
     old = dataset.open(DATA / name)
     younger = {"attitude", "timestep_limit", "timestep_limit_radius", "timestep_limit_density"}  # came later
-    younger |= {"mode_pattern_speed", "ring_mode_amplitude", "ring_mode_phase", *BAR}
+    younger |= {*RESOLUTION, "mode_pattern_speed", "ring_mode_amplitude", "ring_mode_phase", *BAR}
     younger |= {"gw_luminosity", "gw_energy", "gw_angular_momentum", "gw_energy_spectrum", "gw_characteristic_strain"}
     assert set(RECORDED) | set(DERIVED) <= set(old.variables) | younger
     assert old.sizes["time"] == 3

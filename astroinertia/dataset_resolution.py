@@ -1,0 +1,46 @@
+"""What a run resolved too coarsely, in sentences that say what to change. Tests: tests/unit/test_resolution.py."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+COARSEST = 0.5  # smoothing length over the smallest semi-axis
+
+
+def resolution_warnings(series: Mapping[str, np.ndarray], neighbours: float | None) -> list[str]:
+    """Sentences about records in any units; neighbours: the mean number of a particle's, None where there are none."""
+    if neighbours is None or not {"core_particles", "jeans_ratio", "smoothing_to_thickness"} <= set(series):
+        return []
+    found = []
+    core, jeans, coarse = (series[name] for name in ("core_particles", "jeans_ratio", "smoothing_to_thickness"))
+    least, fewest = float(np.nanmin(core)), 2.0 * neighbours
+    if least < fewest:
+        found.append(
+            f"the core, denser than a tenth of the greatest density, held only {least:.0f} particles, fewer than two "
+            f"neighbourhoods ({fewest:.0f}): its density and spin depend on their number; raise body.particles "
+            f"{_times(fewest / least)}."
+        )
+    if np.isfinite(jeans).any() and (lowest := float(np.nanmin(jeans))) < 1.0:
+        found.append(
+            f"the Jeans mass fell to {lowest:.2g} of the mass of two neighbourhoods, so fragments may be artificial "
+            f"(Bate & Burkert 1997): raise body.particles {_times(1.0 / lowest)}, or stiffen the equation of state at "
+            "those densities."
+        )
+    if np.isfinite(coarse).any() and (largest := float(np.nanmax(coarse))) > COARSEST:
+        found.append(
+            f"the smoothing length reached {largest:.2g} of the body's smallest semi-axis: its thickness is not "
+            f"resolved; raise body.particles {_times((largest / COARSEST) ** 3)}, or take a kernel of fewer neighbours."
+        )
+    return found
+
+
+def told(attributes: Mapping[Any, Any]) -> str:
+    """The sentences that a dataset's attributes keep, a line each; empty where all is resolved."""
+    kept = str(attributes.get("resolution_warnings", ""))
+    return "\n".join(f"warning: {sentence}" for sentence in kept.splitlines())
+
+
+def _times(factor: float) -> str:
+    return f"about {math.ceil(factor)}-fold" if factor < 1e6 else "manifold"

@@ -1,0 +1,74 @@
+"""How well the particles of a scene resolve its body, before it is run: lines of the plan, and warnings.
+
+Tests: tests/unit/test_resolution.py.
+"""
+
+import math
+from typing import Any
+
+from astroinertia.scene.schema import Scene
+from astroinertia.sph import profiles
+from astroinertia.sph.profiles import CORE
+
+COARSEST = 0.25  # smoothing length over the smallest semi-axis, at the mean density
+
+
+def resolved(scene: Scene, eta: float, neighbours: float, gravitational_constant: float) -> list[tuple[str, str, str]]:
+    """Name, value and what to change, of the smoothing length, the core and the Jeans mass; nothing for a table."""
+    lines = []
+    for each in scene.alone():
+        body: Any = each.body
+        if getattr(body, "radius", None) is None or body.particles is None:
+            continue
+        axes = getattr(body, "axes", (1.0, 1.0, 1.0))
+        spacing = body.radius * (4.0 / 3.0 * math.pi * math.prod(axes) / body.particles) ** (1.0 / 3.0)
+        share = eta * spacing / (body.radius * min(axes))
+        lines.append(_line("smoothing length", f"{share:.2g} of the smallest semi-axis", share > COARSEST,
+                           "at the mean density", (share / COARSEST) ** 3))  # fmt: skip
+        core = core_share(body) * body.particles
+        fewest = 2.0 * neighbours
+        if core > 0.0:
+            why = f"denser than a tenth of the greatest density; two neighbourhoods are {fewest:.0f}"
+            lines.append(_line("core", f"{core:.0f} particles", core < fewest, why, fewest / core))
+        if scene.equation_of_state is not None and scene.equation_of_state.kind == "isothermal":
+            lines.append(_isothermal(scene, body, neighbours, gravitational_constant))
+    return lines
+
+
+def core_share(body: Any) -> float:
+    """The share of the mass that is denser than a tenth of the greatest density; 0 where that is not known."""
+    made = {
+        "polytrope": lambda: profiles.polytrope(body.index),
+        "uniform": profiles.uniform,
+        "dyson": lambda: profiles.dyson(body.gamma),
+    }
+    if body.kind not in made:
+        return 0.0
+    profile = made[body.kind]()
+    inner, outer = 0.0, 1.0
+    central = float(profile.density(0.0))
+    for _ in range(60):
+        middle = 0.5 * (inner + outer)
+        inside = float(profile.density(middle)) > CORE * central
+        inner, outer = (middle, outer) if inside else (inner, middle)
+    return float(profile.enclosed(0.5 * (inner + outer)))
+
+
+def _isothermal(scene: Scene, body: Any, neighbours: float, gravitational_constant: float) -> tuple[str, str, str]:
+    # The Jeans mass of Bate & Burkert (1997) falls with density; below that of two neighbourhoods it is not resolved.
+    chosen: Any = scene.equation_of_state
+    unit = 2.0 * neighbours * body.mass / body.particles
+    energy = 2.5 * chosen.sound_speed**2 / gravitational_constant
+    highest = energy**3 / (4.0 / 3.0 * math.pi * unit**2)
+    mean = body.mass / (4.0 / 3.0 * math.pi * body.radius**3 * math.prod(body.axes))
+    why = "denser fragments may be artificial (Bate & Burkert 1997)"
+    return _line("Jeans mass", f"resolved up to {highest / mean:.2g} times the mean density", highest < mean, why,
+                 (mean / highest) ** 0.5)  # fmt: skip
+
+
+def _line(name: str, value: str, poor: bool, why: str, factor: float) -> tuple[str, str, str]:
+    return (
+        name,
+        value,
+        f"{why}; WARNING: too few, raise body.particles about {math.ceil(factor)}-fold" if poor else why,
+    )

@@ -1,0 +1,112 @@
+"""Resolution: what is recorded of it, what is warned of, and what the plan says beforehand."""
+
+import numpy as np
+import pytest
+
+from astroinertia import dataset
+from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.cli import main
+from astroinertia.dataset_resolution import resolution_warnings, told
+from astroinertia.models.resolution import jeans_mass, resolution
+from astroinertia.run import run_scene
+from astroinertia.scene import load
+from astroinertia.scene.plan import plan, smoothing
+from astroinertia.scene.resolution import core_share
+
+SCENE = """
+name = "coarse"
+units = "code"
+[body]
+kind = "polytrope"
+index = 3.0
+particles = 100
+mass = 1.0
+radius = 1.0
+relax = false
+[equation_of_state]
+kind = "ideal"
+[effects.gravity]
+[effects.pressure]
+[time]
+end = 0.02
+[output]
+series_every = 0.01
+"""
+
+
+def test_the_jeans_mass_is_that_of_a_uniform_cloud_that_its_pressure_cannot_hold():
+    """3/2 M c^2 = 3/5 G M^2/(2 R) there: thermal energy is half of the gravitational one (Bate & Burkert's eq. 1)."""
+    density, speed2 = 0.7, 0.3
+    mass = float(jeans_mass(np.array(speed2), np.array(density)))
+    radius = (3 * mass / (4 * np.pi * density)) ** (1 / 3)
+    assert 1.5 * mass * speed2 == pytest.approx(0.6 * mass**2 / radius, rel=1e-12)
+
+
+def test_what_is_recorded():
+    mass, density = np.full(100, 0.01), np.concatenate([np.full(30, 5.0), np.full(20, 0.6), np.full(50, 0.4)])
+    found = resolution(mass, density, 0.2 * density, np.full(100, 0.1), np.diag([1.0, 1.0, 0.05]), 10.0)
+    assert found["core_particles"] == 50
+    assert found["jeans_ratio"] == pytest.approx(float(jeans_mass(np.array(0.2), np.array(5.0))) / (20 * 0.01))
+    assert found["smoothing_to_thickness"] == pytest.approx(0.1 / (5 * 0.05) ** 0.5)
+    cold = resolution(mass, density, None, np.full(100, 0.1), np.diag([1.0, 1.0, 0.0]), 10.0)
+    assert np.isnan(cold["jeans_ratio"]) and np.isnan(cold["smoothing_to_thickness"])
+
+
+def test_each_warning_comes_where_it_should_and_says_what_to_change():
+    fine = {
+        "core_particles": np.full(3, 500.0),
+        "jeans_ratio": np.full(3, 4.0),
+        "smoothing_to_thickness": np.full(3, 0.1),
+    }
+    assert resolution_warnings(fine, 58.0) == []
+    assert resolution_warnings(fine, None) == [] and resolution_warnings({}, 58.0) == []
+    for name, value, words in (
+        ("core_particles", 20.0, ("only 20 particles", "(116)", "about 6-fold")),
+        ("jeans_ratio", 0.3, ("Jeans mass", "0.3", "about 4-fold")),
+        ("smoothing_to_thickness", 1.0, ("thickness is not", "about 8-fold")),
+    ):
+        (sentence,) = resolution_warnings({**fine, name: np.array([fine[name][0], value, fine[name][0]])}, 58.0)
+        assert all(word in sentence for word in words) and sentence.endswith(".")
+
+
+def test_a_run_keeps_its_warnings_and_tells_them(tmp_path, capsys):
+    """A central core of an n = 3 polytrope of 100 particles is coarse; run and show say so."""
+    scene = tmp_path / "coarse.toml"
+    scene.write_text(SCENE)
+    assert main(["run", str(scene), "--output", str(tmp_path / "run")]) == 0
+    assert "warning: the core" in capsys.readouterr().out
+    data = dataset.open(tmp_path / "run")
+    assert "held only" in data.attrs["resolution_warnings"] and told(data.attrs).startswith("warning: ")
+    assert (data["core_particles"] > 16).all() and (data["core_particles"] < 147).all()
+    assert main(["show", str(tmp_path / "run"), "--output", str(tmp_path / "pictures")]) == 0
+    assert "warning: the core" in capsys.readouterr().out
+
+
+def test_a_fine_run_is_not_warned_of(tmp_path):
+    text = SCENE.replace("index = 3.0", "index = 1.0").replace("particles = 100", "particles = 800")
+    data = dataset.open(run_scene(load.loads(text), tmp_path / "run"))
+    assert "resolution_warnings" not in data.attrs and told(data.attrs) == ""
+
+
+def test_the_plan_counts_the_core_and_warns():
+    star = Polytrope(3.0)
+    scene = load.loads(SCENE)
+    share = core_share(scene.body)
+    assert star.density(star.radius_enclosing(share)) == pytest.approx(0.1 * star.central_density, rel=1e-6)
+    text = plan(scene).text()
+    assert f"core: {100 * share:.0f} particles" in text
+    many = plan(load.loads(SCENE, ["body.particles=30000"])).text()
+    assert "WARNING" not in many
+
+
+def test_the_plan_tells_how_dense_an_isothermal_cloud_may_become():
+    text = SCENE.replace('kind = "ideal"', 'kind = "isothermal"\nsound_speed = 0.4')
+    text = text.replace('kind = "polytrope"\nindex = 3.0', 'kind = "uniform"')
+    scene = load.loads(text, ["body.particles=20000"])
+    unit = 2 * smoothing(scene)[1] / 20000  # the mass of two neighbourhoods
+    highest = (
+        2.5 * 0.4**2
+    ) ** 3 / unit**2  # M_J^2 = (5 c^2/2 G)^3 / (4 pi rho/3), and 4 pi rho/3 is 1 at the mean density
+    assert f"resolved up to {highest:.2g} times the mean density" in plan(scene).text()
+    cold = plan(load.loads(text, ["body.particles=100", "equation_of_state.sound_speed=0.1"])).text()
+    assert "WARNING" in cold
