@@ -6,6 +6,8 @@ Tests: tests/unit/test_resolution.py.
 import math
 from typing import Any
 
+import numpy as np
+
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
 from astroinertia.sph.profiles import CORE
@@ -46,12 +48,12 @@ def core_share(body: Any) -> float:
         return 0.0
     profile = made[body.kind]()
     inner, outer = 0.0, 1.0
-    central = float(profile.density(0.0))
+    central = float(profile.density(np.array(0.0)))
     for _ in range(60):
         middle = 0.5 * (inner + outer)
-        inside = float(profile.density(middle)) > CORE * central
+        inside = float(profile.density(np.array(middle))) > CORE * central
         inner, outer = (middle, outer) if inside else (inner, middle)
-    return float(profile.enclosed(0.5 * (inner + outer)))
+    return float(profile.enclosed(np.array(0.5 * (inner + outer))))
 
 
 def _isothermal(scene: Scene, body: Any, neighbours: float, gravitational_constant: float) -> tuple[str, str, str]:
