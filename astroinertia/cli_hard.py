@@ -66,7 +66,8 @@ def table(title: str, rows: Rows) -> Table:
 
 
 def _told(verdict: "Verdict") -> Text:
-    good = Text("stable" if verdict.holds else "NOT STABLE", style="green" if verdict.holds else "bold red")
+    said = ("ended, as it must" if verdict.case.ends else "stable") if verdict.holds else "NOT STABLE"
+    good = Text(said, style="green" if verdict.holds else "bold red")
     if verdict.error:
         return good.append(f"\n{verdict.error}", style="dim")
     worst = verdict.worst
