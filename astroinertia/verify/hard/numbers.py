@@ -45,7 +45,7 @@ NUMBERS: tuple[Case, ...] = (
         "float32 pairs, head on at Mach 1000",
         KEPT,
         lambda: two(4.0, 1e3 * SOUND, 0.0, 1.0),
-        until=5.0 / SOUND / 1e3,
+        until=6.0 / SOUND / 1e3,
         settings=MIXED,
         steps=400,
     ),
