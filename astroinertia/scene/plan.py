@@ -237,6 +237,8 @@ def _companions(scene: Scene) -> tuple[Line, ...]:
             orbit = f"semi-major axis {size}, eccentricity {each.eccentricity:g}"
         lines.append(Line(each.name, _shown(scene, each.mass, "mass"), f"around {each.around}, {orbit}"))
     back = "the body's quadrupole acts back" if scene.orbits.back_reaction else "the body is a point to them"
+    if scene.effects.get("companions", {}).get("motion") == "live":
+        return (*lines, Line("orbits", "in the steps of the particles", "they feel the particles and each other"))
     return (*lines, Line("orbits", f"REBOUND, {scene.orbits.integrator}", back))
 
 

@@ -88,9 +88,19 @@ SCHEMES = {
 }
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.full
+def test_live_companions_keep_the_books_in_the_xla_engine(result: Any) -> None:
+    keeps_the_books("xla")
+    result(engine="xla", particles=200)
+
+
+@pytest.mark.parametrize("scheme", ["global", "individual"])
 def test_fluid_and_live_companions_keep_momentum_angular_momentum_and_energy(scheme: str) -> None:
     """Two companions and a star that is no sphere: all is kept to round-off, and the torque is what the star gains."""
+    keeps_the_books(scheme)
+
+
+def keeps_the_books(scheme: str) -> None:
     with jax.enable_x64(True):
         body = start(companions_of("live", more=MOON), *SCHEMES[scheme], "numerics.precision=float64")
         first, last = reached(body, 1.0)

@@ -48,7 +48,9 @@ def run_steps(path: Path, steps: int, particles: int, engine: str) -> dict[str, 
     names = list(problem.effect_names)
     outside = [effect.kind for effect in problem.effects if effect.external or effect.kind in ("damping",)]
     energy = abs(first["total_energy"])
-    lost = sum(record["work"][names.index(kind)] + record["heating"][names.index(kind)] for kind in outside)
+    # What an effect with a potential does is found again there.
+    given = [effect.kind for effect in problem.effects if effect.kind in outside and not _has_potential(effect, state)]
+    lost = sum(record["work"][names.index(kind)] + record["heating"][names.index(kind)] for kind in given)
     accounted = record["total_energy"] - first["total_energy"] - lost - record["integration_energy_error"]
     # A body that hardly turns has only round-off to keep: its scale is then the sum of |x||v|.
     spin = max(np.linalg.norm(first["angular_momentum"]), 1e-3 * largest_spin)
@@ -64,6 +66,10 @@ def run_steps(path: Path, steps: int, particles: int, engine: str) -> dict[str, 
         "internal": not outside,
         "viscous": "viscosity" in names,
     }
+
+
+def _has_potential(effect: Any, state: State) -> bool:
+    return effect.potential_energy(np, state.rates.fluid) is not None
 
 
 def check(figures: dict[str, Any]) -> None:
@@ -86,6 +92,8 @@ def test_the_books_of_every_scene_close(path: Path) -> None:
 @pytest.mark.parametrize("engine", ["numba_cpu", "xla"])
 @pytest.mark.parametrize("path", SIMS, ids=lambda path: path.stem)
 def test_the_books_close_in_both_engines(path: Path, engine: str, result) -> None:
+    if engine == "xla" and "sinks" in load.load_file(path).effects:
+        pytest.skip("sinks need an engine that can drop particles")
     with jax.enable_x64(True):
         figures = run_steps(path, 1200, 600, engine)
     result(engine=engine, steps=1200, particles=600, **figures)
