@@ -54,6 +54,20 @@ class Tillotson:
 
     def pressure_at(self, density: Array, energy: Array) -> Array:
         """Pressure at a density and an energy a mass, any regime, any shape."""
+        condensed, vapour, share = self._phases(density, energy)
+        return share * vapour + (1 - share) * condensed
+
+    def fluid_pressure_at(self, density: Array, energy: Array) -> Array:
+        """The same of matter that cannot be pulled: where a phase would be in tension it exerts no pressure.
+
+        Cutting each phase rather than their sum leaves the pressure of vapour beside condensed matter that has come
+        apart, and isentropes that do not run together there.
+        """
+        condensed, vapour, share = self._phases(density, energy)
+        return share * jnp.maximum(vapour, 0.0) + (1 - share) * jnp.maximum(condensed, 0.0)
+
+    def _phases(self, density: Array, energy: Array) -> tuple[Array, Array, Array]:
+        """Pressure of condensed matter and of vapour, and the share of vapour."""
         eta = density / self.reference_density
         mu = eta - 1
         thermal = self.b * density * energy / (energy / (self.energy_scale * eta**2) + 1)
@@ -62,8 +76,7 @@ class Tillotson:
         cold_part = self.linear * mu * jnp.exp(-self.beta * stretch)
         vapour = self.a * density * energy + (thermal + cold_part) * jnp.exp(-self.alpha * stretch**2)
         share = (energy - self.incipient_vaporisation) / (self.complete_vaporisation - self.incipient_vaporisation)
-        share = jnp.where(eta < 1, jnp.clip(share, 0.0, 1.0), 0.0)
-        return share * vapour + (1 - share) * condensed
+        return condensed, vapour, jnp.where(eta < 1, jnp.clip(share, 0.0, 1.0), 0.0)
 
     def energy(self, density: Array) -> Array:
         """The energy of the cold curve, dE/d rho = P(rho, E)/rho^2 with E = 0 at the reference density.

@@ -1,8 +1,9 @@
 """Work on each particle by itself: one scalar function, compiled into one threaded, vectorised loop over particles.
 
 A step has much to do between its sums over pairs, and numpy would carry whole arrays through memory for every
-operation. Functions are written as pair functions are, on plain scalars over a namespace, with xp.exp, log and power
-besides: (N,) comes to them as a scalar, (N, 3) as (x, y, z), (N, 3, 3) as three rows, a plain number as it is; and they
+operation. Functions are written as pair functions are, on plain scalars over a namespace, with xp.exp, log, power,
+floor, int64 and take besides: (N,) comes to them as a scalar, (N, 3) as (x, y, z), (N, 3, 3) as three rows, a plain
+number as it is, and a `Table` as the whole of it, whose entries are had by xp.take(table, xp.int64(index)); and they
 return such things. With jax.numpy they are called on whole arrays as they stand.
 
 Loops go over fixed chunks of particles, and sums add up chunks in their order: the bits do not depend on the threads.
@@ -11,6 +12,7 @@ Loops go over fixed chunks of particles, and sums add up chunks in their order: 
 import functools
 import inspect
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,7 +26,9 @@ Array = Any
 CHUNK = 1024  # particles that are worked on together; sums are added up in parts of as many
 ALONE = 16384  # particles a thread must have to be worth waking: loops take some 1 to 10 ns each, to wake it 25 us
 WIDTHS = {(): 1, (3,): 3, (3, 3): 9}
+WHOLE = "whole"  # the kind of a table
 CALLS = NAMESPACE_CALLS | {name: name for name in ("exp", "log", "power")}
+CALLS |= {"floor": "np.floor", "int64": "np.int64", "take": "table_entry"}
 
 HEADER = """
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
@@ -40,6 +44,11 @@ class Apart(CompilerBase):
 real = np.float64
 PAIR_FLAGS = {'contract', 'nsz'}
 LOOP = {"cache": True, "nogil": True, "error_model": "numpy", "pipeline_class": Apart}
+
+
+@njit(forceinline=True, error_model="numpy")
+def table_entry(table, index):
+    return table[index]
 """
 LOOP = """
 @njit(fastmath={flags}, **LOOP)
@@ -54,12 +63,20 @@ def loop(counter, count{arrays}):
 """
 
 
+@dataclass(frozen=True)
+class Table:
+    """An array that every particle looks things up in; functions must ask for no entry that it does not have."""
+
+    entries: Array
+
+
 def elementwise(xp: Any, function: Callable, *arguments: Array) -> Any:
     """What function(xp, ...) returns for each particle: an array, or a tuple of arrays where it returns several things.
 
-    arguments: arrays (N,), (N, 3), (N, 3, 3) and plain numbers; the function must be one of a module or a class, as it
-    is compiled once. A tuple of several things holds a scalar, (x, y, z) or three rows each; one thing by itself is
-    such a tuple too, of one. Raises ValueError for what cannot be compiled. Tests: tests/unit/test_elementwise.py.
+    arguments: arrays (N,), (N, 3), (N, 3, 3), plain numbers and a Table; the function must be one of a module or a
+    class, as it is compiled once. A tuple of several things holds a scalar, (x, y, z) or three rows each; one thing by
+    itself is such a tuple too, of one. Raises ValueError for what cannot be compiled.
+    Tests: tests/unit/test_elementwise.py.
     """
     if xp is not np:
         count = next(a.shape[0] for a in arguments if getattr(a, "ndim", 0))
@@ -117,10 +134,17 @@ def _run(loop: Callable, count: int, *arrays: Array) -> None:
     share_out(loop, max(1, min(available_threads(), count // ALONE)), count, *arrays)
 
 
-def _flat(arguments: Sequence[Array], count: int = 0) -> tuple[list[Array], tuple[tuple[int, ...] | None, ...], int]:
-    """Arrays in one dimension and numbers, the shape of a row of each (None for a number), and the number of rows."""
+Kind = tuple[int, ...] | str | None  # the shape of a row, WHOLE for a table, None for a number
+
+
+def _flat(arguments: Sequence[Array], count: int = 0) -> tuple[list[Array], tuple[Kind, ...], int]:
+    """Arrays in one dimension and numbers, the kind of each, and the number of rows."""
     given, kinds = [], []
     for argument in arguments:
+        if isinstance(argument, Table):
+            given.append(np.ascontiguousarray(argument.entries, dtype=np.float64).reshape(-1))
+            kinds.append(WHOLE)
+            continue
         array = np.asarray(argument, dtype=np.float64)
         if array.ndim == 0:
             given.append(float(array))
@@ -186,17 +210,24 @@ def _compiled(
 def _shapes(function: Callable, kinds: tuple) -> list[tuple[int, ...]]:
     """The shape of a row of each result, from a trial."""
     one = np.float64(1.0)  # whose divisions by zero are no errors
-    trial = {None: one, (): one, (3,): (one,) * 3, (3, 3): ((one,) * 3,) * 3}
+    trial = {None: one, (): one, (3,): (one,) * 3, (3, 3): ((one,) * 3,) * 3, WHOLE: _Trial()}
     with np.errstate(all="ignore"):
         return [np.shape(value) for value in function(np, *(trial[kind] for kind in kinds))]
 
 
-def _slices(names: Sequence[str], kinds: Sequence[tuple[int, ...] | None]) -> list[str]:
+class _Trial:
+    """A table whose every entry is one: where a trial looks does not matter."""
+
+    def take(self, *_: Any, **__: Any) -> np.float64:
+        return np.float64(1.0)
+
+
+def _slices(names: Sequence[str], kinds: Sequence[Kind]) -> list[str]:
     # Within a slice an index cannot be negative, which numba would have to ask in every round of the loop.
     return [
         f"{name}_here = {name}[{WIDTHS[kind]} * first:{WIDTHS[kind]} * last]".replace("1 * ", "")
         for name, kind in zip(names, kinds, strict=True)
-        if kind is not None
+        if isinstance(kind, tuple)
     ]
 
 
@@ -204,8 +235,8 @@ def _place(shape: tuple[int, ...], component: int) -> str:
     return "n" if shape == () else f"{WIDTHS[shape]} * n + {component}"
 
 
-def _element(name: str, kind: tuple[int, ...] | None) -> str:
-    if kind is None:
+def _element(name: str, kind: Kind) -> str:
+    if not isinstance(kind, tuple):
         return name
     at = [f"{name}_here[{_place(kind, component)}]" for component in range(WIDTHS[kind])]
     if kind == (3, 3):
@@ -218,6 +249,8 @@ def _components(value: str, shape: tuple[int, ...]) -> list[str]:
 
 
 def _apart(argument: Array) -> Any:
+    if isinstance(argument, Table):
+        return argument.entries
     shape = getattr(argument, "shape", ())[1:]
     if shape == (3,):
         return tuple(argument[:, k] for k in range(3))

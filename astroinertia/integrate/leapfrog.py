@@ -45,6 +45,7 @@ class State:
 
     points: {effect: point masses beside the fluid}, which move with it.
     regions: the books of each region of the body, whose members memory holds under member_key(name), (N,).
+    material (N,) numbers what particles are of, in an equation of state of several materials; None with any other.
     """
 
     time: Array
@@ -60,6 +61,7 @@ class State:
     rates: Rates
     points: dict[str, Any] = field(default_factory=dict)
     regions: dict[str, Books] = field(default_factory=dict)
+    material: Array | None = None
 
 
 def member_key(name: str) -> str:

@@ -93,7 +93,8 @@ def list_neighbours(flow: Flow, awake: Array) -> None:
 
 def find_densities(flow: Flow, awake: Array) -> None:
     """Smoothing lengths, densities and what follows from them; the ledger is told what pressure did since."""
-    problem, eos = flow.problem, flow.problem.equation_of_state
+    problem, material = flow.problem, flow.rows.get("material")
+    eos = sph.matter(problem, None if material is None else material[awake])
     softening = any(effect.needs_zeta for effect in problem.effects)
     found = density(
         problem.engine, flow.pairs, problem.kernel, flow.rows["position"], flow.rows["mass"],
@@ -334,6 +335,7 @@ def closed(flow: Flow, state: State, rates: Rates) -> State:
         time=np.float64(flow.begun + flow.clock.base),
         step=state.step + 1,
         **{name: rows[name] for name in ("identity", "mass", "position", "velocity", "entropy", "smoothing_length")},
+        material=rows.get("material"),
         memory=flow.under("memory"),
         ledger=flow.ledger,
         regions=flow.regions,

@@ -87,10 +87,11 @@ class Flow:
     """Particles within a base step.
 
     rows: the arrays of a State and of its Fluid under their names (velocity as kicked so far), and `predicted`, the
-    velocity now; `entropy_rate`; `middle` (N,), the time at the middle of a particle's interval; `limit` (N,), what its
-    interval must not exceed, its own and for its neighbours' sake; `own_limit` (N,); `rung` (N,) and `interval` (N,);
-    and with prefixes memory, field (of the force terms), distant (accelerations that are not by neighbours), outer
-    (those of them by what is outside a nested set) and body (accelerations that come with the base step alone).
+    velocity now; `material`, where there are several; `entropy_rate`; `middle` (N,), the time at the middle of a
+    particle's interval; `limit` (N,), what its interval must not exceed, its own and for its neighbours' sake;
+    `own_limit` (N,); `rung` (N,) and `interval` (N,); and with prefixes memory, field (of the force terms), distant
+    (accelerations that are not by neighbours), outer (those of them by what is outside a nested set) and body
+    (accelerations that come with the base step alone).
     regions: the books of each; points: those beside the fluid;
     pairs: the engine's arrangement with lists of neighbours; tally: what was done so far; whole: whether these are all
     particles of the body.
@@ -161,7 +162,8 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
     rows |= {"identity": state.identity, "entropy_rate": state.rates.entropy_rate.copy()}
     rows |= {f"memory.{name}": array.copy() for name, array in state.memory.items()}
     rows["acceleration"] = sph.total_acceleration(np, state.rates, state.velocity)
-    rows["entropy_per_heat"] = problem.equation_of_state.state(np, fluid.density, fluid.entropy)[-1]
+    rows |= {} if state.material is None else {"material": state.material}
+    rows["entropy_per_heat"] = sph.matter(problem, state.material).state(np, fluid.density, fluid.entropy)[-1]
     rows |= {"limit": limits.copy(), "own_limit": limits.copy(), "middle": np.zeros(len(mass))}
     total = mass.sum()
     centre, velocity = (mass @ state.position) / total, (mass @ state.velocity) / total

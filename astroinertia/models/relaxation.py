@@ -105,17 +105,20 @@ def relax(
     max_steps: int = 2000,
     listener: Listener | None = None,
     use_cache: bool = True,
+    material: np.ndarray | None = None,
 ) -> Relaxed:
     """Return the body at equilibrium under the problem's pressure and gravity; NumericalError where there is none.
 
     mass (N,), position (N, 3), entropy (N,), in code units; target_density(m) is the density on the shell that encloses
-    the mass m. Entropies stay with their particles. The outcome is kept in the user's cache.
+    the mass m; material (N,), where the equation of state has several. Entropies stay with their particles. The outcome
+    is kept in the user's cache.
     """
     key = cache.content_key(
         mass=mass, position=position, entropy=entropy, rotation=None if rotation is None else asdict(rotation),
         equation=repr(problem.equation_of_state), kernel=problem.kernel, eta=float(problem.eta),
         smoothing=problem.smoothing_tolerance, engine=[problem.engine.name, problem.engine.precision],
         effects=[repr(effect) for effect in problem.effects], residual=tolerances.residual, version=_VERSION,
+        **({} if material is None else {"material": material}),
     )  # fmt: skip
     stored = cache.load("relaxed", key) if use_cache else None
     if stored is not None and stored["position"].shape == position.shape:
@@ -123,7 +126,10 @@ def relax(
         report = Report(int(steps), *figures)
         relaxed = Relaxed(stored["position"], stored["velocity"], report, cached=True)
     else:
-        relaxed = _descend(problem, mass, position, entropy, target_density, rotation, tolerances, max_steps, listener)
+        start = sph.initial_state(
+            problem, mass, position, np.zeros_like(position), entropy, material=material
+        )  # at rest
+        relaxed = _descend(problem, *start, target_density, rotation, tolerances, max_steps, listener)
     complaint = verdict(relaxed.report, tolerances, len(mass), _rotational_share(mass, relaxed))
     if complaint:
         raise NumericalError(f"the body was not brought to equilibrium: {complaint}")
@@ -149,12 +155,11 @@ def verdict(report: Report, tolerances: Tolerances, count: int, rotational_share
     return " and ".join(wrong) + (f" after {report.steps} steps" if wrong else "")
 
 
-def _descend(problem, mass, position, entropy, target_density, rotation, tolerances, max_steps, listener) -> Relaxed:
-    state, arrangement = sph.initial_state(problem, mass, position, np.zeros_like(position), entropy)
-    order = np.asarray(state.identity)
-    centre = mass @ position / mass.sum()
-    size = math.sqrt(mass @ ((position - centre) ** 2).sum(axis=1) / mass.sum())
-    move, since = np.zeros_like(position), 0
+def _descend(problem, state, arrangement, target_density, rotation, tolerances, max_steps, listener) -> Relaxed:
+    order, mass = np.asarray(state.identity), np.asarray(state.mass)
+    centre = _centre(state)
+    size = math.sqrt(mass @ ((np.asarray(state.position) - centre) ** 2).sum(axis=1) / mass.sum())
+    move, since = np.zeros_like(state.position), 0
     report = None
     for step in range(max_steps + 1):
         forces = _forces(problem, state, centre, rotation)
@@ -178,7 +183,7 @@ def _descend(problem, mass, position, entropy, target_density, rotation, toleran
             move = move[back[order]]
         state = sph.evaluated(problem, arrangement, state, np.float64(0.0))
     assert report is not None
-    positions, velocities = np.empty_like(position), np.empty_like(position)
+    positions, velocities = np.empty_like(state.position), np.empty_like(state.position)
     positions[order] = state.position
     velocities[order] = forces.velocity
     return Relaxed(positions, velocities, report, cached=False)

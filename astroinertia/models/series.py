@@ -161,6 +161,7 @@ def snapshot_record(state: State) -> dict[str, Any]:
         "internal_energy": fluid.internal_energy,
         "entropy": state.entropy,
         "pressure": fluid.pressure,
+        **({} if state.material is None else {"material": state.material}),
     }
     found = {name: np.asarray(array)[order] for name, array in arrays.items()}
     if "sinks" in state.points:  # a snapshot has all particles that there ever were: those swallowed are NaN

@@ -70,13 +70,15 @@ def initial_state(
     entropy: Array | None = None,
     internal_energy: Array | None = None,
     points: dict[str, Any] | None = None,
+    material: Array | None = None,
 ) -> tuple[State, Any]:
     """The state at time 0 with its rates, and the arrangement of its particles (N,), (N, 3), (N, 3), (N,).
 
     Entropies are given, or follow from specific internal energies and the densities found. points: those beside it.
+    material: (N,), where the equation of state has several.
     NumericalError where some particle cannot have a smoothing length.
     """
-    xp, eos = problem.engine.xp, problem.equation_of_state
+    xp = problem.engine.xp
     mass, position, velocity = xp.asarray(mass), xp.asarray(position), xp.asarray(velocity)
     count = mass.shape[0]
     spread = float(((position - position.mean(axis=0)) ** 2).sum(axis=1).mean()) ** 0.5
@@ -96,6 +98,7 @@ def initial_state(
         ledger=open_ledger(xp, mass, position, velocity, len(problem.effects)),
         rates=Rates(nothing, nothing, nothing, xp.zeros(count), xp.zeros(()), None),  # type: ignore[arg-type]
         points=points or {},
+        material=None if material is None else xp.asarray(material, dtype=int),
     )
     for _ in range(2):  # the first lengths are a guess; particles are arranged anew by the solved ones
         state, arrangement = rearranged(problem, state)
@@ -103,8 +106,14 @@ def initial_state(
         state = replace(state, smoothing_length=solved.smoothing_length)
     refuse_unsolved(problem.kernel, problem.eta, np.asarray(state.mass), solved, np.asarray(state.identity))
     if entropy is None:
-        state = replace(state, entropy=eos.entropy(xp, solved.density, state.entropy))
+        state = replace(state, entropy=matter(problem, state.material).entropy(xp, solved.density, state.entropy))
     return evaluated(problem, arrangement, state, xp.zeros(())), arrangement
+
+
+def matter(problem: Problem, material: Array | None) -> Any:
+    """The equation of state of particles, which may be of several materials, (N,) or None."""
+    eos = problem.equation_of_state
+    return eos if material is None else eos.of(material)
 
 
 def rearranged(problem: Problem, state: State) -> tuple[State, Any]:
@@ -161,7 +170,7 @@ def advance(problem: Problem, arrangement: Any, state: State, steps: int) -> Sta
 
 def evaluated(problem: Problem, arrangement: Any, state: State, dt: Array) -> State:
     """The state with densities, smoothing lengths, memories and rates for its positions; dt is the step under way."""
-    xp, eos, effects = problem.engine.xp, problem.equation_of_state, problem.effects
+    xp, eos, effects = problem.engine.xp, matter(problem, state.material), problem.effects
     arrangement = replace(arrangement, pairs=_listed(problem, arrangement.pairs, state))
     solved = _density(problem, arrangement, state)
     first = state.rates.fluid is None
@@ -283,7 +292,8 @@ def internal_energy(problem: Problem, state: State) -> Array:
     xp = problem.engine.xp
     if "pressure" not in problem.effect_names:
         return xp.zeros(())
-    return state.mass @ problem.equation_of_state.internal_energy(xp, state.rates.fluid.density, state.entropy)
+    eos = matter(problem, state.material)
+    return state.mass @ eos.internal_energy(xp, state.rates.fluid.density, state.entropy)
 
 
 def potential_energies(problem: Problem, state: State) -> dict[str, Array]:
@@ -392,7 +402,7 @@ def particle_limits(problem: Problem, rates: Rates) -> dict[str, Array]:
 
 def _compression(problem: Problem, state: State, density: Array) -> Array:
     # What pressure did during the drift: the change of internal energy at fixed entropy.
-    xp, eos = problem.engine.xp, problem.equation_of_state
+    xp, eos = problem.engine.xp, matter(problem, state.material)
     new, old = (eos.energy(xp, rho, state.entropy) for rho in (density, state.rates.fluid.density))
     gain = totals(xp, change, state.mass, new, old)[0][0]
     return xp.stack([gain if name == "pressure" else xp.zeros(()) for name in problem.effect_names])

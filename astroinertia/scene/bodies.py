@@ -243,6 +243,43 @@ class RotatingStarBody(Body):
         return self
 
 
+class Layer(Part):
+    """A layer of a body, one of the materials of the equation of state."""
+
+    material: Annotated[str, Field(max_length=64)] = Field(description="name of its material")
+    mass_fraction: PositiveNumber = Field(description="its share of the mass; those of all layers are 1 together")
+    isentrope: SpecificEnergy = Field(
+        default=0.0,
+        description="specific energy that its matter has at the reference density of its material, above the coldest",
+    )
+
+
+class LayeredBody(Body):
+    """A planet of layers from the centre outwards, each isentropic, in hydrostatic equilibrium; its radius follows."""
+
+    kind: Literal["layered"]
+    particles: Count | None = Field(default=None, description="number of particles (model sph), all of one mass")
+    mass: Mass = Field(description="total mass")
+    layers: Annotated[tuple[Layer, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=16)] = Field(
+        description="layers, from the centre outwards"
+    )
+
+    @property
+    def radius(self) -> None:
+        """Unknown before the planet is solved for."""
+        return None
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        total = sum(layer.mass_fraction for layer in self.layers)
+        if abs(total - 1.0) > 1e-6:
+            raise ValueError(f"needs layers whose mass_fractions are 1 together, not {total:g}.")
+        for name in ("specific_internal_energy", "entropy", "pressure_fraction"):
+            if getattr(self, name) is not None:
+                raise ValueError(f"has a {name}, but the matter of its layers is on the isentropes that they give.")
+        return self
+
+
 class RigidBody(Body):
     """A body of which only the mass and the inertia tensor are known."""
 
@@ -307,6 +344,14 @@ class ProfileBody(_Stretched):
 
 
 AnyBody = Annotated[
-    PolytropeBody | UniformBody | PowerLawBody | DysonBody | RotatingStarBody | RigidBody | TableBody | ProfileBody,
+    PolytropeBody
+    | UniformBody
+    | PowerLawBody
+    | DysonBody
+    | RotatingStarBody
+    | LayeredBody
+    | RigidBody
+    | TableBody
+    | ProfileBody,
     Field(discriminator="kind"),
 ]

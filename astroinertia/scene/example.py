@@ -87,6 +87,8 @@ SUGGESTED: dict[str, Any] = {
     "entropy": "1e8 m4 kg^(-2/3) s-2",
     "particles": 3000,
     "units": "code",
+    "layers": [{"material": "rock", "mass_fraction": 1.0}],
+    "materials": [{"name": "rock", "tillotson": "basalt"}],
     "densities": ["2e14 g/cm3"],
     "gammas": [4.0 / 3.0, 2.5],
     "velocity_gradient": [["0 1/s", "-0.1 1/s", "0 1/s"], ["0.1 1/s", "0 1/s", "0 1/s"], ["0 1/s", "0 1/s", "0 1/s"]],

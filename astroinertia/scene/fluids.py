@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
-from astroinertia.scene.quantities import Density, Speed, checked, dimensional
+from astroinertia.scene.quantities import Density, SpecificEnergy, Speed, checked, dimensional
 from astroinertia.units import pressure_constant_dimension, shown
 
 FROM_BODY = "from body"
@@ -117,6 +117,52 @@ class HybridFluid(Part):
         return _pressure_constant(value, info.data.get("gamma_1"), info)
 
 
+class Material(Part):
+    """Matter whose pressure is a function of density and energy: Tillotson's equation for one substance, or a table."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_\-]{0,63}$")] = Field(
+        description="what the layers of a body call it"
+    )
+    tillotson: Literal["iron", "granite", "basalt", "ice"] | None = Field(
+        default=None, description="substance of Tillotson's equation; or give a file"
+    )
+    file: Annotated[str, Field(min_length=1, max_length=512)] | None = Field(
+        default=None,
+        description="table (.csv .npz .h5), relative to the scene: columns density internal_energy pressure, in SI",
+    )
+    reference_density: Density | None = Field(
+        default=None, description="with a file: the density at which isentropes are told apart by their energy"
+    )
+    hottest: SpecificEnergy | None = Field(
+        default=None, description="energy of the hottest isentrope at the reference density; 1e9 J/kg, or the file's"
+    )
+    tension: bool = Field(default=False, description="let matter be pulled, down to half its reference density")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if (self.tillotson is None) == (self.file is None):
+            raise ValueError("needs exactly one of tillotson and file.")
+        if (self.file is None) != (self.reference_density is None):
+            raise ValueError("needs a reference_density with a file, and none with tillotson.")
+        return self
+
+
+class Materials(Part):
+    """Materials, each with its own P(rho, u), as tables of isentropes that conserve energy exactly."""
+
+    kind: Literal["materials"]
+    materials: Annotated[tuple[Material, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=16)] = Field(
+        description="what the layers of a body are of; a body without layers is of the first"
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        names = [material.name for material in self.materials]
+        if len(set(names)) < len(names):
+            raise ValueError("needs materials of different names.")
+        return self
+
+
 class IncompressibleFluid(Part):
     """Every part of the body keeps its density; the pressure is what that takes (model ellipsoid)."""
 
@@ -124,6 +170,12 @@ class IncompressibleFluid(Part):
 
 
 AnyEquationOfState = Annotated[
-    IdealGas | IsothermalGas | PolytropicFluid | PiecewisePolytropicFluid | HybridFluid | IncompressibleFluid,
+    IdealGas
+    | IsothermalGas
+    | PolytropicFluid
+    | PiecewisePolytropicFluid
+    | HybridFluid
+    | Materials
+    | IncompressibleFluid,
     Field(discriminator="kind"),
 ]

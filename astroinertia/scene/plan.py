@@ -6,8 +6,8 @@ from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.scene import gravity_prices
-from astroinertia.scene.bodies import ProfileBody, RigidBody
-from astroinertia.scene.fluids import FROM_BODY
+from astroinertia.scene.bodies import LayeredBody, ProfileBody, RigidBody
+from astroinertia.scene.fluids import FROM_BODY, Material
 from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.places import place_told
 from astroinertia.scene.resolution import resolved
@@ -16,6 +16,7 @@ from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_numb
 from astroinertia.units import DIMENSIONLESS, CodeUnits, si_unit
 
 RECORDS, SNAPSHOTS = 200, 10  # of a run that does not say how often
+_ROCK = 5e3  # kg/m3: what sets the unit of length of a planet whose radius is not known before it is solved for
 
 
 @dataclass(frozen=True)
@@ -89,8 +90,8 @@ def code_units(scene: Scene) -> CodeUnits:
     if body.kind == "rigid" and body.radius is None:
         assert body.moments is not None
         return CodeUnits(body.mass, math.sqrt(max(body.moments) / body.mass))
-    assert body.radius is not None
-    return CodeUnits(sum(each.body.mass for each in scene.alone() if each.body.kind != "table"), body.radius)
+    mass = sum(each.body.mass for each in scene.alone() if each.body.kind != "table")
+    return CodeUnits(mass, (body.mass / _ROCK) ** (1 / 3) if body.radius is None else body.radius)
 
 
 def cadence(scene: Scene) -> Cadence:
@@ -165,6 +166,8 @@ def _body(scene: Scene) -> tuple[Line, ...]:
         lines = _profile(scene, body)
     elif body.kind == "rigid":
         lines = _rigid_body(scene, body)
+    elif body.kind == "layered":
+        lines = _layers(scene, body)
     else:
         lines = _sphere(scene, body)
     return (*lines, *_thermal(scene), *_motion(scene), *_change(scene), *(Line(*each) for each in placed))
@@ -189,6 +192,19 @@ def _rigid_body(scene: Scene, body: RigidBody) -> list[Line]:
         return [*lines, Line("principal moments", shown)]
     assert body.moment_ratios is not None
     return [*lines, Line("principal moments", _numbers(body.moment_ratios), "over mass radius^2")]
+
+
+def _layers(scene: Scene, body: LayeredBody) -> list[Line]:
+    each = _shown(scene, body.mass / (body.particles or 1), "mass")
+    lines = [
+        Line("kind", "layered"),
+        Line("particles", f"{body.particles}", f"of {each} each"),
+        Line("mass", _shown(scene, body.mass, "mass")),
+    ]
+    for layer in body.layers:
+        label = _shown(scene, layer.isentrope, "specific_energy")
+        lines.append(Line(f"layer of {layer.material}", f"{layer.mass_fraction:g} of the mass", f"isentrope {label}"))
+    return lines
 
 
 def _sphere(scene: Scene, body: Any) -> list[Line]:
@@ -291,6 +307,9 @@ def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
     for name, value in chosen:
         if name == "kind":
             continue
+        if name == "materials":
+            lines += [Line(each.name, each.tillotson or each.file, _material(each)) for each in value]
+            continue
         if value == FROM_BODY:
             lines.append(Line(name, FROM_BODY, "worked out when the body is placed"))
         elif isinstance(value, tuple):
@@ -299,6 +318,11 @@ def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
         else:
             lines.append(Line(name.replace("_", " "), _shown(scene, value, dimensions.get(name, "dimensionless"))))
     return tuple(lines)
+
+
+def _material(material: Material) -> str:
+    pulled = "can be pulled" if material.tension else "no tension"
+    return f"{'table' if material.tillotson is None else 'Tillotson'}, {pulled}"
 
 
 MODELS = {

@@ -15,6 +15,7 @@ from astroinertia.scene.fluids import AnyEquationOfState, Part, as_tuple
 from astroinertia.scene.places import MOST_BODIES, Orbit
 from astroinertia.scene.quantities import Duration, Length, Mass
 from astroinertia.scene.regions import MOST_REGIONS, REGION_NAME, Region
+from astroinertia.units import shown
 
 MOST_RECORDS = 1e6  # a record holds some hundreds of numbers
 MOST_SNAPSHOTS = 1e5
@@ -213,12 +214,29 @@ class Scene(Part):
             if region.bound and "gravity" not in self.effects:
                 raise ValueError(f"[regions.{name}] bound needs gravity among the effects.")
 
+    def _has_its_materials(self) -> None:
+        body, fluid = self.body, self.equation_of_state
+        if fluid is not None and fluid.kind == "materials":
+            if self.model != "sph":
+                raise ValueError(f"[equation_of_state] materials are for the model sph, not for {self.model}.")
+            if self.dimensionless and any(material.tillotson for material in fluid.materials):
+                raise ValueError("[equation_of_state] tillotson needs a scene with units: its numbers are in SI.")
+        if body.kind != "layered":
+            return
+        if self.model != "sph" or fluid is None or fluid.kind != "materials":
+            raise ValueError("[body] of the kind layered is for the model sph with materials for equation_of_state.")
+        names = [material.name for material in fluid.materials]
+        for layer in body.layers:
+            if layer.material not in names:
+                raise ValueError(f"[body] layers are of {', '.join(names)}, but one is of '{shown(layer.material)}'.")
+
     def _has_what_its_model_needs(self) -> None:
         body, model = self.body, self.model
         if model in ("sph", "ellipsoid") and self.equation_of_state is None:
             raise ValueError("[equation_of_state] is missing, which the models sph and ellipsoid need.")
         if self.equation_of_state is not None and self.equation_of_state.kind == "incompressible" and model == "sph":
             raise ValueError("[equation_of_state] incompressible is for the model ellipsoid, not for sph.")
+        self._has_its_materials()
         if model == "sph" and body.kind not in ("table", "rigid") and getattr(body, "particles", None) is None:
             raise ValueError("[body] particles is missing (number of particles), which the model sph needs.")
         if body.kind == "rigid" and model not in ("rigid", "scaling"):

@@ -1,5 +1,6 @@
 """The fluid of a scene in code units: its equation of state, and entropies taken from equilibrium."""
 
+import importlib
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,9 @@ def equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | None
     if chosen.kind == "piecewise_polytropic":
         densities = [units.to_code(density, "density") for density in chosen.densities]
         return eos.piecewise_polytropic(densities, chosen.gammas, _constant(scene, units, ball, chosen.gammas[0]))
+    if chosen.kind == "materials":
+        # Only scenes with materials import what makes tables of them.
+        return importlib.import_module("astroinertia.start.materials").materials(chosen, scene.origin, units)
     assert chosen.kind == "hybrid"  # incompressible fluids have no equation that particles could follow
     nuclear = units.to_code(chosen.nuclear_density, "density")
     constant = _constant(scene, units, ball, chosen.gamma_1)
@@ -36,10 +40,10 @@ def entropies(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, fluid:
     """The entropy function of particles, (N,), at s = r/R in the unstretched sphere or at positions in the star.
 
     What the scene gives, or that of hydrostatic equilibrium times its pressure_fraction; zero where the equation of
-    state is barotropic, and for the hybrid one, whose cold part holds the body.
+    state is barotropic, for the hybrid one, whose cold part holds the body, and for materials: the coldest isentrope.
     """
     body = scene.body
-    if not fluid.thermal:
+    if not fluid.thermal or (scene.equation_of_state is not None and scene.equation_of_state.kind == "materials"):
         return np.zeros(len(where))
     if body.entropy is not None:
         gamma = fluid.gamma_thermal if _hybrid(scene) else fluid.gamma

@@ -23,34 +23,46 @@ from astroinertia.units import CodeUnits
 
 # Smoothing and the surface leave this much of the density at 4000 particles; the error falls as N^-1/3.
 _DENSITY_ERROR = 0.12
+_LAYERED_DENSITY_ERROR = 0.2  # more where the density jumps, which smoothing spreads over a few layers of particles
 _STABLE_GAMMA = 5.0 / 3.0  # of the gas in which bodies settle, at least
 
 
 @dataclass(frozen=True)
 class Particles:
-    """mass (N,), position (N, 3), velocity (N, 3), and either entropy (N,) or specific internal_energy (N,)."""
+    """mass (N,), position (N, 3), velocity (N, 3), and either entropy (N,) or specific internal_energy (N,).
+
+    material: (N,), where the equation of state has several.
+    """
 
     mass: np.ndarray
     position: np.ndarray
     velocity: np.ndarray
     entropy: np.ndarray | None
     internal_energy: np.ndarray | None
+    material: np.ndarray | None = None
 
     def moved(self, position: np.ndarray, velocity: np.ndarray) -> "Particles":
         """The same body elsewhere and in motion."""
         return replace(self, position=self.position + position, velocity=self.velocity + velocity)
 
 
-def particles(
-    scene: Scene, units: CodeUnits, ball: Sphere | Star | None, problem: Problem, listener: Any = None
-) -> Particles:
+def particles(scene: Scene, units: CodeUnits, ball: Any, problem: Problem, listener: Any = None) -> Particles:
     """The particles of a scene, settled to equilibrium where the scene asks for it; `listener` hears how that goes."""
+    placed = _placed(scene, units, ball, problem, listener)
+    if placed.material is None and len(getattr(problem.equation_of_state, "names", ())) > 1:
+        return replace(placed, material=np.zeros(len(placed.mass), dtype=int))  # a body without layers is of the first
+    return placed
+
+
+def _placed(scene: Scene, units: CodeUnits, ball: Any, problem: Problem, listener: Any) -> Particles:
     body: Any = scene.body
     fluid = problem.equation_of_state
     if ball is None:
         return _table(scene, units, fluid)
     mass = np.full(body.particles, ball.mass / body.particles)
     unit_sphere = place(ball.profile, body.particles, body.placement, body.seed)
+    if body.kind == "layered":
+        return _placed_planet(scene, units, ball, problem, mass, unit_sphere, listener)
     settles = body.relax and {"gravity", "pressure"} <= set(scene.effects)
     if isinstance(ball, Star):
         where, position, velocity = _placed_star(body, ball, problem, mass, unit_sphere, settles, listener)
@@ -98,6 +110,36 @@ def _placed_star(
     return exact, *_settled(problem, mass, exact, gamma, pressure / density**gamma, rotation, None, listener)
 
 
+def _placed_planet(
+    scene: Scene, units: CodeUnits, planet: Any, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray,
+    listener: Any,
+) -> Particles:  # fmt: skip
+    """The layers of a planet, each of its material on its isentrope, settled or not."""
+    layer = planet.layer_of(np.linalg.norm(unit_sphere, axis=1))
+    entropy = planet.labels[layer]
+    material = planet.numbers[layer] if len(problem.equation_of_state.names) > 1 else None
+    position = unit_sphere * planet.radius
+    if scene.body.relax and {"gravity", "pressure"} <= set(scene.effects):
+        relaxed = relaxation.relax(
+            _still(problem), mass, position, entropy, planet.density_enclosing, _rotation(scene, units),
+            relaxation.Tolerances(density_error=_density_error(_LAYERED_DENSITY_ERROR, len(mass))), listener=listener,
+            material=material,
+        )  # fmt: skip
+        position, velocity = relaxed.position, relaxed.velocity
+    else:
+        velocity = rotation_flow(scene, units, planet, mass, position)
+    return Particles(mass, position, velocity + linear_flow(scene, units, position), entropy, None, material)
+
+
+def _rotation(scene: Scene, units: CodeUnits) -> relaxation.Rotation | None:
+    spin = scene.body.rotation
+    if spin is None:
+        return None
+    ((measure, value),) = rotation_measure(scene, units).items()
+    scale = None if spin.scale is None else units.to_code(spin.scale, "length")
+    return relaxation.Rotation(measure, value, spin.axis, scale, spin.law)
+
+
 def _settled_sphere(
     scene: Scene, units: CodeUnits, ball: Sphere, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray,
     listener: Any,
@@ -106,13 +148,8 @@ def _settled_sphere(
     star = Polytrope(body.index, ball.mass, ball.radius)
     gamma = max(star.gamma, _STABLE_GAMMA)
     entropy = star.constant * ball.density(np.linalg.norm(unit_sphere, axis=1)) ** (star.gamma - gamma)
-    rotation, spin = None, body.rotation
-    if spin is not None:
-        ((measure, value),) = rotation_measure(scene, units).items()
-        scale = None if spin.scale is None else units.to_code(spin.scale, "length")
-        rotation = relaxation.Rotation(measure, value, spin.axis, scale, spin.law)
     return _settled(
-        problem, mass, unit_sphere * ball.radius, gamma, entropy, rotation,
+        problem, mass, unit_sphere * ball.radius, gamma, entropy, _rotation(scene, units),
         lambda enclosed: ball.density(ball.profile.radius(enclosed / ball.mass)), listener,
     )  # fmt: skip
 
@@ -123,23 +160,27 @@ def _settled(
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     # The polytrope's own pressure, carried by a gas of exponent 5/3 at least: with the entropy rising outwards the body
     # has a stable equilibrium also where its own index has none (n = 3 is neutral). Any stretch comes afterwards.
-    still = replace(
-        problem,
-        engine=numba_cpu.Engine(precision="float64"),
-        equation_of_state=eos.ideal(gamma),
-        effects=tuple(effect for effect in problem.effects if effect.kind in ("gravity", "pressure")),
-    )
     relaxed = relaxation.relax(
-        still,
+        replace(_still(problem), equation_of_state=eos.ideal(gamma)),
         mass,
         position,
         entropy,
         target_density=target_density,
         rotation=rotation,
-        tolerances=relaxation.Tolerances(density_error=_DENSITY_ERROR * max(1.0, (4000 / len(mass)) ** (1 / 3))),
+        tolerances=relaxation.Tolerances(density_error=_density_error(_DENSITY_ERROR, len(mass))),
         listener=listener,
     )
     return relaxed.position, relaxed.velocity
+
+
+def _still(problem: Problem) -> Problem:
+    """What bodies settle under: gravity and pressure alone, in 64 bits."""
+    effects = tuple(effect for effect in problem.effects if effect.kind in ("gravity", "pressure"))
+    return replace(problem, engine=numba_cpu.Engine(precision="float64"), effects=effects)
+
+
+def _density_error(at_4000: float, count: int) -> float:
+    return at_4000 * max(1.0, (4000 / count) ** (1 / 3))
 
 
 def _table(scene: Scene, units: CodeUnits, fluid: Any) -> Particles:

@@ -38,7 +38,7 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
     points, body = companions.beside(scene, units, problem, body)
     points |= sinks.beside(scene, problem, body.mass)
     state, arrangement = initial_state(
-        problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy, points
+        problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy, points, body.material
     )
     regions = _regions(scene, units, problem)
     state = state if regions is None else regions.opened(state)
@@ -54,7 +54,11 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     stencil = Body(mass, random[0], random[1], np.ones(_STENCIL), None)
     points, _ = companions.beside(scene, units, problem, stencil)
     points |= sinks.beside(scene, problem, arrays[".mass"])
-    like, _ = initial_state(problem, stencil.mass, stencil.position, stencil.velocity, stencil.entropy, points=points)
+    several = len(getattr(problem.equation_of_state, "names", ())) > 1
+    like, _ = initial_state(
+        problem, stencil.mass, stencil.position, stencil.velocity, stencil.entropy, points=points,
+        material=np.zeros(_STENCIL) if several else None,
+    )  # fmt: skip
     regions = _regions(scene, units, problem)
     if regions is not None:
         like = regions.with_room(like)

@@ -1,5 +1,6 @@
 """The sphere, stretched or not, or the rotating star that a scene's body is at first, in code units."""
 
+import importlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -99,13 +100,15 @@ def stretch(body: Any) -> np.ndarray:
     return nearest.T @ np.diag(np.asarray(body.axes, dtype=float)) @ nearest
 
 
-def sphere(scene: Scene, units: CodeUnits) -> Sphere | Star | None:
-    """The unstretched sphere, or the rotating star, of a scene's body; None for a particle table or a rigid body."""
+def sphere(scene: Scene, units: CodeUnits) -> Any:
+    """The Sphere (unstretched), Star or Planet of a scene's body; None for a particle table or a rigid body."""
     body: Any = scene.body
     if body.kind in ("table", "rigid"):
         return None
     if body.kind == "profile":
         return _progenitor(scene, units)
+    if body.kind == "layered":  # only then are planets imported
+        return importlib.import_module("astroinertia.start.planets").planet(scene, units)
     mass, radius = units.to_code(body.mass, "mass"), units.to_code(body.radius, "length")
     if body.kind == "rotating_star":
         return Star(_rotating_star(body, units, mass, radius), profiles.polytrope(body.index))

@@ -17,7 +17,8 @@ from astroinertia.inertia import tensor
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mesh import mesh_body, read_mesh
 from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_frame, principal_gap, undefined_axes
-from astroinertia.sph.table import MAX_BYTES, MAX_PARTICLES, read_table
+from astroinertia.sph.columns import MAX_BYTES
+from astroinertia.sph.table import MAX_PARTICLES, read_table
 from astroinertia.units import quantity
 
 PLAIN = ("1", "1")

@@ -96,7 +96,7 @@ def crowded(file):
 
 
 BAD = {
-    huge: "at most 10000000 particles",
+    huge: "at most 10000000 rows",
     in_another_file: "lacks mass",
     in_raw_bytes: "mass is kept in another file",
     virtual: "mass is kept in another file",

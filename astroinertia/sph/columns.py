@@ -1,0 +1,121 @@
+"""Columns of numbers in a file that may come from anywhere: CSV, npz and HDF5, read within limits.
+
+A CSV file names its columns in the first line that is not a comment (#); an npz file holds one array a column, never
+pickled objects; of h5 and hdf5 files, table_hdf5.py tells. Tests: tests/unit/test_initial.py.
+"""
+
+import csv
+import itertools
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from astroinertia.errors import SceneError
+from astroinertia.sph.table_hdf5 import SUFFIXES as HDF5_SUFFIXES
+from astroinertia.sph.table_hdf5 import hdf5_columns
+
+MAX_BYTES = 2**30
+_MAX_LINE = 1024
+
+
+@dataclass(frozen=True)
+class Columns:
+    """What a file should hold: how messages call it, its columns, other names for them, and the most rows."""
+
+    what: str
+    required: tuple[str, ...]
+    optional: tuple[str, ...]
+    most: int
+    aliases: Mapping[str, str] = field(default_factory=dict)
+
+    def named(self, name: str) -> str:
+        """A column's own name."""
+        return self.aliases.get(name, name)
+
+    def check(self, path: Path, names: list[str]) -> None:
+        """SceneError unless the names are all that is required, and nothing unknown or twice."""
+        known = self.required + self.optional
+        missing = [name for name in self.required if name not in names]
+        unknown = [name for name in names if name not in known]
+        if missing or unknown or len(set(names)) != len(names):
+            wrong = f"lacks {', '.join(missing)}" if missing else f"has unknown or repeated columns {unknown[:4]!r:.80}"
+            has = f"its columns are {', '.join(self.required)} and maybe {', '.join(self.optional)}"
+            raise SceneError(f"{self.what} {path} {wrong}; {has}")
+
+
+def check_file(path: Path, what: str, suffixes: tuple[str, ...]) -> None:
+    """SceneError unless there is a file, of a known kind, that is not too large."""
+    if not path.is_file():
+        raise SceneError(f"{what} {path} is {'a directory' if path.is_dir() else 'not there'}")
+    if path.stat().st_size > MAX_BYTES:
+        raise SceneError(f"{what} {path} is larger than {MAX_BYTES >> 20} MiB")
+    if path.suffix.lower() not in suffixes:
+        *first, last = (each for each in suffixes)
+        raise SceneError(f"{what} {path} must be a {', '.join(first)} or {last} file")
+
+
+def check_numbers(path: Path, what: str, columns: Mapping[str, np.ndarray], each: str) -> None:
+    """SceneError unless all columns are of one length and finite; `each` is what a row is of."""
+    count = next(iter(columns.values())).size
+    for name, column in columns.items():
+        if column.shape != (count,):
+            raise SceneError(f"{what} {path}: column {name} is not one number a {each}")
+        if not np.isfinite(column).all():
+            raise SceneError(f"{what} {path}: {name} of row {int(np.argmin(np.isfinite(column))) + 1} is not finite")
+
+
+def csv_columns(path: Path, asked: Columns) -> dict[str, np.ndarray]:
+    """The columns of a CSV file by name."""
+    rows: list[list[float]] = []
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            limited = (_short(f"{asked.what} {path}", number, line) for number, line in enumerate(file, 1))
+            lines = csv.reader(line for line in limited if line.strip() and not line.startswith("#"))
+            names = [asked.named(name.strip()) for name in next(lines, [])]
+            asked.check(path, names)
+            for row in itertools.islice(lines, asked.most + 1):
+                if len(row) != len(names):
+                    raise SceneError(
+                        f"{asked.what} {path}: row {len(rows) + 1} has {len(row)} values, not {len(names)}"
+                    )
+                rows.append([float(value) for value in row])
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{asked.what} {path} is not text") from error
+    except (ValueError, csv.Error) as error:
+        raise SceneError(f"{asked.what} {path}: row {len(rows) + 1} is not numbers ({error})") from error
+    return dict(zip(names, np.array(rows, dtype=float).reshape(-1, len(names)).T, strict=True))
+
+
+def _short(name: str, number: int, line: str) -> str:
+    if len(line) > _MAX_LINE:
+        raise SceneError(f"{name}: line {number} is longer than {_MAX_LINE} characters")
+    return line
+
+
+def npz_columns(path: Path, asked: Columns) -> dict[str, np.ndarray]:
+    """The columns of an npz file by name."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
+                raise SceneError(f"{asked.what} {path} unpacks to more than {MAX_BYTES >> 20} MiB")
+        with np.load(path, allow_pickle=False) as stored:
+            files = [str(name) for name in stored.files]
+            names = [asked.named(name) for name in files]
+            asked.check(path, names)
+            return {name: np.asarray(stored[file], dtype=float) for name, file in zip(names, files, strict=True)}
+    except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, RuntimeError) as error:
+        raise SceneError(f"{asked.what} {path} is not an npz file of plain numbers") from error
+
+
+def hdf5(path: Path, asked: Columns) -> dict[str, np.ndarray]:
+    """The columns of an HDF5 file by name."""
+    columns = hdf5_columns(path, (*asked.required, *asked.optional, *asked.aliases), asked.most, asked.what)
+    columns = {asked.named(name): column for name, column in columns.items()}
+    asked.check(path, list(columns))
+    return columns
+
+
+READERS = {".csv": csv_columns, ".npz": npz_columns} | dict.fromkeys(HDF5_SUFFIXES, hdf5)

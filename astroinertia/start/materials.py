@@ -1,0 +1,58 @@
+"""The materials of a scene: their tables of isentropes, made once."""
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from astroinertia.bodies import tillotson
+from astroinertia.errors import SceneError
+from astroinertia.scene.fluids import Material, Materials
+from astroinertia.sph.isentropes import Isentropes, isentropes, tabulated
+from astroinertia.sph.table_equation import read_equation
+from astroinertia.sph.tabulated import Tabulated
+from astroinertia.units import CodeUnits
+
+_HOTTEST = 1e9  # J/kg, at the reference density: three times what stops two bodies that meet at 50 km/s
+_THINNEST, _DENSEST = 1e-5, 30.0  # of the reference density
+_STRETCHED = 0.5  # of it, the least density of matter that can be pulled: below, tension fades with the density
+
+
+def materials(fluid: Materials, origin: str | None, units: CodeUnits) -> Tabulated:
+    """The equation of state of a scene's materials, in code units; files are relative to `origin`."""
+    tables = [_table(material, origin) for material in fluid.materials]
+    return tabulated(tables, units.unit("density"), units.unit("specific_energy"))
+
+
+@lru_cache(maxsize=16)
+def _table(material: Material, origin: str | None) -> Isentropes:
+    try:
+        return _of_file(material, origin) if material.tillotson is None else _of_tillotson(material)
+    except ValueError as error:
+        raise SceneError(f"[equation_of_state] materials: {error}.") from None
+
+
+def _of_tillotson(material: Material) -> Isentropes:
+    matter: Any = getattr(tillotson, str(material.tillotson).upper())
+    least, pressure = _THINNEST, matter.fluid_pressure_at
+    if material.tension:
+        least, pressure = _STRETCHED, matter.pressure_at
+    reference = matter.reference_density
+    return isentropes(
+        material.name, pressure, reference, matter.incipient_vaporisation, (least * reference, _DENSEST * reference),
+        material.hottest or _HOTTEST,
+    )  # fmt: skip
+
+
+def _of_file(material: Material, origin: str | None) -> Isentropes:
+    table, reference = read_equation(Path(origin or ".") / str(material.file)), material.reference_density
+    assert reference is not None  # the schema asks for it
+    low, high = table.density[0], table.density[-1]
+    if not low <= reference <= high:
+        raise ValueError(f"the reference_density of {material.name} is outside the densities of its file")
+    coldest = table.coldest(reference)
+    hottest = material.hottest or table.hottest(reference) - coldest
+    least = max(low, _STRETCHED * reference) if material.tension else low
+    scale = hottest / 100  # labels are densest below
+    return isentropes(
+        material.name, table.function(material.tension), reference, scale, (least, high), hottest, coldest
+    )
