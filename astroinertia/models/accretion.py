@@ -154,8 +154,9 @@ def _without(problem: sph.Problem, state: State, taken: Array) -> tuple[State, A
     work = -0.5 * float(mass @ (velocity**2).sum(axis=1))
     heating = 0.0
     if "pressure" in problem.effect_names:
-        fluid, eos = state.rates.fluid, problem.equation_of_state
-        heating = -float(mass @ eos.internal_energy(np, fluid.density[taken], state.entropy[taken]))
+        eos = sph.matter(problem, None if state.material is None else state.material[taken])
+        density = state.rates.fluid.density[taken]
+        heating = -float(mass @ eos.internal_energy(np, density, state.entropy[taken]))
     ledger = after_removal(state.ledger, lost, problem.effect_names.index("sinks"), work, heating)
     stays = np.ones(count, bool)
     stays[taken] = False
