@@ -284,7 +284,7 @@ def _motion(scene: Scene) -> list[Line]:
         lines.append(Line("velocity", "linear in position", "velocity_gradient"))
     spin: Any = body if body.kind == "rotating_star" else body.rotation
     if spin is None:
-        return [*lines, Line("rotation", "none")]
+        return lines if body.kind == "profile" else [*lines, Line("rotation", "none")]
     dimensions = {
         "rate": "angular_velocity",
         "period": "time",
