@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import root_scalar
 
-from astroinertia.bodies.rotation_laws import RIGID, RotationLaw
+from astroinertia.bodies.rotation_laws import RIGID, Law
 from astroinertia.bodies.scf import Field, Resolution, check_field, solve_field
 from astroinertia.bodies.scf_matter import Matter
 from astroinertia.bodies.scf_mesh import even_legendre
@@ -84,7 +84,7 @@ class RotatingStar:
         return math.sqrt(self.field.rate_squared * self.gravitational_constant * self.max_density)
 
     @property
-    def rotation_law(self) -> RotationLaw:
+    def rotation_law(self) -> Law:
         """The law with its scale in the star's unit of length."""
         return self.field.law.scaled(self.equatorial_radius)
 
@@ -229,7 +229,7 @@ class RotatingStar:
 def rotating_star(
     matter: Matter,
     axis_ratio: float,
-    law: RotationLaw = RIGID,
+    law: Law = RIGID,
     mass: float = 1.0,
     equatorial_radius: float = 1.0,
     gravitational_constant: float = 1.0,
@@ -253,7 +253,7 @@ def rotating_star(
     return RotatingStar(field, mass, radius, gravitational_constant)
 
 
-def _field(matter: Matter, axis_ratio: float, law: RotationLaw, resolution: Resolution | None) -> Field:
+def _field(matter: Matter, axis_ratio: float, law: Law, resolution: Resolution | None) -> Field:
     choices = RESOLUTIONS if resolution is None else (resolution,)
     field = solve_field(matter, axis_ratio, law, choices[0])
     fine = field.resolved and RotatingStar(field).virial_error < _VIRIAL_ERROR / 10
@@ -263,7 +263,7 @@ def _field(matter: Matter, axis_ratio: float, law: RotationLaw, resolution: Reso
 
 
 def end_of_sequence(
-    matter: Matter, law: RotationLaw = RIGID, resolution: Resolution | None = None, **units: float
+    matter: Matter, law: Law = RIGID, resolution: Resolution | None = None, **units: float
 ) -> RotatingStar:
     """Return the flattest star of a sequence: at mass shedding (keplerian_fraction 1 to 1e-8), or before it is torn.
 
@@ -275,7 +275,7 @@ def end_of_sequence(
 
 
 def rotating_star_with(
-    quantity: str, value: float, matter: Matter, law: RotationLaw = RIGID, resolution: Resolution | None = None,
+    quantity: str, value: float, matter: Matter, law: Law = RIGID, resolution: Resolution | None = None,
     **units: float,
 ) -> RotatingStar:  # fmt: skip
     """Return the first star, from rest on, of which a property has a value, as ("rotational_to_gravitational", 0.1).
@@ -305,7 +305,7 @@ def rotating_star_with(
 
 
 def _march(
-    excess: Callable[[RotatingStar], float], matter: Matter, law: RotationLaw, resolution: Resolution | None,
+    excess: Callable[[RotatingStar], float], matter: Matter, law: Law, resolution: Resolution | None,
     units: dict[str, float],
 ) -> tuple[RotatingStar, tuple[float, float] | None, str]:  # fmt: skip
     """Follow a sequence until `excess` is positive or it ends: the last star, axis ratios about the root, and why."""

@@ -9,10 +9,37 @@ Source: Hachisu 1986, ApJS 61, 479, eqs. 11-13; Eriguchi & Mueller 1985, A&A 146
 
 import math
 from dataclasses import dataclass
+from typing import Any, Protocol, Self
 
 import numpy as np
 
 LAWS = ("rigid", "j_constant", "v_constant")
+
+
+class Law(Protocol):
+    """What is asked of a rotation law; lengths are in the unit of its scale."""
+
+    @property
+    def kind(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def scale(self) -> float | None:
+        """The length over which it falls off, where one number says it."""
+        ...
+
+    def rate(self, w: Any) -> np.ndarray:
+        """Omega/Omega_0 at distance w from the axis."""
+        ...
+
+    def potential(self, w: Any) -> np.ndarray:
+        """Integral from 0 to w of (Omega/Omega_0)^2 w dw."""
+        ...
+
+    def scaled(self, length: float) -> Self:
+        """The law with its lengths times `length`."""
+        ...
 
 
 @dataclass(frozen=True)

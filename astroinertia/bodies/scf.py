@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from astroinertia.bodies.anderson import Anderson
-from astroinertia.bodies.rotation_laws import RIGID, RotationLaw
+from astroinertia.bodies.rotation_laws import RIGID, Law
 from astroinertia.bodies.scf_matter import Matter
 from astroinertia.bodies.scf_mesh import Mesh, build_mesh, even_legendre
 from astroinertia.errors import NumericalError
@@ -55,7 +55,7 @@ class Field:
     """
 
     matter: Matter
-    law: RotationLaw
+    law: Law
     axis_ratio: float
     mesh: Mesh
     moments: np.ndarray
@@ -103,19 +103,21 @@ class _Balance:
 def solve_field(
     matter: Matter,
     axis_ratio: float,
-    law: RotationLaw = RIGID,
+    law: Law = RIGID,
     resolution: Resolution = Resolution(),
+    begin: np.ndarray | None = None,
 ) -> Field:
     """Return the field of the body with polar/equatorial radius `axis_ratio` in (0, 1], or a ring for (-1, 0).
 
-    A ring has -axis_ratio = inner/outer radius (Hachisu's sign). The scale of the law is in equatorial radii.
+    A ring has -axis_ratio = inner/outer radius (Hachisu's sign). The scale of the law is in equatorial radii. begin:
+    moments of a body of the same axis ratio and resolution that is like this one, to begin with.
     NumericalError where the iteration does not converge; whether what converged is a body, check_field says.
     Test: tests/unit/test_scf.py.
     """
     if not -1 < axis_ratio <= 1 or axis_ratio == 0:
         raise ValueError(f"the axis ratio must lie in (0, 1], or in (-1, 0) for a ring, not {axis_ratio!r}")
     solver = _Solver(matter, float(axis_ratio), law, resolution)
-    moments = solver.moments(*solver.guessed())
+    moments = solver.moments(*solver.guessed()) if begin is None else begin
     mixed = Anderson(_HISTORY)
     for iteration in range(1, _MOST_ITERATIONS + 1):
         balance = solver.balance(moments)
@@ -134,7 +136,7 @@ def solve_field(
 class _Solver:
     """One body being sought: its mesh, the angles, and the steps of an iteration."""
 
-    def __init__(self, matter: Matter, axis_ratio: float, law: RotationLaw, resolution: Resolution) -> None:
+    def __init__(self, matter: Matter, axis_ratio: float, law: Law, resolution: Resolution) -> None:
         self.matter, self.law, self.degree = matter, law, resolution.degree
         self.ring = axis_ratio < 0
         self.edge = abs(axis_ratio)

@@ -18,12 +18,12 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from astroinertia import cache
-from astroinertia.bodies.rotation_laws import RotationLaw
+from astroinertia.bodies.rotation_laws import Law
 from astroinertia.errors import NumericalError
 from astroinertia.integrate.leapfrog import State
 from astroinertia.models import sph
 from astroinertia.models.sph import Problem
-from astroinertia.sph.rotation import rotation_velocity
+from astroinertia.sph.rotation import law_of, rotation_velocity
 
 _COURANT = 0.8  # of h/(c + sqrt(h |a|)); twice as much is unstable
 _MOST_INERTIA = 0.9  # share of a move that is kept for the next
@@ -34,7 +34,7 @@ _VERSION = 2  # part of the cache key: raise it when the outcome changes
 
 @dataclass(frozen=True)
 class Rotation:
-    """Rotation to be in equilibrium with: one measure (as in sph.rotation), its value, and the law with its scale.
+    """Rotation to be in equilibrium with: one measure, its value, and the law with its scale (as in sph.rotation).
 
     Beyond `edge` from the axis the specific angular momentum is constant: a particle that pressure throws out of a fast
     star comes back, while with the law itself centrifugal force would carry it away for ever.
@@ -44,7 +44,7 @@ class Rotation:
     value: float
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     scale: float | None = None
-    law: str = "rigid"
+    law: str | Law = "rigid"
     edge: float | None = None
 
 
@@ -230,7 +230,7 @@ def _rotation(problem: Problem, state: State, centre: np.ndarray, rotation: Rota
     outwards = x - (x @ axis)[:, None] * axis
     squared = (outwards**2).sum(axis=1)
     rates = np.sqrt((velocity**2).sum(axis=1) / np.maximum(squared, 1e-300))
-    on_axis = rates / RotationLaw(rotation.law, rotation.scale).rate(np.sqrt(squared))  # of the half within the edge
+    on_axis = rates / law_of(rotation.law, rotation.scale).rate(np.sqrt(squared))  # of the half within the edge
     return velocity, float(np.median(on_axis)), rates[:, None] ** 2 * outwards
 
 

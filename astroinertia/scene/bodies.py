@@ -36,6 +36,8 @@ _Row = tuple[VelocityGradient, VelocityGradient, VelocityGradient]
 GradientMatrix = Annotated[tuple[_Row, _Row, _Row], BeforeValidator(as_tuple)]
 Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]
 Law = Literal["rigid", "j_constant", "v_constant"]
+StarLaw = Literal["rigid", "j_constant", "v_constant", "maclaurin"]
+_SCALED = ("j_constant", "v_constant")
 
 
 def _exactly_one(part: Part, *names: str) -> None:
@@ -46,9 +48,9 @@ def _exactly_one(part: Part, *names: str) -> None:
 
 
 def _law_with_scale(part: Any) -> None:
-    if part.law != "rigid" and part.scale is None:
+    if part.law in _SCALED and part.scale is None:
         raise ValueError(f"needs a scale, for its law is {part.law}.")
-    if part.law == "rigid" and part.scale is not None:
+    if part.law not in _SCALED and part.scale is not None:
         raise ValueError("has a scale, which only the laws j_constant and v_constant use.")
 
 
@@ -225,8 +227,13 @@ class RotatingStarBody(Body):
     mass: Mass = Field(description="total mass")
     radius: Length = Field(description="equatorial radius of a rotating_star")
     index: Annotated[float, Field(gt=0.0, le=4.5)] = Field(description="polytropic index n: P ~ rho^(1 + 1/n)")
-    law: Law = Field(default="rigid", description="rotation law, as in body.rotation")
+    law: StarLaw = Field(
+        default="rigid",
+        description="rotation law, as in body.rotation; or maclaurin: rings of equal mass have the angular momentum "
+        "that those of a Maclaurin spheroid have",
+    )
     scale: Length | None = Field(default=None, description="length over which a law that is not rigid falls off")
+    perturbation: Perturbation | None = Field(default=None, description="a density that is uneven about the z axis")
     axis_ratio: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
         default=None, description="polar over equatorial radius; or give t_over_w, rate or angular_momentum"
     )

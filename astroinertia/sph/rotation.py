@@ -1,6 +1,6 @@
 """Initial velocity fields: rotation laws with one given measure of the amount of rotation, and linear flows.
 
-The laws are those of bodies/rotation_laws.py: rigid, j_constant and v_constant.
+The laws are those of bodies/rotation_laws.py, rigid, j_constant and v_constant, and any that answers like them.
 
 All functions take arrays in code units with the centre of mass at the origin. Tests: tests/unit/test_initial.py.
 """
@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from astroinertia.bodies.rotation_laws import RotationLaw
+from astroinertia.bodies.rotation_laws import Law, RotationLaw
 
 MEASURES = ("rate", "period", "angular_momentum", "t_over_w")
 
@@ -17,7 +17,7 @@ MEASURES = ("rate", "period", "angular_momentum", "t_over_w")
 def rotation_velocity(
     mass: np.ndarray,
     position: np.ndarray,
-    law: str = "rigid",
+    law: str | Law = "rigid",
     axis=(0.0, 0.0, 1.0),
     scale: float | None = None,
     gravitational_energy: float | None = None,
@@ -27,8 +27,9 @@ def rotation_velocity(
     """Return velocities (N, 3) that rotate about an axis through the origin.
 
     Exactly one of `rate` (on the axis), `period` (2 pi over it), `angular_momentum` (along the axis) and `t_over_w`
-    (which needs gravitational_energy) is given; the last two hold for these particles to round-off. `scale` is A of
-    a law that is not rigid; beyond `edge` from the axis the specific angular momentum stays what it is there.
+    (which needs gravitational_energy) is given; the last two hold for these particles to round-off. `law` is a kind of
+    law, with its `scale` A where it is not rigid, or a law itself; beyond `edge` from the axis the specific angular
+    momentum stays what it is there.
     ValueError where these contradict.
     """
     if len(measure) != 1 or next(iter(measure)) not in MEASURES:
@@ -40,11 +41,16 @@ def rotation_velocity(
     unit = np.cross(axis / length, position)  # velocity for rate 1, rigid
     w = np.linalg.norm(unit, axis=1)
     if edge is None:
-        unit = unit * RotationLaw(law, scale).rate(w)[:, None]
+        unit = unit * law_of(law, scale).rate(w)[:, None]
     else:
         inside = np.minimum(w, edge)
-        unit = unit * (RotationLaw(law, scale).rate(inside) * (inside / np.maximum(w, 1e-300)) ** 2)[:, None]
+        unit = unit * (law_of(law, scale).rate(inside) * (inside / np.maximum(w, 1e-300)) ** 2)[:, None]
     return unit * _rate(name, value, mass, position, unit, axis / length, gravitational_energy)
+
+
+def law_of(law: str | Law, scale: float | None) -> Law:
+    """The law itself, of a kind and its scale or as it is."""
+    return RotationLaw(law, scale) if isinstance(law, str) else law
 
 
 def _rate(name, value, mass, position, unit, axis, gravitational_energy) -> float:

@@ -78,9 +78,10 @@ def _placed(scene: Scene, units: CodeUnits, ball: Any, problem: Problem, listene
             velocity = rotation_flow(scene, units, ball, mass, position)
             if ball.shells is not None and body.rotation is None:
                 velocity = shellular_rotation(ball.shells, where, position, body.rotation_factor, units)
-        if (uneven := body.perturbation) is not None:  # what turns about z turns as before
-            angle = azimuthal_mode(position, uneven.mode, uneven.amplitude)
-            position, velocity = turned(position, angle), turned(velocity, angle)
+    velocity = velocity - mass @ velocity / mass.sum()  # differential rotation makes a push of the placement's noise
+    if (uneven := body.perturbation) is not None:  # what turns about z turns as before
+        angle = azimuthal_mode(position, uneven.mode, uneven.amplitude)
+        position, velocity = turned(position, angle), turned(velocity, angle)
     velocity = velocity + linear_flow(scene, units, position)
     if body.specific_internal_energy is not None and fluid.thermal:
         energy = units.to_code(body.specific_internal_energy, "specific_energy")
@@ -100,13 +101,11 @@ def _placed_star(
     star, law = ball.star, ball.star.rotation_law
     exact = mapped(star, ball.profile.enclosed(np.linalg.norm(unit_sphere, axis=1)), unit_sphere)
     if not settles:
-        spin = rotation_velocity(mass, exact, law.kind, scale=law.scale, angular_momentum=star.angular_momentum)
+        spin = rotation_velocity(mass, exact, law, angular_momentum=star.angular_momentum)
         return exact, exact, spin
     gamma = max(1 + 1 / body.index, _STABLE_GAMMA)
     pressure, density = ball.hydrostatic(exact)
-    rotation = relaxation.Rotation(
-        "angular_momentum", star.angular_momentum, scale=law.scale, law=law.kind, edge=star.equatorial_radius
-    )
+    rotation = relaxation.Rotation("angular_momentum", star.angular_momentum, law=law, edge=star.equatorial_radius)
     return exact, *_settled(problem, mass, exact, gamma, pressure / density**gamma, rotation, None, listener)
 
 

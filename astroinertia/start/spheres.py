@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.bodies.maclaurin_momentum import maclaurin_momentum_star_with
 from astroinertia.bodies.rotating_star import RotatingStar, rotating_star, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.bodies.scf_matter import polytropic_matter
@@ -158,7 +159,7 @@ def _rotating_star(body: Any, units: CodeUnits, mass: float, radius: float) -> R
     ((quantity, value),) = ((name, value) for name, value in wanted.items() if value is not None)
     scale = None if body.scale is None else units.to_code(body.scale, "length") / radius
     try:
-        unit_star = _unit_star(body.index, RotationLaw(body.law, scale), quantity, value)
+        unit_star = _unit_star(body.index, body.law, scale, quantity, value)
     except (ValueError, NumericalError) as error:
         units_told = " (in units of its mass, equatorial radius and G)" if quantity.startswith("angular") else ""
         raise SceneError(f"[body] {error}{units_told}.") from None
@@ -166,8 +167,12 @@ def _rotating_star(body: Any, units: CodeUnits, mass: float, radius: float) -> R
 
 
 @lru_cache(maxsize=8)
-def _unit_star(index: float, law: RotationLaw, quantity: str, value: float) -> RotatingStar:
+def _unit_star(index: float, kind: str, scale: float | None, quantity: str, value: float) -> RotatingStar:
     matter = polytropic_matter(index)
+    if kind == "maclaurin":
+        increasing = ("flattening", 1 - value) if quantity == "axis_ratio" else (quantity, value)
+        return maclaurin_momentum_star_with(*increasing, matter)
+    law = RotationLaw(kind, scale)
     if quantity == "axis_ratio":
         return rotating_star(matter, value, law)
     return rotating_star_with(quantity, value, matter, law)
