@@ -95,7 +95,7 @@ def density(kernel, position, mass, eta, softening=True):
 class BruteEngine:
     """An engine made of the sums above, for a few hundred particles."""
 
-    name, xp, precision = "brute", np, "float64"
+    name, xp, precision, bounded = "brute", np, "float64", True
 
     def arrange(self, position, smoothing_length):
         return np.arange(len(position)), None

@@ -61,7 +61,9 @@ CATALOGUE: Mapping[str, Entry] = {
         "artificial viscosity, which captures shocks",
         {
             "alpha_max": positive("dimensionless", 1.0, "linear coefficient in a shock"),
-            "alpha_min": not_negative("dimensionless", 0.0, "linear coefficient far from shocks"),
+            "alpha_min": not_negative(
+                "dimensionless", 0.0, "linear coefficient far from shocks, which damps noise; limiters leave it"
+            ),
             "beta": not_negative("dimensionless", 4.0, "quadratic coefficient, as a multiple of the linear one"),
             "decay_length": positive("dimensionless", 10.0, "smoothing lengths over which the coefficient decays"),
             "switch": Option(

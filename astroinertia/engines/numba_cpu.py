@@ -85,6 +85,7 @@ class Engine:
     precision: str = "float64"
     threads: int | None = None
     name = "numba_cpu"
+    bounded = True  # matter comes to an end somewhere
     xp = np
 
     def __post_init__(self) -> None:
@@ -95,6 +96,10 @@ class Engine:
     def workers(self) -> int:
         """Number of threads."""
         return self.threads or available_threads()
+
+    def with_threads(self, threads: int | None) -> "Engine":
+        """The same on another number of threads."""
+        return replace(self, threads=threads)
 
     def arrange(self, position: Any, smoothing_length: Any) -> tuple[np.ndarray, Arrangement]:
         """Sort particles into leaves: order (N,), and the arrangement of position[order]."""
@@ -127,6 +132,17 @@ class Engine:
         chosen = _targets(arrangement, targets)
         lists = self._lists(arrangement, chosen, kernel, _array(position), LISTED * _array(smoothing_length))
         return replace(arrangement, lists=lists)
+
+    def near(self, arrangement: Arrangement, kernel: str, position: Any, reach: Any, members: Any) -> np.ndarray:
+        """Particles that may be within reach of the members, or these of them, (N,) bool.
+
+        reach: in units of the kernel's support, (N,); members: ascending indices.
+        """
+        lists = self.listed(arrangement, kernel, position, reach, members).lists
+        near = np.zeros(len(position), bool)
+        for leaf in lists.targets.leaves:
+            near[lists.pool[lists.offset[leaf] : lists.offset[leaf] + lists.count[leaf]]] = True
+        return near
 
     def density(
         self,

@@ -44,6 +44,7 @@ class Engine:
     pairs_in_chunk: int | None = None
 
     name: ClassVar[str] = "xla"
+    bounded: ClassVar[bool] = True
     xp: ClassVar[Any] = jnp
 
     def __post_init__(self) -> None:

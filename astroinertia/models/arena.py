@@ -38,7 +38,7 @@ def part_of(flow: Flow, depth: int) -> Flow:
     inner = rows["rung"] >= depth
     chosen = np.flatnonzero(inner | _around(flow, inner, flow.clock.base / 2.0**depth))
     threads = 1 if len(chosen) < ALONE else engine.threads
-    problem = replace(flow.problem, engine=replace(engine, threads=threads))
+    problem = replace(flow.problem, engine=engine.with_threads(threads))
     taken = {name: array[chosen] for name, array in rows.items()} | {"home": chosen}
     pairs = problem.engine.subset(flow.arrangement.pairs, chosen, taken["smoothing_length"])
     return replace(flow, problem=problem, arrangement=Arrangement(pairs, {}), rows=taken, whole=False, pairs=None)
@@ -64,8 +64,4 @@ def _around(flow: Flow, inner: Array, dt: float) -> Array:
     middle = rows["velocity"][members].mean(axis=0)
     apart = np.sqrt(np.square(rows["velocity"] - middle).sum(axis=1))
     reach = GROWTH * rows["smoothing_length"] + dt * (apart + apart[members].max())
-    lists = engine.listed(flow.arrangement.pairs, kernel, rows["position"], reach, members).lists
-    near = np.zeros(flow.count, bool)
-    for leaf in lists.targets.leaves:
-        near[lists.pool[lists.offset[leaf] : lists.offset[leaf] + lists.count[leaf]]] = True
-    return near
+    return engine.near(flow.arrangement.pairs, kernel, rows["position"], reach, members)

@@ -20,6 +20,11 @@ STEPS_BETWEEN_SORTS = 16
 # A step so much shorter than the run is no longer an evolution in time.
 SMALLEST_STEP = 1e-13
 
+IN_A_BOX = dict.fromkeys(
+    ("virial_tensor", "virial_mismatch", "torque", "inertia_acceleration", "gw_strain_plus", "gw_strain_cross"),
+    "the matter of a periodic box has no place of its own, from which moments of forces could be taken",
+)
+
 Between = Callable[[sph.Problem, Any, State], tuple[State, Any]]
 BaseStep = Callable[[sph.Problem, Any, State, float], tuple[State, Any, Any]]
 
@@ -32,7 +37,6 @@ class Particles:
     models.accretion.step where there are sinks.
     """
 
-    absent: ClassVar[Mapping[str, str]] = {}
     approximation: ClassVar[str] = "particles: converges to the fluid with their number"
     meets_times: ClassVar[bool] = False
 
@@ -50,6 +54,11 @@ class Particles:
         self.effects, self.base_step, self.note = problem.effect_names, base_step, ""
         self.regions, self.between = regions, between
         self._step = jax.jit(sph.step) if problem.engine.name == "xla" else sph.step
+
+    @property
+    def absent(self) -> Mapping[str, str]:
+        """Quantities that have no meaning in a periodic box; elsewhere there is none."""
+        return {} if self.problem.engine.bounded else IN_A_BOX
 
     @property
     def time(self) -> float:

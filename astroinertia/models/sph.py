@@ -258,8 +258,13 @@ def add_sums(sums: dict[str, dict[str, Array]], more: dict[str, dict[str, Array]
 
 
 def virial_tensors(problem: Problem, arrangement: Any, fluid: Fluid) -> dict[str, Array]:
-    """V_e of every effect by its own route, (3, 3): in the pair loop, or from the effect's closed form."""
+    """V_e of every effect by its own route, (3, 3): in the pair loop, or from the effect's closed form.
+
+    NaN in a periodic box, whose matter has no place of its own.
+    """
     xp = problem.engine.xp
+    if not problem.engine.bounded:
+        return {effect.kind: xp.full((3, 3), xp.nan) for effect in problem.effects}
     sums = pair_sums(problem, arrangement, fluid, fluid.sums, virial=True)
     tensors = {}
     for effect in problem.effects:

@@ -16,6 +16,7 @@ from astroinertia.plots.profiles import profiles_figure
 from astroinertia.plots.scales import angular_momentum_scale, known, wave_scale
 from astroinertia.plots.shape import shape_figure
 from astroinertia.plots.spin import spin_figure
+from astroinertia.plots.standard import standard_figure
 from astroinertia.plots.style import save
 from astroinertia.plots.summary import summary
 from astroinertia.plots.waves import waves_figure
@@ -58,6 +59,8 @@ def write_all(dataset: xr.Dataset, folder: Path | str, snapshots: xr.Dataset | N
     snapshots = dataset.inertia.snapshots if snapshots is None else snapshots
     if snapshots is not None:
         written.append(save(density_figure(dataset, snapshots), folder / "density.png"))
+        figure = standard_figure(dataset, snapshots)
+        written += [] if figure is None else [save(figure, folder / "exact.png")]
     return written
 
 

@@ -350,6 +350,25 @@ class ProfileBody(_Stretched):
         return self
 
 
+class StandardBody(Body):
+    """The gas of a problem with a known solution, on which hydrodynamics is tested (code units)."""
+
+    kind: Literal["standard"]
+    problem: Literal["sod", "strong_tube", "sedov", "noh", "gresho", "kelvin_helmholtz", "square", "keplerian_disc"] = (
+        Field(description="which problem")
+    )
+    particles: Count | None = Field(default=None, description="number of particles, about: lattices have their own")
+    relax: bool = Field(default=False, description="settle the particles to equilibrium before the start")
+
+    @model_validator(mode="after")
+    def _has_its_own_state(self) -> Self:
+        own = ("specific_internal_energy", "entropy", "pressure_fraction", "velocity_gradient", "rotation", "change")
+        given = [name for name in own if getattr(self, name) is not None] + ["relax"] * self.relax
+        if given:
+            raise ValueError(f"has {given[0]}, but a standard problem has a state of its own.")
+        return self
+
+
 AnyBody = Annotated[
     PolytropeBody
     | UniformBody
@@ -359,6 +378,7 @@ AnyBody = Annotated[
     | LayeredBody
     | RigidBody
     | TableBody
-    | ProfileBody,
+    | ProfileBody
+    | StandardBody,
     Field(discriminator="kind"),
 ]

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, REQUIRED, Option
-from astroinertia.scene import bodies, companions, places, regions, schema
+from astroinertia.scene import bodies, box, companions, places, regions, schema
 from astroinertia.scene.load import KINDS
 from astroinertia.scene.quantities import Quantity
 from astroinertia.scene.text import toml_value
@@ -50,6 +50,7 @@ ABSENT: dict[str, type[BaseModel]] = {
     "[orbit]": places.Orbit,
     "[[companions]]": companions.Companion,
     "[orbits]": companions.Orbits,
+    "[box]": box.Box,
 }
 LISTED = ("gravity", "pressure", "viscosity")
 SUBTABLES = ("rotation", "change", "perturbation")
@@ -79,6 +80,8 @@ SUGGESTED: dict[str, Any] = {
     "factors": [0.5, 0.3],
     "name": "moon",
     "position": ["384400 km", "0 km", "0 km"],
+    "problem": "sod",
+    "lengths": ["2 m", "1 m", "1 m"],
     "velocity": ["0 km/s", "1 km/s", "0 km/s"],
     "archive": "orbits.bin",
     "mode": 2,

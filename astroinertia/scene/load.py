@@ -89,6 +89,8 @@ def _validated(tables: dict[str, Any], text: str, overrides: tuple[str, ...], or
         raise Problem(("effects",), " is missing (a table for each effect called for, such as [effects.gravity]).")
     effects = effect_options(tables["effects"], code)
     _check_model(tables.get("model", "sph"), effects)
+    if "box" in tables:
+        _check_box(effects)
     context = {"code": code, "gamma_thermal": _thermal_exponent(tables.get("equation_of_state"))}
     record = {"effects": effects, "source": text, "overrides": overrides, "origin": origin} | _first_of(tables)
     try:
@@ -116,6 +118,15 @@ def _check_model(model: Any, effects: dict[str, Any]) -> None:
             has = ", ".join(name for name, other in CATALOGUE.items() if model in other.models)
             raise Problem(
                 ("effects", kind), f" belongs to the model {' or '.join(entry.models)}; {model} has {has}.", table=True
+            )
+
+
+def _check_box(effects: dict[str, Any]) -> None:
+    for kind in effects:
+        if CATALOGUE[kind].cost != "neighbours":
+            has = ", ".join(name for name, other in CATALOGUE.items() if other.cost == "neighbours")
+            raise Problem(
+                ("effects", kind), f" cannot act in a periodic box, where only neighbours do: {has}.", table=True
             )
 
 

@@ -86,7 +86,7 @@ def code_units(scene: Scene) -> CodeUnits:
     if isinstance(scene.units, Units):
         return CodeUnits(scene.units.mass, scene.units.length)
     body = scene.body
-    assert body.kind != "table"  # the schema asks for [units] there
+    assert body.kind not in ("table", "standard")  # the schema asks for [units] there
     if body.kind == "rigid" and body.radius is None:
         assert body.moments is not None
         return CodeUnits(body.mass, math.sqrt(max(body.moments) / body.mass))
@@ -133,6 +133,8 @@ def plan(scene: Scene) -> Plan:
         sections["regions"] = tuple(Line(name, text) for name, text in regions_told(scene).items())
     if scene.companions:
         sections["companions"] = _companions(scene)
+    if scene.box is not None:
+        sections["box"] = (Line(*scene.box.told(lambda length: _shown(scene, length, "length"))),)
     sections |= {"model and numerics": _numerics(scene), "time and output": _time(scene)}
     if scene.model == "sph" and (found := resolved(scene, *smoothing(scene), code_units(scene).gravitational_constant)):
         sections["resolution"] = tuple(Line(*each) for each in found)
@@ -168,6 +170,8 @@ def _body(scene: Scene) -> tuple[Line, ...]:
         lines = _rigid_body(scene, body)
     elif body.kind == "layered":
         lines = _layers(scene, body)
+    elif body.kind == "standard":
+        lines = [Line("problem", body.problem), Line("particles", f"about {body.particles}", "on lattices")]
     else:
         lines = _sphere(scene, body)
     return (*lines, *_thermal(scene), *_motion(scene), *_change(scene), *(Line(*each) for each in placed))

@@ -9,7 +9,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from astroinertia.scene import box as boxes
 from astroinertia.scene.bodies import AnyBody
+from astroinertia.scene.box import Box
 from astroinertia.scene.companions import MOST_COMPANIONS, Companion, Orbits, check_names
 from astroinertia.scene.fluids import AnyEquationOfState, Part, as_tuple
 from astroinertia.scene.places import MOST_BODIES, Orbit
@@ -144,6 +146,7 @@ class Scene(Part):
         default=(), description="other bodies, as point masses on orbits"
     )
     orbits: Orbits = Field(default_factory=Orbits)
+    box: Box | None = Field(default=None, description="a periodic box (model sph)")
     effects: dict[str, dict[str, Any]] = Field(description="kind of each effect called for, with all its options")
     regions: Annotated[dict[Annotated[str, Field(pattern=REGION_NAME)], Region], Field(max_length=MOST_REGIONS)] = (
         Field(default_factory=dict, description="parts of the body with books of their own, by name")
@@ -247,9 +250,39 @@ class Scene(Part):
             raise ValueError(f"[body] of the kind table is for the models sph and rigid, not for {model}.")
         if model != "sph" and getattr(body, "perturbation", None) is not None:
             raise ValueError(f"[body.perturbation] needs particles: model sph, not {model}.")
+        for each in self.bodies or (body,):
+            if each.kind == "standard":
+                self._is_a_standard_problem(each.problem)
         if body.change is not None and model not in ("rigid", "scaling"):
             raise ValueError(
                 f"[body.change] prescribes a size, for the models rigid and scaling; {model} works it out."
             )
+        if self.box is not None:
+            self._can_be_in_a_box()
         if model != "sph" and self.output.series_steps is not None:
             raise ValueError("[output] series_steps counts the steps of particles; give series_every.")
+
+    def _is_a_standard_problem(self, problem: str) -> None:
+        if self.model != "sph" or self.bodies:
+            raise ValueError("[body] of the kind standard is for the model sph, and alone.")
+        if not self.dimensionless:
+            raise ValueError('[body] of the kind standard needs a scene in code units: units = "code".')
+        if self.equation_of_state is None or self.equation_of_state.kind != "ideal":
+            raise ValueError("[body] of the kind standard needs an equation_of_state of the kind ideal.")
+        without = problem in boxes.UNBOXED
+        if without != (self.box is None) or (self.box is not None and not all(self.box.repeats)):
+            needs = "ends by itself and has no box" if without else "fills a box that is periodic along all axes"
+            raise ValueError(f"[body] the problem {problem} {needs}.")
+
+    def _can_be_in_a_box(self) -> None:
+        if self.model != "sph":
+            raise ValueError(f"[box] is for the model sph, not for {self.model}.")
+        if self.numerics.engine != "numba_cpu":
+            raise ValueError(f"[box] needs the engine numba_cpu; {self.numerics.engine} sees no images of particles.")
+        for body in self.bodies or (self.body,):
+            if body.kind not in boxes.BODIES:
+                raise ValueError(f"[box] is for bodies of the kinds {' and '.join(boxes.BODIES)}, not {body.kind}.")
+        if self.regions:
+            raise ValueError("[box] cannot have regions, whose books are about places.")
+        if self.companions:
+            raise ValueError("[box] cannot have companions, whose attraction has no end.")

@@ -1,5 +1,6 @@
 """The body of a scene as particles: placed, at its temperature, turning, settled where it is asked for (code units)."""
 
+import importlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -57,6 +58,8 @@ def particles(scene: Scene, units: CodeUnits, ball: Any, problem: Problem, liste
 def _placed(scene: Scene, units: CodeUnits, ball: Any, problem: Problem, listener: Any) -> Particles:
     body: Any = scene.body
     fluid = problem.equation_of_state
+    if body.kind == "standard":
+        return _standard(scene, fluid)
     if ball is None:
         return _table(scene, units, fluid)
     mass = np.full(body.particles, ball.mass / body.particles)
@@ -194,3 +197,12 @@ def _table(scene: Scene, units: CodeUnits, fluid: Any) -> Particles:
     if energy is not None and fluid.thermal:
         return Particles(mass, position, velocity, None, units.to_code(energy, "specific_energy"))
     return Particles(mass, position, velocity, entropies(scene, units, None, fluid, np.zeros_like(mass)), None)
+
+
+def _standard(scene: Scene, fluid: Any) -> Particles:
+    # Only the problem that is asked for is imported; such scenes are in code units.
+    body: Any = scene.body
+    module = importlib.import_module("astroinertia.standard.matter")
+    lengths = np.full(3, np.inf) if scene.box is None else np.array(scene.box.lengths)
+    matter = module.standard(body.problem).place(body.particles, lengths, fluid.gamma)
+    return Particles(matter.mass, matter.position, matter.velocity, None, matter.internal_energy)

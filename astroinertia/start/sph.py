@@ -3,6 +3,7 @@
 import importlib
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -53,10 +54,11 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     mass = np.full(_STENCIL, math.fsum(arrays[".mass"]) / _STENCIL)
     stencil = Body(mass, random[0], random[1], np.ones(_STENCIL), None)
     points, _ = companions.beside(scene, units, problem, stencil)
+    bare = replace(problem, engine=_bare(problem.engine))
     points |= sinks.beside(scene, problem, arrays[".mass"])
     several = len(getattr(problem.equation_of_state, "names", ())) > 1
     like, _ = initial_state(
-        problem, stencil.mass, stencil.position, stencil.velocity, stencil.entropy, points=points,
+        bare, stencil.mass, stencil.position, stencil.velocity, stencil.entropy, points=points,
         material=np.zeros(_STENCIL) if several else None,
     )  # fmt: skip
     regions = _regions(scene, units, problem)
@@ -84,7 +86,7 @@ def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tupl
         acceleration_factor=numerics.acceleration_factor,
         energy_factor=numerics.energy_factor,
         max_timestep=longest,
-        engine=engine_of(numerics.engine, numerics.precision, KERNELS[numerics.kernel]),
+        engine=_in_box(scene, units, engine_of(numerics.engine, numerics.precision, KERNELS[numerics.kernel])),
         kernel=numerics.kernel,
         smoothing_tolerance=numerics.smoothing_tolerance,
     )
@@ -97,6 +99,21 @@ def engine_of(name: str, precision: str, kernel: Kernel) -> Any:
     if name == "xla":
         return module.Engine(precision=precision, support=kernel.support)
     return module.Engine(precision=precision)
+
+
+def _in_box(scene: Scene, units: CodeUnits, engine: Any) -> Any:
+    # Without a box nothing is imported of images.
+    if scene.box is None:
+        return engine
+    box, support = scene.box, KERNELS[scene.numerics.kernel].support
+    lengths = units.to_code(np.array(box.lengths), "length")
+    module = importlib.import_module("astroinertia.engines.periodic")
+    return module.Engine(engine, tuple(np.where(box.repeats, lengths, np.inf).tolist()), support)
+
+
+def _bare(engine: Any) -> Any:
+    # The engine without its box: particles that only show a structure have no place in it.
+    return getattr(engine, "inner", engine)
 
 
 def base_step_of(scene: Scene) -> Any:

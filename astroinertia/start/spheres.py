@@ -102,9 +102,9 @@ def stretch(body: Any) -> np.ndarray:
 
 
 def sphere(scene: Scene, units: CodeUnits) -> Any:
-    """The Sphere (unstretched), Star or Planet of a scene's body; None for a particle table or a rigid body."""
+    """The Sphere (unstretched), Star or Planet of a scene's body; None for what is no such body."""
     body: Any = scene.body
-    if body.kind in ("table", "rigid"):
+    if body.kind in ("table", "rigid", "standard"):
         return None
     if body.kind == "profile":
         return _progenitor(scene, units)

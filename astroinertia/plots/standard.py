@@ -1,0 +1,54 @@
+"""A standard problem beside its exact flow: density, velocity and pressure at the end of the run."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from astroinertia.plots import style
+from astroinertia.scene import load
+from astroinertia.standard.matter import Solution, l1_errors, standard
+
+ALONG = {"sod": "x", "strong_tube": "x", "square": "x", "sedov": "r", "noh": "r", "gresho": "s"}
+LABELS = {"x": "x", "r": "distance from the centre", "s": "distance from the axis"}
+
+
+def standard_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure | None:
+    """Particles and the exact flow where they are, with the L1 errors; None for what has no exact flow."""
+    if "scene" not in dataset.attrs or "standard" not in dataset.attrs["scene"]:
+        return None
+    scene = load.loads(dataset.attrs["scene"])
+    if scene.body.kind != "standard" or scene.equation_of_state is None or scene.equation_of_state.kind != "ideal":
+        return None
+    problem, gamma = scene.body.problem, scene.equation_of_state.gamma
+    chosen = standard(problem)
+    if chosen.exact is None:
+        return None
+    lengths = np.full(3, np.inf) if scene.box is None else np.array(scene.box.lengths)
+    last = snapshots.isel(snapshot_time=-1).load()
+    time, position = float(last["snapshot_time"]), last["position"].transpose("particle", "i").values
+    velocity = last["velocity"].transpose("particle", "i").values
+    found = Solution(last["density"].values, velocity, last["pressure"].values)
+    exact, inside = chosen.exact(position, time, lengths, gamma), chosen.compared(position, time, lengths)
+    errors = l1_errors(found, exact, inside)
+    place = position - np.where(np.isfinite(lengths), lengths * np.round(position / lengths), 0.0)
+    where = _coordinate(ALONG[problem], place)[inside]
+    order = np.argsort(where)
+    with style.styled():
+        figure = style.begin(dataset, f"the exact flow at {time:.3g}", (11.0, 3.6))
+        for panel, (name, error) in zip(figure.subplots(1, 3), errors.items(), strict=True):
+            dots, line = (_size(getattr(flow, name)[inside]) for flow in (found, exact))
+            panel.plot(where, dots, ".", markersize=1.5, alpha=0.5, rasterized=True, label="particles")
+            panel.plot(where[order], line[order], "k-", linewidth=1.0, label="exact")
+            panel.set(xlabel=LABELS[ALONG[problem]], title=f"{name}, L1 {error:.2g}")
+        figure.axes[0].legend(fontsize=8)
+    return figure
+
+
+def _coordinate(kind: str, position: np.ndarray) -> np.ndarray:
+    if kind == "x":
+        return position[:, 0]
+    return np.linalg.norm(position if kind == "r" else position[:, :2], axis=1)
+
+
+def _size(values: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(values, axis=1) if values.ndim == 2 else values

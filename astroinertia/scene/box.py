@@ -1,0 +1,32 @@
+"""The periodic box that a scene may ask for, and what can be in one."""
+
+from collections.abc import Callable
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field
+
+from astroinertia.scene.fluids import Part, as_tuple
+from astroinertia.scene.quantities import Length
+
+Lengths = Annotated[tuple[Length, Length, Length], BeforeValidator(as_tuple)]
+BODIES = ("table", "standard")  # kinds that need not end before the box does
+UNBOXED = ("noh", "keplerian_disc")  # standard problems that end before a box would
+
+
+class Box(Part):
+    """A box that repeats itself for ever: what leaves through one face acts from beyond the opposite one."""
+
+    lengths: Lengths = Field(description="lengths of the box along x, y and z")
+    periodic: Annotated[str, Field(pattern=r"^x?y?z?$", min_length=1)] = Field(
+        default="xyz", description="axes along which it repeats itself; along the others there is no end"
+    )
+
+    @property
+    def repeats(self) -> tuple[bool, bool, bool]:
+        """Whether it repeats itself along x, y and z."""
+        return "x" in self.periodic, "y" in self.periodic, "z" in self.periodic
+
+    def told(self, shown: Callable[[float], str]) -> tuple[str, str, str]:
+        """What a plan says of it; `shown` writes a length."""
+        sides = " x ".join(shown(length) for length in self.lengths)
+        return "lengths", sides, f"repeats itself along {', '.join(self.periodic)}"

@@ -1,0 +1,216 @@
+"""Hydrodynamics on the problems that trusted codes are tested on: errors, orders of convergence, and SWIFT beside them.
+
+    python tests/benchmarks/standard_tests.py [--particles 1000 3000 10000] [--problems sod gresho] [--swift PROGRAM]
+
+Each row is kept in results/standard_tests.json as soon as it is measured and is not measured again; the table and the
+picture are then made of all rows there are. Scenes are those of sims/, with one set of options for all of them. With
+--swift the same particles are given to SWIFT (standard_swift.py), with the same kernel and number of neighbours.
+"""
+
+import argparse
+import json
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+from astroinertia.build import prepare
+from astroinertia.models.particles import Particles
+from astroinertia.scene import load
+from astroinertia.scene.schema import Scene
+from astroinertia.standard import kelvin_helmholtz, keplerian_disc
+from astroinertia.standard.matter import Standard, l1_errors, standard
+
+HERE = Path(__file__).parent
+SIMS = HERE.parent.parent / "sims"
+RESULTS = HERE / "results" / "standard_tests"
+# The figure that each problem is judged by: of the flow's L1 errors, or of its own measure.
+HEADLINE = {
+    "sod": "density",
+    "strong_tube": "density",
+    "sedov": "density",
+    "noh": "density",
+    "gresho": "velocity",
+    "kelvin_helmholtz": "amplitude",
+    "square": "velocity",
+    "keplerian_disc": "angular_momentum",
+}
+ROOM = {"sedov": 9.0}  # reaches of the kernel that SWIFT's box must have: those of the blown-out middle are wide
+SMALL = 1.0  # time until which the linear solution of the shear layers is compared with
+
+
+def scene_of(problem: str, particles: int, *settings: str) -> Scene:
+    """The scene of sims/ with so many particles."""
+    return load.load_file(SIMS / f"{problem}.toml", [f"body.particles={particles}", *settings])
+
+
+def lengths_of(scene: Scene) -> np.ndarray:
+    """Of the box; infinite without one."""
+    return np.full(3, np.inf) if scene.box is None else np.array(scene.box.lengths)
+
+
+def errors_of(problem: str, scene: Scene, flows: list[Any]) -> dict[str, float]:
+    """Errors of flows (time, position, velocity, density, pressure, mass, in one order) from the first to the last."""
+    chosen, lengths, gamma = standard(problem), lengths_of(scene), scene.equation_of_state.gamma  # type: ignore
+    first, last = flows[0], flows[-1]
+    if problem == "kelvin_helmholtz":
+        times = np.array([flow.time for flow in flows])
+        sizes = [kelvin_helmholtz.amplitude(f.position, f.velocity, f.mass / f.density) for f in flows]
+        exact, small = kelvin_helmholtz.exact_amplitude(times, gamma), times <= SMALL * (1 + 1e-9)
+        return {"amplitude": float(np.abs(sizes - exact)[small].mean() / exact[small].max())}
+    if problem == "keplerian_disc":
+        before, after = (keplerian_disc.angular_momentum(flow.position, flow.velocity) for flow in (first, last))
+        return {"angular_momentum": float(np.mean(np.abs(after - before) / before))}
+    exact = exact_of(chosen, last, lengths, gamma)
+    return l1_errors(last, exact, chosen.compared(last.position, last.time, lengths))
+
+
+def exact_of(chosen: Standard, flow: Any, lengths: np.ndarray, gamma: float) -> Any:
+    """The exact flow where the particles are."""
+    assert chosen.exact is not None
+    return chosen.exact(flow.position, flow.time, lengths, gamma)
+
+
+class Flow:
+    """Particles in the order in which they were placed."""
+
+    def __init__(self, body: Particles) -> None:
+        order, fluid = np.argsort(body.state.identity), body.state.rates.fluid
+        self.time = body.time
+        self.position, self.velocity, self.mass = (
+            getattr(body.state, name)[order] for name in ("position", "velocity", "mass")
+        )
+        self.density, self.pressure = fluid.density[order], fluid.pressure[order]
+
+
+def evolved(scene: Scene, moments: int = 20) -> tuple[list[Flow], Particles]:
+    """Flows at so many equal intervals, the first at time 0."""
+    body = prepare(scene).evolution
+    assert isinstance(body, Particles)
+    flows, end = [Flow(body)], body.end
+    for k in range(1, moments + 1):
+        while body.time < k * end / moments * (1 - 1e-12):
+            body.advance(k * end / moments)
+        flows.append(Flow(body))
+    return flows, body
+
+
+def measured(problem: str, particles: int, *settings: str) -> dict[str, Any]:
+    """Errors of a run here, the number of particles that its lattices have, and its seconds."""
+    scene, start = scene_of(problem, particles, *settings), time.perf_counter()
+    flows, body = evolved(scene, 20 if problem == "kelvin_helmholtz" else 1)
+    seconds = round(time.perf_counter() - start, 1)
+    return {
+        "particles": len(flows[0].mass), "steps": body.steps, "seconds": seconds, **errors_of(problem, scene, flows)
+    }  # fmt: skip
+
+
+def measured_with_swift(problem: str, particles: int, program: Path) -> dict[str, Any]:
+    """The same of SWIFT, from the same particles."""
+    import standard_swift
+
+    scene, lengths = scene_of(problem, particles), lengths_of(scene_of(problem, particles))
+    matter = standard(problem).place(particles, lengths, scene.equation_of_state.gamma)  # type: ignore[union-attr]
+    end, start = scene.time.end, time.perf_counter()
+    every = end / 20 if problem == "kelvin_helmholtz" else end
+    with tempfile.TemporaryDirectory() as folder:
+        flows = standard_swift.run(
+            program, Path(folder), matter, lengths, scene.numerics.neighbours or 60.0, end, every,
+            problem == "keplerian_disc", ROOM.get(problem, 3.5),
+        )  # fmt: skip
+    seconds = round(time.perf_counter() - start, 1)
+    return {"particles": len(matter.mass), "seconds": seconds, **errors_of(problem, scene, flows)}
+
+
+HEADING = """# Standard tests of hydrodynamics
+
+L1 errors, mean |f - f_exact| over the largest |f_exact|; of kelvin_helmholtz that of the mode's amplitude against
+linear theory up to t = 1; of keplerian_disc the mean relative change of particles' angular momenta in two orbits.
+Quartic spline with 60 neighbours, alpha_min = 0.1 and else the defaults of viscosity and conduction, for all of them.
+
+SWIFT: commit 8a8f0d794, scheme SPHENIX, quartic spline with 60 neighbours, its examples' Courant number, measured
+here from the same particles (standard_swift.py). In bold what a problem is judged by. In Noh's problem SWIFT's gas does
+not come to rest behind a shock with so few particles, as its velocities tell.
+"""
+
+
+def table(rows: dict[str, Any]) -> str:
+    """Every row, with the order from the row before (error ~ N^(-order/3)) and the ratio to SWIFT at the same N."""
+    lines = [HEADING, "| problem | figure | particles | L1 here | order | L1 SWIFT | here / SWIFT |", "|---" * 7 + "|"]
+    for problem, headline in HEADLINE.items():
+        mine = sorted((row for key, row in rows.items() if key.startswith(f"{problem}/here/")), key=_size)
+        others = {row["particles"]: row for key, row in rows.items() if key.startswith(f"{problem}/swift/")}
+        for name in dict.fromkeys(("density", "velocity", "pressure", headline)):
+            if not mine or name not in mine[0]:
+                continue
+            before = None
+            for row in mine:
+                order = "" if before is None else f"{_order(before, row, name):.2f}"
+                other = others.get(row["particles"], {}).get(name)
+                beside = ("", "") if other is None else (f"{other:.4g}", f"{row[name] / other:.2f}")
+                shown = f"**{name}**" if name == headline else name
+                cells = [problem, shown, row["particles"], f"{row[name]:.4g}", order, *beside]
+                lines.append(f"| {' | '.join(map(str, cells))} |")
+                before = row
+    return "\n".join(lines) + "\n"
+
+
+def _size(row: dict[str, Any]) -> int:
+    return row["particles"]
+
+
+def _order(coarse: dict[str, Any], fine: dict[str, Any], name: str) -> float:
+    return float(3.0 * np.log(coarse[name] / fine[name]) / np.log(fine["particles"] / coarse["particles"]))
+
+
+def picture(rows: dict[str, Any], path: Path) -> None:
+    """The headline errors against the number of particles."""
+    figure, axes = plt.subplots(2, 4, figsize=(12, 5.5), sharex=True, layout="constrained")
+    for axis, (problem, name) in zip(axes.flat, HEADLINE.items(), strict=True):
+        for who, mark, label in (("here", "o-", "here"), ("swift", "s--", "SWIFT, SPHENIX")):
+            found = sorted((row for key, row in rows.items() if key.startswith(f"{problem}/{who}/")), key=_size)
+            axis.loglog([row["particles"] for row in found], [row[name] for row in found], mark, label=label)
+        axis.set_title(f"{problem.replace('_', ' ')}: {name.replace('_', ' ')}", fontsize=9)
+        axis.grid(alpha=0.3, which="both")
+    axes[0, 0].legend(fontsize=8)
+    figure.supxlabel("particles")
+    figure.supylabel("L1 error")
+    figure.savefig(path, dpi=90)
+    plt.close(figure)
+
+
+def main() -> None:
+    """Measure what is missing, and write the table and the picture."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--particles", type=int, nargs="*", default=[1000, 3000, 10000])
+    parser.add_argument("--problems", nargs="*", default=list(HEADLINE), choices=list(HEADLINE))
+    parser.add_argument("--swift", type=Path, help="program swift, built as standard_swift.py says")
+    options = parser.parse_args()
+    store = RESULTS.with_suffix(".json")
+    for particles in options.particles:
+        for problem in options.problems:
+            jobs = {f"{problem}/here/{particles}": lambda p=problem, n=particles: measured(p, n)}
+            if options.swift:
+                jobs[f"{problem}/swift/{particles}"] = lambda p=problem, n=particles: measured_with_swift(
+                    p, n, options.swift
+                )
+            for key, job in jobs.items():
+                rows = json.loads(store.read_text()) if store.exists() else {}
+                if key not in rows:
+                    row = job()
+                    rows = json.loads(store.read_text()) if store.exists() else {}
+                    store.write_text(json.dumps({**rows, key: row}, indent=1) + "\n")
+                    print(key, row, flush=True)
+    rows = json.loads(store.read_text())
+    RESULTS.with_suffix(".md").write_text(table(rows))
+    picture(rows, RESULTS.with_suffix(".png"))
+
+
+if __name__ == "__main__":
+    main()
