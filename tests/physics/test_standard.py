@@ -54,7 +54,7 @@ def test_a_vortex_stays_where_it_is_in_a_stream(tests: Any) -> None:
     ["sod", "strong_tube", "sedov", "noh", "gresho", "kelvin_helmholtz", "square", "keplerian_disc"],
 )
 def test_errors_beside_swift_at_three_resolutions(problem: str, tests: Any, result: Any) -> None:
-    """The headline error at most 1.1 times SWIFT's at the most particles that it was run with, of 1000, 3000, 10,000."""
+    """The headline error at most 1.1 times SWIFT's at the most particles both have, of 1000, 3000, 10,000."""
     rows = [tests.measured(problem, particles) for particles in (1000, 3000, 10_000)]
     name = tests.HEADLINE[problem]
     for row in rows:
