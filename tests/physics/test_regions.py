@@ -1,4 +1,4 @@
-"""Regions of a run: their books close at every record, in both engines and with individual steps, flux row and all."""
+"""Regions of a run: their books close at every record, with global and individual steps, flux row and all."""
 
 import subprocess
 import sys
@@ -58,15 +58,7 @@ COARSE = ("output.series_steps=7",)
 
 
 def run(folder, *settings):
-    text = SCENE
-    if "numerics.engine=xla" in settings:  # as little as can be, for what is compiled takes its time
-        text = text.replace(
-            "[effects.gravity]\n[effects.pressure]\n[effects.viscosity]",
-            "[effects.damping]\ntime_scale = 3.0\nrate = 0.4",
-        )
-        text = text.replace("pressure_fraction = 0.3", "specific_internal_energy = 0.1")
-        text = text.replace("[regions.remnant]\nbound = true\n", "")
-    return dataset.open(run_scene(load.loads(text, settings), folder))
+    return dataset.open(run_scene(load.loads(SCENE, settings), folder))
 
 
 @pytest.mark.parametrize(
@@ -75,9 +67,8 @@ def run(folder, *settings):
         (),
         COARSE,
         ("numerics.timesteps=individual", "time.max_steps=12"),
-        ("numerics.engine=xla", "body.velocity_gradient=[[3,0,0],[0,-2,0],[0,0,0]]", "time.max_steps=4"),
     ],
-    ids=["every_step", "every_seventh", "individual", "xla"],
+    ids=["every_step", "every_seventh", "individual"],
 )
 def test_change_of_a_region_is_what_acts_on_it_and_what_crosses_its_edge(tmp_path, settings):
     """Free motion leaves L alone, so that its change is that of effects and the flux row: an identity of the file.

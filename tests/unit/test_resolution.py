@@ -69,6 +69,7 @@ def test_each_warning_comes_where_it_should_and_says_what_to_change():
         assert all(word in sentence for word in words) and sentence.endswith(".")
 
 
+@pytest.mark.slow
 def test_a_run_keeps_its_warnings_and_tells_them(tmp_path, capsys):
     """A central core of an n = 3 polytrope of 100 particles is coarse; run and show say so."""
     scene = tmp_path / "coarse.toml"
@@ -82,6 +83,7 @@ def test_a_run_keeps_its_warnings_and_tells_them(tmp_path, capsys):
     assert "warning: the core" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_fine_run_is_not_warned_of(tmp_path):
     text = SCENE.replace("index = 3.0", "index = 1.0").replace("particles = 100", "particles = 800")
     data = dataset.open(run_scene(load.loads(text), tmp_path / "run"))
