@@ -104,7 +104,8 @@ def bar(second_moment, mixed_moment, axis=(0.0, 0.0, 1.0)) -> tuple[np.ndarray, 
     turning = plus * 2 * change[..., 0, 1] - cross * (change[..., 0, 0] - change[..., 1, 1])
     size2 = plus**2 + cross**2
     pattern = np.divide(turning, 2 * size2, out=np.full_like(size2, np.nan), where=size2 > 0)
-    strength = np.sqrt(size2) / (seen[..., 0, 0] + seen[..., 1, 1])
+    spread = seen[..., 0, 0] + seen[..., 1, 1]  # nothing, of a point or of a rod along the axis
+    strength = np.divide(np.sqrt(size2), spread, out=np.full_like(size2, np.nan), where=spread > 0)
     return strength, np.arctan2(cross, plus) / 2, pattern
 
 

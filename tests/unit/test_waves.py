@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 from astroinertia import accessor as _accessor  # noqa: F401
+from astroinertia.bodies.bar_analysis import bar
 from astroinertia.dataset import headline
 from astroinertia.dataset_waves import waves
 from astroinertia.inertia import growth
@@ -102,6 +103,10 @@ def test_pattern_speed_is_the_derivative_of_the_phase():
     early, late = (_modes(mass, position + dt * velocity, velocity) for dt in (-1e-5, 1e-5))
     speed = np.angle(np.exp(1j * (late["mode_phase"] - early["mode_phase"]))) / 2e-5 / [1, 2, 3, 4]
     assert np.allclose(_modes(mass, position, velocity)["mode_pattern_speed"], speed, rtol=1e-5)
+
+
+def test_a_point_has_no_bar():
+    assert np.isnan(bar(np.zeros((2, 3, 3)), np.zeros((2, 3, 3)))[0]).all()
 
 
 def test_a_ring_has_the_mode_that_the_middle_lacks():
