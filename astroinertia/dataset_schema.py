@@ -87,7 +87,7 @@ RECORDED: dict[str, Quantity] = {
         _T, ENERGY, "J", "energy of self-gravity", "of the softened potential where gravity is softened"
     ),
     "potential_energy": Quantity(
-        _T, ENERGY, "J", "potential energy of all effects that have one",
+        _T, ENERGY, "J", "potential energy of all effects that have one, but for potentials that move by themselves",
         "with all energy of point masses that move with the fluid",
     ),
     "total_energy": Quantity(_T, ENERGY, "J", "total energy"),

@@ -12,7 +12,14 @@ from astroinertia.integrate.timestep import limiting
 from astroinertia.models import sph
 from astroinertia.models.checkpoint import flattened
 from astroinertia.models.evolution import TIMESTEP_CRITERIA, Figures, Record
-from astroinertia.models.series import energy_budget, ledger_closure, series_record, snapshot_record, timestep_limit
+from astroinertia.models.series import (
+    energy_budget,
+    ledger_closure,
+    series_record,
+    snapshot_record,
+    timestep_limit,
+    works_from_outside,
+)
 
 # Particles are sorted anew, and checkpoints may be taken, every so many steps: a resumed run then sorts where the
 # uninterrupted one did, and both compute the same bits.
@@ -123,7 +130,11 @@ class Particles:
         largest = max(energy["kinetic"], abs(energy["internal"]), *map(abs, energy["potential"].values()), 1e-300)
         densest = float(np.max(self.state.rates.fluid.density))
         told = ", ".join(filter(None, [self._limited_by(), self.note]))
-        return Figures(energy["total"], largest, ledger_closure(self.problem, self.state), densest, told)
+        outside = works_from_outside(self.problem, energy["potential"])
+        ledger = self.state.ledger
+        brought = float((np.asarray(ledger.work.total) + np.asarray(ledger.heating.total))[outside].sum())
+        kept = energy["kinetic"] + energy["internal"] + energy["static"] - brought
+        return Figures(kept, largest, ledger_closure(self.problem, self.state), densest, told)
 
     def _limited_by(self) -> str:
         limit = timestep_limit(self.problem, self.state)

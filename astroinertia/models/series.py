@@ -53,9 +53,9 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
     ]
     energies = energy_budget(problem, state)
     work, heating = np.asarray(ledger.work.total), np.asarray(ledger.heating.total)
-    potential = sum(energies["potential"].values())
+    potential = energies["static"]
     opening = potential if opening_energy is None else opening_energy
-    inside = np.array([not _loses(problem, effect, energies["potential"]) for effect in problem.effects])
+    inside = ~works_from_outside(problem, energies["potential"])
     return {
         "time": float(state.time),
         "step": int(state.step),
@@ -124,7 +124,7 @@ def timestep_limit(problem: Problem, state: State) -> dict[str, float]:
 
 
 def energy_budget(problem: Problem, state: State) -> dict[str, Any]:
-    """Kinetic, internal, potential (by effect) and total energy, by direct summation."""
+    """Kinetic, internal, potential (by effect), its static part and total energy, by direct summation."""
     kinetic = 0.5 * float((np.asarray(state.mass)[:, None] * np.asarray(state.velocity) ** 2).sum())
     internal = float(internal_energy(problem, state))
     potential = {kind: float(energy) for kind, energy in potential_energies(problem, state).items()}
@@ -132,15 +132,23 @@ def energy_budget(problem: Problem, state: State) -> dict[str, Any]:
         "kinetic": kinetic,
         "internal": internal,
         "potential": potential,
+        "static": sum(potential[e.kind] for e in problem.effects if e.kind in potential and not e.potential_moves),
         "total": kinetic + internal + sum(potential.values()),
     }
 
 
-def _loses(problem: Problem, effect: Effect, potentials: dict[str, float]) -> bool:
-    # What an effect does is not found again in the fluid's energies if it works from outside without a static
-    # potential, or if it heats a fluid that has no thermal content.
-    heats = any(output.name == "heating" for term in effect.neighbour_terms for output in term.outputs)
-    return (effect.external and effect.kind not in potentials) or (heats and not problem.equation_of_state.thermal)
+def works_from_outside(problem: Problem, potentials: dict[str, float]) -> np.ndarray:
+    """Of which effects the work is not found again in the fluid's energies, (E,).
+
+    Of those that work from outside without a static potential, or that heat a fluid that has no thermal content.
+    """
+
+    def loses(effect: Effect) -> bool:
+        static = effect.kind in potentials and not effect.potential_moves
+        heats = any(output.name == "heating" for term in effect.neighbour_terms for output in term.outputs)
+        return (effect.external and not static) or (heats and not problem.equation_of_state.thermal)
+
+    return np.array([loses(effect) for effect in problem.effects], dtype=bool)
 
 
 def antisymmetric_vector(tensor: np.ndarray) -> np.ndarray:
