@@ -1,0 +1,51 @@
+"""What a tidal disruption leaves: the orbital energies of the debris, and what holds together.
+
+Everything is in the code units of the run. Tests: tests/unit/test_debris.py.
+"""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.spatial.distance import cdist
+
+from astroinertia.effects.tide import Tide
+
+_MOST_ROUNDS = 50
+
+
+class _Moment:
+    """As much of a fluid as the perturber's orbit asks for."""
+
+    def __init__(self, time: Any) -> None:
+        self.time = time
+
+
+def orbital_energies(tide: Tide, time: float, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """Specific energies (N,) about the perturber, |v - V|^2/2 - M/|x - X|, in the tide's falling frame."""
+    with jax.enable_x64(True):
+        place, speed = jax.jvp(lambda t: tide.place(jnp, _Moment(t)), (float(time),), (1.0,))
+    apart, relative = position - np.asarray(place), velocity - np.asarray(speed)
+    return 0.5 * (relative**2).sum(axis=1) - tide.mass / np.linalg.norm(apart, axis=1)
+
+
+def bound_to_itself(
+    mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, density: np.ndarray, internal_energy: np.ndarray
+) -> np.ndarray:
+    """Which particles are bound to the densest of what is bound, (N,) bool: kinetic, thermal and their own potential.
+
+    Begun with all, and repeated with what is left until nothing more leaves. Sums over all pairs: for thousands.
+    """
+    distance = cdist(position, position)
+    np.fill_diagonal(distance, np.inf)
+    bound = np.ones(len(mass), dtype=bool)
+    for _ in range(_MOST_ROUNDS):
+        weight = mass * density * bound
+        centre = weight @ velocity / weight.sum()
+        potential = -(mass * bound / distance).sum(axis=1)
+        held = 0.5 * ((velocity - centre) ** 2).sum(axis=1) + internal_energy + potential < 0.0
+        if (held & bound == bound).all() or not (held & bound).any():
+            return held & bound
+        bound &= held
+    return bound
