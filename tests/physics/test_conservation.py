@@ -27,7 +27,7 @@ def run_steps(path: Path, steps: int, particles: int, engine: str) -> dict[str, 
     """Evolve a scene for so many steps; the figures of its books, and the largest values on the way."""
     bodies = [f"bodies.{number}" for number in range(len(load.load_file(path).bodies))] or ["body"]
     settings = [f"{body}.particles={particles // len(bodies)}" for body in bodies]
-    settings += [f"numerics.engine={engine}", "numerics.precision=float64"]
+    settings += [f"numerics.engine={engine}", "numerics.precision=float64", "numerics.timesteps=global"]
     start = prepare(load.load_file(path, settings)).evolution
     problem, state, arrangement = start.problem, start.state, start.arrangement
     first = series_record(problem, arrangement, state, None)
