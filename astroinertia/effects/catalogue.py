@@ -17,6 +17,7 @@ from astroinertia.effects.entries import Default as Default
 from astroinertia.effects.entries import Entry as Entry
 from astroinertia.effects.entries import Option as Option
 from astroinertia.effects.entries import not_negative, positive
+from astroinertia.effects.heat_entries import HEAT
 from astroinertia.effects.rigid_entries import RIGID
 
 CATALOGUE: Mapping[str, Entry] = {
@@ -259,11 +260,11 @@ CATALOGUE: Mapping[str, Entry] = {
     "shear_viscosity": Entry(
         "astroinertia.effects.shear_viscosity",
         "ShearViscosity",
-        "shear viscosity of the fluid itself",
+        "viscosity of the fluid itself, which particles have along their separations: L is kept",
         {"kinematic_viscosity": not_negative("viscosity", REQUIRED, "nu, the same everywhere")},
-        "body",
-        "Chandrasekhar 1969, section 37; Rosenkilde 1967",
-        ("ellipsoid",),
+        "neighbours",
+        "Espanol & Revenga 2003; Cleary & Monaghan 1999; Chandrasekhar 1969, section 37",
+        ("sph", "ellipsoid"),
     ),
     "radiation_reaction": Entry(
         "astroinertia.effects.radiation_reaction",
@@ -274,6 +275,7 @@ CATALOGUE: Mapping[str, Entry] = {
         "Burke & Thorne 1970; Misner, Thorne & Wheeler 1973, eq. 36.8",
         ("ellipsoid",),
     ),
+    **HEAT,
     **RIGID,
 }
 

@@ -21,6 +21,7 @@ PARTS = (
     "acceleration",
     "drag",
     "reaction",
+    "exchange",
     "potential_energy",
     "virial",
     "timestep",
@@ -58,7 +59,7 @@ class Effect:
 
         gradient_fields -> gradient pass (fluid.gradients) -> remember (fluid.memory) -> fields
         -> neighbour and all-pairs passes, own_sums (fluid.sums)
-        -> acceleration, drag, potential_energy, virial, timestep
+        -> acceleration, drag, exchange, potential_energy, virial, timestep
 
     `fluid` has time, mass (N,), position (N, 3), velocity (N, 3), entropy (N,), smoothing_length (N,), density (N,),
     grad_h (N,), zeta (N,) where softening is adaptive, pressure (N,), sound_speed (N,), internal_energy (N,) (of unit
@@ -157,6 +158,10 @@ class Effect:
     def recorded(self, state: Any) -> dict[str, Any]:
         """Arrays that a record of the series has of the effect beside its rows (dataset_schema.OF_EFFECTS)."""
         return {}
+
+    def exchange(self, xp: Any, fluid: Any) -> tuple[Any, Any] | None:
+        """Gain g and decay k, each (N,), of du/dt = g - k u: heat exchanged with the surroundings, u thermal energy."""
+        return None
 
     def arranged(self, engine: Any, arrangement: Any, state: Any) -> Any | None:
         """What own_sums needs to know of particles that were just sorted (integrate.leapfrog.State), if anything."""

@@ -83,6 +83,8 @@ DIMENSIONS: Mapping[str, tuple[float, float, float]] = {
     "viscosity": (0, 2, -1),
     "magnetic_field": (0.5, -0.5, -1),
     "density": (1, -3, 0),
+    "specific_energy": (0, 2, -2),
+    "specific_power": (0, 2, -3),
 }
 
 

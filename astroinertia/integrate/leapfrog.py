@@ -13,6 +13,7 @@ from typing import Any
 from astroinertia.engines.elementwise import elementwise, totals
 from astroinertia.inertia.ledger import Ledger, after_drift, after_heating, after_kick
 from astroinertia.inertia.regions import Books
+from astroinertia.integrate.exchange import Exchange, energies, entropy_after
 from astroinertia.pytree import pytree
 from astroinertia.sph.fluid import Fluid
 
@@ -25,8 +26,8 @@ class Rates:
     """What changes a state, one entry an effect in each tuple (None where it has no such part).
 
     acceleration (N, 3), drag (3, 3) acting on the velocity, heating (N,) du/dt; entropy_rate (N,) is the sum of the
-    heating in terms of the entropy function; timestep is the longest step allowed from here; total is the sum of the
-    accelerations, (N, 3).
+    heating and of the gains of `exchange`, in terms of the entropy function; timestep is the longest step allowed from
+    here; total is the sum of the accelerations, (N, 3); exchange, that of heat with the surroundings, if there is any.
     """
 
     acceleration: tuple[Array | None, ...]
@@ -36,6 +37,7 @@ class Rates:
     timestep: Array
     fluid: Fluid
     total: Array | None = None
+    exchange: Exchange | None = None
 
 
 @pytree
@@ -117,6 +119,9 @@ def kick(xp: Any, state: State, dt: Array) -> State:
         increments, length = velocity_increments(xp, rates, before, dt), 1.0
     ledger = after_kick(xp, state.ledger, mass, state.position, before, after, increments, length)
     heat = [xp.zeros(()) if q is None else dt * totals(xp, power, mass, q)[0][0] for q in rates.heating]
+    gained = dt * rates.entropy_rate
+    for k, energy in enumerate(energies(xp, rates.exchange, mass, state.entropy, gained, dt)):
+        heat[k] = heat[k] + energy
     points = {kind: each.kicked(dt) for kind, each in state.points.items()}
     regions = {
         name: books.kicked(xp, mass * state.memory[member_key(name)], state.position, before, after, increments, length)
@@ -136,7 +141,10 @@ def predicted(xp: Any, state: State, dt: Array) -> tuple[Array, Array]:
     if any(matrix is not None for matrix in rates.drag):
         increments = velocity_increments(xp, rates, state.velocity, dt)
         total, length = sum(increments[1:], start=increments[0]), 1.0
-    return elementwise(xp, changed, state.velocity, total, length, state.entropy, rates.entropy_rate, dt)
+    velocity, entropy = elementwise(xp, changed, state.velocity, total, length, state.entropy, rates.entropy_rate, dt)
+    if rates.exchange is not None:
+        entropy = entropy_after(xp, rates.exchange, state.entropy, dt * rates.entropy_rate, dt)
+    return velocity, entropy
 
 
 def velocity_increments(xp: Any, rates: Rates, velocity: Array, dt: Array) -> list[Array]:

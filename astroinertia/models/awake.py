@@ -14,6 +14,7 @@ from astroinertia.engines.elementwise import added, elementwise, totals
 from astroinertia.engines.numba_source import argument_names
 from astroinertia.engines.terms import PairTerm
 from astroinertia.inertia.ledger import Whole, after_drift, after_heating, after_kick
+from astroinertia.integrate.exchange import Exchange, energies, entropy_after, exchanged
 from astroinertia.integrate.hierarchical import Clock, weighted_sets
 from astroinertia.integrate.leapfrog import Rates, State, member_key
 from astroinertia.models import points, sph
@@ -107,8 +108,11 @@ def find_densities(flow: Flow, awake: Array) -> None:
         flow.ledger = after_heating(
             flow.ledger, np.array([gain if name == "pressure" else 0.0 for name in problem.effect_names])
         )
-    rate, middle = flow.take("entropy_rate", awake), flow.take("middle", awake)
-    now = elementwise(np, advanced, entropy, rate, flow.time - middle)[0]
+    rate, since = flow.take("entropy_rate", awake), flow.time - flow.take("middle", awake)
+    if "decay" in flow.rows:
+        now = elementwise(np, exchanged, entropy, rate * since, flow.take("decay", awake), since)[0]
+    else:
+        now = elementwise(np, advanced, entropy, rate, since)[0]
     values = dict(zip(THERMAL, eos.state(np, found.density, now), strict=True))
     values |= {"smoothing_length": found.smoothing_length, "density": found.density, "grad_h": found.grad_h}
     values |= {} if found.zeta is None else {"zeta": found.zeta}
@@ -262,9 +266,12 @@ def _asked_for(terms: tuple[PairTerm, ...]) -> list[str]:
 
 
 def kick(
-    flow: Flow, awake: Array, pushes: list[Array], drags: list[Array | None], heat: list[Array | None], spans: Spans
-) -> None:
+    flow: Flow, awake: Array, pushes: list[Array], drags: list[Array | None], heat: list[Array | None],
+    exchange: Exchange | None, spans: Spans,
+) -> None:  # fmt: skip
     """Change velocities by each effect's push (n, 3) and drag matrix, and entropies by its heat per mass (n,).
+
+    Entropies change as well by the exchange of heat with the surroundings.
 
     A push that heats has its heat for the velocities that particles were expected to have; what it works on those that
     they turn out to have beyond that is made up for, so that it turns energy into heat and loses none.
@@ -292,10 +299,18 @@ def kick(
         if q is not None:
             gains[k] = totals(np, sph.product, mass, q)[0][0]
         total = added(total, q)
-    flow.ledger = after_heating(flow.ledger, gains)
-    if total is not None:
-        entropy, unit = flow.take("entropy", awake), flow.take("entropy_per_heat", awake)
+    entropy, unit, span = (
+        flow.take("entropy", awake),
+        flow.take("entropy_per_heat", awake),
+        spans.closing + spans.opening,
+    )
+    if exchange is not None:
+        gained = unit * added(total, span * exchange.gain)
+        gains += energies(np, exchange, mass, entropy, gained, span)
+        flow.put("entropy", awake, entropy_after(np, exchange, entropy, gained, span))
+    elif total is not None:
         flow.put("entropy", awake, elementwise(np, advanced, entropy, unit, total)[0])
+    flow.ledger = after_heating(flow.ledger, gains)
 
 
 def with_drag(pushes: list[Array], drags: list[Array | None], before: Array, span: Array) -> list[Array]:

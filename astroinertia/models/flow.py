@@ -87,11 +87,11 @@ class Flow:
     """Particles within a base step.
 
     rows: the arrays of a State and of its Fluid under their names (velocity as kicked so far), and `predicted`, the
-    velocity now; `material`, where there are several; `entropy_rate`; `middle` (N,), the time at the middle of a
-    particle's interval; `limit` (N,), what its interval must not exceed, its own and for its neighbours' sake;
-    `own_limit` (N,); `rung` (N,) and `interval` (N,); and with prefixes memory, field (of the force terms), distant
-    (accelerations that are not by neighbours), outer (those of them by what is outside a nested set) and body
-    (accelerations that come with the base step alone).
+    velocity now; `material`, where there are several; `entropy_rate`; `decay` where heat is exchanged with the
+    surroundings; `middle` (N,), the time at the middle of a particle's interval; `limit` (N,), what its interval must
+    not exceed, its own and for its neighbours' sake; `own_limit` (N,); `rung` (N,) and `interval` (N,); and with
+    prefixes memory, field (of the force terms), distant (accelerations that are not by neighbours), outer (those of
+    them by what is outside a nested set) and body (accelerations that come with the base step alone).
     regions: the books of each; points: those beside the fluid;
     pairs: the engine's arrangement with lists of neighbours; tally: what was done so far; whole: whether these are all
     particles of the body.
@@ -160,6 +160,8 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
         "entropy": state.entropy.copy(),
     }
     rows |= {"identity": state.identity, "entropy_rate": state.rates.entropy_rate.copy()}
+    if (exchange := state.rates.exchange) is not None:
+        rows["decay"] = np.array(exchange.decay)
     rows |= {f"memory.{name}": array.copy() for name, array in state.memory.items()}
     rows["acceleration"] = sph.total_acceleration(np, state.rates, state.velocity)
     rows |= {} if state.material is None else {"material": state.material}

@@ -241,7 +241,8 @@ def _kicked(
         heat.append(impulses.get("heating") if problem.equation_of_state.thermal else None)
     flow.points = points.pushed(problem.effects, part, half)
     drags = [effect.drag(part) for effect in problem.effects]
-    passes.kick(flow, awake, pushes, drags, heat, spans)
+    exchange = sph.exchange_with_surroundings(problem, part, flow.take("entropy_per_heat", awake))
+    passes.kick(flow, awake, pushes, drags, heat, exchange, spans)
     if spans.opens:
         passes.remember_outer(flow, awake, far)
         interval = flow.clock.base / 2.0**rung
@@ -257,6 +258,8 @@ def _forced(flow: Flow, awake: Array, part: Any, rung: Array, since: Array) -> R
     rates = _rates(flow.problem, part, own, drags, flow.take("entropy_per_heat", awake))
     passes.correct(flow, awake, since, sph.total_acceleration(np, rates, part.velocity))
     flow.put("entropy_rate", awake, rates.entropy_rate)
+    if rates.exchange is not None:
+        flow.put("decay", awake, rates.exchange.decay)
     flow.put("own_limit", awake, own_limits(flow.problem, rates))
     return rates
 
@@ -313,6 +316,7 @@ def _rates(problem: Problem, part: Fluid, own: list[Array | None], drags: list[A
     )
     total = reduce(added, accelerations, None)
     thermal = problem.equation_of_state.thermal
+    exchange = sph.exchange_with_surroundings(problem, part, per_heat)
     rates = Rates(
         acceleration=accelerations,
         drag=tuple(drags),
@@ -321,8 +325,9 @@ def _rates(problem: Problem, part: Fluid, own: list[Array | None], drags: list[A
         timestep=np.zeros(()),
         fluid=part,
         total=np.zeros_like(part.velocity) if total is None else total,
+        exchange=exchange,
     )
-    if (heat := sph.total_heating(rates)) is not None:
+    if (heat := added(sph.total_heating(rates), None if exchange is None else exchange.gain)) is not None:
         rates = replace(rates, entropy_rate=elementwise(np, sph.product, per_heat, heat)[0])
     return rates
 

@@ -17,6 +17,7 @@ from astroinertia.engines.elementwise import added, elementwise, totals
 from astroinertia.inertia.ledger import after_heating, open_ledger
 from astroinertia.integrate import leapfrog, timestep
 from astroinertia.integrate.contact import contact_limit
+from astroinertia.integrate.exchange import Exchange, exchange_of
 from astroinertia.integrate.leapfrog import Rates, State
 from astroinertia.models.points import attracted, with_others, without_others
 from astroinertia.pytree import pytree
@@ -358,6 +359,7 @@ def _rates(problem: Problem, fluid: Fluid, entropy_per_heat: Array) -> Rates:
     # A barotropic fluid has no thermal content: what is dissipated leaves it, and only the work shows.
     heating = tuple(fluid.sums.get(e.kind, {}).get("heating") if eos.thermal else None for e in effects)
     total = reduce(added, accelerations, None)
+    exchange = exchange_with_surroundings(problem, fluid, entropy_per_heat)
     rates = Rates(
         acceleration=accelerations,
         drag=tuple(effect.drag(fluid) for effect in effects),
@@ -366,14 +368,22 @@ def _rates(problem: Problem, fluid: Fluid, entropy_per_heat: Array) -> Rates:
         timestep=xp.zeros(()),
         fluid=fluid,
         total=xp.zeros_like(fluid.velocity) if total is None else total,
+        exchange=exchange,
     )
-    if (heat := total_heating(rates)) is not None:
+    if (heat := added(total_heating(rates), None if exchange is None else exchange.gain)) is not None:
         rates = replace(rates, entropy_rate=elementwise(xp, product, entropy_per_heat, heat)[0])
     return replace(rates, timestep=timestep.shortest(xp, timestep_limits(problem, rates).values()))
 
 
+def exchange_with_surroundings(problem: Problem, fluid: Fluid, entropy_per_heat: Array) -> Exchange | None:
+    """The heat that effects give and take by themselves; None where none does, or nothing can be warm."""
+    if not problem.equation_of_state.thermal:
+        return None
+    return exchange_of([effect.exchange(problem.engine.xp, fluid) for effect in problem.effects], entropy_per_heat)
+
+
 def total_heating(rates: Rates) -> Array | None:
-    """du/dt of all effects, (N,); None where nothing heats."""
+    """du/dt of all effects by their pairs, (N,); None where nothing heats."""
     return reduce(added, rates.heating, None)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.errors import SceneError
 from astroinertia.models.checkpoint import unflattened
 from astroinertia.models.particles import Particles
 from astroinertia.models.sph import Problem, arranged, initial_state
@@ -78,9 +79,14 @@ def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tupl
     """
     numerics, ball = scene.numerics, sphere(scene, units)
     longest = _end(scene, units) if numerics.max_timestep is None else units.to_code(numerics.max_timestep, "time")
+    effects = effects_of(scene, units, scene.particles or count)
+    matter = equation_of_state(scene, units, ball)
+    for effect in effects:
+        if "exchange" in vars(type(effect)) and not matter.thermal:
+            raise SceneError(f"[effects.{effect.kind}] needs matter that can be warm, an ideal or hybrid gas.")
     problem = Problem(
-        effects=effects_of(scene, units, scene.particles or count),
-        equation_of_state=equation_of_state(scene, units, ball),
+        effects=effects,
+        equation_of_state=matter,
         eta=smoothing(scene)[0],
         courant=numerics.courant,
         acceleration_factor=numerics.acceleration_factor,

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from astroinertia import checks
-from astroinertia.effects import catalogue, conduction, gravity, pressure, viscosity
+from astroinertia.effects import catalogue, conduction, gravity, pressure, shear_viscosity, viscosity
 from astroinertia.engines import numba_cpu, xla
 from astroinertia.gravity import direct
 from astroinertia.gravity.point_masses import PointMasses
@@ -48,8 +48,11 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "second_axis": (0.0, 1.0, 1.0),
         "orientation_stiffness": 1.3,
     },
+    "shear_viscosity": {"kinematic_viscosity": 0.3},
+    "cooling": {"time_scale": 3.0, "floor": 0.1, "heating_rate": 0.1},
 }
-INTERNAL = ("gravity", "pressure", "viscosity", "conduction", "target_tensor")
+WITHOUT_FORCE = ("conduction", "cooling")
+INTERNAL = ("gravity", "pressure", "viscosity", "conduction", "target_tensor", "shear_viscosity")
 POTENTIAL = ("gravity", "pressure", "rotating_frame", "tide", "companions", "sinks", "external_field", "target_tensor")
 
 
@@ -130,7 +133,7 @@ def test_every_effect_passes_its_checks(engine: str) -> None:
         for check in found:  # no check passes because it compares nothing
             assert check.virial is not None
             assert (check.net_force is not None) == (check.effect in INTERNAL)
-            assert (check.dissipation is not None) == (check.effect in ("viscosity", "conduction"))
+            assert (check.dissipation is not None) == (check.effect in ("viscosity", "conduction", "shear_viscosity"))
 
 
 @cache
@@ -167,7 +170,7 @@ def test_every_potential_differentiates_to_its_acceleration() -> None:
     assert checks.failing(found) == {}, found
 
 
-@pytest.mark.parametrize("kind", [kind for kind in OPTIONS if kind != "conduction"])
+@pytest.mark.parametrize("kind", [kind for kind in OPTIONS if kind not in WITHOUT_FORCE])
 @pytest.mark.parametrize("element", [(0, 0), (1, 2), (2, 1)])
 def test_a_bug_in_the_recorded_virial_tensor_is_named(kind: str, element: tuple[int, int]) -> None:
     problem, state, arrangement = at_first(BruteEngine(), effects())
@@ -178,7 +181,7 @@ def test_a_bug_in_the_recorded_virial_tensor_is_named(kind: str, element: tuple[
     assert set(checks.failing(checked(problem, state, arrangement, {**virials, kind: -virials[kind]}))) == {kind}
 
 
-@pytest.mark.parametrize("kind", [kind for kind in OPTIONS if kind != "conduction"])
+@pytest.mark.parametrize("kind", [kind for kind in OPTIONS if kind not in WITHOUT_FORCE])
 def test_a_bug_in_the_applied_acceleration_is_named(kind: str) -> None:
     problem, state, arrangement = at_first(BruteEngine(), effects())
     accelerations = list(sph.effect_accelerations(np, state.rates))
@@ -237,6 +240,7 @@ PAIRS = {
     "pressure": ("neighbour_terms", pressure.PRESSURE, "acceleration"),
     "viscosity": ("neighbour_terms", viscosity.RECONSTRUCTED, "acceleration"),
     "conduction": ("neighbour_terms", conduction.RELATIVE_VELOCITY, "heating"),
+    "shear_viscosity": ("neighbour_terms", shear_viscosity.SHEAR_VISCOSITY, "acceleration"),
 }
 
 
@@ -267,9 +271,11 @@ def test_a_wrong_sign_in_the_softening_term_is_named() -> None:
     assert checks.failing(potential_found(broken)) == {"gravity": ("potential",)}
 
 
-def test_a_wrong_sign_in_the_viscous_force_is_named() -> None:
-    broken = with_broken("viscosity", neighbour_terms=(flipped(viscosity.RECONSTRUCTED),))
-    assert checks.failing(checked(*at_first(BruteEngine(), broken))) == {"viscosity": ("dissipation",)}
+@pytest.mark.parametrize("kind", ["viscosity", "shear_viscosity"])
+def test_a_wrong_sign_in_a_viscous_force_is_named(kind: str) -> None:
+    place, term, _ = PAIRS[kind]
+    broken = with_broken(kind, **{place: (flipped(term),)})
+    assert checks.failing(checked(*at_first(BruteEngine(), broken))) == {kind: ("dissipation",)}
 
 
 @pytest.mark.parametrize("kind", ["damping", "rotating_frame"])

@@ -118,11 +118,16 @@ time_scale = 3.0
 [effects.target_tensor]
 stiffness = 0.3
 axis_ratios = [2.0, 1.0, 1.0]
+[effects.shear_viscosity]
+kinematic_viscosity = 0.003
+[effects.cooling]
+time_scale = 2.0
+heating_rate = 0.1
 """
 
 
 def test_effects_from_outside_and_on_the_whole_body_keep_the_books(tmp_path: Path) -> None:
-    """A rotating frame, a tide, a drag and a force towards a shape: closure, and an owner for every loss of energy."""
+    """From a rotating frame to cooling: closure, and an owner for every loss of energy."""
     path = tmp_path / "scene.toml"
     path.write_text(EVRARD.read_text() + EXTERNAL)
     body = prepare(load.load_file(path, [*SETTINGS, "body.particles=300"])).evolution
@@ -132,7 +137,7 @@ def test_effects_from_outside_and_on_the_whole_body_keep_the_books(tmp_path: Pat
     names = list(body.effects)
     assert last["ledger_closure"] <= 1e-13
     outside = sum(
-        last["work"][names.index(effect.kind)]
+        last["work"][names.index(effect.kind)] + last["heating"][names.index(effect.kind)]
         for effect in body.problem.effects
         if effect.external and effect.potential_energy(np, body.state.rates.fluid) is None
     )
@@ -140,6 +145,10 @@ def test_effects_from_outside_and_on_the_whole_body_keep_the_books(tmp_path: Pat
     assert abs(lost) <= 1e-12 * abs(first["total_energy"])
     coriolis = np.linalg.norm(last["impulse"][names.index("target_tensor")])
     assert coriolis <= 1e-13
+    viscosity, cooling = names.index("shear_viscosity"), names.index("cooling")
+    assert last["heating"][viscosity] == pytest.approx(-last["work"][viscosity], rel=1e-12)
+    assert last["heating"][viscosity] > 1e-3
+    assert last["heating"][cooling] < -1e-2
 
 
 def test_the_xla_engine_refuses_them() -> None:

@@ -57,6 +57,8 @@ TABLES = {
     "sinks": "density = 1e6\nradius = 1.0",
     "external_field": "point_mass = 2.0\nsoftening = 0.3",
     "target_tensor": "stiffness = 2.0\naxis_ratios = [2.0, 1.0, 1.0]",
+    "shear_viscosity": "kinematic_viscosity = 0.1",
+    "cooling": "time_scale = 3.0\nfloor = 0.1",
 }
 PARTICLE_EFFECTS = tuple(kind for kind, entry in CATALOGUE.items() if "sph" in entry.models)
 # What a compiled program could hold of an effect, whatever its name: its functions, fields, memories and kernels.
@@ -64,12 +66,13 @@ TRACES = {
     "gravity": r"gravity|direct_pair|direct_far|point_pair|less_point|softening_pair|zeta_over_omega|"
     r"\bd?phi_[ij]\b|_phi\b|_dphi\b",
     "pressure": r"pressure_pair|pressure_weight|out_pressure",
-    "viscosity": r"viscosity|gradient_pair|trend_pair|reconstructed_pair|strain_",
+    "viscosity": r"(?<!shear_)(?<!kinematic_)viscosity|gradient_pair|trend_pair|reconstructed_pair|strain_",
     "conduction": r"conduction|relative_velocity_pair|pressure_jump_pair",
+    "shear_viscosity": r"shear_viscosity|kinematic_viscosity",
 }
 HALVES = (
-    ("gravity", "pressure", "damping", "tide", "companions", "target_tensor"),
-    ("pressure", "viscosity", "conduction", "rotating_frame", "sinks", "external_field"),
+    ("gravity", "pressure", "damping", "tide", "companions", "target_tensor", "shear_viscosity"),
+    ("pressure", "viscosity", "conduction", "rotating_frame", "sinks", "external_field", "cooling"),
 )
 
 
@@ -140,7 +143,9 @@ ALONGSIDE = {
     "sinks": {"astroinertia.gravity.point_masses", "astroinertia.gravity.sinks"},
     "viscosity": {"astroinertia.effects.gradients"},
 }
-ALWAYS = {f"astroinertia.effects.{name}" for name in ("catalogue", "effect", "entries", "rigid_entries")}
+ALWAYS = {
+    f"astroinertia.effects.{name}" for name in ("catalogue", "effect", "entries", "heat_entries", "rigid_entries")
+}
 
 
 @pytest.mark.parametrize("backwards", [False, True], ids=["in order", "in reverse"])

@@ -1,0 +1,128 @@
+"""Cooling and heating: thermal energy that matter radiates, or is given."""
+
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+from astroinertia.effects.effect import Effect
+from astroinertia.engines.elementwise import elementwise
+from astroinertia.pytree import pytree
+
+COLD = 1e-20  # of the reference energy: below it a power law falls no further
+
+
+def turning(xp, x, v):
+    """|x cross v| / x^2: the angular velocity about the origin."""
+    square = x[0] ** 2 + x[1] ** 2 + x[2] ** 2
+    turned = (x[1] * v[2] - x[2] * v[1]) ** 2 + (x[2] * v[0] - x[0] * v[2]) ** 2 + (x[0] * v[1] - x[1] * v[0]) ** 2
+    return (xp.sqrt(turned) / xp.where(square > 0.0, square, 1.0),)
+
+
+def power_law(xp, density, energy, reference_density, reference_energy, density_exponent, energy_exponent):
+    """(rho/rho_0)^a (u/u_0)^(b - 1)."""
+    warm = xp.maximum(energy / reference_energy, COLD)
+    return (xp.power(density / reference_density, density_exponent) * xp.power(warm, energy_exponent - 1.0),)
+
+
+def towards(xp, energy, decay, floor):
+    """Gain and decay of du/dt = -k (u - floor) above the floor; nothing below it."""
+    above = xp.where(energy > floor, decay, 0.0)
+    return above * floor, above
+
+
+def heated(xp, gain, rate):
+    """A gain that is larger by a constant rate."""
+    return (gain + rate,)
+
+
+def changing_time(xp, h, energy, gain, decay):
+    """u/|du/dt| of matter that cools; of matter that is heated, the time in which that moves it by h, besides."""
+    rate = gain - decay * energy
+    size = xp.maximum(xp.abs(rate), 1e-100)
+    spread = xp.where(rate > 0.0, xp.power(h * h / size, 1.0 / 3.0), 0.0)
+    return (energy / size + spread,)
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Cooling(Effect):
+    """du/dt = -(u - floor)/tau + heating_rate of the thermal energy u, above the floor; below it nothing is radiated.
+
+    law "time_scale": tau = time_scale + t time_scale_change everywhere. At constant density that is dA/dt = -A/tau of
+    the entropy function, everywhere alike: a star contracts homologously. With rho ~ R^-3 and P ~ R^-4 in equilibrium
+    R ~ A^(1/(3 gamma - 4)), so with time_scale_change -3/(2 (3 gamma - 4)), which is -3/2 for gamma 5/3, tau falls
+    as the free-fall time does, and A = A_0 (1 - 3 t/(2 time_scale))^(2/3).
+    law "power_law": tau = time_scale (rho/rho_0)^-a (u/u_0)^(1-b), with rho_0 and u_0 the references, so that
+    du/dt ~ rho^a u^b: a = 1, b = 1/2 is thermal bremsstrahlung (Rybicki & Lightman 1979, eq. 5.15b).
+    law "beta": tau = beta/Omega (Gammie 2001, ApJ 553, 174), Omega that of the matter about the centre of mass.
+    Linear laws are integrated exactly over a step; limit "none" lets steps be longer than tau.
+    """
+
+    time_scale: Any = None
+    time_scale_change: Any = None
+    reference_density: Any = None
+    reference_energy: Any = None
+    density_exponent: Any = 1.0
+    energy_exponent: Any = 0.5
+    beta: Any = None
+    heating_rate: Any = None
+    floor: Any = None
+    law: str = field(default="time_scale", metadata={"static": True})
+    limit: str = field(default="cooling_time", metadata={"static": True})
+
+    kind: ClassVar[str] = "cooling"
+    external: ClassVar[bool] = True
+
+    @classmethod
+    def from_options(cls, options):
+        """Refuses a law without its numbers, and numbers of another law."""
+        needs = {
+            "time_scale": ("time_scale",),
+            "power_law": ("time_scale", "reference_density", "reference_energy"),
+            "beta": ("beta",),
+        }
+        law = options["law"]
+        missing = [name for name in needs[law] if options[name] is None]
+        if missing and not (missing == ["time_scale"] and options["heating_rate"] is not None):
+            raise ValueError(f"the law {law} needs {' and '.join(missing)}")
+        known = {name for names in needs.values() for name in names} | {"time_scale_change"}
+        own = {*needs[law], *(("time_scale_change",) if law == "time_scale" else ())}
+        foreign = [name for name in sorted(known - own) if options[name] is not None]
+        if foreign:
+            raise ValueError(f"the law {law} has no {foreign[0]}")
+        return cls(**options)
+
+    def rate(self, xp, fluid):
+        """1/tau, (N,)."""
+        none = xp.zeros_like(fluid.density)
+        if self.law == "beta":
+            spin = elementwise(xp, turning, fluid.position - fluid.centre, fluid.velocity - fluid.centre_velocity)[0]
+            return spin / self.beta
+        if self.time_scale is None:
+            return none
+        if self.law == "power_law":
+            found = elementwise(
+                xp, power_law, fluid.density, fluid.thermal_energy, self.reference_density, self.reference_energy,
+                self.density_exponent, self.energy_exponent,
+            )  # fmt: skip
+            return found[0] / self.time_scale
+        if self.time_scale_change is None:
+            return none + 1.0 / self.time_scale
+        # At the moment when tau has fallen to zero there is nothing left to radiate.
+        return none + 1.0 / xp.maximum(self.time_scale + fluid.time * self.time_scale_change, 1e-9 * self.time_scale)
+
+    def exchange(self, xp, fluid):
+        """What is radiated, towards the floor, and what is given."""
+        decay = self.rate(xp, fluid)
+        gain = xp.zeros_like(decay)
+        if self.floor is not None:
+            gain, decay = elementwise(xp, towards, fluid.thermal_energy, decay, self.floor)
+        if self.heating_rate is not None:
+            gain = elementwise(xp, heated, gain, self.heating_rate)[0]
+        return gain, decay
+
+    def timestep(self, xp, fluid):
+        """u/|du/dt|, and what heating takes to move matter by a smoothing length."""
+        if self.limit == "none":
+            return None
+        gain, decay = self.exchange(xp, fluid)
+        return elementwise(xp, changing_time, fluid.smoothing_length, fluid.thermal_energy, gain, decay)[0]
