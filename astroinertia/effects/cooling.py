@@ -5,6 +5,7 @@ from typing import Any, ClassVar
 
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import elementwise
+from astroinertia.integrate.exchange import changing_time
 from astroinertia.pytree import pytree
 
 COLD = 1e-20  # of the reference energy: below it a power law falls no further
@@ -32,14 +33,6 @@ def towards(xp, energy, decay, floor):
 def heated(xp, gain, rate):
     """A gain that is larger by a constant rate."""
     return (gain + rate,)
-
-
-def changing_time(xp, h, energy, gain, decay):
-    """u/|du/dt| of matter that cools; of matter that is heated, the time in which that moves it by h, besides."""
-    rate = gain - decay * energy
-    size = xp.maximum(xp.abs(rate), 1e-100)
-    spread = xp.where(rate > 0.0, xp.power(h * h / size, 1.0 / 3.0), 0.0)
-    return (energy / size + spread,)
 
 
 @pytree

@@ -1,11 +1,13 @@
 """The torque by which a pulsar slows down."""
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import jax.numpy as jnp
 
-from astroinertia.effects.effect import Effect
+from astroinertia.effects.effect import GENERATORS, Effect, antisymmetric_vector, moments
+from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.pytree import pytree
 
 
@@ -21,6 +23,9 @@ class DipoleBraking(Effect):
     neither brakes nor aligns, and makes the spin precess, depends on the star's interior and is left out. Or k is such
     that at a period P the period grows at the rate dP/dt, with the magnetic axis at right angles to the spin:
     k = I (dP/dt / P) (P / 2 pi)^(n-1), with the present moment I about the spin.
+
+    On particles it acts as it does on a solid crust that holds the whole star: a = alpha x (x - c), I alpha = tau, with
+    omega = I^-1 L and no magnetic axis, so that the rotation law is left as it is and L falls as that of a rigid body.
     """
 
     field: Any = None
@@ -34,6 +39,7 @@ class DipoleBraking(Effect):
     kind: ClassVar[str] = "dipole_braking"
     external: ClassVar[bool] = True
     follows_spin: ClassVar[bool] = True
+    whole_body: ClassVar[bool] = True
 
     @classmethod
     def from_options(cls, options):
@@ -49,20 +55,48 @@ class DipoleBraking(Effect):
             raise ValueError("the magnetic axis must not have zero length")
         return cls(**options)
 
+    def strength(self, xp, spin, angular_momentum):
+        """k |omega|^(n-1), zero where nothing turns."""
+        square = xp.sum(spin**2)
+        speed = xp.sqrt(xp.where(square > 0.0, square, 1.0))
+        if self.field is not None:
+            return 8.0 * math.pi / 3.0 * self.field**2 * self.radius**6 / self.speed_of_light**3 * square
+        rate = 2.0 * math.pi / self.period
+        moment = xp.sum(spin * angular_momentum) / speed**2
+        growth = self.period_derivative / self.period
+        return xp.where(square > 0.0, moment * growth * (speed / rate) ** (self.index - 1.0), 0.0)
+
     def torque(self, body):
         """In inertial axes."""
-        spin = body.angular_velocity
-        square = jnp.sum(spin**2)
-        speed = jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
-        if self.field is not None:
-            strength = 8.0 * jnp.pi / 3.0 * self.field**2 * self.radius**6 / self.speed_of_light**3 * square
-        else:
-            rate = 2.0 * jnp.pi / self.period
-            moment = jnp.sum(spin * body.angular_momentum) / speed**2
-            growth = self.period_derivative / self.period
-            strength = moment * growth * (speed / rate) ** (self.index - 1.0)
-        across = spin
+        across = spin = body.angular_velocity
         if self.magnetic_axis is not None:
             axis = body.attitude.T @ jnp.asarray(self.magnetic_axis)
             across = spin - axis * (jnp.sum(spin * axis) / jnp.sum(axis**2))
-        return jnp.where(square > 0.0, -strength * across, 0.0)
+        return -self.strength(jnp, spin, body.angular_momentum) * across
+
+    def turning(self, xp, fluid):
+        """The angular acceleration alpha (3,), and the second moment Q (3, 3)."""
+        second, mixed = moments(fluid)
+        angular_momentum = antisymmetric_vector(xp, mixed)
+        # A body without a moment of inertia about some axis is not turned about it.
+        inverse = xp.linalg.pinv(inertia_from_second_moment(second), hermitian=True)
+        spin = inverse @ angular_momentum
+        return inverse @ (-self.strength(xp, spin, angular_momentum) * spin), second
+
+    def acceleration(self, xp, fluid):
+        """alpha x (x - c)."""
+        return xp.cross(self.turning(xp, fluid)[0], fluid.position - fluid.centre)
+
+    def virial(self, xp, fluid):
+        """Q [alpha]^T, whose antisymmetric part is the torque."""
+        alpha, second = self.turning(xp, fluid)
+        return second @ xp.tensordot(alpha, xp.asarray(GENERATORS), 1).T
+
+    def timestep(self, xp, fluid):
+        """L over the torque: the moment over its k |omega|^(n-1)."""
+        second, mixed = moments(fluid)
+        angular_momentum = antisymmetric_vector(xp, mixed)
+        inertia = inertia_from_second_moment(second)
+        spin = xp.linalg.pinv(inertia, hermitian=True) @ angular_momentum
+        smallest = 0.5 * (xp.trace(inertia) - xp.sqrt(xp.sum(inertia**2)))
+        return smallest / xp.maximum(self.strength(xp, spin, angular_momentum), 1e-100)

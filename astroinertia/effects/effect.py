@@ -70,8 +70,8 @@ class Effect:
     within the time step).
 
     With individual time steps the fluid may hold some of the body's particles alone (centre and centre_velocity stay
-    those of the whole), and `remember` is given an interval for each, (N,). An external effect then acts on a particle
-    over its own interval; another one that acts on particles by themselves, on all of them over the longest.
+    those of the whole), and `remember` is given an interval for each, (N,). An acceleration then acts on a particle
+    over its own interval; that of an effect of the whole body, on all of them over the longest.
 
     The affine parts are for a body whose matter moves as x = centre + F xi: `body` there has time, mass,
     second_moment (q of the sphere F = 1 along an axis), sphere_energy (its W), deformation F and rate dF/dt (3, 3),
@@ -86,6 +86,8 @@ class Effect:
     """Exchanges momentum or energy with the outside of the fluid."""
     central: ClassVar[bool] = False
     """Acts between particles along their separation: no net force, symmetric virial tensor."""
+    whole_body: ClassVar[bool] = False
+    """Its acceleration depends on the body as a whole: with individual time steps it acts with the longest of them."""
     needs_zeta: ClassVar[bool] = False
     """Needs fluid.zeta, the response of the softened potential to the smoothing length."""
     follows_spin: ClassVar[bool] = False
@@ -255,6 +257,11 @@ def moments(fluid: Any) -> tuple[Any, Any]:
     position = fluid.position - fluid.centre
     weighted = (fluid.mass[:, None] * position).T
     return weighted @ position, weighted @ (fluid.velocity - fluid.centre_velocity)
+
+
+def antisymmetric_vector(xp: Any, tensor: Any) -> Any:
+    """eps_ijk T_jk, (3,): the angular momentum in P, the torque in V_e."""
+    return xp.stack([tensor[1, 2] - tensor[2, 1], tensor[2, 0] - tensor[0, 2], tensor[0, 1] - tensor[1, 0]])
 
 
 # Generators of the rotations: (GENERATORS[k])[i, j] = -epsilon_kij, so that a rotation about axis k turns i towards j.

@@ -42,4 +42,31 @@ HEAT: Mapping[str, Entry] = {
         "particles",
         "Gammie 2001; Rybicki & Lightman 1979",
     ),
+    "neutrino_loss": Entry(
+        "astroinertia.effects.neutrino_loss",
+        "NeutrinoLoss",
+        "heat that neutrinos carry off from a collapsed core, parametrised",
+        {
+            "law": Option(
+                "choice",
+                "captures",
+                "captures: of electrons and positrons by free nucleons, with the sixth power of the temperature, where "
+                "neutrinos are not trapped; diffusion: of those that are, over a time scale above a density",
+                choices=("captures", "diffusion"),
+            ),
+            "rate": positive(
+                "specific_power", None, "of captures: energy lost at thermal_energy; 1.399e16 W/kg at 2 MeV"
+            ),
+            "thermal_energy": positive(
+                "specific_energy", None, "of captures: thermal energy at which it is; 2.9e14 J/kg for nucleons at 2 MeV"
+            ),
+            "trapping_density": positive(
+                "density", None, "of captures: at which the optical depth is 1; about 1e11 g/cm3"
+            ),
+            "time_scale": positive("time", None, "of diffusion: in which heat leaks out, seconds to tens of seconds"),
+            "density": positive("density", None, "of diffusion: above which it does"),
+        },
+        "particles",
+        "Janka 2001; Murphy & Burrows 2008; Roberts & Reddy 2017",
+    ),
 }

@@ -57,7 +57,11 @@ RIGID: Mapping[str, Entry] = {
             "radius": positive("length", None, "where the field is that"),
             "speed_of_light": positive("velocity", LIGHT, "c"),
             "magnetic_axis": Option(
-                "dimensionless", None, "in body axes; at right angles to the spin without it", shape=(3,)
+                "dimensionless",
+                None,
+                "in body axes; at right angles to the spin without it",
+                shape=(3,),
+                models=("rigid", "scaling"),
             ),
             "period": positive("time", None, "rotation period at which the period grows by period_derivative"),
             "period_derivative": positive("dimensionless", None, "dP/dt, instead of a field"),
@@ -65,7 +69,7 @@ RIGID: Mapping[str, Entry] = {
         },
         "body",
         "Goldreich 1970; Davis & Goldstein 1970; Michel & Goldwire 1970",
-        ("rigid", "scaling"),
+        ("sph", "rigid", "scaling"),
     ),
     "internal_dissipation": Entry(
         "astroinertia.effects.internal_dissipation",

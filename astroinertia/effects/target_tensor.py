@@ -32,6 +32,7 @@ class TargetTensor(Effect):
     normal: Any = None
 
     kind: ClassVar[str] = "target_tensor"
+    whole_body: ClassVar[bool] = True
 
     @property
     def central(self):

@@ -77,6 +77,14 @@ def given(xp, mass, gain, dt):
     return (mass * gain * dt,)
 
 
+def changing_time(xp, h, energy, gain, decay):
+    """u/|du/dt| of matter that cools; of matter that is heated, the time in which that moves it by h, besides."""
+    rate = gain - decay * energy
+    size = xp.maximum(xp.abs(rate), 1e-100)
+    spread = xp.where(rate > 0.0, xp.power(h * h / size, 1.0 / 3.0), 0.0)
+    return (energy / size + spread,)
+
+
 def entropy_after(xp: Any, exchange: Exchange, entropy: Array, gained: Array, dt: Array) -> Array:
     """A (N,) after dt (N,) or all alike, in which heat and gains would have added `gained` (N,) to it."""
     return elementwise(xp, exchanged, entropy, gained, exchange.decay, dt)[0]

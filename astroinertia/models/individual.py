@@ -120,8 +120,13 @@ def agreed_limits(problem: Problem, pairs: Any, state: State) -> Array:
     return limits
 
 
-def own_limits(problem: Problem, rates: Rates) -> Array:
-    """The longest interval of each particle by all criteria but its neighbours', (N,)."""
+def own_limits(problem: Problem, rates: Rates, whole: bool = True) -> Array:
+    """The longest interval of each particle by all criteria but its neighbours', (N,).
+
+    Where particles are not the whole body, what limits that has limited the base step already.
+    """
+    if not whole:
+        problem = replace(problem, effects=tuple(effect for effect in problem.effects if not effect.whole_body))
     limits = np.full(len(rates.fluid.mass), np.inf)
     for limit in sph.particle_limits(problem, rates).values():
         limits = np.minimum(limits, limit)
@@ -235,7 +240,7 @@ def _kicked(
         impulses = pushed.get(effect.kind, {})
         push = added(impulses.get("acceleration"), pulled.get(effect.kind))
         if acceleration is not None and kicked(effect):
-            span = half if effect.external else 0.5 * flow.clock.base
+            span = 0.5 * flow.clock.base if effect.whole_body else half
             push = added(push, np.reshape(span, (-1, 1)) * acceleration)
         pushes.append(np.zeros((len(awake), 3)) if push is None else push)
         heat.append(impulses.get("heating") if problem.equation_of_state.thermal else None)
@@ -260,7 +265,7 @@ def _forced(flow: Flow, awake: Array, part: Any, rung: Array, since: Array) -> R
     flow.put("entropy_rate", awake, rates.entropy_rate)
     if rates.exchange is not None:
         flow.put("decay", awake, rates.exchange.decay)
-    flow.put("own_limit", awake, own_limits(flow.problem, rates))
+    flow.put("own_limit", awake, own_limits(flow.problem, rates, flow.clock.level == 0))
     return rates
 
 
@@ -282,25 +287,25 @@ def _distant_rows(flow: Flow) -> Sums:
 
 
 def _act_with_base(problem: Problem) -> bool:
-    return any("acceleration" in vars(type(effect)) and not effect.external for effect in problem.effects)
+    return any(effect.whole_body for effect in problem.effects)
 
 
 def _own_accelerations(flow: Flow, part: Any, awake: Array) -> tuple[list[Array | None], Any]:
     """Each effect's acceleration that is not of pairs, and whether it kicks now.
 
-    What acts from outside acts on a particle by itself; what acts within the body, on all of it at once, with the base
-    step, so that it exerts no net force.
+    Most act on a particle by itself; what depends on the whole body, on all of it at once, with the base step, so that
+    it exerts no net force.
     """
     found = []
     everyone = flow.clock.level == 0
 
     def kicked(effect: Any) -> bool:
-        return effect.external or everyone
+        return everyone or not effect.whole_body
 
     for effect in flow.problem.effects:
-        if effect.external or everyone:
+        if kicked(effect):
             acceleration = effect.acceleration(np, part)
-            if acceleration is not None and not effect.external:
+            if acceleration is not None and effect.whole_body:
                 flow.rows[f"body.{effect.kind}"] = acceleration
         else:
             stored = flow.rows.get(f"body.{effect.kind}")

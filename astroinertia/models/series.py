@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.effects.effect import Effect
+from astroinertia.effects.effect import Effect, antisymmetric_vector
 from astroinertia.inertia.ledger import centre_of_mass, moments, weighted_outer
 from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.integrate.leapfrog import State
@@ -62,7 +62,7 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
         "mass": total_mass,
         "centre_of_mass": centre,
         "momentum": mass @ velocity,
-        "angular_momentum": antisymmetric_vector(mixed),
+        "angular_momentum": antisymmetric_vector(np, mixed),
         "second_moment": second,
         "mixed_moment": mixed,
         "kinetic_tensor": kinetic,
@@ -72,7 +72,7 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
         "inertia_tensor_evolved": evolved,
         "ledger_closure": ledger_closure(problem, state),
         "mixed_impulse": np.asarray(ledger.mixed_impulse.total),
-        "torque": np.stack([antisymmetric_vector(tensor) for tensor in virial]),
+        "torque": np.stack([antisymmetric_vector(np, tensor) for tensor in virial]),
         "force": np.stack([mass @ a for a in accelerations]),
         "impulse": np.asarray(ledger.impulse.total),
         "work": work,
@@ -149,11 +149,6 @@ def works_from_outside(problem: Problem, potentials: dict[str, float]) -> np.nda
         return (effect.external and not static) or (heats and not problem.equation_of_state.thermal)
 
     return np.array([loses(effect) for effect in problem.effects], dtype=bool)
-
-
-def antisymmetric_vector(tensor: np.ndarray) -> np.ndarray:
-    """eps_ijk T_jk, (3,): the angular momentum in P, the torque in V_e."""
-    return np.array([tensor[1, 2] - tensor[2, 1], tensor[2, 0] - tensor[0, 2], tensor[0, 1] - tensor[1, 0]])
 
 
 def snapshot_record(state: State) -> dict[str, Any]:

@@ -49,9 +49,11 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "orientation_stiffness": 1.3,
     },
     "shear_viscosity": {"kinematic_viscosity": 0.3},
+    "dipole_braking": {"speed_of_light": 1.0, "period": 3.0, "period_derivative": 0.2, "index": 2.5},
     "cooling": {"time_scale": 3.0, "floor": 0.1, "heating_rate": 0.1},
+    "neutrino_loss": {"rate": 0.3, "thermal_energy": 0.2, "trapping_density": 1.0},
 }
-WITHOUT_FORCE = ("conduction", "cooling")
+WITHOUT_FORCE = ("conduction", "cooling", "neutrino_loss")
 INTERNAL = ("gravity", "pressure", "viscosity", "conduction", "target_tensor", "shear_viscosity")
 POTENTIAL = ("gravity", "pressure", "rotating_frame", "tide", "companions", "sinks", "external_field", "target_tensor")
 

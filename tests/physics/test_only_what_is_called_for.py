@@ -58,7 +58,9 @@ TABLES = {
     "external_field": "point_mass = 2.0\nsoftening = 0.3",
     "target_tensor": "stiffness = 2.0\naxis_ratios = [2.0, 1.0, 1.0]",
     "shear_viscosity": "kinematic_viscosity = 0.1",
+    "dipole_braking": "speed_of_light = 1.0\nperiod = 3.0\nperiod_derivative = 0.2",
     "cooling": "time_scale = 3.0\nfloor = 0.1",
+    "neutrino_loss": 'law = "diffusion"\ntime_scale = 3.0\ndensity = 0.1',
 }
 PARTICLE_EFFECTS = tuple(kind for kind, entry in CATALOGUE.items() if "sph" in entry.models)
 # What a compiled program could hold of an effect, whatever its name: its functions, fields, memories and kernels.
@@ -71,8 +73,8 @@ TRACES = {
     "shear_viscosity": r"shear_viscosity|kinematic_viscosity",
 }
 HALVES = (
-    ("gravity", "pressure", "damping", "tide", "companions", "target_tensor", "shear_viscosity"),
-    ("pressure", "viscosity", "conduction", "rotating_frame", "sinks", "external_field", "cooling"),
+    ("gravity", "pressure", "damping", "tide", "companions", "target_tensor", "shear_viscosity", "dipole_braking"),
+    ("pressure", "viscosity", "conduction", "rotating_frame", "sinks", "external_field", "cooling", "neutrino_loss"),
 )
 
 

@@ -1,0 +1,94 @@
+"""A star of particles that brakes as a rigid one does: its L(t), and its torque against the formula."""
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from astroinertia.effects import catalogue
+from astroinertia.effects.effect import antisymmetric_vector
+from astroinertia.models import sph
+from astroinertia.rotation.braking import Braking
+from astroinertia.sph.initial import isotropised
+from tests.ball import ball, state_of
+
+AXIS = np.array([2.0, -1.0, 2.0]) / 3.0
+RATE = 1e-6  # so slow that the star keeps its shape over the run
+GROWTH = 0.5  # dP/dt over P at that rate
+
+
+def braked(options: dict[str, Any], steps: int, end: float = 2.0) -> tuple[Any, Any, list[np.ndarray]]:
+    """The state at first and at the end, and L at each step, of a ball of one moment that turns differentially."""
+    position = isotropised(ball(60), 0.2)
+    rates = RATE * (1.0 + 0.5 * np.sin(7.0 * position[:, 0]))
+    velocity = np.cross(AXIS, position) * rates[:, None] + [1e-5, 0.0, 0.0]
+    problem, first, arrangement = state_of(
+        catalogue.build("dipole_braking", options), position=position, velocity=velocity
+    )
+    state, spins = first, [spin_of(first)]
+    for _ in range(steps):
+        state = sph.step(problem, arrangement, state, np.float64(end / steps))
+        spins.append(spin_of(state))
+    return first, state, spins
+
+
+def spin_of(state: Any) -> np.ndarray:
+    x, v = state.position - state.position.mean(axis=0), state.velocity - state.velocity.mean(axis=0)
+    return state.mass @ np.cross(x, v)
+
+
+def inertia_of(state: Any) -> np.ndarray:
+    x = state.position - state.position.mean(axis=0)
+    return np.eye(3) * (state.mass @ (x**2).sum(axis=1)) - (state.mass[:, None] * x).T @ x
+
+
+@pytest.mark.parametrize("index", [1.0, 2.5, 3.0, 5.0])
+def test_angular_momentum_falls_as_that_of_a_rigid_body(index: float) -> None:
+    """omega^(1-n) grows linearly, to second order in the step; omega keeps its direction in a body of one moment."""
+    options = {
+        "speed_of_light": 1.0,
+        "period": 2.0 * math.pi / RATE,
+        "period_derivative": GROWTH * 2.0 * math.pi / RATE,
+        "index": index,
+    }
+    errors = []
+    for steps in (10, 20, 40):
+        first, last, spins = braked(options, steps)
+        before, after = (np.linalg.solve(inertia_of(first), spin) for spin in (spins[0], spins[-1]))
+        speed = np.linalg.norm(before)
+        exact = Braking(speed, -GROWTH * speed * (speed / RATE) ** (index - 1.0), (index,), (1.0,)).history(
+            np.array([0.0, 2.0])
+        )[-1]
+        # omega falls along itself: every part of it by the same factor.
+        errors.append(abs(np.linalg.norm(after) / exact - 1.0))
+        assert np.allclose(after / np.linalg.norm(after), before / speed, atol=1e-5)
+        given = antisymmetric_vector(np, last.ledger.mixed_impulse.total[0])
+        assert np.allclose(given, spins[-1] - spins[0], rtol=0.0, atol=1e-13 * np.abs(spins[0]).max())
+    assert all(3.7 < a / b < 4.4 for a, b in itertools.pairwise(errors)), errors
+    assert exact < 0.75 * speed
+
+
+def test_the_torque_of_a_field_is_that_of_a_dipole_and_exerts_no_force() -> None:
+    """tau = -(8 pi/3) b^2 R^6/c^3 omega^3, and the rotation law is left as it is."""
+    options = {"field": 3e4, "radius": 1.2, "speed_of_light": 0.1}
+    first, last, spins = braked(options, 1, 1e-3)
+    fluid = first.rates.fluid
+    effect = catalogue.build("dipole_braking", options)
+    spin = np.linalg.solve(inertia_of(first), spins[0])
+    expected = -8.0 * math.pi / 3.0 * 9e8 * 1.2**6 / 1e-3 * (spin @ spin) * spin
+    assert np.allclose(antisymmetric_vector(np, effect.virial(np, fluid)), expected, rtol=1e-12, atol=0.0)
+    acceleration = effect.acceleration(np, fluid)
+    assert np.abs(fluid.mass @ acceleration).max() < 1e-15 * np.abs(acceleration).max()
+    # What is taken is a rigid rotation.
+    gradient = np.linalg.lstsq(fluid.position - fluid.centre, acceleration, rcond=None)[0]
+    assert np.allclose(gradient, -gradient.T, atol=1e-12 * np.abs(gradient).max())
+    assert float(last.ledger.work.total[0]) < 0.0
+
+
+def test_a_body_at_rest_is_not_braked() -> None:
+    position = ball(60)
+    options = {"speed_of_light": 1.0, "period": 1.0, "period_derivative": 1.0}
+    _, state, _ = state_of(catalogue.build("dipole_braking", options), position=position, velocity=0.0 * position)
+    assert not state.rates.acceleration[0].any()
