@@ -273,7 +273,7 @@ CATALOGUE: Mapping[str, Entry] = {
         {"speed_of_light": positive("velocity", LIGHT, "c; smaller than it is, all goes faster")},
         "body",
         "Burke & Thorne 1970; Misner, Thorne & Wheeler 1973, eq. 36.8",
-        ("ellipsoid",),
+        ("sph", "ellipsoid"),
     ),
     **HEAT,
     **RIGID,

@@ -69,7 +69,7 @@ class Companions(Effect):
         energy = potential_energy if self.frame == "direct" else tidal_energy
         total = energy(xp, fluid.mass, fluid.position, *self.points(fluid))
         if self.motion == "live":
-            total = total + fluid.points[self.kind].energy(xp, fluid.points.values())
+            total = total + fluid.points[self.kind].energy(xp, fluid.point_masses)
         return total
 
     def virial(self, xp, fluid):
@@ -81,7 +81,7 @@ class Companions(Effect):
         times = orbital_time(xp, fluid.position, *self.points(fluid))
         if self.motion == "orbit":
             return times
-        return xp.minimum(times, fluid.points[self.kind].meeting_time(xp, fluid.points.values()))
+        return xp.minimum(times, fluid.points[self.kind].meeting_time(xp, fluid.point_masses))
 
     def recorded(self, state):
         """The companions' own orbits, and those of each about the body as two points, m = M_k M/(M_k + M)."""

@@ -21,6 +21,7 @@ PARTS = (
     "acceleration",
     "drag",
     "reaction",
+    "history",
     "exchange",
     "potential_energy",
     "virial",
@@ -155,6 +156,14 @@ class Effect:
         With masses as the weights it is their acceleration, with masses times a span of time what is added to their
         velocities: minus what the effect does to the fluid.
         """
+        return None
+
+    def initial_history(self, xp: Any) -> Any | None:
+        """What the effect keeps of the whole body from step to step, beside the particles, in fluid.points."""
+        return None
+
+    def history(self, xp: Any, fluid: Any) -> Any | None:
+        """The same with the whole body as it is now, once a step; with individual steps, once in the longest."""
         return None
 
     def recorded(self, state: Any) -> dict[str, Any]:

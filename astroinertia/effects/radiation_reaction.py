@@ -1,11 +1,51 @@
 """The reaction of the gravitational waves that a body sends out."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
 from astroinertia.bodies import affine_motion
-from astroinertia.effects.effect import Effect
+from astroinertia.effects.effect import Effect, moments
 from astroinertia.pytree import pytree
+
+PERIODS = 2.0  # of the waves, that their frequency is averaged over
+UNSEEN = 3.0  # steps before the first third derivative
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Waves:
+    """How fast a body's quadrupole changes: dQ/dt and d2Q/dt2 without trace at the last steps, and running means.
+
+    first (3, 3) is of `time`, second (3, 3) of the middle of the last step, `last` long; first_square and third_square
+    are the means of |dQ/dt|^2 and |d3Q/dt3|^2; steps is their number, up to those that a third derivative needs.
+    """
+
+    time: Any
+    last: Any
+    first: Any
+    second: Any
+    first_square: Any
+    third_square: Any
+    steps: Any
+
+    def drifted(self, dt, time):
+        """Nothing happens between steps."""
+        return self
+
+    def kicked(self, dt):
+        """Nor in kicks."""
+        return self
+
+    def frequency_to_the_fourth(self, xp):
+        """<|d3Q/dt3|^2> / <|dQ/dt|^2>: omega^4 of a wave of one frequency."""
+        moving = self.first_square > 0.0
+        return xp.where(moving, self.third_square / xp.where(moving, self.first_square, 1.0), 0.0)
+
+
+def without_trace(xp, tensor):
+    """The part of a matrix (3, 3) that has no trace."""
+    return tensor - xp.trace(tensor) / 3.0 * xp.eye(3)
 
 
 @pytree
@@ -13,14 +53,22 @@ from astroinertia.pytree import pytree
 class RadiationReaction(Effect):
     """a_i = -(2/5) (G/c^5) d5 (Q_ij - tr(Q) delta_ij/3)/dt5 x_j (Burke & Thorne 1970; MTW 1973, eq. 36.8).
 
-    The fifth derivative is that of the motion under gravity and pressure alone, to lowest order in 1/c^5. On average
-    over a period the energy falls by (1/5) (G/c^5) (d3 Q/dt3)^2, the quadrupole formula.
+    An affine body: the fifth derivative is that of the motion under gravity and pressure alone, to lowest order in
+    1/c^5. On average over a period the energy falls by (1/5) (G/c^5) (d3 Q/dt3)^2, the quadrupole formula.
+
+    Particles: five derivatives of sums over particles are noise, and what they feed back runs away. Waves of one
+    frequency have d5Q/dt5 = omega^4 dQ/dt, and dQ/dt is a sum over places and velocities; omega^4 is the ratio of the
+    means of |d3Q/dt3|^2 and |dQ/dt|^2 over two periods. That takes the energy of the quadrupole formula in the mean of
+    any motion, and never gives any; it takes the angular momentum of that formula from a figure that turns, a bar or
+    bodies on a circle, of which all waves have one frequency. On an eccentric orbit the loss of angular momentum is
+    that of its mean frequency.
     """
 
     speed_of_light: Any
 
     kind: ClassVar[str] = "radiation_reaction"
     external: ClassVar[bool] = True
+    whole_body: ClassVar[bool] = True
 
     def affine_force(self, body):
         """q M F, of the acceleration M x."""
@@ -29,3 +77,52 @@ class RadiationReaction(Effect):
         )[-1]
         reaction = affine_motion.radiation_reaction_tensor(fifth, self.speed_of_light**-5.0)
         return body.second_moment * reaction @ body.deformation
+
+    def initial_history(self, xp):
+        """Nothing known yet."""
+        zero, none = xp.zeros(()), xp.zeros((3, 3))
+        return Waves(zero, zero, none, none, zero, zero, zero)
+
+    def history(self, xp, fluid):
+        """The waves with what is seen now: differences over the last two steps."""
+        waves = fluid.points[self.kind]
+        dt = fluid.time - waves.time
+        mixed = moments(fluid)[1]
+        first = without_trace(xp, mixed + mixed.T)
+        step = xp.where(dt > 0.0, dt, 1.0)
+        second = (first - waves.first) / step
+        third = (second - waves.second) / (0.5 * (step + waves.last))
+        squares = xp.sum(waves.first**2), xp.sum(third**2)  # of one time: the third derivative is that of a step ago
+        # Two differences need three steps. The velocities of the first are not predicted, as those of all others are.
+        known = waves.steps >= UNSEEN
+        period = 2.0 * math.pi / xp.maximum(waves.frequency_to_the_fourth(xp), 1e-300) ** 0.25
+        share = xp.where(waves.steps > UNSEEN, xp.minimum(dt / (PERIODS * period), 1.0), 1.0)
+        seen = Waves(
+            time=fluid.time,
+            last=dt,
+            first=first,
+            second=second,
+            first_square=xp.where(known, waves.first_square + share * (squares[0] - waves.first_square), 0.0),
+            third_square=xp.where(known, waves.third_square + share * (squares[1] - waves.third_square), 0.0),
+            steps=xp.minimum(waves.steps + 1.0, UNSEEN + 1.0),
+        )
+        later = (dt > 0.0) | (waves.steps == 0.0)
+        return Waves(*(xp.where(later, getattr(seen, f.name), getattr(waves, f.name)) for f in fields(Waves)))
+
+    def matrix(self, xp, fluid):
+        """M of the acceleration M (x - c), (3, 3)."""
+        mixed = moments(fluid)[1]
+        strength = 0.4 * self.speed_of_light**-5.0 * fluid.points[self.kind].frequency_to_the_fourth(xp)
+        return -strength * without_trace(xp, mixed + mixed.T)
+
+    def acceleration(self, xp, fluid):
+        """M (x - c)."""
+        return (fluid.position - fluid.centre) @ self.matrix(xp, fluid)
+
+    def virial(self, xp, fluid):
+        """V = Q M."""
+        return moments(fluid)[0] @ self.matrix(xp, fluid)
+
+    def timestep(self, xp, fluid):
+        """The time in which the reaction alone changes velocities by the size of the body over that time."""
+        return 1.0 / xp.sqrt(xp.sqrt(xp.sum(self.matrix(xp, fluid) ** 2)) + 1e-60)

@@ -1,4 +1,4 @@
-"""Point masses beside the particles of a fluid: what accelerates them, and what they and the fluid have together."""
+"""What is beside the particles of a fluid: point masses, and what effects keep of the whole body from step to step."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,8 +19,16 @@ def attracted(xp: Any, effects: Sequence[Effect], fluid: Fluid) -> dict[str, Any
     for effect in effects:
         if (pull := effect.reaction(xp, fluid, fluid.mass)) is not None:
             each = fluid.points[effect.kind]
-            points[effect.kind] = replace(each, acceleration=pull + each.by_each_other(xp, fluid.points.values()))
+            points[effect.kind] = replace(each, acceleration=pull + each.by_each_other(xp, fluid.point_masses))
+        if (known := effect.history(xp, fluid)) is not None:
+            points[effect.kind] = known
     return points
+
+
+def opened(xp: Any, effects: Sequence[Effect], points: dict[str, Any] | None) -> dict[str, Any]:
+    """The points given, and the histories that effects begin with."""
+    begun = {effect.kind: effect.initial_history(xp) for effect in effects}
+    return {**(points or {}), **{kind: each for kind, each in begun.items() if each is not None}}
 
 
 def without_others(state: State) -> tuple[State, tuple[Any, ...]]:

@@ -19,7 +19,7 @@ from astroinertia.integrate import leapfrog, timestep
 from astroinertia.integrate.contact import contact_limit
 from astroinertia.integrate.exchange import Exchange, exchange_of
 from astroinertia.integrate.leapfrog import Rates, State
-from astroinertia.models.points import attracted, with_others, without_others
+from astroinertia.models.points import attracted, opened, with_others, without_others
 from astroinertia.pytree import pytree
 from astroinertia.sph.density import density, refuse_unsolved, refuse_without_length
 from astroinertia.sph.fluid import Fluid
@@ -98,7 +98,7 @@ def initial_state(
         memory={},
         ledger=open_ledger(xp, mass, position, velocity, len(problem.effects)),
         rates=Rates(nothing, nothing, nothing, xp.zeros(count), xp.zeros(()), None),  # type: ignore[arg-type]
-        points=points or {},
+        points=opened(xp, problem.effects, points),
         material=None if material is None else xp.asarray(material, dtype=int),
     )
     for _ in range(2):  # the first lengths are a guess; particles are arranged anew by the solved ones

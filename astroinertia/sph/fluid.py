@@ -41,6 +41,11 @@ class Fluid:
     points: dict[str, Any] = field(default_factory=dict)
 
     @property
+    def point_masses(self) -> list[Any]:
+        """Those of the points that have masses; others are what effects know of the whole body."""
+        return [each for each in self.points.values() if hasattr(each, "mass")]
+
+    @property
     def centre(self) -> Array:
         """Centre of mass, (3,)."""
         return (self.mass @ self.position) / self.mass.sum()

@@ -59,6 +59,7 @@ TABLES = {
     "target_tensor": "stiffness = 2.0\naxis_ratios = [2.0, 1.0, 1.0]",
     "shear_viscosity": "kinematic_viscosity = 0.1",
     "dipole_braking": "speed_of_light = 1.0\nperiod = 3.0\nperiod_derivative = 0.2",
+    "radiation_reaction": "speed_of_light = 3.0",
     "cooling": "time_scale = 3.0\nfloor = 0.1",
     "neutrino_loss": 'law = "diffusion"\ntime_scale = 3.0\ndensity = 0.1',
 }
@@ -74,7 +75,16 @@ TRACES = {
 }
 HALVES = (
     ("gravity", "pressure", "damping", "tide", "companions", "target_tensor", "shear_viscosity", "dipole_braking"),
-    ("pressure", "viscosity", "conduction", "rotating_frame", "sinks", "external_field", "cooling", "neutrino_loss"),
+    (
+        "pressure",
+        "viscosity",
+        "conduction",
+        "rotating_frame",
+        "external_field",
+        "cooling",
+        "neutrino_loss",
+        "radiation_reaction",
+    ),
 )
 
 

@@ -1,0 +1,105 @@
+"""Gravitational radiation reaction on particles: what it takes, against the quadrupole formula and the decay by it."""
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+
+from astroinertia.effects import catalogue
+from astroinertia.effects.effect import antisymmetric_vector
+from astroinertia.models import sph
+from astroinertia.sph.initial import isotropised
+from tests.ball import ball, state_of
+
+PACE = 1.3  # of all motion in the spring-like field, rad per time
+
+
+def moving(
+    position: np.ndarray, velocity: np.ndarray, light: float, turns: float, steps: int, along_z: float = 0.0
+) -> tuple[Any, Any]:
+    """The first and last state of free particles in a field in which all motion has one period.
+
+    along_z: how strong it is there, with 0 particles keep their height.
+    """
+    field = np.diag([PACE**2, PACE**2, along_z * PACE**2])
+    problem, first, arrangement = state_of(
+        catalogue.build("external_field", {"quadratic": tuple(map(tuple, field))}),
+        catalogue.build("radiation_reaction", {"speed_of_light": light}),
+        position=position,
+        velocity=velocity,
+    )
+    state = first
+    for _ in range(steps):
+        state = sph.step(problem, arrangement, state, np.float64(turns * 2.0 * np.pi / PACE / steps))
+    return first, state
+
+
+def stretched() -> np.ndarray:
+    """An ellipsoid along the axes: nothing of it is seen but its figure."""
+    return isotropised(ball(60), 1.0) * [1.0, 0.5, 0.7]
+
+
+def second_moment(state: Any) -> np.ndarray:
+    return np.einsum("n,ni,nj->ij", state.mass, state.position, state.position)
+
+
+def turning_loss(state: Any, light: float) -> float:
+    """(32/5) (G/c^5) Omega^6 (difference of the moments in the plane)^2 (MTW 1973, eqs. 36.1 and 36.9)."""
+    inner = np.linalg.eigvalsh(second_moment(state)[:2, :2])
+    return 32.0 / 5.0 * light**-5 * PACE**6 * (inner[1] - inner[0]) ** 2
+
+
+def test_a_turning_figure_loses_energy_and_angular_momentum_by_the_quadrupole_formula() -> None:
+    """dE/dt = Omega dL/dt: the error falls with the step, of which the first four see no wave yet."""
+    errors = []
+    for steps in (50, 100, 200):
+        position = stretched()
+        first, last = moving(position, np.cross([0.0, 0.0, PACE], position), 20.0, 1.0, steps)
+        time = 2.0 * np.pi / PACE * (1.0 - 4.0 / steps)
+        energy = float(last.ledger.work.total[1]) / (-turning_loss(first, 20.0) * time)
+        turned = antisymmetric_vector(np, last.ledger.mixed_impulse.total[1])
+        spin = turned[2] * PACE / (-turning_loss(first, 20.0) * time)
+        assert spin == pytest.approx(energy, rel=2e-3)
+        assert np.abs(turned[:2]).max() < 1e-6 * abs(turned[2])
+        assert np.abs(last.ledger.impulse.total[1]).max() < 1e-15
+        errors.append(abs(energy - 1.0))
+    assert errors[-1] < 0.02, errors
+    assert all(a > 1.8 * b for a, b in itertools.pairwise(errors)), errors
+
+
+def test_two_bodies_on_a_circle_lose_what_peters_found_and_spiral_in() -> None:
+    """Of two points on a spring E ~ a^2 and dE/dt ~ -a^4: 1/a^2 grows linearly with (32/5) G mu^2 a^4 Omega^6/c^5."""
+    light = 3.0
+    separation = np.array([0.8, 0.0, 0.0])
+    # Each of the bodies is of 16 points at one place, which a field alone moves.
+    position = np.repeat([separation / 2, -separation / 2], 16, axis=0)
+    position = position + 1e-6 * np.random.default_rng(1).normal(size=position.shape)
+    position -= position.mean(axis=0)
+    velocity = np.cross([0.0, 0.0, PACE], position)
+    first, last = moving(position, velocity, light, 4.0, 400)
+    reduced, a = 0.25, 0.8
+    power = 32.0 / 5.0 * reduced**2 * a**4 * PACE**6 / light**5  # Peters 1964, Phys. Rev. 136, B1224, eq. 15
+    energy = reduced * a**2 * PACE**2
+    assert turning_loss(first, light) == pytest.approx(power, rel=1e-4)
+    time = 4.0 * 2.0 * np.pi / PACE * (1.0 - 4.0 / 400)
+    expected = 1.0 / (1.0 + power * time / energy)
+    assert expected < 0.9
+    left = last.mass @ (last.velocity**2 + PACE**2 * last.position**2).sum(axis=1) / 2.0 / energy
+    assert left == pytest.approx(expected, rel=2e-3)
+    lost = float(last.ledger.work.total[1]) / energy
+    assert lost == pytest.approx(left - 1.0, rel=1e-3)
+
+
+def test_a_body_that_swings_along_one_axis_loses_the_energy_of_its_waves() -> None:
+    """x = a cos(Omega t): the mean of (1/5) (G/c^5) |d3Q/dt3|^2 over whole periods, with no angular momentum at all."""
+    light = 12.0
+    position = stretched()
+    first, last = moving(position, np.zeros_like(position), light, 4.0, 400, along_z=1.0)
+    # Q = Q_0 (1 + cos(2 Omega t))/2 of the traceless Q_0.
+    moment = second_moment(first)
+    moment -= np.trace(moment) / 3.0 * np.eye(3)
+    power = 0.2 * light**-5 * (moment**2).sum() * (0.5 * (2.0 * PACE) ** 3) ** 2 * 0.5
+    time = 4.0 * 2.0 * np.pi / PACE
+    assert float(last.ledger.work.total[1]) == pytest.approx(-power * time, rel=0.01)
+    assert np.abs(antisymmetric_vector(np, last.ledger.mixed_impulse.total[1])).max() < 1e-9 * power * time
