@@ -19,6 +19,7 @@ from astroinertia.integrate.hierarchical import Clock, weighted_sets
 from astroinertia.integrate.leapfrog import Rates, State, member_key
 from astroinertia.models import points, sph
 from astroinertia.models.flow import FLUID, Flow, Part, Spans
+from astroinertia.models.heat import compression, product
 from astroinertia.sph.density import density
 
 Array = Any
@@ -103,11 +104,8 @@ def find_densities(flow: Flow, awake: Array) -> None:
     )  # fmt: skip
     entropy = flow.take("entropy", awake)
     if "pressure" in problem.effect_names:
-        new, old = (eos.energy(np, rho, entropy) for rho in (found.density, flow.take("density", awake)))
-        gain = totals(np, sph.change, flow.take("mass", awake), new, old)[0][0]
-        flow.ledger = after_heating(
-            flow.ledger, np.array([gain if name == "pressure" else 0.0 for name in problem.effect_names])
-        )
+        parts = flow.take("mass", awake), entropy, flow.take("density", awake), found.density
+        flow.ledger = after_heating(flow.ledger, compression(problem, eos, *parts))
     rate, since = flow.take("entropy_rate", awake), flow.time - flow.take("middle", awake)
     if "decay" in flow.rows:
         now = elementwise(np, exchanged, entropy, rate * since, flow.take("decay", awake), since)[0]
@@ -297,7 +295,7 @@ def kick(
         if q is not None and push is not None:
             q = elementwise(np, mended, q, push, before, after, expected)[0]
         if q is not None:
-            gains[k] = totals(np, sph.product, mass, q)[0][0]
+            gains[k] = totals(np, product, mass, q)[0][0]
         total = added(total, q)
     entropy, unit, span = (
         flow.take("entropy", awake),

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.engines.elementwise import added, elementwise
+from astroinertia.engines.elementwise import added
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.integrate.hierarchical import NEIGHBOURS, base_step, merged, rungs
 from astroinertia.integrate.leapfrog import Rates, State
@@ -22,6 +22,7 @@ from astroinertia.models import arena, points, sph
 from astroinertia.models import awake as passes
 from astroinertia.models.awake import Sums
 from astroinertia.models.flow import Flow, Part, Spans, opened
+from astroinertia.models.heat import exchange_with_surroundings, with_heat
 from astroinertia.models.sph import Arrangement, Problem
 from astroinertia.sph.fluid import Fluid
 
@@ -246,7 +247,7 @@ def _kicked(
         heat.append(impulses.get("heating") if problem.equation_of_state.thermal else None)
     flow.points = points.pushed(problem.effects, part, half)
     drags = [effect.drag(part) for effect in problem.effects]
-    exchange = sph.exchange_with_surroundings(problem, part, flow.take("entropy_per_heat", awake))
+    exchange = exchange_with_surroundings(problem, part, flow.take("entropy_per_heat", awake))
     passes.kick(flow, awake, pushes, drags, heat, exchange, spans)
     if spans.opens:
         passes.remember_outer(flow, awake, far)
@@ -321,7 +322,6 @@ def _rates(problem: Problem, part: Fluid, own: list[Array | None], drags: list[A
     )
     total = reduce(added, accelerations, None)
     thermal = problem.equation_of_state.thermal
-    exchange = sph.exchange_with_surroundings(problem, part, per_heat)
     rates = Rates(
         acceleration=accelerations,
         drag=tuple(drags),
@@ -330,11 +330,8 @@ def _rates(problem: Problem, part: Fluid, own: list[Array | None], drags: list[A
         timestep=np.zeros(()),
         fluid=part,
         total=np.zeros_like(part.velocity) if total is None else total,
-        exchange=exchange,
     )
-    if (heat := added(sph.total_heating(rates), None if exchange is None else exchange.gain)) is not None:
-        rates = replace(rates, entropy_rate=elementwise(np, sph.product, per_heat, heat)[0])
-    return rates
+    return with_heat(problem, rates, per_heat)
 
 
 def _closed(flow: Flow) -> Rates:

@@ -26,9 +26,9 @@ def attracted(xp: Any, effects: Sequence[Effect], fluid: Fluid) -> dict[str, Any
 
 
 def opened(xp: Any, effects: Sequence[Effect], points: dict[str, Any] | None) -> dict[str, Any]:
-    """The points given, and the histories that effects begin with."""
+    """The points given, and the histories that effects begin with where none is."""
     begun = {effect.kind: effect.initial_history(xp) for effect in effects}
-    return {**(points or {}), **{kind: each for kind, each in begun.items() if each is not None}}
+    return {**{kind: each for kind, each in begun.items() if each is not None}, **(points or {})}
 
 
 def without_others(state: State) -> tuple[State, tuple[Any, ...]]:

@@ -13,12 +13,12 @@ import jax
 import numpy as np
 
 from astroinertia.effects.effect import Effect
-from astroinertia.engines.elementwise import added, elementwise, totals
+from astroinertia.engines.elementwise import added, elementwise
 from astroinertia.inertia.ledger import after_heating, open_ledger
 from astroinertia.integrate import leapfrog, timestep
 from astroinertia.integrate.contact import contact_limit
-from astroinertia.integrate.exchange import Exchange, exchange_of
 from astroinertia.integrate.leapfrog import Rates, State
+from astroinertia.models.heat import compression, total_heating, with_heat
 from astroinertia.models.points import attracted, opened, with_others, without_others
 from astroinertia.pytree import pytree
 from astroinertia.sph.density import density, refuse_unsolved, refuse_without_length
@@ -208,7 +208,8 @@ def evaluated(problem: Problem, arrangement: Any, state: State, dt: Array) -> St
     rates = _rates(problem, fluid, entropy_per_heat)
     ledger = state.ledger
     if "pressure" in problem.effect_names and not first:
-        ledger = after_heating(ledger, _compression(problem, state, solved.density))
+        before = state.rates.fluid.density
+        ledger = after_heating(ledger, compression(problem, eos, state.mass, state.entropy, before, solved.density))
     points = attracted(xp, effects, fluid)
     return replace(
         state, smoothing_length=solved.smoothing_length, memory=fluid.memory, ledger=ledger, rates=rates, points=points
@@ -359,7 +360,6 @@ def _rates(problem: Problem, fluid: Fluid, entropy_per_heat: Array) -> Rates:
     # A barotropic fluid has no thermal content: what is dissipated leaves it, and only the work shows.
     heating = tuple(fluid.sums.get(e.kind, {}).get("heating") if eos.thermal else None for e in effects)
     total = reduce(added, accelerations, None)
-    exchange = exchange_with_surroundings(problem, fluid, entropy_per_heat)
     rates = Rates(
         acceleration=accelerations,
         drag=tuple(effect.drag(fluid) for effect in effects),
@@ -368,23 +368,9 @@ def _rates(problem: Problem, fluid: Fluid, entropy_per_heat: Array) -> Rates:
         timestep=xp.zeros(()),
         fluid=fluid,
         total=xp.zeros_like(fluid.velocity) if total is None else total,
-        exchange=exchange,
     )
-    if (heat := added(total_heating(rates), None if exchange is None else exchange.gain)) is not None:
-        rates = replace(rates, entropy_rate=elementwise(xp, product, entropy_per_heat, heat)[0])
+    rates = with_heat(problem, rates, entropy_per_heat)
     return replace(rates, timestep=timestep.shortest(xp, timestep_limits(problem, rates).values()))
-
-
-def exchange_with_surroundings(problem: Problem, fluid: Fluid, entropy_per_heat: Array) -> Exchange | None:
-    """The heat that effects give and take by themselves; None where none does, or nothing can be warm."""
-    if not problem.equation_of_state.thermal:
-        return None
-    return exchange_of([effect.exchange(problem.engine.xp, fluid) for effect in problem.effects], entropy_per_heat)
-
-
-def total_heating(rates: Rates) -> Array | None:
-    """du/dt of all effects by their pairs, (N,); None where nothing heats."""
-    return reduce(added, rates.heating, None)
 
 
 def timestep_limits(problem: Problem, rates: Rates) -> dict[str, Array]:
@@ -413,21 +399,3 @@ def particle_limits(problem: Problem, rates: Rates) -> dict[str, Array]:
     if (heat := total_heating(rates)) is not None:
         limits["energy"] = timestep.energy_limit(xp, fluid, heat, total, problem.energy_factor)
     return limits
-
-
-def _compression(problem: Problem, state: State, density: Array) -> Array:
-    # What pressure did during the drift: the change of internal energy at fixed entropy.
-    xp, eos = problem.engine.xp, matter(problem, state.material)
-    new, old = (eos.energy(xp, rho, state.entropy) for rho in (density, state.rates.fluid.density))
-    gain = totals(xp, change, state.mass, new, old)[0][0]
-    return xp.stack([gain if name == "pressure" else xp.zeros(()) for name in problem.effect_names])
-
-
-def product(xp, a, b):
-    """a b."""
-    return (a * b,)
-
-
-def change(xp, weight, new, old):
-    """weight (new - old)."""
-    return (weight * (new - old),)
