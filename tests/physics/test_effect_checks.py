@@ -80,12 +80,17 @@ def particles() -> SimpleNamespace:
 
 
 def beside(problem: sph.Problem) -> dict[str, Any]:
-    """Two companions that move, and waves that were seen."""
+    """Two companions that move, a sink, and waves that were seen."""
     xp = problem.engine.xp
     place, mass = xp.asarray([[1.5, 0.3, -0.4], [-0.5, 2.0, 0.6]]), xp.asarray([0.7, 0.2])
+    sink = {name: xp.asarray(value) for name, value in {
+        "mass": [0.4], "position": [[0.2, -0.7, 0.5]], "velocity": [[0.1, 0.0, 0.2]], "acceleration": [[0.0, 0.0, 0.0]],
+        "spin": [[0.0, 0.0, 0.1]],
+    }.items()}  # fmt: skip
     one, none = xp.asarray(1.0), xp.zeros((3, 3))
     return {
         "companions": PointMasses(mass, place, 0.1 * place[::-1], 0.0 * place, xp.asarray(0.1)),
+        "sinks": replace(no_sinks(0.2, PARTICLES), **sink),
         "radiation_reaction": Waves(-one, one, none, none, one, 16.0 * one, 4.0 * one),
     }
 
