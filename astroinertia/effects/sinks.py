@@ -46,7 +46,7 @@ class Sinks(Effect):
     def potential_energy(self, xp, fluid):
         """-sum m M/(d^2 + s^2)^(1/2), with all energy that sinks have by themselves."""
         sinks = fluid.points[self.kind]
-        alone = sinks.energy(xp, fluid.points.values()) + sinks.inner_energy
+        alone = sinks.energy(xp, fluid.point_masses) + sinks.inner_energy
         return alone + potential_energy(xp, fluid.mass, fluid.position, *self.points(fluid))
 
     def virial(self, xp, fluid):
@@ -60,7 +60,7 @@ class Sinks(Effect):
             return None
         fall = xp.sqrt(self.radius**3 / xp.max(sinks.mass))
         times = xp.minimum(orbital_time(xp, fluid.position, *self.points(fluid)), fall)
-        return xp.minimum(times, sinks.meeting_time(xp, fluid.points.values()))
+        return xp.minimum(times, sinks.meeting_time(xp, fluid.point_masses))
 
     def recorded(self, state):
         """The sinks, one a row (NaN where there are fewer than the most), and what they have taken from the fluid."""
