@@ -13,7 +13,7 @@ from astroinertia.sph.tabulated import NUMBERS, Tabulated, combined, curvatures,
 
 Array = Any
 _NO_PRESSURE = 1e-5  # of the greatest bulk modulus: what is less is where matter has come apart
-_SURFACE = 1e-3  # of the greatest pressure: what a surface has less of, or else there is none
+_GAS = 0.9  # of the pressure of the next node: what gas has at a node, and matter with a surface has not below it
 _FEWEST = 16  # nodes in compression
 _NEWTON_STEPS = 8
 
@@ -57,7 +57,7 @@ def isentrope(matter: Tabulated, number: int, label: float) -> Isentrope:
     pressure, speed, energy, *_ = matter.of(float(number)).state(np, density, np.full_like(density, label))
     apart = np.flatnonzero(pressure < _NO_PRESSURE * density * (speed**2).max())
     start = apart[-1] + 1 if len(apart) else len(density)
-    if len(density) - start < _FEWEST or pressure[start] > _SURFACE * pressure[-1]:
+    if len(density) - start < _FEWEST or pressure[start - 1] > _GAS * pressure[start]:
         raise ValueError("its matter has no surface: on that isentrope it is a gas")
     begins = first + start / per_step
     spline = spline_coefficients(energy[start:])

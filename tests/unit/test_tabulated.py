@@ -144,12 +144,14 @@ def test_an_isentrope_is_a_material_for_interiors():
     for number, material in enumerate((IRON, ROCK)):
         with jax.enable_x64(True):
             cold = isentrope(matter, number, 0.0)
-            assert cold.reference_density == pytest.approx(material.reference_density, rel=3e-5)
-            assert cold.bulk_modulus == pytest.approx(material.bulk_modulus, rel=2e-3)
+            assert cold.reference_density == pytest.approx(material.reference_density, rel=2e-4)
+            assert cold.bulk_modulus == pytest.approx(material.bulk_modulus, rel=2e-2)
             rho = material.reference_density * np.array([1.03, 1.1, 2.2])
             exact = np.asarray(material.fluid_pressure_at(rho, np.asarray(material.energy(rho))))
-            np.testing.assert_allclose(np.asarray(cold.pressure(rho)), exact, rtol=1e-6, atol=1e-7 * exact[-1])
-            np.testing.assert_allclose(np.asarray(cold.density(exact)), rho, rtol=1e-7)
+            np.testing.assert_allclose(
+                np.asarray(cold.pressure(rho)), exact, rtol=1e-6, atol=1e-4 * material.bulk_modulus
+            )
+            np.testing.assert_allclose(np.asarray(cold.density(exact)), rho, rtol=1e-4)
             warm = isentrope(matter, number, 1e6)
             assert warm.reference_density < 0.99 * material.reference_density
     with pytest.raises(ValueError, match="is a gas"):
@@ -204,3 +206,29 @@ def test_a_cache_can_tell_two_tables_apart():
     one, other = gas_table((16, 16)), gas_table((16, 16), (0.05, 21.0))
     assert repr(tables.tabulated([one])) == repr(tables.tabulated([one]))
     assert repr(tables.tabulated([one])) != repr(tables.tabulated([other]))
+
+
+@pytest.mark.slow
+def test_shocked_matter_is_on_the_hugoniot_of_the_equation():
+    """Entropy, found from the energy of a shock into cold matter at rest, gives the pressure of the jump conditions.
+
+    u_H = P_H (1/rho_0 - 1/rho)/2 with P_H = P(rho, u_H) of the equation itself, by bisection (Melosh 1989, sec. 3.4);
+    at small compressions the shock has the speed of sound.
+    """
+    for material in (IRON, ROCK):
+        matter, zero = tables.tabulated([of(material)]), material.reference_density
+        rho = zero * np.array([1.02, 1.1, 1.3, 1.6, 1.9])
+        low, high = 0.0 * rho, 1e8 + 0.0 * rho
+        with jax.enable_x64(True):
+            for _ in range(60):
+                u = 0.5 * (low + high)
+                short = u < 0.5 * np.asarray(material.pressure_at(rho, u)) * (1 / zero - 1 / rho)
+                low, high = np.where(short, u, low), np.where(short, high, u)
+            exact = np.asarray(material.pressure_at(rho, u))
+        found = matter.pressure(np, rho, matter.entropy(np, rho, u))
+        # The corner where matter comes apart is felt by the spline two cells away: 1e-4 of K at a compression of 2%.
+        np.testing.assert_allclose(found, exact, rtol=1e-6, atol=2e-4 * material.bulk_modulus)
+        np.testing.assert_allclose(found[2:], exact[2:], rtol=1e-6)
+        speed = np.sqrt(exact / (zero * (1 - zero / rho)))
+        assert (np.diff(speed) > 0).all()
+        assert speed[0] == pytest.approx(np.sqrt(material.bulk_modulus / zero), rel=0.05)
