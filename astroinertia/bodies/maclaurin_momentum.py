@@ -13,7 +13,7 @@ Source: Stoeckly 1965, ApJ 142, 208; Ostriker & Mark 1968, ApJ 151, 1075; Bodenh
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -44,8 +44,8 @@ class MomentumLaw:
     squares: tuple[float, ...]
     rates: tuple[float, ...]
     edge: float = 1.0
-    kind: ClassVar[str] = "maclaurin"
-    scale: ClassVar[None] = None
+    kind: str = "maclaurin"
+    scale: float | None = None
 
     def rate(self, w) -> np.ndarray:
         """Omega/Omega_0 at distance w from the axis."""
@@ -82,7 +82,8 @@ def maclaurin_momentum_star(
     Test: tests/unit/test_maclaurin_momentum.py.
     """
     field = near.field if near is not None else solve_field(matter, 1.0, resolution=resolution)
-    law = field.law if isinstance(field.law, MomentumLaw) else _law_of(RotatingStar(field))
+    given: Any = field.law
+    law: MomentumLaw = given if isinstance(given, MomentumLaw) else _law_of(RotatingStar(field))
     moments, mixed = (field.moments if near is not None and axis_ratio < 1 else None), Anderson(_HISTORY)
     for _ in range(_MOST_ITERATIONS):
         field = solve_field(matter, axis_ratio, law, resolution, moments)

@@ -138,7 +138,7 @@ class Engine:
 
         reach: in units of the kernel's support, (N,); members: ascending indices.
         """
-        lists = self.listed(arrangement, kernel, position, reach, members).lists
+        lists: Any = self.listed(arrangement, kernel, position, reach, members).lists
         near = np.zeros(len(position), bool)
         for leaf in lists.targets.leaves:
             near[lists.pool[lists.offset[leaf] : lists.offset[leaf] + lists.count[leaf]]] = True

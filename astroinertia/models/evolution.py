@@ -8,9 +8,12 @@ import numpy as np
 Record = dict[str, Any]
 # What limits the time step of particles, besides the effects of a scene.
 TIMESTEP_CRITERIA = ("acceleration", "energy", "longest", "contact")
-WITHOUT_PARTICLES: dict[str, str] = dict.fromkeys(
-    ("timestep_limit", "timestep_limit_radius", "timestep_limit_density"), "no particles limit the time step"
-) | dict.fromkeys(("core_particles", "jeans_ratio", "smoothing_to_thickness"), "there are no particles")
+WITHOUT_PARTICLES: dict[str, str] = {
+    **dict.fromkeys(
+        ("timestep_limit", "timestep_limit_radius", "timestep_limit_density"), "no particles limit the time step"
+    ),
+    **dict.fromkeys(("core_particles", "jeans_ratio", "smoothing_to_thickness"), "there are no particles"),
+}
 
 
 class Figures(NamedTuple):

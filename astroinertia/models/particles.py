@@ -27,7 +27,7 @@ STEPS_BETWEEN_SORTS = 16
 # A step so much shorter than the run is no longer an evolution in time.
 SMALLEST_STEP = 1e-13
 
-IN_A_BOX = dict.fromkeys(
+IN_A_BOX: dict[str, str] = dict.fromkeys(
     ("virial_tensor", "virial_mismatch", "torque", "inertia_acceleration", "gw_strain_plus", "gw_strain_cross"),
     "the matter of a periodic box has no place of its own, from which moments of forces could be taken",
 )

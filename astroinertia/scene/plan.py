@@ -85,12 +85,13 @@ def code_units(scene: Scene) -> CodeUnits:
         return DIMENSIONLESS
     if isinstance(scene.units, Units):
         return CodeUnits(scene.units.mass, scene.units.length)
-    body = scene.body
+    body: Any = scene.body
     assert body.kind not in ("table", "standard")  # the schema asks for [units] there
     if body.kind == "rigid" and body.radius is None:
         assert body.moments is not None
         return CodeUnits(body.mass, math.sqrt(max(body.moments) / body.mass))
-    mass = sum(each.body.mass for each in scene.alone() if each.body.kind != "table")
+    bodies: Any = scene.bodies or (body,)
+    mass = sum(each.mass for each in bodies if each.kind != "table")
     return CodeUnits(mass, (body.mass / _ROCK) ** (1 / 3) if body.radius is None else body.radius)
 
 

@@ -203,7 +203,7 @@ class Scene(Part):
                 raise ValueError(f"[body] position and velocity are for the model sph, not for {self.model}.")
         if self.orbit is None:
             return
-        if len(self.bodies) != 2 or any(body.kind in ("table", "profile") for body in self.bodies):
+        if len(self.bodies) != 2 or any(body.kind in ("table", "profile", "standard", "rigid") for body in self.bodies):
             raise ValueError("[orbit] is for two [[bodies]] of known mass.")
         if moved:
             raise ValueError("[orbit] says where the bodies are, so they must not have position or velocity.")

@@ -70,7 +70,8 @@ def _linear(gamma: float, end: float) -> tuple[np.ndarray, np.ndarray]:
     weight = np.exp(-WAVE * np.abs(np.minimum(y, 1.0 - y) - 0.25))
 
     def slope(f: np.ndarray) -> np.ndarray:
-        return np.fft.irfft(wave * np.fft.rfft(f.real), NODES) + 1j * np.fft.irfft(wave * np.fft.rfft(f.imag), NODES)
+        real, imaginary = (np.fft.irfft(wave * np.fft.rfft(part), NODES) for part in (np.real(f), np.imag(f)))
+        return real + 1j * imaginary
 
     def rates(state: np.ndarray) -> np.ndarray:
         _, along, across, pressure = state

@@ -19,7 +19,8 @@ _STRETCHED = 0.5  # of it, the least density of matter that can be pulled: below
 
 def materials(fluid: Materials, origin: str | None, units: CodeUnits) -> Tabulated:
     """The equation of state of a scene's materials, in code units; files are relative to `origin`."""
-    tables = [_table(material, origin) for material in fluid.materials]
+    known: tuple[Any, ...] = fluid.materials
+    tables = [_table(material, origin) for material in known]
     return tabulated(tables, units.unit("density"), units.unit("specific_energy"))
 
 

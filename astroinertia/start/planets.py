@@ -49,7 +49,9 @@ class Planet:
 
 def planet(scene: Scene, units: CodeUnits) -> Planet:
     """The planet that a scene's body of the kind layered is, in code units; SceneError where there is none."""
-    return _planet(scene.body, scene.equation_of_state, scene.origin, units)
+    body: Any = scene.body
+    fluid: Any = scene.equation_of_state
+    return _planet(body, fluid, scene.origin, units)
 
 
 @lru_cache(maxsize=16)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import jax
 import numpy as np
@@ -39,11 +40,11 @@ def check_same_fluid(equations: Sequence[object]) -> None:
 
 def places(scene: Scene, units: CodeUnits) -> list[tuple[np.ndarray, np.ndarray]]:
     """Where the centre of each body is and how it moves, two vectors (3,) each."""
-    bodies = scene.bodies or (scene.body,)
+    bodies: Any = scene.bodies or (scene.body,)
     if scene.orbit is None:
         given = [(body.position or (0.0, 0.0, 0.0), body.velocity or (0.0, 0.0, 0.0)) for body in bodies]
         return [(units.to_code(np.array(x), "length"), units.to_code(np.array(v), "velocity")) for x, v in given]
-    masses = [units.to_code(body.mass, "mass") for body in bodies if body.kind not in ("table", "profile")]
+    masses = [units.to_code(body.mass, "mass") for body in bodies]
     total, orbit = sum(masses), scene.orbit
     pericentre = units.to_code(orbit.pericentre, "length")
     separation = pericentre if orbit.separation is None else units.to_code(orbit.separation, "length")
