@@ -54,7 +54,10 @@ BARS: Mapping[str, float] = MappingProxyType(
 )
 """What every case keeps: see `judged`. With float32 pairs, FLOAT32 for the momenta."""
 FLOAT32 = 1e-7
-NOT_ALWAYS = ("timestep_limit_radius", "timestep_limit_density", "internal_energy", "gravitational_energy")
+NOT_ALWAYS = (
+    "timestep_limit_radius", "timestep_limit_density", "internal_energy", "gravitational_energy",
+    "smoothing_to_thickness",  # of what has none
+)  # fmt: skip
 PROFILES = "_profile"  # shells without particles have none
 
 
