@@ -54,16 +54,20 @@ def advanced(xp, value, rate, dt):
     return (value + dt * rate,)
 
 
-def mended(xp, heat, push, before, after, expected):
-    """The heat of a push whose work is on (before + after)/2 and was reckoned on `expected`.
+def heated(xp, entropy, unit, heat):
+    """The entropy with that heat; at least half of what it was.
 
-    What dissipates never cools: a step too long for a cold particle shows in the energy, not in a negative temperature.
+    A step too long for a cold particle that is pushed hard shows in the energy, not in a negative temperature.
     """
+    return (xp.maximum(entropy + unit * heat, 0.5 * entropy),)
+
+
+def mended(xp, heat, push, before, after, expected):
+    """The heat of a push whose work is on (before + after)/2 and was reckoned on `expected`."""
     x = push[0] * (0.5 * (before[0] + after[0]) - expected[0])
     y = push[1] * (0.5 * (before[1] + after[1]) - expected[1])
     z = push[2] * (0.5 * (before[2] + after[2]) - expected[2])
-    made_up = heat - (x + y + z)
-    return (xp.where(heat > 0.0, xp.maximum(made_up, 0.0), made_up),)
+    return (heat - (x + y + z),)
 
 
 def drift(flow: Flow, clock: Clock) -> None:
@@ -307,7 +311,7 @@ def kick(
         gains += energies(np, exchange, mass, entropy, gained, span)
         flow.put("entropy", awake, entropy_after(np, exchange, entropy, gained, span))
     elif total is not None:
-        flow.put("entropy", awake, elementwise(np, advanced, entropy, unit, total)[0])
+        flow.put("entropy", awake, elementwise(np, heated, entropy, unit, total)[0])
     flow.ledger = after_heating(flow.ledger, gains)
 
 
