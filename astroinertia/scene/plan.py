@@ -5,11 +5,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
-from astroinertia.scene import gravity_prices
-from astroinertia.scene.bodies import LayeredBody, ProfileBody, RigidBody
+from astroinertia.scene import gravity_prices, plan_body
 from astroinertia.scene.fluids import FROM_BODY, Material
 from astroinertia.scene.particle_costs import expected
-from astroinertia.scene.places import place_told
 from astroinertia.scene.resolution import resolved
 from astroinertia.scene.schema import Scene, Units
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
@@ -160,92 +158,6 @@ def _shown(scene: Scene, value: float, dimension: str) -> str:
     return f"{value:.6g}{unit}"
 
 
-def _body(scene: Scene) -> tuple[Line, ...]:
-    body = scene.body
-    placed = place_told(body.position, body.velocity, lambda value, dimension: _shown(scene, value, dimension))
-    if body.kind == "table":
-        lines = [Line("particles", f"from the table {body.file}")]
-    elif body.kind == "profile":
-        lines = _profile(scene, body)
-    elif body.kind == "rigid":
-        lines = _rigid_body(scene, body)
-    elif body.kind == "layered":
-        lines = _layers(scene, body)
-    elif body.kind == "standard":
-        lines = [Line("problem", body.problem), Line("particles", f"about {body.particles}", "on lattices")]
-    else:
-        lines = _sphere(scene, body)
-    return (*lines, *_thermal(scene), *_motion(scene), *_change(scene), *(Line(*each) for each in placed))
-
-
-def _profile(scene: Scene, body: ProfileBody) -> list[Line]:
-    part = "all of it"
-    if body.inner_mass is not None:
-        part = f"the inner {_shown(scene, body.inner_mass, 'mass')}"
-    lines = [Line("kind", f"profile from {body.file}", part), Line("particles", f"{body.particles}")]
-    if body.rotation is None:
-        lines.append(Line("shells turn", f"{body.rotation_factor:g} times as fast as the file says", "about z"))
-    return [*lines, Line("placement", body.placement, f"seed {body.seed}, not settled first")]
-
-
-def _rigid_body(scene: Scene, body: RigidBody) -> list[Line]:
-    lines = [Line("kind", "rigid"), Line("mass", _shown(scene, body.mass, "mass"))]
-    if body.radius is not None:
-        lines.append(Line("radius", _shown(scene, body.radius, "length")))
-    if body.moments is not None:
-        shown = ", ".join(_shown(scene, moment, "moment_of_inertia") for moment in body.moments)
-        return [*lines, Line("principal moments", shown)]
-    assert body.moment_ratios is not None
-    return [*lines, Line("principal moments", _numbers(body.moment_ratios), "over mass radius^2")]
-
-
-def _layers(scene: Scene, body: LayeredBody) -> list[Line]:
-    each = _shown(scene, body.mass / (body.particles or 1), "mass")
-    lines = [
-        Line("kind", "layered"),
-        Line("particles", f"{body.particles}", f"of {each} each"),
-        Line("mass", _shown(scene, body.mass, "mass")),
-    ]
-    for layer in body.layers:
-        label = _shown(scene, layer.isentrope, "specific_energy")
-        lines.append(Line(f"layer of {layer.material}", f"{layer.mass_fraction:g} of the mass", f"isentrope {label}"))
-    return lines
-
-
-def _sphere(scene: Scene, body: Any) -> list[Line]:
-    units = code_units(scene)
-    shape = {"polytrope": "index", "power_law": "exponent", "dyson": "gamma", "rotating_star": "index"}.get(body.kind)
-    kind = f"{body.kind.replace('_', ' ')}{f' of {shape} {getattr(body, shape):g}' if shape else ''}"
-    axes = getattr(body, "axes", (1.0, 1.0, 1.0))
-    density = body.mass / (4.0 / 3.0 * math.pi * body.radius**3 * math.prod(axes))
-    fall = math.sqrt(3.0 * math.pi / (32.0 * units.gravitational_constant * density))
-    sphere = " in the equatorial sphere" if body.kind == "rotating_star" else ""
-    lines = [Line("kind", kind, "" if axes == (1.0, 1.0, 1.0) else f"axes {_numbers(axes)}")]
-    if scene.model == "sph":
-        lines.append(
-            Line("particles", f"{body.particles}", f"of {_shown(scene, body.mass / body.particles, 'mass')} each")
-        )
-    lines += [
-        Line("mass", _shown(scene, body.mass, "mass")),
-        Line("equatorial radius" if sphere else "radius", _shown(scene, body.radius, "length")),
-        Line("mean density", _shown(scene, density, "density"), sphere.strip()),
-        Line("free-fall time", _shown(scene, fall, "time"), "of the mean density"),
-    ]
-    if scene.model == "sph":
-        settles = body.relax and {"gravity", "pressure"} <= set(scene.effects)
-        why = "settled to equilibrium first" if settles else "not settled first"
-        lines.append(Line("placement", body.placement, f"seed {body.seed}, {why}"))
-    return lines
-
-
-def _change(scene: Scene) -> list[Line]:
-    change = scene.body.change
-    if change is None:
-        return []
-    last = _shown(scene, change.times[-1], "time")
-    return [Line("size", "prescribed", f"inertia tensor times {change.factors[-1]:g} from {last} on")]
-
-
 def _companions(scene: Scene) -> tuple[Line, ...]:
     lines = []
     for each in scene.companions:
@@ -274,33 +186,10 @@ def regions_told(scene: Scene) -> dict[str, str]:
     }
 
 
-def _thermal(scene: Scene) -> list[Line]:
-    body = scene.body
-    if body.pressure_fraction is not None:
-        return [Line("pressure", f"{body.pressure_fraction:g} of that of equilibrium")]
-    if body.specific_internal_energy is not None:
-        return [Line("internal energy", f"{_shown(scene, body.specific_internal_energy, 'specific_energy')}, uniform")]
-    return [] if body.entropy is None else [Line("entropy function", f"{body.entropy:.6g}, uniform")]
-
-
-def _motion(scene: Scene) -> list[Line]:
-    body, lines = scene.body, []
-    if body.velocity_gradient is not None:
-        lines.append(Line("velocity", "linear in position", "velocity_gradient"))
-    spin: Any = body if body.kind == "rotating_star" else body.rotation
-    if spin is None:
-        return lines if body.kind == "profile" else [*lines, Line("rotation", "none")]
-    dimensions = {
-        "rate": "angular_velocity",
-        "period": "time",
-        "angular_momentum": "angular_momentum",
-        "t_over_w": "dimensionless",
-        "axis_ratio": "dimensionless",
-    }
-    name = next(name for name in dimensions if getattr(spin, name, None) is not None)
-    value = _shown(scene, getattr(spin, name), dimensions[name])
-    about = "in equilibrium, about z" if spin is body else f"about {_numbers(spin.axis)}"
-    return [*lines, Line("rotation", f"{spin.law}, {name} {value}", about)]
+def _body(scene: Scene) -> tuple[Line, ...]:
+    constant = code_units(scene).gravitational_constant
+    told = plan_body.told(scene, constant, lambda value, dimension: _shown(scene, value, dimension))
+    return tuple(Line(*each) for each in told)
 
 
 def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
@@ -448,7 +337,3 @@ def _option(scene: Scene, value: Any, dimension: str) -> str:
     if isinstance(value, tuple | list):
         return f"({', '.join(_option(scene, item, dimension) for item in value)})"
     return _shown(scene, value, dimension)
-
-
-def _numbers(values: tuple[float, ...]) -> str:
-    return f"({', '.join(f'{value:g}' for value in values)})"
