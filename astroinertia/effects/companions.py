@@ -99,5 +99,5 @@ class Companions(Effect):
 
     @property
     def potential_moves(self):
-        """Yes, with the companions."""
-        return True
+        """On prescribed orbits; the energy of live companions is in the potential, with all that they take."""
+        return self.motion != "live"

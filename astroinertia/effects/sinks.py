@@ -83,8 +83,3 @@ class Sinks(Effect):
             "accreted_mixed_moment": sinks.removed.mixed_moment,
             "sink_inner_energy": float(sinks.inner_energy),
         }
-
-    @property
-    def potential_moves(self):
-        """Yes, with the sinks."""
-        return True

@@ -14,6 +14,11 @@ DEPTH = 0.5  # smoothing lengths that matter may go into other matter in one ste
 GROUPS = 256  # balls: their pairs cost less than a thousandth of a step of many particles
 
 
+def root(xp: Any, square: Array) -> Array:
+    """The square root, whose gradient is zero at zero."""
+    return xp.where(square > 0.0, xp.sqrt(xp.where(square > 0.0, square, 1.0)), 0.0)
+
+
 def contact_limit(
     xp: Any, position: Array, velocity: Array, smoothing_length: Array, support: float, step: Array
 ) -> Array:
@@ -35,18 +40,18 @@ def contact_limit(
     def balls(vector: Array) -> tuple[Array, Array]:
         inside = vector[rows]
         middle = 0.5 * (inside.min(axis=1) + inside.max(axis=1))
-        return middle, xp.sqrt(((inside - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
+        return middle, root(xp, ((inside - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
 
     centre, radius = balls(position - position.mean(axis=0))
     drift, spread = balls(relative)
     length = smoothing_length[rows].max(axis=1)
     apart = centre[:, None] - centre[None, :]
     moving = drift[:, None] - drift[None, :]
-    distance = xp.sqrt((apart**2).sum(axis=2))
+    distance = root(xp, (apart**2).sum(axis=2))
     towards = xp.where(
         distance > 0.0,
         -(apart * moving).sum(axis=2) / xp.where(distance > 0.0, distance, 1.0),
-        xp.sqrt((moving**2).sum(axis=2)),
+        root(xp, (moving**2).sum(axis=2)),
     )
     closing = towards + spread[:, None] + spread[None, :]
     reach = xp.maximum(length[:, None], length[None, :])

@@ -32,7 +32,8 @@ ABSENT = {
     "gravitational_energy": "the body keeps its shape, whatever holds it",
     **WITHOUT_PARTICLES,
     **dict.fromkeys(("radius_profile", "density_profile", "density_max", "rotation_profile"), _FEW),
-    **dict.fromkeys(("specific_angular_momentum_profile", "mode_amplitude", "mode_phase"), _FEW),
+    **dict.fromkeys(("specific_angular_momentum_profile", "mode_amplitude", "mode_phase", "mode_pattern_speed"), _FEW),
+    **dict.fromkeys(("ring_mode_amplitude", "ring_mode_phase"), _FEW),
 }
 
 # Steps of the splitting between two looks at how fast the body turns, and the factor by which that may change before

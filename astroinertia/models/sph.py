@@ -105,7 +105,8 @@ def initial_state(
         state, arrangement = rearranged(problem, state)
         solved = _density(problem, arrangement, state)
         state = replace(state, smoothing_length=solved.smoothing_length)
-    refuse_unsolved(problem.kernel, problem.eta, np.asarray(state.mass), solved, np.asarray(state.identity))
+    if pair_terms(problem, "neighbour_terms") or pair_terms(problem, "all_pair_terms"):  # else no density is asked for
+        refuse_unsolved(problem.kernel, problem.eta, np.asarray(state.mass), solved, np.asarray(state.identity))
     if entropy is None:
         state = replace(state, entropy=matter(problem, state.material).entropy(xp, solved.density, state.entropy))
     return evaluated(problem, arrangement, state, xp.zeros(())), arrangement

@@ -68,6 +68,7 @@ def run_steps(path: Path, steps: int, particles: int, engine: str) -> dict[str, 
         "momentum": np.linalg.norm(record["momentum"] - first["momentum"]) / largest_momentum,
         "spin": np.linalg.norm(record["angular_momentum"] - first["angular_momentum"]) / spin,
         "internal": not outside,
+        "bounded": problem.engine.bounded,
         "viscous": "viscosity" in names,
     }
 
@@ -76,22 +77,28 @@ def own_checks(problem: Any, arrangement: Any, state: Any) -> dict[str, Any]:
     """Which of each effect's own checks fail: its virial tensor by two routes, the symmetries of internal forces."""
     xp, fluid, rates = problem.engine.xp, state.rates.fluid, state.rates
     accelerations, virials = sph.effect_accelerations(xp, rates), sph.virial_tensors(problem, arrangement, fluid)
-    return checks.failing(
+    found = checks.failing(
         checks.effect_checks(
             problem.effects, fluid.mass, fluid.position, fluid.velocity, accelerations, virials, rates.heating
         )
     )
+    if problem.engine.bounded:
+        return found
+    # Through the faces of a box pairs turn each other, and have no virial tensor.
+    left = {kind: tuple(name for name in names if name not in ("virial", "torque")) for kind, names in found.items()}
+    return {kind: names for kind, names in left.items() if names}
 
 
 def check(figures: dict[str, Any]) -> None:
     assert figures["failing"] == {}, figures
     assert figures["closure"] <= 1e-12, figures
     assert figures["closure_now"] <= 1e-11, figures
-    assert max(figures["mismatch"].values()) <= 1e-11, figures
     assert figures["energy_account"] <= 1e-11, figures
     if figures["internal"]:
         assert figures["momentum"] <= 1e-13, figures
-        assert figures["spin"] <= 1e-11, figures
+    if figures["bounded"]:
+        assert max(figures["mismatch"].values()) <= 1e-11, figures
+        assert not figures["internal"] or figures["spin"] <= 1e-11, figures
 
 
 @pytest.mark.parametrize("path", SIMS, ids=lambda path: path.stem)

@@ -272,7 +272,7 @@ def test_the_traced_step_has_no_operation_of_an_effect_that_is_not_listed(kind: 
 
 def test_the_compiled_step_has_operations_of_listed_effects_only() -> None:
     """Two halves of the catalogue: each effect is found in the program of one of them, and not in the other's."""
-    assert set(HALVES[0]) | set(HALVES[1]) == set(PARTICLE_EFFECTS)
+    assert set(HALVES[0]) | set(HALVES[1]) == set(PARTICLE_EFFECTS) - {"sinks"}  # which xla refuses
     for listed in HALVES:
         assert scopes(traced(listed, True)) == set(listed)
 
