@@ -54,6 +54,7 @@ def test_the_potential_of_the_law_is_its_integral() -> None:
         assert slope == pytest.approx(law.rate(outside) ** 2 * outside, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_star_is_found_by_a_quantity() -> None:
     star = maclaurin_momentum_star_with("rotational_to_gravitational", 0.03, polytropic_matter(1.5))
     assert star.rotational_to_gravitational == pytest.approx(0.03, rel=1e-6)
