@@ -18,6 +18,14 @@ def prepared(text: str, *settings: str) -> Particles:
     return prepare(load.loads(text, settings)).evolution
 
 
+def reached(body: Particles, end: float) -> list[dict[str, Any]]:
+    """Records at the start and at the end, with the steps and all else that a run takes on its way."""
+    first = body.record(None)
+    while body.time < end * (1 - 1e-14):
+        body.advance(end)
+    return [first, body.record(first["potential_energy"])]
+
+
 def evolve(
     start: Particles,
     times: Sequence[float],

@@ -70,7 +70,8 @@ def step(problem: Problem, arrangement: Arrangement, state: State, until: float)
     lists = problem.engine.listed(arrangement.pairs, problem.kernel, state.position, state.smoothing_length)
     limits = agreed_limits(problem, lists, state)
     # What is on its way is not to be met in the middle of an interval.
-    met = float(sph.timestep_limits(problem, state.rates).get("contact", np.inf))
+    meets = bool(sph.pair_terms(problem, "neighbour_terms"))
+    met = float(sph.contact(problem, state.rates.fluid, np.min(limits))) if meets else np.inf
     base, rung = base_step(limits, min(until - float(state.time), met), 0 if _act_with_base(problem) else BEYOND)
     flow = opened(problem, arrangement, state, base, limits)
     everyone = np.arange(flow.count)

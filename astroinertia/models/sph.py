@@ -375,17 +375,19 @@ def _rates(problem: Problem, fluid: Fluid, entropy_per_heat: Array) -> Rates:
 
 
 def timestep_limits(problem: Problem, rates: Rates) -> dict[str, Array]:
-    """The longest step of all particles of a body by each criterion, for each (N,) or for all: `particle_limits`, and
+    """The longest step of a whole body by each criterion, for each particle (N,) or for all: those by particles, and
     "contact" where effects act between neighbours.
     """
     limits = particle_limits(problem, rates)
     if pair_terms(problem, "neighbour_terms"):
-        xp, fluid = problem.engine.xp, rates.fluid
-        limits["contact"] = contact_limit(
-            xp, fluid.position, fluid.velocity, fluid.smoothing_length, KERNELS[problem.kernel].support,
-            timestep.shortest(xp, limits.values()),
-        )  # fmt: skip
+        limits["contact"] = contact(problem, rates.fluid, timestep.shortest(problem.engine.xp, limits.values()))
     return limits
+
+
+def contact(problem: Problem, fluid: Fluid, step: Array) -> Array:
+    """The longest step before matter that is apart meets, beside the step that all else allows."""
+    moving, support = (fluid.position, fluid.velocity, fluid.smoothing_length), KERNELS[problem.kernel].support
+    return contact_limit(problem.engine.xp, *moving, support, step)
 
 
 def particle_limits(problem: Problem, rates: Rates) -> dict[str, Array]:

@@ -10,12 +10,13 @@ import pytest
 import astroinertia
 from astroinertia.build import prepare
 from astroinertia.errors import SceneError
-from astroinertia.models.particles import STEPS_BETWEEN_SORTS, Particles
+from astroinertia.models.particles import STEPS_BETWEEN_SORTS
 from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.orbits.states import states
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 from astroinertia.start.sph import resumed
+from tests.evolve import prepared, reached
 
 STAR = """
 name = "accompanied"
@@ -61,20 +62,6 @@ def companions_of(motion: str, frame: str = "direct", more: str = "") -> str:
     return STAR + f'[effects.companions]\nmotion = "{motion}"\nframe = "{frame}"\nsoftening = 0.05\n' + COMPANION + more
 
 
-def start(text: str, *settings: str) -> Particles:
-    body = prepare(load.loads(text, settings)).evolution
-    assert isinstance(body, Particles)
-    return body
-
-
-def reached(body: Particles, end: float) -> list[dict[str, Any]]:
-    """Records at the start and at the end."""
-    first = body.record(None)
-    while body.time < end * (1 - 1e-14):
-        body.advance(end)
-    return [first, body.record(first["potential_energy"])]
-
-
 def orbit_at(time: float) -> np.ndarray:
     """Where the companion is relative to the body, by REBOUND, (3,)."""
     given = Companion("neighbour", MASS, semi_major_axis=DISTANCE, eccentricity=ECCENTRICITY, inclination=0.4)
@@ -102,7 +89,7 @@ def test_fluid_and_live_companions_keep_momentum_angular_momentum_and_energy(sch
 
 def keeps_the_books(scheme: str) -> None:
     with jax.enable_x64(True):
-        body = start(companions_of("live", more=MOON), *SCHEMES[scheme], "numerics.precision=float64")
+        body = prepared(companions_of("live", more=MOON), *SCHEMES[scheme], "numerics.precision=float64")
         first, last = reached(body, 1.0)
     row = list(body.effects).index("companions")
     impulse = np.abs(last["impulse"][row]).max()
@@ -150,7 +137,7 @@ def test_a_compact_ball_and_a_point_move_as_two_points(scheme: str) -> None:
     errors = []
     for longest in (0.4, 0.2, 0.1):
         settings = [*SCHEMES[scheme], f"numerics.max_timestep={longest}", "effects.companions.motion=live"]
-        _, last = reached(start(CLOUD + COMPANION, *settings), 30.0)
+        _, last = reached(prepared(CLOUD + COMPANION, *settings), 30.0)
         relative = last["companion_position"][0] - last["centre_of_mass"]
         errors.append((relative - orbit_at(30.0)) / DISTANCE)
     sizes = [np.linalg.norm(error) for error in errors]
@@ -163,7 +150,9 @@ def test_a_compact_ball_and_a_point_move_as_two_points(scheme: str) -> None:
 @pytest.mark.parametrize("frame", ["direct", "tidal"])
 def test_on_prescribed_orbits_the_ball_stays_where_the_orbits_have_the_body(frame: str) -> None:
     """The companion is where REBOUND has it; the cloud, which nothing holds, goes along or stays at the origin."""
-    _, last = reached(start(CLOUD + COMPANION, "numerics.max_timestep=0.1", f"effects.companions.frame={frame}"), 30.0)
+    _, last = reached(
+        prepared(CLOUD + COMPANION, "numerics.max_timestep=0.1", f"effects.companions.frame={frame}"), 30.0
+    )
     relative = orbit_at(30.0)
     body = -MASS / (1.0 + MASS) * relative if frame == "direct" else np.zeros(3)
     assert np.abs(last["companion_position"][0] - (body + relative)).max() <= 1e-11
@@ -174,7 +163,7 @@ def test_on_prescribed_orbits_the_ball_stays_where_the_orbits_have_the_body(fram
 def test_the_tidal_frame_is_the_inertial_one_less_its_fall() -> None:
     """The same star in both frames keeps the same shape and spin."""
     ends = [
-        reached(start(companions_of("orbit", frame).replace("[effects.viscosity]\n", "")), 0.5)[-1]
+        reached(prepared(companions_of("orbit", frame).replace("[effects.viscosity]\n", "")), 0.5)[-1]
         for frame in ("direct", "tidal")
     ]
     for name in ("inertia_tensor", "angular_momentum", "mixed_moment"):
@@ -185,7 +174,7 @@ def test_individual_steps_follow_the_same_orbits() -> None:
     """Two companions, one close to the star, so that particles have many rungs: as with global steps."""
     near = COMPANION.replace(f"semi_major_axis = {DISTANCE}", "semi_major_axis = 2.0")
     text = companions_of("live", more=MOON.replace("1.0", "0.3")).replace(COMPANION, near)
-    ends = [reached(start(text, *SCHEMES[scheme]), 1.0)[-1] for scheme in ("global", "individual")]
+    ends = [reached(prepared(text, *SCHEMES[scheme]), 1.0)[-1] for scheme in ("global", "individual")]
     for name in ("companion_position", "companion_velocity", "centre_of_mass"):
         assert np.allclose(ends[0][name], ends[1][name], atol=2e-3), name
 
@@ -245,9 +234,9 @@ def test_the_dataset_has_the_companions_under_their_names_in_SI(tmp_path: Path) 
 )
 def test_what_contradicts_itself_is_refused_in_one_sentence(text: str, told: str) -> None:
     with pytest.raises(SceneError, match=told):
-        start(text)
+        prepared(text)
 
 
 def test_a_scene_without_companions_records_nothing_of_them() -> None:
-    record = start(STAR).record(None)
+    record = prepared(STAR).record(None)
     assert not [name for name in record if name.startswith(("companion", "system"))]

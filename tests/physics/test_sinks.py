@@ -12,10 +12,11 @@ from astroinertia.build import prepare
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.gravity.sinks import no_sinks
 from astroinertia.models import accretion
-from astroinertia.models.particles import STEPS_BETWEEN_SORTS, Particles
+from astroinertia.models.particles import STEPS_BETWEEN_SORTS
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 from astroinertia.start.sph import resumed
+from tests.evolve import prepared, reached
 
 NAME = 'name = "sinks"\nunits = "code"\n'
 PHYSICS = """
@@ -43,20 +44,6 @@ velocity_gradient = [[-0.2, 0.0, 0.0], [0.0, -0.1, 0.0], [0.0, 0.0, 0.1]]
 CLOUD = NAME + TURNING + PHYSICS + "[effects.sinks]\ndensity = 10.0\nradius = 0.25\nsoftening = 0.02\n"
 
 
-def start(text: str, *settings: str) -> Particles:
-    body = prepare(load.loads(text, settings)).evolution
-    assert isinstance(body, Particles)
-    return body
-
-
-def reached(body: Particles, end: float) -> list[dict[str, Any]]:
-    """Records at the start and at the end."""
-    first = body.record(None)
-    while body.time < end * (1 - 1e-14):
-        body.advance(end)
-    return [first, body.record(first["potential_energy"])]
-
-
 def moment_vector(tensor: np.ndarray) -> np.ndarray:
     return np.array([tensor[1, 2] - tensor[2, 1], tensor[2, 0] - tensor[0, 2], tensor[0, 1] - tensor[1, 0]])
 
@@ -64,7 +51,7 @@ def moment_vector(tensor: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("timesteps", ["global", "individual"])
 def test_fluid_and_sinks_keep_mass_momentum_and_angular_momentum(timesteps: str) -> None:
     """A turning cloud collapses into a sink, which takes most of it and spins: all books close to round-off."""
-    body = start(CLOUD, f"numerics.timesteps={timesteps}")
+    body = prepared(CLOUD, f"numerics.timesteps={timesteps}")
     first, last = reached(body, 0.9)
     assert last["sink_number"] == 1.0
     assert 0.3 < np.nansum(last["sink_mass"]) < 0.9
@@ -99,7 +86,7 @@ def test_the_ledger_does_not_close_without_a_row_of_what_sinks_took(part: str, m
         return replace(found, second_moment=(mass[:, None] * x).T @ x)
 
     monkeypatch.setattr(accretion, "removed", without)
-    _, last = reached(start(CLOUD), 0.6)
+    _, last = reached(prepared(CLOUD), 0.6)
     assert last["sink_number"] == 1.0
     assert last["ledger_closure"] > 1e-8
 
@@ -135,7 +122,7 @@ def test_a_cold_collapse_is_swallowed_as_it_falls(timesteps: str) -> None:
     """
     physics = PHYSICS.replace("[effects.viscosity]", "[effects.viscosity]\nalpha_max = 1e-9\nbeta = 0.0")
     text = NAME + COLD + physics + "[effects.sinks]\ndensity = 6.0\nradius = 0.15\nsoftening = 0.02\n"
-    body = start(text, f"numerics.timesteps={timesteps}")
+    body = prepared(text, f"numerics.timesteps={timesteps}")
     for time in (0.3, 0.6, 0.9):
         while body.time < time * (1 - 1e-14):
             body.advance(time)
@@ -175,7 +162,7 @@ def test_two_clouds_become_two_sinks_that_pull_at_each_other(timesteps: str) -> 
     """Two sinks, and what is left around them, keep the momentum and the angular momentum of all."""
     text = NAME + TWO + PHYSICS + "[effects.sinks]\ndensity = 4.0\nradius = 0.35\nsoftening = 0.02\n"
     text += "[regions.dense]\ndensity_above = 0.2\n"
-    body = start(text, f"numerics.timesteps={timesteps}")
+    body = prepared(text, f"numerics.timesteps={timesteps}")
     first, last = reached(body, 0.33)
     assert last["sink_number"] == 2.0
     assert np.nansum(last["sink_mass"]) > 0.5
@@ -243,15 +230,15 @@ def test_the_dataset_has_sinks_and_the_rate_of_accretion(tmp_path: Path) -> None
 )
 def test_what_sinks_cannot_do_is_refused_in_one_sentence(settings: list[str], more: str, told: str) -> None:
     with pytest.raises(SceneError, match=told):
-        start(CLOUD + more, *settings)
+        prepared(CLOUD + more, *settings)
 
 
 def test_too_many_sinks_and_too_little_fluid_end_a_run_with_a_reason() -> None:
     text = NAME + TWO + PHYSICS + "[effects.sinks]\ndensity = 4.0\nradius = 0.35\nnumber = 1\n"
     with pytest.raises(NumericalError, match=r"raise .effects.sinks. number"):
-        reached(start(text), 0.9)
+        reached(prepared(text), 0.9)
     with pytest.raises(NumericalError, match="swallowed all but a few"):
-        reached(start(CLOUD, "body.particles=200"), 2.0)
+        reached(prepared(CLOUD, "body.particles=200"), 2.0)
 
 
 def test_a_sink_swallows_what_is_bound_to_it_and_can_come_down() -> None:
