@@ -4,6 +4,7 @@ A name such as "A1B3G3" is one of the grid of Zwerger & Mueller (1997, A&A 320, 
 (2002, A&A 393, 523) took over: an n = 3 polytrope of central density 1e10 g/cm^3 with P = K rho^(4/3), K = 4.897e14 in
 cgs, in rotational equilibrium under the law j_constant with scale A and T/|W| = B. It falls because below nuclear
 density the exponent is then gamma_1 = G at the same K. Mass and radius follow from K, the density and the rotation.
+The scales A2 to A4 and the values of B have not been checked against the paper's own table yet.
 Tests: tests/unit/test_core_collapse.py, tests/physics/test_core_collapse.py.
 """
 
