@@ -19,6 +19,8 @@ from astroinertia.sph.kernels import Kernel
 Array = Any
 # So few chunks are gone through one by one; more of them in groups, which are skipped and stored as a whole.
 FEW = 64
+# Sums over pairs as differences of sums lose this factor in digits, and more is not given away.
+UNEVEN = 100.0
 PRECISION = jax.lax.Precision.HIGHEST
 SEPARATION = ("x_ij", "y_ij", "z_ij")
 COMPONENTS = ("x_ij", "y_ij", "z_ij")
@@ -33,8 +35,8 @@ def arguments(function: Callable) -> tuple[str, ...]:
 class Pairs:
     """The scalars of all pairs of a chunk, each worked out when it is first asked for.
 
-    Targets and sources are {field: (C, S) or (C, B)}, vectors with a last axis of 3 and relative to a particle of the
-    leaf, in the type that pairs are computed in.
+    Targets and sources are {field: (C, S) or (C, B)}, vectors with a last axis of 3, in the type that pairs are
+    computed in; in float32 they are relative to a particle of the leaf.
     """
 
     def __init__(self, kernel: Kernel, targets: Mapping[str, Array], sources: Mapping[str, Array]) -> None:
@@ -124,21 +126,24 @@ class Places:
     def tile(self, target: Array, source: Array) -> tuple[dict[str, Array], dict[str, Array], tuple[Array, Array]]:
         """Fields of targets (C, S) and sources (C, B) as pairs want them, and their masses in full precision.
 
-        Vectors are relative to the first particle of the leaf, which keeps their differences exact to rounding.
+        In float32 vectors are relative to the first particle of the leaf, which keeps their differences exact to
+        rounding. In float64 they are not: a pair then has the same separation in both of its tiles, to the last digit.
         """
-        first = target[:, :1]
-        origin = self.points[first][:, :, :3]
         fields, masses = [], []
         for place in (target, source):
-            points = self.points[place]
             mine = {name: array[place] for name, array in self.scalars.items()}
-            mine["position"] = (points[:, :, :3] - origin).astype(self.dtype)
-            for name, components in self.vectors.items():
-                relative = [(component[place] - component[first]).astype(self.dtype) for component in components]
-                mine[name] = jnp.stack(relative, axis=2)
+            for name in ("position", *self.vectors):
+                vector = self._vector(name, place)
+                relative = vector - self._vector(name, target[:, :1]) if self.dtype == jnp.float32 else vector
+                mine[name] = relative.astype(self.dtype)
             fields.append(mine)
-            masses.append(points[:, :, 3])
+            masses.append(self.points[place][:, :, 3])
         return fields[0], fields[1], (masses[0], masses[1])
+
+    def _vector(self, name: str, place: Array) -> Array:
+        if name == "position":
+            return self.points[place][:, :, :3]
+        return jnp.stack([component[place] for component in self.vectors[name]], axis=2)
 
 
 def columns(output: Output) -> int:
@@ -272,7 +277,7 @@ def term_sums(
     mass: of targets (C, S) and sources (C, B), float64, zero at empty places; within: pairs to count, or None for all;
     other: pairs of different particles, empty places left out, (C, S, B).
     """
-    sums, largest, totals = [], [], []
+    sums, largest, totals, uneven = [], [], [], None
     for term in terms:
         function = term.far if far and term.far else term.pair
         if far:
@@ -293,7 +298,8 @@ def term_sums(
                     continue
                 slope = value * pairs.inverse_r
                 if output.how == "central":
-                    sums.append(-moments(slope, *_positions(pairs, mass[1]), mass[1]))
+                    uneven = _uneven(pairs, other) if uneven is None else uneven
+                    sums.append(-_drawn(slope, pairs, mass[1], uneven))
                     if virial:
                         totals.append(virial_of(slope, pairs.separation, mass))
                 else:
@@ -329,8 +335,10 @@ def _product(matrix: Array, right: Array) -> Array:
     return jnp.einsum("cij,cjk->cik", matrix.astype(right.dtype), right, precision=PRECISION)
 
 
-def _positions(pairs: Pairs, mass: Array) -> tuple[Array, Array]:
-    return pairs.targets["position"].astype(mass.dtype), pairs.sources["position"].astype(mass.dtype)
+def _about_first(pairs: Pairs, name: str, mass: Array) -> tuple[Array, Array]:
+    # Vectors of targets and sources relative to the first target, in the type of the masses.
+    mine, other = (side[name].astype(mass.dtype) for side in (pairs.targets, pairs.sources))
+    return mine - mine[:, :1], other - mine[:, :1]
 
 
 def moments(slope: Array, mine: Array, other: Array, mass: Array) -> Array:
@@ -343,10 +351,27 @@ def moments(slope: Array, mine: Array, other: Array, mass: Array) -> Array:
     return mine * product[:, :, 3:] - product[:, :, :3]
 
 
+def _uneven(pairs: Pairs, other: Array) -> Array:
+    """Whether a tile of the chunk holds a pair so close that differences of sums would lose it: a bool."""
+    mine, theirs = (side["position"] - pairs.targets["position"][:, :1] for side in (pairs.targets, pairs.sources))
+    widest = jnp.maximum(jnp.abs(mine).max(axis=(1, 2)), jnp.abs(theirs).max(axis=(1, 2)))
+    nearest = jnp.where(other & (pairs["r"] > 0.0), pairs["r"], jnp.inf).min(axis=(1, 2))
+    return jax.lax.stop_gradient(widest > UNEVEN * nearest).any()
+
+
+def _drawn(slope: Array, pairs: Pairs, mass: Array, uneven: Array) -> Array:
+    # The same sum twice: as matrix products, or pair by pair (slower) where those would not do.
+    def by_pairs() -> Array:
+        weight = slope.astype(mass.dtype) * mass[:, None, :]
+        return jnp.stack([(weight * d.astype(mass.dtype)).sum(axis=2) for d in pairs.separation], axis=2)
+
+    return jax.lax.cond(uneven, by_pairs, lambda: moments(slope, *_about_first(pairs, "position", mass), mass))
+
+
 def _outer(slope: Array, pairs: Pairs, mass: Array, name: str) -> Array:
     # sum_j m_j s (F_i - F_j) (x) (x_i - x_j), rows of F, expanded into products of sums.
-    x, y = (side["position"].astype(mass.dtype) for side in (pairs.targets, pairs.sources))
-    f, g = (side[name].astype(mass.dtype) for side in (pairs.targets, pairs.sources))
+    x, y = _about_first(pairs, "position", mass)
+    f, g = _about_first(pairs, name, mass)
     one = jnp.ones_like(y[:, :, :1])
     both = (g[:, :, :, None] * y[:, :, None, :]).reshape(*y.shape[:2], 9)
     product = _product(slope, mass[:, :, None] * jnp.concatenate([one, y, g, both], axis=2))
