@@ -42,6 +42,23 @@ class Law(Protocol):
         ...
 
 
+class FollowingLaw(Law, Protocol):
+    """A law that is found with the star: `rates` is what is sought, any K numbers of the order of one."""
+
+    @property
+    def rates(self) -> Any:
+        """The numbers that make the law what it is."""
+        ...
+
+    def with_rates(self, rates: np.ndarray) -> Self:
+        """The law with other numbers."""
+        ...
+
+    def followed(self, field: Any) -> np.ndarray:
+        """The numbers (K,) that a star (scf.Field) with this law asks for: its own where it is the star sought."""
+        ...
+
+
 @dataclass(frozen=True)
 class RotationLaw:
     """A law by its kind and scale A (any unit of length; None for rigid); ValueError where these contradict.

@@ -10,22 +10,25 @@ Source: Hachisu 1986, ApJS 61, 479, sect. II; mixing of earlier iterations: ande
 
 Unlike on a fixed grid, the density on each sphere is integrated over angles up to the surface itself, found as the root
 of h, so no cell is cut by the surface, and radial integrals are exact for interpolated densities (scf_mesh.py).
+A law that follows from the star itself, by the angular momentum of its rings say, is one more unknown of the iteration
+(Ostriker & Mark 1968, ApJ 151, 1075).
 How accurate that is: tests/benchmarks/work_precision_scf.py.
 Tests: tests/unit/test_scf.py, tests/hard/test_scf_hard.py.
 """
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from astroinertia.bodies.anderson import Anderson
-from astroinertia.bodies.rotation_laws import RIGID, Law
+from astroinertia.bodies.rotation_laws import RIGID, FollowingLaw, Law
 from astroinertia.bodies.scf_matter import Matter
 from astroinertia.bodies.scf_mesh import Mesh, build_mesh, even_legendre
 from astroinertia.errors import NumericalError
 
-_TOLERANCE = 1e-11  # largest change of the angular moments in one iteration, over the largest of them
+_TOLERANCE = 1e-11  # largest change in one iteration of the angular moments, over the largest of them, and of a law
 _MOST_ITERATIONS = 120  # bodies take 10 to 50; what takes longer has turned out to be none
 _HISTORY = 5  # earlier iterations that Anderson's acceleration mixes in
 _TORN = 1e-7  # of the largest enthalpy: below minus this inside, or above it outside, a surface is not closed
@@ -103,56 +106,78 @@ class _Balance:
 def solve_field(
     matter: Matter,
     axis_ratio: float,
-    law: Law = RIGID,
+    law: Law | FollowingLaw = RIGID,
     resolution: Resolution = Resolution(),
-    begin: np.ndarray | None = None,
 ) -> Field:
     """Return the field of the body with polar/equatorial radius `axis_ratio` in (0, 1], or a ring for (-1, 0).
 
-    A ring has -axis_ratio = inner/outer radius (Hachisu's sign). The scale of the law is in equatorial radii. begin:
-    moments of a body of the same axis ratio and resolution that is like this one, to begin with.
-    NumericalError where the iteration does not converge; whether what converged is a body, check_field says.
-    Test: tests/unit/test_scf.py.
+    A ring has -axis_ratio = inner/outer radius (Hachisu's sign). The scale of the law is in equatorial radii; one that
+    follows from the star is found with it. NumericalError where the iteration does not converge; whether what converged
+    is a body, check_field says. Test: tests/unit/test_scf.py, tests/unit/test_maclaurin_momentum.py.
     """
     if not -1 < axis_ratio <= 1 or axis_ratio == 0:
         raise ValueError(f"the axis ratio must lie in (0, 1], or in (-1, 0) for a ring, not {axis_ratio!r}")
-    solver = _Solver(matter, float(axis_ratio), law, resolution)
-    moments = solver.moments(*solver.guessed()) if begin is None else begin
-    mixed = Anderson(_HISTORY)
+    solver = _Solver(matter, float(axis_ratio), resolution)
+    given: Any = law
+    follows = hasattr(given, "followed")
+    moments, mixed = solver.moments(*solver.guessed()), Anderson(_HISTORY)
+    unit = np.abs(moments[:, 0]).max()
     for iteration in range(1, _MOST_ITERATIONS + 1):
+        if follows or iteration == 1:
+            solver.turn_as(given)
         balance = solver.balance(moments)
         quadrature = solver.levels(balance)
         found = solver.moments(*quadrature)
-        change = float(np.abs(found - moments).max() / np.abs(found[:, 0]).max())
+        field = Field(matter, given, float(axis_ratio), solver.mesh, moments, balance.phi, balance.exterior,
+                      balance.constant, balance.rate_squared, balance.peak, *quadrature, iteration)  # fmt: skip
+        before, after = moments.ravel() / unit, found.ravel() / unit
+        if follows and np.isfinite(after).all():
+            before, after = np.append(before, given.rates), np.append(after, given.followed(field))
+        change = float(np.abs(after - before).max())
         if not math.isfinite(change):
             break
         if change < _TOLERANCE:
-            return Field(matter, law, float(axis_ratio), solver.mesh, moments, balance.phi, balance.exterior,
-                         balance.constant, balance.rate_squared, balance.peak, *quadrature, iteration)  # fmt: skip
-        moments = mixed.next(moments, found)
-    raise NumericalError(f"the self-consistent field of a {solver.told} did not converge: there may be no such body")
+            return field
+        state = mixed.next(before, after)
+        moments = state[: moments.size].reshape(moments.shape) * unit
+        if follows:
+            given = given.with_rates(state[moments.size :])
+    raise NumericalError(
+        f"the self-consistent field of a {_told(matter, axis_ratio, law)} did not converge: there may be no such body"
+    )
+
+
+def _told(matter: Matter, axis_ratio: float, law: Law) -> str:
+    return f"{matter.name} with axis ratio {axis_ratio:g} and {law.kind} rotation"
 
 
 class _Solver:
     """One body being sought: its mesh, the angles, and the steps of an iteration."""
 
-    def __init__(self, matter: Matter, axis_ratio: float, law: Law, resolution: Resolution) -> None:
-        self.matter, self.law, self.degree = matter, law, resolution.degree
+    law: Law
+    inside_psi: np.ndarray
+    bracket_psi: np.ndarray
+
+    def __init__(self, matter: Matter, axis_ratio: float, resolution: Resolution) -> None:
+        self.matter, self.degree = matter, resolution.degree
         self.ring = axis_ratio < 0
         self.edge = abs(axis_ratio)
-        self.told = f"{matter.name} with axis ratio {axis_ratio:g} and {law.kind} rotation"
         # A ring's mesh has its inner edge where a star's has the pole, and nothing inside.
         self.mesh = build_mesh(self.edge, resolution.elements, resolution.degree, hollow=self.ring)
         nodes, weights = np.polynomial.legendre.leggauss(resolution.angles)
         self.share, self.share_weight = (nodes + 1) / 2, weights / 2
         self.table = even_legendre(self.share, resolution.degree)
         self.equator = even_legendre(np.array(0.0), resolution.degree)
-        split, radius = self.mesh.split, self.mesh.radius
-        self.inside_psi = law.potential(radius[:split, None] * np.sqrt(1 - self.share**2))
-        self.outer = radius[split:]
+        self.outer = self.mesh.radius[self.mesh.split :]
         bracket = np.concatenate([[0.0], self.share, [1.0]])
         self.bracket, self.bracket_table = bracket, even_legendre(bracket, resolution.degree)
-        self.bracket_psi = law.potential(self.outer[:, None] * np.sqrt(1 - bracket**2))
+
+    def turn_as(self, law: Law) -> None:
+        """Take this rotation law from now on."""
+        self.law = law
+        inside = self.mesh.radius[: self.mesh.split, None]
+        self.inside_psi = law.potential(inside * np.sqrt(1 - self.share**2))
+        self.bracket_psi = law.potential(self.outer[:, None] * np.sqrt(1 - self.bracket**2))
 
     def guessed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Quadrature and levels of an ellipsoid, or of a ring of elliptic section, whose level falls off as 1 - s^2."""
@@ -264,7 +289,7 @@ def check_field(field: Field) -> None:
 
     Test: tests/hard/test_scf_hard.py.
     """
-    told = f"{field.matter.name} with axis ratio {field.axis_ratio:g} and {field.law.kind} rotation"
+    told = _told(field.matter, field.axis_ratio, field.law)
     if field.equatorial_gravity >= 0:
         raise NumericalError(f"no {told} exists: its equator would turn faster than an orbit there (mass shedding)")
     if field.rate_squared < 0 or field.level.min() < -_TORN or _surface_beyond(field):

@@ -40,8 +40,8 @@ class Mesh:
     inward: np.ndarray
     outward: np.ndarray
 
-    def potential(self, moments: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """phi_l at the nodes (K, L), at the edges (E + 1, L), and the exterior moments int q_l s^(l+2) ds, (L,).
+    def integrals(self, moments: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """int_0^r q_l (s/r)^(l+1) s ds and int_r^1 q_l (r/s)^l s ds, at the nodes (K, L) and at the edges (E + 1, L).
 
         moments (K, L) are q_l at the nodes.
         """
@@ -56,10 +56,17 @@ class Mesh:
             mirror = elements - 1 - element
             above[mirror] = above[mirror + 1] * ratio[mirror] ** self.degrees + outside[mirror, -1]
         r = self.radius.reshape(elements, NODES, 1)
-        below_nodes = below[:-1, None] * (self.edges[:-1, None, None] / r) ** (self.degrees + 1)
-        above_nodes = above[1:, None] * (r / self.edges[1:, None, None]) ** self.degrees
-        nodes = inside[:, :-1] + below_nodes + outside[:, :-1] + above_nodes
-        return -4 * math.pi * nodes.reshape(-1, count), -4 * math.pi * (below + above), below[-1]
+        inner = inside[:, :-1] + below[:-1, None] * (self.edges[:-1, None, None] / r) ** (self.degrees + 1)
+        outer = outside[:, :-1] + above[1:, None] * (r / self.edges[1:, None, None]) ** self.degrees
+        return inner.reshape(-1, count), outer.reshape(-1, count), below, above
+
+    def potential(self, moments: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """phi_l at the nodes (K, L), at the edges (E + 1, L), and the exterior moments int q_l s^(l+2) ds, (L,).
+
+        moments (K, L) are q_l at the nodes.
+        """
+        inner, outer, below, above = self.integrals(moments)
+        return -4 * math.pi * (inner + outer), -4 * math.pi * (below + above), below[-1]
 
     def interpolated(self, values: np.ndarray, radius: np.ndarray) -> np.ndarray:
         """Return values (K, L) at the nodes interpolated to radius (N,) within the mesh, (N, L)."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.bodies.maclaurin_momentum import maclaurin_momentum_star_with
+from astroinertia.bodies.maclaurin_momentum import MomentumLaw
 from astroinertia.bodies.rotating_star import RotatingStar, rotating_star, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.bodies.scf_matter import polytropic_matter
@@ -169,10 +169,7 @@ def _rotating_star(body: Any, units: CodeUnits, mass: float, radius: float) -> R
 @lru_cache(maxsize=8)
 def _unit_star(index: float, kind: str, scale: float | None, quantity: str, value: float) -> RotatingStar:
     matter = polytropic_matter(index)
-    if kind == "maclaurin":
-        increasing = ("flattening", 1 - value) if quantity == "axis_ratio" else (quantity, value)
-        return maclaurin_momentum_star_with(*increasing, matter)
-    law = RotationLaw(kind, scale)
+    law = MomentumLaw() if kind == "maclaurin" else RotationLaw(kind, scale)
     if quantity == "axis_ratio":
         return rotating_star(matter, value, law)
     return rotating_star_with(quantity, value, matter, law)

@@ -6,20 +6,19 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies import maclaurin
-from astroinertia.bodies.maclaurin_momentum import MomentumLaw, maclaurin_momentum_star, maclaurin_momentum_star_with
-from astroinertia.bodies.rotating_star import RotatingStar
+from astroinertia.bodies.maclaurin_momentum import MomentumLaw
+from astroinertia.bodies.rotating_star import RotatingStar, rotating_star, rotating_star_with
 from astroinertia.bodies.scf_matter import polytropic_matter
-from astroinertia.errors import NumericalError
 
 
 @pytest.fixture(scope="module")
 def soft() -> RotatingStar:
-    return maclaurin_momentum_star(polytropic_matter(1.5), 0.7)
+    return rotating_star(polytropic_matter(1.5), 0.25, MomentumLaw())
 
 
 def test_a_liquid_turns_rigidly() -> None:
     """For n = 0 the law is that of the Maclaurin spheroid, though nothing says so."""
-    star = maclaurin_momentum_star(polytropic_matter(0.0), 0.7)
+    star = rotating_star(polytropic_matter(0.0), 0.7, MomentumLaw())
     np.testing.assert_allclose(star.field.law.rate(np.linspace(0, 1, 11)), 1.0, atol=1e-5)
     exact = maclaurin.from_axis_ratio(0.7).rotational_to_gravitational
     assert star.rotational_to_gravitational == pytest.approx(exact, rel=1e-4)
@@ -39,13 +38,13 @@ def test_rings_have_the_angular_momentum_of_a_liquids(soft: RotatingStar) -> Non
 
 def test_it_is_in_equilibrium_and_differential(soft: RotatingStar) -> None:
     assert soft.virial_error < 1e-9
-    assert 0.36 < float(soft.field.law.rate(1.0)) < 0.38  # soft stars keep their outer rings slow
+    assert 0.32 < float(soft.field.law.rate(1.0)) < 0.34  # soft stars keep their outer rings slow
     assert soft.rotation_law.rate(2.0) == pytest.approx(float(soft.field.law.rate(1.0)) / 4)  # j constant outside
 
 
 def test_the_potential_of_the_law_is_its_integral() -> None:
-    squares = np.linspace(0, 1, 33)
-    law = MomentumLaw(tuple(squares), tuple(1 / (1 + squares))).scaled(2.0)  # j constant for a scale of 2
+    squares = np.sin(np.linspace(0, math.pi / 2, 65)) ** 2
+    law = MomentumLaw(tuple(1 / (1 + squares))).scaled(2.0)  # j constant for a scale of 2
     w = np.linspace(0, 2, 9)
     np.testing.assert_allclose(law.potential(w), 0.5 * w**2 / (1 + (w / 2) ** 2), rtol=1e-6, atol=1e-12)
     step = 1e-4
@@ -56,13 +55,7 @@ def test_the_potential_of_the_law_is_its_integral() -> None:
 
 @pytest.mark.slow
 def test_a_star_is_found_by_a_quantity() -> None:
-    star = maclaurin_momentum_star_with("rotational_to_gravitational", 0.03, polytropic_matter(1.5))
-    assert star.rotational_to_gravitational == pytest.approx(0.03, rel=1e-6)
-    with pytest.raises(ValueError, match="must be finite and at least"):
-        maclaurin_momentum_star_with("rotational_to_gravitational", -1.0, polytropic_matter(1.5))
-
-
-@pytest.mark.slow
-def test_beyond_what_converges_is_an_error() -> None:
-    with pytest.raises(NumericalError, match=r"down to axis ratio 0\.3"):
-        maclaurin_momentum_star_with("rotational_to_gravitational", 0.3, polytropic_matter(1.5))
+    """Down to where a soft star is a fifth as thick as wide."""
+    star = rotating_star_with("rotational_to_gravitational", 0.3, polytropic_matter(1.5), MomentumLaw())
+    assert star.rotational_to_gravitational == pytest.approx(0.3, rel=1e-9)
+    assert star.virial_error < 1e-7 and 0.2 < star.field.axis_ratio < 0.21

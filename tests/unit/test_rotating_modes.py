@@ -1,0 +1,74 @@
+"""Modes of rotating stars: a star at rest, the exact bars of liquids, and what more trial displacements change."""
+
+import math
+
+import pytest
+
+from astroinertia.bodies import maclaurin
+from astroinertia.bodies.ellipsoid_stability import spectrum as ellipsoid_spectrum
+from astroinertia.bodies.maclaurin_momentum import MomentumLaw
+from astroinertia.bodies.oscillations import nonradial_modes
+from astroinertia.bodies.rotating_modes import bar_mode, spectrum
+from astroinertia.bodies.rotating_star import rotating_star
+from astroinertia.bodies.scf_matter import polytropic_matter
+
+STIFF = 1e6  # adiabatic exponent of a liquid
+
+
+def test_at_rest_the_bar_is_the_fundamental_mode() -> None:
+    """Of degree 2, by the equations in spherical harmonics; it goes round backwards at half its frequency."""
+    exact = nonradial_modes(1.5, 5 / 3, 2, 0, 0)[0].squared_frequency
+    found = bar_mode(rotating_star(polytropic_matter(1.5), 1.0), 5 / 3)
+    assert found.growth_rate == 0
+    assert (2 * found.pattern_speed) ** 2 == pytest.approx(exact, rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("eccentricity", [0.81267, 0.95, 0.96])
+def test_bars_of_liquids(eccentricity: float) -> None:
+    """Chandrasekhar's: at rest at 0.81267 (bifurcation), stable at 0.95, growing beyond 0.95289, then with Omega/2."""
+    liquid = maclaurin.from_eccentricity(eccentricity)
+    star = rotating_star(polytropic_matter(0.0), liquid.c_over_a)
+    unit = star.angular_velocity / liquid.angular_velocity
+    found = bar_mode(star, STIFF)
+    # the field of a liquid, whose density jumps, is right to about 1e-5, and rates near their onset go as a root
+    assert found.growth_rate / unit == pytest.approx(ellipsoid_spectrum(liquid).growth_rate, rel=3e-4)
+    if eccentricity > 0.953:
+        assert found.pattern_speed == pytest.approx(star.angular_velocity / 2, rel=1e-6)
+    elif eccentricity < 0.82:
+        assert found.pattern_speed == pytest.approx(0.0, abs=1e-4 * star.angular_velocity)
+
+
+def test_more_displacements_change_less_and_less() -> None:
+    """A star with the angular momentum of a liquid: the virial equations are right to 1 %, degree 2 to 3e-3."""
+    star = rotating_star(polytropic_matter(0.5), 0.284, MomentumLaw())
+    rates = []
+    for degree in (0, 2, 4, 6):
+        sigma, share = spectrum(star, 3.0, 2, degree)
+        bars = sigma[share > 0.5 * share.max()]
+        rates.append(bars[bars.imag.argmin()])
+    errors = [abs(rate - rates[-1]) / abs(rates[-1].imag) for rate in rates]
+    assert 3e-3 < errors[0] < 0.02 and errors[1] < 3e-3 and errors[2] < 1e-4
+    found = bar_mode(star, 3.0)
+    assert found.growth_rate == pytest.approx(-rates[-1].imag) and found.pattern_speed == -rates[-1].real / 2
+
+
+@pytest.mark.slow
+def test_bars_grow_from_where_they_do_in_liquids_nearly() -> None:
+    """T/|W| of onset 0.274 in a liquid: stable at 0.2707, growing at 0.2768."""
+    matter = polytropic_matter(0.5)
+    slower, faster = (rotating_star(matter, ratio, MomentumLaw()) for ratio in (0.3, 0.29))
+    assert slower.rotational_to_gravitational < 0.2738 < faster.rotational_to_gravitational
+    assert bar_mode(slower, 3.0).growth_rate == 0 < bar_mode(faster, 3.0).growth_rate
+
+
+def test_units_are_the_stars() -> None:
+    star = rotating_star(polytropic_matter(1.0), 0.8)
+    other = rotating_star(polytropic_matter(1.0), 0.8, mass=3.0, equatorial_radius=2.0, gravitational_constant=5.0)
+    rates = (abs(spectrum(each, 2.0, 2, 1)[0]).max() for each in (other, star))
+    assert next(rates) == pytest.approx(math.sqrt(15 / 8) * next(rates))
+
+
+def test_odd_modes_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"2, 4"):
+        spectrum(rotating_star(polytropic_matter(1.0), 0.8), 2.0, 3, 2)
