@@ -91,7 +91,7 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
         **resolution(
             mass,
             np.asarray(state.rates.fluid.density),
-            np.asarray(state.rates.fluid.pressure) if "pressure" in names else None,
+            np.asarray(state.rates.fluid.pressure) if {"pressure", "gravity"} <= set(names) else None,
             np.asarray(state.smoothing_length),
             second,
             neighbour_number(KERNELS[problem.kernel], problem.eta),

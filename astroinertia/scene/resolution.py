@@ -32,7 +32,8 @@ def resolved(scene: Scene, eta: float, neighbours: float, gravitational_constant
         if core > 0.0:
             why = f"denser than a tenth of the greatest density; two neighbourhoods are {fewest:.0f}"
             lines.append(_line("core", f"{core:.0f} particles", core < fewest, why, fewest / core))
-        if scene.equation_of_state is not None and scene.equation_of_state.kind == "isothermal":
+        fluid = scene.equation_of_state
+        if fluid is not None and fluid.kind == "isothermal" and {"gravity", "pressure"} <= set(scene.effects):
             lines.append(_isothermal(scene, body, neighbours, gravitational_constant))
     return lines
 

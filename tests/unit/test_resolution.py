@@ -112,3 +112,15 @@ def test_the_plan_tells_how_dense_an_isothermal_cloud_may_become():
     assert f"resolved up to {highest:.2g} times the mean density" in plan(scene).text()
     cold = plan(load.loads(text, ["body.particles=100", "equation_of_state.sound_speed=0.1"])).text()
     assert "WARNING" in cold
+
+
+def test_matter_without_its_own_gravity_does_not_fragment(tmp_path):
+    """No Jeans mass is recorded, warned of or planned for where gravity is not listed."""
+    text = SCENE.replace("[effects.gravity]\n", "").replace(
+        "index = 3.0", "index = 1.0\nspecific_internal_energy = 0.01"
+    )
+    kept = dataset.open(run_scene(load.loads(text), tmp_path / "run"))
+    assert np.isnan(kept["jeans_ratio"]).all()
+    assert "Jeans" not in kept.attrs.get("resolution_warnings", "")
+    isothermal = text.replace('kind = "ideal"', 'kind = "isothermal"\nsound_speed = 0.01')
+    assert not any(line.name == "Jeans mass" for line in plan(load.loads(isothermal)).sections.get("resolution", ()))
