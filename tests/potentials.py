@@ -1,0 +1,46 @@
+"""Whether the acceleration of each effect is that of its potential energy, measured on a body under way."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from astroinertia.models import sph
+
+SMALL = 1e-4  # smoothing lengths that particles are displaced by
+
+
+def slopes(problem: Any, state: Any) -> dict[str, float]:
+    """{effect: how far dE along displacements d of all particles is from -sum m a.d, over sum |m a||d|}.
+
+    Energies of pressure are those at fixed entropies. Central differences, so the error falls as SMALL squared.
+    """
+    random = np.random.default_rng(3).normal(size=state.position.shape)
+    here = _evaluated(problem, state)
+    moved = random * here.smoothing_length[:, None]
+    after, before = (
+        _energies(problem, _evaluated(problem, replace(here, position=here.position + sign * SMALL * moved)))
+        for sign in (1.0, -1.0)
+    )
+    found = {}
+    for kind, acceleration in zip(problem.effect_names, here.rates.acceleration, strict=True):
+        if kind not in after or acceleration is None or not np.any(acceleration):
+            continue
+        force = here.mass[:, None] * acceleration
+        scale = (np.linalg.norm(force, axis=1) * np.linalg.norm(moved, axis=1)).sum()
+        found[kind] = float(((after[kind] - before[kind]) / (2.0 * SMALL) + (force * moved).sum()) / scale)
+    return found
+
+
+def _evaluated(problem: Any, state: Any) -> Any:
+    """The state with forces at its own places and entropies: within a step these are ahead of each other."""
+    still = replace(state, rates=replace(state.rates, timestep=np.float64(0.0)))
+    moved, arrangement = sph.rearranged(problem, still)
+    return sph.evaluated(problem, arrangement, moved, np.float64(0.0))
+
+
+def _energies(problem: Any, state: Any) -> dict[str, float]:
+    found = {kind: float(energy) for kind, energy in sph.potential_energies(problem, state).items()}
+    if "pressure" in problem.effect_names:
+        found["pressure"] = float(sph.internal_energy(problem, state))
+    return found
