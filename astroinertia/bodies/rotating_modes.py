@@ -15,6 +15,10 @@ part alone is the second-order virial equations. No condition is needed at the s
 liquid (gamma large) is no exception. What grows fast converges like a power (five digits with degree 7, measured); slow
 growth where the pattern turns as the matter somewhere does comes of the discrete matrices and has no limit.
 
+In a star that turns rigidly the displaced matter moves with i (sigma + m Omega) xi, and viscosity adds
+-i (sigma + m Omega) int rho nu (2 s(eta*) : s(xi) + (bulk/shear) div eta* div xi) dV, s the shear: what makes bars grow
+beyond the secular limit, at T/|W| = 0.1375 of a liquid.
+
 Sources: Lynden-Bell & Ostriker 1967, MNRAS 136, 293 (the equation); Tassoul & Ostriker 1968, ApJ 154, 613, and
 Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 5 (linear displacements). Tests:
 tests/unit/test_rotating_modes.py.
@@ -36,7 +40,7 @@ _AGREED = 0.02  # of the pattern speed: the most by which the two degrees may di
 
 
 class BarMode(NamedTuple):
-    """Rates of a star's bar in its own unit: growth_rate is zero where it neither grows nor decays.
+    """Rates of a star's bar in its own unit: growth_rate is zero where it neither grows nor decays (then negative).
 
     difference: of either rate, between two degrees of the trial displacements.
     """
@@ -55,52 +59,68 @@ class _Trial(NamedTuple):
     slopes: dict[str, np.ndarray]
 
 
-def bar_mode(star: RotatingStar, gamma: float) -> BarMode:
+def bar_mode(
+    star: RotatingStar, gamma: float, kinematic_viscosity: float = 0.0, bulk_over_shear: float = 0.0
+) -> BarMode:
     """Return the growth rate and pattern speed of the bar mode (m = 2) of a star of adiabatic exponent gamma.
 
-    Of the two bars of a star that is stable, that which turns more slowly, or backwards. NumericalError where two
-    degrees of trial displacements disagree. Test: tests/unit/test_rotating_modes.py.
+    Of the two bars of a star that is stable, that which turns more slowly, or backwards, and with viscosity that which
+    grows, or decays more slowly. kinematic_viscosity: the same everywhere, with a bulk viscosity so many times the
+    shear viscosity (5/3 for particles, effects/shear_viscosity.py). NumericalError where two degrees of trial
+    displacements disagree; ValueError for viscosity in a star that it would make turn otherwise.
+    Test: tests/unit/test_rotating_modes.py.
     """
-    found = [_bar(star, gamma, degree) for degree in _DEGREES]
+    found = [_bar(star, gamma, degree, kinematic_viscosity, bulk_over_shear) for degree in _DEGREES]
     difference = abs(found[1] - found[0])
     if difference > _AGREED * abs(found[1]):
         raise NumericalError(f"the bar mode is not resolved: its rate changes by {difference / abs(found[1]):.1%}")
-    return BarMode(max(-found[1].imag, 0.0), -found[1].real / 2, difference)
+    return BarMode(-found[1].imag, -found[1].real / 2, difference)
 
 
-def _bar(star: RotatingStar, gamma: float, degree: int) -> complex:
-    rates, share = spectrum(star, gamma, 2, degree)
+def _bar(star: RotatingStar, gamma: float, degree: int, viscosity: float, bulk: float) -> complex:
+    rates, share = spectrum(star, gamma, 2, degree, viscosity, bulk)
     bars = rates[share > _LIKE_A_BAR * share.max()]
     growth = -np.imag(bars)
-    if growth.max() > _GROWS * np.abs(bars).max():
+    if viscosity or growth.max() > _GROWS * np.abs(bars).max():
         return complex(bars[np.argmax(growth)])
     return complex(np.real(bars).max())
 
 
-def spectrum(star: RotatingStar, gamma: float, mode: int, degree: int) -> tuple[np.ndarray, np.ndarray]:
+def spectrum(
+    star: RotatingStar, gamma: float, mode: int, degree: int, kinematic_viscosity: float = 0.0,
+    bulk_over_shear: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Return sigma (complex, (S,)) of all modes exp(i mode phi + i sigma t) that one discretisation has.
 
     Second the share (S,) in each, by mass, of the displacement whose xi_x - i xi_y goes as w^(mode - 1): for mode 2
     that of a bar, linear in x and y. mode: 2, 4, ...; degree: of the polynomials in w^2 and z^2. gamma: Gamma1, the
-    same everywhere. Test: tests/unit/test_rotating_modes.py.
+    same everywhere; viscosities as in bar_mode. Test: tests/unit/test_rotating_modes.py.
     """
     if mode < 2 or mode % 2:
         raise ValueError(f"modes must be 2, 4, ..., not {mode!r}")
-    mass, gyration, spread, stiffness, bar = _matrices(star, gamma, mode, degree)
+    if kinematic_viscosity and star.rotation_law.kind != "rigid":
+        raise ValueError("viscosity leaves only rigid rotation as it is: the star must turn rigidly")
+    mass, gyration, spread, stiffness, friction, bar = _matrices(star, gamma, mode, degree, bulk_over_shear)
     values, vectors = np.linalg.eigh(mass)
     kept = values > _SAME * values[-1]
     basis = vectors[:, kept] / np.sqrt(values[kept])
     gyration, stiffness = basis.T @ gyration @ basis, basis.T @ (spread - stiffness) @ basis
+    friction = 1j * kinematic_viscosity / _viscosity_unit(star) * (basis.T @ friction @ basis)
+    turning = mode * math.sqrt(star.field.rate_squared)
     zero, one = np.zeros_like(gyration), np.eye(len(gyration))
-    sigma, modes = np.linalg.eig(np.block([[zero, one], [-stiffness, -2 * gyration]]))
+    sigma, modes = np.linalg.eig(np.block([[zero, one], [turning * friction - stiffness, friction - 2 * gyration]]))
     modes = modes[: len(one)]
     along = basis.T @ mass @ bar
     share = np.abs(along @ modes) ** 2 / (along @ along) / (np.abs(modes) ** 2).sum(axis=0)
     return sigma * math.sqrt(star.max_density * star.gravitational_constant), share
 
 
-def _matrices(star: RotatingStar, gamma: float, m: int, degree: int) -> tuple[np.ndarray, ...]:
-    """(eta, xi), (eta, N xi), (eta, N^2 xi) and V, (B, B), and the trial displacement of a bar, (B,).
+def _viscosity_unit(star: RotatingStar) -> float:
+    return star.equatorial_radius**2 * math.sqrt(star.max_density * star.gravitational_constant)
+
+
+def _matrices(star: RotatingStar, gamma: float, m: int, degree: int, bulk: float) -> tuple[np.ndarray, ...]:
+    """(eta, xi), (eta, N xi), (eta, N^2 xi), V and friction over nu, (B, B), and the trial displacement of a bar, (B,).
 
     In units of the equatorial radius, the largest density and G; integrals are over the sphere's 4 pi.
     """
@@ -124,10 +144,12 @@ def _matrices(star: RotatingStar, gamma: float, m: int, degree: int) -> tuple[np
 
     divergence = (d["-+"] + d["+-"]) / 2 + d["zz"]
     stiffness = (gamma - 1) * summed(pressure, divergence, divergence)
+    friction = (bulk - 2 / 3) * summed(rho, divergence, divergence)
     # a . b = (a+ b- + a- b+)/2 + az bz, for each of the two contractions
     for a, first in (("+", 0.5), ("-", 0.5), ("z", 1.0)):
         for b, second in (("+", 0.5), ("-", 0.5), ("z", 1.0)):
             stiffness += first * second * summed(pressure, d[a + b], d[b + a])
+            friction += first * second * (summed(rho, d[a + b], d[a + b]) + summed(rho, d[a + b], d[b + a]))
     outwards, around = (plus + minus) / 2, (plus - minus) / 2  # xi_w and i xi_phi
     ww, wz, zz, round_about = _tides(star)
     mixed = summed(rho * wz, outwards, up)
@@ -135,7 +157,7 @@ def _matrices(star: RotatingStar, gamma: float, m: int, degree: int) -> tuple[np
     stiffness += summed(rho * round_about, around, around) + _gravity(star, rho, outwards, around, up, m)
     bar = np.zeros(len(plus))
     bar[len(plus) // 3] = 1.0
-    return kinetic(0), kinetic(1), kinetic(2), stiffness, bar
+    return kinetic(0), kinetic(1), kinetic(2), stiffness, friction, bar
 
 
 def _trial(w: np.ndarray, z: np.ndarray, height: float, m: int, degree: int) -> _Trial:

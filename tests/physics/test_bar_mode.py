@@ -25,18 +25,22 @@ def star(index: float, t_over_w: float) -> RotatingStar:
     return rotating_star_with("rotational_to_gravitational", t_over_w, polytropic_matter(index), MomentumLaw())
 
 
-def grown(index: float, t_over_w: float, particles: int, end: float, result: Any) -> tuple[float, float]:
+def grown(
+    index: float, t_over_w: float, particles: int, end: float, window: tuple[float, float], result: Any
+) -> tuple[float, float]:
     """Relative errors of growth rate and pattern speed of a run, beside those of the star's own bar mode."""
     chosen = {"body.particles": particles, "body.t_over_w": t_over_w, "time.end": end}
     chosen |= {"body.index": index, "equation_of_state.gamma": 1 + 1 / index}
     series = spin_up(SCENE, settings=[f"{key}={value}" for key, value in chosen.items()])
-    found, exact = bar_growth(series), bar_mode(star(index, t_over_w), 1 + 1 / index)
+    found, exact = bar_growth(series, *window), bar_mode(star(index, t_over_w), 1 + 1 / index)
     liquid = bar_of_liquid(star(index, t_over_w))
     growth, pattern = found.growth_rate / exact.growth_rate - 1, found.pattern_speed / exact.pattern_speed - 1
     share = series["kinetic_energy"].values[0] / -series["gravitational_energy"].values[0]
     result(**found._asdict(), growth_rate_error=growth, pattern_speed_error=pattern, t_over_w_of_particles=share)
     result(exact_growth_rate=exact.growth_rate, exact_pattern_speed=exact.pattern_speed, liquid=liquid)
-    result(largest=series["bar_strength"].values.max(), strain=np.abs(series["gw_strain_plus"].values).max())
+    # h_+ D seen from the pole is d2(Qxx - Qyy)/dt2, in (G M/c^2)^2/R
+    wave = series["inertia_acceleration"].values
+    result(largest=series["bar_strength"].values.max(), strain=np.abs(wave[:, 1, 1] - wave[:, 0, 0]).max())
     return growth, pattern
 
 
@@ -68,7 +72,7 @@ def test_the_liquids_bar_is_nearly_the_stars() -> None:
 @pytest.mark.parametrize(("t_over_w", "end"), [(0.28, 20.0), (0.29, 13.0)])
 def test_a_bar_grows_and_turns_as_its_star_says(t_over_w: float, end: float, particles: int, result: Any) -> None:
     """n = 0.5: growth rate and pattern speed within 10 % of the exact bar mode of the star with this T/|W|."""
-    growth, pattern = grown(0.5, t_over_w, particles, end, result)
+    growth, pattern = grown(0.5, t_over_w, particles, end, (0.05, 0.15), result)
     assert abs(pattern) <= 0.1
     assert abs(growth) <= (0.1 if particles >= 3000 else 0.25)
 
@@ -76,8 +80,8 @@ def test_a_bar_grows_and_turns_as_its_star_says(t_over_w: float, end: float, par
 @pytest.mark.full(inputs=["sims/bar_mode.toml"])
 @pytest.mark.parametrize("particles", [1000, 3000, 10_000])
 def test_a_soft_star_becomes_a_bar(particles: int, result: Any) -> None:
-    """n = 1.5, T/|W| = 0.30: the same."""
-    growth, pattern = grown(1.5, 0.3, particles, 9.0, result)
+    """n = 1.5, T/|W| = 0.30: the same, from eta = 0.02 to 0.06, for growth slows down at 0.1 (measured)."""
+    growth, pattern = grown(1.5, 0.3, particles, 9.0, (0.02, 0.06), result)
     assert abs(pattern) <= 0.1
     assert abs(growth) <= (0.1 if particles >= 3000 else 0.25)
 

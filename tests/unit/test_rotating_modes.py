@@ -2,9 +2,11 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from astroinertia.bodies import maclaurin
+from astroinertia.bodies.ellipsoid_secular import viscous_modes
 from astroinertia.bodies.ellipsoid_stability import spectrum as ellipsoid_spectrum
 from astroinertia.bodies.maclaurin_momentum import MomentumLaw
 from astroinertia.bodies.oscillations import nonradial_modes
@@ -60,6 +62,29 @@ def test_bars_grow_from_where_they_do_in_liquids_nearly() -> None:
     slower, faster = (rotating_star(matter, ratio, MomentumLaw()) for ratio in (0.3, 0.29))
     assert slower.rotational_to_gravitational < 0.2738 < faster.rotational_to_gravitational
     assert bar_mode(slower, 3.0).growth_rate == 0 < bar_mode(faster, 3.0).growth_rate
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("eccentricity", [0.7, 0.9])
+def test_viscosity_drives_bars_of_liquids(eccentricity: float) -> None:
+    """As Rosenkilde's equations say of motions linear in position: the bar that becomes Jacobi's grows beyond 0.81267.
+
+    All motions together make it slower by a layer at the surface as thick as nu^(1/2).
+    """
+    liquid, viscosity = maclaurin.from_eccentricity(eccentricity), 1e-3
+    star = rotating_star(polytropic_matter(0.0), liquid.c_over_a)
+    length = star.mean_radius  # the liquid has its mean radius for a unit, the star its equatorial one
+    exact = viscous_modes(liquid, viscosity / math.sqrt(length))
+    sigma, share = spectrum(star, STIFF, 2, 0, viscosity)
+    growth = -np.imag(sigma[share > 0.5 * share.max()]).min()
+    assert growth * length**1.5 == pytest.approx(exact.changes.real.max(), rel=1e-3)
+    assert bar_mode(star, STIFF, viscosity).growth_rate == pytest.approx(growth, rel=0.05)
+
+
+def test_viscosity_asks_for_rigid_rotation() -> None:
+    star = rotating_star(polytropic_matter(1.0), 0.9, MomentumLaw())
+    with pytest.raises(ValueError, match="turn rigidly"):
+        bar_mode(star, 2.0, 0.01)
 
 
 def test_units_are_the_stars() -> None:
