@@ -109,7 +109,7 @@ RECORDED: dict[str, Quantity] = {
     "jeans_ratio": Quantity(
         _T, NUMBER, "1", "least Jeans mass over that of two neighbourhoods",
         "of the denser half of the particles; below 1 fragments may be artificial (Bate & Burkert 1997, MNRAS 288, "
-        "1060)",
+        "1060); of gas alone",
     ),
     "smoothing_to_thickness": Quantity(
         _T, NUMBER, "1", "median smoothing length over the smallest semi-axis",

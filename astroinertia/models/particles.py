@@ -1,5 +1,6 @@
 """The particle fluid as the run loop sees it: a state, how its particles are arranged, and a step at a time."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
@@ -41,7 +42,7 @@ class Particles:
 
     base_step: models.individual.step where every particle has a step of its own; a step is then one of the slowest.
     regions: models.regions.Regions where the scene has any. between: what is done between two steps,
-    models.accretion.step where there are sinks.
+    models.accretion.step where there are sinks. free_fall_factor: the longest step, over (G rho)^(-1/2) of the densest.
     """
 
     approximation: ClassVar[str] = "particles: converges to the fluid with their number"
@@ -56,10 +57,11 @@ class Particles:
         base_step: BaseStep | None = None,
         regions: Any = None,
         between: Between | None = None,
+        free_fall_factor: float | None = None,
     ) -> None:
         self.problem, self.state, self.arrangement, self.end = problem, state, arrangement, end
         self.effects, self.base_step, self.note = problem.effect_names, base_step, ""
-        self.regions, self.between = regions, between
+        self.regions, self.between, self.free_fall_factor = regions, between, free_fall_factor
         self._step = jax.jit(sph.step) if problem.engine.name == "xla" else sph.step
 
     @property
@@ -84,6 +86,8 @@ class Particles:
 
     def advance(self, until: float) -> None:
         """One step, or one base step of individual ones, as long as the state allows, but not past `until`."""
+        if self.free_fall_factor is not None:
+            until = min(until, self.time + self.free_fall_factor / math.sqrt(np.max(self.state.rates.fluid.density)))
         if self.resumable or self._stale():
             self.state, self.arrangement = sph.rearranged(self.problem, self.state)
         dt = float(self.state.rates.timestep)

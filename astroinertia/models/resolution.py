@@ -20,8 +20,8 @@ def resolution(
     """What is recorded: core_particles, jeans_ratio and smoothing_to_thickness; NaN where it has no meaning.
 
     jeans_ratio is the least Jeans mass over that of two neighbourhoods, 2 `neighbours` m, of the denser half of the
-    particles: at the surface of any star the Jeans mass goes to zero, and nothing fragments there. It needs pressure
-    (None where that, or gravity, is absent).
+    particles: at the surface of any star the Jeans mass goes to zero, and nothing fragments there. It needs the
+    pressure of a gas (None where there is none, or no gravity).
     """
     ratio = np.nan
     if pressure is not None:

@@ -52,6 +52,7 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
         for tensor, a in zip(virial, accelerations, strict=True)
     ]
     energies = energy_budget(problem, state)
+    condensed = getattr(problem.equation_of_state, "condensed", False)  # of no use to Jeans: it holds itself together
     work, heating = np.asarray(ledger.work.total), np.asarray(ledger.heating.total)
     potential = energies["static"]
     opening = potential if opening_energy is None else opening_energy
@@ -91,7 +92,7 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
         **resolution(
             mass,
             np.asarray(state.rates.fluid.density),
-            np.asarray(state.rates.fluid.pressure) if {"pressure", "gravity"} <= set(names) else None,
+            np.asarray(state.rates.fluid.pressure) if {"pressure", "gravity"} <= set(names) and not condensed else None,
             np.asarray(state.smoothing_length),
             second,
             neighbour_number(KERNELS[problem.kernel], problem.eta),

@@ -19,15 +19,17 @@ _PROFILES = (
 
 
 def profiles_figure(dataset: xr.Dataset) -> Figure:
-    """Density, rotation and specific angular momentum against the radius of shells of equal mass."""
+    """Density and, of a body that spins, rotation and specific angular momentum against the radius of equal shells."""
+    spins = angular_momentum_scale(dataset)[1]
+    drawn = _PROFILES if spins else _PROFILES[:1]
     with style.styled():
-        figure = style.begin(dataset, "profiles", (13.0, 4.9))
-        panels = figure.subplots(1, 3)
+        figure = style.begin(dataset, "profiles", (13.0, 4.9) if spins else (7.0, 4.9))
+        panels = np.atleast_1d(figure.subplots(1, len(drawn)))
         _, factor, time_label = style.shown_times(dataset)
         chosen = style.picked_times(dataset, CURVES)
         times = dataset["time"].values / factor
         norm = Normalize(times[0], max(times[-1], np.nextafter(times[0], np.inf)))
-        for axes, (name, text, title) in zip(panels, _PROFILES, strict=True):
+        for axes, (name, text, title) in zip(panels, drawn, strict=True):
             _profile(axes, dataset, name, text, chosen, norm, factor)
             axes.set_title(title)
         bar = figure.colorbar(ScalarMappable(norm, style.TIME_MAP), ax=list(panels), aspect=28, pad=0.01)
@@ -41,9 +43,6 @@ def profiles_figure(dataset: xr.Dataset) -> Figure:
 def _profile(
     axes, dataset: xr.Dataset, name: str, text: str, chosen: np.ndarray, norm: Normalize, factor: float
 ) -> None:
-    if name != "density_profile" and not angular_momentum_scale(dataset)[1]:
-        style.note(axes, "the body does not spin")
-        return
     variable = dataset[name].transpose("time", "radius_bin")
     radius = dataset["radius_profile"].transpose("time", "radius_bin")
     if variable.isnull().all() or radius.isnull().all():

@@ -257,6 +257,8 @@ def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
     limits = ", ".join(f"{name} {value:g}" for name, value in {"courant": numerics.courant, **factors}.items())
     if numerics.max_timestep is not None:
         limits += f", at most {_shown(scene, numerics.max_timestep, 'time')}"
+    if numerics.free_fall_factor is not None:
+        limits += f", at most {numerics.free_fall_factor:g} (G density)^(-1/2)"
     return (
         Line("engine", numerics.engine, numerics.precision),
         Line("kernel", numerics.kernel, f"{neighbours:.0f} neighbours, eta {eta:.4g}"),

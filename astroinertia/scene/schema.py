@@ -60,6 +60,11 @@ class Numerics(Part):
         description="individual: every particle has a step of its own, a power of two of the shortest (numba_cpu)",
     )
     max_timestep: Duration | None = Field(default=None, description="the time step never exceeds this")
+    free_fall_factor: Annotated[float, Field(gt=0.0, le=100.0)] | None = Field(
+        default=None,
+        description="the time step, with individual ones the base step that records are taken after, never exceeds "
+        "this times (G density)^(-1/2) of the densest matter (model sph)",
+    )
     integrator: Literal["adaptive", "splitting"] = Field(
         default="adaptive",
         description="of the models without particles: adaptive, to a tolerance; splitting (rigid), which keeps the "

@@ -128,7 +128,8 @@ class Tabulated:
     """Materials by their tables of isentropes.
 
     coefficients: (materials * rows * columns,) of the splines; numbers: (materials * NUMBERS,); material: which of them
-    particles are of, (N,) or one for all. Methods are those of the module eos, of particles (N,).
+    particles are of, (N,) or one for all; condensed: whether some are known to be solids or liquids. Methods are those
+    of the module eos, of particles (N,).
     """
 
     coefficients: Array
@@ -137,6 +138,7 @@ class Tabulated:
     rows: int = field(metadata={"static": True})
     columns: int = field(metadata={"static": True})
     material: Array = 0.0
+    condensed: bool = field(default=False, metadata={"static": True})
     thermal: ClassVar[bool] = True
 
     def __repr__(self) -> str:

@@ -1,5 +1,6 @@
 """The materials of a scene: their tables of isentropes, made once."""
 
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,8 @@ def materials(fluid: Materials, origin: str | None, units: CodeUnits) -> Tabulat
     """The equation of state of a scene's materials, in code units; files are relative to `origin`."""
     known: tuple[Any, ...] = fluid.materials
     tables = [_table(material, origin) for material in known]
-    return tabulated(tables, units.unit("density"), units.unit("specific_energy"))
+    made = tabulated(tables, units.unit("density"), units.unit("specific_energy"))
+    return replace(made, condensed=any(material.tillotson is not None for material in known))
 
 
 @lru_cache(maxsize=16)

@@ -45,7 +45,9 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
     regions = _regions(scene, units, problem)
     state = state if regions is None else regions.opened(state)
     base_step, between = base_step_of(scene), sinks.between(problem)
-    return Particles(problem, state, arrangement, _end(scene, units), base_step, regions, between)
+    return Particles(
+        problem, state, arrangement, _end(scene, units), base_step, regions, between, scene.numerics.free_fall_factor
+    )
 
 
 def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Particles:
@@ -69,7 +71,9 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     pairs = problem.engine.arrange(state.position, state.smoothing_length)[1]
     arrangement = arranged(problem, pairs, state)
     base_step, between = base_step_of(scene), sinks.between(problem)
-    return Particles(problem, state, arrangement, _end(scene, units), base_step, regions, between)
+    return Particles(
+        problem, state, arrangement, _end(scene, units), base_step, regions, between, scene.numerics.free_fall_factor
+    )
 
 
 def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tuple[Problem, Sphere | Star | None]:

@@ -71,6 +71,16 @@ def test_one_rung_for_all_is_the_global_step() -> None:
     np.testing.assert_allclose(mine.entropy, theirs.entropy, rtol=1e-7)
 
 
+@pytest.mark.parametrize("scheme", ["global", "individual"])
+def test_steps_are_no_longer_than_a_share_of_the_free_fall_time(scheme: str) -> None:
+    """factor (G rho)^(-1/2) of the densest particle, which other limits of this cloud are far above at first."""
+    body = start("body.particles=100", f"numerics.timesteps={scheme}", "numerics.free_fall_factor=1e-3")
+    for _ in range(4):
+        before, densest = body.time, float(np.max(body.state.rates.fluid.density))
+        body.advance(1.0)
+        assert body.time - before == pytest.approx(1e-3 / np.sqrt(densest), rel=1e-9)
+
+
 def test_what_is_taken_out_of_the_body_moves_as_it_would_within(monkeypatch: pytest.MonkeyPatch) -> None:
     """A base step with as many parts taken out as there can be, and with none: the same to round-off."""
     taken = []
