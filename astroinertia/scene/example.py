@@ -67,6 +67,7 @@ SUGGESTED: dict[str, Any] = {
     "series_every": "1 min",
     "snapshot_every": "10 min",
     "max_timestep": "1 min",
+    "free_fall_factor": 0.1,
     "period": "12 h",
     "rate": "1.5e-4 rad/s",
     "angular_momentum": "1e43 kg m2/s",

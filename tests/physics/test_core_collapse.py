@@ -65,7 +65,7 @@ def test_a_core_at_rest_converges_to_the_reference(steps, result):
 def test_types_of_collapse_and_convergence_with_particles(name, result):
     """The type is that of the slow, the fast and the soft end of the grid, and the bounce settles with N.
 
-    From 3000 to 10000 particles density and largest T/|W| at bounce change by less than 10 %. The runs end 5 ms after
+    From 3000 to 10000 particles density and T/|W| at bounce change by less than 10 %. The runs end 5 ms after
     the bounce, but for the one that falls again.
     """
     counts, (kind, end) = (1000, 3000, 10000), TYPES[name]
@@ -75,7 +75,7 @@ def test_types_of_collapse_and_convergence_with_particles(name, result):
         result(**{key: [data.attrs[key] for data in found]})
     result(particles=counts, types=[data.dynamics for data in found])
     assert found[-1].dynamics == kind
-    for key in ("bounce_density", "largest_rotational_share"):
+    for key in ("bounce_density", "bounce_rotational_share"):
         assert found[2].attrs[key] == pytest.approx(found[1].attrs[key], rel=0.10)
     momentum = np.linalg.norm(found[-1].angular_momentum.values, axis=1)
     assert np.abs(momentum / momentum[0] - 1).max() < 1e-5
