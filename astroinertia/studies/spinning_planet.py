@@ -58,9 +58,10 @@ def figure_of_scene(scene: Scene, angular_velocity: float) -> RotatingFigure:
 
     ValueError where it has more layers; SceneError and NumericalError as for the planet and the figure.
     """
+    fluid: Any = scene.equation_of_state
     with jax.enable_x64(True):
         units = code_units(scene)
-        still, matter = planet(scene, units), materials(scene.equation_of_state, scene.origin, units)
+        still, matter = planet(scene, units), materials(fluid, scene.origin, units)
         laws = [_law(matter, number, label) for number, label in zip(still.numbers, still.labels, strict=True)]
         boundary = float(still.solution.layer_radii[0] / still.radius)
     if len(laws) > 2:
@@ -78,7 +79,8 @@ def figure_of_scene(scene: Scene, angular_velocity: float) -> RotatingFigure:
 
     if len(laws) == 1:
         return figure(1.0)
-    return figure(brentq(excess, (1 - _NEAR) * boundary, (1 + _NEAR) * boundary, xtol=_CLOSE))
+    found: Any = brentq(excess, (1 - _NEAR) * boundary, (1 + _NEAR) * boundary, xtol=_CLOSE)
+    return figure(found)
 
 
 def _law(matter: Any, number: int, label: float) -> _Law:
@@ -88,7 +90,8 @@ def _law(matter: Any, number: int, label: float) -> _Law:
     enthalpy = CubicSpline(density, pressure(density, 1) / density).antiderivative()(density)
     values = pressure(density) - pressure(density[0])
     splines = ((enthalpy, density), (enthalpy, values), (values, enthalpy))
-    return _Law(*(CubicSpline(x, y, extrapolate=False) for x, y in splines))
+    densities, pressures, enthalpies = (CubicSpline(x, y, extrapolate=False) for x, y in splines)
+    return _Law(densities, pressures, enthalpies)
 
 
 def shape(figure: RotatingFigure, mass: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> Shape:

@@ -21,10 +21,12 @@ def after(count, end, folder):
     """The series and what is left after a time, of so many particles."""
     settings = [f"bodies.0.particles={round((1 - SHARE) * count)}", f"bodies.1.particles={round(SHARE * count)}"]
     file = run_scene(load.load_file(SCENE, [*settings, f"time.end='{end}'", "output.snapshot_every='30 min'"]), folder)
-    last = datasets.open_snapshots(file).isel(snapshot_time=-1).load()
-    columns = (last[name].values for name in ("mass", "position", "velocity", "density"))
-    left = remnant(*columns, CONDENSED, GRAVITATIONAL_CONSTANT)
-    return datasets.open(file).load(), left, last["mass"].values, last["material"].values
+    snapshots = datasets.open_snapshots(file)
+    assert snapshots is not None
+    last = snapshots.isel(snapshot_time=-1).load()
+    mass, position, velocity, density = (last[name].values for name in ("mass", "position", "velocity", "density"))
+    left = remnant(mass, position, velocity, density, CONDENSED, GRAVITATIONAL_CONSTANT)
+    return datasets.open(file).load(), left, mass, last["material"].values
 
 
 def keeps_its_books(series, momentum, energy):

@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
@@ -23,7 +24,8 @@ def scene_and_rate(*settings):
     with jax.enable_x64(True):
         units = code_units(scene)
         still = planet(scene, units)
-    rate = float(units.to_code(2 * math.pi / scene.body.rotation.period, "angular_velocity"))
+    body: Any = scene.body
+    rate = float(units.to_code(2 * math.pi / body.rotation.period, "angular_velocity"))
     return scene, still, rate, math.sqrt(still.radius**3 / still.mass)
 
 
@@ -48,7 +50,7 @@ def settled(count, dynamical_times):
     scene, _, rate, unit = scene_and_rate(f"body.particles={count}")
     figure = figure_of_scene(scene, rate)
     with jax.enable_x64(True):
-        body = build.prepare(scene).evolution
+        body: Any = build.prepare(scene).evolution
 
         def now():
             return shape(figure, *(np.asarray(a) for a in (body.state.mass, body.state.position, body.state.velocity)))
