@@ -71,8 +71,10 @@ def step(problem: Problem, arrangement: Arrangement, state: State, until: float)
     limits = agreed_limits(problem, lists, state)
     # What is on its way is not to be met in the middle of an interval.
     meets = bool(sph.pair_terms(problem, "neighbour_terms"))
-    met = float(sph.contact(problem, state.rates.fluid, np.min(limits))) if meets else np.inf
-    base, rung = base_step(limits, min(until - float(state.time), met), 0 if _act_with_base(problem) else BEYOND)
+    remaining, beyond = until - float(state.time), 0 if _act_with_base(problem) else BEYOND
+    longest = min(remaining, 2.0**beyond * float(np.max(limits)))
+    met = float(sph.contact(problem, state.rates.fluid, np.float64(longest))) if meets else np.inf
+    base, rung = base_step(limits, min(remaining, met), beyond)
     flow = opened(problem, arrangement, state, base, limits)
     everyone = np.arange(flow.count)
     flow.pairs = lists
