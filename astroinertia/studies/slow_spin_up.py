@@ -22,11 +22,11 @@ _TEXTS = {
     "axis_ratio_exact": "that of the exact star of the same angular momentum",
     "rotational_to_gravitational": "T/|W|",
     "rotational_to_gravitational_exact": "that of the exact star of the same angular momentum",
-    "rotational_to_gravitational_maclaurin": "that of the Maclaurin spheroid with this axis ratio",
+    "axis_ratio_maclaurin": "that of the Maclaurin spheroid with this T/|W|",
     "disordered_energy": "kinetic energy other than that of rigid rotation, over |W|",
     "axis_ratio_error": "over the exact, less one",
     "rotational_to_gravitational_error": "over the exact, less one",
-    "maclaurin_error": "T/|W| over that of the Maclaurin spheroid with this axis ratio, less one",
+    "maclaurin_error": "axis ratio over that of the Maclaurin spheroid with this T/|W|, less one",
 }
 
 
@@ -60,10 +60,9 @@ def along_sequence(dataset: xr.Dataset, index: float, rates: Sequence[float] = R
     for name in ("axis_ratio", "rotational_to_gravitational"):
         found[f"{name}_error"] = found[name] / exact[name] - 1
     share = found["rotational_to_gravitational"]
-    liquid = [maclaurin.from_axis_ratio(min(ratio, 1.0)).rotational_to_gravitational for ratio in found["axis_ratio"]]
-    found |= {"rotational_to_gravitational_maclaurin": np.array(liquid), "disordered_energy": energy / bound - share}
-    with np.errstate(divide="ignore", invalid="ignore"):
-        found["maclaurin_error"] = share / found["rotational_to_gravitational_maclaurin"] - 1
+    liquid = np.array([maclaurin.from_energy_ratio(float(each)).c_over_a for each in share])
+    found |= {"axis_ratio_maclaurin": liquid, "disordered_energy": energy / bound - share}
+    found["maclaurin_error"] = found["axis_ratio"] / liquid - 1
     return xr.Dataset(
         {name: ("rate", found[name], {"units": "1", "long_name": text}) for name, text in _TEXTS.items()},
         {"rate": ("rate", list(rates), {"units": "1", "long_name": "angular velocity over that of mass shedding"})},

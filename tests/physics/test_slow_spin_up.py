@@ -24,7 +24,7 @@ def followed(index: float, particles: int, *settings: str) -> xr.Dataset:
 
 
 def errors(found: xr.Dataset) -> np.ndarray:
-    """Largest errors along the sequence of the axis ratio, of T/|W|, and of T/|W| against Maclaurin's."""
+    """Largest errors along the sequence of the axis ratio, of T/|W|, and of the axis ratio against Maclaurin's."""
     names = ("axis_ratio_error", "rotational_to_gravitational_error", "maclaurin_error")
     return np.array([float(np.abs(found[name]).max()) for name in names])
 
@@ -91,8 +91,12 @@ def test_it_follows_its_sequence_the_better_the_more_particles(particles: int, r
 @pytest.mark.full(inputs=["sims/slow_spin_up.toml"])
 @pytest.mark.parametrize("index", [0.5, 0.25])
 def test_a_stiff_star_follows_maclaurins_spheroids(index: float, result: Any) -> None:
-    """30,000 particles: T/|W| of its own sequence, and of the Maclaurin spheroid of its axis ratio, within 1 %."""
-    found = followed(index, 30_000, "effects.damping.rate_change=0.009", "time.end=66")
+    """10,000 particles: its own sequence, and the axis ratio of the Maclaurin spheroid of its T/|W|, within 1 %.
+
+    T/|W| at an axis ratio would tell nothing near a sphere, where it goes as one less the ratio. With 3000 particles 0.8
+    and 2.1 % from its own sequence and 0.3 % from Maclaurin's.
+    """
+    found = followed(index, 10_000, "effects.damping.rate_change=0.009", "time.end=66")
     axis_ratio, share, liquid = errors(found)
     result(axis_ratio_error=axis_ratio, rotational_to_gravitational_error=share, maclaurin_error=liquid)
     result(rotational_to_gravitational=found["rotational_to_gravitational"].values.tolist())
