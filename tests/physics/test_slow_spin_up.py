@@ -93,8 +93,8 @@ def test_it_follows_its_sequence_the_better_the_more_particles(particles: int, r
 def test_a_stiff_star_follows_maclaurins_spheroids(index: float, result: Any) -> None:
     """10,000 particles: its own sequence, and the axis ratio of the Maclaurin spheroid of its T/|W|, within 1 %.
 
-    T/|W| at an axis ratio would tell nothing near a sphere, where it goes as one less the ratio. With 3000 particles 0.8
-    and 2.1 % from its own sequence and 0.3 % from Maclaurin's.
+    T/|W| at an axis ratio would tell nothing near a sphere, where it goes as one less the ratio. With 3000 particles
+    0.8 and 2.1 % from its own sequence and 0.3 % from Maclaurin's.
     """
     found = followed(index, 10_000, "effects.damping.rate_change=0.009", "time.end=66")
     axis_ratio, share, liquid = errors(found)
