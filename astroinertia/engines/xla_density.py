@@ -20,6 +20,8 @@ from astroinertia.sph.kernels import KERNELS
 
 Array = Any
 MOST_ITERATIONS = 100
+LONGEST = 0.7  # change of ln h in one step
+CLIPPED = 1e-6  # how near the bracket's other end a clipped step may come
 # What rounding leaves of a change of ln h, for pairs in float64 and float32.
 ROUNDING = {"float64": 1e-13, "mixed": 3e-6}
 
@@ -73,8 +75,11 @@ def solved(
         slope = jnp.maximum(-sums[:, 1] / sums[:, 0], 0.3)
         low = jnp.where(excess < 0.0, h, low)
         high = jnp.where(excess > 0.0, h, high)
-        newton = h * jnp.exp(jnp.clip(-excess / slope, -0.7, 0.7))
-        outside = (newton < low * (1.0 - rounding)) | (newton > high * (1.0 + rounding))
+        step = -excess / slope
+        newton = h * jnp.exp(jnp.clip(step, -LONGEST, LONGEST))
+        # A clipped step onto the bracket's other end is none: two of them would go to and fro for ever.
+        margin = jnp.where(jnp.abs(step) > LONGEST, CLIPPED, -rounding)
+        outside = (newton < low * (1.0 + margin)) | (newton > high * (1.0 - margin))
         new = jnp.where(outside, jnp.sqrt(low * jnp.minimum(high, 1e300)), newton)
         change = jnp.log(new / h)
         # To first order in the change, which is below the tolerance in the end.

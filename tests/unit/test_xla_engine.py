@@ -121,6 +121,17 @@ def test_smoothing_lengths_do_not_depend_on_the_guess(guess):
         assert np.max(np.abs(getattr(found, name) / getattr(expected, name) - 1.0)) < 2e-14, name
 
 
+def test_light_particles_beside_heavy_ones_have_lengths():
+    """Their kernels end just short of a heavy neighbour; steps that go to and fro between two lengths must end, too."""
+    engine, position = Engine(), np.random.default_rng(5).normal(size=(COUNT, 3))
+    mass = np.where(np.arange(COUNT) % 40 == 0, 1e-8, 1.0) / COUNT
+    order, arrangement = engine.arrange(position, np.full(COUNT, 0.6))
+    position, mass = position[order], mass[order]
+    found = engine.density(arrangement, "wendland_c2", position, mass, np.full(COUNT, 0.6), 1.3, 1e-12, False)
+    content = np.asarray(found.density) * np.asarray(found.smoothing_length) ** 3 / mass
+    assert np.max(np.abs(content / 1.3**3 - 1.0)) < 1e-8
+
+
 @pytest.mark.slow
 def test_the_tolerance_is_kept():
     engine = Engine()
