@@ -77,8 +77,9 @@ CATALOGUE: Mapping[str, Entry] = {
                 "choice",
                 "reconstruction",
                 "what keeps viscosity out of smooth flow: reconstruction sees only the jump that linear flow on both "
-                "sides leaves, balsara weakens it where the flow turns rather than converges",
-                choices=("reconstruction", "balsara", "none"),
+                "sides leaves, guarded_reconstruction more where particles are closer than they should be, balsara "
+                "weakens it where the flow turns rather than converges",
+                choices=("reconstruction", "guarded_reconstruction", "balsara", "none"),
             ),
         },
         "neighbours",

@@ -26,7 +26,9 @@ def doubling(xp, h, acceleration, internal_energy, heating, factor):
     """factor times the energy at hand over its rate."""
     content = internal_energy + xp.where(heating > 0.0, h * size(xp, acceleration), 0.0)
     rate = xp.abs(heating)
-    return (xp.where(rate > NONE, factor * content / xp.maximum(rate, NONE), xp.inf),)
+    limit = xp.where(rate > NONE, factor * content / xp.maximum(rate, NONE), xp.inf)
+    # Cold solids have no energy to lose, or less than none by the error of their table: kicks keep their entropy.
+    return (xp.where(content > 0.0, limit, xp.inf),)
 
 
 def acceleration_limit(xp: Any, smoothing_length: Array, acceleration: Array, factor: Array | float = 1.0) -> Array:

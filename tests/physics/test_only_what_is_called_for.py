@@ -69,7 +69,8 @@ TRACES = {
     "gravity": r"gravity|direct_pair|direct_far|point_pair|less_point|softening_pair|zeta_over_omega|"
     r"\bd?phi_[ij]\b|_phi\b|_dphi\b",
     "pressure": r"pressure_pair|pressure_weight|out_pressure",
-    "viscosity": r"(?<!shear_)(?<!kinematic_)viscosity|gradient_pair|trend_pair|reconstructed_pair|strain_",
+    "viscosity": r"(?<!shear_)(?<!kinematic_)viscosity|gradient_pair|trend_pair|reconstructed_pair|guarded_pair|"
+    r"strain_",
     "conduction": r"conduction|relative_velocity_pair|pressure_jump_pair",
     "shear_viscosity": r"shear_viscosity|kinematic_viscosity",
 }

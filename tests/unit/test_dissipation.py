@@ -92,7 +92,7 @@ def test_the_switch_keeps_differential_rotation_almost_free_of_viscosity() -> No
 
 def test_viscosity_heats_every_particle_with_what_it_takes_from_the_motion() -> None:
     position, random = ball(), np.random.default_rng(5)
-    for options in ({}, {"switch": "none"}):
+    for options in ({}, {"switch": "none"}, {"switch": "none", "limiter": "guarded_reconstruction"}):
         found = heat_and_drag(random.normal(size=position.shape) - 3 * position, position, 3, **options)
         assert found["each"].min() >= 0
         assert found["heating"] > 0
@@ -172,6 +172,32 @@ def test_reconstruction_leaves_a_smooth_collapse_alone() -> None:
     assert heats[1] < 1e-10 * heats[0]
 
 
+def test_guarded_reconstruction_trusts_linear_flow_no_nearer_than_the_spacing() -> None:
+    """A pair in a homologous inflow: no push at the spacing, all of it where particles meet, and between them what the
+    Gaussian of Frontiere et al. (2017) says, to 7 % of the whole (three terms of its series stand for it).
+    """
+    apart = np.linspace(0.01, 1.5, 150)
+    side = {"dW": -1.0, "density": 1.0, "sound_speed": 1.0, "viscosity_linear": 1.0, "viscosity_quadratic": 0.0}
+    side |= {
+        f"strain_{axes}": -1.0 if axes in ("xx", "yy", "zz") else 0.0 for axes in ("xx", "yy", "zz", "xy", "xz", "yz")
+    }
+    pair = {f"{name}_{end}": value for name, value in side.items() for end in "ij"}
+    pair |= {"r": apart, "v_r": -apart, "x_ij": apart, "y_ij": 0.0, "z_ij": 0.0, "spacing_i": 1.0, "spacing_j": 0.8}
+
+    def push(limiter: str) -> np.ndarray:
+        (term,) = catalogue.build("viscosity", {"limiter": limiter}).neighbour_terms
+        names = term.pair.__code__.co_varnames[1 : term.pair.__code__.co_argcount]
+        return term.pair(np, *(pair[name] for name in names))[0]
+
+    share = push("guarded_reconstruction") / push("none")
+    assert np.abs(push("reconstruction")).max() < 1e-12
+    assert np.abs(share[apart >= 1.0]).max() < 1e-12
+    closer = np.maximum(1.0 - apart, 0.0) / 0.2
+    assert np.abs(share - (1.0 - np.exp(-(closer**2)))).max() < 0.07
+    assert share[0] > 0.995
+    assert np.all(np.diff(share) < 1e-12)
+
+
 @pytest.mark.parametrize("signal", ["relative_velocity", "pressure_jump"])
 def test_conduction_moves_heat_downhill_and_keeps_its_sum(signal: str) -> None:
     position, random = ball(), np.random.default_rng(6)
@@ -208,6 +234,7 @@ def test_pair_functions_are_finite_with_their_gradients_where_particles_coincide
     for kind, options in (
         ("viscosity", {}),
         ("viscosity", {"limiter": "balsara"}),
+        ("viscosity", {"limiter": "guarded_reconstruction"}),
         ("conduction", {}),
         ("conduction", {"signal": "pressure_jump"}),
     ):
