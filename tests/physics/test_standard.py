@@ -35,7 +35,7 @@ def tests(monkeypatch: pytest.MonkeyPatch) -> Any:
 def test_sods_tube_converges_to_the_riemann_solution(tests: Any) -> None:
     """Shocks and contacts are as wide as kernels are: first order at best, if they are captured at all.
 
-    Measured: 0.0183 with 1152 particles; the order, in their spacing, is 0.51 up to there and 0.71 from there to 9216.
+    Measured: 0.0182 with 1152 particles; the order, in their spacing, is 0.52 up to there and 0.80 from there to 9216.
     An error of the jump itself, as of a wrong viscosity, would not fall.
     """
     coarse, fine = (tests.measured("sod", particles) for particles in (150, 1200))
