@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import jax
 import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from astroinertia.bodies import tillotson
 from astroinertia.effects import catalogue
@@ -36,7 +36,7 @@ def hugoniot(matter: tillotson.Tillotson, speed: float) -> SimpleNamespace:
         return float(matter.pressure_at(np.array(density), np.array(energy))) - jump
 
     with jax.enable_x64(True):
-        density = brentq(excess, 1.01 * start, 8.0 * start, xtol=1e-12 * start)
+        density = root_scalar(excess, bracket=(1.01 * start, 8.0 * start), xtol=1e-12 * start).root
     pressure = speed**2 * ENERGY * density * start / (density - start)
     return SimpleNamespace(
         density=density / DENSITY,
