@@ -133,7 +133,7 @@ def test_a_cold_collapse_is_swallowed_as_it_falls(timesteps: str) -> None:
         assert np.linalg.norm(record["sink_position"][0]) <= 6e-3
 
 
-TWO = """
+BALL = """
 [[bodies]]
 kind = "power_law"
 exponent = 1.0
@@ -142,19 +142,10 @@ mass = 0.5
 radius = 0.5
 relax = false
 specific_internal_energy = 0.01
-position = [1.0, 0.0, 0.0]
-velocity = [0.0, 0.35, 0.1]
-[[bodies]]
-kind = "power_law"
-exponent = 1.0
-particles = 150
-mass = 0.5
-radius = 0.5
-relax = false
-specific_internal_energy = 0.01
-position = [-1.0, 0.0, 0.0]
-velocity = [0.0, -0.35, -0.1]
 """
+TWO = "".join(
+    f"{BALL}position = [{side}, 0.0, 0.0]\nvelocity = [0.0, {0.35 * side}, {0.1 * side}]\n" for side in (1.0, -1.0)
+)
 
 
 @pytest.mark.parametrize("timesteps", ["global", "individual"])
