@@ -140,17 +140,6 @@ def whole(xp: Any, mass: Array, position: Array, velocity: Array) -> Whole:
     return Whole(total, place / total, momentum / total)
 
 
-def entry(xp, mass, position, before, after, dt, x, y, z, vx, vy, vz, acceleration):
-    """What dv = a dt of one particle adds: to P, the momentum and K/2, about a centre x with velocity v."""
-    push = (dt * mass * acceleration[0], dt * mass * acceleration[1], dt * mass * acceleration[2])
-    middle = (
-        0.5 * (before[0] + after[0]) - vx,
-        0.5 * (before[1] + after[1]) - vy,
-        0.5 * (before[2] + after[2]) - vz,
-    )
-    return outer(xp, (position[0] - x, position[1] - y, position[2] - z), push), push, outer(xp, middle, push)
-
-
 def outer(xp, a, b):
     """a (x) b."""
     return (
@@ -160,36 +149,97 @@ def outer(xp, a, b):
     )
 
 
+def entry(xp, mass, position, before, after, dt, x, y, z, vx, vy, vz, acceleration):
+    """What dv = a dt of one particle adds: to P and the momentum, about a centre x, and its work at velocities - v."""
+    push = (dt * mass * acceleration[0], dt * mass * acceleration[1], dt * mass * acceleration[2])
+    work = (
+        (0.5 * (before[0] + after[0]) - vx) * push[0]
+        + (0.5 * (before[1] + after[1]) - vy) * push[1]
+        + (0.5 * (before[2] + after[2]) - vz) * push[2]
+    )
+    return outer(xp, (position[0] - x, position[1] - y, position[2] - z), push), push, work
+
+
+def gained(xp, mass, position, before, after, x, y, z, vx, vy, vz):
+    """What one particle's velocity changes that became another: P and the momentum; its part of K before and after."""
+    push = (mass * (after[0] - before[0]), mass * (after[1] - before[1]), mass * (after[2] - before[2]))
+    old, new = (before[0] - vx, before[1] - vy, before[2] - vz), (after[0] - vx, after[1] - vy, after[2] - vz)
+    middle = (0.5 * (old[0] + new[0]), 0.5 * (old[1] + new[1]), 0.5 * (old[2] + new[2]))
+    weighted_new = (mass * new[0], mass * new[1], mass * new[2])
+    return (
+        outer(xp, (position[0] - x, position[1] - y, position[2] - z), push),
+        push,
+        outer(xp, middle, push),
+        outer(xp, new, weighted_new),
+    )
+
+
 def after_kick(
     xp: Any, ledger: Ledger, mass: Array, position: Array, before: Array, after: Array,
     increments: Sequence[Array | None], dt: Array | float = 1.0, body: Whole | tuple | None = None,
+    complete: bool = True,
 ) -> Ledger:  # fmt: skip
     """The ledger after velocities changed from `before` to `after` (N, 3), by dt times the increment of each effect.
 
     The increments (one (N, 3) for each effect, or None) times dt add up to after - before; work_e = sum m dv_e .
-    (before + after)/2 then adds up exactly to the change of the kinetic energy. body: the whole body before the kick,
-    where the particles given are not all of it. Tests: tests/unit/test_ledger.py.
+    (before + after)/2 then adds up exactly to the change of the kinetic energy. body: the whole body before the kick;
+    complete: whether these are all of its particles.
+
+    P and K are those of the velocities that came out, rounding and all: what rounding adds to K would grow with the
+    square of the time in Q. For the same reason K is summed anew where all particles are at hand.
+    Tests: tests/unit/test_ledger.py.
     """
     body = whole(xp, mass, position, before) if body is None else Whole(*body)
     pushes = [(increment,) for increment in increments if increment is not None]
     if not pushes:
         return ledger
-    mixed, impulse, half = totals(
-        xp, entry, mass, position, before, after, dt, *body.centre, *body.velocity, each=pushes
-    )
-    change = half.sum(axis=0)
+    about = (*body.centre, *body.velocity)
+    mixed, impulse, work = totals(xp, entry, mass, position, before, after, dt, *about, each=pushes)
+    gain, push, half, now = (found[0] for found in totals(xp, gained, mass, position, before, after, *about))
     # K is about the centre of mass, which moves faster or slower now.
-    gained = impulse.sum(axis=0) / body.mass
-    kinetic = change + change.T - body.mass * gained[:, None] * gained[None, :]
-    work = half[:, 0, 0] + half[:, 1, 1] + half[:, 2, 2] + impulse @ body.velocity
+    shift = push[:, None] * push[None, :] / body.mass
+    kinetic = Compensated(now - shift, xp.zeros((3, 3))) if complete else ledger.kinetic_tensor.add(half + half.T - shift)
     rows = [increment is not None for increment in increments]
     return _replace(
         ledger,
-        mixed_moment=ledger.mixed_moment.add(mixed.sum(axis=0)),
-        kinetic_tensor=ledger.kinetic_tensor.add(kinetic),
+        mixed_moment=ledger.mixed_moment.add(gain),
+        kinetic_tensor=kinetic,
         mixed_impulse=ledger.mixed_impulse.add(_in_rows(xp, mixed, rows)),
         impulse=ledger.impulse.add(_in_rows(xp, impulse, rows)),
-        work=ledger.work.add(_in_rows(xp, work, rows)),
+        work=ledger.work.add(_in_rows(xp, work + impulse @ body.velocity, rows)),
+    )
+
+
+def misplaced(xp, mass, before, after, velocity, dt):
+    """m, m x, m v, and with r = x' - x - dt v, by which one particle's place was rounded: m r, x' (x) m r, m r (x) v."""
+    error = (
+        mass * ((after[0] - before[0]) - dt * velocity[0]),
+        mass * ((after[1] - before[1]) - dt * velocity[1]),
+        mass * ((after[2] - before[2]) - dt * velocity[2]),
+    )
+    return *weighted(xp, mass, after, velocity), error, outer(xp, after, error), outer(xp, error, velocity)
+
+
+def after_rounding(
+    xp: Any, ledger: Ledger, mass: Array, before: Array, after: Array, velocity: Array, dt: Array,
+    body: Whole | None = None,
+) -> Ledger:  # fmt: skip
+    """The ledger, drifted by dt, with what rounding did to places that went from `before` to `after` (N, 3).
+
+    A drift moves the body by dt v; particles end at the numbers next to that. body: the whole of it afterwards, where
+    the particles given are not all. Tests: tests/unit/test_ledger.py.
+    """
+    sums = totals(xp, misplaced, mass, before, after, velocity, dt)
+    total, place, momentum, error, second, mixed = (found[0] for found in sums)
+    if body is None:
+        total = xp.where(total > 0.0, total, 1.0)
+        body = Whole(total, place / total, momentum / total)
+    second = second - xp.asarray(body.centre)[:, None] * error[None, :]
+    mixed = mixed - error[:, None] * xp.asarray(body.velocity)[None, :]
+    return _replace(
+        ledger,
+        second_moment=ledger.second_moment.add(second + second.T),
+        mixed_moment=ledger.mixed_moment.add(mixed),
     )
 
 

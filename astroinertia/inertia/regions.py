@@ -17,7 +17,16 @@ from typing import Any
 import numpy as np
 
 from astroinertia.engines.elementwise import totals
-from astroinertia.inertia.ledger import Ledger, Whole, after_drift, after_kick, moments, open_ledger, weighted_outer
+from astroinertia.inertia.ledger import (
+    Ledger,
+    Whole,
+    after_drift,
+    after_kick,
+    after_rounding,
+    moments,
+    open_ledger,
+    weighted_outer,
+)
 from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.pytree import pytree
 
@@ -57,14 +66,20 @@ class Books:
 
     def kicked(
         self, xp: Any, weight: Array, position: Array, before: Array, after: Array,
-        increments: Sequence[Array | None], dt: Array | float = 1.0,
+        increments: Sequence[Array | None], dt: Array | float = 1.0, complete: bool = True,
     ) -> "Books":  # fmt: skip
         """The books after a kick, as ledger.after_kick; weight (n,) is the mass of members, and zero of the others."""
         mass, centre, velocity = self.whole
         safe = Whole(xp.where(mass > 0.0, mass, 1.0), centre, velocity)  # an empty region has nothing that is kicked
-        ledger = after_kick(xp, self.ledger, weight, position, before, after, increments, dt, safe)
+        ledger = after_kick(xp, self.ledger, weight, position, before, after, increments, dt, safe, complete)
         gained = totals(xp, push, weight, before, after)[0][0] / safe.mass
         return replace(self, ledger=ledger, whole=Whole(mass, centre, velocity + gained))
+
+    def rounded(self, xp: Any, weight: Array, before: Array, after: Array, velocity: Array, dt: Array) -> "Books":
+        """The books, drifted by dt, with what rounding did to places, as ledger.after_rounding; weight as above."""
+        mass, centre, pace = self.whole
+        safe = Whole(xp.where(mass > 0.0, mass, 1.0), centre, pace)
+        return replace(self, ledger=after_rounding(xp, self.ledger, weight, before, after, velocity, dt, safe))
 
     def exchanged(self, mass: Array, position: Array, velocity: Array, old: Array, new: Array) -> "Books":
         """The books after membership changed from `old` to `new` (N,), 1 for members and 0 for the others (numpy)."""

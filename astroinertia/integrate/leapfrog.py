@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from astroinertia.engines.elementwise import elementwise, totals
-from astroinertia.inertia.ledger import Ledger, after_drift, after_heating, after_kick
+from astroinertia.inertia.ledger import Ledger, after_drift, after_heating, after_kick, after_rounding
 from astroinertia.inertia.regions import Books
 from astroinertia.integrate.exchange import Exchange, energies, entropy_after
 from astroinertia.pytree import pytree
@@ -100,13 +100,19 @@ def power(xp, mass, heating):
 
 def drift(xp: Any, state: State, dt: Array) -> State:
     """Free motion over dt."""
+    mass, velocity = state.mass, state.velocity
+    position = elementwise(xp, moved, state.position, velocity, dt)[0]
+    ways = state.position, position, velocity, dt
     return replace(
         state,
         time=state.time + dt,
-        position=elementwise(xp, moved, state.position, state.velocity, dt)[0],
-        ledger=after_drift(xp, state.ledger, dt),
+        position=position,
+        ledger=after_rounding(xp, after_drift(xp, state.ledger, dt), mass, *ways),
         points={kind: each.drifted(dt, state.time + dt) for kind, each in state.points.items()},
-        regions={name: books.drifted(xp, dt) for name, books in state.regions.items()},
+        regions={
+            name: books.drifted(xp, dt).rounded(xp, mass * state.memory[member_key(name)], *ways)
+            for name, books in state.regions.items()
+        },
     )
 
 
