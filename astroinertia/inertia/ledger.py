@@ -198,7 +198,9 @@ def after_kick(
     gain, push, half, now = (found[0] for found in totals(xp, gained, mass, position, before, after, *about))
     # K is about the centre of mass, which moves faster or slower now.
     shift = push[:, None] * push[None, :] / body.mass
-    kinetic = Compensated(now - shift, xp.zeros((3, 3))) if complete else ledger.kinetic_tensor.add(half + half.T - shift)
+    kinetic = (
+        Compensated(now - shift, xp.zeros((3, 3))) if complete else ledger.kinetic_tensor.add(half + half.T - shift)
+    )
     rows = [increment is not None for increment in increments]
     return _replace(
         ledger,
@@ -211,7 +213,7 @@ def after_kick(
 
 
 def misplaced(xp, mass, before, after, velocity, dt):
-    """m, m x, m v, and with r = x' - x - dt v, by which one particle's place was rounded: m r, x' (x) m r, m r (x) v."""
+    """m, m x, m v of one particle and, with r = x' - x - dt v the rounding of its place, m r, x' (x) m r, m r (x) v."""
     error = (
         mass * ((after[0] - before[0]) - dt * velocity[0]),
         mass * ((after[1] - before[1]) - dt * velocity[1]),

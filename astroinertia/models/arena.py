@@ -40,21 +40,25 @@ def part_of(flow: Flow, depth: int) -> Flow:
     threads = 1 if len(chosen) < ALONE else engine.threads
     problem = replace(flow.problem, engine=engine.with_threads(threads))
     taken = {name: array[chosen] for name, array in rows.items()} | {"home": chosen}
+    taken["booked"] = np.where(inner[chosen], taken["booked"], 0.0)
     pairs = problem.engine.subset(flow.arrangement.pairs, chosen, taken["smoothing_length"])
     return replace(flow, problem=problem, arrangement=Arrangement(pairs, {}), rows=taken, whole=False, pairs=None)
 
 
 def put_back(flow: Flow, part: Flow, depth: int) -> None:
     """What became of the particles that were taken out; all others drift to the same time."""
-    moved(flow, part.clock)
     inner = np.flatnonzero(part.rows["rung"] >= depth)
     home = part.rows.pop("home")[inner]
+    booked = flow.rows["booked"]
+    others = booked.copy()
+    others[home] = 0.0
+    flow.ledger, flow.regions, flow.points = part.ledger, part.regions, part.points
+    flow.centre, flow.centre_velocity = part.centre, part.centre_velocity
+    moved(flow, part.clock, others)
     for name, array in part.rows.items():
         if name not in flow.rows:
             flow.rows[name] = np.zeros((flow.count, *array.shape[1:]))
         flow.rows[name][home] = array[inner]
-    flow.ledger, flow.regions, flow.points = part.ledger, part.regions, part.points
-    flow.centre, flow.centre_velocity = part.centre, part.centre_velocity
 
 
 def _around(flow: Flow, inner: Array, dt: float) -> Array:

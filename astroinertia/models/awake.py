@@ -13,7 +13,7 @@ import numpy as np
 from astroinertia.engines.elementwise import added, elementwise, totals
 from astroinertia.engines.numba_source import argument_names
 from astroinertia.engines.terms import PairTerm
-from astroinertia.inertia.ledger import Whole, after_drift, after_heating, after_kick
+from astroinertia.inertia.ledger import Whole, after_drift, after_heating, after_kick, after_rounding
 from astroinertia.integrate.exchange import Exchange, energies, entropy_after, exchanged
 from astroinertia.integrate.hierarchical import Clock, weighted_sets
 from astroinertia.integrate.leapfrog import Rates, State, member_key
@@ -77,15 +77,25 @@ def drift(flow: Flow, clock: Clock) -> None:
     flow.regions = {name: books.drifted(np, np.float64(dt)) for name, books in flow.regions.items()}
     flow.centre = flow.centre + dt * flow.centre_velocity
     flow.points = points.drifted(np, flow.points, np.float64(dt), np.float64(flow.begun + clock.elapsed))
-    moved(flow, clock)
+    moved(flow, clock, flow.rows["booked"])
 
 
-def moved(flow: Flow, clock: Clock) -> None:
-    """The particles at a later time; velocities now by the last accelerations."""
-    rows, dt = flow.rows, clock.elapsed - flow.clock.elapsed
+def moved(flow: Flow, clock: Clock, booked: Array) -> None:
+    """The particles at a later time; velocities now by the last accelerations.
+
+    booked: the masses (N,) with which the ledger hears of the rounding of their places.
+    """
+    rows, dt, before = flow.rows, clock.elapsed - flow.clock.elapsed, flow.rows["position"]
     rows["position"], rows["predicted"] = elementwise(
-        np, drifted, rows["position"], rows["velocity"], rows["predicted"], rows["acceleration"], dt
+        np, drifted, before, rows["velocity"], rows["predicted"], rows["acceleration"], dt
     )
+    ways = before, rows["position"], rows["velocity"], np.float64(dt)
+    body = Whole(flow.total_mass, flow.centre, flow.centre_velocity)
+    flow.ledger = after_rounding(np, flow.ledger, booked, *ways, body)
+    flow.regions = {
+        name: books.rounded(np, booked * rows[f"memory.{member_key(name)}"], *ways)
+        for name, books in flow.regions.items()
+    }
     flow.clock = clock
 
 
@@ -284,10 +294,17 @@ def kick(
     after = added(before, reduce(added, increments))
     body = Whole(flow.total_mass, flow.centre, flow.centre_velocity)
     momentum = flow.ledger.impulse.total.sum(axis=0)
-    flow.ledger = after_kick(np, flow.ledger, mass, position, before, after, increments, body=body)
+    everyone = flow.whole and len(awake) == flow.count
+    flow.ledger = after_kick(np, flow.ledger, mass, position, before, after, increments, body=body, complete=everyone)
     flow.regions = {
         name: books.kicked(
-            np, mass * flow.take(f"memory.{member_key(name)}", awake), position, before, after, increments
+            np,
+            mass * flow.take(f"memory.{member_key(name)}", awake),
+            position,
+            before,
+            after,
+            increments,
+            complete=everyone,
         )
         for name, books in flow.regions.items()
     }

@@ -87,8 +87,9 @@ class Flow:
     """Particles within a base step.
 
     rows: the arrays of a State and of its Fluid under their names (velocity as kicked so far), and `predicted`, the
-    velocity now; `material`, where there are several; `entropy_rate`; `decay` where heat is exchanged with the
-    surroundings; `middle` (N,), the time at the middle of a particle's interval; `limit` (N,), what its interval must
+    velocity now; `booked` (N,), the mass of particles whose drift this part tells the ledger of, else 0;
+    `material`, where there are several; `entropy_rate`; `decay` where heat is exchanged with the surroundings;
+    `middle` (N,), the time at the middle of a particle's interval; `limit` (N,), what its interval must
     not exceed, its own and for its neighbours' sake; `own_limit` (N,); `rung` (N,) and `interval` (N,); and with
     prefixes memory, field (of the force terms), distant (accelerations that are not by neighbours), outer (those of
     them by what is outside a nested set) and body (accelerations that come with the base step alone).
@@ -155,6 +156,7 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
     rows = {name: np.array(getattr(fluid, name)) for name in FLUID if getattr(fluid, name) is not None}
     rows |= {
         "predicted": rows["velocity"],
+        "booked": mass,
         "position": state.position,
         "velocity": state.velocity.copy(),
         "entropy": state.entropy.copy(),
