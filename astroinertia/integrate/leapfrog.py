@@ -14,6 +14,7 @@ from astroinertia.engines.elementwise import elementwise, totals
 from astroinertia.inertia.ledger import Ledger, after_drift, after_heating, after_kick, after_rounding
 from astroinertia.inertia.regions import Books
 from astroinertia.integrate.exchange import Exchange, energies, entropy_after
+from astroinertia.integrate.warming import warmed
 from astroinertia.pytree import pytree
 from astroinertia.sph.fluid import Fluid
 
@@ -74,12 +75,15 @@ def member_key(name: str) -> str:
 Forces = Callable[[State, Array], State]
 
 
-def step(xp: Any, state: State, dt: Array, forces: Forces) -> State:
-    """One step of length dt; `forces` gives a state its rates at its new positions."""
-    state = kick(xp, state, dt / 2)
+def step(xp: Any, state: State, dt: Array, forces: Forces, matter: Any = None) -> State:
+    """One step of length dt; `forces` gives a state its rates at its new positions.
+
+    matter: the equation of state of its particles, where their energy is not linear in the entropy function.
+    """
+    state = kick(xp, state, dt / 2, matter)
     state = drift(xp, state, dt)
     state = forces(state, dt)
-    state = kick(xp, state, dt / 2)
+    state = kick(xp, state, dt / 2, matter)
     return replace(state, step=state.step + 1)
 
 
@@ -116,18 +120,23 @@ def drift(xp: Any, state: State, dt: Array) -> State:
     )
 
 
-def kick(xp: Any, state: State, dt: Array) -> State:
-    """Change velocities and entropies by the present rates over dt, at fixed positions."""
+def kick(xp: Any, state: State, dt: Array, matter: Any = None) -> State:
+    """Change velocities and entropies by the present rates over dt, at fixed positions; matter as for a step."""
     rates, mass, before = state.rates, state.mass, state.velocity
     after, entropy = predicted(xp, state, dt)
     increments, length = rates.acceleration, dt
     if any(matrix is not None for matrix in rates.drag):
         increments, length = velocity_increments(xp, rates, before, dt), 1.0
     ledger = after_kick(xp, state.ledger, mass, state.position, before, after, increments, length)
-    heat = [xp.zeros(()) if q is None else dt * totals(xp, power, mass, q)[0][0] for q in rates.heating]
-    gained = dt * rates.entropy_rate
-    for k, energy in enumerate(energies(xp, rates.exchange, mass, state.entropy, gained, dt)):
-        heat[k] = heat[k] + energy
+    if matter is None:
+        heat = [xp.zeros(()) if q is None else dt * totals(xp, power, mass, q)[0][0] for q in rates.heating]
+        gained = dt * rates.entropy_rate
+        for k, energy in enumerate(energies(xp, rates.exchange, mass, state.entropy, gained, dt)):
+            heat[k] = heat[k] + energy
+    else:
+        given = [None if q is None else dt * q for q in rates.heating]
+        before, density = state.entropy, rates.fluid.density
+        entropy, heat = warmed(xp, matter, mass, density, before, given, rates.exchange, dt, -xp.inf)
     points = {kind: each.kicked(dt) for kind, each in state.points.items()}
     regions = {
         name: books.kicked(xp, mass * state.memory[member_key(name)], state.position, before, after, increments, length)
@@ -140,7 +149,8 @@ def kick(xp: Any, state: State, dt: Array) -> State:
 def predicted(xp: Any, state: State, dt: Array) -> tuple[Array, Array]:
     """Velocities (N, 3) and entropies (N,) dt later, from the last rates.
 
-    A kick makes them so; velocity-dependent effects are evaluated with those in the middle of a step.
+    A kick makes them so, but for the entropies of matter whose energy is not linear in them, which here are right to
+    first order; velocity-dependent effects are evaluated with those in the middle of a step.
     """
     rates = state.rates
     total, length = rates.total, dt

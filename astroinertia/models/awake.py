@@ -17,6 +17,7 @@ from astroinertia.inertia.ledger import Whole, after_drift, after_heating, after
 from astroinertia.integrate.exchange import Exchange, energies, entropy_after, exchanged
 from astroinertia.integrate.hierarchical import Clock, weighted_sets
 from astroinertia.integrate.leapfrog import Rates, State, member_key
+from astroinertia.integrate.warming import warmed
 from astroinertia.models import points, sph
 from astroinertia.models.flow import FLUID, Flow, Part, Spans
 from astroinertia.models.heat import compression, product
@@ -107,10 +108,15 @@ def list_neighbours(flow: Flow, awake: Array) -> None:
     )
 
 
+def matter(flow: Flow, awake: Array) -> Any:
+    """The equation of state of particles that are awake."""
+    material = flow.rows.get("material")
+    return sph.matter(flow.problem, None if material is None else material[awake])
+
+
 def find_densities(flow: Flow, awake: Array) -> None:
     """Smoothing lengths, densities and what follows from them; the ledger is told what pressure did since."""
-    problem, material = flow.problem, flow.rows.get("material")
-    eos = sph.matter(problem, None if material is None else material[awake])
+    problem, eos = flow.problem, matter(flow, awake)
     softening = any(effect.needs_zeta for effect in problem.effects)
     found = density(
         problem.engine, flow.pairs, problem.kernel, flow.rows["position"], flow.rows["mass"],
@@ -311,18 +317,25 @@ def kick(
     gained = flow.ledger.impulse.total.sum(axis=0) - momentum
     flow.centre_velocity = flow.centre_velocity + gained / flow.total_mass
     flow.put("velocity", awake, after)
-    expected, total, gains = flow.take("predicted", awake), None, np.zeros(len(heat))
-    for k, (q, push) in enumerate(zip(heat, pushes, strict=True)):
-        if q is not None and push is not None:
-            q = elementwise(np, mended, q, push, before, after, expected)[0]
-        if q is not None:
-            gains[k] = totals(np, product, mass, q)[0][0]
-        total = added(total, q)
-    entropy, unit, span = (
-        flow.take("entropy", awake),
-        flow.take("entropy_per_heat", awake),
-        spans.closing + spans.opening,
-    )
+    expected = flow.take("predicted", awake)
+    heat = [
+        q if q is None or push is None else elementwise(np, mended, q, push, before, after, expected)[0]
+        for q, push in zip(heat, pushes, strict=True)
+    ]
+    take_up(flow, awake, heat, exchange, spans.closing + spans.opening)
+
+
+def take_up(flow: Flow, awake: Array, heat: list[Array | None], exchange: Exchange | None, span: Array) -> None:
+    """Change entropies by each effect's heat per mass (n,) and the exchange with the surroundings over span (n,)."""
+    mass, entropy = flow.take("mass", awake), flow.take("entropy", awake)
+    if flow.problem.equation_of_state.curved:
+        density, least = flow.take("density", awake), 0.5 * entropy if exchange is None else -np.inf
+        new, gains = warmed(np, matter(flow, awake), mass, density, entropy, heat, exchange, span, least)
+        flow.put("entropy", awake, new)
+        flow.ledger = after_heating(flow.ledger, np.array(gains))
+        return
+    gains = np.array([0.0 if q is None else totals(np, product, mass, q)[0][0] for q in heat])
+    total, unit = reduce(added, heat, None), flow.take("entropy_per_heat", awake)
     if exchange is not None:
         gained = unit * added(total, span * exchange.gain)
         gains += energies(np, exchange, mass, entropy, gained, span)

@@ -153,8 +153,8 @@ def coming_position(problem: Problem, state: State) -> Array:
 
 def step(problem: Problem, arrangement: Any, state: State, dt: Array) -> State:
     """One kick-drift-kick step of length dt."""
-    xp = problem.engine.xp
-    return leapfrog.step(xp, state, dt, lambda moved, length: evaluated(problem, arrangement, moved, length))
+    xp, curved = problem.engine.xp, matter(problem, state.material) if problem.equation_of_state.curved else None
+    return leapfrog.step(xp, state, dt, lambda moved, length: evaluated(problem, arrangement, moved, length), curved)
 
 
 def advance(problem: Problem, arrangement: Any, state: State, steps: int) -> State:

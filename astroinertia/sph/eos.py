@@ -15,7 +15,11 @@ densities `rho` > 0 and entropy functions `A` >= 0 of one shape, and work in any
     state(xp, rho, A)              P, c, u, its thermal part and dA/dq of particles (N,), in one go
     energy(xp, rho, A)             u of particles (N,), likewise
 
-`thermal` says whether A matters. Tests: tests/unit/test_eos.py.
+`thermal` says whether A matters; `curved`, whether u is not linear in A, and then there is
+
+    heated(xp, rho, A, q, least)   A of matter with the heat q besides, not below `least`, and what u misses of that
+
+Tests: tests/unit/test_eos.py.
 """
 
 import math
@@ -76,6 +80,7 @@ class Ideal:
 
     gamma: float
     thermal: ClassVar[bool] = True
+    curved: ClassVar[bool] = False
 
     def pressure(self, xp, rho, A):
         """P, like rho."""
@@ -110,6 +115,7 @@ class _Barotropic(ABC):
     """What a fluid without a thermal part shares: the entropy function is zero and stays so."""
 
     thermal: ClassVar[bool] = False
+    curved: ClassVar[bool] = False
 
     @abstractmethod
     def cold_state(self, xp, rho) -> tuple:
@@ -286,6 +292,7 @@ class Hybrid:
     gamma_thermal: float
     constant: float
     thermal: ClassVar[bool] = True
+    curved: ClassVar[bool] = False
 
     def _cold(self) -> PiecewisePolytropic:
         return PiecewisePolytropic((self.nuclear_density,), (self.gamma_1, self.gamma_2), self.constant)

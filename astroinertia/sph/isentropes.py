@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.linalg import solve_banded
 
-from astroinertia.sph.tabulated import NUMBERS, Tabulated
+from astroinertia.sph.tabulated import MOST_LABELS, NUMBERS, Tabulated
 
 Array = Any
 DENSITIES, LABELS = 1536, 160  # nodes of a table: steps of 1% in density over fifteen e-foldings
@@ -103,6 +103,8 @@ def tabulated(
     if len(shapes) != 1:
         raise ValueError(f"equation of state: tables of materials must be of one size, not {sorted(shapes)}")
     (rows, columns) = shapes.pop()
+    if columns - 2 > MOST_LABELS:
+        raise ValueError(f"equation of state: tables must have at most {MOST_LABELS} labels, not {columns - 2}")
     assert len(numbers) == NUMBERS * len(tables)
     names = tuple(each.name for each in materials)
     return Tabulated(np.concatenate([t.ravel() for t in tables]), np.array(numbers), names, rows, columns)

@@ -27,6 +27,9 @@ NUMBERS = 6  # of each material: first x, 1/step in x, scale and greatest of A, 
 _LEAST_SLOPE = 3e-3
 _BISECTIONS = 64
 _BEYOND = 1e3  # how far above its greatest entry A is looked for
+MOST_LABELS = 257  # of a table: eight halvings find the cell that energy is in
+_ROUNDING = 2e-15  # of u and the scale of A
+_FLATTEST = 1e-3
 
 
 def entry(xp, table, index):
@@ -77,13 +80,18 @@ def rows_of(xp, table, index, columns, w):
     )
 
 
-def tabulated(xp, rho, A, material, table, numbers, rows, columns):
-    """u, du/dx, d2u/dx2, du/dA and the u of the coldest isentrope, with x = ln rho."""
-    own = NUMBERS * material
+def row_of(xp, rho, own, numbers, rows):
+    """The cell of x = ln rho and the place in it; by how many steps x is beyond the table, and above it."""
     z = (xp.log(rho) - entry(xp, numbers, own)) * entry(xp, numbers, own + 1.0)
     inside = within(xp, z, rows - 3.0)
     cell = xp.minimum(xp.floor(inside), rows - 4.0)
-    beyond, above, t = z - inside, xp.where(z > inside, z - inside, 0.0), inside - cell
+    return cell, inside - cell, z - inside, xp.where(z > inside, z - inside, 0.0)
+
+
+def tabulated(xp, rho, A, material, table, numbers, rows, columns):
+    """u, du/dx, d2u/dx2, du/dA and the u of the coldest isentrope, with x = ln rho."""
+    own = NUMBERS * material
+    cell, t, beyond, above = row_of(xp, rho, own, numbers, rows)
     scale, greatest = entry(xp, numbers, own + 2.0), entry(xp, numbers, own + 3.0)
     held = within(xp, A, greatest)
     y = within(xp, xp.log(1.0 + held / scale) * entry(xp, numbers, own + 4.0), columns - 3.0)
@@ -122,6 +130,102 @@ def tabulated_energy(xp, rho, A, material, table, numbers, rows, columns):
     return (tabulated(xp, rho, A, material, table, numbers, rows, columns)[0],)
 
 
+def down(xp, table, index, columns, w):
+    """The sum over four entries of a column."""
+    one = w[0] * entry(xp, table, index) + w[1] * entry(xp, table, index + columns)
+    return one + w[2] * entry(xp, table, index + 2.0 * columns) + w[3] * entry(xp, table, index + 3.0 * columns)
+
+
+def halved(xp, low, high, u, table, first, columns, w):
+    """The half of the cells from low to high that has u between the energies at its ends."""
+    middle = xp.floor(0.5 * (low + high))
+    index = first + middle
+    node = down(xp, table, index, columns, w) + 4.0 * down(xp, table, index + 1.0, columns, w)
+    less = (node + down(xp, table, index + 2.0, columns, w)) / 6.0 <= u
+    return xp.where(less, middle, low), xp.where(less, high, xp.maximum(middle, low + 1.0))
+
+
+def halved_four_times(xp, low, high, u, table, first, columns, w):
+    """A sixteenth of the cells."""
+    low, high = halved(xp, low, high, u, table, first, columns, w)
+    low, high = halved(xp, low, high, u, table, first, columns, w)
+    low, high = halved(xp, low, high, u, table, first, columns, w)
+    return halved(xp, low, high, u, table, first, columns, w)
+
+
+def nearer(xp, a, b, t, u, f):
+    """The part from a to b of a cell with coefficients f that has the energy u, and a better t in it, by Newton."""
+    value, slope = combined(xp, weights(xp, t), f), combined(xp, slopes(xp, t), f)
+    a, b = xp.where(value <= u, t, a), xp.where(value <= u, b, t)
+    better = t - (value - u) / xp.where(slope > 0.0, slope, 1.0)
+    return a, b, xp.where(slope > 0.0, xp.minimum(xp.maximum(better, a), b), 0.5 * (a + b))
+
+
+def much_nearer(xp, a, b, t, u, f):
+    """Three steps of Newton's."""
+    a, b, t = nearer(xp, a, b, t, u, f)
+    a, b, t = nearer(xp, a, b, t, u, f)
+    return nearer(xp, a, b, t, u, f)
+
+
+def label_of(xp, rho, A, hotter, u, material, table, numbers, rows, columns):
+    """The A within the table that has the energy u: above the one given where that is to be hotter, else below."""
+    own = NUMBERS * material
+    cell, place, beyond, above = row_of(xp, rho, own, numbers, rows)
+    w, v, k = weights(xp, place), slopes(xp, place), curvatures(xp, place)
+    half = 0.5 * above**2
+    # With those of the rows beyond the table.
+    w = (
+        w[0] + beyond * v[0] + half * k[0],
+        w[1] + beyond * v[1] + half * k[1],
+        w[2] + beyond * v[2] + half * k[2],
+        w[3] + beyond * v[3] + half * k[3],
+    )
+    first = (material * rows + cell) * columns
+    scale, per_label = entry(xp, numbers, own + 2.0), entry(xp, numbers, own + 4.0)
+    held = within(xp, A, entry(xp, numbers, own + 3.0))
+    y = within(xp, xp.log(1.0 + held / scale) * per_label, columns - 3.0)
+    here = xp.minimum(xp.floor(y), columns - 4.0)
+    low, high = xp.where(hotter, here, 0.0), xp.where(hotter, columns - 3.0, here + 1.0)
+    low, high = halved_four_times(xp, low, high, u, table, first, columns, w)
+    low, high = halved_four_times(xp, low, high, u, table, first, columns, w)
+    f = (
+        down(xp, table, first + low, columns, w),
+        down(xp, table, first + low + 1.0, columns, w),
+        down(xp, table, first + low + 2.0, columns, w),
+        down(xp, table, first + low + 3.0, columns, w),
+    )
+    # Of the cell that A is in, what is on its other side is not looked at: isentropes that run together may cross.
+    a = xp.where(hotter & (low == here), y - here, 0.0)
+    b = xp.where(hotter | (low < here), 1.0, y - here)
+    a, b, t = much_nearer(xp, a, b, 0.5 * (a + b), u, f)
+    a, b, t = much_nearer(xp, a, b, t, u, f)
+    return scale * (xp.exp((low + t) / per_label) - 1.0)
+
+
+def heated(xp, rho, A, heat, least, material, table, numbers, rows, columns):
+    """A after so much heat per mass at fixed density, or `least`; and by how much u is above what the heat makes it."""
+    own = NUMBERS * material
+    scale, greatest = entry(xp, numbers, own + 2.0), entry(xp, numbers, own + 3.0)
+    before, _, _, slope, _ = tabulated(xp, rho, A, material, table, numbers, rows, columns)
+    u, hotter = before + heat, heat > 0.0
+    within_table = label_of(xp, rho, A, hotter, u, material, table, numbers, rows, columns)
+    edge = xp.where(hotter, xp.maximum(A, greatest), xp.minimum(A, 0.0))
+    known, _, _, there, _ = tabulated(xp, rho, edge, material, table, numbers, rows, columns)
+    beyond = edge + (u - known) / xp.maximum(there, _FLATTEST)
+    outside = xp.where(hotter, beyond > greatest, beyond < 0.0)
+    furthest = xp.abs(heat) / _FLATTEST
+    after = xp.minimum(xp.maximum(xp.where(outside, beyond, within_table), A - furthest), A + furthest)
+    # What little heat makes of A is lost in the rounding of u, but not in proportion to the heat.
+    linear = xp.maximum(A + heat / xp.maximum(slope, _FLATTEST), least)
+    after = xp.maximum(after, least)
+    linear_missed = tabulated(xp, rho, linear, material, table, numbers, rows, columns)[0] - u
+    missed = tabulated(xp, rho, after, material, table, numbers, rows, columns)[0] - u
+    better = xp.abs(linear_missed) <= xp.maximum(xp.abs(missed), _ROUNDING * (xp.abs(u) + scale))
+    after, missed = xp.where(better, linear, after), xp.where(better, linear_missed, missed)
+    return xp.where(u == u, after, u), missed
+
+
 @pytree
 @dataclass(frozen=True, eq=False, repr=False)
 class Tabulated:
@@ -140,6 +244,7 @@ class Tabulated:
     material: Array = 0.0
     condensed: bool = field(default=False, metadata={"static": True})
     thermal: ClassVar[bool] = True
+    curved: ClassVar[bool] = True
 
     def __repr__(self) -> str:
         """The names and a digest of the tables: what a cache may go by."""
@@ -179,6 +284,14 @@ class Tabulated:
             less = self.energy(xp, rho, scale * (xp.exp(middle) - 1.0)) < u
             low, high = xp.where(less, middle, low), xp.where(less, high, middle)
         return scale * (xp.exp(0.5 * (low + high)) - 1.0)
+
+    def heated(self, xp, rho, A, heat, least):
+        """A (N,) after heat (N,) per mass at fixed density, not below `least`, (N,) or a number; and what u misses.
+
+        u(rho, A') = u(rho, A) + heat to rounding, but where A' is held at `least`, or du/dA is next to nothing beyond
+        the table: u is then above that by the second of what is returned, (N,). Without a limit `least` is -inf.
+        """
+        return elementwise(xp, heated, rho, A, heat, least, *self._tables())
 
     def entropy_rate(self, xp, rho, q):
         """dA/dt of the coldest matter heated by q per mass and time, (N,)."""

@@ -106,12 +106,7 @@ def check(figures: dict[str, Any]) -> None:
         assert not figures["internal"] or figures["spin"] <= 1e-11, figures
 
 
-# Heat is booked as q dt, but in tabulated matter u is not linear in A: shocks there miss that by 7e-7 of the energy.
-CURVED = pytest.mark.xfail(strict=True, reason="u of tabulated matter curves in A: heat booked as q dt misses 7e-7")
-EACH = [pytest.param(path, marks=CURVED if path.stem == "giant_impact" else (), id=path.stem) for path in SIMS]
-
-
-@pytest.mark.parametrize("path", EACH)
+@pytest.mark.parametrize("path", SIMS, ids=lambda path: path.stem)
 def test_the_books_of_every_scene_close(path: Path) -> None:
     """Ledger against direct sums, each effect's virial tensor by two routes, energy, momentum and spin."""
     check(run_steps(path, STEPS, 300, "numba_cpu"))
