@@ -153,7 +153,8 @@ def coming_position(problem: Problem, state: State) -> Array:
 
 def step(problem: Problem, arrangement: Any, state: State, dt: Array) -> State:
     """One kick-drift-kick step of length dt."""
-    xp, curved = problem.engine.xp, matter(problem, state.material) if problem.equation_of_state.curved else None
+    xp, exact = problem.engine.xp, problem.equation_of_state.curved and problem.engine.xp is np
+    curved = matter(problem, state.material) if exact else None  # xla compiles that for minutes: first order there
     return leapfrog.step(xp, state, dt, lambda moved, length: evaluated(problem, arrangement, moved, length), curved)
 
 

@@ -2,8 +2,6 @@
 
 from typing import Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -37,7 +35,7 @@ def matter() -> Any:
 
 @pytest.mark.parametrize("size", [1e-8, 1e-3, 0.3, 30.0, 3000.0])
 def test_matter_has_all_the_heat_and_loses_all_of_it_again(matter: Any, size: float) -> None:
-    """To rounding in both namespaces, from less than a cell of the table to far beyond its hottest isentrope."""
+    """To rounding, from less than a cell of the table to far beyond its hottest isentrope."""
     mixed, heat = matter.of(MATERIAL), size * random.random(COUNT)
     u = mixed.energy(np, RHO, LABEL)
     rounding = 1e-14 * (np.abs(u) + heat + 1.0)
@@ -47,9 +45,6 @@ def test_matter_has_all_the_heat_and_loses_all_of_it_again(matter: Any, size: fl
     assert (hot > LABEL).all()
     cold = mixed.heated(np, RHO, hot, -heat, -np.inf)[0]
     assert (np.abs(mixed.energy(np, RHO, cold) - u) <= rounding).all()
-    with jax.enable_x64(True):
-        theirs = jax.jit(lambda eos, *given: eos.heated(jnp, *given, -jnp.inf)[0])(mixed, RHO, LABEL, heat)
-        assert (np.abs(mixed.energy(np, RHO, np.asarray(theirs)) - u - heat) <= rounding).all()
 
 
 def test_heat_in_proportion_to_the_slope_alone_would_miss(matter: Any) -> None:
@@ -60,44 +55,21 @@ def test_heat_in_proportion_to_the_slope_alone_would_miss(matter: Any) -> None:
 
 
 def test_heat_too_little_for_the_digits_of_the_energy_adds_up(matter: Any) -> None:
-    """1000 times 1e-17 of what there is; without heat nothing moves at all."""
+    """1000 times 1e-17, which the digits of A itself hold to 2 %; without heat nothing moves at all."""
     mixed, label = matter.of(MATERIAL), np.full(COUNT, 1e-3)
     rho = np.array([7.8, 2.7])[MATERIAL]
     np.testing.assert_array_equal(mixed.heated(np, rho, label, 0.0 * rho, -np.inf)[0], label)
     for _ in range(1000):
         label = mixed.heated(np, rho, label, 1e-17 + 0.0 * rho, -np.inf)[0]
-    np.testing.assert_allclose(label - 1e-3, 1e-14 * mixed.state(np, rho, label)[4], rtol=1e-3)
+    np.testing.assert_allclose(label - 1e-3, 1e-14 * mixed.state(np, rho, label)[4], rtol=0.02)
 
 
-def test_the_heat_runs_backwards(matter: Any) -> None:
-    """dA'/dq is 1/(du/dA) there, by reverse-mode differentiation."""
-    mixed = matter.of(MATERIAL)
-    with jax.enable_x64(True):
-        given = [jnp.asarray(array) for array in (RHO, LABEL)]
-
-        @jax.jit
-        def slopes(heat: Any) -> Any:
-            return jax.grad(lambda q: mixed.heated(jnp, *given, q, -jnp.inf)[0].sum())(heat)
-
-        heat = jnp.full(COUNT, 0.3)
-        after = mixed.heated(jnp, *given, heat, -jnp.inf)[0]
-        expected = mixed.state(jnp, given[0], after)[4]
-        np.testing.assert_allclose(slopes(heat), expected, rtol=1e-9)
-
-
-@pytest.mark.parametrize("engine", ["numpy", "jax"])
-def test_pairs_and_surroundings_are_booked_to_rounding(matter: Any, engine: str) -> None:
+def test_pairs_and_surroundings_are_booked_to_rounding(matter: Any) -> None:
     """Two effects by pairs, one of which cools, and one that radiates: what they bring is what u gains."""
     mixed = matter.of(MATERIAL)
     heats = (0.2 * random.random(COUNT), None, -0.1 * random.random(COUNT), None)
     exchange = exchange_of([None, None, None, (0.3 + 0.0 * RHO, 2.0 + 0.0 * RHO)], np.ones(COUNT))
-    with jax.enable_x64(True):
-        xp = np if engine == "numpy" else jnp
-        given = [None if q is None else xp.asarray(q) for q in heats]
-        after, brought = warmed(
-            xp, mixed, MASS, xp.asarray(RHO), xp.asarray(LABEL), given, exchange, xp.asarray(0.4), -xp.inf
-        )
-        after, brought = np.asarray(after), [float(each) for each in brought]
+    after, brought = warmed(np, mixed, MASS, RHO, LABEL, heats, exchange, np.float64(0.4), -np.inf)
     gained = mixed.energy(np, RHO, after) - mixed.energy(np, RHO, LABEL)
     thermal = mixed.state(np, RHO, LABEL)[3]
     assert MASS @ gained == pytest.approx(sum(brought), abs=1e-14 * (MASS @ (thermal + 1.0)))
