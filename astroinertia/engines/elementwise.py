@@ -13,12 +13,13 @@ import functools
 import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from astroinertia.engines import numba_elementary, numba_vectors
-from astroinertia.engines.numba_cache import load_module
+from astroinertia.engines.numba_cache import load_module, taken_from
 from astroinertia.engines.numba_source import NAMESPACE_CALLS, Sources
 from astroinertia.engines.threads import available_threads, share_out
 
@@ -199,12 +200,17 @@ def _sums(function: Callable, kinds: tuple, more: tuple, cases: int) -> tuple[Ca
 def _compiled(
     kind: str, function: Callable, sources: Sources, arrays: list[str], flags: str, lines: list[str]
 ) -> Callable:
-    elementary = inspect.getsource(numba_elementary).split("import njit\n", 1)[1]
-    vectors = inspect.getsource(numba_vectors)
     loop = LOOP.format(flags=flags, chunk=CHUNK, arrays="".join(f", {name}" for name in arrays))
     loop += "\n".join(f"        {line}" for line in lines) + "\n"
-    text = "\n".join([vectors, elementary, HEADER, sources.text(), "", loop])
+    text = "\n".join([taken_from(_shared()), sources.text(), "", loop])
     return load_module(f"{kind}_{getattr(function, '__name__', '')}", text).loop
+
+
+@functools.cache
+def _shared() -> ModuleType:
+    # What all loops have in common is compiled once a process.
+    elementary = inspect.getsource(numba_elementary).split("import njit\n", 1)[1]
+    return load_module("parts_of_loops", "\n".join([inspect.getsource(numba_vectors), elementary, HEADER]))
 
 
 def _shapes(function: Callable, kinds: tuple) -> list[tuple[int, ...]]:

@@ -39,6 +39,15 @@ def load_module(name: str, text: str) -> ModuleType:
     return _loaded(f"{name[:100]}_{digest}", text)
 
 
+def taken_from(module: ModuleType) -> str:
+    """The line by which another generated module takes all that a generated one defines.
+
+    Its name holds a hash of the text of what is taken, which so is part of the other's text and name, too.
+    """
+    names = [name for name in vars(module) if not name.startswith("__")]
+    return f"from {module.__name__} import {', '.join(names)}"
+
+
 @functools.cache
 def _loaded(name: str, text: str) -> ModuleType:
     path = cache_directory() / f"{name}.py"

@@ -1,7 +1,7 @@
 """The walk of the tree and the buffers of sources, which every generated module of the numba engine shares.
 
-The text of this file is copied into each generated module, which so holds all of its code: its name, a hash of its
-text, says exactly what is compiled. Functions that are called for every particle take and return no arrays of their own
+The text of this file is copied into a generated module that the others take it from: their names, hashes of their
+texts, say exactly what is compiled. Functions that are called for every particle take and return no arrays of their own
 making, for every new reference to an array is an atomic count.
 """
 

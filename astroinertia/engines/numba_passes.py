@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from astroinertia.engines import numba_parts, numba_tables, numba_vectors
+from astroinertia.engines.numba_cache import load_module, taken_from
 from astroinertia.engines.numba_source import argument_names
 from astroinertia.engines.terms import PairTerm
 
@@ -144,10 +145,13 @@ def inverse_distance(r2):
 
 
 def header(precision: str) -> list[str]:
-    """The opening of a generated module: the shared parts and the pair precision."""
+    """The opening of a generated module, which takes the shared parts of that precision from one that they have.
+
+    Numba takes as long for what is shared as for a pass: it is compiled once a process.
+    """
     symmetric = "{'contract', 'nsz', 'arcp', 'afn'}" if precision == "mixed" else "{'contract', 'nsz'}"
     vectors = re.sub(r"COMPRESSES = .*", f"COMPRESSES = {numba_vectors.COMPRESSES}", inspect.getsource(numba_vectors))
-    return [
+    text = [
         vectors,
         *(
             re.sub(r"from astroinertia\.[\w.]+ import (\([^)]*\)|.*)\n", "", inspect.getsource(part))
@@ -160,9 +164,8 @@ def header(precision: str) -> list[str]:
         f"GROUP = {GROUP}",
         f"PACKED = {PACKED}",
         f"RELATIVE = {precision == 'mixed'}",
-        "",
-        "",
     ]
+    return [taken_from(load_module(f"parts_{precision}", "\n".join(text))), "", ""]
 
 
 def loader(name: str, needs: Needs, precision: str) -> list[str]:

@@ -1,7 +1,7 @@
 """Vector instructions for the numba engine: what its compiler would not find by itself.
 
 Candidates are closed up ("compressed") with one instruction on processors that have it; elsewhere plain loops do the
-same. The text of this file is copied into every generated module.
+same. The text of this file is copied into the generated modules of shared parts.
 """
 
 import numpy as np
