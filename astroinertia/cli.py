@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from rich.console import Console
 from rich.text import Text
 
-from astroinertia import cli_compare, cli_hard, cli_moments, cli_ratios, cli_verify
+from astroinertia import cli_audit, cli_compare, cli_hard, cli_moments, cli_ratios, cli_verify
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 
 if TYPE_CHECKING:
@@ -111,6 +111,7 @@ def _parser() -> argparse.ArgumentParser:
 
     plan = _command(commands, "plan", _plan, "say what a scene calls for, and why", "astroinertia plan star.toml")
     _scene_arguments(plan)
+    cli_audit.add_arguments(plan)
 
     run = _command(
         commands,
@@ -229,8 +230,14 @@ def _new(options: argparse.Namespace) -> int:
 def _plan(options: argparse.Namespace) -> int:
     from astroinertia.scene.plan import plan
 
-    _print_plan(plan(_load(options)))
-    return GOOD
+    scene = _load(options)
+    _print_plan(plan(scene))
+    if not options.audit:
+        return GOOD
+    found = cli_audit.audited(scene)
+    _Console(highlight=False).print(cli_audit.table(found))
+    print(cli_audit.verdict(found))
+    return GOOD if found.holds else FAILED
 
 
 def _print_plan(plan: "Plan") -> None:

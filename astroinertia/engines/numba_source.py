@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 from numbers import Integral, Real
 
 NAMESPACE_CALLS = {"where": "where", "maximum": "maximum", "minimum": "minimum", "abs": "abs", "sqrt": "np.sqrt"}
+ORIGIN = "# from "  # begins the line above a function in the generated text that tells its module
 # Within a pair function sums keep their order, so that what is symmetric in i and j stays so.
 PAIR_DECORATOR = '@njit(forceinline=True, error_model="numpy", fastmath=PAIR_FLAGS)'
 
@@ -99,7 +100,8 @@ def _translated(sources: Sources, function: Callable, name: str, reciprocal: boo
     for cell_name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         known[cell_name] = cell.cell_contents
     translation = _Translation(sources, function.__qualname__, namespace, local, known, reciprocal)
-    return PAIR_DECORATOR + "\n" + ast.unparse(ast.fix_missing_locations(translation.visit(node)))
+    source = ast.unparse(ast.fix_missing_locations(translation.visit(node)))
+    return f"{ORIGIN}{function.__module__}\n{PAIR_DECORATOR}\n{source}"
 
 
 class _Translation(ast.NodeTransformer):

@@ -1,0 +1,1 @@
+"""What a scene's program holds of each effect, found in the program itself: `plan --audit`."""

@@ -1,0 +1,107 @@
+"""What an interpreter finds that has imported nothing but what a scene calls for: run by `audit.audited`.
+
+Reads {"scene": TOML text, "origin": folder, "overrides": [...], "leave_out": kind or null, "steps": number} from its
+input and writes what it found as JSON.
+"""
+
+import hashlib
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+
+from astroinertia.audit import operations, programs
+from astroinertia.build import prepare
+from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.engines.numba_cache import cache_directory
+from astroinertia.scene import load
+from astroinertia.scene.schema import Scene
+
+ENOUGH = 128  # particles: how many there are changes no operation
+OWNERS = {entry.module: kind for kind, entry in CATALOGUE.items()}
+
+
+def small(scene: Scene) -> Scene:
+    """The scene with few particles, not settled."""
+
+    def lightened(body: Any) -> Any:
+        changes = {"particles": ENOUGH, "relax": False}
+        return body.model_copy(update={name: value for name, value in changes.items() if hasattr(body, name)})
+
+    return scene.model_copy(
+        update={"body": lightened(scene.body), "bodies": tuple(lightened(body) for body in scene.bodies)}
+    )
+
+
+def found(scene: Scene) -> dict[str, Any]:
+    """Operations, arrays and modules of each effect in one step of the scene."""
+    scene = small(scene)
+    with jax.enable_x64(True):
+        evolution = prepare(scene).evolution
+        evolution.advance(scene.time.end if scene.model != "sph" else float("inf"))
+    texts = generated()
+    # What tracing imports is not the scene's.
+    modules = sorted(name for name in sys.modules if name.startswith("astroinertia."))
+    program = programs.traced(scene, evolution)
+    return {
+        "modules": [name for name in modules if not name.startswith("astroinertia.audit")],
+        "generated": sorted(texts),
+        "compiled": operations.added(operations.of_text(text, OWNERS) for text in texts.values()),
+        "traced": {} if program is None else dict(operations.of_trace(program)),
+        "program": ""
+        if program is None
+        else hashlib.sha256(program.pretty_print(name_stack=True).encode()).hexdigest(),
+        "arrays": arrays(evolution) if scene.model == "sph" else {},
+    }
+
+
+def generated() -> dict[str, str]:
+    """{name: text} of the modules that the numba engine has made and loaded."""
+    folder = cache_directory()
+    files = {name: getattr(module, "__file__", None) for name, module in list(sys.modules.items())}
+    return {name: Path(file).read_text() for name, file in files.items() if file and Path(file).parent == folder}
+
+
+def arrays(evolution: Any) -> dict[str, int]:
+    """{effect: arrays that a state of particles holds for it}: sums, gradients, memories, points beside the fluid."""
+    state, problem = evolution.state, evolution.problem
+    fluid = state.rates.fluid
+    counts: dict[str, int] = {}
+    for group in (fluid.sums, fluid.gradients or {}, state.points):
+        for kind, held in group.items():
+            counts[kind] = counts.get(kind, 0) + len(jax.tree.leaves(held))
+    owners = {name: effect.kind for effect in problem.effects for name in effect.initial_memory(np, fluid)}
+    for name in fluid.memory:
+        kind = owners.get(name, operations.COMMON)
+        counts[kind] = counts.get(kind, 0) + 1
+    return counts
+
+
+def timed(scene: Scene, leave_out: str | None, steps: int) -> dict[str, Any]:
+    """Seconds of a step of the scene, or of it without an effect: the median of several."""
+    if leave_out is not None:
+        scene = scene.model_copy(update={"effects": {k: v for k, v in scene.effects.items() if k != leave_out}})
+    with jax.enable_x64(True):
+        evolution = prepare(scene).evolution
+        spent = []
+        for _ in range(steps + 1):
+            begun = time.perf_counter()
+            evolution.advance(float("inf"))
+            spent.append(time.perf_counter() - begun)
+    return {"seconds": float(np.median(spent[1:])), "particles": scene.particles}
+
+
+def main() -> None:
+    """Answer what the input asks."""
+    asked = json.loads(sys.stdin.read())
+    scene = load.loads(asked["scene"], asked["overrides"], asked["origin"])
+    answer = timed(scene, asked["leave_out"], asked["steps"]) if asked["steps"] else found(scene)
+    sys.stdout.write(json.dumps(answer) + "\n")
+
+
+if __name__ == "__main__":
+    main()

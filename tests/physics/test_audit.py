@@ -1,0 +1,85 @@
+"""The audit of a scene finds what is called for, nothing else, and what was slipped in."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from astroinertia.audit import absence
+from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.scene import load
+
+ROOT = Path(__file__).parent.parent.parent
+SCENES = {
+    "evrard": ["body.particles=200"],
+    "free_expansion": ["body.particles=200"],
+    "riemann_ellipsoid": [],
+    "crab_pulsar": [],
+    "earth_precession": [],
+}
+
+
+def scene_of(name: str) -> load.schema.Scene:
+    return load.load_file(ROOT / "sims" / f"{name}.toml", SCENES[name])
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_effects_are_there_where_they_are_called_for_and_nowhere_else(name: str) -> None:
+    scene = scene_of(name)
+    found = absence.audited(scene)
+    assert found.holds
+    shares = {share.kind: share for share in found.shares}
+    assert {kind for kind, share in shares.items() if share.listed} == set(scene.effects)
+    assert set(shares) == {kind for kind, entry in CATALOGUE.items() if scene.model in entry.models} | set(
+        scene.effects
+    )
+    for kind in scene.effects:
+        assert shares[kind].imported or scene.model not in CATALOGUE[kind].models, kind
+        if scene.model == "sph":
+            assert shares[kind].traced > 0 and shares[kind].arrays > 0, kind
+
+
+NEW = '''
+"""An effect that somebody adds."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from astroinertia.effects.effect import Effect
+from astroinertia.pytree import pytree
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Newcomer(Effect):
+    """A push of every particle."""
+
+    kind: ClassVar[str] = "newcomer"
+    external: ClassVar[bool] = True
+
+    def acceleration(self, xp, fluid):
+        return 0.0 * fluid.position + 1e-3
+'''
+ENTRY = """
+
+CATALOGUE = {**CATALOGUE, "newcomer": Entry("astroinertia.effects.newcomer", "Newcomer", "a push", {}, "particles", "")}
+"""
+
+
+def test_a_new_effect_changes_no_operation_of_scenes_that_do_not_list_it(tmp_path: Path, monkeypatch) -> None:
+    """A file and its entry are added to a copy of the package: programs stay the same, unless they ask for it."""
+    copy = tmp_path / "astroinertia"
+    shutil.copytree(ROOT / "astroinertia", copy, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "data", tmp_path / "data", ignore=shutil.ignore_patterns("pictures"))
+    (copy / "effects" / "newcomer.py").write_text(NEW)
+    catalogue = copy / "effects" / "catalogue.py"
+    catalogue.write_text(catalogue.read_text().replace("\n\ndef load(kind", ENTRY + "\n\ndef load(kind"))
+    scene = scene_of("free_expansion")
+    before = absence.audited(scene)
+    monkeypatch.setattr(absence.sys, "path", [str(tmp_path), *absence.sys.path])
+    after = absence.audited(scene)
+    assert (after.program, after.generated) == (before.program, before.generated)
+    asking = scene.model_copy(update={"source": f"{scene.source}\n[effects.newcomer]\n"})
+    told = absence._asked(asking, None, 0)
+    assert told["traced"]["newcomer"] > 0 and "astroinertia.effects.newcomer" in told["modules"]
+    assert told["program"] != before.program
