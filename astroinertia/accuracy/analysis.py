@@ -200,13 +200,12 @@ def _source(table: "Table", knob: Knob, known: dict[Setting, np.ndarray], size: 
         return Source(knob, max(apart.values()), NONE, float("nan"))
     steps = np.array([knob.step(value) for value in sweep])
     law = convergence.self_convergence(steps, np.stack([found for _, found in sweep.values()]), size, _ROUND_OFF)
-    finest = min(sweep, key=knob.step)
-    if finest == knob.default:
-        # Nothing finer was run: the law tells what is left, if there is one.
-        error = law.at(knob.step(knob.default)) if law.points else float("nan")
-    else:
-        ratio = (knob.step(finest) / knob.step(knob.default)) ** (law.order if law.points else knob.order or 1.0)
-        error = apart[finest] / (1.0 - min(ratio, 0.9))
+    order = law.order if law.points else knob.order or 1.0
+    others = {value: knob.step(value) for value in sweep if value != knob.default}
+    # The difference from the finest of the others, less what that one errs itself or with what the default errs more.
+    finest = min(others, key=lambda value: others[value])
+    ratio = (others[finest] / knob.step(knob.default)) ** order
+    error = apart[finest] / max(abs(1.0 - ratio), 0.1)
     return Source(knob, error, law, _cost_order(table, steps, [setting for setting, _ in sweep.values()]))
 
 
@@ -217,7 +216,7 @@ def _main_source(
     """The first knob: by its errors where these stand above all else that errs, else by its own differences."""
     found = _other_method(table, main, known, errors, size, floor)
     error = errors.get(table.base, float("nan"))
-    if not np.isfinite(error) and found.law.points and main.step is not None:
+    if not error > _ABOVE * floor and found.law.points and main.step is not None:
         error = found.law.at(main.step(table.base.value))
     return replace(found, error=error)
 

@@ -12,14 +12,12 @@ _UNKNOWN = 1.0  # s, of a setting before any other was run
 _LEAST = 1e-3  # s, that every setting takes
 
 
-def predicted(setting: Setting, knob: Knob | None, base: float, taken: Mapping[tuple[str, object], float]) -> float:
+def predicted(setting: Setting, knob: Knob, base: float, taken: Mapping[tuple[str, object], float]) -> float:
     """Seconds that a setting will take.
 
     taken: seconds by (knob, value) of what was run; base: those of the base, NaN before it was run. Along a knob whose
     two dearest settings are known their power law goes on; else the knob's own guess is scaled.
     """
-    if knob is None:
-        return base if math.isfinite(base) else _UNKNOWN
     known = [(knob.cost(value), taken[knob.name, value]) for value in knob.values if (knob.name, value) in taken]
     known = sorted((guess, seconds) for guess, seconds in known if math.isfinite(seconds))
     wanted = knob.cost(setting.value)

@@ -277,8 +277,8 @@ def _splitting(scene: Scene, more: tuple[str, ...]) -> Knob:
 
 
 def _model(scene: Scene) -> tuple[Knob, ...]:
-    """The rungs that can answer the scene, the scene's own among them."""
-    if scene.model not in _RUNGS:
+    """The rungs that can answer the scene, the scene's own among them; scaling laws have nothing else to turn."""
+    if scene.model not in _RUNGS[1:]:
         return ()
     allowed = []
     for rung in _RUNGS:

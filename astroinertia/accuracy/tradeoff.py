@@ -157,12 +157,22 @@ class _Study:
         return measuring.stored(measuring.folder_of(table.folder, scene, setting), table.observables) is not None
 
     def _predictions(self, settings: Sequence[Setting]) -> list[float]:
-        table = self.table
+        table, main = self.table, self.table.knobs[0]
         by_name = {knob.name: knob for knob in table.knobs}
         taken = {(setting.knob, setting.value): found.wall_time for setting, found in table.measured.items()}
         at_base = table.measured.get(table.base)
         base = float("nan") if at_base is None else at_base.wall_time
-        return [budget.predicted(setting, by_name.get(setting.knob), base, taken) for setting in settings]
+
+        def seconds(setting: Setting) -> float:
+            if setting.knob != BALANCED:
+                return budget.predicted(setting, by_name[setting.knob], base, taken)
+            share = 1.0
+            for name, value in setting.chosen.items():
+                if name != main.name:
+                    share *= by_name[name].cost(value) / by_name[name].cost(by_name[name].default)
+            return share * budget.predicted(_alone(main, setting.chosen[main.name]), main, base, taken)
+
+        return [seconds(setting) for setting in settings]
 
     def _affordable_base(self, main: Knob) -> Setting:
         """The finest setting up to the default whose run takes no more than its share of the budget."""
