@@ -84,10 +84,11 @@ def motion(start: Array, rate: Array, acceleration: Acceleration, until: float) 
     return tuple(found.y[:, -1].reshape(2, 3, 3))
 
 
-def steady_rates(start: Array, rate: Array, acceleration: Acceleration) -> tuple[float, float] | None:
+def steady_rates(start: Array, rate: Array, acceleration: Acceleration) -> tuple[float, float, float] | None:
     """Omega and Lambda of a figure in equilibrium with axes along x, y and z that turns about z; None for others.
 
-    The motion is then F = R(Omega t) F_0 R(Lambda t) for ever (Riemann's ellipsoids of type S; Lambda = 0 where a = b).
+    The third number is the share of the forces that is not in balance, by which it departs from equilibrium. The motion
+    is then F = R(Omega t) F_0 R(Lambda t) for ever (Riemann's ellipsoids of type S; Lambda = 0 where a = b).
     """
     axes = np.diag(start)
     gradient = rate @ np.linalg.inv(start)
@@ -108,7 +109,8 @@ def steady_rates(start: Array, rate: Array, acceleration: Acceleration) -> tuple
     turned = turned + inner**2 * start @ _TURN @ _TURN
     forces = acceleration(start, rate)
     scale = max(np.abs(turned).max(), np.abs(gravity(1.0)(start, rate)).max())
-    return (float(spin), float(inner)) if np.abs(forces - turned).max() <= _STEADY * scale else None
+    left = float(np.abs(forces - turned).max() / scale)
+    return (float(spin), float(inner), left) if left <= _STEADY else None
 
 
 def steady_motion(start: Array, spin: float, inner: float, time: float) -> tuple[Array, Array]:

@@ -5,7 +5,7 @@ whatever else errs in both. Tests: tests/unit/test_tradeoff_analysis.py.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,6 +51,10 @@ class Source:
     law: PowerLaw
     cost_order: float
 
+    def at(self, value: Value) -> float:
+        """The knob's error at a value, by its law; NaN where it has none."""
+        return self.law.at(self.knob.step(value)) if self.law.points and self.knob.step else float("nan")
+
 
 @dataclass(frozen=True)
 class Judged:
@@ -75,12 +79,10 @@ class Analysis:
     """All observables of a table, in their order."""
 
     judged: tuple[Judged, ...]
-    _values: Callable[[Setting, Observable], np.ndarray | None] = field(repr=False)
-    base: Setting
 
     def main_error(self, value: Value) -> float:
         """The largest error, over the observables, that the first knob leaves at a value; NaN where it has no law."""
-        found = [each.sources[0].law.at(each.sources[0].knob.step(value)) for each in self.judged if _has_law(each)]
+        found = [error for each in self.judged if np.isfinite(error := each.sources[0].at(value))]
         return max(found, default=float("nan"))
 
     def coarsest(self, knob: Knob, allowed: float) -> Value | None:
@@ -90,17 +92,15 @@ class Analysis:
         sources = [source for each in self.judged for source in each.sources if source.knob == knob]
         good = []
         for value in knob.values:
-            errors = [self._error_at(source, value) for source in sources]
+            # Without a law all that is known is the default's own error, and that finer values err no more.
+            no_coarser = knob.step(value) <= knob.step(knob.default)
+            errors = [
+                source.at(value) if source.law.points else source.error if no_coarser else float("inf")
+                for source in sources
+            ]
             if errors and all(error <= allowed for error in errors):
                 good.append(value)
         return max(good, key=knob.step, default=None)
-
-    def _error_at(self, source: Source, value: Value) -> float:
-        step = source.knob.step
-        assert step is not None  # coarsest has seen to it
-        if source.law.points:
-            return source.law.at(step(value))
-        return source.error if step(value) <= step(source.knob.default) else float("inf")
 
 
 def analysed(table: "Table") -> Analysis:
@@ -112,7 +112,7 @@ def analysed(table: "Table") -> Analysis:
             return None
         return np.asarray(found.values[observable.name], dtype=float)
 
-    return Analysis(tuple(_judged(table, each, values) for each in table.observables), values, table.base)
+    return Analysis(tuple(_judged(table, each, values) for each in table.observables))
 
 
 def reference_of(found: Exact | None, observable: Observable) -> Reference | None:
@@ -241,7 +241,3 @@ def _other_method(
 def _cost_order(table: "Table", steps: np.ndarray, settings: list[Setting]) -> float:
     seconds = np.array([table.measured[setting].cpu_time for setting in settings])
     return -convergence.power_law(steps, seconds).order
-
-
-def _has_law(judged: Judged) -> bool:
-    return judged.sources[0].law.points > 0 and judged.sources[0].knob.step is not None

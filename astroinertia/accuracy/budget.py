@@ -6,13 +6,13 @@ Tests: tests/unit/test_budget.py.
 import math
 from collections.abc import Mapping, Sequence
 
-from astroinertia.accuracy.knobs import Knob, Setting
+from astroinertia.accuracy.knobs import Knob, Setting, Value
 
 _UNKNOWN = 1.0  # s, of a setting before any other was run
 _LEAST = 1e-3  # s, that every setting takes
 
 
-def predicted(setting: Setting, knob: Knob, base: float, taken: Mapping[tuple[str, object], float]) -> float:
+def predicted(setting: Setting, knob: Knob, base: float, taken: Mapping[tuple[str, Value], float]) -> float:
     """Seconds that a setting will take.
 
     taken: seconds by (knob, value) of what was run; base: those of the base, NaN before it was run. Along a knob whose

@@ -4,7 +4,7 @@ Steps r (n,) are whatever an error goes as a power of: a time step, a tolerance,
 Tests: tests/unit/test_convergence.py.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -74,7 +74,8 @@ def self_convergence(steps: np.ndarray, values: np.ndarray, size: float, floor: 
         left = y - shape(order)
         return float(np.sum((left - left.mean()) ** 2))
 
-    order = float(minimize_scalar(misfit, bounds=(0.05, _STEEPEST), method="bounded", options={"xatol": 1e-6}).x)
+    found: Any = minimize_scalar(misfit, bounds=(0.05, _STEEPEST), method="bounded", options={"xatol": 1e-6})
+    order = float(found.x)
     left = y - shape(order)
     slope = (shape(order * 1.001) - shape(order * 0.999)) / (0.002 * order)
     spread = _standard_error(slope, left - left.mean(), slope - slope.mean())

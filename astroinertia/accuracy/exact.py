@@ -18,9 +18,10 @@ from astroinertia.rotation import free_attitude, free_top
 from astroinertia.rotation.attitude import attitude_of_quaternion, nearest_rotation, quaternion
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
+from astroinertia.sph.profiles import ellipsoid_gravitational_energy
 from astroinertia.start.rotation import rigid_moments, rotation_amount, rotation_axis
 from astroinertia.start.spheres import Sphere, sphere, stretch
-from astroinertia.units import CodeUnits
+from astroinertia.units import CodeUnits, pressure_constant_dimension
 
 _DIMENSIONS = {
     "second_moment": "moment_of_inertia",
@@ -31,6 +32,7 @@ _DIMENSIONS = {
     "frequency of inertia_tensor": "angular_velocity",
 }
 _CLOSED = 1e-14  # what rounding leaves of a closed form
+_ROUNDED = 2.0**-52  # of the rate of a figure, whose angle then errs by so much for every radian
 _SMALL_PULSATION = 0.05  # departure from equilibrium up to which a pulsation is taken for a linear one
 _LOOSER = 10.0  # factor of REBOUND's tolerance by which its own error is found
 _FREE_FALL_OF_UNSTABLE = 1.0  # free-fall times up to which a compressible uniform fluid may be judged (convection)
@@ -85,11 +87,12 @@ def _ellipsoid(scene: Scene, units: CodeUnits, ball: Sphere) -> Exact | None:
     moment, end = ball.mass * ball.profile.second_moment, units.to_code(scene.time.end, "time")
     steady = affine.steady_rates(start, rate, acceleration) if _physical(scene) == {"gravity", "pressure"} else None
     if steady is not None:
-        at, moving = affine.steady_motion(start, *steady, end)
+        spin, inner, left = steady
+        at, moving = affine.steady_motion(start, spin, inner, end)
         told = (
             "figure of equilibrium in closed form (Chandrasekhar 1969, ch. 5 and 7): F(t) = R(Omega t) F_0 R(Lambda t)"
         )
-        return Exact(affine.observables(at, moving, moment), told, _CLOSED * max(1.0, abs(steady[0]) * end))
+        return Exact(affine.observables(at, moving, moment), told, max(left, _ROUNDED * max(1.0, abs(spin) * end)))
     try:
         at, moving = affine.motion(start, rate, acceleration, end)
     except RuntimeError:
@@ -100,7 +103,9 @@ def _ellipsoid(scene: Scene, units: CodeUnits, ball: Sphere) -> Exact | None:
 
 def _acceleration(scene: Scene, units: CodeUnits, ball: Sphere, volume: float) -> affine.Acceleration | None:
     """d2F/dt2 of the family that a scene belongs to; None where its fluid has no linear velocity."""
-    body, fluid, effects = scene.body, scene.equation_of_state, _physical(scene)
+    body: Any = scene.body
+    fluid: Any = scene.equation_of_state
+    effects = _physical(scene)
     parts = []
     if "external_field" in effects:
         matrix = _quadratic(scene)
@@ -110,7 +115,6 @@ def _acceleration(scene: Scene, units: CodeUnits, ball: Sphere, volume: float) -
         effects = effects - {"external_field"}
     if body.kind == "uniform" and effects == {"gravity"}:
         return affine.total([affine.gravity(ball.mass), *parts])
-    assert fluid is not None  # the schema asks for it
     if body.kind == "uniform" and effects == {"gravity", "pressure"}:
         if fluid.kind == "incompressible":
             return affine.incompressible(affine.total([affine.gravity(ball.mass), *parts]))
@@ -145,10 +149,8 @@ def _quadratic(scene: Scene) -> Any:
 
 def _entropy(scene: Scene, units: CodeUnits) -> float | None:
     """A = P/rho^gamma of a gas of one entropy whose exponent is that of Dyson's profile; None for any other."""
-    from astroinertia.units import pressure_constant_dimension
-
-    body, fluid = scene.body, scene.equation_of_state
-    assert body.kind == "dyson" and fluid is not None
+    body: Any = scene.body
+    fluid: Any = scene.equation_of_state
     if fluid.kind not in ("ideal", "polytropic") or fluid.gamma != body.gamma:
         return None
     value = body.entropy if fluid.kind == "ideal" else fluid.constant
@@ -162,8 +164,6 @@ def _flow(scene: Scene, units: CodeUnits, ball: Sphere, start: np.ndarray) -> np
     gradient = units.to_code(gradient, "velocity_gradient")
     energy = None
     if "gravity" in scene.effects:
-        from astroinertia.sph.profiles import ellipsoid_gravitational_energy
-
         energy = ellipsoid_gravitational_energy(ball.profile, ball.mass, np.linalg.svd(start, compute_uv=False))
     given = rotation_amount(scene, units, energy)
     if not given:
@@ -182,7 +182,8 @@ def _flow(scene: Scene, units: CodeUnits, ball: Sphere, start: np.ndarray) -> np
 
 def _pulsation(scene: Scene, ball: Sphere) -> Exact | None:
     """The radial fundamental of a polytrope of one exponent that is a little out of balance, not turning."""
-    body, fluid = scene.body, scene.equation_of_state
+    body: Any = scene.body
+    fluid: Any = scene.equation_of_state
     if body.kind != "polytrope" or _physical(scene) != {"gravity", "pressure"} or body.rotation is not None:
         return None
     if fluid is None or fluid.kind not in ("ideal", "polytropic") or not 0.0 < body.index < 5.0:
@@ -235,6 +236,7 @@ def _free(scene: Scene, units: CodeUnits) -> Exact:
 
 
 def _torqued(scene: Scene, units: CodeUnits) -> Exact:
+    body: Any = scene.body
     # Only here: other scenes do without REBOUND.
     from astroinertia.orbits.rigid_ode import TOLERANCE, RigidBodyOde
     from astroinertia.orbits.states import masses, present
@@ -244,7 +246,7 @@ def _torqued(scene: Scene, units: CodeUnits) -> Exact:
     end = units.to_code(scene.time.end, "time")
     found = []
     for tolerance in (TOLERANCE, _LOOSER * TOLERANCE):
-        system = bodies(scene, units, units.to_code(scene.body.mass, "mass"))
+        system = bodies(scene, units, units.to_code(body.mass, "mass"))
         place, velocity = present(system)
         zero = np.zeros((1, 3))
         inside = RigidBodyOde(

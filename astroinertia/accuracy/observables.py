@@ -5,6 +5,7 @@ An observable is written as a person says it: "inertia_tensor z z", "flattening"
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -110,7 +111,9 @@ def frequency(times: np.ndarray, values: np.ndarray) -> float:
     tried = np.arange(_TRIED_A_PERIOD, _TRIED_A_PERIOD * len(times) // 4 + 1) * (2 * np.pi / (_TRIED_A_PERIOD * span))
     best = tried[int(np.argmin([misfit(omega) for omega in tried]))]
     step = 2 * np.pi / (_TRIED_A_PERIOD * span)
-    found = minimize_scalar(misfit, bounds=(best - step, best + step), method="bounded", options={"xatol": 1e-9 * best})
+    found: Any = minimize_scalar(
+        misfit, bounds=(best - step, best + step), method="bounded", options={"xatol": 1e-9 * best}
+    )
     return float(found.x)
 
 

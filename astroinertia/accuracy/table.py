@@ -167,7 +167,7 @@ def duration(seconds: float) -> str:
     for size, unit in ((_DAY, "d"), (_HOUR, "h"), (_MINUTE, "min"), (1.0, "s")):
         if seconds >= size:
             return f"{seconds / size:.2g} {unit}" if seconds < 100 * size else f"{seconds / size:.0f} {unit}"
-    return f"{1e3 * seconds:.2g} ms"
+    return f"{1e3 * seconds:.2g} ms" if seconds < 0.1 else f"{1e3 * seconds:.0f} ms"
 
 
 def machine() -> str:
@@ -185,9 +185,10 @@ def _conclusion(table: Table, each: Judged) -> str:
     name = each.observable.name
     if each.reference is None:
         return f"{name}: no run to measure against"
-    error = each.errors.get(table.base, math.nan)
+    error, accuracy = each.errors.get(table.base, math.nan), each.reference.accuracy
     took = table.measured[table.base].cpu_time if table.base in table.measured else math.nan
     told = f"{error:.1e}" if math.isfinite(error) else "unknown"
+    told = f"below {accuracy:.1e}, the accuracy of the reference," if error < accuracy else told
     return f"{name}: error {told} at {_label(table.base)}, in {duration(took)}, against the {each.reference.source}"
 
 

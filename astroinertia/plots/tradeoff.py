@@ -50,7 +50,7 @@ def _panel(panel, table: xr.Dataset, name: str) -> None:
     base = one["is_base"].values.astype(bool)
     for number, knob in enumerate(knobs):
         of_knob = good & ((turned == knob) | (base & (number > 0) & _swept(turned, knob)))
-        _line(panel, one, seconds, error, of_knob, *_look(number))
+        _line(panel, one, seconds, error, of_knob, knob, *_look(number))
     together = good & (turned == "balanced")
     marker, colour = _BALANCED
     panel.plot(seconds[together], error[together], marker, color=colour, markersize=10, zorder=4)
@@ -86,16 +86,16 @@ def _front(panel, one: xr.Dataset, seconds: np.ndarray, error: np.ndarray) -> No
 
 
 def _line(
-    panel, one: xr.Dataset, seconds: np.ndarray, error: np.ndarray, which: np.ndarray, marker: str, colour: str
-) -> None:
+    panel, one: xr.Dataset, seconds: np.ndarray, error: np.ndarray, which: np.ndarray, knob: str, marker: str,
+    colour: str,
+) -> None:  # fmt: skip
     if not which.any():
         return
-    steps = one["step_size"].values
-    numbers = np.flatnonzero(which)
-    if np.isfinite(steps[numbers]).sum() > 1:  # a knob with an order: its values are joined, the base among them
-        by_cost = numbers[np.argsort(seconds[numbers])]
-        panel.plot(seconds[by_cost], error[by_cost], color=colour, linewidth=1.1, alpha=0.75, zorder=2)
-    own = numbers[~one["is_base"].values[numbers].astype(bool) | (one["knob_turned"].values[numbers] == _main(one))]
+    steps, numbers = one["step_size"].values, np.flatnonzero(which)
+    own = numbers[one["knob_turned"].values[numbers].astype(str) == knob]
+    if np.isfinite(steps[own]).any() and len(numbers) > 1:  # a knob with an order: its values are joined, the base too
+        ranked = own[np.argsort(-steps[own])] if len(own) == len(numbers) else numbers[np.argsort(seconds[numbers])]
+        panel.plot(seconds[ranked], error[ranked], color=colour, linewidth=1.1, alpha=0.75, zorder=2)
     panel.plot(seconds[own], error[own], marker, color=colour, markersize=6.5, zorder=3, markeredgecolor="white")
 
 
@@ -167,10 +167,6 @@ def _limits(panel, seconds: np.ndarray, error: np.ndarray) -> None:
 
 def _swept(turned: np.ndarray, knob: str) -> bool:
     return bool((turned == knob).any())
-
-
-def _main(one: xr.Dataset) -> str:
-    return str(one["knob"].values[0])
 
 
 def _look(number: int) -> tuple[str, str]:
