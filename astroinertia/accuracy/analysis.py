@@ -4,8 +4,8 @@ Sources of error are told apart by differences: two runs that differ in one knob
 whatever else errs in both. Tests: tests/unit/test_tradeoff_analysis.py.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,17 +43,20 @@ class Source:
 
     error: what the knob contributes at the base; law: its power law; cost_order: cost ~ step^-cost_order. Of a choice,
     which has no step, error is the largest change that another choice makes, and there is no law; of another method it
-    is NaN, for that has no part in the base.
+    is NaN, for that has no part in the base. changes: by how much the observable differs from the base, by value.
     """
 
     knob: Knob
     error: float
     law: PowerLaw
     cost_order: float
+    changes: Mapping[Value, float] = field(default_factory=dict)
 
     def at(self, value: Value) -> float:
-        """The knob's error at a value, by its law; NaN where it has none."""
-        return self.law.at(self.knob.step(value)) if self.law.points and self.knob.step else float("nan")
+        """The knob's error at a value: by its law, or where it has none by what was measured; NaN for neither."""
+        if self.law.credible and self.knob.step is not None:
+            return self.law.at(self.knob.step(value))
+        return self.error if value == self.knob.default else self.error + self.changes.get(value, float("nan"))
 
 
 @dataclass(frozen=True)
@@ -92,12 +95,7 @@ class Analysis:
         sources = [source for each in self.judged for source in each.sources if source.knob == knob]
         good = []
         for value in knob.values:
-            # Without a law all that is known is the default's own error, and that finer values err no more.
-            no_coarser = knob.step(value) <= knob.step(knob.default)
-            errors = [
-                source.at(value) if source.law.points else source.error if no_coarser else float("inf")
-                for source in sources
-            ]
+            errors = [source.at(value) for source in sources]
             if errors and all(error <= allowed for error in errors):
                 good.append(value)
         return max(good, key=knob.step, default=None)
@@ -200,13 +198,16 @@ def _source(table: "Table", knob: Knob, known: dict[Setting, np.ndarray], size: 
         return Source(knob, max(apart.values()), NONE, float("nan"))
     steps = np.array([knob.step(value) for value in sweep])
     law = convergence.self_convergence(steps, np.stack([found for _, found in sweep.values()]), size, _ROUND_OFF)
-    order = law.order if law.points else knob.order or 1.0
     others = {value: knob.step(value) for value in sweep if value != knob.default}
-    # The difference from the finest of the others, less what that one errs itself or with what the default errs more.
-    finest = min(others, key=lambda value: others[value])
-    ratio = (others[finest] / knob.step(knob.default)) ** order
-    error = apart[finest] / max(abs(1.0 - ratio), 0.1)
-    return Source(knob, error, law, _cost_order(table, steps, [setting for setting, _ in sweep.values()]))
+    if law.points and not law.credible:
+        error = max(apart.values())  # scatter, which no step makes smaller: it is as large as it is seen to be
+    else:
+        # The difference from the finest of the others, less what that errs itself or the default errs beyond it.
+        finest = min(others, key=lambda value: others[value])
+        ratio = (others[finest] / knob.step(knob.default)) ** (law.order if law.points else knob.order or 1.0)
+        error = apart[finest] / max(abs(1.0 - ratio), 0.1)
+    seconds = _cost_order(table, steps, [setting for setting, _ in sweep.values()])
+    return Source(knob, error, law, seconds, apart)
 
 
 def _main_source(
@@ -216,7 +217,7 @@ def _main_source(
     """The first knob: by its errors where these stand above all else that errs, else by its own differences."""
     found = _other_method(table, main, known, errors, size, floor)
     error = errors.get(table.base, float("nan"))
-    if not error > _ABOVE * floor and found.law.points and main.step is not None:
+    if not error > _ABOVE * floor and found.law.credible and main.step is not None:
         error = found.law.at(main.step(table.base.value))
     return replace(found, error=error)
 
@@ -233,7 +234,7 @@ def _other_method(
     found = np.array([errors.get(setting, np.nan) for setting in ladder])
     found = np.where(found < _SATURATED, found, np.nan)
     law = convergence.power_law(steps, found, _ABOVE * floor)
-    if law.points < 2:
+    if not law.credible:
         law = convergence.self_convergence(steps, np.stack([each for _, each in sweep.values()]), size, _ROUND_OFF)
     return Source(knob, float("nan"), law, _cost_order(table, steps, ladder))
 

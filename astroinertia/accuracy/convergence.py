@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+_FLATTEST = 0.3  # order below which nothing converges
 _STEEPEST = 12.0  # of the orders that are tried
-_LEAST_CHANGE = 1.5  # of the steps, between the coarsest and the finest, from which an order can be told
+_LEAST_CHANGE = 1.4  # of the steps, from the finest to the coarsest, from which an order can be told: 3 in particles
 
 
 class PowerLaw(NamedTuple):
@@ -23,6 +24,11 @@ class PowerLaw(NamedTuple):
     uncertainty: float
     factor: float
     points: int
+
+    @property
+    def credible(self) -> bool:
+        """Whether there is an order, and it is no child of scatter: positive, and known to half of itself."""
+        return self.points > 0 and self.order > _FLATTEST and not self.uncertainty > 0.5 * self.order
 
     def at(self, step: float) -> float:
         """The error at a step."""

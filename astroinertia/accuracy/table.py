@@ -26,7 +26,6 @@ from astroinertia.sealed import write_whole
 FILE = "tradeoff.nc"
 FORMAT = 1
 _MINUTE, _HOUR, _DAY = 60.0, 3600.0, 86400.0
-_NEGLIGIBLE = 0.1  # of the largest source of error: smaller ones are not worth a word
 
 
 def dataset(table: Table) -> xr.Dataset:
@@ -197,17 +196,19 @@ def _whose(each: Judged) -> str:
     if limiting is None:
         return ""
     rest = [
-        f"{source.knob.name.replace('_', ' ')} {source.error:.1e}"
+        f"{source.knob.name.replace('_', ' ')} {source.error:.1e}{f', {_order(source)}' if source.law.points else ''}"
         for source in sorted(each.sources, key=lambda source: -np.nan_to_num(source.error))
         if source is not limiting and math.isfinite(source.error) and source.knob.step is not None
     ]
     order = "" if not limiting.law.points else f", {_order(limiting)}"
     told = f"  limited by the {limiting.knob.name.replace('_', ' ')}: {limiting.error:.1e}{order}"
-    return f"{told}; {', '.join(rest)}" if rest else told
+    return "; ".join([told, *rest])
 
 
 def _order(source: Source) -> str:
     law = source.law
+    if not law.credible:
+        return "no order: scatter"
     told = f"order {law.order:.2f}"
     told += f" +- {law.uncertainty:.2f}" if math.isfinite(law.uncertainty) else ""
     return f"{told} (theory {source.knob.order:g})" if source.knob.order is not None else told
@@ -215,7 +216,7 @@ def _order(source: Source) -> str:
 
 def _next_digit(table: Table, each: Judged) -> str:
     limiting = each.limiting
-    if limiting is None or not limiting.law.points or not limiting.law.order > 0 or not limiting.cost_order > 0:
+    if limiting is None or not limiting.law.credible or not limiting.cost_order > 0:
         return ""
     knob = limiting.knob
     assert knob.step is not None  # what limits has a step

@@ -199,8 +199,8 @@ class _Study:
         """For each value of the main knob, all others as coarse as keeps them below their share of its error."""
         from astroinertia.accuracy.analysis import analysed
 
-        found = analysed(self.table)
-        settings = []
+        found, settings = analysed(self.table), []
+        run_before = {setting.overrides for setting in self.table.measured}
         for value in main.values:
             error = found.main_error(value)
             if not np.isfinite(error):
@@ -210,7 +210,7 @@ class _Study:
                 best = found.coarsest(knob, _SHARE_OF_OTHERS * error)
                 if best is not None and best != knob.default:
                     overrides, turned[knob.name] = (*overrides, *knob.overrides(best)), best
-            if not turned:
+            if not turned or overrides in run_before:
                 continue
             words = ", ".join(f"{name.replace('_', ' ')} {knobs.shown(each)}" for name, each in turned.items())
             told = f"{main.name} {knobs.shown(value)}, {words}"

@@ -16,6 +16,7 @@ _BALANCED = ("*", style.INK)  # of settings in which several knobs are turned
 _FLOOR = 1e-17  # smallest error that is drawn
 _TRIANGLE = 0.22  # width of an order triangle, in decades of time over those of the panel
 _NOTE = 8
+_FEW_DECADES = 2.0  # of an axis, which then has ticks at 1, 2 and 5
 
 
 def tradeoff_figure(table: xr.Dataset) -> Figure:
@@ -161,8 +162,11 @@ def _limits(panel, seconds: np.ndarray, error: np.ndarray) -> None:
         low, high = np.log10(values.min()), np.log10(values.max())
         room = max(0.12 * (high - low), 0.25)
         limit(10.0 ** (low - room), 10.0 ** (high + 1.6 * room))
-        axis.set_major_locator(LogLocator(numticks=10))
-        axis.set_minor_formatter(NullFormatter())
+        if high - low < _FEW_DECADES:
+            style.plain_log(axis, 10.0**low, 10.0**high)
+        else:
+            axis.set_major_locator(LogLocator(numticks=10))
+            axis.set_minor_formatter(NullFormatter())
 
 
 def _swept(turned: np.ndarray, knob: str) -> bool:

@@ -37,6 +37,14 @@ def test_differences_tell_the_order_whatever_else_errs(order):
     assert hidden.order < 0.2
 
 
+def test_scatter_is_no_order():
+    scattered = 1.0 + 1e-4 * np.random.default_rng(2).normal(size=(4, 2))
+    assert not self_convergence(STEPS, scattered, 1.0).credible
+    assert not NONE.credible
+    assert power_law(STEPS, STEPS**2).credible
+    assert power_law(STEPS[:2], STEPS[:2] ** 2).credible  # two points: nothing speaks against it
+
+
 def test_too_little_is_no_order():
     assert power_law(STEPS[:1], STEPS[:1]) == NONE
     assert np.isnan(power_law(np.array([1.0, 1.1]), np.array([1.0, 1.1])).order)  # hardly different steps
