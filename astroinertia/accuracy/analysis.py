@@ -233,6 +233,8 @@ def _other_method(
     ladder = [setting for setting, _ in sweep.values()]
     found = np.array([errors.get(setting, np.nan) for setting in ladder])
     found = np.where(found < _SATURATED, found, np.nan)
+    if knob.order is not None:
+        found = np.where(convergence.converging(steps, found, knob.order), found, np.nan)
     law = convergence.power_law(steps, found, _ABOVE * floor)
     if not law.credible:
         law = convergence.self_convergence(steps, np.stack([each for _, each in sweep.values()]), size, _ROUND_OFF)

@@ -53,6 +53,23 @@ def power_law(steps: np.ndarray, errors: np.ndarray, floor: float = 0.0) -> Powe
     return PowerLaw(float(order), spread, float(np.exp(start)), len(r))
 
 
+def converging(steps: np.ndarray, errors: np.ndarray, order: float) -> np.ndarray:
+    """Which errors (n,), from the coarsest on, still fall at half of `order` or more: until something else takes over.
+
+    Test: tests/unit/test_convergence.py.
+    """
+    r, e = np.asarray(steps, float), np.asarray(errors, float)
+    ranked = [number for number in np.argsort(-r) if np.isfinite(e[number]) and e[number] > 0 and r[number] > 0]
+    kept = np.zeros(len(r), dtype=bool)
+    for place, number in enumerate(ranked):
+        if place:
+            before = ranked[place - 1]
+            if e[number] > e[before] * (r[number] / r[before]) ** (0.5 * order):
+                break
+        kept[number] = True
+    return kept
+
+
 def self_convergence(steps: np.ndarray, values: np.ndarray, size: float, floor: float = 0.0) -> PowerLaw:
     """The power law of the error in a knob that nothing but its own refinement shows.
 

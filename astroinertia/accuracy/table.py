@@ -83,6 +83,8 @@ def dataset(table: Table) -> xr.Dataset:
             "units": "1", "long_name": "fitted power of 1/step size that processor time grows as"}),
         "expected_order": ("knob", [math.nan if knob.order is None else knob.order for knob in table.knobs], {
             "units": "1", "long_name": "order by theory"}),
+        "knob_is_alternative": ("knob", np.array([knob.alternative for knob in table.knobs], dtype=np.int8), {
+            "units": "1", "long_name": "1 for a knob of another method, which takes the place of the base's"}),
         "knob_source": ("knob", np.array([knob.source for knob in table.knobs], dtype=object), {
             "long_name": "where the order by theory is from"}),
         "reference_accuracy": ("observable", [_accuracy(each) for each in found.judged], {

@@ -49,8 +49,10 @@ def _panel(panel, table: xr.Dataset, name: str) -> None:
     knobs = [str(knob) for knob in table["knob"].values]
     turned = one["knob_turned"].values.astype(str)
     base = one["is_base"].values.astype(bool)
+    other = table["knob_is_alternative"].values.astype(bool)
     for number, knob in enumerate(knobs):
-        of_knob = good & ((turned == knob) | (base & (number > 0) & _swept(turned, knob)))
+        around = number > 0 and not other[number] and bool((turned == knob).any())
+        of_knob = good & ((turned == knob) | (base & around))
         _line(panel, one, seconds, error, of_knob, knob, *_look(number))
     together = good & (turned == "balanced")
     marker, colour = _BALANCED
@@ -65,8 +67,8 @@ def _panel(panel, table: xr.Dataset, name: str) -> None:
     if math.isfinite(accuracy) and panel.get_ylim()[0] < accuracy:
         panel.axhspan(panel.get_ylim()[0], accuracy, color=style.PALE, alpha=0.45, zorder=0.2)
         panel.annotate(
-            "below the accuracy of the reference", (0.02, accuracy), xycoords=("axes fraction", "data"),
-            xytext=(0, -3), textcoords="offset points", va="top", fontsize=_NOTE, color=style.GREY,
+            "below the accuracy of the reference", (0.99, accuracy), xycoords=("axes fraction", "data"),
+            xytext=(0, -3), textcoords="offset points", ha="right", va="top", fontsize=_NOTE, color=style.GREY,
         )  # fmt: skip
     _triangle(panel, table, name)
     _knee(panel, one, seconds, error)
@@ -123,7 +125,7 @@ def _triangle(panel, table: xr.Dataset, name: str) -> None:
     (left, right), (low, high) = np.log10(panel.get_xlim()), np.log10(panel.get_ylim())
     slope = order / growth
     width = min(_TRIANGLE * (right - left), 0.25 * (high - low) / slope)
-    x, y = right - 0.08 * (right - left) - width, high - 0.16 * (high - low)
+    x, y = right - 0.08 * (right - left) - width, high - 0.07 * (high - low)
     corners = [(x, y), (x + width, y), (x + width, y - slope * width), (x, y)]
     colour = _look(number)[1]
     panel.plot(*(10.0 ** np.array(corners)).T, color=colour, linewidth=1.1, zorder=6)
@@ -167,10 +169,6 @@ def _limits(panel, seconds: np.ndarray, error: np.ndarray) -> None:
         else:
             axis.set_major_locator(LogLocator(numticks=10))
             axis.set_minor_formatter(NullFormatter())
-
-
-def _swept(turned: np.ndarray, knob: str) -> bool:
-    return bool((turned == knob).any())
 
 
 def _look(number: int) -> tuple[str, str]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from astroinertia.accuracy.convergence import NONE, extrapolated, power_law, self_convergence
+from astroinertia.accuracy.convergence import NONE, converging, extrapolated, power_law, self_convergence
 
 STEPS = np.array([1.0, 0.5, 0.25, 0.125])
 
@@ -35,6 +35,13 @@ def test_differences_tell_the_order_whatever_else_errs(order):
     assert law.factor == pytest.approx(np.hypot(0.01, 0.02), rel=1e-3)
     hidden = power_law(STEPS, np.linalg.norm(values - [1.0, 2.0], axis=1))
     assert hidden.order < 0.2
+
+
+def test_errors_count_until_something_else_takes_over():
+    errors = 1e-2 * STEPS**4 + 1e-5 * np.array([1.0, 0.5, 2.0, 1.5])
+    assert converging(STEPS, errors, 4.0).tolist() == [True, True, True, False]
+    assert converging(STEPS[::-1], errors[::-1], 4.0).tolist() == [False, True, True, True]
+    assert converging(STEPS, np.array([np.nan, 1e-2, 1e-3, 1e-4]), 2.0).tolist() == [False, True, True, True]
 
 
 def test_scatter_is_no_order():
