@@ -4,6 +4,7 @@ An observable is written as a person says it: "inertia_tensor z z", "flattening"
 "attitude 3" (the third axis of a rigid body), "frequency of inertia_tensor z z". Tests: tests/unit/test_observables.py.
 """
 
+import difflib
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,8 +12,11 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import minimize_scalar
 
+from astroinertia.dataset_regions import QUANTITIES as REGIONAL
+from astroinertia.dataset_schema import DERIVED, RECORDED
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.scene.schema import Scene
+from astroinertia.units import shown
 
 DEFAULTS = {
     "sph": ("inertia_tensor z z", "angular_velocity"),
@@ -21,6 +25,7 @@ DEFAULTS = {
     "rigid": ("angular_velocity", "attitude 3"),
 }
 """What a model is judged by unless something else is asked for."""
+_KNOWN = (*RECORDED, *DERIVED, *REGIONAL)
 _OF_SERIES = "frequency of "
 _FEWEST_RECORDS = 16  # of a series whose frequency is asked for
 _TRIED_A_PERIOD = 8  # trial frequencies to one over the length of the series
@@ -37,12 +42,16 @@ class Observable:
 
 
 def parsed(name: str) -> Observable:
-    """The observable that a name stands for; SceneError for an empty one."""
+    """The observable that a name stands for; SceneError where no dataset has such a variable."""
     told = " ".join(name.split())
     of_series = told.startswith(_OF_SERIES)
     words = told.removeprefix(_OF_SERIES).split()
     if not words:
         raise SceneError("an observable is a variable of the dataset and its labels, such as inertia_tensor z z.")
+    if words[0] not in _KNOWN:
+        near = difflib.get_close_matches(words[0], _KNOWN, 1)
+        hint = f"; did you mean {near[0]}?" if near else ", such as inertia_tensor z z, angular_velocity or flattening."
+        raise SceneError(f"'{shown(words[0])}' is no series of the dataset{hint}")
     return Observable(told, words[0], tuple(words[1:]), of_series)
 
 
@@ -118,9 +127,8 @@ def frequency(times: np.ndarray, values: np.ndarray) -> float:
 
 
 def _selected(dataset: xr.Dataset, observable: Observable) -> xr.DataArray:
-    if observable.variable not in dataset or "time" not in dataset[observable.variable].dims:
-        known = ", ".join(sorted(str(name) for name in dataset.data_vars))
-        raise SceneError(f"'{observable.variable}' is no series of the dataset, which has {known}.")
+    if observable.variable not in dataset:
+        raise SceneError(f"'{observable.variable}' is not in the dataset of this run.")
     series = dataset[observable.variable]
     dims = [dim for dim in series.dims if dim != "time"]
     if len(observable.labels) > len(dims):

@@ -46,6 +46,8 @@ def test_a_frequency_is_found_beside_a_drift(dataset):
     [
         ("", "inertia_tensor z z"),
         ("nonsense", "no series"),
+        ("angular_velocty", "did you mean angular_velocity"),
+        ("angular_velocity", "not in the dataset"),
         ("flattening x", "more labels"),
         ("inertia_tensor w z", "one of x, y, z"),
         ("frequency of inertia_tensor z", "add labels"),

@@ -9,6 +9,7 @@ from astroinertia.accuracy import measuring, table
 from astroinertia.accuracy.analysis import analysed
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.tradeoff import carry_out
+from astroinertia.cli import main
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.plots.tradeoff import tradeoff_figure
 from astroinertia.scene import load
@@ -204,3 +205,35 @@ def test_what_there_is_not_gets_a_sentence(formula, tmp_path):
     laws = "model='scaling'"
     with pytest.raises(SceneError, match="no accuracy knobs"):
         carry_out(load.loads(SCENE.replace("[effects.viscosity]", ""), [laws]), tmp_path, only=())
+
+
+def command(folder, *more):
+    (folder / "scene.toml").write_text(SCENE)
+    knobs = [part for name in KNOBS for part in ("--knob", name)]
+    told = ["--observable", "inertia_tensor z z", "--output", str(folder / "out")]
+    return main(["tradeoff", str(folder / "scene.toml"), *knobs, *told, *more])
+
+
+def test_the_command_prints_what_is_worth_its_cost_and_draws_it(formula, tmp_path, capsys):
+    assert command(tmp_path) == 0
+    told = capsys.readouterr().out
+    assert "worth its cost" in told and "<- base" in told
+    assert "the next digit costs" in told
+    assert (tmp_path / "out" / "tradeoff.png").stat().st_size > 10000
+    assert (tmp_path / "out" / "tradeoff.nc").exists()
+
+
+def test_the_command_goes_on_after_an_interruption(formula, tmp_path, capsys):
+    formula.stop_after = 3
+    assert command(tmp_path) == 130
+    assert "go on with the same command" in capsys.readouterr().err
+    assert table.read(tmp_path / "out").attrs["interrupted"] == 1
+    formula.stop_after = None
+    assert command(tmp_path) == 0
+    assert table.read(tmp_path / "out").attrs["interrupted"] == 0
+
+
+@pytest.mark.parametrize("more", [("--minutes", "0"), ("--knob", "nonsense"), ("--observable", "nonsense")])
+def test_the_command_says_in_a_sentence_what_is_wrong(formula, tmp_path, capsys, more):
+    assert command(tmp_path, *more) == 2
+    assert capsys.readouterr().err.count("\n") == 1
