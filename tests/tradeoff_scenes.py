@@ -104,13 +104,15 @@ end = 100.0
 """
 
 
+_FLUID = ("timestep_factor", "neighbours", "smoothing_tolerance", "precision")
+
 CASES = (
-    Case("dyson", _sim("dyson_ellipsoid"), ("body.particles=3000",)),
-    Case("cold_spheroid", _sim("cold_spheroid"), ("body.particles=3000",)),
-    Case("toy_star", TOY_STAR, ("body.particles=3000",)),
-    Case("polytrope_pulsation", PULSATION, (), ("frequency of inertia_tensor z z",)),
-    Case("riemann", _sim("riemann_ellipsoid"), (), ("inertia_tensor x x", "angular_velocity")),
-    Case("maclaurin", _maclaurin()),
+    Case("dyson", _sim("dyson_ellipsoid"), ("body.particles=2000",), (), (*_FLUID, "model")),
+    Case("cold_spheroid", _sim("cold_spheroid"), ("body.particles=2000",), (), (*_FLUID, "model")),
+    Case("toy_star", TOY_STAR, (), (), (*_FLUID, "model")),
+    Case("polytrope_pulsation", PULSATION, (), ("frequency of inertia_tensor z z",), ("timestep_factor", "neighbours")),
+    Case("riemann", _sim("riemann_ellipsoid"), (), ("inertia_tensor x x", "angular_velocity"), ("tolerance",)),
+    Case("maclaurin", _maclaurin(), (), (), ("tolerance",)),
     Case("rigid_top", _sim("tennis_racket"), ("numerics.order=4",)),
-    Case("earth_precession", _sim("earth_precession"), ("time.end='1 yr'",)),
+    Case("earth_precession", _sim("earth_precession"), ("time.end='1 yr'",), (), ("order",)),
 )

@@ -13,7 +13,7 @@ import numpy as np
 from astroinertia.accuracy import convergence, frontier
 from astroinertia.accuracy.convergence import NONE, PowerLaw
 from astroinertia.accuracy.exact import Exact
-from astroinertia.accuracy.knobs import Knob, Setting, Value
+from astroinertia.accuracy.knobs import MODEL, Knob, Setting, Value
 from astroinertia.accuracy.observables import Observable, relative_error
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Judged:
-    """One observable: its reference, the error of each setting, the sources of error, the front and its knee."""
+    """One observable: its reference, the error of each setting, sources of error, and the scene's own model's front."""
 
     observable: Observable
     reference: Reference | None
@@ -146,9 +146,10 @@ def _judged(table: "Table", observable: Observable, values: Callable) -> Judged:
     ]
     among = [source.error for source in others if source.knob.step is not None and np.isfinite(source.error)]
     first = _main_source(table, main, known, errors, size, max([floor, *among]))
-    cost = np.array([table.measured[setting].cpu_time for setting in errors])
-    told = np.array([max(error, floor) for error in errors.values()])  # nothing is known below the floor
-    ranked = list(errors)
+    # Other rungs of the ladder of models are told by themselves: they may be exact, and then nothing else is worth it.
+    ranked = [setting for setting in errors if setting.knob != MODEL]
+    cost = np.array([table.measured[setting].cpu_time for setting in ranked])
+    told = np.array([max(errors[setting], floor) for setting in ranked])  # nothing is known below the floor
     front = [ranked[number] for number in np.flatnonzero(frontier.pareto(cost, told))]
     number = frontier.knee(cost, told)
     front.sort(key=lambda setting: table.measured[setting].cpu_time)

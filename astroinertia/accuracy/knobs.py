@@ -27,6 +27,8 @@ _NEIGHBOUR_FACTORS = (0.7, 1.0, 1.6)
 _KERNELS = ("cubic", "quartic", "wendland_c2", "quintic", "wendland_c4", "wendland_c6")
 _ORDERS = (2, 4, 6, 8)
 _RUNGS = ("scaling", "ellipsoid", "sph")
+MODEL = "model"
+"""Knob of the rungs of the ladder of models."""
 BALANCED = "balanced"
 """Knob of the settings in which several are turned together."""
 
@@ -290,7 +292,7 @@ def _model(scene: Scene) -> tuple[Knob, ...]:
     if len(allowed) < 2:
         return ()
     told = Knob(
-        "model", "rung of the ladder of models", tuple(allowed), scene.model,
+        MODEL, "rung of the ladder of models", tuple(allowed), scene.model,
         lambda value: (f"model='{value}'",),
         cost=lambda value: {"sph": 1.0}.get(value, 1e-3),
     )  # fmt: skip

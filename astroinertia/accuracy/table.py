@@ -15,7 +15,7 @@ import xarray as xr
 
 from astroinertia.accuracy import frontier
 from astroinertia.accuracy.analysis import Analysis, Judged, Source, analysed
-from astroinertia.accuracy.knobs import Setting, shown
+from astroinertia.accuracy.knobs import MODEL, Setting, shown
 from astroinertia.accuracy.measuring import MEMORY_TOLD
 from astroinertia.accuracy.tradeoff import Table
 from astroinertia.dataset_schema import CONVENTIONS
@@ -66,7 +66,8 @@ def dataset(table: Table) -> xr.Dataset:
             "units": "1", "long_name": "relative error at the end of the run",
             "comment": "|value - reference|/|reference| over all components of the observable"}),
         "pareto": (of_both, np.array(front, dtype=np.int8), {
-            "units": "1", "long_name": "1 where no cheaper setting is as exact", "comment": "cost is cpu_time"}),
+            "units": "1", "long_name": "1 where no cheaper setting of the scene's model is as exact",
+            "comment": "cost is cpu_time"}),
         "knee": (of_both, np.array(knee, dtype=np.int8), {
             "units": "1", "long_name": "1 at the knee of the front",
             "comment": "farthest below the line between its ends, in logarithms (Satopaa et al. 2011)"}),
@@ -238,6 +239,17 @@ def _advice(table: Table, each: Judged) -> str:
         return ""
     run = table.measured[each.knee]
     return f"  knee: {_label(each.knee)}, error {each.errors[each.knee]:.1e} in {duration(run.cpu_time)}"
+
+
+def _rungs(table: Table, each: Judged) -> list[str]:
+    """What other models of the ladder give and take."""
+    accuracy = _accuracy(each)
+    rungs = [setting for setting in each.errors if setting.knob == MODEL]
+    return [
+        f"  {setting.label}: error {'below ' if each.errors[setting] < accuracy else ''}"
+        f"{max(each.errors[setting], accuracy):.1e} in {duration(table.measured[setting].cpu_time)}"
+        for setting in rungs
+    ]
 
 
 def _of_sources(found: Analysis, part: Any) -> np.ndarray:

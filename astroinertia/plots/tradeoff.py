@@ -16,6 +16,7 @@ _BALANCED = ("*", style.INK)  # of settings in which several knobs are turned
 _FLOOR = 1e-17  # smallest error that is drawn
 _TRIANGLE = 0.22  # width of an order triangle, in decades of time over those of the panel
 _NOTE = 8
+_FARTHEST = 1.0  # decades below all errors of the scene's own model at which those of other models are drawn at least
 _FEW_DECADES = 2.0  # of an axis, which then has ticks at 1, 2 and 5
 
 
@@ -45,6 +46,8 @@ def _panel(panel, table: xr.Dataset, name: str) -> None:
         return
     accuracy = float(one["reference_accuracy"])
     error = np.maximum(error, max(_FLOOR, 0.1 * accuracy if math.isfinite(accuracy) else 0.0))
+    rungs = one["knob_turned"].values.astype(str) == "model"
+    error = _raised(error, good & rungs, good & ~rungs)
     _front(panel, one, seconds, error)
     knobs = [str(knob) for knob in table["knob"].values]
     turned = one["knob_turned"].values.astype(str)
@@ -70,8 +73,20 @@ def _panel(panel, table: xr.Dataset, name: str) -> None:
             "below the accuracy of the reference", (0.99, accuracy), xycoords=("axes fraction", "data"),
             xytext=(0, -3), textcoords="offset points", ha="right", va="top", fontsize=_NOTE, color=style.GREY,
         )  # fmt: skip
+    for number in np.flatnonzero(good & rungs):
+        panel.annotate(
+            _rung(one, number), (seconds[number], error[number]), xytext=(8, 0), textcoords="offset points",
+            va="center", fontsize=9, color=style.INK,
+        )  # fmt: skip
     _triangle(panel, table, name)
     _knee(panel, one, seconds, error)
+
+
+def _raised(error: np.ndarray, rungs: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Errors (S,), those of other rungs no farther below all others than is drawn: they may be exact."""
+    if not others.any():
+        return error
+    return np.where(rungs, np.maximum(error, error[others].min() * 10.0**-_FARTHEST), error)
 
 
 def _front(panel, one: xr.Dataset, seconds: np.ndarray, error: np.ndarray) -> None:
@@ -169,6 +184,13 @@ def _limits(panel, seconds: np.ndarray, error: np.ndarray) -> None:
         else:
             axis.set_major_locator(LogLocator(numticks=10))
             axis.set_minor_formatter(NullFormatter())
+
+
+def _rung(one: xr.Dataset, number: int) -> str:
+    """What is written beside another rung: its name, and its error, for it may be drawn above it."""
+    error, accuracy = float(one["error"][number]), float(one["reference_accuracy"])
+    told = "exact" if error < accuracy else f"error {style.number(error, 2)}"
+    return f"{one['value'].values[number]}: {told}"
 
 
 def _look(number: int) -> tuple[str, str]:
