@@ -75,8 +75,8 @@ def _panel(panel, table: xr.Dataset, name: str) -> None:
         )  # fmt: skip
     for number in np.flatnonzero(good & rungs):
         panel.annotate(
-            _rung(one, number), (seconds[number], error[number]), xytext=(8, 0), textcoords="offset points",
-            va="center", fontsize=9, color=style.INK,
+            _rung(one, number, error[number]), (seconds[number], error[number]), xytext=(8, 0),
+            textcoords="offset points", va="center", fontsize=9, color=style.INK,
         )  # fmt: skip
     _triangle(panel, table, name)
     _knee(panel, one, seconds, error)
@@ -186,10 +186,11 @@ def _limits(panel, seconds: np.ndarray, error: np.ndarray) -> None:
             axis.set_minor_formatter(NullFormatter())
 
 
-def _rung(one: xr.Dataset, number: int) -> str:
+def _rung(one: xr.Dataset, number: int, drawn: float) -> str:
     """What is written beside another rung: its name, and its error, for it may be drawn above it."""
     error, accuracy = float(one["error"][number]), float(one["reference_accuracy"])
     told = "exact" if error < accuracy else f"error {style.number(error, 2)}"
+    told += " \N{DOWNWARDS ARROW}" if drawn > error else ""
     return f"{one['value'].values[number]}: {told}"
 
 
