@@ -13,13 +13,16 @@ SIMS = Path(__file__).parents[1] / "sims"
 
 @dataclass(frozen=True)
 class Case:
-    """A scene, what it is judged by (its model's defaults where empty) and the knobs that are turned (all if empty)."""
+    """A scene, what it is judged by (its model's defaults where empty), the knobs that are turned (all if empty),
+    and for how long.
+    """
 
     name: str
     text: str
     settings: tuple[str, ...] = ()
     observables: tuple[str, ...] = ()
     knobs: tuple[str, ...] = ()
+    minutes: float = 10.0
 
     def scene(self, *more: str) -> Scene:
         return load.loads(self.text, (*self.settings, *more))
@@ -108,9 +111,15 @@ _FLUID = ("timestep_factor", "neighbours", "smoothing_tolerance", "precision")
 
 CASES = (
     Case("dyson", _sim("dyson_ellipsoid"), ("body.particles=2000",), (), (*_FLUID, "model")),
-    Case("cold_spheroid", _sim("cold_spheroid"), ("body.particles=600",), (), ("timestep_factor", "model")),
-    Case("toy_star", TOY_STAR, ("body.particles=600", "time.end=3.0"), (), ("timestep_factor", "model")),
-    Case("polytrope_pulsation", PULSATION, (), ("frequency of inertia_tensor z z",), ("timestep_factor", "neighbours")),
+    Case("cold_spheroid", _sim("cold_spheroid"), ("body.particles=600",), (), ("timestep_factor", "model"), 1.2),
+    Case("toy_star", TOY_STAR, ("body.particles=600", "time.end=3.0"), (), ("timestep_factor", "model"), 1.2),
+    Case(
+        "polytrope_pulsation",
+        PULSATION,
+        ("body.particles=600",),
+        ("frequency of inertia_tensor z z",),
+        ("timestep_factor",),
+    ),
     Case("riemann", _sim("riemann_ellipsoid"), (), ("inertia_tensor x x", "angular_velocity"), ("tolerance",)),
     Case("maclaurin", _maclaurin(), (), (), ("tolerance",)),
     Case("rigid_top", _sim("tennis_racket"), ("numerics.order=4",)),

@@ -261,7 +261,7 @@ def _torqued(scene: Scene, units: CodeUnits) -> Exact:
         for name in ("angular_velocity", "attitude")
     )
     told = (
-        "the same body and companions in REBOUND's interface to differential equations, by Gragg, Bulirsch and Stoer "
+        "same body and companions in REBOUND's interface to differential equations, by Gragg, Bulirsch and Stoer "
         f"with a tolerance of {TOLERANCE:g} (orbits.rigid_ode)"
     )
     return Exact(found[0], told, max(spread, _CLOSED))

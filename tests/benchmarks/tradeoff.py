@@ -1,6 +1,6 @@
 """What accuracy costs in eight scenes with exact answers: orders, whose error it is, and what the next digit costs.
 
-    python tests/benchmarks/tradeoff.py --folder runs/tradeoffs --minutes 5 --keep
+    python tests/benchmarks/tradeoff.py --folder runs/tradeoffs --keep
 
 Runs that are in the folder already are not repeated.
 """
@@ -47,7 +47,7 @@ def rows(name, found):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--folder", type=Path, default=Path("runs/tradeoffs"))
-    parser.add_argument("--minutes", type=float, default=5.0)
+    parser.add_argument("--minutes", type=float, help="for each scene, instead of its own")
     parser.add_argument("--only", nargs="+", default=[case.name for case in CASES])
     parser.add_argument("--keep", action="store_true", help="write the table to tests/benchmarks/results")
     chosen = parser.parse_args()
@@ -56,7 +56,7 @@ def main():
         if case.name not in chosen.only:
             continue
         found = carry_out(
-            case.scene(), chosen.folder / case.name, chosen.minutes, case.observables, case.knobs,
+            case.scene(), chosen.folder / case.name, chosen.minutes or case.minutes, case.observables, case.knobs,
             lambda now: print(f"{now.done} of {now.settings}, {now.spent:.0f} s: {now.now}", flush=True),
         )  # fmt: skip
         file = table.write(found)
