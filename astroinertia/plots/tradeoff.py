@@ -73,7 +73,7 @@ def _panel(panel, table: xr.Dataset, name: str) -> None:
             "below the accuracy of the reference", (0.99, accuracy), xycoords=("axes fraction", "data"),
             xytext=(0, -3), textcoords="offset points", ha="right", va="top", fontsize=_NOTE, color=style.GREY,
         )  # fmt: skip
-    for number in np.flatnonzero(good & rungs):
+    for number in map(int, np.flatnonzero(good & rungs)):
         panel.annotate(
             _rung(one, number, error[number]), (seconds[number], error[number]), xytext=(8, 0),
             textcoords="offset points", va="center", fontsize=9, color=style.INK,
