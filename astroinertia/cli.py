@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from rich.console import Console
 from rich.text import Text
 
-from astroinertia import cli_audit, cli_compare, cli_hard, cli_moments, cli_ratios, cli_verify
+from astroinertia import cli_audit, cli_compare, cli_hard, cli_moments, cli_ratios, cli_tradeoff, cli_verify
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 
 if TYPE_CHECKING:
+    from astroinertia.accuracy.tradeoff import Standing
     from astroinertia.run import Progress
     from astroinertia.scene.plan import Plan
     from astroinertia.scene.schema import Scene
@@ -34,6 +35,7 @@ a first session:
 more:
   astroinertia run star.toml --set body.particles=5000 --set "time.end=2 s" --output runs/coarse
   astroinertia compare runs/coarse runs/fine  the same quantities of several runs or models, and how far they differ
+  astroinertia tradeoff star.toml            what accuracy costs: errors and times, knob by knob
   astroinertia moments particles.csv         the inertia tensor of a particle table, a mesh or a snapshot
   astroinertia ratios --body Mars            moment ratios of the solar system, and cores that they allow
   astroinertia verify                        every cross-check with its source: does this installation compute right?
@@ -140,6 +142,16 @@ def _parser() -> argparse.ArgumentParser:
         "astroinertia compare runs/scaling runs/ellipsoid runs/particles",
     )
     cli_compare.add_arguments(compare)
+
+    tradeoff = _command(
+        commands,
+        "tradeoff",
+        _tradeoff,
+        "run a scene over its accuracy knobs and say what accuracy costs in time",
+        "astroinertia tradeoff star.toml --minutes 10",
+    )
+    _scene_arguments(tradeoff)
+    cli_tradeoff.add_arguments(tradeoff)
 
     moments = _command(
         commands,
@@ -379,6 +391,24 @@ def _show(options: argparse.Namespace) -> int:
 
 def _compare(options: argparse.Namespace) -> int:
     print(cli_compare.report(options))
+    return GOOD
+
+
+def _tradeoff(options: argparse.Namespace) -> int:
+    console = _Console(highlight=False)
+
+    def tell(standing: "Standing") -> None:
+        line = f"{standing.done} of {standing.settings} settings, {standing.spent:.0f} of {standing.budget:.0f} s"
+        status.update(Text(f"{line}: {standing.now}"))
+        if not console.is_terminal:
+            print(f"{line}: {standing.now}", flush=True)
+
+    with console.status("looking for the exact answer") as status:
+        lines, interrupted = cli_tradeoff.carry_out(_load(options), options, tell)
+    console.print(Text("\n".join(lines)), soft_wrap=True)
+    if interrupted:
+        _complain("interrupted; what is done is kept: go on with the same command.")
+        return INTERRUPTED
     return GOOD
 
 

@@ -45,12 +45,16 @@ def run_scene(scene: Scene, folder: Path, listener: Listener | None = None) -> P
     Raises SceneError, ArchiveError (the folder holds another run), NumericalError, and RunInterrupted after a signal,
     with everything sealed so that `resume` goes on.
     """
-    described = metadata(scene)
-    refuse_if_taken(folder, described)
+    refuse_if_taken(folder, metadata(scene))
     with jax.enable_x64(True):
-        prepared = prepare(scene)  # before the folder is made: a scene that cannot be built leaves nothing behind
-        with Archive.create(folder, described | told_by(prepared.evolution)) as archive:
-            return _Run(prepared, archive, listener).finish()
+        # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
+        return run_prepared(scene, prepare(scene), folder, listener)
+
+
+def run_prepared(scene: Scene, prepared: Prepared, folder: Path, listener: Listener | None = None) -> Path:
+    """The same for a scene at time 0 that is prepared; runs under jax.enable_x64."""
+    with Archive.create(folder, metadata(scene) | told_by(prepared.evolution)) as archive:
+        return _Run(prepared, archive, listener).finish()
 
 
 def resume(folder: Path, listener: Listener | None = None) -> Path:

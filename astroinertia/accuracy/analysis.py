@@ -1,0 +1,247 @@
+"""What a table of runs says: errors, whose they are, their orders, and what is worth its cost.
+
+Sources of error are told apart by differences: two runs that differ in one knob differ by that knob's error alone,
+whatever else errs in both. Tests: tests/unit/test_tradeoff.py.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from astroinertia.accuracy import convergence, frontier
+from astroinertia.accuracy.convergence import NONE, PowerLaw
+from astroinertia.accuracy.exact import Exact
+from astroinertia.accuracy.knobs import MODEL, Knob, Setting, Value
+from astroinertia.accuracy.observables import Observable, relative_error
+
+if TYPE_CHECKING:
+    from astroinertia.accuracy.tradeoff import Table
+
+_ABOVE = 3.0  # times the floor, from which an error tells the order of one source
+_SATURATED = 0.3  # a relative error beyond which no power law holds
+_ROUND_OFF = 1e-15  # of an observable's size: differences below it are rounding
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What an observable is measured against: values (K,), how they were come by, their own relative error.
+
+    setting is the run that they are where nothing better is known: its own error is then unknown.
+    """
+
+    values: np.ndarray
+    source: str
+    accuracy: float
+    setting: Setting | None = None
+
+
+@dataclass(frozen=True)
+class Source:
+    """One knob as a source of error of one observable, at the base.
+
+    error: what the knob contributes at the base; law: its power law; cost_order: cost ~ step^-cost_order. Of a choice,
+    which has no step, error is the largest change that another choice makes, and there is no law; of another method it
+    is NaN, for that has no part in the base. changes: by how much the observable differs from the base, by value.
+    """
+
+    knob: Knob
+    error: float
+    law: PowerLaw
+    cost_order: float
+    changes: Mapping[Value, float] = field(default_factory=dict)
+
+    def at(self, value: Value) -> float:
+        """The knob's error at a value: by its law, or where it has none by what was measured; NaN for neither."""
+        if self.law.credible and self.knob.step is not None:
+            return self.law.at(self.knob.step(value))
+        return self.error if value == self.knob.default else self.error + self.changes.get(value, float("nan"))
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One observable: its reference, the error of each setting, sources of error, and the scene's own model's front."""
+
+    observable: Observable
+    reference: Reference | None
+    errors: dict[Setting, float]
+    sources: tuple[Source, ...]
+    front: tuple[Setting, ...]
+    knee: Setting | None
+
+    @property
+    def limiting(self) -> Source | None:
+        """The source of error that is largest at the base, of those that can be refined."""
+        known = [source for source in self.sources if source.knob.step is not None and np.isfinite(source.error)]
+        return max(known, key=lambda source: source.error, default=None)
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """All observables of a table, in their order."""
+
+    judged: tuple[Judged, ...]
+
+    def main_error(self, value: Value) -> float:
+        """The largest error, over the observables, that the first knob leaves at a value; NaN where it has no law."""
+        found = [error for each in self.judged if np.isfinite(error := each.sources[0].at(value))]
+        return max(found, default=float("nan"))
+
+    def coarsest(self, knob: Knob, allowed: float) -> Value | None:
+        """The coarsest value of a knob whose error in every observable is allowed; None where there is none to tell."""
+        if knob.step is None or knob.alternative:
+            return None
+        sources = [source for each in self.judged for source in each.sources if source.knob == knob]
+        good = []
+        for value in knob.values:
+            errors = [source.at(value) for source in sources]
+            if errors and all(error <= allowed for error in errors):
+                good.append(value)
+        return max(good, key=knob.step, default=None)
+
+
+def analysed(table: "Table") -> Analysis:
+    """Everything that the table says so far."""
+
+    def values(setting: Setting, observable: Observable) -> np.ndarray | None:
+        found = table.measured.get(setting)
+        if found is None or found.failure:
+            return None
+        return np.asarray(found.values[observable.name], dtype=float)
+
+    return Analysis(tuple(_judged(table, each, values) for each in table.observables))
+
+
+def reference_of(found: Exact | None, observable: Observable) -> Reference | None:
+    """The exact value of an observable, if the exact answer has it."""
+    if found is None:
+        return None
+    variable = f"frequency of {observable.variable}" if observable.of_series else observable.variable
+    values = found.values.get(variable)
+    if values is None:
+        return None
+    values = np.asarray(values, dtype=float)
+    for label in () if observable.of_series else observable.labels:
+        values = values[int(label) - 1 if label.isdecimal() else "xyz".index(label)]
+    return Reference(np.atleast_1d(values).ravel(), found.source, found.accuracy)
+
+
+def _judged(table: "Table", observable: Observable, values: Callable) -> Judged:
+    main = table.knobs[0]
+    known = {setting: found for setting in table.measured if (found := values(setting, observable)) is not None}
+    reference = reference_of(table.exact, observable) or _finest(main, known)
+    errors: dict[Setting, float] = {}
+    if reference is not None:
+        errors = {setting: relative_error(found, reference.values) for setting, found in known.items()}
+        if reference.setting is not None:
+            errors[reference.setting] = float("nan")
+    size = float(np.linalg.norm(reference.values)) if reference is not None else 0.0
+    floor = _ROUND_OFF if reference is None else max(_ROUND_OFF, reference.accuracy)
+    others = [
+        _other_method(table, knob, known, errors, size, floor)
+        if knob.alternative
+        else _source(table, knob, known, size)
+        for knob in table.knobs[1:]
+    ]
+    among = [source.error for source in others if source.knob.step is not None and np.isfinite(source.error)]
+    first = _main_source(table, main, known, errors, size, max([floor, *among]))
+    # Other rungs of the ladder of models are told by themselves: they may be exact, and then nothing else is worth it.
+    ranked = [setting for setting in errors if setting.knob != MODEL]
+    cost = np.array([table.measured[setting].cpu_time for setting in ranked])
+    told = np.array([max(errors[setting], floor) for setting in ranked])  # nothing is known below the floor
+    front = [ranked[number] for number in np.flatnonzero(frontier.pareto(cost, told))]
+    number = frontier.knee(cost, told)
+    front.sort(key=lambda setting: table.measured[setting].cpu_time)
+    return Judged(
+        observable, reference, errors, (first, *others), tuple(front), None if number is None else ranked[number]
+    )
+
+
+def _finest(main: Knob, known: dict[Setting, np.ndarray]) -> Reference | None:
+    """The finest run along the first knob, extrapolated where three of them converge as they should."""
+    ladder = [setting for setting in known if setting.knob == main.name]
+    if main.step is None or not ladder:
+        return None
+    steps = np.array([main.step(setting.value) for setting in ladder])
+    found = np.stack([known[setting] for setting in ladder])
+    best = int(np.argmin(steps))
+    if len(ladder) > 2 and main.order is not None:
+        limit = convergence.extrapolated(steps, found, main.order)
+        if limit is not None:
+            left = relative_error(found[best], limit)
+            told = f"Richardson's extrapolation of the finest runs along {main.name}, with the order {main.order:g}"
+            return Reference(limit, told, 0.3 * left)
+    told = f"the finest run, {ladder[best].label}"
+    second = (
+        relative_error(np.delete(found, best, 0)[np.argmin(np.delete(steps, best))], found[best])
+        if len(ladder) > 1
+        else np.nan
+    )
+    return Reference(found[best], told, second / 3.0, ladder[best])
+
+
+def _sweep(table: "Table", knob: Knob, known: dict[Setting, np.ndarray]) -> dict[Value, tuple[Setting, np.ndarray]]:
+    """What was run along a knob, by its value; the base stands at the knob's default."""
+    found = {setting.value: (setting, each) for setting, each in known.items() if setting.knob == knob.name}
+    if knob is not table.knobs[0] and not knob.alternative and table.base in known:
+        found[knob.default] = (table.base, known[table.base])
+    return found
+
+
+def _source(table: "Table", knob: Knob, known: dict[Setting, np.ndarray], size: float) -> Source:
+    sweep = _sweep(table, knob, known)
+    if knob.default not in sweep or len(sweep) < 2 or not size > 0.0:
+        return Source(knob, float("nan"), NONE, float("nan"))
+    at_base = sweep[knob.default][1]
+    apart = {value: float(np.linalg.norm(found - at_base)) / size for value, (_, found) in sweep.items()}
+    if knob.step is None:
+        return Source(knob, max(apart.values()), NONE, float("nan"))
+    steps = np.array([knob.step(value) for value in sweep])
+    law = convergence.self_convergence(steps, np.stack([found for _, found in sweep.values()]), size, _ROUND_OFF)
+    others = {value: knob.step(value) for value in sweep if value != knob.default}
+    if law.points and not law.credible:
+        error = max(apart.values())  # scatter, which no step makes smaller: it is as large as it is seen to be
+    else:
+        # The difference from the finest of the others, less what that errs itself or the default errs beyond it.
+        finest = min(others, key=lambda value: others[value])
+        ratio = (others[finest] / knob.step(knob.default)) ** (law.order if law.points else knob.order or 1.0)
+        error = apart[finest] / max(abs(1.0 - ratio), 0.1)
+    seconds = _cost_order(table, steps, [setting for setting, _ in sweep.values()])
+    return Source(knob, error, law, seconds, apart)
+
+
+def _main_source(
+    table: "Table", main: Knob, known: dict[Setting, np.ndarray], errors: dict[Setting, float], size: float,
+    floor: float,
+) -> Source:  # fmt: skip
+    """The first knob: by its errors where these stand above all else that errs, else by its own differences."""
+    found = _other_method(table, main, known, errors, size, floor)
+    error = errors.get(table.base, float("nan"))
+    if not error > _ABOVE * floor and found.law.credible and main.step is not None:
+        error = found.law.at(main.step(table.base.value))
+    return replace(found, error=error)
+
+
+def _other_method(
+    table: "Table", knob: Knob, known: dict[Setting, np.ndarray], errors: dict[Setting, float], size: float,
+    floor: float,
+) -> Source:  # fmt: skip
+    sweep = _sweep(table, knob, known)
+    if knob.step is None or not sweep:
+        return Source(knob, float("nan"), NONE, float("nan"))
+    steps = np.array([knob.step(value) for value in sweep])
+    ladder = [setting for setting, _ in sweep.values()]
+    found = np.array([errors.get(setting, np.nan) for setting in ladder])
+    found = np.where(found < _SATURATED, found, np.nan)
+    if knob.order is not None:
+        found = np.where(convergence.converging(steps, found, knob.order), found, np.nan)
+    law = convergence.power_law(steps, found, _ABOVE * floor)
+    if not law.credible:
+        law = convergence.self_convergence(steps, np.stack([each for _, each in sweep.values()]), size, _ROUND_OFF)
+    return Source(knob, float("nan"), law, _cost_order(table, steps, ladder))
+
+
+def _cost_order(table: "Table", steps: np.ndarray, settings: list[Setting]) -> float:
+    seconds = np.array([table.measured[setting].cpu_time for setting in settings])
+    return -convergence.power_law(steps, seconds).order

@@ -1,0 +1,41 @@
+"""What settings will take, guessed from those already run, and which of them a budget of seconds allows.
+
+Tests: tests/unit/test_budget.py.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+
+from astroinertia.accuracy.knobs import Knob, Setting, Value
+
+_UNKNOWN = 1.0  # s, of a setting before any other was run
+_LEAST = 1e-3  # s, that every setting takes
+
+
+def predicted(setting: Setting, knob: Knob, base: float, taken: Mapping[tuple[str, Value], float]) -> float:
+    """Seconds that a setting will take.
+
+    taken: seconds by (knob, value) of what was run; base: those of the base, NaN before it was run. Along a knob whose
+    two dearest settings are known their power law goes on; else the knob's own guess is scaled.
+    """
+    known = [(knob.cost(value), taken[knob.name, value]) for value in knob.values if (knob.name, value) in taken]
+    known = sorted((guess, seconds) for guess, seconds in known if math.isfinite(seconds))
+    wanted = knob.cost(setting.value)
+    if not known:
+        return max(_LEAST, base * wanted / knob.cost(knob.default)) if math.isfinite(base) else _UNKNOWN
+    guess, seconds = (
+        known[-1] if wanted >= known[-1][0] else min(known, key=lambda each: abs(math.log(each[0] / wanted)))
+    )
+    growth = 1.0
+    if len(known) > 1 and known[-1][0] > known[0][0] and wanted > known[-1][0]:
+        (first, low), (last, high) = known[-2], known[-1]
+        growth = math.log(max(high, _LEAST) / max(low, _LEAST)) / math.log(last / first) if last > first else 1.0
+    return max(_LEAST, seconds * (wanted / guess) ** min(max(growth, 0.0), 2.0))
+
+
+def next_setting(settings: Sequence[Setting], seconds: Sequence[float], left: float) -> Setting | None:
+    """The cheapest of the settings that are not run yet, if it fits into what is left of the budget."""
+    if not settings:
+        return None
+    cheapest = min(range(len(settings)), key=lambda number: seconds[number])
+    return settings[cheapest] if seconds[cheapest] <= left else None

@@ -1,0 +1,278 @@
+"""The exact answer to a scene, where there is one: recognised from the scene itself, by another route than its models.
+
+Ellipsoids with a linear velocity (affine_exact), the frequency of a polytrope's radial pulsation (a Rayleigh-Ritz
+calculation of its modes), free tops (Jacobi's closed form), a body under the torques of companions (REBOUND's
+Gragg-Bulirsch-Stoer method, on equations of its own). Tests: tests/unit/test_exact_answers.py.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from astroinertia.accuracy import affine_exact as affine
+from astroinertia.bodies.oscillations import radial_modes
+from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.rotation import free_attitude, free_top
+from astroinertia.rotation.attitude import attitude_of_quaternion, nearest_rotation, quaternion
+from astroinertia.scene.plan import code_units
+from astroinertia.scene.schema import Scene
+from astroinertia.sph.profiles import ellipsoid_gravitational_energy
+from astroinertia.start.rotation import rigid_moments, rotation_amount, rotation_axis
+from astroinertia.start.spheres import Sphere, sphere, stretch
+from astroinertia.units import CodeUnits, pressure_constant_dimension
+
+_DIMENSIONS = {
+    "second_moment": "moment_of_inertia",
+    "inertia_tensor": "moment_of_inertia",
+    "angular_momentum": "angular_momentum",
+    "angular_velocity": "angular_velocity",
+    "attitude": "dimensionless",
+    "frequency of inertia_tensor": "angular_velocity",
+}
+_CLOSED = 1e-14  # what rounding leaves of a closed form
+_ROUNDED = 2.0**-52  # of the rate of a figure, whose angle then errs by so much for every radian
+_SMALL_PULSATION = 0.05  # departure from equilibrium up to which a pulsation is taken for a linear one
+_LOOSER = 10.0  # factor of REBOUND's tolerance by which its own error is found
+_FREE_FALL_OF_UNSTABLE = 1.0  # free-fall times up to which a compressible uniform fluid may be judged (convection)
+
+
+@dataclass(frozen=True)
+class Exact:
+    """Values of dataset variables at the end of the run, in the dataset's units, and what they stand on.
+
+    The key "frequency of NAME" is the angular frequency of every component of a series. accuracy is the relative error
+    of the answer itself, below which nothing is told by it.
+    """
+
+    values: Mapping[str, np.ndarray]
+    source: str
+    accuracy: float
+
+
+def exact(scene: Scene) -> Exact | None:
+    """The exact answer to a scene, None where none is known here. Test: tests/unit/test_exact_answers.py."""
+    if scene.bodies or scene.box is not None or scene.body.change is not None or scene.time.max_steps is not None:
+        return None
+    units = code_units(scene)
+    found = _rigid(scene, units) if scene.model == "rigid" else _fluid(scene, units)
+    if found is None:
+        return None
+    values = {name: units.to_si(value, _DIMENSIONS[name]) for name, value in found.values.items()}
+    return Exact(values, found.source, found.accuracy)
+
+
+def _physical(scene: Scene) -> set[str]:
+    """The effects of a scene but those that are devices of a numerical method."""
+    return {kind for kind in scene.effects if not CATALOGUE[kind].numerical}
+
+
+def _fluid(scene: Scene, units: CodeUnits) -> Exact | None:
+    ball = None if scene.body.kind not in ("dyson", "uniform", "polytrope") else sphere(scene, units)
+    if not isinstance(ball, Sphere) or scene.companions:
+        return None
+    return _ellipsoid(scene, units, ball) or _pulsation(scene, ball)
+
+
+def _ellipsoid(scene: Scene, units: CodeUnits, ball: Sphere) -> Exact | None:
+    body: Any = scene.body
+    if getattr(body, "perturbation", None) is not None or (body.rotation and body.rotation.law != "rigid"):
+        return None
+    start = stretch(body) * ball.radius
+    acceleration = _acceleration(scene, units, ball, float(np.linalg.det(start)))
+    if acceleration is None:
+        return None
+    rate = _flow(scene, units, ball, start) @ start
+    moment, end = ball.mass * ball.profile.second_moment, units.to_code(scene.time.end, "time")
+    steady = affine.steady_rates(start, rate, acceleration) if _physical(scene) == {"gravity", "pressure"} else None
+    if steady is not None:
+        spin, inner, left = steady
+        at, moving = affine.steady_motion(start, spin, inner, end)
+        told = (
+            "figure of equilibrium in closed form (Chandrasekhar 1969, ch. 5 and 7): F(t) = R(Omega t) F_0 R(Lambda t)"
+        )
+        return Exact(affine.observables(at, moving, moment), told, max(left, _ROUNDED * max(1.0, abs(spin) * end)))
+    try:
+        at, moving = affine.motion(start, rate, acceleration, end)
+    except RuntimeError:
+        return None
+    told = "exact motion of an ellipsoid, its deformation gradient integrated by scipy's DOP853 (accuracy.affine_exact)"
+    return Exact(affine.observables(at, moving, moment), told, affine.INTEGRATED)
+
+
+def _acceleration(scene: Scene, units: CodeUnits, ball: Sphere, volume: float) -> affine.Acceleration | None:
+    """d2F/dt2 of the family that a scene belongs to; None where its fluid has no linear velocity."""
+    body: Any = scene.body
+    fluid: Any = scene.equation_of_state
+    effects = _physical(scene)
+    parts = []
+    if "external_field" in effects:
+        matrix = _quadratic(scene)
+        if matrix is None:
+            return None
+        parts.append(affine.field(matrix))
+        effects = effects - {"external_field"}
+    if body.kind == "uniform" and effects == {"gravity"}:
+        return affine.total([affine.gravity(ball.mass), *parts])
+    if body.kind == "uniform" and effects == {"gravity", "pressure"}:
+        if fluid.kind == "incompressible":
+            return affine.incompressible(affine.total([affine.gravity(ball.mass), *parts]))
+        equilibrium = fluid.kind == "ideal" and body.entropy is None and body.specific_internal_energy is None
+        if not equilibrium or (scene.model == "sph" and not _brief(scene, units, ball)):
+            return None
+        # P/rho at the centre of the sphere in equilibrium is M/(2 R).
+        pressure = 0.5 * (body.pressure_fraction or 1.0) * ball.mass / ball.radius
+        parts.append(affine.gas_pressure(pressure, ball.radius**3, fluid.gamma))
+        return affine.total([affine.gravity(ball.mass), *parts])
+    if body.kind == "dyson" and effects == {"pressure"}:
+        entropy = _entropy(scene, units)
+        if entropy is None:
+            return None
+        gamma = body.gamma
+        central = affine.central_enthalpy(entropy, ball.mass, volume, gamma)
+        return affine.total([affine.gas_pressure(central, volume, gamma), *parts])
+    return None
+
+
+def _brief(scene: Scene, units: CodeUnits, ball: Sphere) -> bool:
+    free_fall = np.pi / 2.0 * np.sqrt(ball.radius**3 / (2.0 * ball.mass))
+    return bool(units.to_code(scene.time.end, "time") <= _FREE_FALL_OF_UNSTABLE * free_fall)
+
+
+def _quadratic(scene: Scene) -> Any:
+    """The matrix of an external field that is nothing but quadratic about the origin (code units); else None."""
+    given = {name: value for name, value in scene.effects["external_field"].items() if value is not None}
+    others = set(given) - {"quadratic", "origin"}
+    return given.get("quadratic") if scene.dimensionless and not others and not any(given.get("origin", ())) else None
+
+
+def _entropy(scene: Scene, units: CodeUnits) -> float | None:
+    """A = P/rho^gamma of a gas of one entropy whose exponent is that of Dyson's profile; None for any other."""
+    body: Any = scene.body
+    fluid: Any = scene.equation_of_state
+    if fluid.kind not in ("ideal", "polytropic") or fluid.gamma != body.gamma:
+        return None
+    value = body.entropy if fluid.kind == "ideal" else fluid.constant
+    return units.to_code(value, pressure_constant_dimension(fluid.gamma)) if isinstance(value, float) else None
+
+
+def _flow(scene: Scene, units: CodeUnits, ball: Sphere, start: np.ndarray) -> np.ndarray:
+    """The gradient of the velocity at first (3, 3): linear flow and rigid rotation."""
+    body = scene.body
+    gradient = np.zeros((3, 3)) if body.velocity_gradient is None else np.array(body.velocity_gradient, dtype=float)
+    gradient = units.to_code(gradient, "velocity_gradient")
+    energy = None
+    if "gravity" in scene.effects:
+        energy = ellipsoid_gravitational_energy(ball.profile, ball.mass, np.linalg.svd(start, compute_uv=False))
+    given = rotation_amount(scene, units, energy)
+    if not given:
+        return gradient
+    axis = rotation_axis(scene)
+    second = ball.mass * ball.profile.second_moment * start @ start.T
+    about = float(np.trace(second) - axis @ second @ axis)
+    ((measure, value),) = given.items()
+    if measure == "angular_momentum":
+        value = value / about
+    elif measure == "t_over_w":
+        assert energy is not None  # rotation_amount has seen to it
+        value = np.sqrt(2.0 * value * abs(energy) / about)
+    return gradient + value * np.cross(np.eye(3), axis)  # rows: e_k x n, so that v = (n x) x
+
+
+def _pulsation(scene: Scene, ball: Sphere) -> Exact | None:
+    """The radial fundamental of a polytrope of one exponent that is a little out of balance, not turning."""
+    body: Any = scene.body
+    fluid: Any = scene.equation_of_state
+    if body.kind != "polytrope" or _physical(scene) != {"gravity", "pressure"} or body.rotation is not None:
+        return None
+    if fluid is None or fluid.kind not in ("ideal", "polytropic") or not 0.0 < body.index < 5.0:
+        return None
+    gradient = np.zeros((3, 3)) if body.velocity_gradient is None else np.array(body.velocity_gradient)
+    swelling = np.allclose(gradient, gradient[0, 0] * np.eye(3)) and len(set(body.axes)) == 1
+    off = abs((body.pressure_fraction or 1.0) - 1.0)
+    if not swelling or off > _SMALL_PULSATION or body.entropy is not None or body.specific_internal_energy is not None:
+        return None
+    mode = radial_modes(body.index, fluid.gamma)[0]
+    if mode.squared_frequency <= 0.0:
+        return None
+    omega = np.sqrt(mode.squared_frequency * ball.mass / (ball.radius * body.axes[0]) ** 3)
+    told = (
+        "frequency of the radial fundamental of a polytrope by Rayleigh and Ritz (bodies.oscillations), to first order "
+        "in the amplitude"
+    )
+    return Exact({"frequency of inertia_tensor": np.asarray(omega)}, told, max(off**2, 1e-9))
+
+
+def _rigid(scene: Scene, units: CodeUnits) -> Exact | None:
+    body = scene.body
+    if body.kind != "rigid" or scene.orbits.archive is not None or scene.orbits.back_reaction:
+        return None
+    if not scene.effects and not scene.companions:
+        return _free(scene, units)
+    if set(scene.effects) == {"gravity_gradient"} and scene.companions:
+        return _torqued(scene, units)
+    return None
+
+
+def _turning(scene: Scene, units: CodeUnits) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Moments (3,), axes as rows (3, 3) and angular velocity in them (3,), at the start."""
+    moments, rows = rigid_moments(scene, units)
+    rows = np.asarray(nearest_rotation(rows))
+    given, axis = rotation_amount(scene, units, None), rotation_axis(scene)
+    if "angular_momentum" in given:
+        given = {"rate": given["angular_momentum"] / float(np.linalg.norm(moments * (rows @ axis)))}
+    return moments, rows, rows @ (given.get("rate", 0.0) * axis)
+
+
+def _free(scene: Scene, units: CodeUnits) -> Exact:
+    moments, rows, spin = _turning(scene, units)
+    top = free_top.free_top(moments.tolist(), spin.tolist())
+    end = np.asarray(units.to_code(scene.time.end, "time"))
+    attitude = free_attitude.attitude(top, end, rows)
+    told = "free top in closed form, Jacobi's elliptic functions in 60 digits (rotation.free_top)"
+    spread = float(free_attitude.uncertainty(top, end)[1])
+    return Exact(_of_attitude(moments, attitude, free_top.angular_velocity(top, end)), told, max(spread, _CLOSED))
+
+
+def _torqued(scene: Scene, units: CodeUnits) -> Exact:
+    body: Any = scene.body
+    # Only here: other scenes do without REBOUND.
+    from astroinertia.orbits.rigid_ode import TOLERANCE, RigidBodyOde
+    from astroinertia.orbits.states import masses, present
+    from astroinertia.start.companions import bodies
+
+    moments, rows, spin = _turning(scene, units)
+    end = units.to_code(scene.time.end, "time")
+    found = []
+    for tolerance in (TOLERANCE, _LOOSER * TOLERANCE):
+        system = bodies(scene, units, units.to_code(body.mass, "mass"))
+        place, velocity = present(system)
+        zero = np.zeros((1, 3))
+        inside = RigidBodyOde(
+            masses(system), np.concatenate([zero, place]), np.concatenate([zero, velocity]), moments,
+            np.asarray(quaternion(rows)), spin, back_reaction=False, tolerance=tolerance,
+        )  # fmt: skip
+        inside.integrate(end)
+        attitude = np.asarray(attitude_of_quaternion(inside.quaternion))
+        found.append(_of_attitude(moments, attitude, inside.angular_velocity))
+    spread = max(
+        float(np.linalg.norm(found[0][name] - found[1][name]) / np.linalg.norm(found[0][name]))
+        for name in ("angular_velocity", "attitude")
+    )
+    told = (
+        "same body and companions in REBOUND's interface to differential equations, by Gragg, Bulirsch and Stoer "
+        f"with a tolerance of {TOLERANCE:g} (orbits.rigid_ode)"
+    )
+    return Exact(found[0], told, max(spread, _CLOSED))
+
+
+def _of_attitude(moments: np.ndarray, attitude: np.ndarray, rates: np.ndarray) -> dict[str, np.ndarray]:
+    """Variables of the dataset from the body's axes as rows (3, 3) and its angular velocity in them (3,)."""
+    inertia = attitude.T @ np.diag(moments) @ attitude
+    return {
+        "attitude": attitude,
+        "inertia_tensor": inertia,
+        "angular_velocity": attitude.T @ rates,
+        "angular_momentum": attitude.T @ (moments * rates),
+    }

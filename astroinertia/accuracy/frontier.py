@@ -1,0 +1,48 @@
+"""Which settings are worth their cost: the Pareto front of error against cost, its knee, what a digit costs.
+
+Pure functions of arrays (n,), smaller being better in both; NaN counts as not measured.
+Tests: tests/unit/test_frontier.py.
+"""
+
+import numpy as np
+
+_DIGIT = 10.0
+
+
+def pareto(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Whether no other setting is cheaper and at least as exact, or as cheap and more exact, (n,) of truth values."""
+    cost, error = np.asarray(cost, float), np.asarray(error, float)
+    good = np.isfinite(cost) & np.isfinite(error)
+    best, on_front = np.inf, np.zeros(len(cost), dtype=bool)
+    for number in np.lexsort((error, cost)):
+        if good[number] and error[number] < best:
+            best, on_front[number] = error[number], True
+    return on_front
+
+
+def knee(cost: np.ndarray, error: np.ndarray) -> int | None:
+    """Number of the setting of the front that is farthest below the line between its ends, in logarithms scaled to 1.
+
+    None where the front has less than three settings, or none below that line. Source: Satopaa et al. 2011, Proc. 31st
+    ICDCS Workshops, 166 (the knee of a curve). Test: tests/unit/test_frontier.py.
+    """
+    cost, error = np.asarray(cost, float), np.asarray(error, float)
+    front = np.flatnonzero(pareto(cost, error) & (error > 0) & (cost > 0))
+    if len(front) < 3:
+        return None
+    front = front[np.argsort(cost[front])]
+    x, y = np.log(cost[front]), np.log(error[front])
+    x, y = (x - x[0]) / (x[-1] - x[0]), (y - y[-1]) / (y[0] - y[-1])
+    below = 1.0 - x - y
+    best = int(np.argmax(below))
+    return int(front[best]) if below[best] > 0 else None
+
+
+def cost_of_a_digit(error_order: float, cost_order: float) -> float:
+    """By what factor the cost grows for a tenth of the error, with error ~ r^error_order and cost ~ r^-cost_order."""
+    return float(_DIGIT ** (cost_order / error_order)) if error_order > 0 else float("inf")
+
+
+def step_of_a_digit(error_order: float) -> float:
+    """By what factor the step must shrink for a tenth of the error."""
+    return float(_DIGIT ** (-1.0 / error_order)) if error_order > 0 else 0.0

@@ -1,0 +1,212 @@
+"""One setting of a tradeoff, run and measured: its observables, and what it took. Finished ones are not run again.
+
+Times are of the steps alone, on compiled code: whatever is compiled is compiled before, in a run that is thrown away.
+Tests: tests/unit/test_tradeoff.py.
+"""
+
+import json
+import shutil
+import time as clock
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import jax
+
+from astroinertia import dataset as datasets
+from astroinertia.accuracy.knobs import Setting, with_overrides
+from astroinertia.accuracy.observables import Observable, components, value
+from astroinertia.build import prepare
+from astroinertia.cache import content_key
+from astroinertia.errors import NumericalError, RunInterrupted, SceneError
+from astroinertia.models.evolution import Evolution
+from astroinertia.run import Progress, run_prepared
+from astroinertia.scene import load
+from astroinertia.scene.plan import gravity_method
+from astroinertia.scene.schema import Scene
+from astroinertia.sealed import write_json
+
+_RESULT = "measured.json"
+_WARMING_STEPS = 3  # the first sorts and compiles, the second goes on, the third finds all that is compiled
+_STATUS, _CLEAR = Path("/proc/self/status"), Path("/proc/self/clear_refs")
+_warm: set[tuple[Any, ...]] = set()  # what this process has compiled
+
+MEMORY_TOLD = (
+    "the most that the process held while it ran, its code and libraries included (VmHWM of Linux, forgotten before "
+    "each run), as one process runs them all: no less than the run needs; NaN on other systems"
+)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a setting gave and took: values of each observable and their names, seconds, bytes.
+
+    step_time and cpu_time are of the steps alone, wall and processor time of all threads; wall_time is from preparing
+    the body to the finished file. failure is the sentence of a run that failed, whose numbers are NaN.
+    """
+
+    values: dict[str, list[float]]
+    components: dict[str, list[str]]
+    step_time: float
+    cpu_time: float
+    wall_time: float
+    preparation_time: float
+    peak_memory: float
+    steps: int
+    failure: str = ""
+
+
+class Clocked:
+    """A body under its model whose steps are timed; all else is the body's own."""
+
+    def __init__(self, body: Evolution) -> None:
+        self.body, self.step_time, self.cpu_time = body, 0.0, 0.0
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.body, name)
+
+    def advance(self, until: float) -> None:
+        """Go on, and count the seconds."""
+        wall, cpu = clock.perf_counter(), clock.process_time()
+        try:
+            self.body.advance(until)
+        finally:
+            self.step_time += clock.perf_counter() - wall
+            self.cpu_time += clock.process_time() - cpu
+
+
+def scene_of(scene: Scene, setting: Setting, observables: Sequence[Observable]) -> Scene:
+    """The scene of a setting, recorded at its start and its end alone unless a series is asked for.
+
+    Records are outputs, not steps: models without particles would shorten steps to meet them, and so hide what the
+    tolerance does. SceneError where the scene does not allow the setting.
+    """
+    quiet = () if any(each.of_series for each in observables) else _without_records(scene)
+    return with_overrides(scene, (*quiet, *setting.overrides))
+
+
+def folder_of(place: Path, scene: Scene, setting: Setting) -> Path:
+    """The folder of a setting's `scene_of` below that of the tradeoff, told by both.
+
+    scene: what `scene_of` gave; its hash in the name tells settings of other scenes apart.
+    """
+    slug = "".join(letter if letter.isalnum() or letter in ".-" else "_" for letter in setting.label)
+    return place / "settings" / f"{slug[:60]}-{content_key(scene=load.resolved_text(scene))[:8]}"
+
+
+def stored(folder: Path, observables: Sequence[Observable]) -> Measured | None:
+    """What a finished setting gave, or None where it is not finished or was asked for other observables."""
+    try:
+        found = Measured(**json.loads((folder / _RESULT).read_text()))
+    except (OSError, ValueError, TypeError):
+        return None
+    return found if found.failure or all(each.name in found.values for each in observables) else None
+
+
+def measure(
+    scene: Scene, observables: Sequence[Observable], folder: Path, listener: Callable[[Progress], None] | None = None
+) -> Measured:
+    """Run a scene in `folder` and say what it gave and took; what an interruption left there is run anew.
+
+    A NumericalError is a result, and so is that the model cannot answer the scene: the sentence is kept. SceneError for
+    an observable that there is not, RunInterrupted after a signal.
+    """
+    if folder.exists():
+        shutil.rmtree(folder)
+    with jax.enable_x64(True):
+        try:
+            found = _measured(scene, observables, folder, listener)
+        except NumericalError as error:
+            found = failed(str(error), observables)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_json(folder / _RESULT, asdict(found))
+    return found
+
+
+def failed(sentence: str, observables: Sequence[Observable]) -> Measured:
+    """A setting without an answer."""
+    nothing = {each.name: [float("nan")] for each in observables}
+    return Measured(nothing, {}, *[float("nan")] * 5, steps=0, failure=sentence)
+
+
+def _measured(
+    scene: Scene, observables: Sequence[Observable], folder: Path, listener: Callable[[Progress], None] | None
+) -> Measured:
+    try:
+        _compile(scene)
+        _forget_peak()
+        begin = clock.perf_counter()
+        prepared = prepare(scene)
+    except SceneError as error:
+        return failed(str(error), observables)
+    body = Clocked(prepared.evolution)
+    preparation = clock.perf_counter() - begin
+    if prepared.evolution.meets_times and hasattr(prepared.evolution, "resume"):
+        _rehearse(prepared.evolution, prepared.outputs.end)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    begin = clock.perf_counter()
+    file = run_prepared(scene, replace(prepared, evolution=body), folder, listener)
+    wall = preparation + clock.perf_counter() - begin
+    dataset = datasets.open(file)
+    values = {each.name: value(dataset, each).tolist() for each in observables}
+    if float(dataset["time"][-1]) < scene.time.end * (1.0 - 1e-12):
+        raise SceneError("[time] max_steps ends the run before its end, at which the observables are taken.")
+    return Measured(
+        values=values, components={each.name: components(dataset, each) for each in observables},
+        step_time=body.step_time, cpu_time=body.cpu_time, wall_time=wall, preparation_time=preparation,
+        peak_memory=_peak(), steps=int(prepared.evolution.steps),
+    )  # fmt: skip
+
+
+def _compile(scene: Scene) -> None:
+    """Take a few steps of a particle scene, once for whatever compiles by itself."""
+    if scene.model != "sph":
+        return
+    chosen, count = scene.numerics, scene.particles or 0
+    gravity = gravity_method(scene, count) if "gravity" in scene.effects else ""
+    shaped = count if chosen.engine == "xla" else 0
+    what = (
+        tuple(scene.effects), str(scene.equation_of_state), chosen.engine, chosen.precision, chosen.kernel,
+        chosen.timesteps, gravity, shaped,
+    )  # fmt: skip
+    if what in _warm:
+        return
+    prepared = prepare(scene)
+    opening = prepared.evolution.record(None)["potential_energy"]
+    for _ in range(_WARMING_STEPS):
+        prepared.evolution.advance(prepared.outputs.end)
+    prepared.evolution.record(opening)
+    _warm.add(what)
+
+
+def _rehearse(body: Any, end: float) -> None:
+    """Go to the end and back to the start, so that all is compiled."""
+    start = body.arrays()
+    with suppress(NumericalError):  # the run itself will say so
+        body.advance(end)
+    body.resume(start)
+
+
+def _without_records(scene: Scene) -> tuple[str, ...]:
+    end = repr(scene.time.end) if scene.dimensionless else f'"{scene.time.end!r} s"'
+    steps = () if scene.output.series_steps is None else ("output.series_steps=1000000000",)
+    return (f"output.snapshot_every={end}", *(steps or (f"output.series_every={end}",)))
+
+
+def _forget_peak() -> None:
+    with suppress(OSError):
+        _CLEAR.write_text("5")
+
+
+def _peak() -> float:
+    try:
+        line = next(line for line in _STATUS.read_text().splitlines() if line.startswith("VmHWM"))
+    except (OSError, StopIteration):
+        return float("nan")
+    return 1024.0 * int(line.split()[1])
+
+
+INTERRUPTIONS = (RunInterrupted, KeyboardInterrupt)
+"""What ends a setting on a signal: a run that was sealed, or anything before and after it."""

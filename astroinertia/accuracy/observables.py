@@ -1,0 +1,143 @@
+"""What a run is judged by: named numbers of its dataset at the end, or the frequency of one of its series.
+
+An observable is written as a person says it: "inertia_tensor z z", "flattening", "angular_velocity" (all components),
+"attitude 3" (the third axis of a rigid body), "frequency of inertia_tensor z z". Tests: tests/unit/test_observables.py.
+"""
+
+import difflib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import minimize_scalar
+
+from astroinertia.dataset_regions import QUANTITIES as REGIONAL
+from astroinertia.dataset_schema import DERIVED, RECORDED
+from astroinertia.errors import NumericalError, SceneError
+from astroinertia.scene.schema import Scene
+from astroinertia.units import shown
+
+DEFAULTS = {
+    "sph": ("inertia_tensor z z", "angular_velocity"),
+    "ellipsoid": ("inertia_tensor z z", "angular_velocity"),
+    "scaling": ("inertia_tensor z z", "angular_velocity"),
+    "rigid": ("angular_velocity", "attitude 3"),
+}
+"""What a model is judged by unless something else is asked for."""
+_KNOWN = (*RECORDED, *DERIVED, *REGIONAL)
+_OF_SERIES = "frequency of "
+_FEWEST_RECORDS = 16  # of a series whose frequency is asked for
+_TRIED_A_PERIOD = 8  # trial frequencies to one over the length of the series
+
+
+@dataclass(frozen=True)
+class Observable:
+    """A variable of the dataset with labels for its dimensions but time; of_series: its frequency, not its end."""
+
+    name: str
+    variable: str
+    labels: tuple[str, ...]
+    of_series: bool = False
+
+
+def parsed(name: str) -> Observable:
+    """The observable that a name stands for; SceneError where no dataset has such a variable."""
+    told = " ".join(name.split())
+    of_series = told.startswith(_OF_SERIES)
+    words = told.removeprefix(_OF_SERIES).split()
+    if not words:
+        raise SceneError("an observable is a variable of the dataset and its labels, such as inertia_tensor z z.")
+    if words[0] not in _KNOWN:
+        near = difflib.get_close_matches(words[0], _KNOWN, 1)
+        hint = f"; did you mean {near[0]}?" if near else ", such as inertia_tensor z z, angular_velocity or flattening."
+        raise SceneError(f"'{shown(words[0])}' is no series of the dataset{hint}")
+    return Observable(told, words[0], tuple(words[1:]), of_series)
+
+
+def default_names(scene: Scene) -> tuple[str, ...]:
+    """What a scene is judged by unless something else is asked for; a body at rest has no angular velocity."""
+    names = DEFAULTS[scene.model]
+    body = scene.body
+    still = body.rotation is None and body.velocity_gradient is None and getattr(body, "law", None) is None
+    turned = still and scene.model != "rigid" and not scene.companions and not scene.bodies
+    return tuple(name for name in names if not (turned and name == "angular_velocity"))
+
+
+def value(dataset: xr.Dataset, observable: Observable) -> np.ndarray:
+    """The numbers (K,) of an observable, in the dataset's units.
+
+    SceneError where the dataset has no such variable or label, NumericalError where the run has no number for it.
+    """
+    series = _selected(dataset, observable)
+    if observable.of_series:
+        if series.ndim != 1:
+            raise SceneError(f"'{observable.name}': a frequency is that of one series; add labels, as in z z.")
+        return np.array([frequency(dataset["time"].values, series.values)])
+    found = np.atleast_1d(np.asarray(series.values[-1], dtype=float)).ravel()
+    if not np.isfinite(found).all():
+        reason = dataset[observable.variable].attrs.get("reason", "the run has no number for it")
+        raise NumericalError(f"'{observable.name}' is not known: {reason}")
+    return found
+
+
+def components(dataset: xr.Dataset, observable: Observable) -> list[str]:
+    """Names of the numbers of an observable, in the order of `value`."""
+    if observable.of_series:
+        return [observable.name]
+    series = _selected(dataset, observable).isel(time=-1)
+    if not series.ndim:
+        return [observable.name]
+    stacked = series.stack(every=series.dims)
+    return [f"{observable.name} {' '.join(str(label) for label in labels)}" for labels in stacked["every"].values]
+
+
+def relative_error(found: np.ndarray, reference: np.ndarray) -> float:
+    """|found - reference|/|reference|, both (K,); of a direction, a unit vector, the angle in radians where small."""
+    size = float(np.linalg.norm(reference))
+    return float(np.linalg.norm(np.asarray(found) - reference)) / size if size > 0.0 else float("nan")
+
+
+def frequency(times: np.ndarray, values: np.ndarray) -> float:
+    """The angular frequency of the sinusoid that fits a series (T,) best beside a straight line.
+
+    The residual of the linear fit is scanned over frequencies and its least one found by Brent's method. NumericalError
+    for a series that is too short to tell. Test: tests/unit/test_observables.py.
+    """
+    times, values = np.asarray(times, float), np.asarray(values, float)
+    if len(times) < _FEWEST_RECORDS or not np.isfinite(values).all():
+        raise NumericalError(f"a frequency needs {_FEWEST_RECORDS} records at least, and there are {len(times)}")
+    span = times[-1] - times[0]
+    share = (times - times[0]) / span
+
+    def misfit(omega: float) -> float:
+        phase = omega * span * share
+        columns = np.stack([np.ones_like(share), share, np.cos(phase), np.sin(phase)], axis=1)
+        solution = np.linalg.lstsq(columns, values, rcond=None)[0]
+        return float(np.sum((columns @ solution - values) ** 2))
+
+    # From one turn in all to one in four records; slower ones are not told from the straight line.
+    tried = np.arange(_TRIED_A_PERIOD, _TRIED_A_PERIOD * len(times) // 4 + 1) * (2 * np.pi / (_TRIED_A_PERIOD * span))
+    best = tried[int(np.argmin([misfit(omega) for omega in tried]))]
+    step = 2 * np.pi / (_TRIED_A_PERIOD * span)
+    found: Any = minimize_scalar(
+        misfit, bounds=(best - step, best + step), method="bounded", options={"xatol": 1e-9 * best}
+    )
+    return float(found.x)
+
+
+def _selected(dataset: xr.Dataset, observable: Observable) -> xr.DataArray:
+    if observable.variable not in dataset:
+        raise SceneError(f"'{observable.variable}' is not in the dataset of this run.")
+    series = dataset[observable.variable]
+    dims = [dim for dim in series.dims if dim != "time"]
+    if len(observable.labels) > len(dims):
+        raise SceneError(
+            f"'{observable.name}' has more labels than {observable.variable} has dimensions ({len(dims)})."
+        )
+    for dim, label in zip(dims, observable.labels, strict=False):
+        known = [str(each) for each in series[dim].values]
+        if label not in known:
+            raise SceneError(f"'{observable.name}': {dim} is one of {', '.join(known)}, not '{label}'.")
+        series = series.isel({dim: known.index(label)})
+    return series.transpose("time", ...)

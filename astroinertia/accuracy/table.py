@@ -1,0 +1,296 @@
+"""The table of a tradeoff as an xarray Dataset that explains itself, as a netCDF file, and in words.
+
+Tests: tests/unit/test_tradeoff.py.
+"""
+
+import json
+import math
+import os
+import platform
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from astroinertia.accuracy import frontier
+from astroinertia.accuracy.analysis import Analysis, Judged, Source, analysed
+from astroinertia.accuracy.knobs import MODEL, Setting, shown
+from astroinertia.accuracy.measuring import MEMORY_TOLD
+from astroinertia.accuracy.tradeoff import Table
+from astroinertia.dataset_schema import CONVENTIONS
+from astroinertia.errors import ArchiveError
+from astroinertia.scene import load
+from astroinertia.sealed import write_whole
+
+FILE = "tradeoff.nc"
+FORMAT = 1
+_MINUTE, _HOUR, _DAY = 60.0, 3600.0, 86400.0
+
+
+def dataset(table: Table) -> xr.Dataset:
+    """Everything that was run and found, along the dimensions setting, observable, knob and component (SI)."""
+    found = analysed(table)
+    settings = list(table.measured)
+    runs = [table.measured[setting] for setting in settings]
+    names = [each.name for each in table.observables]
+
+    def of_runs(name: str, unit: str, text: str, comment: str = "") -> tuple[str, list[Any], dict[str, str]]:
+        attrs = {"units": unit, "long_name": text} | ({"comment": comment} if comment else {})
+        return "setting", [getattr(run, name) for run in runs], attrs
+
+    def words(values: list[str], text: str) -> tuple[str, np.ndarray, dict[str, str]]:
+        return "setting", np.array(values, dtype=object), {"long_name": text}
+
+    of_both, of_knobs = ("setting", "observable"), ("knob", "observable")
+    errors = [[each.errors.get(setting, math.nan) for each in found.judged] for setting in settings]
+    front = [[setting in each.front for each in found.judged] for setting in settings]
+    knee = [[setting == each.knee for each in found.judged] for setting in settings]
+    variables: dict[str, Any] = {
+        "knob_turned": words([setting.knob for setting in settings], "knob that differs from the base"),
+        "value": words([shown(setting.value) for setting in settings], "its value"),
+        "overrides": words(["; ".join(setting.overrides) for setting in settings], "what --set it is run with"),
+        "failure": words([run.failure for run in runs], "why the run failed; empty where it did not"),
+        "step_size": ("setting", [_step(table, setting) for setting in settings],
+                      {"units": "1", "long_name": "what the error is a power of, in the units of its knob"}),
+        "is_base": ("setting", np.array([setting == table.base for setting in settings], dtype=np.int8),
+                    {"units": "1", "long_name": "1 for the setting that single knobs are turned around"}),
+        "cpu_time": of_runs("cpu_time", "s", "processor time of the steps, all threads", "on compiled code"),
+        "step_time": of_runs("step_time", "s", "wall time of the steps", "on compiled code"),
+        "wall_time": of_runs("wall_time", "s", "wall time from preparing the body to the finished file"),
+        "preparation_time": of_runs("preparation_time", "s", "wall time of preparing the body",
+                                    "what was placed or settled before is taken from the cache"),
+        "peak_memory": of_runs("peak_memory", "byte", "peak memory", MEMORY_TOLD),
+        "steps": of_runs("steps", "1", "number of time steps"),
+        "error": (of_both, np.array(errors), {
+            "units": "1", "long_name": "relative error at the end of the run",
+            "comment": "|value - reference|/|reference| over all components of the observable"}),
+        "pareto": (of_both, np.array(front, dtype=np.int8), {
+            "units": "1", "long_name": "1 where no cheaper setting of the scene's model is as exact",
+            "comment": "cost is cpu_time"}),
+        "knee": (of_both, np.array(knee, dtype=np.int8), {
+            "units": "1", "long_name": "1 at the knee of the front",
+            "comment": "farthest below the line between its ends, in logarithms (Satopaa et al. 2011)"}),
+        "knob_error": (of_knobs, _of_sources(found, lambda each: each.error), {
+            "units": "1", "long_name": "relative error that a knob contributes at the base",
+            "comment": "from runs that differ in it alone; of a choice, the largest change that another one makes"}),
+        "order": (of_knobs, _of_sources(found, lambda each: each.law.order), {
+            "units": "1", "long_name": "fitted order of the error in the step size of a knob"}),
+        "order_uncertainty": (of_knobs, _of_sources(found, lambda each: each.law.uncertainty), {
+            "units": "1", "long_name": "its standard error", "comment": "NaN where two points fix the order"}),
+        "order_points": (of_knobs, _of_sources(found, lambda each: each.law.points), {
+            "units": "1", "long_name": "number of runs that the order is fitted to"}),
+        "cost_order": (of_knobs, _of_sources(found, lambda each: each.cost_order), {
+            "units": "1", "long_name": "fitted power of 1/step size that processor time grows as"}),
+        "expected_order": ("knob", [math.nan if knob.order is None else knob.order for knob in table.knobs], {
+            "units": "1", "long_name": "order by theory"}),
+        "knob_is_alternative": ("knob", np.array([knob.alternative for knob in table.knobs], dtype=np.int8), {
+            "units": "1", "long_name": "1 for a knob of another method, which takes the place of the base's"}),
+        "knob_source": ("knob", np.array([knob.source for knob in table.knobs], dtype=object), {
+            "long_name": "where the order by theory is from"}),
+        "reference_accuracy": ("observable", [_accuracy(each) for each in found.judged], {
+            "units": "1", "long_name": "relative error of the reference itself"}),
+        "reference": ("observable", np.array([_source(each) for each in found.judged], dtype=object), {
+            "long_name": "what the error is measured against"}),
+    }  # fmt: skip
+    variables |= _values(table, found, settings)
+    coords = {
+        "setting": ("setting", np.array([_label(setting) for setting in settings], dtype=object),
+                    {"long_name": "setting"}),
+        "observable": ("observable", np.array(names, dtype=object), {"long_name": "observable"}),
+        "knob": ("knob", np.array([knob.name for knob in table.knobs], dtype=object), {"long_name": "accuracy knob"}),
+    }  # fmt: skip
+    left = {_label(setting): float(f"{seconds:.3g}") for setting, seconds in table.left.items()}
+    attrs = {
+        "Conventions": CONVENTIONS,
+        "title": f"{table.scene.name}: what accuracy costs",
+        "source": f"astroinertia, model {table.scene.model}",
+        "astroinertia_tradeoff_format": FORMAT,
+        "name": table.scene.name,
+        "scene": load.resolved_text(table.scene),
+        "base": _label(table.base),
+        "left_out": json.dumps(left),
+        "left_out_comment": "settings that did not fit into the budget, with the seconds that they would take",
+        "interrupted": int(table.interrupted),
+        "machine": machine(),
+        "conclusions": "\n".join(conclusions(table, found)),
+        "outputs_comment": "runs were recorded at their start and end alone, unless a series was asked for",
+    }
+    return xr.Dataset(variables, coords=coords, attrs=attrs)
+
+
+def write(table: Table) -> Path:
+    """Write the table into its folder, whole or not at all, and return the file."""
+    path = table.folder / FILE
+
+    def fill(aside: Path) -> None:
+        dataset(table).to_netcdf(aside, engine="netcdf4", format="NETCDF4")
+
+    write_whole(path, fill)
+    return path
+
+
+def read(path: Path) -> xr.Dataset:
+    """The table in a folder or file; ArchiveError where there is none."""
+    file = path / FILE if path.is_dir() else path
+    try:
+        found = xr.load_dataset(file, engine="netcdf4")
+    except (OSError, ValueError) as error:
+        raise ArchiveError(f"{file} holds no table of a tradeoff: {error}.") from error
+    if "astroinertia_tradeoff_format" not in found.attrs:
+        raise ArchiveError(f"{file} is a netCDF file, but not the table of a tradeoff.")
+    return found
+
+
+def conclusions(table: Table, found: Analysis | None = None) -> list[str]:
+    """What the table says, a sentence a line."""
+    found = analysed(table) if found is None else found
+    lines = []
+    for each in found.judged:
+        lines += [
+            _conclusion(table, each),
+            *filter(None, (_whose(each), _next_digit(table, each), _advice(table, each))),
+        ]
+    failed = [setting for setting, run in table.measured.items() if run.failure]
+    lines += [f"{_label(setting)} failed: {table.measured[setting].failure}" for setting in failed]
+    if table.left:
+        cheapest = min(table.left, key=lambda setting: table.left[setting])
+        lines.append(
+            f"{len(table.left)} settings did not fit into the budget; the next, {_label(cheapest)}, would take "
+            f"{duration(table.left[cheapest])}"
+        )
+    return lines
+
+
+def duration(seconds: float) -> str:
+    """A length of time as it is said."""
+    if not math.isfinite(seconds):
+        return "an unknown time"
+    for size, unit in ((_DAY, "d"), (_HOUR, "h"), (_MINUTE, "min"), (1.0, "s")):
+        if seconds >= size:
+            return f"{seconds / size:.2g} {unit}" if seconds < 100 * size else f"{seconds / size:.0f} {unit}"
+    return f"{1e3 * seconds:.2g} ms" if seconds < 0.1 else f"{1e3 * seconds:.0f} ms"
+
+
+def machine() -> str:
+    """The machine in words."""
+    told = [platform.machine(), f"{os.cpu_count()} cores", f"Python {platform.python_version()}"]
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        told.insert(1, next(line.partition(":")[2].strip() for line in lines if line.startswith("model name")))
+    except (OSError, StopIteration):
+        pass
+    return ", ".join(told)
+
+
+def _conclusion(table: Table, each: Judged) -> str:
+    name = each.observable.name
+    if each.reference is None:
+        return f"{name}: no run to measure against"
+    error, accuracy = each.errors.get(table.base, math.nan), each.reference.accuracy
+    took = table.measured[table.base].cpu_time if table.base in table.measured else math.nan
+    told = f"{error:.1e}" if math.isfinite(error) else "unknown"
+    told = f"below {accuracy:.1e}, the accuracy of the reference," if error < accuracy else told
+    return f"{name}: error {told} at {_label(table.base)}, in {duration(took)}, against the {each.reference.source}"
+
+
+def _whose(each: Judged) -> str:
+    limiting = each.limiting
+    if limiting is None:
+        return ""
+    rest = [
+        f"{source.knob.name.replace('_', ' ')} {source.error:.1e}{f', {_order(source)}' if source.law.points else ''}"
+        for source in sorted(each.sources, key=lambda source: -np.nan_to_num(source.error))
+        if source is not limiting and math.isfinite(source.error) and source.knob.step is not None
+    ]
+    order = "" if not limiting.law.points else f", {_order(limiting)}"
+    told = f"  limited by the {limiting.knob.name.replace('_', ' ')}: {limiting.error:.1e}{order}"
+    return "; ".join([told, *rest])
+
+
+def _order(source: Source) -> str:
+    law = source.law
+    if not law.credible:
+        return "no order: scatter"
+    told = f"order {law.order:.2f}"
+    told += f" +- {law.uncertainty:.2f}" if math.isfinite(law.uncertainty) else ""
+    return f"{told} (theory {source.knob.order:g})" if source.knob.order is not None else told
+
+
+def _next_digit(table: Table, each: Judged) -> str:
+    limiting = each.limiting
+    if limiting is None or not limiting.law.credible or not limiting.cost_order > 0:
+        return ""
+    knob = limiting.knob
+    assert knob.step is not None  # what limits has a step
+    is_main = knob is table.knobs[0]
+    now = knob.step(table.base.value if is_main else knob.default)
+    value = knob.value_at(now * frontier.step_of_a_digit(limiting.law.order))
+    factor = frontier.cost_of_a_digit(limiting.law.order, limiting.cost_order)
+    took = table.measured[table.base].step_time if table.base in table.measured else math.nan
+    return (
+        f"  the next digit costs {factor:.2g} times: {knob.name.replace('_', ' ')} {value:.2g}, "
+        f"{duration(factor * took)}"
+    )
+
+
+def _advice(table: Table, each: Judged) -> str:
+    if each.knee is None:
+        return ""
+    run = table.measured[each.knee]
+    return f"  knee: {_label(each.knee)}, error {each.errors[each.knee]:.1e} in {duration(run.cpu_time)}"
+
+
+def _rungs(table: Table, each: Judged) -> list[str]:
+    """What other models of the ladder give and take."""
+    accuracy = _accuracy(each)
+    rungs = [setting for setting in each.errors if setting.knob == MODEL]
+    return [
+        f"  {setting.label}: error {'below ' if each.errors[setting] < accuracy else ''}"
+        f"{max(each.errors[setting], accuracy):.1e} in {duration(table.measured[setting].cpu_time)}"
+        for setting in rungs
+    ]
+
+
+def _of_sources(found: Analysis, part: Any) -> np.ndarray:
+    return np.array([[float(part(source)) for source in each.sources] for each in found.judged]).T
+
+
+def _accuracy(each: Judged) -> float:
+    return math.nan if each.reference is None else each.reference.accuracy
+
+
+def _source(each: Judged) -> str:
+    return "" if each.reference is None else each.reference.source
+
+
+def _step(table: Table, setting: Setting) -> float:
+    knob = next((knob for knob in table.knobs if knob.name == setting.knob), None)
+    return math.nan if knob is None or knob.step is None else knob.step(setting.value)
+
+
+def _label(setting: Setting) -> str:
+    return setting.label
+
+
+def _values(table: Table, found: Analysis, settings: list[Setting]) -> dict[str, Any]:
+    """The numbers themselves, along a dimension of all components of all observables."""
+    columns, labels, reference = [], [], []
+    for each in found.judged:
+        name = each.observable.name
+        rows = [table.measured[setting].values[name] for setting in settings]
+        count = max((len(row) for row in rows), default=1)
+        block = np.full((len(settings), count), np.nan)
+        for number, row in enumerate(rows):
+            block[number, : len(row)] = row
+        columns.append(block)
+        named = (table.measured[setting].components.get(name) for setting in settings)
+        labels += next((names for names in named if names), [name])
+        reference += [math.nan] * count if each.reference is None else list(each.reference.values)
+    told = {"long_name": "component of an observable"}
+    return {
+        "result": (("setting", "component"), np.concatenate(columns, axis=1), {
+            "long_name": "what the run gave", "comment": "SI, or code units where the scene is dimensionless"}),
+        "reference_result": ("component", reference, {"long_name": "what it is measured against"}),
+        "component": ("component", np.array(labels, dtype=object), told),
+    }  # fmt: skip

@@ -1,0 +1,251 @@
+"""A scene over its accuracy knobs: what is run, in which order, within a budget, and what is found.
+
+First the ladder of the knob that sets the resolution, from its coarsest value; then every other knob by itself around
+the base; then some settings along the balanced line, where no source of error is smaller than it need be. The cheapest
+comes first. Tests: tests/unit/test_tradeoff.py, tests/physics/test_tradeoff_orders.py.
+"""
+
+import json
+import time as clock
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from astroinertia.accuracy import budget, knobs, measuring
+from astroinertia.accuracy.exact import Exact, exact
+from astroinertia.accuracy.knobs import BALANCED, Knob, Setting
+from astroinertia.accuracy.measuring import Measured
+from astroinertia.accuracy.observables import Observable, default_names, parsed
+from astroinertia.cache import content_key
+from astroinertia.errors import SceneError
+from astroinertia.scene import load
+from astroinertia.scene.schema import Scene
+from astroinertia.sealed import write_json
+
+DEFAULT_MINUTES = 5.0
+_EXACT = "exact.json"
+_SHARE_OF_BASE = 1 / 20  # of the budget, that one run of the base may take: it is repeated for every value of a knob
+_SHARE_OF_OTHERS = 0.3  # of the main knob's error, that each other source may have on the balanced line
+
+Told = Callable[["Standing"], None]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How far a tradeoff is: settings done and in all, seconds spent of so many, and what is run now."""
+
+    done: int
+    settings: int
+    spent: float
+    budget: float
+    now: str
+
+
+@dataclass
+class Table:
+    """What a tradeoff found: settings that were run with what they gave, and those that the budget left out.
+
+    base: the setting around which single knobs are turned, the scene itself unless that is too dear. left: settings
+    that were not run, with the seconds that they would take.
+    """
+
+    scene: Scene
+    knobs: tuple[Knob, ...]
+    observables: tuple[Observable, ...]
+    base: Setting
+    exact: Exact | None
+    folder: Path
+    measured: dict[Setting, Measured] = field(default_factory=dict)
+    left: dict[Setting, float] = field(default_factory=dict)
+    interrupted: bool = False
+
+
+def carry_out(
+    scene: Scene,
+    folder: Path,
+    minutes: float = DEFAULT_MINUTES,
+    observables: Sequence[str] = (),
+    only: Sequence[str] = (),
+    told: Told | None = None,
+) -> Table:
+    """Run a scene over its knobs below `folder`, as many settings as fit into so many minutes of wall time.
+
+    only: names of knobs, all without; the first, which sets the resolution, is always among them. What was run before
+    in the folder is taken as it is and costs nothing. After Ctrl-C the table holds what is done, and says that it was
+    interrupted. SceneError for a scene without knobs, an unknown knob or observable.
+    """
+    found = knobs.knobs(scene)
+    if not found:
+        raise SceneError(f"the model {scene.model} has no accuracy knobs: its answers are closed forms.")
+    asked = tuple(parsed(name) for name in (observables or default_names(scene)))
+    chosen = _chosen(found, only)
+    study = _Study(scene, chosen, asked, folder, 60.0 * minutes, told)
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        study.run()
+    except measuring.INTERRUPTIONS:
+        study.table.interrupted = True
+    return study.table
+
+
+class _Study:
+    """One tradeoff under way."""
+
+    def __init__(
+        self, scene: Scene, found: tuple[Knob, ...], asked: tuple[Observable, ...], folder: Path, seconds: float,
+        told: Told | None,
+    ) -> None:  # fmt: skip
+        self.seconds, self.told, self.spent = seconds, told, 0.0
+        base = Setting("default", "", ())
+        self.table = Table(scene, found, asked, base, None, folder)
+        self.waiting: list[Setting] = []
+
+    def run(self) -> None:
+        table = self.table
+        table.exact = stored_exact(table.scene, table.folder)
+        main = table.knobs[0]
+        # The ladder up to the default: its cost says which base the budget allows.
+        ladder = [_alone(main, value) for value in sorted(main.values, key=main.cost)]
+        self.waiting = ladder[: 1 + ladder.index(_alone(main, main.default))]
+        self._spend(self.seconds)
+        table.base = self._affordable_base(main)
+        self.waiting = [setting for setting in (*ladder, *self._single_knobs(main)) if setting not in table.measured]
+        self._spend(self.seconds)
+        self.waiting += [setting for setting in self._balanced(main) if setting not in table.measured]
+        self._spend(self.seconds)
+        table.left = dict(zip(self.waiting, self._predictions(self.waiting), strict=True))
+
+    def _spend(self, most: float) -> None:
+        """Run what waits, the cheapest first, while it fits."""
+        while True:
+            guesses = self._predictions(self.waiting)
+            stored = [self._stored(setting) for setting in self.waiting]
+            costs = [0.0 if known else guess for known, guess in zip(stored, guesses, strict=True)]
+            setting = budget.next_setting(self.waiting, costs, most - self.spent)
+            if setting is None:
+                return
+            self.waiting.remove(setting)
+            self._measure(setting)
+
+    def _measure(self, setting: Setting) -> None:
+        table = self.table
+        if self.told is not None:
+            total = len(table.measured) + 1 + len(self.waiting)
+            self.told(Standing(len(table.measured), total, self.spent, self.seconds, setting.label))
+        try:
+            scene = measuring.scene_of(table.scene, setting, table.observables)
+        except SceneError as error:
+            # Knobs that contradict each other, such as an engine that has no individual steps.
+            table.measured[setting] = measuring.failed(str(error), table.observables)
+            return
+        place = measuring.folder_of(table.folder, scene, setting)
+        found = measuring.stored(place, table.observables)
+        if found is None:
+            begin = clock.monotonic()
+            found = measuring.measure(scene, table.observables, place)
+            self.spent += clock.monotonic() - begin
+        table.measured[setting] = found
+
+    def _stored(self, setting: Setting) -> bool:
+        table = self.table
+        try:
+            scene = measuring.scene_of(table.scene, setting, table.observables)
+        except SceneError:
+            return True
+        return measuring.stored(measuring.folder_of(table.folder, scene, setting), table.observables) is not None
+
+    def _predictions(self, settings: Sequence[Setting]) -> list[float]:
+        table, main = self.table, self.table.knobs[0]
+        by_name = {knob.name: knob for knob in table.knobs}
+        taken = {(setting.knob, setting.value): found.wall_time for setting, found in table.measured.items()}
+        at_base = table.measured.get(table.base)
+        base = float("nan") if at_base is None else at_base.wall_time
+
+        def seconds(setting: Setting) -> float:
+            if setting.knob != BALANCED:
+                return budget.predicted(setting, by_name[setting.knob], base, taken)
+            share = 1.0
+            for name, value in setting.chosen.items():
+                if name != main.name:
+                    share *= by_name[name].cost(value) / by_name[name].cost(by_name[name].default)
+            return share * budget.predicted(_alone(main, setting.chosen[main.name]), main, base, taken)
+
+        return [seconds(setting) for setting in settings]
+
+    def _affordable_base(self, main: Knob) -> Setting:
+        """The finest setting up to the default whose run takes no more than its share of the budget."""
+        run = [
+            (setting, found)
+            for setting, found in self.table.measured.items()
+            if setting.knob == main.name and not found.failure
+        ]
+        if not run:
+            return _alone(main, main.default)
+        cheap = [setting for setting, found in run if found.wall_time <= _SHARE_OF_BASE * self.seconds]
+        return max(cheap or [run[0][0]], key=lambda setting: main.cost(setting.value))
+
+    def _single_knobs(self, main: Knob) -> list[Setting]:
+        base = self.table.base
+        return [
+            Setting(knob.name, value, (*base.overrides, *knob.overrides(value)), {main.name: base.value})
+            for knob in self.table.knobs[1:]
+            for value in knob.values
+            if value != knob.default or knob.alternative
+        ]
+
+    def _balanced(self, main: Knob) -> list[Setting]:
+        """For each value of the main knob, all others as coarse as keeps them below their share of its error."""
+        from astroinertia.accuracy.analysis import analysed
+
+        found, settings = analysed(self.table), []
+        run_before = {setting.overrides for setting in self.table.measured}
+        for value in main.values:
+            error = found.main_error(value)
+            if not np.isfinite(error):
+                continue
+            overrides, turned = main.overrides(value), {}
+            for knob in self.table.knobs[1:]:
+                best = found.coarsest(knob, _SHARE_OF_OTHERS * error)
+                if best is not None and best != knob.default:
+                    overrides, turned[knob.name] = (*overrides, *knob.overrides(best)), best
+            if not turned or overrides in run_before:
+                continue
+            words = ", ".join(f"{name.replace('_', ' ')} {knobs.shown(each)}" for name, each in turned.items())
+            told = f"{main.name} {knobs.shown(value)}, {words}"
+            settings.append(Setting(BALANCED, told, overrides, {main.name: value, **turned}))
+        return settings
+
+
+def _alone(knob: Knob, value: knobs.Value) -> Setting:
+    return Setting(knob.name, value, knob.overrides(value), {knob.name: value})
+
+
+def _chosen(found: tuple[Knob, ...], only: Sequence[str]) -> tuple[Knob, ...]:
+    names = [knob.name for knob in found]
+    for name in only:
+        if name not in names:
+            raise SceneError(f"there is no knob '{name}'; this scene has {', '.join(names)}.")
+    return tuple(knob for knob in found if not only or knob.name in (*only, names[0]))
+
+
+def stored_exact(scene: Scene, folder: Path) -> Exact | None:
+    """The exact answer, kept in the folder, for some take a while to find."""
+    path, key = folder / _EXACT, content_key(scene=load.resolved_text(scene))
+    try:
+        told = json.loads(path.read_text())
+        if told["scene"] == key:
+            if told["values"] is None:
+                return None
+            values = {name: np.array(value) for name, value in told["values"].items()}
+            return Exact(values, told["source"], told["accuracy"])
+    except (OSError, ValueError, KeyError):
+        pass
+    found = exact(scene)
+    if found is None:
+        write_json(path, {"scene": key, "values": None})
+    else:
+        values = {name: np.asarray(value).tolist() for name, value in found.values.items()}
+        write_json(path, {**asdict(found), "scene": key, "values": values})
+    return found

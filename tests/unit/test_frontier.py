@@ -1,0 +1,36 @@
+"""Which settings are worth their cost."""
+
+import numpy as np
+import pytest
+
+from astroinertia.accuracy.frontier import cost_of_a_digit, knee, pareto, step_of_a_digit
+
+
+def test_the_front_holds_what_nothing_else_beats():
+    cost = np.array([1.0, 2.0, 2.0, 3.0, 4.0, np.nan, 0.5])
+    error = np.array([1e-1, 1e-2, 2e-2, 1e-2, 1e-3, 1e-9, np.nan])
+    assert pareto(cost, error).tolist() == [True, True, False, False, True, False, False]
+
+
+def test_the_front_is_that_of_a_direct_search():
+    rng = np.random.default_rng(3)
+    cost, error = rng.uniform(size=(2, 200))
+    beaten = [
+        bool(np.any((cost <= c) & (error <= e) & ((cost < c) | (error < e)))) for c, e in zip(cost, error, strict=True)
+    ]
+    assert pareto(cost, error).tolist() == [not each for each in beaten]
+
+
+def test_the_knee_is_where_more_cost_stops_to_pay():
+    cost = np.array([1.0, 2.0, 4.0, 40.0, 400.0])
+    error = np.array([1e-1, 1e-3, 1e-5, 5e-6, 4e-6])
+    assert knee(cost, error) == 2
+    assert knee(cost[:2], error[:2]) is None
+    assert knee(np.array([1.0, 10.0, 100.0]), np.array([1.0, 0.9, 0.01])) is None  # bulges outwards
+
+
+def test_a_digit_costs_what_the_orders_say():
+    """SPH: error ~ N^(-2/3) and cost ~ N^(4/3), with step N^(-1/3): a digit costs a hundred times."""
+    assert cost_of_a_digit(2.0, 4.0) == pytest.approx(100.0)
+    assert step_of_a_digit(2.0) ** -3 == pytest.approx(10**1.5)
+    assert cost_of_a_digit(-1.0, 4.0) == np.inf

@@ -1,0 +1,72 @@
+"""Named numbers of a dataset, and frequencies of its series."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from astroinertia.accuracy.observables import components, frequency, parsed, relative_error, value
+from astroinertia.errors import NumericalError, SceneError
+
+TIMES = np.linspace(0.0, 20.0, 161)
+TENSOR = np.arange(9.0).reshape(3, 3) + TIMES[:, None, None]
+RINGING = 2.0 + 0.03 * TIMES + 0.1 * np.cos(1.7 * TIMES + 0.3)
+
+
+@pytest.fixture
+def dataset():
+    axes = {"i": list("xyz"), "j": list("xyz")}
+    tensor = (("time", "i", "j"), TENSOR)
+    missing = ("time", np.full(len(TIMES), np.nan), {"reason": "the scene lists no gravity"})
+    return xr.Dataset(
+        {"inertia_tensor": tensor, "flattening": ("time", RINGING), "gravitational_energy": missing},
+        coords={"time": TIMES, **axes},
+    )
+
+
+def test_labels_choose_a_number_at_the_end(dataset):
+    assert value(dataset, parsed("inertia_tensor y z")).tolist() == [25.0]
+    assert value(dataset, parsed(" flattening ")) == pytest.approx(RINGING[-1:])
+
+
+def test_fewer_labels_give_all_components_in_the_order_of_their_names(dataset):
+    row = parsed("inertia_tensor z")
+    assert value(dataset, row).tolist() == [26.0, 27.0, 28.0]
+    assert components(dataset, row)[1].split()[:2] == ["inertia_tensor", "z"]
+    assert len(components(dataset, parsed("inertia_tensor"))) == 9
+
+
+def test_a_frequency_is_found_beside_a_drift(dataset):
+    assert value(dataset, parsed("frequency of flattening")) == pytest.approx([1.7], rel=1e-7)
+    noisy = RINGING + 0.01 * np.random.default_rng(0).normal(size=len(TIMES))
+    assert frequency(TIMES, noisy) == pytest.approx(1.7, rel=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("", "inertia_tensor z z"),
+        ("nonsense", "no series"),
+        ("angular_velocty", "did you mean angular_velocity"),
+        ("angular_velocity", "not in the dataset"),
+        ("flattening x", "more labels"),
+        ("inertia_tensor w z", "one of x, y, z"),
+        ("frequency of inertia_tensor z", "add labels"),
+    ],
+)
+def test_what_there_is_not_gets_a_sentence(dataset, name, words):
+    with pytest.raises(SceneError, match=words):
+        value(dataset, parsed(name))
+
+
+def test_a_quantity_that_the_run_lacks_says_why(dataset):
+    with pytest.raises(NumericalError, match="lists no gravity"):
+        value(dataset, parsed("gravitational_energy"))
+    with pytest.raises(NumericalError, match="at least"):
+        frequency(TIMES[:5], RINGING[:5])
+
+
+def test_the_error_of_a_direction_is_an_angle():
+    angle = 1e-4
+    turned = np.array([np.sin(angle), 0.0, np.cos(angle)])
+    assert relative_error(turned, np.array([0.0, 0.0, 1.0])) == pytest.approx(angle, rel=1e-8)
+    assert np.isnan(relative_error(np.ones(1), np.zeros(1)))

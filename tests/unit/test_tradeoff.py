@@ -1,0 +1,239 @@
+"""What a tradeoff runs and finds, with runs in place of which a formula stands: errors whose sources are known."""
+
+import json
+
+import numpy as np
+import pytest
+
+from astroinertia.accuracy import measuring, table
+from astroinertia.accuracy.analysis import analysed
+from astroinertia.accuracy.measuring import Measured
+from astroinertia.accuracy.tradeoff import carry_out
+from astroinertia.cli import main
+from astroinertia.errors import NumericalError, SceneError
+from astroinertia.plots.tradeoff import tradeoff_figure
+from astroinertia.scene import load
+
+SCENE = """
+name = "formula"
+units = "code"
+[body]
+kind = "dyson"
+gamma = 1.6666666666666667
+particles = 2000
+mass = 1.0
+radius = 1.0
+relax = false
+entropy = 0.46
+[body.rotation]
+rate = 0.5
+[equation_of_state]
+kind = "ideal"
+[effects.pressure]
+[effects.viscosity]
+[time]
+end = 1.0
+"""
+KNOBS = ("timestep_factor", "smoothing_tolerance", "precision")
+
+
+class Formula:
+    """I_zz = I (1 + 3 N^(-2/3) + t f^2 + e), of which the exact scene has I: the sources of error are known."""
+
+    def __init__(self, exact, timestep=1e-4):
+        self.exact, self.timestep, self.runs, self.stop_after, self.fails = exact, timestep, [], None, ""
+
+    def __call__(self, scene, observables, folder, listener):
+        if self.stop_after is not None and len(self.runs) >= self.stop_after:
+            raise KeyboardInterrupt
+        self.runs.append(folder.name)
+        if self.fails and folder.name.startswith(self.fails):
+            raise NumericalError("the state is no longer finite", "pressure", 0.5, 7)
+        count, factor = scene.particles, scene.numerics.courant / 0.3
+        rounding = 1e-6 if scene.numerics.precision == "mixed" else 0.0
+        error = 3.0 * count ** (-2 / 3) + self.timestep * factor**2 + rounding
+        seconds = 1e-5 * count ** (4 / 3) / factor
+        values = {each.name: (self.exact.values[each.variable][2:3, 2] * (1 + error)).tolist() for each in observables}
+        names = {each.name: [each.name] for each in observables}
+        return Measured(values, names, seconds, seconds, seconds, 0.0, 1e8, 10)
+
+
+@pytest.fixture
+def formula(monkeypatch):
+    from astroinertia.accuracy.exact import exact
+
+    answer = exact(load.loads(SCENE.replace("[effects.viscosity]", "")))
+    found = Formula(answer)
+    monkeypatch.setattr(measuring, "_measured", found)
+    return found
+
+
+def study(folder, minutes=60.0, only=KNOBS, text=SCENE):
+    return carry_out(load.loads(text), folder, minutes, ["inertia_tensor z z"], only)
+
+
+def sources(found):
+    (judged,) = analysed(found).judged
+    return judged, {source.knob.name: source for source in judged.sources}
+
+
+def test_sources_of_error_are_told_apart_with_their_orders(formula, tmp_path):
+    judged, found = sources(study(tmp_path))
+    assert "DOP853" in judged.reference.source
+    particles, timestep = found["particles"], found["timestep_factor"]
+    assert particles.law.order == pytest.approx(2.0, abs=0.1)
+    assert particles.error == pytest.approx(3.0 * 2000 ** (-2 / 3) + 1e-4, rel=1e-3)
+    # A source a hundred and seventy times smaller, seen only in differences.
+    assert timestep.law.order == pytest.approx(2.0, abs=1e-3)
+    assert timestep.error == pytest.approx(1e-4, rel=1e-3)
+    assert found["precision"].error == pytest.approx(1e-6, rel=0.05)
+    assert found["smoothing_tolerance"].error < 1e-12
+    assert judged.limiting.knob.name == "particles"
+    assert particles.cost_order == pytest.approx(4.0, abs=1e-6)
+
+
+def test_another_source_limits_where_it_is_the_larger(formula, tmp_path):
+    formula.timestep = 0.2
+    judged, found = sources(study(tmp_path))
+    assert judged.limiting.knob.name == "timestep_factor"
+    assert found["timestep_factor"].error == pytest.approx(0.2, rel=1e-2)
+    assert found["particles"].law.order == pytest.approx(2.0, abs=0.05)  # from differences, for errors do not show it
+
+
+def test_balanced_settings_are_cheaper_than_the_ladder_at_the_same_error(formula, tmp_path):
+    found = study(tmp_path)
+    judged, _ = sources(found)
+    together = [setting for setting in found.measured if setting.knob == "balanced"]
+    assert together and any(setting in judged.front for setting in together)
+    alone = {setting.chosen["particles"]: found.measured[setting] for setting in found.measured
+             if setting.knob == "particles"}  # fmt: skip
+    for setting in together:
+        same = alone[setting.chosen["particles"]]
+        assert found.measured[setting].cpu_time < 0.6 * same.cpu_time
+
+
+def test_words_name_whose_error_it_is_and_the_price_of_a_digit(formula, tmp_path):
+    told = "\n".join(table.conclusions(study(tmp_path)))
+    assert "limited by the particles" in told
+    assert "(theory 2)" in told
+    assert "the next digit costs" in told
+    factor = float(told.split("the next digit costs ")[1].split(" times")[0])
+    assert factor == pytest.approx(100.0, rel=0.25)
+
+
+def test_what_was_run_is_not_run_again(formula, tmp_path):
+    first = study(tmp_path)
+    count = len(formula.runs)
+    again = study(tmp_path)
+    assert len(formula.runs) == count
+    assert {s: m.values for s, m in again.measured.items()} == {s: m.values for s, m in first.measured.items()}
+    study(tmp_path, text=SCENE.replace("end = 1.0", "end = 0.9"))
+    assert len(formula.runs) == 2 * count  # another scene in the same folder is another matter
+
+
+def test_an_interruption_keeps_what_is_done_and_goes_on(formula, tmp_path):
+    formula.stop_after = 4
+    stopped = study(tmp_path)
+    assert stopped.interrupted and len(stopped.measured) == 4
+    assert table.write(stopped).exists()
+    formula.stop_after = None
+    whole = study(tmp_path)
+    assert not whole.interrupted
+    assert len(formula.runs) == len(set(formula.runs)) == len(whole.measured)
+
+
+def test_a_budget_leaves_out_what_does_not_fit_and_says_so(formula, monkeypatch, tmp_path):
+    from astroinertia.accuracy import tradeoff
+
+    now = [0.0]
+    monkeypatch.setattr(tradeoff.clock, "monotonic", lambda: now[0])
+    inner = measuring.measure
+
+    def measure(*arguments):
+        found = inner(*arguments)
+        now[0] += found.wall_time
+        return found
+
+    monkeypatch.setattr(measuring, "measure", measure)
+    whole = 1e-5 * 2000 ** (4 / 3)
+    found = study(tmp_path, minutes=4.0 * whole / 60.0)
+    assert now[0] < 4.0 * whole
+    assert found.left
+    assert found.base.value < 2000.0  # single knobs are turned where the budget allows it
+    assert f"{len(found.left)} settings did not fit into the budget" in table.conclusions(found)[-1]
+
+
+def test_a_failed_run_is_a_result_with_its_sentence(formula, tmp_path):
+    formula.fails = "timestep_factor_2-"
+    found = study(tmp_path)
+    (failed,) = (setting for setting in found.measured if found.measured[setting].failure)
+    assert failed.label == "timestep factor 2"
+    assert any("no longer finite" in line and "particle 7" in line for line in table.conclusions(found))
+    data = table.read(table.write(found))
+    assert np.isnan(data["error"].sel(setting="timestep factor 2")).all()
+
+
+def test_the_file_explains_itself_and_is_drawn(formula, tmp_path):
+    found = study(tmp_path)
+    data = table.read(table.write(found))
+    assert data.sizes["setting"] == len(found.measured)
+    assert data["order"].sel(knob="timestep_factor").item() == pytest.approx(2.0, abs=1e-3)
+    for name, variable in data.data_vars.items():
+        assert variable.attrs["long_name"], name
+        assert variable.dtype.kind in "OU" or "units" in variable.attrs or name in ("result", "reference_result"), name
+    assert data["pareto"].sum() > 2
+    assert load.loads(data.attrs["scene"]).particles == 2000
+    assert "machine" in data.attrs and json.loads(data.attrs["left_out"]) == {}
+    front = data["pareto"].values[:, 0].astype(bool)
+    (panel,) = tradeoff_figure(data).axes
+    drawn = [line.get_xydata() for line in panel.get_lines() if len(line.get_xydata()) == front.sum()]
+    assert any(np.allclose(np.sort(xy[:, 0]), np.sort(data["cpu_time"].values[front])) for xy in drawn)
+
+
+def test_without_an_exact_answer_the_finest_runs_are_extrapolated(formula, tmp_path):
+    text = SCENE.replace("entropy = 0.46", "specific_internal_energy = 0.4")  # not isentropic: no exact solution
+    judged, found = sources(study(tmp_path, text=text))
+    assert "Richardson" in judged.reference.source
+    wanted = formula.exact.values["inertia_tensor"][2, 2] * (1 + 1e-4)  # what no number of particles takes away
+    assert judged.reference.values[0] == pytest.approx(wanted, rel=1e-5)
+    assert found["particles"].law.order == pytest.approx(2.0, abs=0.1)
+
+
+def test_what_there_is_not_gets_a_sentence(formula, tmp_path):
+    with pytest.raises(SceneError, match="no knob 'nonsense'"):
+        study(tmp_path, only=["nonsense"])
+    laws = "model='scaling'"
+    with pytest.raises(SceneError, match="no accuracy knobs"):
+        carry_out(load.loads(SCENE.replace("[effects.viscosity]", ""), [laws]), tmp_path, only=())
+
+
+def command(folder, *more):
+    (folder / "scene.toml").write_text(SCENE)
+    knobs = [part for name in KNOBS for part in ("--knob", name)]
+    told = ["--observable", "inertia_tensor z z", "--output", str(folder / "out")]
+    return main(["tradeoff", str(folder / "scene.toml"), *knobs, *told, *more])
+
+
+def test_the_command_prints_what_is_worth_its_cost_and_draws_it(formula, tmp_path, capsys):
+    assert command(tmp_path) == 0
+    told = capsys.readouterr().out
+    assert "worth its cost" in told and "<- base" in told
+    assert "the next digit costs" in told
+    assert (tmp_path / "out" / "tradeoff.png").stat().st_size > 10000
+    assert (tmp_path / "out" / "tradeoff.nc").exists()
+
+
+def test_the_command_goes_on_after_an_interruption(formula, tmp_path, capsys):
+    formula.stop_after = 3
+    assert command(tmp_path) == 130
+    assert "go on with the same command" in capsys.readouterr().err
+    assert table.read(tmp_path / "out").attrs["interrupted"] == 1
+    formula.stop_after = None
+    assert command(tmp_path) == 0
+    assert table.read(tmp_path / "out").attrs["interrupted"] == 0
+
+
+@pytest.mark.parametrize("more", [("--minutes", "0"), ("--knob", "nonsense"), ("--observable", "nonsense")])
+def test_the_command_says_in_a_sentence_what_is_wrong(formula, tmp_path, capsys, more):
+    assert command(tmp_path, *more) == 2
+    assert capsys.readouterr().err.count("\n") == 1
