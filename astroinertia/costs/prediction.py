@@ -1,0 +1,168 @@
+"""What a run will take before it is run: wall time with its parts, steps, memory and the size of its files.
+
+Tests: tests/unit/test_costs.py; measured against runs in tests/benchmarks/results/predictions.md.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from astroinertia.costs import course, experience, piloted, smooth
+from astroinertia.costs.evaluations import Counts, evaluation, run_of_steps, settling_steps
+from astroinertia.costs.machine import Machine, Seconds, total
+from astroinertia.scene.plan import cadence, records
+from astroinertia.scene.schema import Scene
+
+NUMBER = 8  # bytes
+ARRAYS_OF_A_SNAPSHOT = 12  # numbers a particle
+ARRAYS_OF_A_STATE = 60  # numbers a particle of a checkpoint, and for each effect
+ARRAYS_OF_AN_EFFECT = 14
+NUMBERS_OF_A_RECORD = 330  # and for each effect
+RECORD_OF_AN_EFFECT = 30
+DERIVED = 1.6  # numbers of the dataset over those recorded
+COMPRESSED = 0.75  # a snapshot in the final file
+PREPARATION = ("start-up", "compiling", "placing", "settling")
+HEADER = 4e5  # bytes of the final file without any record, and of the attributes
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a run takes.
+
+    parts: {what: Seconds} of which the run time is the sum; steps: how many, and `steps_by` what says so; memory: the
+    most bytes of the process; files: bytes of the run's folder. warnings: what is not known.
+    """
+
+    parts: dict[str, Seconds]
+    steps: float
+    steps_by: str
+    memory: float
+    files: float
+    calibrated: bool
+
+    @property
+    def time(self) -> Seconds:
+        """Of the whole run."""
+        return total(self.parts.values())
+
+    @property
+    def evolution(self) -> Seconds:
+        """Of what comes after the preparation: steps, records and writing."""
+        return total(each for name, each in self.parts.items() if name not in PREPARATION)
+
+    @property
+    def wall_time(self) -> float:
+        """Of the whole run, in seconds, on a machine that does nothing else."""
+        return self.time.wall
+
+
+def predict(scene: Scene, machine: Machine) -> Prediction | None:
+    """What a scene will take on a machine; None where its number of particles or of steps is not known beforehand.
+
+    Imports neither an engine nor an effect. A pilot that was run before (costs.pilot) says the steps of particles;
+    without one they are estimated.
+    """
+    if scene.model != "sph":
+        return _without_particles(scene, machine)
+    particles = scene.particles
+    if particles is None or scene.numerics.engine != "numba_cpu":
+        return None
+    counts = counted(scene)
+    if counts is None:
+        return None
+    prices = machine.seconds
+    parts = {"start-up": prices["start"] + prices["prepare.sph"]}
+    if not experience.compiled(scene):
+        parts["compiling"] = prices["compile.sph"]
+    if not experience.placed(scene):
+        parts |= _placing(scene, particles, machine)
+    steps = run_of_steps(scene, particles, counts, machine)
+    written = _records(scene, counts.steps)
+    again = total(evaluation(scene, particles, machine).values())  # forces once more, for their virials
+    one = prices["record"] + particles * prices["record.particle"] + 0.6 * again
+    size = files(scene, written, particles)
+    parts |= {f"steps: {name}": each for name, each in steps.items()}
+    parts |= {"records": written * one, "writing": _writing(scene, size, total(parts.values()).wall, machine)}
+    memory = machine.memory["sph"] + particles * machine.memory[f"particle.{scene.numerics.precision}"]
+    return Prediction(parts, counts.steps, counts.by, memory, size, machine.calibrated)
+
+
+def counted(scene: Scene) -> Counts | None:
+    """How many steps particles take: by a pilot where one was run, or else estimated; None where neither is known."""
+    assert scene.particles is not None
+    most = scene.time.max_steps or math.inf
+    pilot = piloted.kept(scene)
+    if pilot is not None:
+        return pilot.counts(scene.particles).at_most(most)
+    found = course.steps(scene)
+    if found is None:
+        return None
+    return Counts(found, found, found, "an estimate").at_most(most)
+
+
+def _without_particles(scene: Scene, machine: Machine) -> Prediction:
+    prices = machine.seconds
+    written = records(scene.time.end, cadence(scene).series_every or scene.time.end)
+    parts = {"start-up": prices["start"]}
+    steps = 0.0
+    if scene.model != "scaling":
+        parts["compiling"] = prices[f"prepare.{scene.model}"]
+        steps, price = smooth.steps(scene, written)
+        parts["steps"] = steps * prices[price]
+    size = files(scene, written, 0)
+    parts |= {"records": written * prices[f"record.{scene.model}"]}
+    parts |= {"writing": _writing(scene, size, total(parts.values()).wall, machine)}
+    return Prediction(parts, steps, "an estimate", machine.memory[scene.model], size, machine.calibrated)
+
+
+def _placing(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:
+    parts = {}
+    bodies: Any = [each.body for each in scene.alone()]
+    if any(body.placement == "glass" and body.kind != "standard" for body in bodies):
+        parts["placing"] = particles * machine.seconds["place.particle"]
+    settling = [each for each in scene.alone() if settles(each)]
+    if settling:
+        each = [settling_steps(one.body.particles) * total(_still(one, machine).values()) for one in settling]
+        parts["settling"] = total(each)
+    return parts
+
+
+def settles(scene: Scene) -> bool:
+    """Whether a body is settled to equilibrium before it starts."""
+    body: Any = scene.body
+    asked = body.relax and {"gravity", "pressure"} <= set(scene.effects)
+    return bool(asked) and (body.kind in ("rotating_star", "layered") or (body.kind == "polytrope" and body.index > 0))
+
+
+def _still(scene: Scene, machine: Machine) -> dict[str, Seconds]:
+    # Bodies settle under gravity and pressure alone, in 64 bits.
+    numerics = scene.numerics.model_copy(update={"precision": "float64"})
+    effects = {kind: scene.effects[kind] for kind in ("gravity", "pressure")}
+    body: Any = scene.body
+    return evaluation(scene.model_copy(update={"numerics": numerics, "effects": effects}), body.particles, machine)
+
+
+def _records(scene: Scene, steps: float) -> float:
+    """How many records a run of particles leaves: no more than it takes steps."""
+    when = cadence(scene)
+    if when.series_every is None:
+        return 1.0 + steps / (when.series_steps or 1)
+    asked = float(records(scene.time.end, when.series_every))
+    return asked if scene.output.align else min(asked, steps + 1.0)
+
+
+def files(scene: Scene, written: float, particles: int) -> float:
+    """Bytes of a run's folder: the records and snapshots as they are sealed and in the final file, a checkpoint."""
+    effects = len(scene.effects)
+    series = written * NUMBER * (NUMBERS_OF_A_RECORD + RECORD_OF_AN_EFFECT * effects)
+    snapshots = 0.0
+    if particles:
+        count = records(scene.time.end, cadence(scene).snapshot_every)
+        snapshots = min(count, written) * particles * NUMBER * ARRAYS_OF_A_SNAPSHOT
+    state = particles * NUMBER * (ARRAYS_OF_A_STATE + ARRAYS_OF_AN_EFFECT * effects)
+    return HEADER + series * (1.0 + COMPRESSED * DERIVED) + snapshots * (1.0 + COMPRESSED) + state
+
+
+def _writing(scene: Scene, size: float, before: float, machine: Machine) -> Seconds:
+    pauses = 2.0 + before / max(scene.output.checkpoint_seconds, 1.0)
+    return pauses * machine.seconds["write"] + size * machine.seconds["write.byte"]

@@ -1,0 +1,343 @@
+"""What `calibrate` times, in an interpreter of its own: python -m astroinertia.costs.probes KIND LAUNCHED.
+
+KIND is sph, ellipsoid or rigid, LAUNCHED the time at which it was started. It writes one line of JSON:
+{"seconds": {price: [wall, processor]}, "memory": bytes, "prepared": [wall, processor] since it was started}.
+"""
+
+import json
+import statistics
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+
+from astroinertia import dataset
+from astroinertia.archive import Archive
+from astroinertia.build import metadata, prepare, told_by
+from astroinertia.costs.machine import PRECISIONS, Seconds, peak_memory
+from astroinertia.scene import load
+from astroinertia.sph import initial, profiles
+
+FEW, MANY = 400, 5000  # particles: what a pass takes however few there are, and what each of them adds
+WARM, STEPS = 3, 8  # steps before, and steps that are timed
+EVALUATIONS = 3e4  # of particles, at least, in base steps of individual ones
+GLASS = 2000
+CLOUD = """
+name = "cloud"
+units = "code"
+[body]
+kind = "power_law"
+exponent = 1.0
+mass = 1.0
+radius = 1.0
+placement = "random"
+relax = false
+specific_internal_energy = 0.05
+[equation_of_state]
+kind = "ideal"
+gamma = 1.6666666666666667
+[effects.gravity]
+[effects.pressure]
+[effects.viscosity]
+[time]
+end = 2.0
+"""
+ELLIPSOID = """
+name = "spheroid"
+model = "ellipsoid"
+units = "code"
+[body]
+kind = "uniform"
+mass = 1.0
+radius = 1.0
+axes = [1.0, 1.0, 0.8]
+[body.rotation]
+rate = 0.3
+[equation_of_state]
+kind = "incompressible"
+[effects.gravity]
+[effects.pressure]
+[time]
+end = 1e3
+"""
+RIGID = """
+name = "top"
+model = "rigid"
+units = "code"
+[body]
+kind = "rigid"
+mass = 1.0
+moments = [1.0, 2.0, 2.5]
+[body.rotation]
+rate = 1.0
+axis = [0.1, 1.0, 0.1]
+[effects]
+[time]
+end = 1e4
+"""
+Pairs = dict[str, Seconds]
+
+
+class Stopwatch:
+    """Sums up the times of parts by their names."""
+
+    def __init__(self) -> None:
+        self.found: dict[str, Seconds] = defaultdict(Seconds)
+
+    def timed(self, name: str, action: Callable[[], Any]) -> Any:
+        """What the action returns."""
+        begin = now()
+        result = action()
+        self.found[name] += since(begin)
+        return result
+
+
+class Watched:
+    """Something whose methods are timed: {method: what the part is called, given its arguments}."""
+
+    def __init__(self, inner: Any, watch: Stopwatch, methods: Mapping[str, Callable[..., str]]) -> None:
+        self._inner, self._watch, self._methods = inner, watch, methods
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(self._inner, name)
+        if name not in self._methods:
+            return found
+        part = self._methods[name]
+        return lambda *given, **named: self._watch.timed(part(*given), lambda: found(*given, **named))
+
+
+def now() -> tuple[float, float]:
+    """The clock on the wall and that of the processor."""
+    return time.perf_counter(), time.process_time()
+
+
+def since(begin: tuple[float, float]) -> Seconds:
+    """What has passed on both since `now`."""
+    wall, processor = now()
+    return Seconds(wall - begin[0], processor - begin[1])
+
+
+def cloud(particles: int, **settings: str) -> Any:
+    """Evrard's cloud at time 0, under way; settings by their keys with __ for dots."""
+    given = [f"{key.replace('__', '.')}={value}" for key, value in settings.items()]
+    return prepare(load.loads(CLOUD, [f"body.particles={particles}", *given])).evolution
+
+
+def steps_of(body: Any, count: int) -> Pairs:
+    """What each part of one step takes, the median of so many; "rest" is what no pass over pairs does."""
+    watch = Stopwatch()
+    direct = body.problem.effects[0].method == "direct"
+
+    def sums(_: Any, __: Any, terms: Any, *___: Any) -> str:
+        return "forces" if any(term.effect == "pressure" for term in terms) else "gradients"
+
+    parts = {"density": lambda *_: "density", "listed": lambda *_: "density", "neighbour_sums": sums}
+    effects = body.problem.effects
+    if direct:
+        parts["all_pair_sums"] = lambda *_: "direct"
+    else:
+        effects = (Watched(effects[0], watch, {"own_sums": lambda *_: "multipole"}), *effects[1:])
+    plain = body.problem
+    body.problem = replace(plain, engine=Watched(plain.engine, watch, parts), effects=effects)
+    found = []
+    for _ in range(count):
+        watch.found.clear()
+        watch.timed("step", lambda: body.advance(body.end))
+        step = watch.found["step"]
+        passes = {name: each for name, each in watch.found.items() if name != "step"}
+        wall, processor = (step.wall - sum(p.wall for p in passes.values()),
+                           step.processor - sum(p.processor for p in passes.values()))  # fmt: skip
+        found.append({**passes, "rest": Seconds(wall, processor)})
+    body.problem = plain
+    return {name: middle([step[name] for step in found]) for name in found[0]}
+
+
+def middle(times: list[Seconds]) -> Seconds:
+    """The median by the wall, which other work delays now and then, and the mean by the processor."""
+    return Seconds(statistics.median(each.wall for each in times), statistics.fmean(each.processor for each in times))
+
+
+def line(few: Seconds, many: Seconds, power: int = 1) -> tuple[Seconds, Seconds]:
+    """What FEW and MANY particles take as (fixed, a particle or, with power 2, a pair)."""
+
+    def each(a: float, b: float) -> tuple[float, float]:
+        slope = max(0.0, (b - a) / (MANY**power - FEW**power))
+        return max(0.0, a - slope * FEW**power), slope
+
+    (fixed, slope), (fixed_cpu, slope_cpu) = each(few.wall, many.wall), each(few.processor, many.processor)
+    return Seconds(fixed, fixed_cpu), Seconds(slope, slope_cpu)
+
+
+def particle_prices() -> Pairs:
+    """Prices of passes, records, individual steps and placing."""
+    prices: Pairs = {}
+    fixed: dict[str, list[Seconds]] = defaultdict(list)
+    rests = []
+    for precision in PRECISIONS:
+        for method in ("direct", "multipole"):
+            found = []
+            for particles in (FEW, MANY):
+                body = cloud(particles, numerics__precision=precision, effects__gravity__method=method)
+                for _ in range(WARM):
+                    body.advance(body.end)
+                found.append(steps_of(body, STEPS))
+                if (precision, method) == ("mixed", "multipole"):
+                    found[-1]["record"] = _record(body, found[-1])
+            for name in found[0]:
+                start, slope = line(found[0][name], found[1][name], 2 if name == "direct" else 1)
+                if name == "rest":
+                    rests.append((start, slope))
+                elif name == "record":
+                    prices["record"], prices["record.particle"] = start, slope
+                elif name not in ("density", "gradients", "forces") or method == "multipole":
+                    fixed[name].append(start)
+                    prices[f"{precision}.{name}"] = slope
+    prices |= {f"fixed.{name}": middle(each) for name, each in fixed.items()}
+    prices["fixed.rest"] = middle([start for start, _ in rests])
+    prices["rest"] = middle([slope for _, slope in rests])
+    prices |= _individual(prices)
+    begin = now()
+    initial.glass(profiles.uniform(), GLASS, 1)
+    return prices | {"place.particle": since(begin) * (1.0 / GLASS)}
+
+
+def _record(body: Any, step: Pairs) -> Seconds:
+    """A record, less the forces that it sums once more for their virials."""
+    body.record(0.0)
+    times = []
+    for _ in range(3):
+        begin = now()
+        body.record(0.0)
+        times.append(since(begin))
+    taken = middle(times)
+    again = step["forces"] + step["multipole"]
+    return Seconds(max(0.0, taken.wall - again.wall), max(0.0, taken.processor - again.processor))
+
+
+def _individual(prices: Pairs) -> Pairs:
+    """Of the ends of intervals within base steps, and what a particle takes there beside its passes."""
+    passes = [prices[f"mixed.{name}"] for name in ("density", "gradients", "forces", "multipole")]
+    rows = []
+    for particles in (FEW, MANY):
+        body = cloud(particles, numerics__precision="mixed", numerics__timesteps="individual",
+                     effects__gravity__method="multipole")  # fmt: skip
+        told, plain = [], body.base_step
+        body.base_step = lambda *given, plain=plain, told=told: _counted(plain(*given), told)
+        body.advance(body.end)
+        told.clear()
+        begin = now()
+        while sum(each.evaluations for each in told) < min(EVALUATIONS, 20 * particles):
+            body.advance(body.end)
+        taken = since(begin)
+        evaluations, ends = (sum(getattr(each, name) for each in told) for name in ("evaluations", "ends"))
+        rest = [taken.wall - evaluations * sum(each.wall for each in passes),
+                taken.processor - evaluations * sum(each.processor for each in passes)]  # fmt: skip
+        rows.append((ends, evaluations, rest))
+    matrix = np.array([[ends, evaluations] for ends, evaluations, _ in rows], dtype=float)
+    found = np.linalg.solve(matrix, np.array([rest for _, _, rest in rows]))
+    # A particle in a nested set may take less than its share of a plain pass over all of them.
+    end = np.maximum(found[0], 0.0)
+    particle = np.maximum(found[1], 0.0)
+    return {"individual.end": Seconds(*map(float, end)), "individual.particle": Seconds(*map(float, particle))}
+
+
+def _counted(result: Any, told: list[Any]) -> Any:
+    told.append(result[2])
+    return result
+
+
+def written(scene: Any, body: Any) -> Pairs:
+    """A checkpoint, the fixed part of it, and a byte of the segments and the final file."""
+    with tempfile.TemporaryDirectory() as folder, Archive.create(folder, metadata(scene) | told_by(body)) as archive:
+        record = {**body.record(0.0), "wall_time": 0.0}
+        archive.write_segment([record])
+        begin = now()
+        archive.write_checkpoint({}, {})
+        archive.write_segment([record])
+        fixed = since(begin)
+        snapshot = {"time": 0.0, **{name: np.random.default_rng(1).normal(size=200_000) for name in "abcde"}}
+        begin = now()
+        archive.write_segment([record], [snapshot])
+        dataset.finish(archive)
+        taken = since(begin)
+        size = sum(path.stat().st_size for path in Path(folder).iterdir())
+    return {"write": fixed, "write.byte": taken * (1.0 / size)}
+
+
+def sph() -> Pairs:
+    """All prices of particles."""
+    return particle_prices() | written(*_first("sph"))
+
+
+def ellipsoid() -> Pairs:
+    """A step of the affine body, and a record."""
+    body = prepare(load.loads(ELLIPSOID)).evolution
+    body.advance(1.0)
+    body.record(0.0)
+    return {"step.ellipsoid": _stepped(body, 100.0), "record.ellipsoid": _recorded(body, 110.0)}
+
+
+def rigid() -> Pairs:
+    """A step of the splitting, one of the adaptive integrator, and a record."""
+    found = {}
+    for integrator, name, until in (("splitting", "step.rigid", 3e3), ("adaptive", "attempt.rigid", 300.0)):
+        body = prepare(load.loads(RIGID, [f'numerics.integrator="{integrator}"'])).evolution
+        body.advance(1.0)
+        body.record(0.0)
+        found[name] = _stepped(body, until)
+        found["record.rigid"] = _recorded(body, 1.1 * until)
+    return found
+
+
+def _stepped(body: Any, until: float) -> Seconds:
+    """Of one step on the way."""
+    before, begin = body.steps, now()
+    body.advance(until)
+    return since(begin) * (1.0 / (body.steps - before))
+
+
+def _recorded(body: Any, until: float, count: int = 10) -> Seconds:
+    """Of one record of many, and of coming to it: in no time at all."""
+    times = []
+    for number in range(count):
+        begin = now()
+        body.advance(until * (1.0 + 1e-9 * (number + 1)))
+        body.record(0.0)
+        times.append(since(begin))
+    return middle(times)
+
+
+PROBES = {"sph": sph, "ellipsoid": ellipsoid, "rigid": rigid}
+TEXTS = {"sph": CLOUD, "ellipsoid": ELLIPSOID, "rigid": RIGID}
+
+
+def _first(kind: str) -> tuple[Any, Any]:
+    """A scene of the kind that does next to nothing, and its body after a step and a record."""
+    scene = load.loads(TEXTS[kind], ["body.particles=64"] if kind == "sph" else [])
+    body = prepare(scene).evolution
+    body.advance(1e-3)
+    body.record(0.0)
+    return scene, body
+
+
+def main(kind: str, launched: str) -> None:
+    """Carry out one probe and tell."""
+    with jax.enable_x64(True):
+        written(*_first(kind))  # as a run does, so that memory is that of one
+        prepared = Seconds(time.time() - float(launched), time.process_time())
+        memory = peak_memory()
+        seconds = PROBES[kind]()
+    told = {name: [each.wall, each.processor] for name, each in seconds.items()}
+    content = {"seconds": told, "memory": memory, "prepared": [prepared.wall, prepared.processor]}
+    sys.stdout.write(json.dumps(content) + "\n")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,82 @@
+"""How many steps the models without particles take: by how fast their bodies turn and fall."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from astroinertia.scene.plan import code_units
+from astroinertia.scene.schema import Scene
+
+# Radians of the fastest motion in a step of order 8(7), over tolerance^(1/8): as measured (tests/unit/test_costs.py).
+REACH = {"ellipsoid": 16.0, "rigid": 16.0}
+
+
+def steps(scene: Scene, written: int) -> tuple[float, str]:
+    """Steps of an ellipsoid or a rigid body that is recorded so many times, and the name of their price."""
+    units = code_units(scene)
+    end = float(units.to_code(scene.time.end, "time"))
+    interval = end / max(1, written - 1)
+    numerics = scene.numerics
+    if scene.model == "rigid":
+        turn = _spin(scene)
+        if numerics.integrator == "splitting":
+            each = max(1.0, math.ceil(interval * turn * numerics.steps_per_rotation / (2.0 * math.pi) - 1e-6))
+            return each * (written - 1), "step.rigid"
+        return _adaptive(turn, interval, numerics.tolerance, "rigid") * (written - 1), "attempt.rigid"
+    return _adaptive(_pace(scene), interval, numerics.tolerance, "ellipsoid") * (written - 1), "step.ellipsoid"
+
+
+def _adaptive(pace: float, interval: float, tolerance: float, model: str) -> float:
+    length = REACH[model] * tolerance**0.125
+    return max(1.0, math.ceil(interval * pace / length))
+
+
+def _pace(scene: Scene) -> float:
+    """The fastest of fall and turning, in code units."""
+    units, body = code_units(scene), scene.body
+    given: Any = body
+    mass = float(units.to_code(given.mass, "mass"))
+    radius = float(units.to_code(given.radius, "length"))
+    axes = getattr(body, "axes", (1.0, 1.0, 1.0))
+    fall = math.sqrt(mass / (radius**3 * math.prod(axes)))
+    gradient = 0.0
+    if given.velocity_gradient is not None:
+        gradient = float(np.abs(units.to_code(np.array(given.velocity_gradient), "angular_velocity")).max())
+    return max(fall, _rate(scene), gradient)
+
+
+def _rate(scene: Scene) -> float:
+    rotation: Any = scene.body.rotation
+    if rotation is None:
+        return 0.0
+    units = code_units(scene)
+    if rotation.rate is not None:
+        return abs(float(units.to_code(rotation.rate, "angular_velocity")))
+    if rotation.period is not None:
+        return 2.0 * math.pi / float(units.to_code(rotation.period, "time"))
+    return 1.0
+
+
+def _spin(scene: Scene) -> float:
+    """The fastest spin of a free body on its way round: the squares of its momenta change in proportion."""
+    body: Any = scene.body
+    rate = _rate(scene)
+    moments = getattr(body, "moments", None) or getattr(body, "moment_ratios", None)
+    if moments is None or rate == 0.0 or min(moments) <= 0.0:
+        return rate
+    axes = np.asarray(body.axes_at_start, float)
+    axis = np.asarray(body.rotation.axis, float)
+    spin = rate * (axes / np.linalg.norm(axes, axis=1, keepdims=True)) @ (axis / np.linalg.norm(axis))
+    inertia = np.asarray(moments, float)
+    energy, momentum = inertia @ spin**2, (inertia**2) @ spin**2
+    # At the ends of the polhode one component of the spin vanishes.
+    fastest = spin @ spin
+    for gone in range(3):
+        left = [axis for axis in range(3) if axis != gone]
+        matrix = np.array([inertia[left], inertia[left] ** 2])
+        if abs(np.linalg.det(matrix)) > 0.0:
+            squares = np.linalg.solve(matrix, [energy, momentum])
+            if (squares >= -1e-12 * fastest).all():
+                fastest = max(fastest, float(squares.sum()))
+    return math.sqrt(fastest)
