@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from astroinertia.scene.schema import Scene
 
 GOOD, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-BEGUN = time.monotonic()  # what imports take is part of a run's time
 SECONDS_BETWEEN_LINES = 10.0  # where the output is no terminal
 
 DESCRIPTION = (
@@ -285,6 +284,7 @@ def _print_plan(plan: "Plan") -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
+    begun = time.monotonic()  # what imports take is part of a run's time
     scene = _load(options)
     folder = options.output or Path("runs") / scene.name
     from astroinertia.run import run_scene
@@ -294,7 +294,7 @@ def _run(options: argparse.Namespace) -> int:
         flush=True,
     )
     with _Meter() as meter:
-        result = run_scene(scene, folder, meter.tell, BEGUN)
+        result = run_scene(scene, folder, meter.tell, begun)
     return _finished(result, folder)
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import netCDF4
 
-from astroinertia.costs.machine import FORMAT, Machine, Seconds, described, keep, read, shipped
+from astroinertia.costs.machine import FORMAT, Machine, Seconds, described, keep, less, read, shipped
 from astroinertia.errors import NumericalError
 
 PROBES = {
@@ -62,11 +62,11 @@ def calibrate(listener: Callable[[str, float], None] | None = None) -> Machine:
         found = probed(kind)
         prepared = Seconds(*found["prepared"])
         if kind == "sph" and prepared.processor > COMPILED:
-            seconds["compile.sph"] = _less(prepared, start)
+            seconds["compile.sph"] = less(prepared, start)
             told(f"{text}, now that they are compiled", 0.7)
             found = probed(kind)
             prepared = Seconds(*found["prepared"])
-        seconds[f"prepare.{kind}"] = _less(prepared, start)
+        seconds[f"prepare.{kind}"] = less(prepared, start)
         peaks[kind] = float(found["memory"])
         seconds |= {name: Seconds(*pair) for name, pair in found["seconds"].items()}
     seconds.setdefault("compile.sph", _compiling(seconds))
@@ -94,10 +94,6 @@ def _compiling(seconds: dict[str, Seconds]) -> Seconds:
     known = shipped().seconds
     faster = seconds["prepare.ellipsoid"].processor / known["prepare.ellipsoid"].processor
     return known["compile.sph"] * faster
-
-
-def _less(whole: Seconds, part: Seconds) -> Seconds:
-    return Seconds(max(0.0, whole.wall - part.wall), max(0.0, whole.processor - part.processor))
 
 
 def probed(kind: str) -> dict[str, Any]:

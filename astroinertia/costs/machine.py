@@ -48,6 +48,11 @@ def total(times: Iterable[Seconds]) -> Seconds:
     return sum(times, start=Seconds())
 
 
+def less(whole: Seconds, part: Seconds) -> Seconds:
+    """What is left of a time without a part of it; nothing where noise made the part longer."""
+    return Seconds(max(0.0, whole.wall - part.wall), max(0.0, whole.processor - part.processor))
+
+
 @dataclass(frozen=True)
 class Machine:
     """What things take on a machine.

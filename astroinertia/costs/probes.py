@@ -21,7 +21,8 @@ import numpy as np
 from astroinertia import dataset
 from astroinertia.archive import Archive
 from astroinertia.build import metadata, prepare, told_by
-from astroinertia.costs.machine import PRECISIONS, Seconds, peak_memory
+from astroinertia.costs.machine import PRECISIONS, Seconds, less, peak_memory, total
+from astroinertia.models import sph
 from astroinertia.scene import load
 from astroinertia.sph import initial, profiles
 
@@ -44,6 +45,7 @@ specific_internal_energy = 0.05
 kind = "ideal"
 gamma = 1.6666666666666667
 [effects.gravity]
+method = "multipole"
 [effects.pressure]
 [effects.viscosity]
 [time]
@@ -131,32 +133,38 @@ def cloud(particles: int, **settings: str) -> Any:
 
 
 def steps_of(body: Any, count: int) -> Pairs:
-    """What each part of one step takes, the median of so many; "rest" is what no pass over pairs does."""
+    """What each part of one step takes, on average; "rest" is what no pass over pairs does."""
     watch = Stopwatch()
-    direct = body.problem.effects[0].method == "direct"
 
     def sums(_: Any, __: Any, terms: Any, *___: Any) -> str:
         return "forces" if any(term.effect == "pressure" for term in terms) else "gradients"
 
     parts = {"density": lambda *_: "density", "listed": lambda *_: "density", "neighbour_sums": sums}
-    effects = body.problem.effects
-    if direct:
-        parts["all_pair_sums"] = lambda *_: "direct"
-    else:
-        effects = (Watched(effects[0], watch, {"own_sums": lambda *_: "multipole"}), *effects[1:])
     plain = body.problem
-    body.problem = replace(plain, engine=Watched(plain.engine, watch, parts), effects=effects)
+    attraction, *others = plain.effects
+    watched = Watched(attraction, watch, {"own_sums": lambda *_: "multipole"})
+    body.problem = replace(plain, engine=Watched(plain.engine, watch, parts), effects=(watched, *others))
     found = []
     for _ in range(count):
         watch.found.clear()
         watch.timed("step", lambda: body.advance(body.end))
-        step = watch.found["step"]
-        passes = {name: each for name, each in watch.found.items() if name != "step"}
-        wall, processor = (step.wall - sum(p.wall for p in passes.values()),
-                           step.processor - sum(p.processor for p in passes.values()))  # fmt: skip
-        found.append({**passes, "rest": Seconds(wall, processor)})
+        step = watch.found.pop("step")
+        found.append({**watch.found, "rest": less(step, total(watch.found.values()))})
     body.problem = plain
-    return {name: middle([step[name] for step in found]) for name in found[0]}
+    return {name: middle([step[name] for step in found]) for name in found[0]} | {"direct": _direct(body)}
+
+
+def _direct(body: Any) -> Seconds:
+    """The attraction of all pairs by direct sums."""
+    problem, fluid = body.problem, body.state.rates.fluid
+    terms = replace(problem.effects[0], method="direct").all_pair_terms
+    fields = sph.pair_fields(problem, fluid)
+    times = []
+    for _ in range(4):
+        begin = now()
+        problem.engine.all_pair_sums(body.arrangement.pairs, problem.kernel, terms, fields)
+        times.append(since(begin))
+    return middle(times[1:])  # the first has compiled it
 
 
 def middle(times: list[Seconds]) -> Seconds:
@@ -181,24 +189,21 @@ def particle_prices() -> Pairs:
     fixed: dict[str, list[Seconds]] = defaultdict(list)
     rests = []
     for precision in PRECISIONS:
-        for method in ("direct", "multipole"):
-            found = []
-            for particles in (FEW, MANY):
-                body = cloud(particles, numerics__precision=precision, effects__gravity__method=method)
-                for _ in range(WARM):
-                    body.advance(body.end)
-                found.append(steps_of(body, STEPS))
-                if (precision, method) == ("mixed", "multipole"):
-                    found[-1]["record"] = _record(body, found[-1])
-            for name in found[0]:
-                start, slope = line(found[0][name], found[1][name], 2 if name == "direct" else 1)
-                if name == "rest":
-                    rests.append((start, slope))
-                elif name == "record":
-                    prices["record"], prices["record.particle"] = start, slope
-                elif name not in ("density", "gradients", "forces") or method == "multipole":
-                    fixed[name].append(start)
-                    prices[f"{precision}.{name}"] = slope
+        found = []
+        for particles in (FEW, MANY):
+            body = cloud(particles, numerics__precision=precision)
+            for _ in range(WARM):
+                body.advance(body.end)
+            found.append(steps_of(body, STEPS))
+            if precision == "mixed":
+                found[-1]["record"] = _record(body, found[-1])
+        lines = {name: line(few, found[1][name], 2 if name == "direct" else 1) for name, few in found[0].items()}
+        rests.append(lines.pop("rest"))
+        if "record" in lines:
+            prices["record"], prices["record.particle"] = lines.pop("record")
+        for name, (start, slope) in lines.items():
+            fixed[name].append(start)
+            prices[f"{precision}.{name}"] = slope
     prices |= {f"fixed.{name}": middle(each) for name, each in fixed.items()}
     prices["fixed.rest"] = middle([start for start, _ in rests])
     prices["rest"] = middle([slope for _, slope in rests])
@@ -216,9 +221,7 @@ def _record(body: Any, step: Pairs) -> Seconds:
         begin = now()
         body.record(0.0)
         times.append(since(begin))
-    taken = middle(times)
-    again = step["forces"] + step["multipole"]
-    return Seconds(max(0.0, taken.wall - again.wall), max(0.0, taken.processor - again.processor))
+    return less(middle(times), step["forces"] + step["multipole"])
 
 
 def _individual(prices: Pairs) -> Pairs:
@@ -226,8 +229,7 @@ def _individual(prices: Pairs) -> Pairs:
     passes = [prices[f"mixed.{name}"] for name in ("density", "gradients", "forces", "multipole")]
     rows = []
     for particles in (FEW, MANY):
-        body = cloud(particles, numerics__precision="mixed", numerics__timesteps="individual",
-                     effects__gravity__method="multipole")  # fmt: skip
+        body = cloud(particles, numerics__precision="mixed", numerics__timesteps="individual")
         told, plain = [], body.base_step
         body.base_step = lambda *given, plain=plain, told=told: _counted(plain(*given), told)
         body.advance(body.end)
@@ -237,9 +239,8 @@ def _individual(prices: Pairs) -> Pairs:
             body.advance(body.end)
         taken = since(begin)
         evaluations, ends = (sum(getattr(each, name) for each in told) for name in ("evaluations", "ends"))
-        rest = [taken.wall - evaluations * sum(each.wall for each in passes),
-                taken.processor - evaluations * sum(each.processor for each in passes)]  # fmt: skip
-        rows.append((ends, evaluations, rest))
+        rest = less(taken, evaluations * total(passes))
+        rows.append((ends, evaluations, [rest.wall, rest.processor]))
     matrix = np.array([[ends, evaluations] for ends, evaluations, _ in rows], dtype=float)
     found = np.linalg.solve(matrix, np.array([rest for _, _, rest in rows]))
     # A particle in a nested set may take less than its share of a plain pass over all of them.
@@ -271,12 +272,12 @@ def written(scene: Any, body: Any) -> Pairs:
     return {"write": fixed, "write.byte": taken * (1.0 / size)}
 
 
-def sph() -> Pairs:
+def of_particles() -> Pairs:
     """All prices of particles."""
     return particle_prices() | written(*_first("sph"))
 
 
-def ellipsoid() -> Pairs:
+def of_ellipsoid() -> Pairs:
     """A step of the affine body, and a record."""
     body = prepare(load.loads(ELLIPSOID)).evolution
     body.advance(1.0)
@@ -284,7 +285,7 @@ def ellipsoid() -> Pairs:
     return {"step.ellipsoid": _stepped(body, 100.0), "record.ellipsoid": _recorded(body, 110.0)}
 
 
-def rigid() -> Pairs:
+def of_rigid() -> Pairs:
     """A step of the splitting, one of the adaptive integrator, and a record."""
     found = {}
     for integrator, name, until in (("splitting", "step.rigid", 3e3), ("adaptive", "attempt.rigid", 300.0)):
@@ -314,7 +315,7 @@ def _recorded(body: Any, until: float, count: int = 10) -> Seconds:
     return middle(times)
 
 
-PROBES = {"sph": sph, "ellipsoid": ellipsoid, "rigid": rigid}
+PROBES = {"sph": of_particles, "ellipsoid": of_ellipsoid, "rigid": of_rigid}
 TEXTS = {"sph": CLOUD, "ellipsoid": ELLIPSOID, "rigid": RIGID}
 
 

@@ -19,7 +19,7 @@ def steps(scene: Scene, written: int) -> tuple[float, str]:
     interval = end / max(1, written - 1)
     numerics = scene.numerics
     if scene.model == "rigid":
-        turn = _spin(scene)
+        turn = fastest_spin(scene)
         if numerics.integrator == "splitting":
             each = max(1.0, math.ceil(interval * turn * numerics.steps_per_rotation / (2.0 * math.pi) - 1e-6))
             return each * (written - 1), "step.rigid"
@@ -58,7 +58,7 @@ def _rate(scene: Scene) -> float:
     return 1.0
 
 
-def _spin(scene: Scene) -> float:
+def fastest_spin(scene: Scene) -> float:
     """The fastest spin of a free body on its way round: the squares of its momenta change in proportion."""
     body: Any = scene.body
     rate = _rate(scene)

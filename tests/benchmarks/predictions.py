@@ -1,9 +1,9 @@
-"""What runs take against what was predicted: wall time, processor time, steps, memory and files of scenes of all models.
+"""What runs take against what was predicted: wall and processor time, steps, memory and files, for all models.
 
     astroinertia calibrate && python tests/benchmarks/predictions.py --keep
 
-Each scene is predicted, with and without a pilot run, and then run by the command in a process of its own. Other work on
-the machine lengthens wall times only, and those of the calibration and of the run not alike: the ratio of processor
+Each scene is predicted, with and without a pilot run, and then run by the command in a process of its own. Other work
+on the machine lengthens wall times only, and those of the calibration and of the run not alike: the ratio of processor
 times, which is free of that but for the caches that are shared, stands beside. A scene whose loops had to be compiled
 says so.
 """
