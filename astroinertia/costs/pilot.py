@@ -41,7 +41,7 @@ def run(scene: Scene, listener: Callable[[float], None] | None = None, longest: 
 
 def _followed(scene: Scene, listener: Any, longest: float) -> Pilot | None:
     few = with_particles(scene, PARTICLES)
-    body = prepare(few).evolution
+    body: Any = prepare(few).evolution
     end = outputs_of(few, code_units(few)).end
     told: list[Any] = []
     if body.base_step is not None:

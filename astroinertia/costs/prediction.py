@@ -17,12 +17,17 @@ NUMBER = 8  # bytes
 ARRAYS_OF_A_SNAPSHOT = 12  # numbers a particle
 ARRAYS_OF_A_STATE = 60  # numbers a particle of a checkpoint, and for each effect
 ARRAYS_OF_AN_EFFECT = 14
-NUMBERS_OF_A_RECORD = 330  # and for each effect
-RECORD_OF_AN_EFFECT = 30
-DERIVED = 1.6  # numbers of the dataset over those recorded
+NUMBERS_OF_A_RECORD = {"sph": 220}  # and OF_AN_EFFECT for each
+NUMBERS_WITHOUT_PARTICLES = 75
+OF_AN_EFFECT = 30
+IN_THE_FINAL_FILE = {"sph": 1.2}  # bytes of a record there, with what follows from it, over those it is sealed with
+SMOOTH = 0.6  # the same without particles: smooth series are compressed well
 COMPRESSED = 0.75  # a snapshot in the final file
+# Of individual steps without a pilot: as in Evrard's collapse (tests/benchmarks/results/individual_steps.md).
+STEPS_IN_A_BASE_STEP = 16.0
+AWAKE = 0.5
 PREPARATION = ("start-up", "compiling", "placing", "settling")
-HEADER = 4e5  # bytes of the final file without any record, and of the attributes
+HEADER = 3.5e5  # bytes of the final file without any record, and of the manifest
 
 
 @dataclass(frozen=True)
@@ -78,8 +83,9 @@ def predict(scene: Scene, machine: Machine) -> Prediction | None:
         parts |= _placing(scene, particles, machine)
     steps = run_of_steps(scene, particles, counts, machine)
     written = _records(scene, counts.steps)
-    again = total(evaluation(scene, particles, machine).values())  # forces once more, for their virials
-    one = prices["record"] + particles * prices["record.particle"] + 0.6 * again
+    once = evaluation(scene, particles, machine)
+    again = total(each for name, each in once.items() if name in scene.effects)  # once more, for the virials
+    one = prices["record"] + particles * prices["record.particle"] + again
     size = files(scene, written, particles)
     parts |= {f"steps: {name}": each for name, each in steps.items()}
     parts |= {"records": written * one, "writing": _writing(scene, size, total(parts.values()).wall, machine)}
@@ -97,6 +103,8 @@ def counted(scene: Scene) -> Counts | None:
     found = course.steps(scene)
     if found is None:
         return None
+    if scene.numerics.timesteps == "individual":
+        return Counts(found / STEPS_IN_A_BASE_STEP, found * AWAKE, found, "an estimate").at_most(most)
     return Counts(found, found, found, "an estimate").at_most(most)
 
 
@@ -122,8 +130,7 @@ def _placing(scene: Scene, particles: int, machine: Machine) -> dict[str, Second
         parts["placing"] = particles * machine.seconds["place.particle"]
     settling = [each for each in scene.alone() if settles(each)]
     if settling:
-        each = [settling_steps(one.body.particles) * total(_still(one, machine).values()) for one in settling]
-        parts["settling"] = total(each)
+        parts["settling"] = total(_settling(each, machine) for each in settling)
     return parts
 
 
@@ -134,12 +141,13 @@ def settles(scene: Scene) -> bool:
     return bool(asked) and (body.kind in ("rotating_star", "layered") or (body.kind == "polytrope" and body.index > 0))
 
 
-def _still(scene: Scene, machine: Machine) -> dict[str, Seconds]:
+def _settling(scene: Scene, machine: Machine) -> Seconds:
     # Bodies settle under gravity and pressure alone, in 64 bits.
     numerics = scene.numerics.model_copy(update={"precision": "float64"})
     effects = {kind: scene.effects[kind] for kind in ("gravity", "pressure")}
     body: Any = scene.body
-    return evaluation(scene.model_copy(update={"numerics": numerics, "effects": effects}), body.particles, machine)
+    still = scene.model_copy(update={"numerics": numerics, "effects": effects})
+    return settling_steps(body.particles) * total(evaluation(still, body.particles, machine).values())
 
 
 def _records(scene: Scene, steps: float) -> float:
@@ -154,13 +162,14 @@ def _records(scene: Scene, steps: float) -> float:
 def files(scene: Scene, written: float, particles: int) -> float:
     """Bytes of a run's folder: the records and snapshots as they are sealed and in the final file, a checkpoint."""
     effects = len(scene.effects)
-    series = written * NUMBER * (NUMBERS_OF_A_RECORD + RECORD_OF_AN_EFFECT * effects)
+    numbers = NUMBERS_OF_A_RECORD.get(scene.model, NUMBERS_WITHOUT_PARTICLES) + OF_AN_EFFECT * effects
+    series = written * NUMBER * numbers * (1.0 + IN_THE_FINAL_FILE.get(scene.model, SMOOTH))
     snapshots = 0.0
     if particles:
         count = records(scene.time.end, cadence(scene).snapshot_every)
         snapshots = min(count, written) * particles * NUMBER * ARRAYS_OF_A_SNAPSHOT
     state = particles * NUMBER * (ARRAYS_OF_A_STATE + ARRAYS_OF_AN_EFFECT * effects)
-    return HEADER + series * (1.0 + COMPRESSED * DERIVED) + snapshots * (1.0 + COMPRESSED) + state
+    return HEADER + series + snapshots * (1.0 + COMPRESSED) + state
 
 
 def _writing(scene: Scene, size: float, before: float, machine: Machine) -> Seconds:

@@ -9,7 +9,7 @@ says so.
 """
 
 import argparse
-import os
+import json
 import resource
 import subprocess
 import sys
@@ -18,8 +18,8 @@ import time
 from pathlib import Path
 
 import netCDF4
+from fair_times import RESULTS, publish, rows_of
 from fair_times import machine as machine_in_words
-from fair_times import publish, rows_of
 
 from astroinertia.costs import machine, pilot
 from astroinertia.costs.course import steps as estimated_steps
@@ -27,6 +27,7 @@ from astroinertia.costs.prediction import predict
 from astroinertia.scene import load
 
 SIMS = Path(__file__).parents[2] / "sims"
+KEPT = RESULTS / "predictions.json"  # rows so far, so that scenes can be run a few at a time
 CASES = {
     "core_to_pulsar_scaling": ("core_to_pulsar_scaling",),
     "riemann_ellipsoid": ("riemann_ellipsoid",),
@@ -86,18 +87,23 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="+", default=list(CASES), help="words of names")
     parser.add_argument("--without-pilot", action="store_true", help="estimated steps")
-    parser.add_argument("--keep", action="store_true", help="write the table")
+    parser.add_argument("--keep", action="store_true", help="write the table, with the rows kept before")
     chosen = parser.parse_args()
     names = [name for name in CASES if any(word in name for word in chosen.only)]
-    rows = [case(name, CASES[name], not chosen.without_pilot) for name in names]
+    known = "calibrated" if machine.known().calibrated else "not calibrated"
+    told = f"{machine_in_words()}; {known}"
+    rows = json.loads(KEPT.read_text()) if KEPT.exists() else {}
+    for name in names:
+        rows[name] = [*case(name, CASES[name], not chosen.without_pilot), told]
+        if chosen.keep:
+            KEPT.write_text(json.dumps(rows, indent=1) + "\n")
     head = [
         "scene", "model", "predicted (s)", "wall (s)", "ratio", "predicted processor (s)", "processor (s)", "ratio",
         "predicted steps", "steps", "estimate without pilot", "predicted memory (MB)", "memory (MB)", "ratio",
-        "predicted files (MB)", "files (MB)", "",
+        "predicted files (MB)", "files (MB)", "", "machine",
     ]  # fmt: skip
-    known = "calibrated" if machine.known().calibrated else "not calibrated"
-    text = f"# Runs against their predictions\n\n{machine_in_words()} of {os.cpu_count()}; {known}.\n\n"
-    publish("predictions", text + rows_of(head, rows), chosen.keep)
+    text = "# Runs against their predictions\n\n" + rows_of(head, list(rows.values()))
+    publish("predictions", text, chosen.keep)
 
 
 if __name__ == "__main__":
