@@ -17,6 +17,7 @@ from typing import Any
 import netCDF4
 
 from astroinertia.costs.machine import FORMAT, Machine, Seconds, described, keep, less, read, shipped
+from astroinertia.costs.probe_scenes import SCALING
 from astroinertia.errors import NumericalError
 
 PROBES = {
@@ -26,24 +27,6 @@ PROBES = {
 }
 START = "the start of a run, and its end"
 COMPILED = 20.0  # processor seconds: a start that takes as long has compiled what particles need
-SCALING = """
-name = "start"
-model = "scaling"
-units = "code"
-[body]
-kind = "polytrope"
-index = 1.5
-mass = 1.0
-radius = 1.0
-[body.rotation]
-rate = 0.1
-[effects.gravity]
-[effects.pressure]
-[time]
-end = 1.0
-[output]
-series_every = 1.0
-"""
 
 
 def calibrate(listener: Callable[[str, float], None] | None = None) -> Machine:
@@ -66,8 +49,11 @@ def calibrate(listener: Callable[[str, float], None] | None = None) -> Machine:
             told(f"{text}, now that they are compiled", 0.7)
             found = probed(kind)
             prepared = Seconds(*found["prepared"])
-        seconds[f"prepare.{kind}"] = less(prepared, start)
-        peaks[kind] = float(found["memory"])
+        first = "splitting" if kind == "rigid" else kind
+        seconds[f"prepare.{first}"] = less(prepared, start)
+        peaks[first] = float(found["memory"])
+        if kind == "rigid":
+            peaks["adaptive"] = float(found["last"])
         seconds |= {name: Seconds(*pair) for name, pair in found["seconds"].items()}
     seconds.setdefault("compile.sph", _compiling(seconds))
     particle = {name: size for name, size in shipped().memory.items() if name.startswith("particle.")}
@@ -79,13 +65,15 @@ def calibrate(listener: Callable[[str, float], None] | None = None) -> Machine:
 
 def checked(seconds: dict[str, Seconds], memory: dict[str, float]) -> Machine:
     """The machine with these prices; NumericalError where one is missing or no number."""
+    known = shipped()
+    wrong = (seconds.keys() ^ known.seconds.keys()) | (memory.keys() ^ known.memory.keys())
     content = {
         "format": FORMAT, "machine": described(), "memory": memory,
         "seconds": {name: [each.wall, each.processor] for name, each in seconds.items()},
     }  # fmt: skip
     machine = read(content, described())
     if machine is None:
-        raise NumericalError("the machine could not be measured: a price is missing or out of bounds")
+        raise NumericalError(f"the machine could not be measured: a price is missing or out of bounds {sorted(wrong)}")
     return machine
 
 

@@ -76,7 +76,9 @@ SHIPPED_SECONDS: dict[str, tuple[float, float]] = {
     "start": (2.5, 3.0),
     "prepare.sph": (2.0, 2.0),
     "prepare.ellipsoid": (4.0, 5.0),
-    "prepare.rigid": (3.0, 4.0),
+    "prepare.splitting": (3.0, 4.0),
+    "prepare.adaptive": (3.0, 4.0),
+    "companions": (4.0, 5.0),
     "compile.sph": (60.0, 60.0),
     "fixed.density": (3e-4, 4e-4),
     "fixed.gradients": (3e-4, 4e-4),
@@ -102,15 +104,16 @@ SHIPPED_SECONDS: dict[str, tuple[float, float]] = {
     "place.particle": (1e-3, 1e-3),
     "record.ellipsoid": (1.5e-2, 1.5e-2),
     "step.ellipsoid": (3e-4, 3e-4),
-    "record.rigid": (1.5e-2, 1.5e-2),
-    "step.rigid": (1e-5, 1e-5),
-    "attempt.rigid": (1e-4, 1e-4),
+    "record.splitting": (8e-3, 8e-3),
+    "step.splitting": (1e-5, 1e-5),
+    "record.adaptive": (1.5e-2, 1.5e-2),
+    "step.adaptive": (1e-4, 1e-4),
     "record.scaling": (1e-3, 1e-3),
 }  # fmt: skip
 # Bytes of a run that does next to nothing, and bytes a particle more: the most that a step of Evrard's cloud holds,
 # rounded up (tests/benchmarks/results/memory.md).
 SHIPPED_MEMORY = {
-    "scaling": 2.5e8, "rigid": 3.5e8, "ellipsoid": 3.5e8, "sph": 3.5e8, "particle.mixed": 2100.0,
+    "scaling": 3.6e8, "splitting": 5.0e8, "adaptive": 6.3e8, "ellipsoid": 7.1e8, "sph": 5.0e8, "particle.mixed": 2100.0,
     "particle.float64": 2000.0,
 }  # fmt: skip
 

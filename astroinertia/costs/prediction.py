@@ -109,18 +109,18 @@ def counted(scene: Scene) -> Counts | None:
 
 
 def _without_particles(scene: Scene, machine: Machine) -> Prediction:
-    prices = machine.seconds
+    prices, kind = machine.seconds, smooth.kind(scene)
     written = records(scene.time.end, cadence(scene).series_every or scene.time.end)
     parts = {"start-up": prices["start"]}
     steps = 0.0
-    if scene.model != "scaling":
-        parts["compiling"] = prices[f"prepare.{scene.model}"]
-        steps, price = smooth.steps(scene, written)
-        parts["steps"] = steps * prices[price]
+    if kind != "scaling":
+        parts["compiling"] = total(prices[name] for name in smooth.compiled(scene))
+        steps = smooth.steps(scene, written)
+        parts["steps"] = steps * prices[f"step.{kind}"]
     size = files(scene, written, 0)
-    parts |= {"records": written * prices[f"record.{scene.model}"]}
+    parts |= {"records": written * prices[f"record.{kind}"]}
     parts |= {"writing": _writing(scene, size, total(parts.values()).wall, machine)}
-    return Prediction(parts, steps, "an estimate", machine.memory[scene.model], size, machine.calibrated)
+    return Prediction(parts, steps, "an estimate", machine.memory[kind], size, machine.calibrated)
 
 
 def _placing(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:

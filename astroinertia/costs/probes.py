@@ -1,7 +1,8 @@
 """What `calibrate` times, in an interpreter of its own: python -m astroinertia.costs.probes KIND LAUNCHED.
 
 KIND is sph, ellipsoid or rigid, LAUNCHED the time at which it was started. It writes one line of JSON:
-{"seconds": {price: [wall, processor]}, "memory": bytes, "prepared": [wall, processor] since it was started}.
+{"seconds": {price: [wall, processor]}, "memory": bytes of a run that does next to nothing, "last": bytes at the end,
+"prepared": [wall, processor] since it was started}.
 """
 
 import json
@@ -22,6 +23,7 @@ from astroinertia import dataset
 from astroinertia.archive import Archive
 from astroinertia.build import metadata, prepare, told_by
 from astroinertia.costs.machine import PRECISIONS, Seconds, less, peak_memory, total
+from astroinertia.costs.probe_scenes import CLOUD, COMPANION, ELLIPSOID, RIGID, SCALING
 from astroinertia.models import sph
 from astroinertia.scene import load
 from astroinertia.sph import initial, profiles
@@ -30,60 +32,6 @@ FEW, MANY = 400, 5000  # particles: what a pass takes however few there are, and
 WARM, STEPS = 3, 8  # steps before, and steps that are timed
 EVALUATIONS = 3e4  # of particles, at least, in base steps of individual ones
 GLASS = 2000
-CLOUD = """
-name = "cloud"
-units = "code"
-[body]
-kind = "power_law"
-exponent = 1.0
-mass = 1.0
-radius = 1.0
-placement = "random"
-relax = false
-specific_internal_energy = 0.05
-[equation_of_state]
-kind = "ideal"
-gamma = 1.6666666666666667
-[effects.gravity]
-method = "multipole"
-[effects.pressure]
-[effects.viscosity]
-[time]
-end = 2.0
-"""
-ELLIPSOID = """
-name = "spheroid"
-model = "ellipsoid"
-units = "code"
-[body]
-kind = "uniform"
-mass = 1.0
-radius = 1.0
-axes = [1.0, 1.0, 0.8]
-[body.rotation]
-rate = 0.3
-[equation_of_state]
-kind = "incompressible"
-[effects.gravity]
-[effects.pressure]
-[time]
-end = 1e3
-"""
-RIGID = """
-name = "top"
-model = "rigid"
-units = "code"
-[body]
-kind = "rigid"
-mass = 1.0
-moments = [1.0, 2.0, 2.5]
-[body.rotation]
-rate = 1.0
-axis = [0.1, 1.0, 0.1]
-[effects]
-[time]
-end = 1e4
-"""
 Pairs = dict[str, Seconds]
 
 
@@ -278,23 +226,37 @@ def of_particles() -> Pairs:
 
 
 def of_ellipsoid() -> Pairs:
-    """A step of the affine body, and a record."""
+    """A step of the affine body, and a record; one of the scaling laws, too."""
+    scaling = prepare(load.loads(SCALING)).evolution
     body = prepare(load.loads(ELLIPSOID)).evolution
     body.advance(1.0)
     body.record(0.0)
-    return {"step.ellipsoid": _stepped(body, 100.0), "record.ellipsoid": _recorded(body, 110.0)}
+    return {"step.ellipsoid": _stepped(body, 100.0), "record.ellipsoid": _recorded(body, 110.0),
+            "record.scaling": _recorded(scaling, 0.5)}  # fmt: skip
 
 
 def of_rigid() -> Pairs:
-    """A step of the splitting, one of the adaptive integrator, and a record."""
-    found = {}
-    for integrator, name, until in (("splitting", "step.rigid", 3e3), ("adaptive", "attempt.rigid", 300.0)):
+    """Steps, records and starts of both integrators; what a companion adds to the start."""
+    found, first = {}, {}
+    for integrator, until in (("splitting", 3e3), ("adaptive", 300.0)):
         body = prepare(load.loads(RIGID, [f'numerics.integrator="{integrator}"'])).evolution
-        body.advance(1.0)
+        first[integrator] = _timed(lambda body=body: body.advance(1.0))
         body.record(0.0)
-        found[name] = _stepped(body, until)
-        found["record.rigid"] = _recorded(body, 1.1 * until)
-    return found
+        found[f"step.{integrator}"] = _stepped(body, until)
+        found[f"record.{integrator}"] = _recorded(body, 1.1 * until)
+    return found | {"prepare.adaptive": first["adaptive"], "companions": _timed(_with_companion)}
+
+
+def _with_companion() -> None:
+    body = prepare(load.loads(RIGID + COMPANION)).evolution
+    body.advance(1.0)
+    body.record(0.0)
+
+
+def _timed(action: Callable[[], Any]) -> Seconds:
+    begin = now()
+    action()
+    return since(begin)
 
 
 def _stepped(body: Any, until: float) -> Seconds:
@@ -317,11 +279,12 @@ def _recorded(body: Any, until: float, count: int = 10) -> Seconds:
 
 PROBES = {"sph": of_particles, "ellipsoid": of_ellipsoid, "rigid": of_rigid}
 TEXTS = {"sph": CLOUD, "ellipsoid": ELLIPSOID, "rigid": RIGID}
+FIRST = {"sph": "body.particles=64", "rigid": 'numerics.integrator="splitting"'}
 
 
 def _first(kind: str) -> tuple[Any, Any]:
     """A scene of the kind that does next to nothing, and its body after a step and a record."""
-    scene = load.loads(TEXTS[kind], ["body.particles=64"] if kind == "sph" else [])
+    scene = load.loads(TEXTS[kind], [FIRST[kind]] if kind in FIRST else [])
     body = prepare(scene).evolution
     body.advance(1e-3)
     body.record(0.0)
@@ -335,8 +298,9 @@ def main(kind: str, launched: str) -> None:
         prepared = Seconds(time.time() - float(launched), time.process_time())
         memory = peak_memory()
         seconds = PROBES[kind]()
+        last = peak_memory()
     told = {name: [each.wall, each.processor] for name, each in seconds.items()}
-    content = {"seconds": told, "memory": memory, "prepared": [prepared.wall, prepared.processor]}
+    content = {"seconds": told, "memory": memory, "last": last, "prepared": [prepared.wall, prepared.processor]}
     sys.stdout.write(json.dumps(content) + "\n")
 
 

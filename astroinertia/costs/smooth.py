@@ -10,27 +10,32 @@ from astroinertia.scene.schema import Scene
 
 # Radians of the fastest motion in a step of order 8(7), over tolerance^(1/8): 4.6 to 5.0 and 8 to 11 as measured on a
 # pulsating spheroid and a free top, at tolerances of 1e-6 to 1e-12.
-REACH = {"ellipsoid": 4.9, "rigid": 9.5}
+REACH = {"ellipsoid": 4.9, "adaptive": 9.5}
 
 
-def steps(scene: Scene, written: int) -> tuple[float, str]:
-    """Steps of an ellipsoid or a rigid body that is recorded so many times, and the name of their price."""
-    units = code_units(scene)
-    end = float(units.to_code(scene.time.end, "time"))
-    interval = end / max(1, written - 1)
-    numerics = scene.numerics
-    if scene.model == "rigid":
-        turn = fastest_spin(scene)
-        if numerics.integrator == "splitting":
-            each = max(1.0, math.ceil(interval * turn * numerics.steps_per_rotation / (2.0 * math.pi) - 1e-6))
-            return each * (written - 1), "step.rigid"
-        return _adaptive(turn, interval, numerics.tolerance, "rigid") * (written - 1), "attempt.rigid"
-    return _adaptive(_pace(scene), interval, numerics.tolerance, "ellipsoid") * (written - 1), "step.ellipsoid"
+def kind(scene: Scene) -> str:
+    """What prices are named after: the model, or the integrator of a rigid body."""
+    return scene.numerics.integrator if scene.model == "rigid" else scene.model
 
 
-def _adaptive(pace: float, interval: float, tolerance: float, model: str) -> float:
-    length = REACH[model] * tolerance**0.125
-    return max(1.0, math.ceil(interval * pace / length))
+def compiled(scene: Scene) -> tuple[str, ...]:
+    """The prices of what is compiled before the first step."""
+    names = {"splitting": ("prepare.splitting",), "adaptive": ("prepare.splitting", "prepare.adaptive")}
+    found = names.get(kind(scene), (f"prepare.{kind(scene)}",))
+    return (*found, "companions") if scene.companions else found
+
+
+def steps(scene: Scene, written: int) -> float:
+    """Steps of an ellipsoid or a rigid body that is recorded so many times."""
+    units, numerics = code_units(scene), scene.numerics
+    interval = float(units.to_code(scene.time.end, "time")) / max(1, written - 1)
+    if kind(scene) == "splitting":
+        turns = interval * fastest_spin(scene) / (2.0 * math.pi)
+        each = math.ceil(turns * numerics.steps_per_rotation - 1e-6)
+    else:
+        pace = fastest_spin(scene) if scene.model == "rigid" else _pace(scene)
+        each = math.ceil(interval * pace / (REACH[kind(scene)] * numerics.tolerance**0.125))
+    return float(max(1, each) * (written - 1))
 
 
 def _pace(scene: Scene) -> float:
