@@ -32,7 +32,7 @@ def add_plan_arguments(command: argparse.ArgumentParser) -> None:
     """Add what `plan` may do to know costs better."""
     command.add_argument(
         "--pilot", action="store_true",
-        help="count the steps by a run with few particles, of a quarter of a minute at most; runs and plans of the "
+        help="count the steps by a run with few particles, of about 20 s at most; runs and plans of the "
         "scene know it from then on",
     )  # fmt: skip
 

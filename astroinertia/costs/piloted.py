@@ -17,6 +17,7 @@ from astroinertia import cache
 from astroinertia.costs.evaluations import Counts
 from astroinertia.scene.schema import Scene
 
+PILOT = "a pilot run"
 PARTICLES = 300  # of a pilot, of all bodies
 LAST = 0.25  # of the time that was followed: as it was last
 _VERSION = 1  # part of the cache key: raise it when a pilot's outcome changes meaning
@@ -33,7 +34,8 @@ class Pilot:
     """A run with few particles: for each of its steps, (K,), what it took of the time.
 
     limits: (K, C), the shortest by each of the criteria; evaluations (K,) of particles over their number, and ends (K,)
-    of intervals, both 1 with global steps; reached: share of the run that was followed; seconds that it took.
+    of intervals, both 1 with global steps; reached: share of the run that was followed; processor seconds of its
+    steps.
     """
 
     particles: int
@@ -58,7 +60,8 @@ class Pilot:
             last = passed > (1.0 - LAST) * passed[-1]
             pace = each[:, last].sum(axis=1) / self.length[last].sum()
             found = found + pace * passed[-1] * (1.0 / self.reached - 1.0)
-        return Counts(*map(float, found), by="a pilot run")
+        by = PILOT if self.reached >= 1.0 else f"{PILOT} of the first {self.reached:.0%}"
+        return Counts(*map(float, found), by=by)
 
 
 def kept(scene: Scene) -> Pilot | None:

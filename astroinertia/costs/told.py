@@ -1,5 +1,6 @@
 """What a plan tells of costs: lines with a name, a value and why."""
 
+from astroinertia.costs.piloted import PILOT
 from astroinertia.costs.prediction import PREPARATION, Prediction
 from astroinertia.scene.plan import Line
 from astroinertia.scene.schema import Scene
@@ -14,7 +15,7 @@ def lines(scene: Scene, found: Prediction | None) -> tuple[Line, ...]:
     if found is None:
         return (Line("wall time", "not known", _unknown(scene)),)
     machine = "of this machine, calibrated" if found.calibrated else "of two cores with AVX-512: see calibrate --help"
-    estimated = found.steps_by != "a pilot run" and scene.model == "sph"
+    estimated = not found.steps_by.startswith(PILOT) and scene.model == "sph"
     by = f"{found.steps_by}; --pilot counts them" if estimated and found.wall_time > LONG else found.steps_by
     told = [Line("wall time", seconds(found.wall_time), machine)]
     if found.steps:
