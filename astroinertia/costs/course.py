@@ -16,11 +16,12 @@ from astroinertia.errors import AstroinertiaError
 from astroinertia.scene.plan import code_units, smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
+from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.profiles import Profile
 
 MOMENTS = 4000  # in which the sphere is followed
-SIGNAL = 2.0  # over the speed of sound: that of two neighbours at rest to each other
-STANDARD_SIGNAL = 2.6  # of the tests of hydrodynamics, in their own units: sound and motion together, about
+STIRRED = 2.0  # signals over the speed of sound behind shocks, where neighbours move at random
+STANDARD_SIGNAL = 4.5  # of the tests of hydrodynamics, in their own units: sound, motion and denser parts, about
 SMALLEST = 0.02  # of its size, at which a sphere that nothing holds up has become something else
 SHAKEN = 0.35  # of the size: to which a sphere that collapses settles after its shocks, at least (virial: a half)
 
@@ -68,7 +69,8 @@ def _steps_of(scene: Scene) -> float | None:
     except AstroinertiaError:
         return None
     times, sizes = course(sphere, end)
-    step = np.minimum(longest, _steps_at(scene, sphere, sizes))
+    rates = np.abs(np.gradient(sizes, times)) / sizes
+    step = np.minimum(longest, _steps_at(scene, sphere, sizes, rates))
     return float(np.trapezoid(1.0 / step, times)) + 1.0
 
 
@@ -187,8 +189,8 @@ def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
     return np.array(times), np.array(sizes)
 
 
-def _steps_at(scene: Scene, sphere: Sphere, sizes: np.ndarray) -> np.ndarray:
-    """The shortest limit at those sizes, (K,)."""
+def _steps_at(scene: Scene, sphere: Sphere, sizes: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """The shortest limit at those sizes, which change at those relative rates, (K,)."""
     numerics = scene.numerics
     eta = smoothing(scene)[0]
     density = sphere.densest / sizes**3
@@ -199,8 +201,9 @@ def _steps_at(scene: Scene, sphere: Sphere, sizes: np.ndarray) -> np.ndarray:
     if sphere.sound > 0.0:
         sound = sphere.sound * sizes ** (-1.5 * (sphere.gamma - 1.0))
         # What falls in is heated until it is as fast as it fell.
-        sound = np.where(sizes <= SHAKEN, np.maximum(sound, np.sqrt(sphere.gravity * sphere.size**2 / sizes)), sound)
-        limits.append(numerics.courant * length / (SIGNAL * sound))
+        fallen = STIRRED * np.maximum(sound, np.sqrt(sphere.gravity * sphere.size**2 / sizes))
+        signal = np.where(sizes <= SHAKEN, fallen, sound + rates * KERNELS[numerics.kernel].support * length)
+        limits.append(numerics.courant * length / signal)
     pull = np.maximum(sphere.gravity, sphere.pressure) * sphere.size / sizes**2
     limits.append(numerics.acceleration_factor * np.sqrt(length / np.maximum(pull, 1e-300)))
     if numerics.free_fall_factor is not None:

@@ -13,6 +13,7 @@ from astroinertia.scene.schema import Scene
 # Of the pass over neighbours that gravity's softening, pressure and viscosity share, each one's part: the differences
 # between passes with one, two and all three (measured, tests/benchmarks/predictions.py).
 FORCE_SHARES = {"gravity": 0.25, "pressure": 0.4}
+BY_NEIGHBOURS = 0.6  # of a pass, what goes with the number of neighbours; lists and whole leaves do not
 FURTHER_SHARE = 0.35  # viscosity's, and that of any other effect between neighbours
 EFFECTS_IN_REST = 3  # that the calibration's "rest" is of
 REST_OF_EFFECT = 0.15  # of that rest: each effect's accelerations and its books
@@ -36,7 +37,7 @@ class Counts:
 def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:
     """What one evaluation of all particles takes, by its parts; those of effects under their kinds."""
     numerics, prices = scene.numerics, machine.seconds
-    more = particles * smoothing(scene)[1] / REFERENCE_NEIGHBOURS
+    more = particles * (1.0 - BY_NEIGHBOURS + BY_NEIGHBOURS * smoothing(scene)[1] / REFERENCE_NEIGHBOURS)
 
     def passed(name: str) -> Seconds:
         return prices[f"fixed.{name}"] + more * prices[f"{numerics.precision}.{name}"]

@@ -262,7 +262,7 @@ def test_steps_at_rest_are_those_of_sound_at_the_centre():
     assert sphere.densest == pytest.approx(5.99 * 3.0 / (4.0 * math.pi), rel=0.25)  # over a kernel, less than central
     assert sphere.sound**2 == pytest.approx(5.0 / 3.0 * 0.770 / (5.99 * 3.0 / (4.0 * math.pi)), rel=0.02)
     length = 1.3 * (1e-3 / sphere.densest) ** (1.0 / 3.0)
-    assert course.steps(scene) == pytest.approx(4.0 / (0.3 * length / (2.0 * sphere.sound)), rel=0.02)
+    assert course.steps(scene) == pytest.approx(4.0 / (0.3 * length / sphere.sound), rel=0.02)
 
 
 def test_a_sphere_falls_in_the_free_fall_time():
