@@ -10,8 +10,8 @@ from astroinertia.scene import gravity_prices
 from astroinertia.scene.plan import gravity_method, smoothing
 from astroinertia.scene.schema import Scene
 
-# Of the pass over neighbours that gravity's softening, pressure and viscosity share, each one's part: the differences
-# between passes with one, two and all three (measured, tests/benchmarks/predictions.py).
+# Of the pass over neighbours that gravity's softening, pressure and viscosity share, each one's part: an apportionment,
+# not measured, with which runs of one, two and three of them come out (tests/benchmarks/results/predictions.md).
 FORCE_SHARES = {"gravity": 0.25, "pressure": 0.4}
 BY_NEIGHBOURS = 0.6  # of a pass, what goes with the number of neighbours; lists and whole leaves do not
 FURTHER_SHARE = 0.35  # viscosity's, and that of any other effect between neighbours

@@ -120,8 +120,7 @@ def _without_particles(scene: Scene, machine: Machine) -> Prediction:
     size = files(scene, written, 0)
     parts |= {"records": written * prices[f"record.{kind}"]}
     parts |= {"writing": _writing(scene, size, total(parts.values()).wall, machine)}
-    memory = machine.memory["adaptive" if scene.companions else kind]  # orbits are followed adaptively
-    return Prediction(parts, steps, "an estimate", memory, size, machine.calibrated)
+    return Prediction(parts, steps, "an estimate", machine.memory[kind], size, machine.calibrated)
 
 
 def _placing(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:

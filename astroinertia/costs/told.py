@@ -1,5 +1,6 @@
 """What a plan tells of costs: lines with a name, a value and why."""
 
+from astroinertia.costs.machine import SHIPPED_MACHINE
 from astroinertia.costs.piloted import PILOT
 from astroinertia.costs.prediction import PREPARATION, Prediction
 from astroinertia.scene.plan import Line
@@ -14,7 +15,11 @@ def lines(scene: Scene, found: Prediction | None) -> tuple[Line, ...]:
     """The section of a plan."""
     if found is None:
         return (Line("wall time", "not known", _unknown(scene)),)
-    machine = "of this machine, calibrated" if found.calibrated else "of two cores with AVX-512: see calibrate --help"
+    machine = (
+        "of this machine, calibrated"
+        if found.calibrated
+        else f"of {SHIPPED_MACHINE}; astroinertia calibrate measures this one"
+    )
     estimated = not found.steps_by.startswith(PILOT) and scene.model == "sph"
     by = f"{found.steps_by}; --pilot counts them" if estimated and found.wall_time > LONG else found.steps_by
     told = [Line("wall time", seconds(found.wall_time), machine)]

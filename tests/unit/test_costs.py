@@ -5,6 +5,7 @@ import math
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -91,7 +92,9 @@ def test_a_calibration_of_another_machine_or_version_counts_as_none():
     ],
 )
 def test_a_broken_calibration_counts_as_none(broken):
-    path = machine.keep(measured())
+    prices = {**measured().seconds, "record": Seconds(0.0015, 0.0015)}
+    path = machine.keep(replace(measured(), seconds=prices))
+    assert machine.known().calibrated
     text = path.read_text()
     assert broken(text) != text
     path.write_text(broken(text))
