@@ -27,6 +27,13 @@ from astroinertia.costs.prediction import predict
 from astroinertia.scene import load
 
 SIMS = Path(__file__).parents[2] / "sims"
+NOTE = """\
+Ratios are measured over predicted. Of the times, that of the processor is to be trusted where the load is above zero, as
+the last column tells it: wall times of the calibration and of the run are then lengthened by different amounts. A pilot
+run counted the steps of particles before. Programs of JAX came from its cache on disk where $JAX_COMPILATION_CACHE_DIR
+named one, in the calibration as in the runs.
+
+"""
 KEPT = RESULTS / "predictions.json"  # rows so far, so that scenes can be run a few at a time
 CASES = {
     "core_to_pulsar_scaling": ("core_to_pulsar_scaling",),
@@ -102,7 +109,7 @@ def main() -> None:
         "predicted steps", "steps", "estimate without pilot", "predicted memory (MB)", "memory (MB)", "ratio",
         "predicted files (MB)", "files (MB)", "", "machine",
     ]  # fmt: skip
-    text = "# Runs against their predictions\n\n" + rows_of(head, list(rows.values()))
+    text = "# Runs against their predictions\n\n" + NOTE + rows_of(head, list(rows.values()))
     publish("predictions", text, chosen.keep)
 
 
