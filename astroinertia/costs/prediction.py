@@ -35,7 +35,7 @@ class Prediction:
     """What a run takes.
 
     parts: {what: Seconds} of which the run time is the sum; steps: how many, and `steps_by` what says so; memory: the
-    most bytes of the process; files: bytes of the run's folder. warnings: what is not known.
+    most bytes of the process; files: bytes of the run's folder.
     """
 
     parts: dict[str, Seconds]
