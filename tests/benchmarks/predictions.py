@@ -31,8 +31,8 @@ NOTE = """\
 Ratios are measured over predicted. Where the last column tells of a load, the ratio of processor times is the one to
 trust: other jobs lengthen wall times of the calibration and of the run by different amounts. A pilot run counted the
 steps of particles before. Programs of JAX came from its cache on disk where $JAX_COMPILATION_CACHE_DIR named one, in
-the calibration as in the runs. Steps of smooth models and the share of neighbours in a pass were fitted to some of these
-runs.
+the calibration as in the runs. Steps of smooth models and the share of neighbours in a pass were fitted to some of
+these runs.
 
 """
 KEPT = RESULTS / "predictions.json"  # rows so far, so that scenes can be run a few at a time
