@@ -1,8 +1,10 @@
 """The command line: the only file that prints or exits. Heavy modules are imported by the commands that need them."""
 
 import argparse
+import math
 import os
 import sys
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -10,7 +12,16 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from rich.console import Console
 from rich.text import Text
 
-from astroinertia import cli_audit, cli_compare, cli_hard, cli_moments, cli_ratios, cli_tradeoff, cli_verify
+from astroinertia import (
+    cli_audit,
+    cli_calibrate,
+    cli_compare,
+    cli_hard,
+    cli_moments,
+    cli_ratios,
+    cli_tradeoff,
+    cli_verify,
+)
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 
 if TYPE_CHECKING:
@@ -39,6 +50,7 @@ more:
   astroinertia moments particles.csv         the inertia tensor of a particle table, a mesh or a snapshot
   astroinertia ratios --body Mars            moment ratios of the solar system, and cores that they allow
   astroinertia verify                        every cross-check with its source: does this installation compute right?
+  astroinertia calibrate                     measure this machine, so that plans tell how long runs take
   astroinertia verify --hard                 eighty hard cases of particles, and what stable means for each
   astroinertia resume runs/coarse            go on after Ctrl-C, a crash or a power cut
   python -c "import xarray; print(xarray.open_dataset('runs/coarse/<name>.nc'))"
@@ -111,9 +123,12 @@ def _parser() -> argparse.ArgumentParser:
     new = _command(commands, "new", _new, "write a commented example scene", "astroinertia new star.toml")
     new.add_argument("file", nargs="?", metavar="FILE", type=Path, help="where to write it; to the screen without it")
 
-    plan = _command(commands, "plan", _plan, "say what a scene calls for, and why", "astroinertia plan star.toml")
+    plan = _command(
+        commands, "plan", _plan, "say what a scene calls for, why, and what it costs", "astroinertia plan star.toml"
+    )
     _scene_arguments(plan)
     cli_audit.add_arguments(plan)
+    cli_calibrate.add_plan_arguments(plan)
 
     run = _command(
         commands,
@@ -180,6 +195,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     cli_verify.add_arguments(verify)
     cli_hard.add_arguments(verify)
+
+    calibrate = _command(
+        commands, "calibrate", _calibrate, "measure this machine, so that plans tell how long runs take",
+        "astroinertia calibrate",
+    )  # fmt: skip
+    cli_calibrate.add_arguments(calibrate)
     return parser
 
 
@@ -243,13 +264,19 @@ def _plan(options: argparse.Namespace) -> int:
     from astroinertia.scene.plan import plan
 
     scene = _load(options)
-    _print_plan(plan(scene))
+    told = plan(scene)
+    _print_plan(cli_calibrate.with_cost(told, scene, options, lambda text: print(text, flush=True)))
     if not options.audit:
         return GOOD
     found = cli_audit.audited(scene)
     _Console(highlight=False).print(cli_audit.table(found))
     print(cli_audit.verdict(found))
     return GOOD if found.holds else FAILED
+
+
+def _calibrate(options: argparse.Namespace) -> int:
+    print(cli_calibrate.report(options, lambda text: print(text, flush=True)))
+    return GOOD
 
 
 def _print_plan(plan: "Plan") -> None:
@@ -285,6 +312,7 @@ def _print_plan(plan: "Plan") -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
+    begun = time.monotonic()  # what imports take is part of a run's time
     scene = _load(options)
     folder = options.output or Path("runs") / scene.name
     from astroinertia.run import run_scene
@@ -294,7 +322,7 @@ def _run(options: argparse.Namespace) -> int:
         flush=True,
     )
     with _Meter() as meter:
-        result = run_scene(scene, folder, meter.tell)
+        result = run_scene(scene, folder, meter.tell, begun)
     return _finished(result, folder)
 
 
@@ -309,8 +337,10 @@ def _resume(options: argparse.Namespace) -> int:
 def _finished(result: Path, folder: Path) -> int:
     from astroinertia import dataset, dataset_resolution
 
-    if told := dataset_resolution.told(dataset.open(result).attrs):
-        print(told)
+    attrs = dataset.open(result).attrs
+    for told in (dataset_resolution.told(attrs), cli_calibrate.compared(attrs)):
+        if told:
+            print(told)
     print(f"wrote {result}; look at it with: astroinertia show {folder}")
     return GOOD
 
@@ -341,12 +371,13 @@ class _Meter:
         told += [f"step limited by {progress.limited_by}"] if progress.limited_by else []
         figures = "  ".join([f"step {progress.step}", *told])
         share = min(1.0, progress.time / progress.end)
+        to_go = f"{progress.to_go:.0f} s to go  " if math.isfinite(progress.to_go) else ""
         if not self.console.is_terminal:
             if progress.wall_time - self.last_line >= SECONDS_BETWEEN_LINES or share >= 1.0:
                 self.last_line = progress.wall_time
-                print(f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {figures}", flush=True)
+                print(f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {to_go}{figures}", flush=True)
             return
-        self._opened().update(self.task, completed=share, figures=figures)
+        self._opened().update(self.task, completed=share, figures=figures, to_go=to_go)
 
     def _opened(self) -> Any:
         if self.bar is not None:
@@ -357,19 +388,16 @@ class _Meter:
             TaskProgressColumn,
             TextColumn,
             TimeElapsedColumn,
-            TimeRemainingColumn,
         )
 
         self.bar = Progress(
             BarColumn(24),
             TaskProgressColumn(),
             TimeElapsedColumn(),
-            TextColumn("to go"),
-            TimeRemainingColumn(),
-            TextColumn("{task.fields[figures]}"),
+            TextColumn("{task.fields[to_go]}{task.fields[figures]}"),
             console=self.console,
         )
-        self.task = self.bar.add_task("", total=1.0, figures="")
+        self.task = self.bar.add_task("", total=1.0, figures="", to_go="")
         self.bar.start()
         return self.bar
 

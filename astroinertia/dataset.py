@@ -87,14 +87,15 @@ def open_tree(path: Path | str) -> xr.DataTree:
     return xr.DataTree.from_dict(groups if snapshots is None else {**groups, "/snapshots": snapshots})
 
 
-def finish(archive: Archive) -> Path:
+def finish(archive: Archive, told: Mapping[str, float] | None = None) -> Path:
     """Write the run's final netCDF file, whole or not at all, and return its path.
 
-    Snapshots are copied segment by segment, so that memory holds one segment and the headline series.
+    told: global attributes known only now, such as what the run took. Snapshots are copied segment by segment, so that
+    memory holds one segment and the headline series.
     """
 
     def fill(aside: Path) -> None:
-        dataset = headline(_series(archive, "raise"), archive.metadata)
+        dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs(told or {})
         encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
         for name, variable in dataset.data_vars.items():
             if variable.size and variable.dtype.kind in "fi":

@@ -1,9 +1,10 @@
 """Carries a scene from its first state to its last: steps, outputs, checkpoints, interruption and resumption."""
 
+import math
 import signal
 import time as clock
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,8 @@ import jax
 from astroinertia import dataset
 from astroinertia.archive import Archive, refuse_if_taken
 from astroinertia.build import Prepared, metadata, prepare, restore, told_by
+from astroinertia.costs import experience, machine
+from astroinertia.costs.prediction import predict
 from astroinertia.errors import NumericalError, RunInterrupted
 from astroinertia.scene.schema import Scene
 from astroinertia.units import DIMENSIONLESS
@@ -24,6 +27,7 @@ class Progress:
 
     energy_error: change of the total energy over the largest of the kinetic, internal and potential energies; NaN, like
     the two after it, where a model has no such thing. limited_by: what sets the time step, and where; may be empty.
+    to_go: seconds of wall time that are left, as predicted and as seen so far; NaN while nothing is known.
     """
 
     time: float
@@ -34,45 +38,71 @@ class Progress:
     ledger_closure: float
     density_max: float
     limited_by: str = ""
+    to_go: float = math.nan
 
 
 Listener = Callable[[Progress], None]
 
 
-def run_scene(scene: Scene, folder: Path, listener: Listener | None = None) -> Path:
+def run_scene(scene: Scene, folder: Path, listener: Listener | None = None, begun: float | None = None) -> Path:
     """Run a scene in a new run folder and return the netCDF file that it leaves.
 
-    Raises SceneError, ArchiveError (the folder holds another run), NumericalError, and RunInterrupted after a signal,
-    with everything sealed so that `resume` goes on.
+    begun: of time.monotonic(), from when on the run's time is counted; from now on without it. Raises SceneError,
+    ArchiveError (the folder holds another run), NumericalError, and RunInterrupted after a signal, with everything
+    sealed so that `resume` goes on.
     """
-    refuse_if_taken(folder, metadata(scene))
+    begun = clock.monotonic() if begun is None else begun
+    described = metadata(scene) | _predicted(scene)
+    refuse_if_taken(folder, described)
     with jax.enable_x64(True):
         # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
-        return run_prepared(scene, prepare(scene), folder, listener)
+        finished = run_prepared(described, prepare(scene), folder, listener, begun)
+    experience.note(scene)
+    return finished
 
 
-def run_prepared(scene: Scene, prepared: Prepared, folder: Path, listener: Listener | None = None) -> Path:
-    """The same for a scene at time 0 that is prepared; runs under jax.enable_x64."""
-    with Archive.create(folder, metadata(scene) | told_by(prepared.evolution)) as archive:
-        return _Run(prepared, archive, listener).finish()
+def run_prepared(
+    described: Mapping[str, Any], prepared: Prepared, folder: Path, listener: Listener | None, begun: float
+) -> Path:
+    """The same for a scene at time 0 that is prepared and described (build.metadata); under jax.enable_x64."""
+    with Archive.create(folder, {**described, **told_by(prepared.evolution)}) as archive:
+        return _Run(prepared, archive, listener, begun).finish()
+
+
+def _predicted(scene: Scene) -> dict[str, float]:
+    """What the run is expected to take, for its file: seconds, those of them after its preparation, bytes, steps."""
+    found = None
+    with suppress(ArithmeticError, ValueError):  # a body at the edge of what numbers hold is still to be run
+        found = predict(scene, machine.known())
+    if found is None:
+        return {}
+    told = {
+        "predicted_wall_time": found.wall_time,
+        "predicted_evolution_time": found.evolution.wall,
+        "predicted_memory": found.memory,
+        "predicted_steps": found.steps,
+    }
+    return {name: value for name, value in told.items() if math.isfinite(value)}
 
 
 def resume(folder: Path, listener: Listener | None = None) -> Path:
     """Go on with an interrupted run, bit for bit as if it had never stopped, and return its netCDF file."""
+    begun = clock.monotonic()
     with jax.enable_x64(True), Archive.open(folder) as archive:
-        return _Run(restore(archive), archive, listener).finish()
+        return _Run(restore(archive), archive, listener, begun).finish()
 
 
 class _Run:
     """The loop over steps; what it holds beside the body is what the outputs still need."""
 
-    def __init__(self, prepared: Prepared, archive: Archive, listener: Listener | None) -> None:
-        self.archive, self.listener = archive, listener
+    def __init__(self, prepared: Prepared, archive: Archive, listener: Listener | None, begun: float) -> None:
+        self.archive, self.listener, self.begun = archive, listener, begun
         self.body, self.output, self.units = prepared.evolution, prepared.outputs, prepared.units
         self.records: list[dict[str, Any]] = []
         self.snapshots: list[dict[str, Any]] = []
         self.counters = dict(prepared.counters)
         self.opened = clock.monotonic()
+        self.from_share = self._share()
         self.told = -1e9
         self.saved, self.saved_step = self.opened, self.body.steps
 
@@ -93,7 +123,8 @@ class _Run:
                 self._record(force=self._ended())
             self._checkpoint()
         self._tell(force=True)
-        return dataset.finish(self.archive)
+        taken = self.counters["wall_time"] + clock.monotonic() - self.begun
+        return dataset.finish(self.archive, {"measured_wall_time": taken, "measured_memory": machine.peak_memory()})
 
     def _ended(self) -> bool:
         return self.body.time >= self.output.end * (1.0 - 1e-14) or self.body.steps >= self.output.max_steps
@@ -173,8 +204,22 @@ class _Run:
                 ledger_closure=found.ledger_closure,
                 density_max=found.density_max,
                 limited_by=found.limited_by,
+                to_go=self._to_go(),
             )
         )
+
+    def _share(self) -> float:
+        return min(1.0, max(self.body.time / self.output.end, self.body.steps / self.output.max_steps))
+
+    def _to_go(self) -> float:
+        """Seconds left: at first as predicted, and the more as it went so far the more of it is done."""
+        share, predicted = self._share(), self.archive.metadata.get("predicted_evolution_time", math.nan)
+        done = share - self.from_share
+        if done <= 0.0:
+            return (1.0 - share) * predicted
+        seen = (self.told - self.opened) / done
+        expected = predicted if math.isfinite(predicted) else seen
+        return (1.0 - share) * (share * seen + (1.0 - share) * expected)
 
 
 @contextmanager

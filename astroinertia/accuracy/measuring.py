@@ -18,7 +18,7 @@ import jax
 from astroinertia import dataset as datasets
 from astroinertia.accuracy.knobs import Setting, with_overrides
 from astroinertia.accuracy.observables import Observable, components, value
-from astroinertia.build import prepare
+from astroinertia.build import metadata, prepare
 from astroinertia.cache import content_key
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
 from astroinertia.models.evolution import Evolution
@@ -147,7 +147,7 @@ def _measured(
         _rehearse(prepared.evolution, prepared.outputs.end)
     folder.parent.mkdir(parents=True, exist_ok=True)
     begin = clock.perf_counter()
-    file = run_prepared(scene, replace(prepared, evolution=body), folder, listener)
+    file = run_prepared(metadata(scene), replace(prepared, evolution=body), folder, listener, clock.monotonic())
     wall = preparation + clock.perf_counter() - begin
     dataset = datasets.open(file)
     values = {each.name: value(dataset, each).tolist() for each in observables}

@@ -1,4 +1,4 @@
-"""What a particle run takes, before it is run: its memory, and what limits its time step at first."""
+"""What limits the time step of a particle run at first, before it is run."""
 
 import math
 from collections.abc import Callable
@@ -7,17 +7,14 @@ from typing import Any
 from astroinertia.effects.entries import FREE_FALL_PART
 from astroinertia.scene.schema import Scene
 
-# The most that a step of Evrard's cloud held, bytes a particle, rounded up: tests/benchmarks/results/memory.md.
-BYTES_A_PARTICLE = {"mixed": 2100, "float64": 2000}
-
 
 def expected(
     scene: Scene, eta: float, gravitational_constant: float, shown: Callable[[Scene, float, str], str]
 ) -> list[tuple[str, str, str]]:
     """What the plan tells of it: name, value and why, with quantities as `shown` writes them; nothing for a table."""
-    numerics, particles = scene.numerics, scene.particles
+    numerics = scene.numerics
     bodies: Any = [each.body for each in scene.alone()]
-    if particles is None or any(getattr(body, "radius", None) is None for body in bodies):
+    if scene.particles is None or any(getattr(body, "radius", None) is None for body in bodies):
         return []
     limits = [
         first_limits(numerics, scene.effects, body.mass, body.radius, body.particles, eta, gravitational_constant)
@@ -25,11 +22,7 @@ def expected(
     ]
     first = {name: min(each[name] for each in limits) for name in limits[0]}
     told = ", ".join(f"{name} {shown(scene, float(f'{limit:.2g}'), 'time')}" for name, limit in first.items())
-    lines = [("its limits at first", told, "about, at the mean density; denser places and shocks shorten it")]
-    if numerics.engine == "numba_cpu":
-        share = BYTES_A_PARTICLE[numerics.precision]
-        lines.append(("memory", f"{particles * share / 1e9:.2g} GB", f"{share} bytes a particle, in a step"))
-    return lines
+    return [("its limits at first", told, "about, at the mean density; denser places and shocks shorten it")]
 
 
 def first_limits(

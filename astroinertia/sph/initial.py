@@ -109,12 +109,13 @@ def _cached_glass(profile: Profile, count: int, seed: int) -> np.ndarray:
     stored = cache.load("glass", key)
     if stored is not None and stored.get("position", np.empty(0)).shape == (count, 3):
         return stored["position"]
-    points = _glass(profile, count, seed)
+    points = glass(profile, count, seed)
     cache.save("glass", key, {"position": points})
     return points
 
 
-def _glass(profile: Profile, count: int, seed: int) -> np.ndarray:
+def glass(profile: Profile, count: int, seed: int) -> np.ndarray:
+    """Points (N, 3) of the unit sphere, repelled by their neighbours to the spacing that the profile asks for."""
     generator = np.random.default_rng(seed)
     ranked_radii = profile.radius((np.arange(count) + 0.5) / count)
     neighbours = min(_GLASS_NEIGHBOURS, count - 1)

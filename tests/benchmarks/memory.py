@@ -3,7 +3,7 @@
     python tests/benchmarks/memory.py --particles 100000 1000000 --keep
 
 Resident memory of a process of its own, over that of the same process with a few particles, after three steps and a
-record; Linux only, as it counts there what the kernel tells of a process. The plan's figure (scene/particle_costs.py)
+record; Linux only, as it counts there what the kernel tells of a process. What the plan tells (costs/machine.py)
 is the larger of those found, rounded up.
 """
 

@@ -106,12 +106,12 @@ def test_density_noise(name):
 @pytest.mark.slow
 def test_sampling_error_of_the_moment_before_it_is_removed():
     """A glass carries the profile by its ranks: what the affine correction takes away shrinks faster than 1/N."""
-    from astroinertia.sph.initial import _glass
+    from astroinertia.sph.initial import glass
 
     profile = profiles.polytrope(1.5)
     errors = []
     for count in (500, 4000):
-        points = _glass(profile, count, 0)
+        points = glass(profile, count, 0)
         errors.append(abs((points**2).sum() / 3 / count / profile.second_moment - 1))
     assert errors[0] < 5e-5
     assert errors[1] < errors[0] / 8

@@ -1,0 +1,117 @@
+"""Measures this machine: what passes, steps, records, files and a start take on it (python: costs.probes).
+
+Every probe runs in an interpreter of its own, so that starting one is measured too and memory is that of a run.
+Tests: tests/unit/test_costs.py.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+
+from astroinertia.costs.machine import FORMAT, Machine, Seconds, described, keep, less, read, shipped
+from astroinertia.costs.probe_scenes import SCALING
+from astroinertia.errors import NumericalError
+
+PROBES = {
+    "ellipsoid": "ellipsoids: compiling, steps and records",
+    "rigid": "rigid bodies: compiling, steps and records",
+    "sph": "particles: passes over pairs, gravity, individual steps, records, files",
+}
+START = "the start of a run, and its end"
+COMPILED = 20.0  # processor seconds: a start that takes as long has compiled what particles need
+
+
+def calibrate(listener: Callable[[str, float], None] | None = None) -> Machine:
+    """Measure this machine, keep what was found in the user's cache, and return it.
+
+    listener: hears what is measured next, and the share that is done. NumericalError where a probe fails.
+    """
+    told = listener or (lambda *_: None)
+    shares = iter((0.0, 0.1, 0.3, 0.5))
+    told(START, next(shares))
+    start, memory = _start()
+    seconds = {"start": start}
+    peaks = {"scaling": memory}
+    for kind, text in PROBES.items():
+        told(text, next(shares))
+        found = probed(kind)
+        prepared = Seconds(*found["prepared"])
+        if kind == "sph" and prepared.processor > COMPILED:
+            seconds["compile.sph"] = less(prepared, start)
+            told(f"{text}, now that they are compiled", 0.7)
+            found = probed(kind)
+            prepared = Seconds(*found["prepared"])
+        first = "splitting" if kind == "rigid" else kind
+        seconds[f"prepare.{first}"] = less(prepared, start)
+        peaks[first] = float(found["memory"])
+        if kind == "rigid":
+            peaks["adaptive"] = float(found["last"])
+        seconds |= {name: Seconds(*pair) for name, pair in found["seconds"].items()}
+    seconds.setdefault("compile.sph", _compiling(seconds))
+    particle = {name: size for name, size in shipped().memory.items() if name.startswith("particle.")}
+    machine = checked(seconds, peaks | particle)
+    keep(machine)
+    told("done", 1.0)
+    return machine
+
+
+def checked(seconds: dict[str, Seconds], memory: dict[str, float]) -> Machine:
+    """The machine with these prices; NumericalError where one is missing or no number."""
+    known = shipped()
+    wrong = (seconds.keys() ^ known.seconds.keys()) | (memory.keys() ^ known.memory.keys())
+    content = {
+        "format": FORMAT, "machine": described(), "memory": memory,
+        "seconds": {name: [each.wall, each.processor] for name, each in seconds.items()},
+    }  # fmt: skip
+    machine = read(content, described())
+    if machine is None:
+        raise NumericalError(f"the machine could not be measured: a price is missing or out of bounds {sorted(wrong)}")
+    return machine
+
+
+def _compiling(seconds: dict[str, Seconds]) -> Seconds:
+    """Of what was compiled before, so that it could not be timed: as shipped, for a machine as fast as this one."""
+    known = shipped().seconds
+    faster = seconds["prepare.ellipsoid"].processor / known["prepare.ellipsoid"].processor
+    return known["compile.sph"] * faster
+
+
+def probed(kind: str) -> dict[str, Any]:
+    """What one probe tells."""
+    command = ["-m", "astroinertia.costs.probes", kind, repr(time.time())]
+    output, _ = _run(command)
+    try:
+        return json.loads(output.splitlines()[-1])
+    except (ValueError, IndexError):
+        raise NumericalError(f"the machine could not be measured: the probe {kind} said nothing") from None
+
+
+def _start() -> tuple[Seconds, float]:
+    """A run that does next to nothing: its time, and the most bytes that it held."""
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder) / "start.toml"
+        scene.write_text(SCALING)
+        _, taken = _run(["-m", "astroinertia.cli", "run", str(scene), "--output", f"{folder}/run"])
+        with netCDF4.Dataset(Path(folder) / "run" / "start.nc") as file:
+            return taken, float(file.measured_memory)
+
+
+def _run(arguments: Sequence[str]) -> tuple[str, Seconds]:
+    """What a Python program printed, and what it took; NumericalError where it failed."""
+    begin = time.perf_counter()
+    before = os.times()
+    done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=False)
+    after = os.times()
+    taken = after.children_user + after.children_system - before.children_user - before.children_system
+    if done.returncode != 0:
+        last = (done.stderr.strip().splitlines() or ["without a word"])[-1]
+        raise NumericalError(f"the machine could not be measured: a probe failed ({last[:200]})")
+    return done.stdout, Seconds(time.perf_counter() - begin, taken)

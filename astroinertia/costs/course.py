@@ -1,0 +1,211 @@
+"""How many time steps particles will take, from the body as a sphere that stays similar to itself.
+
+Its size a(t), 1 at the start, follows a'' = -W/a^2 + H/a^(3 gamma - 2) + S/a^3 (gravity, pressure, spin), with what the
+profile says of W, H and S; its steps are those of the densest particles. That is exact of neither shocks nor shapes:
+a pilot run (costs.pilot) counts instead. Tests: tests/unit/test_costs.py.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from astroinertia.effects.entries import FREE_FALL_PART
+from astroinertia.errors import AstroinertiaError
+from astroinertia.scene.plan import code_units, smoothing
+from astroinertia.scene.schema import Scene
+from astroinertia.sph import profiles
+from astroinertia.sph.kernels import KERNELS
+from astroinertia.sph.profiles import Profile
+
+MOMENTS = 4000  # in which the sphere is followed
+STIRRED = 2.0  # signals over the speed of sound behind shocks, where neighbours move at random
+STANDARD_SIGNAL = 4.5  # of the tests of hydrodynamics, in their own units: sound, motion and denser parts, about
+SMALLEST = 0.02  # of its size, at which a sphere that nothing holds up has become something else
+SHAKEN = 0.35  # of the size: to which a sphere that collapses settles after its shocks, at least (virial: a half)
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """What of a body sets its course, in code units with W, H and S as above.
+
+    densest: density that particles see at the centre; sound: its speed there; gamma: of the pressure.
+    """
+
+    gravity: float
+    pressure: float
+    spin: float
+    gamma: float
+    densest: float
+    sound: float
+    particle_mass: float
+    size: float
+
+
+def steps(scene: Scene) -> float | None:
+    """The number of global steps; None where nothing is known of the body beforehand."""
+    most = scene.time.max_steps or math.inf
+    counts = [_steps_of(alone) for alone in scene.alone()]
+    known = [count for count in counts if count is not None]
+    if len(known) < len(counts):
+        return None
+    return min(max(known), most)
+
+
+def _steps_of(scene: Scene) -> float | None:
+    units = code_units(scene)
+    end = float(units.to_code(scene.time.end, "time"))
+    longest = end
+    if scene.numerics.max_timestep is not None:
+        longest = float(units.to_code(scene.numerics.max_timestep, "time"))
+    body: Any = scene.body
+    if body.kind == "standard":
+        return end / min(longest, _standard_step(scene))
+    if getattr(body, "radius", None) is None or body.particles is None:
+        return None
+    try:
+        sphere = sphere_of(scene)
+    except AstroinertiaError:
+        return None
+    times, sizes = course(sphere, end)
+    rates = np.abs(np.gradient(sizes, times)) / sizes
+    step = np.minimum(longest, _steps_at(scene, sphere, sizes, rates))
+    return float(np.trapezoid(1.0 / step, times)) + 1.0
+
+
+def _standard_step(scene: Scene) -> float:
+    body: Any = scene.body
+    box = scene.box
+    volume = math.prod(box.lengths) if box is not None else 4.0 / 3.0 * math.pi
+    return scene.numerics.courant * smoothing(scene)[0] * (volume / body.particles) ** (1.0 / 3.0) / STANDARD_SIGNAL
+
+
+def sphere_of(scene: Scene) -> Sphere:
+    """The body of a scene as a sphere of the same volume."""
+    units, body = code_units(scene), scene.body
+    given: Any = body
+    profile = _profile(given)
+    axes = getattr(body, "axes", (1.0, 1.0, 1.0))
+    flat = given.axis_ratio or 1.0 if body.kind == "rotating_star" else math.prod(axes)
+    mass = float(units.to_code(given.mass, "mass"))
+    size = float(units.to_code(given.radius, "length")) * flat ** (1.0 / 3.0)
+    square = 3.0 * profile.second_moment * size**2  # mean of r^2
+    seen = 0.5 * min(1.0, smoothing(scene)[1] / given.particles)  # of the mass: what the innermost kernel is full of
+    densest = float(profile.density(profile.radius(np.array(seen)))) * mass / size**3
+    has_gravity, has_pressure = "gravity" in scene.effects, "pressure" in scene.effects
+    weight = abs(profile.gravitational_energy) * mass / size / square
+    weight = weight if math.isfinite(weight) else mass / size**3
+    gamma = _exponent(scene)
+    spin = _spin(scene, square, size)
+    if body.kind == "rotating_star":
+        spin = 0.0  # in equilibrium with it: gravity and pressure below are what is left
+    if not has_pressure:
+        heat, sound = 0.0, 0.0
+    elif given.specific_internal_energy is not None:
+        energy = float(units.to_code(given.specific_internal_energy, "specific_energy"))
+        heat, sound = 3.0 * (gamma - 1.0) * energy / square, math.sqrt(gamma * (gamma - 1.0) * energy)
+    elif given.entropy is not None and body.kind == "dyson":
+        central = float(profile.density(np.array(0.0))) * mass / size**3
+        sound = math.sqrt(gamma * given.entropy * central ** (gamma - 1.0))
+        heat = 3.0 * given.entropy * _mean_power(profile, mass / size**3, gamma - 1.0) / square
+    else:
+        fraction = given.pressure_fraction or 1.0
+        heat = fraction * (weight - spin) if has_gravity else fraction * weight
+        sound = math.sqrt(fraction * _central_sound(profile, mass / size, gamma))
+    return Sphere(weight if has_gravity else 0.0, max(heat, 0.0), spin, gamma, densest, sound,
+                  mass / given.particles, size)  # fmt: skip
+
+
+def _profile(body: Any) -> Profile:
+    if body.kind in ("polytrope", "rotating_star"):
+        return profiles.polytrope(body.index)
+    if body.kind == "dyson":
+        return profiles.dyson(body.gamma)
+    return profiles.power_law(getattr(body, "exponent", 0.0))
+
+
+def _exponent(scene: Scene) -> float:
+    fluid = scene.equation_of_state
+    gamma = getattr(fluid, "gamma", None) or getattr(fluid, "gamma_thermal", None)
+    return float(gamma) if gamma else (1.0 if getattr(fluid, "kind", "") == "isothermal" else 5.0 / 3.0)
+
+
+def _spin(scene: Scene, square: float, size: float) -> float:
+    rotation: Any = scene.body.rotation
+    if rotation is None:
+        return 0.0
+    units = code_units(scene)
+    rate = getattr(rotation, "rate", None)
+    if rate is not None:
+        return 2.0 / 3.0 * float(units.to_code(rate, "angular_velocity")) ** 2
+    if getattr(rotation, "period", None) is not None:
+        return 2.0 / 3.0 * (2.0 * math.pi / float(units.to_code(rotation.period, "time"))) ** 2
+    return 0.0
+
+
+def _mean_power(profile: Profile, unit: float, power: float) -> float:
+    """The mean over the mass of density^power, where the mean density of mass 1 in size 1 is that unit."""
+    shells = profile.radius((np.arange(200) + 0.5) / 200)
+    return float(np.mean((profile.density(shells) * unit) ** power))
+
+
+def _central_sound(profile: Profile, unit: float, gamma: float) -> float:
+    """The square of the speed of sound at the centre, in equilibrium: gamma P/rho, P being the weight of the rest."""
+    nodes = np.linspace(1e-3, 1.0, 2000)
+    above = np.trapezoid(profile.density(nodes) * profile.enclosed(nodes) / nodes**2, nodes)
+    return gamma * unit * float(above / profile.density(np.array(1e-3)))
+
+
+def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times and sizes (K,) from the start to the end, times being dense where the sphere is small."""
+    exponent = 3.0 * sphere.gamma - 2.0
+
+    def push(a: float) -> float:
+        return -sphere.gravity / a**2 + sphere.pressure / a**exponent + sphere.spin / a**3
+
+    pace = math.sqrt(max(sphere.gravity, sphere.pressure, sphere.spin, 1e-30))
+    settled = abs(push(1.0)) < 0.02 * pace**2
+    if settled:
+        return np.array([0.0, end]), np.ones(2)
+    times, sizes = [0.0], [1.0]
+    time, a, speed = 0.0, 1.0, 0.0
+    least = SHAKEN if sphere.pressure > 0.0 else SMALLEST
+    while time < end and len(times) < MOMENTS:
+        dt = min(end - time, max(0.02 * a**1.5 / pace, 1.0 / MOMENTS * end if a > least else 0.0))
+        speed += 0.5 * dt * push(a)
+        a += dt * speed
+        if a <= least:  # shocks have stopped it, or nothing is known of what it has become
+            times += [time + dt, end]
+            sizes += [least, least]
+            break
+        speed += 0.5 * dt * push(a)
+        time += dt
+        times.append(time)
+        sizes.append(a)
+    if times[-1] < end:
+        times.append(end)
+        sizes.append(sizes[-1])
+    return np.array(times), np.array(sizes)
+
+
+def _steps_at(scene: Scene, sphere: Sphere, sizes: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """The shortest limit at those sizes, which change at those relative rates, (K,)."""
+    numerics = scene.numerics
+    eta = smoothing(scene)[0]
+    density = sphere.densest / sizes**3
+    length = eta * (sphere.particle_mass / density) ** (1.0 / 3.0)
+    limits = [np.full_like(sizes, np.inf)]
+    if sphere.gravity > 0.0:
+        limits.append(numerics.courant * FREE_FALL_PART * np.sqrt(3.0 * math.pi / (32.0 * density)))
+    if sphere.sound > 0.0:
+        sound = sphere.sound * sizes ** (-1.5 * (sphere.gamma - 1.0))
+        # What falls in is heated until it is as fast as it fell.
+        fallen = STIRRED * np.maximum(sound, np.sqrt(sphere.gravity * sphere.size**2 / sizes))
+        signal = np.where(sizes <= SHAKEN, fallen, sound + rates * KERNELS[numerics.kernel].support * length)
+        limits.append(numerics.courant * length / signal)
+    pull = np.maximum(sphere.gravity, sphere.pressure) * sphere.size / sizes**2
+    limits.append(numerics.acceleration_factor * np.sqrt(length / np.maximum(pull, 1e-300)))
+    if numerics.free_fall_factor is not None:
+        limits.append(numerics.free_fall_factor / np.sqrt(density))
+    return np.minimum.reduce(limits)

@@ -1,0 +1,100 @@
+"""What a step of particles is made of, and what its parts take on a machine."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from astroinertia.costs.machine import REFERENCE_NEIGHBOURS, Machine, Seconds
+from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.scene import gravity_prices
+from astroinertia.scene.plan import gravity_method, smoothing
+from astroinertia.scene.schema import Scene
+
+# Of the pass over neighbours that gravity's softening, pressure and viscosity share, each one's part: an apportionment,
+# not measured, with which runs of one, two and three of them come out (tests/benchmarks/results/predictions.md).
+FORCE_SHARES = {"gravity": 0.25, "pressure": 0.4}
+BY_NEIGHBOURS = 0.6  # of a pass, what goes with the number of neighbours; lists and whole leaves do not
+FURTHER_SHARE = 0.35  # viscosity's, and that of any other effect between neighbours
+EFFECTS_IN_REST = 3  # that the calibration's "rest" is of
+REST_OF_EFFECT = 0.15  # of that rest: each effect's accelerations and its books
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Steps of a run; evaluations of particles over their number; ends of intervals. All alike with global steps."""
+
+    steps: float
+    evaluations: float
+    ends: float
+    by: str
+
+    def at_most(self, steps: float) -> "Counts":
+        """The same run, ended after so many steps."""
+        part = min(1.0, steps / self.steps)
+        return Counts(part * self.steps, part * self.evaluations, part * self.ends, self.by)
+
+
+def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:
+    """What one evaluation of all particles takes, by its parts; those of effects under their kinds."""
+    numerics, prices = scene.numerics, machine.seconds
+    more = particles * (1.0 - BY_NEIGHBOURS + BY_NEIGHBOURS * smoothing(scene)[1] / REFERENCE_NEIGHBOURS)
+
+    def passed(name: str) -> Seconds:
+        return prices[f"fixed.{name}"] + more * prices[f"{numerics.precision}.{name}"]
+
+    near = [kind for kind in scene.effects if kind == "gravity" or CATALOGUE[kind].cost == "neighbours"]
+    parts = {"density": passed("density")}
+    for kind in near:
+        part = FORCE_SHARES.get(kind, FURTHER_SHARE) * passed("forces")
+        if has_gradients(scene, kind):
+            part = part + passed("gradients")
+        parts[kind] = part
+    if "gravity" in scene.effects:
+        parts["gravity"] = parts["gravity"] + gravity(scene, particles, machine)
+    rest = prices["fixed.rest"] + particles * prices["rest"]
+    common = 1.0 - EFFECTS_IN_REST * REST_OF_EFFECT
+    for kind in scene.effects:
+        parts[kind] = parts.get(kind, Seconds()) + REST_OF_EFFECT * rest
+    return parts | {"drift, books and time step": common * rest}
+
+
+def gravity(scene: Scene, particles: int, machine: Machine) -> Seconds:
+    """The attraction of all pairs."""
+    prices, precision = machine.seconds, scene.numerics.precision
+    if gravity_method(scene, particles) == "direct":
+        return prices["fixed.direct"] + float(particles) ** 2 * prices[f"{precision}.direct"]
+    error = scene.effects["gravity"]["force_error"]
+    growth = gravity_prices.PRICES["numba_cpu", precision].growth
+    dearer = (gravity_prices.FORCE_ERROR / error) ** growth
+    return prices["fixed.multipole"] + dearer * particles * prices[f"{precision}.multipole"]
+
+
+def has_gradients(scene: Scene, kind: str) -> bool:
+    """Whether an effect between neighbours asks for a pass over gradients."""
+    if kind == "viscosity":
+        options: Any = scene.effects[kind]
+        return options["switch"] != "none" or options["limiter"] != "none"
+    return kind == "shear_viscosity"
+
+
+def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine) -> dict[str, Seconds]:
+    """What all steps of a run take, by their parts."""
+    plain = evaluation(scene, particles, machine)
+    if scene.numerics.timesteps == "global":
+        return {name: counts.steps * each for name, each in plain.items()}
+    # A few particles awake take their share of every pass, and each end of an interval what it takes by itself.
+    by_particle = evaluation(scene, particles, _without_fixed(machine))
+    prices = machine.seconds
+    found = {name: counts.evaluations * each for name, each in by_particle.items()}
+    ends = counts.ends * prices["individual.end"]
+    return found | {"ends of intervals": ends + counts.evaluations * particles * prices["individual.particle"]}
+
+
+def _without_fixed(machine: Machine) -> Machine:
+    free = {name: Seconds() if name.startswith("fixed.") else each for name, each in machine.seconds.items()}
+    return Machine(free, machine.memory, machine.calibrated, machine.description)
+
+
+def settling_steps(particles: int) -> float:
+    """Steps of the descent in which a body settles, about (models.relaxation)."""
+    return 120.0 * max(1.0, math.log10(particles / 100.0))

@@ -1,0 +1,177 @@
+"""What a run will take before it is run: wall time with its parts, steps, memory and the size of its files.
+
+Tests: tests/unit/test_costs.py; measured against runs in tests/benchmarks/results/predictions.md.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from astroinertia.costs import course, experience, piloted, smooth
+from astroinertia.costs.evaluations import Counts, evaluation, run_of_steps, settling_steps
+from astroinertia.costs.machine import Machine, Seconds, total
+from astroinertia.scene.plan import cadence, records
+from astroinertia.scene.schema import Scene
+
+NUMBER = 8  # bytes
+ARRAYS_OF_A_SNAPSHOT = 12  # numbers a particle
+ARRAYS_OF_A_STATE = 60  # numbers a particle of a checkpoint, and for each effect
+ARRAYS_OF_AN_EFFECT = 14
+NUMBERS_OF_A_RECORD = {"sph": 220}  # and OF_AN_EFFECT for each
+NUMBERS_WITHOUT_PARTICLES = 75
+OF_AN_EFFECT = 30
+IN_THE_FINAL_FILE = {"sph": 1.2}  # bytes of a record there, with what follows from it, over those it is sealed with
+SMOOTH = 0.6  # the same without particles: smooth series are compressed well
+COMPRESSED = 0.75  # a snapshot in the final file
+# Of individual steps without a pilot: as in Evrard's collapse (tests/benchmarks/results/individual_steps.md).
+STEPS_IN_A_BASE_STEP = 16.0
+AWAKE = 0.5
+PREPARATION = ("start-up", "compiling", "placing", "settling")
+HEADER = 3.5e5  # bytes of the final file without any record, and of the manifest
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a run takes.
+
+    parts: {what: Seconds} of which the run time is the sum; steps: how many, and `steps_by` what says so; memory: the
+    most bytes of the process; files: bytes of the run's folder.
+    """
+
+    parts: dict[str, Seconds]
+    steps: float
+    steps_by: str
+    memory: float
+    files: float
+    calibrated: bool
+
+    @property
+    def time(self) -> Seconds:
+        """Of the whole run."""
+        return total(self.parts.values())
+
+    @property
+    def evolution(self) -> Seconds:
+        """Of what comes after the preparation: steps, records and writing."""
+        return total(each for name, each in self.parts.items() if name not in PREPARATION)
+
+    @property
+    def wall_time(self) -> float:
+        """Of the whole run, in seconds, on a machine that does nothing else."""
+        return self.time.wall
+
+
+def predict(scene: Scene, machine: Machine) -> Prediction | None:
+    """What a scene will take on a machine; None where its number of particles or of steps is not known beforehand.
+
+    Imports neither an engine nor an effect. A pilot that was run before (costs.pilot) says the steps of particles;
+    without one they are estimated.
+    """
+    if scene.model != "sph":
+        return _without_particles(scene, machine)
+    particles = scene.particles
+    if particles is None or scene.numerics.engine != "numba_cpu":
+        return None
+    counts = counted(scene)
+    if counts is None:
+        return None
+    prices = machine.seconds
+    parts = {"start-up": prices["start"] + prices["prepare.sph"]}
+    if not experience.compiled(scene):
+        parts["compiling"] = prices["compile.sph"]
+    if not experience.placed(scene):
+        parts |= _placing(scene, particles, machine)
+    steps = run_of_steps(scene, particles, counts, machine)
+    written = _records(scene, counts.steps)
+    once = evaluation(scene, particles, machine)
+    again = total(each for name, each in once.items() if name in scene.effects)  # once more, for the virials
+    one = prices["record"] + particles * prices["record.particle"] + again
+    size = files(scene, written, particles)
+    parts |= {f"steps: {name}": each for name, each in steps.items()}
+    parts |= {"records": written * one, "writing": _writing(scene, size, total(parts.values()).wall, machine)}
+    memory = machine.memory["sph"] + particles * machine.memory[f"particle.{scene.numerics.precision}"]
+    return Prediction(parts, counts.steps, counts.by, memory, size, machine.calibrated)
+
+
+def counted(scene: Scene) -> Counts | None:
+    """How many steps particles take: by a pilot where one was run, or else estimated; None where neither is known."""
+    assert scene.particles is not None
+    most = scene.time.max_steps or math.inf
+    pilot = piloted.kept(scene)
+    if pilot is not None:
+        return pilot.counts(scene.particles).at_most(most)
+    found = course.steps(scene)
+    if found is None:
+        return None
+    if scene.numerics.timesteps == "individual":
+        return Counts(found / STEPS_IN_A_BASE_STEP, found * AWAKE, found, "an estimate").at_most(most)
+    return Counts(found, found, found, "an estimate").at_most(most)
+
+
+def _without_particles(scene: Scene, machine: Machine) -> Prediction:
+    prices, kind = machine.seconds, smooth.kind(scene)
+    written = records(scene.time.end, cadence(scene).series_every or scene.time.end)
+    parts = {"start-up": prices["start"]}
+    steps = 0.0
+    if kind != "scaling":
+        parts["compiling"] = total(prices[name] for name in smooth.compiled(scene))
+        steps = smooth.steps(scene, written)
+        parts["steps"] = steps * prices[f"step.{kind}"]
+    size = files(scene, written, 0)
+    parts |= {"records": written * prices[f"record.{kind}"]}
+    parts |= {"writing": _writing(scene, size, total(parts.values()).wall, machine)}
+    return Prediction(parts, steps, "an estimate", machine.memory[kind], size, machine.calibrated)
+
+
+def _placing(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:
+    parts = {}
+    bodies: Any = [each.body for each in scene.alone()]
+    if any(body.placement == "glass" and body.kind != "standard" for body in bodies):
+        parts["placing"] = particles * machine.seconds["place.particle"]
+    settling = [each for each in scene.alone() if settles(each)]
+    if settling:
+        parts["settling"] = total(_settling(each, machine) for each in settling)
+    return parts
+
+
+def settles(scene: Scene) -> bool:
+    """Whether a body is settled to equilibrium before it starts."""
+    body: Any = scene.body
+    asked = body.relax and {"gravity", "pressure"} <= set(scene.effects)
+    return bool(asked) and (body.kind in ("rotating_star", "layered") or (body.kind == "polytrope" and body.index > 0))
+
+
+def _settling(scene: Scene, machine: Machine) -> Seconds:
+    # Bodies settle under gravity and pressure alone, in 64 bits.
+    numerics = scene.numerics.model_copy(update={"precision": "float64"})
+    effects = {kind: scene.effects[kind] for kind in ("gravity", "pressure")}
+    body: Any = scene.body
+    still = scene.model_copy(update={"numerics": numerics, "effects": effects})
+    return settling_steps(body.particles) * total(evaluation(still, body.particles, machine).values())
+
+
+def _records(scene: Scene, steps: float) -> float:
+    """How many records a run of particles leaves: no more than it takes steps."""
+    when = cadence(scene)
+    if when.series_every is None:
+        return 1.0 + steps / (when.series_steps or 1)
+    asked = float(records(scene.time.end, when.series_every))
+    return asked if scene.output.align else min(asked, steps + 1.0)
+
+
+def files(scene: Scene, written: float, particles: int) -> float:
+    """Bytes of a run's folder: the records and snapshots as they are sealed and in the final file, a checkpoint."""
+    effects = len(scene.effects)
+    numbers = NUMBERS_OF_A_RECORD.get(scene.model, NUMBERS_WITHOUT_PARTICLES) + OF_AN_EFFECT * effects
+    series = written * NUMBER * numbers * (1.0 + IN_THE_FINAL_FILE.get(scene.model, SMOOTH))
+    snapshots = 0.0
+    if particles:
+        count = records(scene.time.end, cadence(scene).snapshot_every)
+        snapshots = min(count, written) * particles * NUMBER * ARRAYS_OF_A_SNAPSHOT
+    state = particles * NUMBER * (ARRAYS_OF_A_STATE + ARRAYS_OF_AN_EFFECT * effects)
+    return HEADER + series + snapshots * (1.0 + COMPRESSED) + state
+
+
+def _writing(scene: Scene, size: float, before: float, machine: Machine) -> Seconds:
+    pauses = 2.0 + before / max(scene.output.checkpoint_seconds, 1.0)
+    return pauses * machine.seconds["write"] + size * machine.seconds["write.byte"]

@@ -1,0 +1,308 @@
+"""What `calibrate` times, in an interpreter of its own: python -m astroinertia.costs.probes KIND LAUNCHED.
+
+KIND is sph, ellipsoid or rigid, LAUNCHED the time at which it was started. It writes one line of JSON:
+{"seconds": {price: [wall, processor]}, "memory": bytes of a run that does next to nothing, "last": bytes at the end,
+"prepared": [wall, processor] since it was started}.
+"""
+
+import json
+import statistics
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+
+from astroinertia import dataset
+from astroinertia.archive import Archive
+from astroinertia.build import metadata, prepare, told_by
+from astroinertia.costs.machine import PRECISIONS, Seconds, less, peak_memory, total
+from astroinertia.costs.probe_scenes import CLOUD, COMPANION, ELLIPSOID, RIGID, SCALING
+from astroinertia.models import sph
+from astroinertia.scene import load
+from astroinertia.sph import initial, profiles
+
+FEW, MANY = 400, 5000  # particles: what a pass takes however few there are, and what each of them adds
+WARM, STEPS = 3, 8  # steps before, and steps that are timed
+EVALUATIONS = 3e4  # of particles, at least, in base steps of individual ones
+GLASS = 2000
+Pairs = dict[str, Seconds]
+
+
+class Stopwatch:
+    """Sums up the times of parts by their names."""
+
+    def __init__(self) -> None:
+        self.found: dict[str, Seconds] = defaultdict(Seconds)
+
+    def timed(self, name: str, action: Callable[[], Any]) -> Any:
+        """What the action returns."""
+        begin = now()
+        result = action()
+        self.found[name] += since(begin)
+        return result
+
+
+class Watched:
+    """Something whose methods are timed: {method: what the part is called, given its arguments}."""
+
+    def __init__(self, inner: Any, watch: Stopwatch, methods: Mapping[str, Callable[..., str]]) -> None:
+        self._inner, self._watch, self._methods = inner, watch, methods
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(self._inner, name)
+        if name not in self._methods:
+            return found
+        part = self._methods[name]
+        return lambda *given, **named: self._watch.timed(part(*given), lambda: found(*given, **named))
+
+
+def now() -> tuple[float, float]:
+    """The clock on the wall and that of the processor."""
+    return time.perf_counter(), time.process_time()
+
+
+def since(begin: tuple[float, float]) -> Seconds:
+    """What has passed on both since `now`."""
+    wall, processor = now()
+    return Seconds(wall - begin[0], processor - begin[1])
+
+
+def cloud(particles: int, **settings: str) -> Any:
+    """Evrard's cloud at time 0, under way; settings by their keys with __ for dots."""
+    given = [f"{key.replace('__', '.')}={value}" for key, value in settings.items()]
+    return prepare(load.loads(CLOUD, [f"body.particles={particles}", *given])).evolution
+
+
+def steps_of(body: Any, count: int) -> Pairs:
+    """What each part of one step takes, on average; "rest" is what no pass over pairs does."""
+    watch = Stopwatch()
+
+    def sums(_: Any, __: Any, terms: Any, *___: Any) -> str:
+        return "forces" if any(term.effect == "pressure" for term in terms) else "gradients"
+
+    parts = {"density": lambda *_: "density", "listed": lambda *_: "density", "neighbour_sums": sums}
+    plain = body.problem
+    attraction, *others = plain.effects
+    watched = Watched(attraction, watch, {"own_sums": lambda *_: "multipole"})
+    body.problem = replace(plain, engine=Watched(plain.engine, watch, parts), effects=(watched, *others))
+    found = []
+    for _ in range(count):
+        watch.found.clear()
+        watch.timed("step", lambda: body.advance(body.end))
+        step = watch.found.pop("step")
+        found.append({**watch.found, "rest": less(step, total(watch.found.values()))})
+    body.problem = plain
+    return {name: middle([step[name] for step in found]) for name in found[0]} | {"direct": _direct(body)}
+
+
+def _direct(body: Any) -> Seconds:
+    """The attraction of all pairs by direct sums."""
+    problem, fluid = body.problem, body.state.rates.fluid
+    terms = replace(problem.effects[0], method="direct").all_pair_terms
+    fields = sph.pair_fields(problem, fluid)
+    times = []
+    for _ in range(4):
+        begin = now()
+        problem.engine.all_pair_sums(body.arrangement.pairs, problem.kernel, terms, fields)
+        times.append(since(begin))
+    return middle(times[1:])  # the first has compiled it
+
+
+def middle(times: list[Seconds]) -> Seconds:
+    """The median by the wall, which other work delays now and then, and the mean by the processor."""
+    return Seconds(statistics.median(each.wall for each in times), statistics.fmean(each.processor for each in times))
+
+
+def line(few: Seconds, many: Seconds, power: int = 1) -> tuple[Seconds, Seconds]:
+    """What FEW and MANY particles take as (fixed, a particle or, with power 2, a pair)."""
+
+    def each(a: float, b: float) -> tuple[float, float]:
+        slope = max(0.0, (b - a) / (MANY**power - FEW**power))
+        return max(0.0, a - slope * FEW**power), slope
+
+    (fixed, slope), (fixed_cpu, slope_cpu) = each(few.wall, many.wall), each(few.processor, many.processor)
+    return Seconds(fixed, fixed_cpu), Seconds(slope, slope_cpu)
+
+
+def particle_prices() -> Pairs:
+    """Prices of passes, records, individual steps and placing."""
+    prices: Pairs = {}
+    fixed: dict[str, list[Seconds]] = defaultdict(list)
+    rests = []
+    for precision in PRECISIONS:
+        found = []
+        for particles in (FEW, MANY):
+            body = cloud(particles, numerics__precision=precision)
+            for _ in range(WARM):
+                body.advance(body.end)
+            found.append(steps_of(body, STEPS))
+            if precision == "mixed":
+                found[-1]["record"] = _record(body, found[-1])
+        lines = {name: line(few, found[1][name], 2 if name == "direct" else 1) for name, few in found[0].items()}
+        rests.append(lines.pop("rest"))
+        if "record" in lines:
+            prices["record"], prices["record.particle"] = lines.pop("record")
+        for name, (start, slope) in lines.items():
+            fixed[name].append(start)
+            prices[f"{precision}.{name}"] = slope
+    prices |= {f"fixed.{name}": middle(each) for name, each in fixed.items()}
+    prices["fixed.rest"] = middle([start for start, _ in rests])
+    prices["rest"] = middle([slope for _, slope in rests])
+    prices |= _individual(prices)
+    begin = now()
+    initial.glass(profiles.uniform(), GLASS, 1)
+    return prices | {"place.particle": since(begin) * (1.0 / GLASS)}
+
+
+def _record(body: Any, step: Pairs) -> Seconds:
+    """A record, less the forces that it sums once more for their virials."""
+    body.record(0.0)
+    times = []
+    for _ in range(3):
+        begin = now()
+        body.record(0.0)
+        times.append(since(begin))
+    return less(middle(times), step["forces"] + step["multipole"])
+
+
+def _individual(prices: Pairs) -> Pairs:
+    """Of the ends of intervals within base steps, and what a particle takes there beside its passes."""
+    passes = [prices[f"mixed.{name}"] for name in ("density", "gradients", "forces", "multipole")]
+    rows = []
+    for particles in (FEW, MANY):
+        body = cloud(particles, numerics__precision="mixed", numerics__timesteps="individual")
+        told, plain = [], body.base_step
+        body.base_step = lambda *given, plain=plain, told=told: _counted(plain(*given), told)
+        body.advance(body.end)
+        told.clear()
+        begin = now()
+        while sum(each.evaluations for each in told) < min(EVALUATIONS, 20 * particles):
+            body.advance(body.end)
+        taken = since(begin)
+        evaluations, ends = (sum(getattr(each, name) for each in told) for name in ("evaluations", "ends"))
+        rest = less(taken, evaluations * total(passes))
+        rows.append((ends, evaluations, [rest.wall, rest.processor]))
+    matrix = np.array([[ends, evaluations] for ends, evaluations, _ in rows], dtype=float)
+    found = np.linalg.solve(matrix, np.array([rest for _, _, rest in rows]))
+    # A particle in a nested set may take less than its share of a plain pass over all of them.
+    end = np.maximum(found[0], 0.0)
+    particle = np.maximum(found[1], 0.0)
+    return {"individual.end": Seconds(*map(float, end)), "individual.particle": Seconds(*map(float, particle))}
+
+
+def _counted(result: Any, told: list[Any]) -> Any:
+    told.append(result[2])
+    return result
+
+
+def written(scene: Any, body: Any) -> Pairs:
+    """A checkpoint, the fixed part of it, and a byte of the segments and the final file."""
+    with tempfile.TemporaryDirectory() as folder, Archive.create(folder, metadata(scene) | told_by(body)) as archive:
+        record = {**body.record(0.0), "wall_time": 0.0}
+        archive.write_segment([record])
+        begin = now()
+        archive.write_checkpoint({}, {})
+        archive.write_segment([record])
+        fixed = since(begin)
+        snapshot = {"time": 0.0, **{name: np.random.default_rng(1).normal(size=200_000) for name in "abcde"}}
+        begin = now()
+        archive.write_segment([record], [snapshot])
+        dataset.finish(archive)
+        taken = since(begin)
+        size = sum(path.stat().st_size for path in Path(folder).iterdir())
+    return {"write": fixed, "write.byte": taken * (1.0 / size)}
+
+
+def of_particles() -> Pairs:
+    """All prices of particles."""
+    return particle_prices() | written(*_first("sph"))
+
+
+def of_ellipsoid() -> Pairs:
+    """A step of the affine body, and a record; one of the scaling laws, too."""
+    scaling = prepare(load.loads(SCALING)).evolution
+    body = prepare(load.loads(ELLIPSOID)).evolution
+    body.advance(1.0)
+    body.record(0.0)
+    return {"step.ellipsoid": _stepped(body, 100.0), "record.ellipsoid": _recorded(body, 110.0),
+            "record.scaling": _recorded(scaling, 0.5)}  # fmt: skip
+
+
+def of_rigid() -> Pairs:
+    """Steps, records and starts of both integrators; what a companion adds to the start."""
+    found, first = {}, {}
+    for integrator, until in (("splitting", 3e3), ("adaptive", 300.0)):
+        body = prepare(load.loads(RIGID, [f'numerics.integrator="{integrator}"'])).evolution
+        first[integrator] = _timed(lambda body=body: body.advance(1.0))
+        body.record(0.0)
+        found[f"step.{integrator}"] = _stepped(body, until)
+        found[f"record.{integrator}"] = _recorded(body, 1.1 * until)
+    return found | {"prepare.adaptive": first["adaptive"], "companions": _timed(_with_companion)}
+
+
+def _with_companion() -> None:
+    body = prepare(load.loads(RIGID + COMPANION)).evolution
+    body.advance(1.0)
+    body.record(0.0)
+
+
+def _timed(action: Callable[[], Any]) -> Seconds:
+    begin = now()
+    action()
+    return since(begin)
+
+
+def _stepped(body: Any, until: float) -> Seconds:
+    """Of one step on the way."""
+    before, begin = body.steps, now()
+    body.advance(until)
+    return since(begin) * (1.0 / (body.steps - before))
+
+
+def _recorded(body: Any, until: float, count: int = 10) -> Seconds:
+    """Of one record of many, and of coming to it: in no time at all."""
+    times = []
+    for number in range(count):
+        begin = now()
+        body.advance(until * (1.0 + 1e-9 * (number + 1)))
+        body.record(0.0)
+        times.append(since(begin))
+    return middle(times)
+
+
+PROBES = {"sph": of_particles, "ellipsoid": of_ellipsoid, "rigid": of_rigid}
+TEXTS = {"sph": CLOUD, "ellipsoid": ELLIPSOID, "rigid": RIGID}
+FIRST = {"sph": "body.particles=64", "rigid": 'numerics.integrator="splitting"'}
+
+
+def _first(kind: str) -> tuple[Any, Any]:
+    """A scene of the kind that does next to nothing, and its body after a step and a record."""
+    scene = load.loads(TEXTS[kind], [FIRST[kind]] if kind in FIRST else [])
+    body = prepare(scene).evolution
+    body.advance(1e-3)
+    body.record(0.0)
+    return scene, body
+
+
+def main(kind: str, launched: str) -> None:
+    """Carry out one probe and tell."""
+    with jax.enable_x64(True):
+        written(*_first(kind))  # as a run does, so that memory is that of one
+        prepared = Seconds(time.time() - float(launched), time.process_time())
+        memory = peak_memory()
+        seconds = PROBES[kind]()
+        last = peak_memory()
+    told = {name: [each.wall, each.processor] for name, each in seconds.items()}
+    content = {"seconds": told, "memory": memory, "last": last, "prepared": [prepared.wall, prepared.processor]}
+    sys.stdout.write(json.dumps(content) + "\n")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
