@@ -39,10 +39,11 @@ class Characteristic:
 
     moments: principal moments, ascending. spin: the rate of rotation, about spin_axis; wobble: sine of the angle
     between it and the axis of the largest moment. second_moment: trace of Q. gravitational: |W|. rotational: T, of all
-    motion that neither swells nor shrinks the body; shear: size of the rate of strain of that motion. triple_pressure: 3
-    times the volume integral of the pressure. expansion: rate at which the size grows. fallen: share of the mass that
+    motion that neither swells nor shrinks the body; shear: size of the rate of strain of that motion. triple_pressure:
+    3 times the volume integral of the pressure. expansion: rate at which the size grows. fallen: share of the mass that
     would be in the centre at the end if nothing held it up. deforms: the model lets the body change its size; held: the
     pressure keeps its volume, whatever happens. bodies: how many; touching: materials meet in it, or bodies can.
+    weighs, presses: whether gravity and pressure act, as far as that is settled.
     """
 
     end: float
@@ -52,6 +53,8 @@ class Characteristic:
     held: bool = False
     bodies: int = 1
     touching: bool = False
+    weighs: bool = True
+    presses: bool = True
     rate_needs_gravity: bool = False
     mass: float | None = None
     radius: float | None = None
@@ -138,7 +141,8 @@ class Characteristic:
         if any(each is None for each in known) or not self.second_moment:
             return None
         weight, pressure, turning = (each / self.second_moment for each in known[1:])  # type: ignore[operator]
-        return Zone(weight, pressure, 2.0 * turning, self.gamma, self.expansion)
+        acting = weight if self.weighs else 0.0, pressure if self.presses else 0.0
+        return Zone(*acting, 2.0 * turning, self.gamma, self.expansion)
 
 
 def tidal_parameter(body: Characteristic, mass: float, distance: float) -> float:

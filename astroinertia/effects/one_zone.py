@@ -85,8 +85,8 @@ def difference(zone: Zone, end: float, **forces: float) -> float:
     until = _followed(zone, end)
     with_it, without = motion(zone, until), motion(replace(zone, **forces), until)
     last = with_it.time[-1]
-    if without.time[-1] < last * (1.0 - 1e-9):
-        return 1.0  # without it the body falls together, or is gone
+    if without.time[-1] < last * (1.0 - 1e-9) or (last < until * (1.0 - 1e-9) and with_it.speed[-1] < 0.0):
+        return 1.0  # without it the body falls together, or is gone; or it falls so far that all counts
     sizes = [np.interp(with_it.time, each.time, each.size) for each in (with_it, without)]
     apart = float(np.max(np.abs((sizes[1] / sizes[0]) ** 2 - 1.0)))
     return min(1.0, apart * end / until)
@@ -94,8 +94,11 @@ def difference(zone: Zone, end: float, **forces: float) -> float:
 
 def braked(zone: Zone, end: float) -> float:
     """The speed, in initial sizes over time, that a fall has lost again to what brakes it; 0 where it goes on."""
-    found = motion(zone, _followed(zone, end))
+    until = _followed(zone, end)
+    found = motion(zone, until)
     inward = np.maximum(-found.speed, 0.0)
+    if found.time[-1] < until * (1.0 - 1e-9) and inward[-1] > 0.0 and zone.pressure > 0.0:
+        return float(inward[-1])  # it is braked beyond what is followed
     return float(np.max(np.maximum.accumulate(inward) - inward, initial=0.0))
 
 

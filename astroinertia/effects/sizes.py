@@ -24,7 +24,7 @@ SECULAR = 0.1375  # T/|W| from which friction makes a liquid triaxial (Chandrase
 class Size:
     """An effect's number and its name, the change if it were left out, how that is found, and what is not known.
 
-    number and change are None where `unknown` says what the scene does not tell.
+    change is None where `unknown` says what the scene does not tell, and number where it means nothing.
     """
 
     name: str
@@ -43,7 +43,7 @@ def effect_size(kind: str, body: Characteristic, options: Options | None = None)
     """The size of an effect with these options (None: it is not listed, and has none)."""
     measure = SIZES[kind]
     if "zone" in measure.needs and not body.deforms:
-        return Size(measure.name, 0.0, 0.0, "what keeps its shape and size has no use for it", measure.source)
+        return Size(measure.name, None, 0.0, "what keeps its size or shape does not yield to it", measure.source)
     missing = [name for name in measure.needs if getattr(body, name) is None]
     if not missing and options is None and measure.options:
         return _unknown(measure, "it needs numbers of its own")
@@ -113,7 +113,7 @@ def _rotating_frame(body: Characteristic, options: Options) -> Found:
 
 
 def tidal_change(body: Characteristic, parameter: float) -> float:
-    """What a tide does: a bulge of some five tidal parameters to what is bound, q (t/t_dyn)^2 before that; all if torn."""
+    """What a tide does: a bulge of five tidal parameters q to what is bound, q (t/t_dyn)^2 before that; all if torn."""
     assert body.run_length is not None
     if parameter > ROCHE and body.run_length > 1.0:
         return 1.0
@@ -269,32 +269,34 @@ def _neutrino_loss(body: Characteristic, options: Options) -> Found:
 _ZONE = ("mass", "radius", "zone")
 SIZES: Mapping[str, Measure] = {
     "gravity": Measure(
-        "|W| over 3 Pi + 2 T", "I at the end of one zone by the virial theorem, with |W| and without",
+        "|W| over 3 Pi + 2 T", "I of one zone by the virial theorem, with |W| and without",
         "Chandrasekhar 1969, section 14", _gravity, _ZONE,
     ),
     "pressure": Measure(
-        "U/|W|", "I at the end of one zone with 3 Pi and without, and the mass whose free fall ends within the run",
+        "U/|W|", "I of one zone with 3 Pi and without; mass whose free fall ends",
         "Chandrasekhar 1969, section 14", _pressure, _ZONE,
     ),
     "viscosity": Measure(
-        "Mach number of the braked fall", "M^2 of the heat, once waves of Mach number M have steepened; all of what falls",
+        "Mach number of the braked fall", "M^2 of the heat, once waves of that Mach number have steepened; what falls",
         "Landau & Lifshitz 1987, Fluid Mechanics, section 101", _viscosity, _ZONE,
     ),
     "conduction": Measure(
         "contacts of materials", "all where matter of different kinds meets; a device without a size of its own else",
         "Price 2008", _conduction,
     ),
-    "damping": Measure("run over time scale", "1 - exp(-t/tau)", "Gingold & Monaghan 1977", _damping, (), ("time_scale",)),
+    "damping": Measure(
+        "run over time scale", "1 - exp(-t/tau)", "Gingold & Monaghan 1977", _damping, (), ("time_scale",),
+    ),
     "rotating_frame": Measure(
         "turn of the frame in the run", "the angle that it turns by", "Landau & Lifshitz 1976, eq. 39.7",
         _rotating_frame, (), ("rate",),
     ),
     "tide": Measure(
-        "(M'/M) (R/d)^3 at the nearest", "five times that to what is bound, times (t/t_dyn)^2 at first; all beyond Roche",
+        "(M'/M) (R/d)^3 at the nearest", "five times that if bound, times (t/t_dyn)^2 at first; all beyond Roche",
         "Murray & Dermott 1999, section 4.2", _tide, ("mass", "radius"), ("mass", "position"),
     ),
     "companions": Measure(
-        "(M'/M) (R/d)^3 at the nearest", "five times that to what is bound, times (t/t_dyn)^2 at first; all beyond Roche",
+        "(M'/M) (R/d)^3 at the nearest", "five times that if bound, times (t/t_dyn)^2 at first; all beyond Roche",
         "Murray & Dermott 1999, section 4.2", _companions, ("mass", "radius", "neighbours"),
     ),
     "sinks": Measure(
@@ -306,7 +308,7 @@ SIZES: Mapping[str, Measure] = {
         _external_field, ("mass", "radius"), ("origin",),
     ),
     "target_tensor": Measure(
-        "stiffness times R^3/(G M)", "stiffness times t^2, or the dynamical time squared", "Zajac, Jones & Glazier 2003",
+        "stiffness times R^3/(G M)", "stiffness times t^2, or t_dyn^2", "Zajac, Jones & Glazier 2003",
         _target_tensor, ("mass", "radius"), ("stiffness",),
     ),
     "shear_viscosity": Measure(
@@ -315,11 +317,11 @@ SIZES: Mapping[str, Measure] = {
         ("kinematic_viscosity",),
     ),
     "radiation_reaction": Measure(
-        "G M/(R c^2)", "(32/5) (G M/(R c^2))^(5/2) ((B - A)/C)^2 (omega t_dyn)^4 t/t_dyn; of a binary t over its inspiral",
+        "G M/(R c^2)", "6.4 (G M/(R c^2))^(5/2) ((B - A)/C)^2 (omega t_dyn)^4 t/t_dyn; t over inspiral",
         "Peters 1964; Misner, Thorne & Wheeler 1973, eq. 36.8", _radiation_reaction, ("mass", "radius", "moments"),
     ),
     "cooling": Measure(
-        "run in cooling times", "2/(3 gamma - 4) times that, of what pressure does", "Kippenhahn & Weigert 1990, section 28",
+        "run in cooling times", "2/(3 gamma - 4) of that, times what pressure does", "Chandrasekhar 1939, chapter 4",
         _cooling, (*_ZONE, "thermal_energy"), ("law",),
     ),
     "neutrino_loss": Measure(

@@ -4,7 +4,8 @@ Considered are what the model has that needs no numbers, and the scene's [candid
 tests/physics/test_effects_auto.py.
 """
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
@@ -15,6 +16,7 @@ from astroinertia.scene.options import effect_options
 from astroinertia.scene.schema import Scene
 
 AUTO = "auto"
+FIRST = ("gravity", "pressure")
 ACCURACY = 1e-3  # where a scene asks for none
 # Effects without an option that must be given. Conduction is not among them: what it smooths is an error of particles,
 # of no size that a scene tells, so that it is considered where a scene has it among its candidates or where kinds of
@@ -40,10 +42,12 @@ def choose(scene: Scene) -> Choice:
     """The effects of a scene, of which `candidates` are those that it gives numbers for."""
     body, accuracy = characteristic(scene), accuracy_of(scene)
     considered = _considered(scene, body)
-    sizes = {kind: effect_size(kind, body, options) for kind, options in considered.items()}
-    effects, reasons = {}, {}
+    effects: dict[str, dict[str, Any]] = {}
+    reasons, sizes = {}, {}
     for kind in (each for each in CATALOGUE if each in considered):
         needed = _needed(kind, scene, body)
+        # gravity and pressure, which come first, are judged against each other; the others beside what of them is on
+        sizes[kind] = effect_size(kind, body if kind in FIRST else settled(body, effects), considered[kind])
         on = bool(needed) or sizes[kind].counts(accuracy)
         if on:
             effects[kind] = considered[kind]
@@ -54,8 +58,10 @@ def choose(scene: Scene) -> Choice:
 
 def told(size: Size, accuracy: float) -> str:
     """What a size means, in words."""
-    if size.change is None or size.number is None:
+    if size.change is None:
         return f"its size is not known: {size.unknown}"
+    if size.number is None:
+        return size.formula
     against = "more" if size.change > accuracy else "less"
     if not size.change > accuracy and size.counts(accuracy):
         against = f"within a factor {MARGIN:g} of"
@@ -65,6 +71,11 @@ def told(size: Size, accuracy: float) -> str:
         f"{size.name} is {size.number:.2g}; without it observables would change by {change}, {against}{than} the "
         f"{accuracy:g} asked ({size.formula}; {size.source})"
     )
+
+
+def settled(body: Characteristic, effects: Collection[str]) -> Characteristic:
+    """The body where gravity and pressure act only if they are among these effects."""
+    return replace(body, weighs="gravity" in effects, presses="pressure" in effects)
 
 
 def _considered(scene: Scene, body: Characteristic) -> dict[str, dict[str, Any]]:
