@@ -37,7 +37,7 @@ SMALL = {
 
 def observables(scene):
     """I_zz and the angular velocity I^-1 L at the end."""
-    with jax.enable_x64():
+    with jax.enable_x64(True):
         prepared = prepare(scene)
         last = reached(prepared.evolution, prepared.outputs.end)[-1]
     inertia, momentum = np.asarray(last["inertia_tensor"]), np.asarray(last["angular_momentum"])
