@@ -223,8 +223,9 @@ def _heat(scene: Scene, known: dict[str, Any], density: np.ndarray, weights: np.
 
 
 def _several(scene: Scene) -> dict[str, Any]:
-    masses = [getattr(body, "mass", None) for body in scene.bodies]
-    if len(masses) != 2 or None in masses:
+    known: list[Any] = [getattr(body, "mass", None) for body in scene.bodies]
+    masses = [float(mass) for mass in known if mass is not None]
+    if len(masses) != 2 or len(known) != 2:
         return {"mass": None}
     places = [np.asarray(body.position or (0.0, 0.0, 0.0)) for body in scene.bodies]
     orbit: Any = scene.orbit
