@@ -302,6 +302,7 @@ def _print_plan(plan: "Plan") -> None:
             why = "a numerical device of particles: skipped" if effect.skipped else f"{effect.loop}; {effect.source}"
             text.append(f" ({why})", style="dim")
             text.append(f"\n{effect.options}" if effect.options else "")
+            text.append(f"\n{effect.size}" if effect.size else "")
             listed.add_row(Text(f"  {effect.kind}"), text)
     console.print(Text("\neffects called for", style="bold"))
     console.print(listed if listed.row_count else Text("  none: particles move freely"))
@@ -309,6 +310,8 @@ def _print_plan(plan: "Plan") -> None:
     console.print(Text("\nnot listed, so absent from what is compiled and run", style="bold"))
     for effect in absent:
         console.print(Text(f"  {effect.kind}: {effect.text}", style="dim"))
+        if effect.size:
+            console.print(Text(f"    {effect.size}"))
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -57,6 +57,7 @@ SUBTABLES = ("rotation", "change", "perturbation")
 # Examples of settings that have no default and whose type alone suggests no good one.
 SUGGESTED: dict[str, Any] = {
     "index": 1.5,
+    "accuracy": 1e-3,
     "exponent": 1.0,
     "gamma": 5.0 / 3.0,
     "file": "particles.csv",
@@ -108,7 +109,9 @@ def example_text() -> str:
         *(_section(table) for table in ("body", "body.rotation", "equation_of_state")),
     ]
     parts += [
-        "# Effects: only those listed here are computed; an effect that is not listed does not exist for the run."
+        "# Effects: only those listed here are computed; an effect that is not listed does not exist for the run.\n"
+        '# Or let the program choose: effects = "auto" beside the name, [candidates.cooling] and so on for effects\n'
+        "# that need numbers, and accuracy for what they are judged against; `astroinertia plan` says what and why."
     ]
     parts += [_effect(kind) for kind in CATALOGUE]
     parts += [_section(table) for table in ("numerics", "time", "output")]
@@ -118,7 +121,7 @@ def example_text() -> str:
 
 def _plain_keys() -> str:
     fields = schema.Scene.model_fields
-    lines = [_line(name, SET[""].get(name), fields[name]) for name in ("name", "description", "model")]
+    lines = [_line(name, SET[""].get(name), fields[name]) for name in ("name", "description", "model", "accuracy")]
     return "\n".join([*lines, _line("units", None, fields["units"])])
 
 

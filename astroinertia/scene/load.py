@@ -10,16 +10,22 @@ from pydantic import BaseModel, ValidationError
 from astroinertia.effects.catalogue import ALL_MODELS, CATALOGUE
 from astroinertia.errors import SceneError
 from astroinertia.scene import schema
+from astroinertia.scene.auto import AUTO, Choice, choose
 from astroinertia.scene.bodies import AnyBody
 from astroinertia.scene.fluids import AnyEquationOfState
 from astroinertia.scene.options import effect_options
-from astroinertia.scene.problems import Problem, first_problem, place, unknown_key
+from astroinertia.scene.problems import Problem, first_problem, nearest, place, unknown_key
 from astroinertia.scene.quantities import described
 from astroinertia.scene.source import LARGEST_FILE, decode, line_of, override, parse, read_regular_file
 from astroinertia.scene.text import with_overrides
 from astroinertia.units import shown
 
-RECORD = ("source", "overrides", "origin")  # fields of a Scene that say where it came from; no keys of a scene
+RECORD = (
+    "source",
+    "overrides",
+    "origin",
+    "reasons",
+)  # fields of a Scene that say where it came from; no keys of a scene
 
 
 def _by_kind(union: Any) -> dict[str, type[BaseModel]]:
@@ -87,14 +93,31 @@ def _validated(tables: dict[str, Any], text: str, overrides: tuple[str, ...], or
     code = units == "code"
     if "effects" not in tables:
         raise Problem(("effects",), " is missing (a table for each effect called for, such as [effects.gravity]).")
-    effects = effect_options(tables["effects"], code)
-    _check_model(tables.get("model", "sph"), effects)
+    automatic = tables["effects"] == AUTO
+    if isinstance(tables["effects"], str) and not automatic:
+        raise Problem(
+            ("effects",), f": '{shown(tables['effects'])}' is not known; {nearest(tables['effects'], [AUTO])}."
+        )
+    if "candidates" in tables and not automatic:
+        raise Problem(("candidates",), ' are for effects = "auto", which chooses among them.', table=True)
+    table = "candidates" if automatic else "effects"
+    effects = effect_options(tables.get(table, {}), code, table)
+    _check_model(tables.get("model", "sph"), effects, table)
     if "box" in tables:
-        _check_box(effects)
+        _check_box(effects, table)
     context = {"code": code, "gamma_thermal": _thermal_exponent(tables.get("equation_of_state"))}
     record = {"effects": effects, "source": text, "overrides": overrides, "origin": origin} | _first_of(tables)
+    if not automatic:
+        return _scene_of({**tables, **record}, context)
+    everything = {**tables, **record, "candidates": effects, "effects": {"gravity": {}, **effects}}
+    choice: Choice = choose(_scene_of(everything, context))
+    chosen = {"effects": choice.effects, "reasons": choice.reasons}
+    return _scene_of({**everything, **chosen} | ({} if choice.companions else {"companions": []}), context)
+
+
+def _scene_of(tables: dict[str, Any], context: dict[str, Any]) -> schema.Scene:
     try:
-        return schema.Scene.model_validate({**tables, **record}, context=context)
+        return schema.Scene.model_validate(tables, context=context)
     except ValidationError as error:
         raise first_problem(error, schema.Scene, KINDS) from None
 
@@ -109,7 +132,7 @@ def _first_of(tables: dict[str, Any]) -> dict[str, Any]:
     return {"body": bodies[0]} if isinstance(bodies, list) and bodies else {"body": {"kind": "uniform"}}
 
 
-def _check_model(model: Any, effects: dict[str, Any]) -> None:
+def _check_model(model: Any, effects: dict[str, Any], table: str) -> None:
     if model not in ALL_MODELS:
         return  # said by the field itself
     for kind in effects:
@@ -117,17 +140,15 @@ def _check_model(model: Any, effects: dict[str, Any]) -> None:
         if model not in entry.models and not entry.numerical:
             has = ", ".join(name for name, other in CATALOGUE.items() if model in other.models)
             raise Problem(
-                ("effects", kind), f" belongs to the model {' or '.join(entry.models)}; {model} has {has}.", table=True
+                (table, kind), f" belongs to the model {' or '.join(entry.models)}; {model} has {has}.", table=True
             )
 
 
-def _check_box(effects: dict[str, Any]) -> None:
+def _check_box(effects: dict[str, Any], table: str) -> None:
     for kind in effects:
         if CATALOGUE[kind].cost != "neighbours":
             has = ", ".join(name for name, other in CATALOGUE.items() if other.cost == "neighbours")
-            raise Problem(
-                ("effects", kind), f" cannot act in a periodic box, where only neighbours do: {has}.", table=True
-            )
+            raise Problem((table, kind), f" cannot act in a periodic box, where only neighbours do: {has}.", table=True)
 
 
 def _thermal_exponent(table: Any) -> float | None:

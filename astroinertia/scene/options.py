@@ -10,32 +10,32 @@ from astroinertia.units import SPEED_OF_LIGHT
 DIRECTIONS = ("axis", "normal")  # options that say only where something points
 
 
-def effect_options(effects: Any, code: bool) -> dict[str, dict[str, Any]]:
+def effect_options(effects: Any, code: bool, table: str = "effects") -> dict[str, dict[str, Any]]:
     """Each listed effect with all its options, in SI (in code units where `code`); raises Problem.
 
     An option that a scene does not give has the catalogue's default; those are zero, without dimension, None, or the
-    speed of light.
+    speed of light. `table` is the name that the scene gives to what lists them.
     """
     if not isinstance(effects, dict):
-        raise Problem(("effects",), f": must be a table with a table for each effect, not {described(effects)}.")
+        raise Problem((table,), f": must be a table with a table for each effect, not {described(effects)}.")
     result = {}
     for kind, given in effects.items():
         if kind not in CATALOGUE:
-            raise Problem(("effects", kind), f" is not a known effect; {nearest(kind, CATALOGUE)}.")
+            raise Problem((table, kind), f" is not a known effect; {nearest(kind, CATALOGUE)}.")
         if not isinstance(given, dict):
-            raise Problem(("effects", kind), f": must be a table (an empty one will do), not {described(given)}.")
-        result[kind] = _options(kind, given, code)
+            raise Problem((table, kind), f": must be a table (an empty one will do), not {described(given)}.")
+        result[kind] = _options(kind, given, code, table)
     return result
 
 
-def _options(kind: str, given: dict[str, Any], code: bool) -> dict[str, Any]:
+def _options(kind: str, given: dict[str, Any], code: bool, table: str) -> dict[str, Any]:
     known = CATALOGUE[kind].options
     for name in given:
         if name not in known:
-            raise unknown_key(("effects", kind, name), known)
+            raise unknown_key((table, kind, name), known)
     values = {}
     for name, option in known.items():
-        path = ("effects", kind, name)
+        path = (table, kind, name)
         if name in given:
             values[name] = _value(path, option, given[name], code)
         elif option.default is LIGHT and not code:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
-from astroinertia.scene import gravity_prices, plan_body
+from astroinertia.scene import gravity_prices, plan_body, plan_effects
 from astroinertia.scene.fluids import FROM_BODY, Material
 from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.resolution import resolved
@@ -30,7 +30,8 @@ class Line:
 class EffectLine:
     """One effect of the catalogue: `options` as written for a person, empty where it is not listed.
 
-    skipped: listed, but a numerical device that the scene's model does not need.
+    skipped: listed, but a numerical device that the scene's model does not need. size: how large it is in this scene,
+    and what leaving it out would cost; empty where that takes numbers that the scene does not give.
     """
 
     kind: str
@@ -40,6 +41,7 @@ class EffectLine:
     loop: str
     source: str
     skipped: bool = False
+    size: str = ""
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,8 @@ class Plan:
         ]
         lines += [f"  {line.kind}: a numerical device of particles, skipped" for line in self.effects if line.skipped]
         absent = [line.kind for line in self.effects if not line.listed]
-        return "\n".join([*lines, f"not listed, so absent: {', '.join(absent) or 'none'}"])
+        sizes = [f"  {line.kind}: {line.size}" for line in self.effects if line.size]
+        return "\n".join([*lines, f"not listed, so absent: {', '.join(absent) or 'none'}", "sizes of effects:", *sizes])
 
 
 @dataclass(frozen=True)
@@ -137,6 +140,8 @@ def plan(scene: Scene) -> Plan:
     sections |= {"model and numerics": _numerics(scene), "time and output": _time(scene)}
     if scene.model == "sph" and (found := resolved(scene, *smoothing(scene), code_units(scene).gravitational_constant)):
         sections["resolution"] = tuple(Line(*each) for each in found)
+    sections["characteristic numbers"] = tuple(Line(*each) for each in plan_effects.numbers_told(scene))
+    sizes = plan_effects.sizes_told(scene)
     effects = tuple(
         EffectLine(
             kind,
@@ -146,6 +151,7 @@ def plan(scene: Scene) -> Plan:
             f"over {entry.cost}" if scene.model == "sph" else "closed form",
             entry.source,
             kind in scene.effects and scene.model not in entry.models,
+            sizes.get(kind, ""),
         )
         for kind, entry in CATALOGUE.items()
         if kind in scene.effects or scene.model in entry.models

@@ -125,7 +125,10 @@ class Units(Part):
 
 
 class Scene(Part):
-    """A whole scene. `source` and `overrides` are the text it came from and the --set arguments, for the record."""
+    """A whole scene. `source` and `overrides` are the text it came from and the --set arguments, for the record.
+
+    `reasons`: with effects = "auto", why each effect that was considered is on or off.
+    """
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_\-]{0,63}$")] = Field(
         description="short name: letters, digits, _ and -; names the run's folder"
@@ -153,6 +156,14 @@ class Scene(Part):
     orbits: Orbits = Field(default_factory=Orbits)
     box: Box | None = Field(default=None, description="a periodic box (model sph)")
     effects: dict[str, dict[str, Any]] = Field(description="kind of each effect called for, with all its options")
+    candidates: dict[str, dict[str, Any]] = Field(
+        default_factory=dict, description='with effects = "auto": effects to choose from that need numbers'
+    )
+    accuracy: Annotated[float, Field(ge=1e-12, le=0.3)] | None = Field(
+        default=None,
+        description="wanted relative accuracy of the observables: I_zz and the angular velocity at the end",
+    )
+    reasons: dict[str, str] = Field(default_factory=dict)
     regions: Annotated[dict[Annotated[str, Field(pattern=REGION_NAME)], Region], Field(max_length=MOST_REGIONS)] = (
         Field(default_factory=dict, description="parts of the body with books of their own, by name")
     )

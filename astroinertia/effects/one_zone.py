@@ -1,0 +1,106 @@
+"""A body as one zone that keeps its profile: how its size goes by the scalar virial theorem, with or without a force.
+
+    tr(Q) s s'' = 2 T/s^2 - |W|/s + 3 Pi s^-(3 (gamma - 1)),    x = s(t) x_0
+
+(Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, section 14). A rough but cheap answer to what happens when a
+force is left out: small differences grow as they do in a collapse. models/homology.py solves the same equation to
+round-off, for runs. Tests: tests/unit/test_sizes.py.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+SMALLEST, LARGEST = 1e-3, 1e3  # of the size at first: what is smaller has fallen together, what is larger is gone
+LONGEST = 15.0  # 1/frequency: what is slower than that is followed by what it does until then
+_MOMENTS = 400  # at which motions are compared
+
+
+@dataclass(frozen=True)
+class Zone:
+    """|W|, 3 Pi and 2 T over tr(Q) at first (inverse squares of times), the exponent gamma, and the rate of growth."""
+
+    weight: float
+    pressure: float
+    turning: float
+    gamma: float
+    expansion: float = 0.0
+
+    @property
+    def frequency(self) -> float:
+        """The square root of the largest of the forces, and of the motion at first."""
+        return math.sqrt(max(self.weight, self.pressure, self.turning, self.expansion**2))
+
+    @property
+    def imbalance(self) -> float:
+        """The sum of the forces over the largest of them; 0 in equilibrium."""
+        largest = max(self.weight, self.pressure, self.turning)
+        return abs(self.pressure + self.turning - self.weight) / largest if largest > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Times, sizes and speeds of one zone until the end, or until it has fallen together or is gone."""
+
+    time: np.ndarray
+    size: np.ndarray
+    speed: np.ndarray
+
+
+def motion(zone: Zone, end: float) -> Motion:
+    """The zone from size 1 until `end`."""
+
+    def slope(_: float, state: np.ndarray) -> np.ndarray:
+        s = max(state[0], 0.1 * SMALLEST)
+        force = zone.turning / s**3 - zone.weight / s**2 + zone.pressure * s ** (2.0 - 3.0 * zone.gamma)
+        return np.array([state[1], force])
+
+    def small(_: float, state: np.ndarray) -> float:
+        return state[0] - SMALLEST
+
+    def large(_: float, state: np.ndarray) -> float:
+        return state[0] - LARGEST
+
+    small.terminal = large.terminal = True  # type: ignore[attr-defined]
+    found = solve_ivp(
+        slope,
+        (0.0, end),
+        [1.0, zone.expansion],
+        "DOP853",
+        np.linspace(0.0, end, _MOMENTS),
+        rtol=1e-10,
+        atol=1e-13,
+        events=(small, large),
+    )
+    return Motion(found.t, found.y[0], found.y[1])
+
+
+def difference(zone: Zone, end: float, **forces: float) -> float:
+    """By what part s^2, and with it I, would differ at the end with these forces instead; 1 is all there is.
+
+    Where the run is longer than the motion is followed, small differences go on growing as they did, in proportion.
+    """
+    until = _followed(zone, end)
+    with_it, without = motion(zone, until), motion(replace(zone, **forces), until)
+    last = with_it.time[-1]
+    if without.time[-1] < last * (1.0 - 1e-9) or (last < until * (1.0 - 1e-9) and with_it.speed[-1] < 0.0):
+        return 1.0  # without it the body falls together, or is gone; or it falls so far that all counts
+    sizes = [np.interp(with_it.time, each.time, each.size) for each in (with_it, without)]
+    apart = float(np.max(np.abs((sizes[1] / sizes[0]) ** 2 - 1.0)))
+    return min(1.0, apart * end / until)
+
+
+def braked(zone: Zone, end: float) -> float:
+    """The speed, in initial sizes over time, that a fall has lost again to what brakes it; 0 where it goes on."""
+    until = _followed(zone, end)
+    found = motion(zone, until)
+    inward = np.maximum(-found.speed, 0.0)
+    if found.time[-1] < until * (1.0 - 1e-9) and inward[-1] > 0.0 and zone.pressure > 0.0:
+        return float(inward[-1])  # it is braked beyond what is followed
+    return float(np.max(np.maximum.accumulate(inward) - inward, initial=0.0))
+
+
+def _followed(zone: Zone, end: float) -> float:
+    return min(end, LONGEST / zone.frequency) if zone.frequency > 0.0 else end

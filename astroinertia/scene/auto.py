@@ -1,0 +1,101 @@
+"""`effects = "auto"`: those effects are on whose absence would cost the accuracy that is asked for, each with a reason.
+
+Considered are what the model has that needs no numbers, and the scene's [candidates]. Tests: tests/unit/test_sizes.py,
+tests/physics/test_effects_auto.py.
+"""
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from typing import Any
+
+from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.effects.characteristic import Characteristic
+from astroinertia.effects.sizes import MARGIN, Size, effect_size
+from astroinertia.scene.characteristic import characteristic
+from astroinertia.scene.options import effect_options
+from astroinertia.scene.schema import Scene
+
+AUTO = "auto"
+FIRST = ("gravity", "pressure")
+ACCURACY = 1e-3  # where a scene asks for none
+# Effects without an option that must be given. Conduction is not among them: what it smooths is an error of particles,
+# of no size that a scene tells, so that it is considered where a scene has it among its candidates or where kinds of
+# matter touch.
+BY_THEMSELVES = ("gravity", "pressure", "viscosity", "companions", "gravity_gradient", "radiation_reaction")
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The effects that are on, with their options, why each is on or off, and whether companions are kept."""
+
+    effects: dict[str, dict[str, Any]]
+    reasons: dict[str, str]
+    companions: bool
+
+
+def accuracy_of(scene: Scene) -> float:
+    """The accuracy that a scene asks for."""
+    return ACCURACY if scene.accuracy is None else scene.accuracy
+
+
+def choose(scene: Scene) -> Choice:
+    """The effects of a scene, of which `candidates` are those that it gives numbers for."""
+    body, accuracy = characteristic(scene), accuracy_of(scene)
+    considered = _considered(scene, body)
+    effects: dict[str, dict[str, Any]] = {}
+    reasons, sizes = {}, {}
+    for kind in (each for each in CATALOGUE if each in considered):
+        needed = _needed(kind, scene, body)
+        # gravity and pressure, which come first, are judged against each other; the others beside what of them is on
+        sizes[kind] = effect_size(kind, body if kind in FIRST else settled(body, effects), considered[kind])
+        on = bool(needed) or sizes[kind].counts(accuracy)
+        if on:
+            effects[kind] = considered[kind]
+        reasons[kind] = f"{'on' if on else 'off'}: {needed or told(sizes[kind], accuracy)}"
+    kept = scene.model != "sph" or "companions" in effects
+    return Choice(effects, reasons, kept)
+
+
+def told(size: Size, accuracy: float) -> str:
+    """What a size means, in words."""
+    if size.change is None:
+        return f"its size is not known: {size.unknown}"
+    if size.number is None:
+        return size.formula
+    against = "more" if size.change > accuracy else "less"
+    if not size.change > accuracy and size.counts(accuracy):
+        against = f"within a factor {MARGIN:g} of"
+    than = "" if against.startswith("within") else " than"
+    change = "all" if size.change >= 1.0 else f"{size.change:.2g}"
+    return (
+        f"{size.name} is {size.number:.2g}; without it observables would change by {change}, {against}{than} the "
+        f"{accuracy:g} asked ({size.formula}; {size.source})"
+    )
+
+
+def settled(body: Characteristic, effects: Collection[str]) -> Characteristic:
+    """The body where gravity and pressure act only if they are among these effects."""
+    return replace(body, weighs="gravity" in effects, presses="pressure" in effects)
+
+
+def _considered(scene: Scene, body: Characteristic) -> dict[str, dict[str, Any]]:
+    found = dict(scene.candidates)
+    kinds = [*BY_THEMSELVES, *(["conduction"] if body.touching else [])]
+    for kind in kinds:
+        entry = CATALOGUE[kind]
+        unlit = kind == "radiation_reaction" and scene.dimensionless  # there the speed of light has no value
+        boxed = scene.box is not None and entry.cost != "neighbours"
+        alone = kind == "companions" and not scene.companions and scene.orbits.archive is None
+        if kind in found or scene.model not in entry.models or unlit or boxed or alone:
+            continue
+        found[kind] = effect_options({kind: {}}, scene.dimensionless)[kind]
+    return found
+
+
+def _needed(kind: str, scene: Scene, body: Characteristic) -> str:
+    """Why an effect is on whatever its size; empty for most."""
+    if kind != "gravity":
+        return ""
+    if any(region.bound for region in scene.regions.values()):
+        return "a region is what gravity binds"
+    return "the rotation is given as T/|W|" if body.rate_needs_gravity else ""

@@ -1,0 +1,275 @@
+"""Characteristic numbers of a scene, from the scene alone and before anything is built; rough, and None if untold.
+
+Tests: tests/unit/test_sizes.py.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from astroinertia.effects.characteristic import Characteristic, Neighbour, Pair, Vector
+from astroinertia.scene.companions import Companion
+from astroinertia.scene.fluids import FROM_BODY
+from astroinertia.scene.schema import Scene
+from astroinertia.sph import profiles
+from astroinertia.sph.profiles import Profile
+from astroinertia.units import GRAVITATIONAL_CONSTANT, SPEED_OF_LIGHT
+
+_NODES = 64  # shells of a profile
+_HOMOGENEOUS = 0.4  # I/(M R^2) where nothing is known of the inside
+
+
+def characteristic(scene: Scene) -> Characteristic:
+    """The numbers of the first body of a scene, with its neighbours and its run."""
+    constant = 1.0 if scene.dimensionless else GRAVITATIONAL_CONSTANT
+    body: Any = scene.body
+    fluid: Any = scene.equation_of_state
+    known: dict[str, Any] = {
+        "end": scene.time.end,
+        "gravitational_constant": constant,
+        "speed_of_light": None if scene.dimensionless else SPEED_OF_LIGHT,
+        "deforms": scene.model != "rigid" and body.kind != "rigid" and body.change is None,
+        "held": fluid is not None and fluid.kind == "incompressible",
+        "bodies": max(1, len(scene.bodies)),
+        "touching": bool(scene.bodies) or body.kind in ("standard", "layered"),
+        "rate_needs_gravity": scene.model == "rigid" and getattr(body.rotation, "t_over_w", None) is not None,
+        "gamma": _exponent(fluid),
+        "expansion": _expansion(body),
+    }
+    if body.kind in ("table", "profile", "standard"):
+        return Characteristic(**known, neighbours=None if scene.companions else ())
+    known |= _solid(body) if body.kind == "rigid" else _sphere(scene, constant)
+    known["neighbours"] = _neighbours(scene, constant, body.mass)
+    if scene.bodies:
+        known |= _several(scene)
+    return Characteristic(**known)
+
+
+def _exponent(fluid: Any) -> float:
+    if fluid is None:
+        return 5.0 / 3.0
+    if fluid.kind == "isothermal":
+        return 1.0
+    return {"piecewise_polytropic": lambda: fluid.gammas[0], "hybrid": lambda: fluid.gamma_1}.get(
+        fluid.kind, lambda: getattr(fluid, "gamma", 5.0 / 3.0)
+    )()
+
+
+def _gradient(body: Any) -> np.ndarray:
+    return np.zeros((3, 3)) if body.velocity_gradient is None else np.asarray(body.velocity_gradient, dtype=float)
+
+
+def _expansion(body: Any) -> float:
+    return float(_gradient(body).trace()) / 3.0
+
+
+def _unit(vector: Any) -> Vector:
+    x, y, z = np.asarray(vector, dtype=float) / np.linalg.norm(vector)
+    return float(x), float(y), float(z)
+
+
+def _solid(body: Any) -> dict[str, Any]:
+    if body.moments is not None:
+        moments = np.asarray(body.moments, dtype=float)
+    else:
+        moments = np.asarray(body.moment_ratios, dtype=float) * body.mass * body.radius**2
+    rows = np.asarray(body.axes_at_start, dtype=float)
+    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+    tensor = rows.T @ np.diag(moments) @ rows
+    radius = math.sqrt(moments.max() / body.mass / _HOMOGENEOUS) if body.radius is None else body.radius
+    return {
+        "mass": body.mass, "radius": radius, "moments": _ascending(moments), **_turning(body, tensor, None),
+    }  # fmt: skip
+
+
+def _ascending(moments: np.ndarray) -> Vector:
+    least, middle, largest = np.sort(moments)
+    return float(least), float(middle), float(largest)
+
+
+def _turning(body: Any, tensor: np.ndarray, gravitational: float | None) -> dict[str, Any]:
+    """How it turns: the rate, the axis and how far that is from the axis of the largest moment."""
+    rotation = body.rotation
+    axis = _unit((0.0, 0.0, 1.0) if rotation is None else rotation.axis)
+    along = np.array(axis)
+    moment = float(along @ tensor @ along)
+    spin = _rate(rotation, moment, gravitational)
+    values, vectors = np.linalg.eigh(tensor)
+    largest = vectors[:, values > values[2] * (1.0 - 1e-9)]
+    wobble = math.sqrt(max(0.0, 1.0 - float(np.sum((along @ largest) ** 2))))
+    known = {"spin": spin, "spin_axis": axis, "wobble": wobble if spin and wobble > 1e-8 else 0.0}
+    return known if spin is None else {**known, "rotational": 0.5 * moment * spin**2}
+
+
+def _rate(rotation: Any, moment: float, gravitational: float | None) -> float | None:
+    if rotation is None:
+        return 0.0
+    if rotation.rate is not None:
+        return abs(rotation.rate)
+    if rotation.period is not None:
+        return 2.0 * math.pi / rotation.period if rotation.period else None
+    if rotation.angular_momentum is not None:
+        return abs(rotation.angular_momentum) / moment if moment else None
+    if gravitational is None:
+        return None
+    return math.sqrt(2.0 * rotation.t_over_w * gravitational / moment)
+
+
+def _profile(body: Any) -> Profile:
+    if body.kind in ("polytrope", "rotating_star"):
+        return profiles.polytrope(body.index)
+    if body.kind == "power_law":
+        return profiles.power_law(body.exponent)
+    return profiles.dyson(body.gamma) if body.kind == "dyson" else profiles.uniform()
+
+
+def _sphere(scene: Scene, constant: float) -> dict[str, Any]:
+    body: Any = scene.body
+    if body.radius is None:  # layers: in equilibrium, of a size that is found when the body is placed
+        return {"mass": body.mass}
+    profile = _profile(body)
+    axes = body.radius * np.asarray(getattr(body, "axes", (1.0, 1.0, 1.0)), dtype=float)
+    mass, radius = body.mass, float(np.prod(axes)) ** (1.0 / 3.0)
+    rows = np.asarray(getattr(body, "axes_at_start", np.eye(3)), dtype=float)
+    rows = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    second = rows.T @ np.diag(profile.second_moment * mass * axes**2) @ rows
+    tensor = np.trace(second) * np.eye(3) - second
+    gravitational = -constant * profiles.ellipsoid_gravitational_energy(profile, mass, axes)
+    if not math.isfinite(gravitational):
+        gravitational = constant * mass**2 / radius * 10.0
+    known = {
+        "mass": mass, "radius": radius, "moments": _ascending(np.linalg.eigvalsh(tensor)),
+        "second_moment": float(np.trace(second)), "gravitational": gravitational,
+    }  # fmt: skip
+    known |= _star(body, tensor, gravitational) if body.kind == "rotating_star" else _turning(
+        body, tensor, gravitational
+    )  # fmt: skip
+    if known["spin"] is not None:
+        known |= _flow(body, second, known)
+    share = np.polynomial.legendre.leggauss(_NODES)
+    nodes, weights = (share[0] + 1.0) / 2.0, share[1] / 2.0
+    s = np.asarray(profile.radius(nodes), dtype=float)
+    density = np.asarray(profile.density(s), dtype=float) * mass / radius**3
+    known["central_density"] = float(density[0])
+    known |= _heat(scene, known, density, weights)
+    shells = s * radius
+    falls = math.pi / 2.0 * np.sqrt(shells**3 / (2.0 * constant * mass * nodes))
+    known["fallen"] = float(weights[falls <= scene.time.end].sum())
+    return known
+
+
+def _star(body: Any, tensor: np.ndarray, gravitational: float) -> dict[str, Any]:
+    """A rotating star: as the sphere of its radius, with the T/|W| that Maclaurin's spheroid has at its axis ratio."""
+    moment = float(tensor[2, 2])
+    if body.t_over_w is not None:
+        ratio = body.t_over_w
+    elif body.rate is not None:
+        ratio = 0.5 * moment * body.rate**2 / gravitational
+    elif body.angular_momentum is not None:
+        ratio = 0.5 * body.angular_momentum**2 / moment / gravitational
+    else:
+        e = math.sqrt(1.0 - body.axis_ratio**2)
+        sine = math.asin(e)
+        ratio = 0.0 if e < 1e-3 else 1.5 / e**2 - 1.0 - 1.5 * math.sqrt(1.0 - e**2) / (e * sine)
+    rotational = ratio * gravitational
+    shear = 0.0 if body.law == "rigid" else math.sqrt(2.0 * rotational / moment)
+    return {"spin": math.sqrt(2.0 * rotational / moment), "rotational": rotational, "shear": shear}
+
+
+def _flow(body: Any, second: np.ndarray, known: dict[str, Any]) -> dict[str, Any]:
+    """Rotation with a linear flow besides: its energy without what swells the body, its spin and its shear."""
+    gradient = _gradient(body) - np.eye(3) * _expansion(body)
+    law = getattr(body.rotation, "law", "rigid")
+    shear = 0.0 if law == "rigid" else known["spin"]
+    if not gradient.any():
+        return {"shear": shear or known.get("shear", 0.0)}
+    about = known["spin"] * np.asarray(known["spin_axis"])
+    turn = np.array([[0.0, -about[2], about[1]], [about[2], 0.0, -about[0]], [-about[1], about[0], 0.0]])
+    whole = gradient + turn
+    strain = float(np.linalg.norm(whole + whole.T)) / 2.0
+    mixed = second @ whole.T
+    momentum = np.array([mixed[1, 2] - mixed[2, 1], mixed[2, 0] - mixed[0, 2], mixed[0, 1] - mixed[1, 0]])
+    spin = np.linalg.solve(np.trace(second) * np.eye(3) - second, momentum)
+    rate = float(np.linalg.norm(spin))
+    energy = 0.5 * float(np.trace(whole @ second @ whole.T))
+    axis = _unit(spin) if rate > 0.0 else known["spin_axis"]
+    return {"rotational": energy, "shear": max(shear, strain), "spin": rate, "spin_axis": axis}
+
+
+def _heat(scene: Scene, known: dict[str, Any], density: np.ndarray, weights: np.ndarray) -> dict[str, Any]:
+    """3 Pi and U: as the scene gives them, or as they hold the body up."""
+    body: Any = scene.body
+    fluid: Any = scene.equation_of_state
+    mass, weight = known["mass"], known["gravitational"]
+    gamma = _exponent(fluid)
+    if body.specific_internal_energy is not None:
+        energy = body.specific_internal_energy * mass
+        return {"triple_pressure": 3.0 * max(gamma - 1.0, 0.0) * energy, "thermal_energy": energy}
+    constant = body.entropy
+    if constant is None and fluid is not None and getattr(fluid, "constant", FROM_BODY) != FROM_BODY:
+        constant = fluid.constant
+    if constant is not None:
+        triple = 3.0 * mass * constant * float(weights @ density ** (gamma - 1.0))
+    elif fluid is not None and fluid.kind == "isothermal":
+        triple = 3.0 * mass * fluid.sound_speed**2
+    else:
+        settled = scene.model == "sph" and body.relax
+        turning = body.kind == "rotating_star" or settled or (scene.model == "scaling" and fluid is None)
+        turning = turning or (fluid is not None and fluid.kind == "incompressible")
+        triple = max(weight - (2.0 * known.get("rotational", 0.0) if turning else 0.0), 0.0)
+        triple *= body.pressure_fraction or 1.0
+    return {"triple_pressure": triple, "thermal_energy": triple / (3.0 * max(gamma - 1.0, 1e-3))}
+
+
+def _several(scene: Scene) -> dict[str, Any]:
+    known: list[Any] = [getattr(body, "mass", None) for body in scene.bodies]
+    masses = [float(mass) for mass in known if mass is not None]
+    if len(masses) != 2 or len(known) != 2:
+        return {"mass": None}
+    places = [np.asarray(body.position or (0.0, 0.0, 0.0)) for body in scene.bodies]
+    orbit: Any = scene.orbit
+    apart = float(np.linalg.norm(places[1] - places[0])) if orbit is None else orbit.pericentre
+    return {"pair": Pair((masses[0], masses[1]), apart)} if apart else {}
+
+
+def _neighbours(scene: Scene, constant: float, mass: float) -> tuple[Neighbour, ...] | None:
+    if scene.orbits.archive is not None:
+        return None
+    found: dict[str, Neighbour] = {}
+    for each in scene.companions:
+        orbit = _orbit(each, constant * (mass + each.mass))
+        if each.around in found:  # as far from the body as what it goes round, give or take its own orbit
+            centre = found[each.around]
+            apart = abs(centre.distance - orbit.distance)
+            near = abs(centre.nearest - orbit.distance * (1.0 + orbit.eccentricity))
+            orbit = Neighbour(each.name, each.mass, apart, near, 0.0, max(orbit.rate, centre.rate), orbit.normal)
+        found[each.name] = orbit
+    return tuple(found.values())
+
+
+def _orbit(each: Companion, parameter: float) -> Neighbour:
+    if each.position is not None and each.velocity is not None:
+        return _state(each, parameter)
+    axis = each.semi_major_axis
+    if axis is None:
+        assert each.period is not None
+        axis = (parameter * (each.period / (2.0 * math.pi)) ** 2) ** (1.0 / 3.0)
+    tilt, node = each.inclination, each.node
+    normal = (math.sin(tilt) * math.sin(node), -math.sin(tilt) * math.cos(node), math.cos(tilt))
+    e = each.eccentricity
+    return Neighbour(each.name, each.mass, axis, axis * (1.0 - e), e, math.sqrt(parameter / axis**3), normal)
+
+
+def _state(each: Companion, parameter: float) -> Neighbour:
+    place, speed = np.asarray(each.position, dtype=float), np.asarray(each.velocity, dtype=float)
+    distance = float(np.linalg.norm(place))
+    momentum = np.cross(place, speed)
+    inverse = 2.0 / distance - float(speed @ speed) / parameter
+    semilatus = float(momentum @ momentum) / parameter
+    e = math.sqrt(max(0.0, 1.0 - semilatus * inverse))
+    nearest = semilatus / (1.0 + e)
+    normal = _unit(momentum) if momentum.any() else (0.0, 0.0, 1.0)
+    if inverse <= 0.0:
+        return Neighbour(each.name, each.mass, nearest, nearest, 0.0, math.sqrt(parameter / nearest**3), normal)
+    return Neighbour(each.name, each.mass, 1.0 / inverse, nearest, e, math.sqrt(parameter * inverse**3), normal)

@@ -1,0 +1,69 @@
+"""What the plan tells of every effect of a scene's model: how large it is here, and what leaving it out would cost.
+
+Tests: tests/unit/test_sizes.py.
+"""
+
+from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
+from astroinertia.effects.sizes import MARGIN, effect_size
+from astroinertia.scene.auto import accuracy_of, settled, told
+from astroinertia.scene.characteristic import characteristic
+from astroinertia.scene.schema import Scene
+
+Told = tuple[str, str, str]
+
+NUMBERS = {
+    "run_length": "run in dynamical times",
+    "thermal_to_gravitational": "U/|W|",
+    "rotational_to_gravitational": "T/|W|",
+    "mach_number": "Mach number of the expansion",
+    "rotation_over_break_up": "spin over that of an orbit",
+    "compactness": "G M/(R c^2)",
+}
+
+
+def sizes_told(scene: Scene) -> dict[str, str]:
+    """Of each effect of the model, by kind: its size, what leaving it out costs, and whether that is as it should."""
+    body, accuracy = characteristic(scene), accuracy_of(scene)
+    body = settled(body, scene.effects)
+    found = {}
+    for kind, entry in CATALOGUE.items():
+        listed = kind in scene.effects
+        if scene.model not in entry.models:
+            continue
+        if kind in scene.reasons:
+            found[kind] = scene.reasons[kind]
+            continue
+        size = effect_size(kind, settled(body, (*scene.effects, kind)), scene.effects.get(kind))
+        if size.change is None and not listed:
+            continue  # without its numbers nothing can be said
+        text = told(size, accuracy)
+        boxed = scene.box is not None and entry.cost != "neighbours"
+        if listed and not size.counts(accuracy):
+            text = f"NEGLIGIBLE here: {text}"
+        elif not listed and not boxed and size.change is not None and size.change > accuracy:
+            text = f"WARNING, large and not listed: {text}"
+        found[kind] = text
+    return found
+
+
+def numbers_told(scene: Scene) -> list[Told]:
+    """The characteristic numbers that the scene tells, and what the program leaves out although it may count."""
+    body = characteristic(scene)
+    lines: list[Told] = [
+        (label, f"{value:.3g}", "") for name, label in NUMBERS.items() if (value := getattr(body, name)) is not None
+    ]
+    lines += [
+        (f"tide of {other.name}", f"{tidal_parameter(body, other.mass, other.distance):.3g}", "(M'/M) (R/a)^3")
+        for other in _pulling(body)
+    ]
+    compact, accuracy = body.compactness, accuracy_of(scene)
+    if compact is not None and compact > accuracy:
+        why = f"more than the accuracy of {accuracy:g}; all here is Newtonian"
+        lines.append(("relativity", f"WARNING: {compact:.2g} of gravity is missing", why))
+    asked = "" if scene.accuracy is not None else "where a scene asks for none"
+    return [*lines, ("accuracy", f"{accuracy:g}, against which effects are judged", asked or f"within {MARGIN:g}")]
+
+
+def _pulling(body: Characteristic) -> tuple[Neighbour, ...]:
+    return () if body.mass is None or body.radius is None else body.neighbours or ()
