@@ -50,7 +50,8 @@ def test_the_limit_of_index_five():
 def test_radial_fundamental_at_four_thirds(index):
     """Zero at Gamma1 = 4/3, with a uniform expansion; near it (3 Gamma1 - 4)|W|/int r^2 dm, also below: unstable."""
     mode = radial_modes(index, 4 / 3, 1)[0]
-    assert abs(mode.squared_frequency) < 1e-14
+    # What cancels is of the size of the slope: a hundredth of its rounding, where that is more.
+    assert abs(mode.squared_frequency) < 1e-14 + 1e-18 * mode.gamma_derivative
     expansion = (mode.radial / mode.radius)[mode.mass_weights > 1e-12]  # beyond, there is only round-off to tell
     np.testing.assert_allclose(expansion, expansion[0], rtol=2e-6)
     slope = 3 * abs(Polytrope(index).gravitational_energy) / (1.5 * Polytrope(index).moment_of_inertia)

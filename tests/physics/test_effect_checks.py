@@ -129,7 +129,7 @@ def checked(problem: sph.Problem, state: Any, arrangement: Any, virials: Any = N
     )
 
 
-@pytest.mark.parametrize("engine", ["brute", "numba_cpu", "xla"])
+@pytest.mark.parametrize("engine", ["brute", "numba_cpu", pytest.param("xla", marks=pytest.mark.full)])
 def test_every_effect_passes_its_checks(engine: str) -> None:
     with jax.enable_x64(True):
         made = {"brute": BruteEngine, "numba_cpu": numba_cpu.Engine, "xla": xla.Engine}[engine]()

@@ -50,6 +50,7 @@ def problem(gamma, kinds):
     )
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("kinds", [KINDS])
 def test_inertia_answers_to_rotation_and_gamma_as_central_differences_say(kinds):
     with jax.enable_x64(True):

@@ -45,7 +45,7 @@ def test_layers_hold_their_share_of_particles_of_their_own_material(solved):
     assert distance[record["material"] == 0].max() == pytest.approx(core, rel=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_both_engines_move_the_same_planet():
     """Particles that carry their material through sorting: sums in another order is all that differs.
 

@@ -13,6 +13,8 @@ from astroinertia.scene.schema import Scene
 
 SIMS = Path(__file__).parent.parent.parent / "sims"
 SCENES = sorted(path.stem for path in SIMS.glob("*.toml") if load.load_file(path).model != "sph")
+# One of each kind of motion and of torque; the others, which compile as long: test-full.
+FEW = ("asteroid_settles", "core_to_pulsar_scaling", "crab_pulsar", "earth_precession", "riemann_ellipsoid", "skater")
 CRASH_AT = 4  # the checkpoint at which a run is made to crash
 
 
@@ -25,7 +27,7 @@ def shortened(name: str) -> Scene:
     )
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in FEW else pytest.mark.full) for name in SCENES])
 def test_a_run_that_crashes_goes_on_bit_for_bit_and_has_the_whole_schema(name, tmp_path, monkeypatch):
     scene = shortened(name)
     whole = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "whole"))

@@ -161,7 +161,9 @@ ALWAYS = {
 }
 
 
-@pytest.mark.parametrize("backwards", [False, True], ids=["in order", "in reverse"])
+@pytest.mark.parametrize(
+    "backwards", [False, pytest.param(True, marks=pytest.mark.full)], ids=["in order", "in reverse"]
+)
 def test_only_the_modules_of_listed_effects_are_imported(backwards: bool) -> None:
     """Effects listed one after the other, each scene run for a step: the modules come with them and not before.
 
@@ -271,6 +273,7 @@ def test_the_traced_step_has_no_operation_of_an_effect_that_is_not_listed(kind: 
     assert scopes(traced(without(kind), False)) == set(PARTICLE_EFFECTS) - {kind}
 
 
+@pytest.mark.full
 def test_the_compiled_step_has_operations_of_listed_effects_only() -> None:
     """Two halves of the catalogue: each effect is found in the program of one of them, and not in the other's."""
     assert set(HALVES[0]) | set(HALVES[1]) == set(PARTICLE_EFFECTS) - {"sinks"}  # which xla refuses

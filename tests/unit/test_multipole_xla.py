@@ -93,7 +93,7 @@ def test_leaves_are_full_or_narrow_whatever_the_threads():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("tolerance", "order"), [(3e-2, 2), (1e-3, 4)])
+@pytest.mark.parametrize(("tolerance", "order"), [pytest.param(3e-2, 2, marks=pytest.mark.full), (1e-3, 4)])
 def test_errors_are_about_what_is_asked_for(tolerance, order):
     engine, arrangement, lists, fields, exact = made(600, tolerance, order)
     sums = found(engine, arrangement, lists, fields, virial=order == 2)
