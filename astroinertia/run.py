@@ -121,10 +121,14 @@ class _Run:
                         raise RunInterrupted(self.archive.folder, body.time, output.end)
                 self._advance()
                 self._record(force=self._ended())
+            if "measured" not in self.counters:  # a run that is resumed after its end leaves the same file
+                taken = self.counters["wall_time"] + clock.monotonic() - self.begun
+                self.counters["measured"] = {
+                    "measured_wall_time": taken, "measured_memory": machine.peak_memory()
+                }  # fmt: skip
             self._checkpoint()
         self._tell(force=True)
-        taken = self.counters["wall_time"] + clock.monotonic() - self.begun
-        return dataset.finish(self.archive, {"measured_wall_time": taken, "measured_memory": machine.peak_memory()})
+        return dataset.finish(self.archive, self.counters["measured"])
 
     def _ended(self) -> bool:
         return self.body.time >= self.output.end * (1.0 - 1e-14) or self.body.steps >= self.output.max_steps

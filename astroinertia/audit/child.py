@@ -41,8 +41,9 @@ def found(scene: Scene) -> dict[str, Any]:
     """Operations, arrays and modules of each effect in one step of the scene."""
     scene = small(scene)
     with jax.enable_x64(True):
-        evolution = prepare(scene).evolution
-        evolution.advance(scene.time.end if scene.model != "sph" else float("inf"))
+        prepared = prepare(scene)
+        evolution = prepared.evolution
+        evolution.advance(1e-3 * prepared.outputs.end)
     texts = generated()
     # What tracing imports is not the scene's.
     modules = sorted(name for name in sys.modules if name.startswith("astroinertia."))
