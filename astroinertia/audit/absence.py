@@ -113,7 +113,7 @@ def _asked(scene: Scene, leave_out: str | None, steps: int) -> Mapping[str, Any]
         "steps": steps,
     }
     run = subprocess.run(
-        [sys.executable, "-m", "astroinertia.audit.child"],
+        [sys.executable, "-P", "-m", "astroinertia.audit.child"],  # -P: not what lies in the working folder
         input=json.dumps(question),
         capture_output=True,
         text=True,
