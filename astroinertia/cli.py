@@ -1,13 +1,12 @@
 """The command line: the only file that prints or exits. Heavy modules are imported by the commands that need them."""
 
 import argparse
-import math
 import os
 import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from rich.console import Console
 from rich.text import Text
@@ -18,20 +17,19 @@ from astroinertia import (
     cli_compare,
     cli_hard,
     cli_moments,
+    cli_plan,
     cli_ratios,
     cli_tradeoff,
     cli_verify,
 )
+from astroinertia.cli_meter import Meter
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 
 if TYPE_CHECKING:
     from astroinertia.accuracy.tradeoff import Standing
-    from astroinertia.run import Progress
-    from astroinertia.scene.plan import Plan
     from astroinertia.scene.schema import Scene
 
 GOOD, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-SECONDS_BETWEEN_LINES = 10.0  # where the output is no terminal
 
 DESCRIPTION = (
     "Evolves rotating, self-gravitating fluid bodies and follows their inertia tensor through its own equation."
@@ -265,7 +263,8 @@ def _plan(options: argparse.Namespace) -> int:
 
     scene = _load(options)
     told = plan(scene)
-    _print_plan(cli_calibrate.with_cost(told, scene, options, lambda text: print(text, flush=True)))
+    told = cli_calibrate.with_cost(told, scene, options, lambda text: print(text, flush=True))
+    _Console(highlight=False).print(*cli_plan.parts(told), sep="\n")
     if not options.audit:
         return GOOD
     found = cli_audit.audited(scene)
@@ -279,41 +278,6 @@ def _calibrate(options: argparse.Namespace) -> int:
     return GOOD
 
 
-def _print_plan(plan: "Plan") -> None:
-    from rich.table import Table
-
-    console = _Console(highlight=False)
-    console.print(Text(plan.name, style="bold"), Text(plan.description))
-    for title, lines in plan.sections.items():
-        table = Table(box=None, show_header=False, padding=(0, 2, 0, 0), title_justify="left")
-        table.add_column(style="cyan", no_wrap=True, min_width=18)
-        table.add_column()
-        table.add_column(style="dim")
-        for line in lines:
-            table.add_row(Text(f"  {line.name}"), Text(line.value), Text(line.why))
-        console.print(Text(f"\n{title}", style="bold"))
-        console.print(table)
-    listed = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-    listed.add_column(style="green", no_wrap=True, min_width=18)
-    listed.add_column()
-    for effect in plan.effects:
-        if effect.listed:
-            text = Text(effect.text)
-            why = "a numerical device of particles: skipped" if effect.skipped else f"{effect.loop}; {effect.source}"
-            text.append(f" ({why})", style="dim")
-            text.append(f"\n{effect.options}" if effect.options else "")
-            text.append(f"\n{effect.size}" if effect.size else "")
-            listed.add_row(Text(f"  {effect.kind}"), text)
-    console.print(Text("\neffects called for", style="bold"))
-    console.print(listed if listed.row_count else Text("  none: particles move freely"))
-    absent = [effect for effect in plan.effects if not effect.listed]
-    console.print(Text("\nnot listed, so absent from what is compiled and run", style="bold"))
-    for effect in absent:
-        console.print(Text(f"  {effect.kind}: {effect.text}", style="dim"))
-        if effect.size:
-            console.print(Text(f"    {effect.size}"))
-
-
 def _run(options: argparse.Namespace) -> int:
     begun = time.monotonic()  # what imports take is part of a run's time
     scene = _load(options)
@@ -324,7 +288,7 @@ def _run(options: argparse.Namespace) -> int:
         f"{scene.name}: model {scene.model}, effects {', '.join(scene.effects) or 'none'}; preparing the body",
         flush=True,
     )
-    with _Meter() as meter:
+    with Meter(_Console(highlight=False)) as meter:
         result = run_scene(scene, folder, meter.tell, begun)
     return _finished(result, folder)
 
@@ -332,7 +296,7 @@ def _run(options: argparse.Namespace) -> int:
 def _resume(options: argparse.Namespace) -> int:
     from astroinertia.run import resume
 
-    with _Meter() as meter:
+    with Meter(_Console(highlight=False)) as meter:
         result = resume(options.run, meter.tell)
     return _finished(result, options.run)
 
@@ -346,63 +310,6 @@ def _finished(result: Path, folder: Path) -> int:
             print(told)
     print(f"wrote {result}; look at it with: astroinertia show {folder}")
     return GOOD
-
-
-class _Meter:
-    """Shows how far a run is: a bar with time to go on a terminal, a line now and then elsewhere."""
-
-    def __init__(self) -> None:
-        self.console = _Console(highlight=False)
-        self.bar: Any = None  # a rich Progress, once there is something to show
-        self.task: Any = None
-        self.last_line = float("-inf")
-
-    def __enter__(self) -> "_Meter":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self.bar is not None:
-            self.bar.stop()
-
-    def tell(self, progress: "Progress") -> None:
-        shown = {
-            "energy error": f"{progress.energy_error:.1e}",
-            "ledger closure": f"{progress.ledger_closure:.1e}",
-            "densest": f"{progress.density_max:.3g}",
-        }
-        told = [f"{name} {value}" for name, value in shown.items() if value != "nan"]
-        told += [f"step limited by {progress.limited_by}"] if progress.limited_by else []
-        figures = "  ".join([f"step {progress.step}", *told])
-        share = min(1.0, progress.time / progress.end)
-        to_go = f"{progress.to_go:.0f} s to go  " if math.isfinite(progress.to_go) else ""
-        if not self.console.is_terminal:
-            if progress.wall_time - self.last_line >= SECONDS_BETWEEN_LINES or share >= 1.0:
-                self.last_line = progress.wall_time
-                print(f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {to_go}{figures}", flush=True)
-            return
-        self._opened().update(self.task, completed=share, figures=figures, to_go=to_go)
-
-    def _opened(self) -> Any:
-        if self.bar is not None:
-            return self.bar
-        from rich.progress import (
-            BarColumn,
-            Progress,
-            TaskProgressColumn,
-            TextColumn,
-            TimeElapsedColumn,
-        )
-
-        self.bar = Progress(
-            BarColumn(24),
-            TaskProgressColumn(),
-            TimeElapsedColumn(),
-            TextColumn("{task.fields[to_go]}{task.fields[figures]}"),
-            console=self.console,
-        )
-        self.task = self.bar.add_task("", total=1.0, figures="", to_go="")
-        self.bar.start()
-        return self.bar
 
 
 def _show(options: argparse.Namespace) -> int:

@@ -26,7 +26,10 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker(pytest.mark.quick)
         if item.get_closest_marker("full") and not config.getoption("--again") and is_done(item):
             item.add_marker(
-                pytest.mark.skip(reason="passed before with this very code, and its result is kept: --again repeats it")
+                pytest.mark.skip(
+                    reason="takes minutes to hours and has passed before with the same inputs; "
+                    "its figures are in tests/results, and --again repeats it"
+                )
             )
 
 

@@ -5,8 +5,6 @@ Tests: tests/unit/test_tradeoff.py.
 
 import json
 import math
-import os
-import platform
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +16,7 @@ from astroinertia.accuracy.analysis import Analysis, Judged, Source, analysed
 from astroinertia.accuracy.knobs import MODEL, Setting, shown
 from astroinertia.accuracy.measuring import MEMORY_TOLD
 from astroinertia.accuracy.tradeoff import Table
+from astroinertia.costs.machine import described
 from astroinertia.dataset_schema import CONVENTIONS
 from astroinertia.errors import ArchiveError
 from astroinertia.scene import load
@@ -95,12 +94,12 @@ def dataset(table: Table) -> xr.Dataset:
     }  # fmt: skip
     variables |= _values(table, found, settings)
     coords = {
-        "setting": ("setting", np.array([_label(setting) for setting in settings], dtype=object),
+        "setting": ("setting", np.array([setting.label for setting in settings], dtype=object),
                     {"long_name": "setting"}),
         "observable": ("observable", np.array(names, dtype=object), {"long_name": "observable"}),
         "knob": ("knob", np.array([knob.name for knob in table.knobs], dtype=object), {"long_name": "accuracy knob"}),
     }  # fmt: skip
-    left = {_label(setting): float(f"{seconds:.3g}") for setting, seconds in table.left.items()}
+    left = {setting.label: float(f"{seconds:.3g}") for setting, seconds in table.left.items()}
     attrs = {
         "Conventions": CONVENTIONS,
         "title": f"{table.scene.name}: what accuracy costs",
@@ -108,7 +107,7 @@ def dataset(table: Table) -> xr.Dataset:
         "astroinertia_tradeoff_format": FORMAT,
         "name": table.scene.name,
         "scene": load.resolved_text(table.scene),
-        "base": _label(table.base),
+        "base": table.base.label,
         "left_out": json.dumps(left),
         "left_out_comment": "settings that did not fit into the budget, with the seconds that they would take",
         "interrupted": int(table.interrupted),
@@ -150,13 +149,14 @@ def conclusions(table: Table, found: Analysis | None = None) -> list[str]:
         lines += [
             _conclusion(table, each),
             *filter(None, (_whose(each), _next_digit(table, each), _advice(table, each))),
+            *_rungs(table, each),
         ]
     failed = [setting for setting, run in table.measured.items() if run.failure]
-    lines += [f"{_label(setting)} failed: {table.measured[setting].failure}" for setting in failed]
+    lines += [f"{setting.label} failed: {table.measured[setting].failure}" for setting in failed]
     if table.left:
         cheapest = min(table.left, key=lambda setting: table.left[setting])
         lines.append(
-            f"{len(table.left)} settings did not fit into the budget; the next, {_label(cheapest)}, would take "
+            f"{len(table.left)} settings did not fit into the budget; the next, {cheapest.label}, would take "
             f"{duration(table.left[cheapest])}"
         )
     return lines
@@ -174,13 +174,8 @@ def duration(seconds: float) -> str:
 
 def machine() -> str:
     """The machine in words."""
-    told = [platform.machine(), f"{os.cpu_count()} cores", f"Python {platform.python_version()}"]
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        told.insert(1, next(line.partition(":")[2].strip() for line in lines if line.startswith("model name")))
-    except (OSError, StopIteration):
-        pass
-    return ", ".join(told)
+    found = described()
+    return f"{found['processor']}, {found['cores']} cores, Python {found['python']}"
 
 
 def _conclusion(table: Table, each: Judged) -> str:
@@ -191,7 +186,7 @@ def _conclusion(table: Table, each: Judged) -> str:
     took = table.measured[table.base].cpu_time if table.base in table.measured else math.nan
     told = f"{error:.1e}" if math.isfinite(error) else "unknown"
     told = f"below {accuracy:.1e}, the accuracy of the reference," if error < accuracy else told
-    return f"{name}: error {told} at {_label(table.base)}, in {duration(took)}, against the {each.reference.source}"
+    return f"{name}: error {told} at {table.base.label}, in {duration(took)}, against the {each.reference.source}"
 
 
 def _whose(each: Judged) -> str:
@@ -238,7 +233,7 @@ def _advice(table: Table, each: Judged) -> str:
     if each.knee is None:
         return ""
     run = table.measured[each.knee]
-    return f"  knee: {_label(each.knee)}, error {each.errors[each.knee]:.1e} in {duration(run.cpu_time)}"
+    return f"  knee: {each.knee.label}, error {each.errors[each.knee]:.1e} in {duration(run.cpu_time)}"
 
 
 def _rungs(table: Table, each: Judged) -> list[str]:
@@ -267,10 +262,6 @@ def _source(each: Judged) -> str:
 def _step(table: Table, setting: Setting) -> float:
     knob = next((knob for knob in table.knobs if knob.name == setting.knob), None)
     return math.nan if knob is None or knob.step is None else knob.step(setting.value)
-
-
-def _label(setting: Setting) -> str:
-    return setting.label
 
 
 def _values(table: Table, found: Analysis, settings: list[Setting]) -> dict[str, Any]:

@@ -92,15 +92,7 @@ def _raised(error: np.ndarray, rungs: np.ndarray, others: np.ndarray) -> np.ndar
 def _front(panel, one: xr.Dataset, seconds: np.ndarray, error: np.ndarray) -> None:
     on_front = one["pareto"].values.astype(bool)
     order = np.flatnonzero(on_front)[np.argsort(seconds[on_front])]
-    panel.plot(
-        seconds[order],
-        error[order],
-        color=style.PALE,
-        linewidth=7,
-        zorder=1,
-        solid_joinstyle="round",
-        drawstyle="default",
-    )
+    panel.plot(seconds[order], error[order], color=style.PALE, linewidth=7, zorder=1, solid_joinstyle="round")
 
 
 def _line(

@@ -20,12 +20,8 @@ from astroinertia.scene.source import LARGEST_FILE, decode, line_of, override, p
 from astroinertia.scene.text import with_overrides
 from astroinertia.units import shown
 
-RECORD = (
-    "source",
-    "overrides",
-    "origin",
-    "reasons",
-)  # fields of a Scene that say where it came from; no keys of a scene
+# Fields of a Scene that say where it came from and why it is so; no keys of a scene.
+RECORD = ("source", "overrides", "origin", "reasons")
 
 
 def _by_kind(union: Any) -> dict[str, type[BaseModel]]:

@@ -1,0 +1,71 @@
+"""How far a run is, on a console that cli.py gives."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from astroinertia.run import Progress
+
+SECONDS_BETWEEN_LINES = 10.0  # where the output is no terminal
+
+
+class Meter:
+    """Shows how far a run is: a bar with time to go on a terminal, a line now and then elsewhere."""
+
+    def __init__(self, console: Console) -> None:
+        self.console = console
+        self.bar: Any = None  # a rich Progress, once there is something to show
+        self.task: Any = None
+        self.last_line = float("-inf")
+
+    def __enter__(self) -> "Meter":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.bar is not None:
+            self.bar.stop()
+
+    def tell(self, progress: "Progress") -> None:
+        """Show it."""
+        shown = {
+            "energy error": f"{progress.energy_error:.1e}",
+            "ledger closure": f"{progress.ledger_closure:.1e}",
+            "densest": f"{progress.density_max:.3g}",
+        }
+        told = [f"{name} {value}" for name, value in shown.items() if value != "nan"]
+        told += [f"step limited by {progress.limited_by}"] if progress.limited_by else []
+        figures = "  ".join([f"step {progress.step}", *told])
+        share = min(1.0, progress.time / progress.end)
+        to_go = f"{progress.to_go:.0f} s to go  " if math.isfinite(progress.to_go) else ""
+        if not self.console.is_terminal:
+            if progress.wall_time - self.last_line >= SECONDS_BETWEEN_LINES or share >= 1.0:
+                self.last_line = progress.wall_time
+                line = f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {to_go}{figures}"
+                self.console.print(Text(line), soft_wrap=True)
+            return
+        self._opened().update(self.task, completed=share, figures=figures, to_go=to_go)
+
+    def _opened(self) -> Any:
+        if self.bar is not None:
+            return self.bar
+        from rich.progress import (
+            BarColumn,
+            Progress,
+            TaskProgressColumn,
+            TextColumn,
+            TimeElapsedColumn,
+        )
+
+        self.bar = Progress(
+            BarColumn(24),
+            TaskProgressColumn(),
+            TimeElapsedColumn(),
+            TextColumn("{task.fields[to_go]}{task.fields[figures]}"),
+            console=self.console,
+        )
+        self.task = self.bar.add_task("", total=1.0, figures="", to_go="")
+        self.bar.start()
+        return self.bar
