@@ -193,23 +193,27 @@ if COMPRESSES:
     vector_take = _vector_take
 else:
 
+    def _named(function, *constants):
+        # Compiled code goes by this name and a number that processes count for themselves: without its constants, a
+        # function that one process kept could stand in for that of another.
+        function.__qualname__ = "_".join(map(str, (function.__name__, *constants)))
+        return njit(**PART)(function)
+
     def _plain_row_spreader(rows, begin):
-        @njit(**PART)
         def spread(table, index, count, out):
             for k in range(count):
                 for row in range(rows):
                     out[row, k] = table[index[k], begin + row]
 
-        return spread
+        return _named(spread, rows, begin)
 
     def _plain_row_copier(width):
-        @njit(**PART)
         def copied(table, index, count, zero, out):
             for k in range(count):
                 for row in range(width):
                     out[k, row] = table[index[k], row] - zero[row]
 
-        return copied
+        return _named(copied, width)
 
     @njit(**PART)
     def _plain_vector_fill(array, position, value):
