@@ -14,6 +14,7 @@ from astroinertia.engines.elementwise import added, elementwise, totals
 from astroinertia.engines.numba_source import argument_names
 from astroinertia.engines.terms import PairTerm
 from astroinertia.inertia.ledger import Whole, after_drift, after_heating, after_kick, after_rounding
+from astroinertia.integrate import leapfrog
 from astroinertia.integrate.exchange import Exchange, energies, entropy_after, exchanged
 from astroinertia.integrate.hierarchical import Clock, weighted_sets
 from astroinertia.integrate.leapfrog import Rates, State, member_key
@@ -26,16 +27,15 @@ from astroinertia.sph.density import density
 Array = Any
 Sums = dict[str, dict[str, Array]]
 THERMAL = ("pressure", "sound_speed", "internal_energy", "thermal_energy", "entropy_per_heat")
+OF_A_STATE = ("identity", "mass", "position", "remainder", "velocity", "entropy", "smoothing_length")
 FEW = 2048  # particles that plain sums over all pairs are quicker for
 JUST_WOKEN = 1e36  # what a particle closes of which nothing is to be closed (Engine.neighbour_sums)
 
 
-def drifted(xp, x, v, now, a, dt):
-    """The place dt later, and the velocity then."""
-    return (
-        (x[0] + dt * v[0], x[1] + dt * v[1], x[2] + dt * v[2]),
-        (now[0] + dt * a[0], now[1] + dt * a[1], now[2] + dt * a[2]),
-    )
+def drifted(xp, x, remainder, v, now, a, dt):
+    """The place dt later, what rounding leaves of it, and the velocity then."""
+    place, left = leapfrog.moved(xp, x, remainder, v, dt)
+    return place, left, (now[0] + dt * a[0], now[1] + dt * a[1], now[2] + dt * a[2])
 
 
 def trapezoid(xp, v, before, a, dt):
@@ -87,8 +87,8 @@ def moved(flow: Flow, clock: Clock, booked: Array) -> None:
     booked: the masses (N,) with which the ledger hears of the rounding of their places.
     """
     rows, dt, before = flow.rows, clock.elapsed - flow.clock.elapsed, flow.rows["position"]
-    rows["position"], rows["predicted"] = elementwise(
-        np, drifted, before, rows["velocity"], rows["predicted"], rows["acceleration"], dt
+    rows["position"], rows["remainder"], rows["predicted"] = elementwise(
+        np, drifted, before, rows["remainder"], rows["velocity"], rows["predicted"], rows["acceleration"], dt
     )
     ways = before, rows["position"], rows["velocity"], np.float64(dt)
     body = Whole(flow.total_mass, flow.centre, flow.centre_velocity)
@@ -381,7 +381,7 @@ def closed(flow: Flow, state: State, rates: Rates) -> State:
         state,
         time=np.float64(flow.begun + flow.clock.base),
         step=state.step + 1,
-        **{name: rows[name] for name in ("identity", "mass", "position", "velocity", "entropy", "smoothing_length")},
+        **{name: rows[name] for name in OF_A_STATE},
         material=rows.get("material"),
         memory=flow.under("memory"),
         ledger=flow.ledger,

@@ -158,6 +158,7 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
         "predicted": rows["velocity"],
         "booked": mass,
         "position": state.position,
+        "remainder": state.remainder,
         "velocity": state.velocity.copy(),
         "entropy": state.entropy.copy(),
     }

@@ -92,6 +92,7 @@ def initial_state(
         identity=xp.arange(count),
         mass=mass,
         position=position,
+        remainder=xp.zeros_like(position),
         velocity=velocity,
         entropy=xp.asarray(internal_energy if entropy is None else entropy),
         smoothing_length=guess,
@@ -148,7 +149,7 @@ def coming_position(problem: Problem, state: State) -> Array:
     if state.rates.fluid is None:
         return state.position
     velocity, _ = leapfrog.predicted(xp, state, dt / 2)
-    return elementwise(xp, leapfrog.moved, state.position, velocity, dt)[0]
+    return elementwise(xp, leapfrog.moved, state.position, state.remainder, velocity, dt)[0]
 
 
 def step(problem: Problem, arrangement: Any, state: State, dt: Array) -> State:
