@@ -52,7 +52,7 @@ def carry_out(
 def _rows(found) -> list[str]:
     """The settings on the front of the first observable, from the cheapest."""
     from astroinertia.accuracy.analysis import analysed
-    from astroinertia.accuracy.table import duration
+    from astroinertia.accuracy.words import duration
 
     judged = analysed(found).judged
     heads = "".join(f"{each.observable.name:>24}" for each in judged)

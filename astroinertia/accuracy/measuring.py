@@ -208,5 +208,8 @@ def _peak() -> float:
     return 1024.0 * int(line.split()[1])
 
 
+AS_IT_IS = Setting("default", "", ())
+"""A scene without any override."""
+
 INTERRUPTIONS = (RunInterrupted, KeyboardInterrupt)
 """What ends a setting on a signal: a run that was sealed, or anything before and after it."""

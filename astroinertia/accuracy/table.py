@@ -16,6 +16,7 @@ from astroinertia.accuracy.analysis import Analysis, Judged, Source, analysed
 from astroinertia.accuracy.knobs import MODEL, Setting, shown
 from astroinertia.accuracy.measuring import MEMORY_TOLD
 from astroinertia.accuracy.tradeoff import Table
+from astroinertia.accuracy.words import duration
 from astroinertia.costs.machine import described
 from astroinertia.dataset_schema import CONVENTIONS
 from astroinertia.errors import ArchiveError
@@ -24,7 +25,6 @@ from astroinertia.sealed import write_whole
 
 FILE = "tradeoff.nc"
 FORMAT = 1
-_MINUTE, _HOUR, _DAY = 60.0, 3600.0, 86400.0
 
 
 def dataset(table: Table) -> xr.Dataset:
@@ -160,16 +160,6 @@ def conclusions(table: Table, found: Analysis | None = None) -> list[str]:
             f"{duration(table.left[cheapest])}"
         )
     return lines
-
-
-def duration(seconds: float) -> str:
-    """A length of time as it is said."""
-    if not math.isfinite(seconds):
-        return "an unknown time"
-    for size, unit in ((_DAY, "d"), (_HOUR, "h"), (_MINUTE, "min"), (1.0, "s")):
-        if seconds >= size:
-            return f"{seconds / size:.2g} {unit}" if seconds < 100 * size else f"{seconds / size:.0f} {unit}"
-    return f"{1e3 * seconds:.2g} ms" if seconds < 0.1 else f"{1e3 * seconds:.0f} ms"
 
 
 def machine() -> str:

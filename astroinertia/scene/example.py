@@ -58,6 +58,7 @@ SUBTABLES = ("rotation", "change", "perturbation")
 SUGGESTED: dict[str, Any] = {
     "index": 1.5,
     "accuracy": 1e-3,
+    "judged_by": ["inertia_tensor z z"],
     "exponent": 1.0,
     "gamma": 5.0 / 3.0,
     "file": "particles.csv",
@@ -121,7 +122,10 @@ def example_text() -> str:
 
 def _plain_keys() -> str:
     fields = schema.Scene.model_fields
-    lines = [_line(name, SET[""].get(name), fields[name]) for name in ("name", "description", "model", "accuracy")]
+    lines = [
+        _line(name, SET[""].get(name), fields[name])
+        for name in ("name", "description", "model", "accuracy", "settings", "judged_by")
+    ]
     return "\n".join([*lines, _line("units", None, fields["units"])])
 
 

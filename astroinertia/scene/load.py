@@ -21,7 +21,7 @@ from astroinertia.scene.text import with_overrides
 from astroinertia.units import shown
 
 # Fields of a Scene that say where it came from and why it is so; no keys of a scene.
-RECORD = ("source", "overrides", "origin", "reasons")
+RECORD = ("source", "overrides", "origin", "reasons", "choice")
 
 
 def _by_kind(union: Any) -> dict[str, type[BaseModel]]:

@@ -13,6 +13,11 @@ from astroinertia.scene.schema import Scene, Units
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
 from astroinertia.units import DIMENSIONLESS, CodeUnits, si_unit
 
+UNCHOSEN = (
+    "settings",
+    "chosen by pilot runs when it is run",
+    "all here is of the scene as it is written; `plan --pilot` chooses now",
+)
 RECORDS, SNAPSHOTS = 200, 10  # of a run that does not say how often
 _ROCK = 5e3  # kg/m3: what sets the unit of length of a planet whose radius is not known before it is solved for
 
@@ -140,6 +145,10 @@ def plan(scene: Scene) -> Plan:
     sections |= {"model and numerics": _numerics(scene), "time and output": _time(scene)}
     if scene.model == "sph" and (found := resolved(scene, *smoothing(scene), code_units(scene).gravitational_constant)):
         sections["resolution"] = tuple(Line(*each) for each in found)
+    if scene.choice:
+        sections["accuracy"] = tuple(Line(name, text) for name, text in scene.choice.items())
+    elif scene.wants_choice:
+        sections["accuracy"] = (Line(*UNCHOSEN),)
     sections["characteristic numbers"] = tuple(Line(*each) for each in plan_effects.numbers_told(scene))
     sizes = plan_effects.sizes_told(scene)
     effects = tuple(

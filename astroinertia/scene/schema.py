@@ -127,7 +127,8 @@ class Units(Part):
 class Scene(Part):
     """A whole scene. `source` and `overrides` are the text it came from and the --set arguments, for the record.
 
-    `reasons`: with effects = "auto", why each effect that was considered is on or off.
+    `reasons`: with effects = "auto", why each effect that was considered is on or off. `choice`: where settings were
+    chosen for an accuracy, what is expected of them and why they are so.
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_\-]{0,63}$")] = Field(
@@ -163,7 +164,18 @@ class Scene(Part):
         default=None,
         description="wanted relative accuracy of the observables: I_zz and the angular velocity at the end",
     )
+    settings: Literal["chosen", "given"] = Field(
+        default="chosen",
+        description="where accuracy is asked for: chosen by pilot runs to have it, the model too unless the scene "
+        "names one; or given, as they are written here, and accuracy only judges effects",
+    )
+    judged_by: Annotated[tuple[str, ...], BeforeValidator(as_tuple), Field(max_length=16)] = Field(
+        default=(),
+        description='series of the dataset that are to have the accuracy at the end, such as "inertia_tensor z z"; '
+        "without any, I_zz and the angular velocity",
+    )
     reasons: dict[str, str] = Field(default_factory=dict)
+    choice: dict[str, str] = Field(default_factory=dict)
     regions: Annotated[dict[Annotated[str, Field(pattern=REGION_NAME)], Region], Field(max_length=MOST_REGIONS)] = (
         Field(default_factory=dict, description="parts of the body with books of their own, by name")
     )
@@ -184,6 +196,11 @@ class Scene(Part):
         """The number of particles of all bodies; None where a body does not tell."""
         counts: list[Any] = [getattr(body, "particles", None) for body in self.bodies or (self.body,)]
         return None if None in counts else sum(counts)
+
+    @property
+    def wants_choice(self) -> bool:
+        """Whether its settings are to be chosen for an accuracy before it is run."""
+        return self.accuracy is not None and self.settings == "chosen"
 
     def alone(self) -> tuple[Self, ...]:
         """The scene of each body as if there were no other."""

@@ -17,6 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # run as a script: the tests
 from astroinertia.accuracy import table
 from astroinertia.accuracy.analysis import analysed
 from astroinertia.accuracy.tradeoff import carry_out
+from astroinertia.accuracy.words import duration
 from astroinertia.plots import style
 from astroinertia.plots.tradeoff import tradeoff_figure
 from tests.tradeoff_scenes import CASES
@@ -37,7 +38,7 @@ def rows(name, found):
             price = 10 ** (source.cost_order / law.order) if law.order > 0 and source.cost_order > 0 else math.nan
             yield [
                 name, judged.observable.name, len(found.measured), f"{judged.errors.get(found.base, math.nan):.1e}",
-                "-" if base is None else table.duration(base.cpu_time),
+                "-" if base is None else duration(base.cpu_time),
                 f"**{source.knob.name}**" if source is judged.limiting else source.knob.name,
                 "-" if math.isnan(source.error) else f"{source.error:.1e}",
                 f"{law.order:.2f}{spread}", source.knob.order, "-" if math.isnan(price) else f"{price:.2g} times",

@@ -1,0 +1,61 @@
+"""What a ladder of runs says of its own errors: pure functions of arrays.
+
+values (n, K) are an observable at steps (n,), whatever its error goes as a power of.
+Tests: tests/unit/test_estimates.py.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from astroinertia.accuracy import convergence
+
+_ROUND_OFF = 1e-15
+
+
+class Estimate(NamedTuple):
+    """The relative error at the finest step of a ladder, and the order by which it falls."""
+
+    error: float
+    order: float
+
+    def at(self, ratio: float) -> float:
+        """The error where the step is `ratio` times the finest one."""
+        return self.error * ratio**self.order
+
+    def ratio_for(self, error: float) -> float:
+        """By what factor of the finest step an error is reached."""
+        return math.inf if self.error <= 0.0 else (error / self.error) ** (1.0 / self.order)
+
+
+UNKNOWN = Estimate(math.nan, math.nan)
+
+
+def estimate(steps: Sequence[float], values: np.ndarray, order: float, orders: tuple[float, float]) -> Estimate:
+    """The error of the value at the finest step, relative to its size.
+
+    order: what theory says, taken where the ladder tells none; orders: the least and the largest that are believed.
+    Each coarser value gives an estimate by Richardson's rule; the largest one counts, for two runs may agree by chance
+    while three or four do not. UNKNOWN with fewer than two values. Source: Richardson 1911 (see convergence).
+    """
+    r, v = np.asarray(steps, float), np.atleast_2d(np.asarray(values, float))
+    finest = int(np.argmin(r))
+    size = float(np.linalg.norm(v[finest]))
+    if len(r) < 2 or not size > 0.0 or not np.isfinite(v).all():
+        return UNKNOWN
+    law = convergence.self_convergence(r, v, size, _ROUND_OFF)
+    least, most = orders
+    p = min(max(law.order if law.credible else order, least), most)
+    coarser = np.arange(len(r)) != finest
+    apart = np.linalg.norm(v[coarser] - v[finest], axis=1) / size
+    found = apart / ((r[coarser] / r[finest]) ** p - 1.0)
+    return Estimate(float(found.max()), p)
+
+
+def worst(found: Sequence[Estimate]) -> Estimate:
+    """The least certain of several observables: the largest error, the lowest order."""
+    if any(math.isnan(each.error) for each in found):
+        return UNKNOWN
+    return Estimate(max(each.error for each in found), min(each.order for each in found))

@@ -1,0 +1,102 @@
+"""Pilot runs of a search: each setting of a scene is run once, kept in a folder, and told.
+
+Tests: tests/unit/test_choice.py.
+"""
+
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from astroinertia.accuracy import measuring
+from astroinertia.accuracy.estimates import Estimate, estimate, worst
+from astroinertia.accuracy.knobs import Setting, Value
+from astroinertia.accuracy.measuring import Measured
+from astroinertia.accuracy.observables import Observable, relative_error
+from astroinertia.errors import SceneError
+from astroinertia.scene.schema import Scene
+
+Told = Callable[[str], None]
+
+
+@dataclass
+class Pilots:
+    """Runs of a scene at settings, none of them twice. spent: seconds of wall time so far."""
+
+    scene: Scene
+    observables: tuple[Observable, ...]
+    folder: Path
+    told: Told
+    spent: float = 0.0
+    done: dict[tuple[str, ...], Measured] = field(default_factory=dict)
+
+    def run(self, label: str, overrides: Sequence[str]) -> Measured:
+        """What the scene gives with these overrides; a setting that fails, or that the scene refuses, says so."""
+        key = tuple(overrides)
+        if key not in self.done:
+            self.told(label)
+            begin = clock.monotonic()
+            self.done[key] = self._measured(Setting("pilot", label, key))
+            self.spent += clock.monotonic() - begin
+        return self.done[key]
+
+    def _measured(self, setting: Setting) -> Measured:
+        try:
+            scene = measuring.scene_of(self.scene, setting, self.observables)
+        except SceneError as error:
+            return measuring.failed(str(error), self.observables)
+        place = measuring.folder_of(self.folder, scene, setting)
+        found = measuring.stored(place, self.observables)
+        return measuring.measure(scene, self.observables, place) if found is None else found
+
+    def apart(self, one: Measured, other: Measured) -> float:
+        """The largest relative difference of any observable; infinite where one of them failed."""
+        if one.failure or other.failure:
+            return float("inf")
+        return max(
+            relative_error(np.array(one.values[o.name]), np.array(other.values[o.name])) for o in self.observables
+        )
+
+    def estimate(self, ladder: Mapping[float, Measured], order: float, orders: tuple[float, float]) -> Estimate:
+        """The error at the finest of some runs, by their steps: of the least certain observable."""
+        runs = {step: found for step, found in ladder.items() if not found.failure}
+        return worst(
+            [
+                estimate(list(runs), np.array([found.values[each.name] for found in runs.values()]), order, orders)
+                for each in self.observables
+            ]
+        )
+
+
+@dataclass(frozen=True)
+class Found:
+    """A setting that a search settled for.
+
+    chosen: {knob: value}; errors: {source: relative error that is expected}; seconds: of wall time that its steps and
+    preparation are expected to take; reasons: a sentence each.
+    """
+
+    overrides: tuple[str, ...]
+    chosen: Mapping[str, Value]
+    errors: Mapping[str, float]
+    seconds: float
+    reasons: tuple[str, ...]
+
+    @property
+    def error(self) -> float:
+        """The sum of all sources."""
+        return sum(self.errors.values())
+
+    @property
+    def bar(self) -> float:
+        """The error that is stated: twice what is expected, for that is as often too small as too large."""
+        return 2.0 * self.error
+
+
+@dataclass(frozen=True)
+class OutOfReach:
+    """What an accuracy would take that the time allowed does not have; the best that it has."""
+
+    sentence: str
