@@ -33,11 +33,19 @@ def load(path: str | PathLike[str], settings: Sequence[str] = ()) -> "Scene":
 def run_scene(
     scene: "Scene | str | PathLike[str]", folder: str | PathLike[str], listener: "Listener | None" = None
 ) -> Path:
-    """Run a scene, or the scene in a file, in a new folder; returns the netCDF file that it leaves."""
+    """Run a scene, or the scene in a file, in a new folder; returns the netCDF file that it leaves.
+
+    Where the scene asks for an accuracy, its settings are chosen first, by pilot runs in a folder beside.
+    """
     from astroinertia.run import run_scene as carry_out
     from astroinertia.scene.schema import Scene
 
-    return carry_out(scene if isinstance(scene, Scene) else load(scene), Path(folder), listener)
+    chosen = scene if isinstance(scene, Scene) else load(scene)
+    if chosen.wants_choice:
+        from astroinertia.accuracy.choice import choose, pilots_beside
+
+        chosen = choose(chosen, pilots_beside(Path(folder))).scene
+    return carry_out(chosen, Path(folder), listener)
 
 
 def resume(folder: str | PathLike[str], listener: "Listener | None" = None) -> Path:

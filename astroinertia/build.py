@@ -101,6 +101,7 @@ def metadata(scene: Scene) -> dict[str, Any]:
             if kind in scene.effects and scene.model not in catalogue.CATALOGUE[kind].models
         },
         **({"regions": regions_told(scene)} if scene.regions else {}),
+        **({"choice": dict(scene.choice)} if scene.choice else {}),
         "versions": {
             "python": platform.python_version(),
             **{

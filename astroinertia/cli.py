@@ -14,6 +14,7 @@ from rich.text import Text
 from astroinertia import (
     cli_audit,
     cli_calibrate,
+    cli_choice,
     cli_compare,
     cli_hard,
     cli_moments,
@@ -127,6 +128,7 @@ def _parser() -> argparse.ArgumentParser:
     _scene_arguments(plan)
     cli_audit.add_arguments(plan)
     cli_calibrate.add_plan_arguments(plan)
+    cli_choice.add_arguments(plan)
 
     run = _command(
         commands,
@@ -137,6 +139,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     _scene_arguments(run)
     run.add_argument("--output", type=Path, metavar="DIR", help="folder of the run, new or empty (default: runs/NAME)")
+    cli_choice.add_arguments(run)
 
     resume = _command(commands, "resume", _resume, "go on with an interrupted run", "astroinertia resume runs/coarse")
     resume.add_argument("run", metavar="RUN", type=Path, help="folder of the run")
@@ -234,6 +237,10 @@ class _Version(argparse.Action):
         parser.exit()
 
 
+def _say(text: str) -> None:
+    print(text, flush=True)
+
+
 def _load(options: argparse.Namespace) -> "Scene":
     from astroinertia.scene.load import load_file
 
@@ -262,8 +269,10 @@ def _plan(options: argparse.Namespace) -> int:
     from astroinertia.scene.plan import plan
 
     scene = _load(options)
+    if options.pilot:
+        scene = cli_choice.chosen(scene, Path("runs") / scene.name, options.minutes, _say)
     told = plan(scene)
-    told = cli_calibrate.with_cost(told, scene, options, lambda text: print(text, flush=True))
+    told = cli_calibrate.with_cost(told, scene, options, _say)
     _Console(highlight=False).print(*cli_plan.parts(told), sep="\n")
     if not options.audit:
         return GOOD
@@ -274,7 +283,7 @@ def _plan(options: argparse.Namespace) -> int:
 
 
 def _calibrate(options: argparse.Namespace) -> int:
-    print(cli_calibrate.report(options, lambda text: print(text, flush=True)))
+    print(cli_calibrate.report(options, _say))
     return GOOD
 
 
@@ -284,10 +293,8 @@ def _run(options: argparse.Namespace) -> int:
     folder = options.output or Path("runs") / scene.name
     from astroinertia.run import run_scene
 
-    print(
-        f"{scene.name}: model {scene.model}, effects {', '.join(scene.effects) or 'none'}; preparing the body",
-        flush=True,
-    )
+    scene = cli_choice.chosen(scene, folder, options.minutes, _say)
+    _say(f"{scene.name}: model {scene.model}, effects {', '.join(scene.effects) or 'none'}; preparing the body")
     with Meter(_Console(highlight=False)) as meter:
         result = run_scene(scene, folder, meter.tell, begun)
     return _finished(result, folder)

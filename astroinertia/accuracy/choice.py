@@ -41,6 +41,11 @@ class Choice:
     pilot_seconds: float
 
 
+def pilots_beside(folder: Path) -> Path:
+    """Where the pilots of a run are kept: beside its folder."""
+    return folder.with_name(f"{folder.name}-pilots")
+
+
 def choose(scene: Scene, folder: Path, minutes: float = DEFAULT_MINUTES, told: Told = lambda text: None) -> Choice:
     """The cheapest settings that have the accuracy a scene asks for, by pilot runs kept below `folder`.
 
@@ -89,11 +94,11 @@ def _by_rungs(pilots: Pilots, accuracy: float, seconds: float) -> Found | OutOfR
             return found
         simpler.append((rung, pilots.run(f"model {rung}", found.overrides), found))
 
-    def agreeing(particles: Measured, error: float) -> Found | None:
+    def agreeing(limit: Measured, error: float) -> Found | None:
         for rung, measured, found in simpler:
-            apart = pilots.apart(measured, particles) + error
+            apart = pilots.apart(measured, limit) + error
             if apart <= accuracy:
-                why = f"model {rung}: it agrees with particles to {apart:.1e}, what these err included"
+                why = f"model {rung}: it agrees with what particles tend to, to {apart:.1e} with what is unsure of that"
                 return Found(found.overrides, found.chosen, {"model": apart}, found.seconds, (why, *found.reasons))
         return None
 

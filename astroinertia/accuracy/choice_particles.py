@@ -21,9 +21,11 @@ FEWEST = 250  # particles of the first pilot: four times the neighbours of one
 GROWTH = 2.0  # of their number from pilot to pilot
 BEYOND = 4.0  # times the particles of the last pilot that the estimate is trusted to reach
 ORDERS = (1.2, 2.4)  # in h, that are believed of a ladder; where it tells none, theory's counts
+TRUST = 0.3  # standard deviation of theory's order from scene to scene (tests/benchmarks/results/tradeoff.md)
 OF_RESOLUTION, OF_STEPS, OF_GRAVITY = 0.7, 0.15, 0.15  # shares of the wanted accuracy
 STEP_PILOT = 2  # the rung of the ladder on which time steps and gravity are tried
 MOST = 10_000_000  # particles
+UNSURE = 0.5  # of the error of the finest pilot, that of what the ladder tends to
 COST = 4.0 / 3.0  # seconds go as this power of the number of particles: N passes over N^(1/3) times as many steps
 LONGEST, SHORTEST = 4.0, 0.05  # factors of the time step
 REFUSING = 0.1  # of the time allowed, that pilots may take before a price is told
@@ -34,8 +36,8 @@ Other = Callable[[Measured, float], Found | None]
 def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Found | OutOfReach:
     """The cheapest number of particles, factor of the time steps and error of gravity for an accuracy.
 
-    seconds: of wall time that the run may take. other: asked after every pilot with its result and the error it has;
-    where it finds something (a cheaper model that agrees), that is taken.
+    seconds: of wall time that the run may take. other: asked after every pilot with what the ladder tends to and how
+    sure that is; where it finds something (a cheaper model that agrees), that is taken.
     """
     by_name = {knob.name: knob for knob in knobs.knobs(pilots.scene)}
     if "particles" not in by_name:
@@ -50,8 +52,9 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Fou
         else:
             ladder[count] = found
         if len(ladder) >= 2:
-            estimate = pilots.estimate({n ** (-1 / 3): each for n, each in ladder.items()}, main.order or 2.0, ORDERS)
-            cheaper = other(found, estimate.error)
+            steps = {n ** (-1 / 3): each for n, each in ladder.items()}
+            estimate = pilots.estimate(steps, main.order or 2.0, ORDERS, TRUST)
+            cheaper = other(pilots.limit(steps, estimate.order), UNSURE * estimate.error)
             if cheaper is not None:
                 return cheaper
         if estimate is not None and len(ladder) >= 3:

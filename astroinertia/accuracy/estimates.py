@@ -13,6 +13,7 @@ import numpy as np
 from astroinertia.accuracy import convergence
 
 _ROUND_OFF = 1e-15
+_SCATTER = 0.3  # standard deviation of an order that a few runs tell
 
 
 class Estimate(NamedTuple):
@@ -33,10 +34,13 @@ class Estimate(NamedTuple):
 UNKNOWN = Estimate(math.nan, math.nan)
 
 
-def estimate(steps: Sequence[float], values: np.ndarray, order: float, orders: tuple[float, float]) -> Estimate:
+def estimate(
+    steps: Sequence[float], values: np.ndarray, order: float, orders: tuple[float, float], trust: float = math.inf
+) -> Estimate:
     """The error of the value at the finest step, relative to its size.
 
-    order: what theory says, taken where the ladder tells none; orders: the least and the largest that are believed.
+    order: what theory says, taken where the ladder tells none; trust: its standard deviation from case to case, by
+    which it is weighed against the ladder's own; orders: the least and the largest that are believed.
     Each coarser value gives an estimate by Richardson's rule; the largest one counts, for two runs may agree by chance
     while three or four do not. UNKNOWN with fewer than two values. Source: Richardson 1911 (see convergence).
     """
@@ -47,7 +51,12 @@ def estimate(steps: Sequence[float], values: np.ndarray, order: float, orders: t
         return UNKNOWN
     law = convergence.self_convergence(r, v, size, _ROUND_OFF)
     least, most = orders
-    p = min(max(law.order if law.credible else order, least), most)
+    p = order
+    if law.credible:
+        own = max(law.uncertainty, _SCATTER) if math.isfinite(law.uncertainty) else _SCATTER
+        share = 1.0 / (1.0 + (own / trust) ** 2)
+        p = share * law.order + (1.0 - share) * order
+    p = min(max(p, least), most)
     coarser = np.arange(len(r)) != finest
     apart = np.linalg.norm(v[coarser] - v[finest], axis=1) / size
     found = apart / ((r[coarser] / r[finest]) ** p - 1.0)

@@ -3,9 +3,10 @@
 Tests: tests/unit/test_choice.py.
 """
 
+import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -59,15 +60,29 @@ class Pilots:
             relative_error(np.array(one.values[o.name]), np.array(other.values[o.name])) for o in self.observables
         )
 
-    def estimate(self, ladder: Mapping[float, Measured], order: float, orders: tuple[float, float]) -> Estimate:
+    def estimate(
+        self, ladder: Mapping[float, Measured], order: float, orders: tuple[float, float], trust: float = math.inf
+    ) -> Estimate:
         """The error at the finest of some runs, by their steps: of the least certain observable."""
         runs = {step: found for step, found in ladder.items() if not found.failure}
         return worst(
             [
-                estimate(list(runs), np.array([found.values[each.name] for found in runs.values()]), order, orders)
+                estimate(
+                    list(runs), np.array([found.values[each.name] for found in runs.values()]), order, orders, trust
+                )
                 for each in self.observables
             ]
         )
+
+    def limit(self, ladder: Mapping[float, Measured], order: float) -> Measured:
+        """What some runs, by their steps, tend to: the two finest by Richardson's rule."""
+        (fine, one), (coarse, other) = sorted((step, run) for step, run in ladder.items() if not run.failure)[:2]
+        weight = 1.0 / ((coarse / fine) ** order - 1.0)
+        values = {
+            name: (np.array(one.values[name]) + weight * (np.array(one.values[name]) - other.values[name])).tolist()
+            for name in one.values
+        }
+        return replace(one, values=values)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,36 @@
+"""What `run` and `plan` do for a scene that asks for an accuracy: choose its settings. Printing is left to cli.py."""
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from astroinertia.scene.schema import Scene
+
+Say = Callable[[str], None]
+
+
+def add_arguments(command: argparse.ArgumentParser) -> None:
+    """Add how long a run may take whose settings are chosen."""
+    command.add_argument(
+        "--minutes", type=float, default=60.0, metavar="M",
+        help="wall time that the run may take where the scene asks for an accuracy (accuracy = 1e-3) and its settings "
+        "are chosen; where it would take longer, that is told with the price (default: 60)",
+    )  # fmt: skip
+
+
+def chosen(scene: "Scene", folder: Path, minutes: float, say: Say) -> "Scene":
+    """The scene with settings chosen by pilots, kept beside the run's folder; as it is, if it asks for none."""
+    if not scene.wants_choice:
+        return scene
+    from astroinertia.accuracy.choice import choose, pilots_beside
+    from astroinertia.errors import SceneError
+
+    if not minutes > 0.0:
+        raise SceneError("--minutes must be a number above 0.")
+    say(f"{scene.name}: settings are chosen for an accuracy of {scene.accuracy:g}")
+    found = choose(scene, pilots_beside(folder), minutes, lambda label: say(f"  pilot: {label}"))
+    for text in found.scene.choice.values():
+        say(f"  {text}")
+    return found.scene
