@@ -30,7 +30,7 @@ from tests.delivered_scenes import asked
 
 COUNTS = (250, 750, 2250, 6750, 20250)
 FACTORS = (2.0, 1.0)  # of the time step
-MINUTES = 20.0  # that the chosen run may take
+MINUTES = 4.0  # that the chosen run may take
 SCANNED = 60.0  # seconds of processor time, at which a ladder of the scan ends
 HEAD = ["scene", "asked", "delivered", "bar", "time", "scan's cheapest", "ratio", "pilots", "chosen"]
 
