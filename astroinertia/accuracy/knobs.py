@@ -88,6 +88,11 @@ def with_overrides(scene: Scene, overrides: tuple[str, ...]) -> Scene:
     return load.loads(load.resolved_text(scene), overrides, scene.origin)
 
 
+def duration(scene: Scene, value: float) -> str:
+    """A time of a scene as an override gives it."""
+    return repr(value) if scene.dimensionless else f'"{value!r} s"'
+
+
 def _of_particles(scene: Scene) -> tuple[Knob, ...]:
     return tuple(
         knob
@@ -126,7 +131,6 @@ def _rounded(count: float) -> int:
 
 def _timestep(scene: Scene) -> Knob:
     numerics = scene.numerics
-    code = scene.dimensionless
 
     def overrides(value: Value) -> tuple[str, ...]:
         factor = float(value)
@@ -135,8 +139,7 @@ def _timestep(scene: Scene) -> Knob:
             for name in ("courant", "acceleration_factor", "energy_factor")
         ]
         if numerics.max_timestep is not None:
-            longest = factor * numerics.max_timestep
-            told.append(f"numerics.max_timestep={longest!r}" if code else f'numerics.max_timestep="{longest!r} s"')
+            told.append(f"numerics.max_timestep={duration(scene, factor * numerics.max_timestep)}")
         if numerics.free_fall_factor is not None:
             told.append(f"numerics.free_fall_factor={factor * numerics.free_fall_factor!r}")
         return tuple(told)
