@@ -6,16 +6,17 @@ ratio of the steps (accuracy.error_bars). Tests: tests/unit/test_error_bars.py.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 from astroinertia.accuracy.knobs import Knob, duration, knobs, shown, with_overrides
 from astroinertia.errors import SceneError
-from astroinertia.scene.plan import RECORDS, cadence, smoothing
-from astroinertia.scene.schema import Scene
+from astroinertia.scene.plan import RECORDS, cadence, records, smoothing
+from astroinertia.scene.schema import MOST_RECORDS, Scene
 
 PARTICLES = "particles"
 _RATIO = 3.0  # in the number of particles from one run to the next
 _LEAST_RATIO = 2.0  # from which on three of them tell an order
-_NEIGHBOURHOODS = 2.0  # in the coarsest run: with fewer particles no sphere of neighbours fits into the body
+_NEIGHBOURHOODS = 2.0  # in a body of the coarsest run: with fewer particles no sphere of neighbours fits into it
 _FINER = {"tolerance": 0.1, "steps_per_rotation": 0.5}  # of the step, in runs that cost so little
 _COARSER = {"timestep_factor": 2.0, "force_error": 10.0}
 
@@ -52,7 +53,7 @@ def companion_runs(scene: Scene) -> tuple[CompanionRun, ...]:
     if scene.model != "sph":
         return (_finer(scene, found[0]),)
     if found[0].name != PARTICLES:
-        raise SceneError("error bars need a number of particles that can be turned down, as one [body] has it.")
+        raise SceneError("error bars need a number of particles that can be turned; a table has its own.")
     return tuple(_of_particles(scene, {knob.name: knob for knob in found}))
 
 
@@ -60,7 +61,7 @@ def _finer(scene: Scene, knob: Knob) -> CompanionRun:
     """One with a smaller step, and twice as many records: these models shorten steps to meet each of them."""
     assert knob.step is not None
     quiet, every = ["output.error_bars=false"], cadence(scene).series_every
-    if every is not None:
+    if every is not None and records(scene.time.end, 0.5 * every) <= MOST_RECORDS:
         quiet.append(f"output.series_every={duration(scene, 0.5 * every)}")
     for ratio in (_FINER[knob.name], 1.0 / _FINER[knob.name]):
         value = float(f"{knob.value_at(ratio * knob.step(knob.default)):.12g}")
@@ -82,7 +83,7 @@ def _of_particles(scene: Scene, by_name: dict[str, Knob]) -> Iterator[CompanionR
         quiet.append(f"output.series_every={duration(scene, min(every, scene.time.end / RECORDS))}")
     still = with_overrides(scene, tuple(quiet))
     knob, coarsest, name = by_name[PARTICLES], still, ""
-    for count in _numbers(float(knob.default), _NEIGHBOURHOODS * smoothing(scene)[1]):
+    for count in _numbers(float(knob.default), _fewest(scene)):
         turned = with_overrides(still, knob.overrides(count))
         found = _run(knob, count, "", turned)
         yield found
@@ -95,6 +96,13 @@ def _of_particles(scene: Scene, by_name: dict[str, Knob]) -> Iterator[CompanionR
         wanted = ratio * float(knob.default)
         value = wanted if wanted <= max(map(float, knob.values)) else float(knob.default) / ratio
         yield _run(knob, value, name, with_overrides(coarsest, knob.overrides(value)))
+
+
+def _fewest(scene: Scene) -> float:
+    """The smallest number of particles of all bodies, with which the smallest body still has neighbourhoods in it."""
+    bodies: tuple[Any, ...] = scene.bodies or (scene.body,)
+    counts = [each.particles for each in bodies]
+    return _NEIGHBOURHOODS * smoothing(scene)[1] * sum(counts) / min(counts)
 
 
 def _numbers(count: float, fewest: float) -> tuple[float, ...]:

@@ -105,14 +105,14 @@ def _of_particles(scene: Scene) -> tuple[Knob, ...]:
 
 
 def _particles(scene: Scene) -> Knob | None:
-    count = getattr(scene.body, "particles", None)
-    if count is None or scene.bodies:
+    count = scene.particles
+    if count is None:
         return None
     others = (_rounded(share * count) for share in _LADDER)
     values = sorted({float(count), *(float(each) for each in others if each >= _FEWEST_PARTICLES)})
     return Knob(
         "particles", "number of particles", tuple(values), float(count),
-        lambda value: (f"body.particles={value:.0f}",),
+        lambda value: _shared_out(scene, float(value)),
         step=lambda value: value ** (-1 / 3),
         value_at=lambda step: step**-3,
         cost=lambda value: value ** (4 / 3),
@@ -121,6 +121,15 @@ def _particles(scene: Scene) -> Knob | None:
         "1703, section 2); a free surface, a layer of one smoothing length with an error of first order, or disorder "
         "makes it less",
     )  # fmt: skip
+
+
+def _shared_out(scene: Scene, count: float) -> tuple[str, ...]:
+    """So many particles for one body, or for several as they have them now."""
+    if not scene.bodies:
+        return (f"body.particles={count:.0f}",)
+    bodies: tuple[Any, ...] = scene.bodies
+    whole = sum(each.particles for each in bodies)
+    return tuple(f"bodies.{k}.particles={count * each.particles / whole:.0f}" for k, each in enumerate(bodies))
 
 
 def _rounded(count: float) -> int:

@@ -5,7 +5,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
-from astroinertia.plots.bars import Band, error_of, shade
+from astroinertia.plots.bands import Band, error_of, shade
 from astroinertia.plots.scales import energy_scale, known, known_effects, moved
 
 _KINDS = (

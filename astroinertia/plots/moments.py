@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from astroinertia.plots import style
-from astroinertia.plots.bars import error_of, shade
+from astroinertia.plots.bands import error_of, shade
 from astroinertia.plots.scales import known
 
 STEADY = 0.05  # a body whose moments change by less is shown by the change

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
-from astroinertia.plots.bars import error_of, shade
+from astroinertia.plots.bands import error_of, shade
 from astroinertia.plots.scales import angular_momentum_scale, known
 from astroinertia.rotation.break_up import DYNAMICAL, SECULAR
 

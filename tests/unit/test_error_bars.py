@@ -24,12 +24,13 @@ from astroinertia.accuracy.observables import parsed, relative_error, value
 from astroinertia.accuracy.running import FOLDER
 from astroinertia.cli import main
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
-from astroinertia.plots.bars import error_of, shade
+from astroinertia.plots.bands import error_of, shade
 from astroinertia.plots.energy import energy_figure
 from astroinertia.plots.moments import inertia_figure
 from astroinertia.plots.spin import spin_figure
 from astroinertia.scene import load
-from tests.tradeoff_scenes import CASES
+from astroinertia.scene.plan import smoothing
+from tests.tradeoff_scenes import CASES, SIMS
 
 BY_NAME = {case.name: case for case in CASES}
 BARS = "output.error_bars=true"
@@ -197,6 +198,15 @@ def test_few_particles_have_a_run_with_more_and_some_in_between_smaller_ratios()
     counts = [run.scene.particles for run in companion_runs(BY_NAME["dyson"].scene("body.particles=600"))]
     assert 600 > counts[0] > counts[1] > 100
     assert counts[1] / counts[0] == pytest.approx(counts[0] / 600, rel=0.01)
+
+
+def test_several_bodies_keep_their_shares_and_the_smallest_sets_how_few_there_can_be():
+    impact = load.load_file(SIMS / "giant_impact.toml", [])
+    assert [[body.particles for body in run.scene.bodies] for run in companion_runs(impact)[:1]] == [[2610, 390]]
+    larger = load.load_file(SIMS / "giant_impact.toml", ["bodies.0.particles=8700", "bodies.1.particles=1300"])
+    counts = np.array([[body.particles for body in run.scene.bodies] for run in companion_runs(larger)[:2]])
+    assert counts[:, 1] / counts[:, 0] == pytest.approx(13 / 87, rel=0.01)
+    assert counts[1, 1] == pytest.approx(2 * smoothing(larger)[1], abs=1)
 
 
 def test_coarser_gravity_is_a_run_where_gravity_is_by_multipoles():
