@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from astroinertia.plots import style
 
 _SUFFIX = "_error"
+_LEAST_DRAWN = 1e-5  # of the greatest
 _SHOWN = {
     "inertia_tensor": (style.BLUE, "-"),
     "attitude": (style.SKY, "-"),
@@ -48,10 +49,15 @@ def error_bars_figure(dataset: xr.Dataset) -> Figure:
         figure = style.begin(dataset, "error bars", (9.0, 4.6))
         axes = figure.subplots()
         times, factor, _ = style.shown_times(dataset)
-        for name, bar in known_bars(dataset).items():
+        bars = known_bars(dataset)
+        greatest = max((float(np.nanmax(bar)) for bar in bars.values()), default=1.0)
+        for name, bar in bars.items():
+            if not np.nanmax(bar) > _LEAST_DRAWN * greatest:
+                continue  # of what is kept to rounding
             colour, dashes = _SHOWN[name]
             shown = np.where(bar > 0.0, bar, np.nan)
             axes.semilogy(times, shown, color=colour, linestyle=dashes, linewidth=1.5, label=style.words(name))
+        axes.set_ylim(_LEAST_DRAWN * greatest, 3.0 * greatest)
         axes.set_ylabel("error bar / value")
         axes.set_title("Estimated errors, over the values")
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
