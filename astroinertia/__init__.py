@@ -37,7 +37,7 @@ def run_scene(
 
     Where the scene asks for an accuracy, its settings are chosen first, by pilot runs in a folder beside.
     """
-    from astroinertia.run import run_scene as carry_out
+    from astroinertia.accuracy.running import run_scene as carry_out
     from astroinertia.scene.schema import Scene
 
     chosen = scene if isinstance(scene, Scene) else load(scene)
@@ -50,7 +50,7 @@ def run_scene(
 
 def resume(folder: str | PathLike[str], listener: "Listener | None" = None) -> Path:
     """Go on with an interrupted run; returns its netCDF file."""
-    from astroinertia.run import resume as go_on
+    from astroinertia.accuracy.running import resume as go_on
 
     return go_on(Path(folder), listener)
 

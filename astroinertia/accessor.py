@@ -232,6 +232,10 @@ class InertiaAccessor:
         """Energies, each effect's work and heating, and the errors."""
         return self._plot("energy", "energy_figure", **options)
 
+    def plot_error_bars(self, **options: Any) -> Any:
+        """Error bars over the values that they belong to, of a run that has them."""
+        return self._plot("error_bars", "error_bars_figure", **options)
+
     def plot_waves(self, **options: Any) -> Any:
         """Gravitational-wave strain times distance."""
         return self._plot("waves", "waves_figure", **options)

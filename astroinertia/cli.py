@@ -291,7 +291,7 @@ def _run(options: argparse.Namespace) -> int:
     begun = time.monotonic()  # what imports take is part of a run's time
     scene = _load(options)
     folder = options.output or Path("runs") / scene.name
-    from astroinertia.run import run_scene
+    from astroinertia.accuracy.running import run_scene
 
     scene = cli_choice.chosen(scene, folder, options.minutes, _say)
     _say(f"{scene.name}: model {scene.model}, effects {', '.join(scene.effects) or 'none'}; preparing the body")
@@ -301,7 +301,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _resume(options: argparse.Namespace) -> int:
-    from astroinertia.run import resume
+    from astroinertia.accuracy.running import resume
 
     with Meter(_Console(highlight=False)) as meter:
         result = resume(options.run, meter.tell)

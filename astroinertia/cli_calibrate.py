@@ -64,7 +64,13 @@ def with_cost(plan: "Plan", scene: "Scene", options: argparse.Namespace, say: Sa
         say(f"a pilot run with few particles, {pilot.LONGEST:.0f} s at most after its preparation ...")
         if pilot.run(scene) is None:
             say("it could not be run: the steps are estimated")
-    lines = told.lines(scene, predict(scene, machine.known()))
+    known = machine.known()
+    lines = told.lines(scene, predict(scene, known))
+    if scene.output.error_bars:
+        from astroinertia.accuracy.companion_runs import companion_runs
+
+        runs = companion_runs(scene)
+        lines = (*lines, told.of_error_bars([(each.name, predict(each.scene, known)) for each in runs]))
     return replace(plan, sections={**plan.sections, "cost": lines})
 
 

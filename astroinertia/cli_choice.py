@@ -1,4 +1,7 @@
-"""What `run` and `plan` do for a scene that asks for an accuracy: choose its settings. Printing is left to cli.py."""
+"""What `run` and `plan` do for accuracy: choose settings for the one asked for, tell error bars of the one that is had.
+
+Printing is left to cli.py.
+"""
 
 import argparse
 from collections.abc import Callable
@@ -12,11 +15,15 @@ Say = Callable[[str], None]
 
 
 def add_arguments(command: argparse.ArgumentParser) -> None:
-    """Add how long a run may take whose settings are chosen."""
+    """Add how long a run may take whose settings are chosen, and whether it has error bars."""
     command.add_argument(
         "--minutes", type=float, default=60.0, metavar="M",
         help="wall time that the run may take where the scene asks for an accuracy (accuracy = 1e-3) and its settings "
         "are chosen; where it would take longer, that is told with the price (default: 60)",
+    )  # fmt: skip
+    command.add_argument(
+        "--error-bars", dest="overrides", action="append_const", const="output.error_bars=true",
+        help="estimate errors of the headline series from companion runs, as [output] error_bars = true does",
     )  # fmt: skip
 
 

@@ -20,6 +20,7 @@ class Meter:
         self.bar: Any = None  # a rich Progress, once there is something to show
         self.task: Any = None
         self.last_line = float("-inf")
+        self.part = ""
 
     def __enter__(self) -> "Meter":
         return self
@@ -37,7 +38,9 @@ class Meter:
         }
         told = [f"{name} {value}" for name, value in shown.items() if value != "nan"]
         told += [f"step limited by {progress.limited_by}"] if progress.limited_by else []
-        figures = "  ".join([f"step {progress.step}", *told])
+        figures = "  ".join([*([progress.part] if progress.part else []), f"step {progress.step}", *told])
+        if progress.part != self.part:  # another run, whose time begins anew
+            self.part, self.last_line = progress.part, float("-inf")
         share = min(1.0, progress.time / progress.end)
         to_go = f"{progress.to_go:.0f} s to go  " if math.isfinite(progress.to_go) else ""
         if not self.console.is_terminal:

@@ -4,7 +4,7 @@ The headline series are a Dataset; the particles of the snapshots are another, i
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -87,15 +87,20 @@ def open_tree(path: Path | str) -> xr.DataTree:
     return xr.DataTree.from_dict(groups if snapshots is None else {**groups, "/snapshots": snapshots})
 
 
-def finish(archive: Archive, told: Mapping[str, float] | None = None) -> Path:
+def finish(
+    archive: Archive,
+    told: Mapping[str, float] | None = None,
+    completed: Callable[[xr.Dataset], xr.Dataset] | None = None,
+) -> Path:
     """Write the run's final netCDF file, whole or not at all, and return its path.
 
-    told: global attributes known only now, such as what the run took. Snapshots are copied segment by segment, so that
-    memory holds one segment and the headline series.
+    told: global attributes known only now, such as what the run took. completed: what adds to the headline series
+    before they are written. Snapshots are copied segment by segment, so that memory holds one segment and the series.
     """
+    dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs(told or {})
+    dataset = dataset if completed is None else completed(dataset)
 
     def fill(aside: Path) -> None:
-        dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs(told or {})
         encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
         for name, variable in dataset.data_vars.items():
             if variable.size and variable.dtype.kind in "fi":

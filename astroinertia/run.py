@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import jax
+import xarray as xr
 
 from astroinertia import dataset
 from astroinertia.archive import Archive, refuse_if_taken
@@ -27,7 +28,8 @@ class Progress:
 
     energy_error: change of the total energy over the largest of the kinetic, internal and potential energies; NaN, like
     the two after it, where a model has no such thing. limited_by: what sets the time step, and where; may be empty.
-    to_go: seconds of wall time that are left, as predicted and as seen so far; NaN while nothing is known.
+    to_go: seconds of wall time that are left, as predicted and as seen so far; NaN while nothing is known. part: which
+    of several runs this is, empty where there is one.
     """
 
     time: float
@@ -39,34 +41,44 @@ class Progress:
     density_max: float
     limited_by: str = ""
     to_go: float = math.nan
+    part: str = ""
 
 
 Listener = Callable[[Progress], None]
+Completion = Callable[[xr.Dataset], xr.Dataset]
+"""What adds to a run's dataset before its file is written; where it was interrupted, a resumed run calls it again."""
 
 
-def run_scene(scene: Scene, folder: Path, listener: Listener | None = None, begun: float | None = None) -> Path:
+def run_scene(
+    scene: Scene,
+    folder: Path,
+    listener: Listener | None = None,
+    begun: float | None = None,
+    completed: Completion | None = None,
+) -> Path:
     """Run a scene in a new run folder and return the netCDF file that it leaves.
 
-    begun: of time.monotonic(), from when on the run's time is counted; from now on without it. Raises SceneError,
-    ArchiveError (the folder holds another run), NumericalError, and RunInterrupted after a signal, with everything
-    sealed so that `resume` goes on.
+    begun: of time.monotonic(), from when on the run's time is counted; from now on without it. The scene's error bars
+    are told by `completed`: accuracy.companion_runs. Raises SceneError, ArchiveError (the folder holds another run),
+    NumericalError, and RunInterrupted after a signal, with everything sealed so that `resume` goes on.
     """
     begun = clock.monotonic() if begun is None else begun
     described = metadata(scene) | _predicted(scene)
     refuse_if_taken(folder, described)
     with jax.enable_x64(True):
         # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
-        finished = run_prepared(described, prepare(scene), folder, listener, begun)
+        finished = run_prepared(described, prepare(scene), folder, listener, begun, completed)
     experience.note(scene)
     return finished
 
 
 def run_prepared(
-    described: Mapping[str, Any], prepared: Prepared, folder: Path, listener: Listener | None, begun: float
-) -> Path:
+    described: Mapping[str, Any], prepared: Prepared, folder: Path, listener: Listener | None, begun: float,
+    completed: Completion | None = None,
+) -> Path:  # fmt: skip
     """The same for a scene at time 0 that is prepared and described (build.metadata); under jax.enable_x64."""
     with Archive.create(folder, {**described, **told_by(prepared.evolution)}) as archive:
-        return _Run(prepared, archive, listener, begun).finish()
+        return _Run(prepared, archive, listener, begun).finish(completed)
 
 
 def _predicted(scene: Scene) -> dict[str, float]:
@@ -85,11 +97,11 @@ def _predicted(scene: Scene) -> dict[str, float]:
     return {name: value for name, value in told.items() if math.isfinite(value)}
 
 
-def resume(folder: Path, listener: Listener | None = None) -> Path:
+def resume(folder: Path, listener: Listener | None = None, completed: Completion | None = None) -> Path:
     """Go on with an interrupted run, bit for bit as if it had never stopped, and return its netCDF file."""
     begun = clock.monotonic()
     with jax.enable_x64(True), Archive.open(folder) as archive:
-        return _Run(restore(archive), archive, listener, begun).finish()
+        return _Run(restore(archive), archive, listener, begun).finish(completed)
 
 
 class _Run:
@@ -106,7 +118,7 @@ class _Run:
         self.told = -1e9
         self.saved, self.saved_step = self.opened, self.body.steps
 
-    def finish(self) -> Path:
+    def finish(self, completed: Completion | None) -> Path:
         body, output = self.body, self.output
         with _signals() as stopping:
             if not self.counters["series"]:
@@ -128,7 +140,7 @@ class _Run:
                 }  # fmt: skip
             self._checkpoint()
         self._tell(force=True)
-        return dataset.finish(self.archive, self.counters["measured"])
+        return dataset.finish(self.archive, self.counters["measured"], completed)
 
     def _ended(self) -> bool:
         return self.body.time >= self.output.end * (1.0 - 1e-14) or self.body.steps >= self.output.max_steps

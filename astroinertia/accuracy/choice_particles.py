@@ -41,7 +41,7 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Fou
     """
     by_name = {knob.name: knob for knob in knobs.knobs(pilots.scene)}
     if "particles" not in by_name:
-        raise SceneError('accuracy chooses the number of particles of one body; for several, write settings = "given".')
+        raise SceneError('accuracy chooses the number of particles, and a table has its own: write settings = "given".')
     main, ladder = by_name["particles"], {}
     count, estimate = FEWEST, None
     while True:

@@ -88,6 +88,11 @@ def with_overrides(scene: Scene, overrides: tuple[str, ...]) -> Scene:
     return load.loads(load.resolved_text(scene), overrides, scene.origin)
 
 
+def duration(scene: Scene, value: float) -> str:
+    """A time of a scene as an override gives it."""
+    return repr(value) if scene.dimensionless else f'"{value!r} s"'
+
+
 def _of_particles(scene: Scene) -> tuple[Knob, ...]:
     return tuple(
         knob
@@ -100,14 +105,14 @@ def _of_particles(scene: Scene) -> tuple[Knob, ...]:
 
 
 def _particles(scene: Scene) -> Knob | None:
-    count = getattr(scene.body, "particles", None)
-    if count is None or scene.bodies:
+    count = scene.particles
+    if count is None:
         return None
     others = (_rounded(share * count) for share in _LADDER)
     values = sorted({float(count), *(float(each) for each in others if each >= _FEWEST_PARTICLES)})
     return Knob(
         "particles", "number of particles", tuple(values), float(count),
-        lambda value: (f"body.particles={value:.0f}",),
+        lambda value: _shared_out(scene, float(value)),
         step=lambda value: value ** (-1 / 3),
         value_at=lambda step: step**-3,
         cost=lambda value: value ** (4 / 3),
@@ -118,6 +123,15 @@ def _particles(scene: Scene) -> Knob | None:
     )  # fmt: skip
 
 
+def _shared_out(scene: Scene, count: float) -> tuple[str, ...]:
+    """So many particles for one body, or for several as they have them now."""
+    if not scene.bodies:
+        return (f"body.particles={count:.0f}",)
+    bodies: tuple[Any, ...] = scene.bodies
+    whole = sum(each.particles for each in bodies)
+    return tuple(f"bodies.{k}.particles={count * each.particles / whole:.0f}" for k, each in enumerate(bodies))
+
+
 def _rounded(count: float) -> int:
     """A number of particles with two digits."""
     unit = 10.0 ** (math.floor(math.log10(count)) - 1)
@@ -126,7 +140,6 @@ def _rounded(count: float) -> int:
 
 def _timestep(scene: Scene) -> Knob:
     numerics = scene.numerics
-    code = scene.dimensionless
 
     def overrides(value: Value) -> tuple[str, ...]:
         factor = float(value)
@@ -135,8 +148,7 @@ def _timestep(scene: Scene) -> Knob:
             for name in ("courant", "acceleration_factor", "energy_factor")
         ]
         if numerics.max_timestep is not None:
-            longest = factor * numerics.max_timestep
-            told.append(f"numerics.max_timestep={longest!r}" if code else f'numerics.max_timestep="{longest!r} s"')
+            told.append(f"numerics.max_timestep={duration(scene, factor * numerics.max_timestep)}")
         if numerics.free_fall_factor is not None:
             told.append(f"numerics.free_fall_factor={factor * numerics.free_fall_factor!r}")
         return tuple(told)

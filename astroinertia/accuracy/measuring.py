@@ -16,7 +16,7 @@ from typing import Any
 import jax
 
 from astroinertia import dataset as datasets
-from astroinertia.accuracy.knobs import Setting, with_overrides
+from astroinertia.accuracy.knobs import Setting, duration, with_overrides
 from astroinertia.accuracy.observables import Observable, components, value
 from astroinertia.build import metadata, prepare
 from astroinertia.cache import content_key
@@ -190,7 +190,7 @@ def _rehearse(body: Any, end: float) -> None:
 
 
 def _without_records(scene: Scene) -> tuple[str, ...]:
-    end = repr(scene.time.end) if scene.dimensionless else f'"{scene.time.end!r} s"'
+    end = duration(scene, scene.time.end)
     steps = () if scene.output.series_steps is None else ("output.series_steps=1000000000",)
     return (f"output.snapshot_every={end}", *(steps or (f"output.series_every={end}",)))
 

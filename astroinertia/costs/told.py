@@ -1,5 +1,7 @@
 """What a plan tells of costs: lines with a name, a value and why."""
 
+from collections.abc import Sequence
+
 from astroinertia.costs.machine import SHIPPED_MACHINE
 from astroinertia.costs.piloted import PILOT
 from astroinertia.costs.prediction import PREPARATION, Prediction
@@ -36,6 +38,15 @@ def lines(scene: Scene, found: Prediction | None) -> tuple[Line, ...]:
     told.append(Line("memory", size(found.memory), "of the process, at most"))
     told.append(Line("files", size(found.files), "in the run's folder"))
     return tuple(told)
+
+
+def of_error_bars(runs: Sequence[tuple[str, Prediction | None]]) -> Line:
+    """The line of a plan on companion runs, by their names; what the start of the process takes is the run's."""
+    why = f"of companion runs for error bars: {', '.join(name for name, _ in runs)}"
+    if any(found is None for _, found in runs):
+        return Line("error bars", "wall time not known", why)
+    taken = sum(found.wall_time - found.parts["start-up"].wall for _, found in runs if found is not None)
+    return Line("error bars", f"{seconds(taken)} more", why)
 
 
 def _unknown(scene: Scene) -> str:

@@ -10,6 +10,7 @@ from astroinertia import accessor as _accessor  # noqa: F401  registers `dataset
 from astroinertia.plots.attitude import attitude_figure, has_attitude
 from astroinertia.plots.density import density_figure
 from astroinertia.plots.energy import energy_figure
+from astroinertia.plots.error_bars import error_bars_figure, has_error_bars
 from astroinertia.plots.ledger import ledger_figure
 from astroinertia.plots.moments import inertia_figure
 from astroinertia.plots.profiles import profiles_figure
@@ -32,6 +33,7 @@ FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "energy": energy_figure,
     "profiles": profiles_figure,
     "waves": waves_figure,
+    "error_bars": error_bars_figure,
 }
 """File names and the figures that need the headline series only."""
 FAINTEST_WAVE = 1e-20  # m, strain times distance: 3e-41 at 10 kpc; tops and asteroids stay far below it
@@ -67,6 +69,8 @@ def write_all(dataset: xr.Dataset, folder: Path | str, snapshots: xr.Dataset | N
 def _has_something(dataset: xr.Dataset, name: str) -> bool:
     if name == "attitude":
         return has_attitude(dataset)
+    if name == "error_bars":
+        return has_error_bars(dataset)
     if name == "spin" and not angular_momentum_scale(dataset)[1]:
         return False
     if name == "waves" and known(dataset, "gw_strain_plus"):

@@ -5,6 +5,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
+from astroinertia.plots.bands import Band, error_of, shade
 from astroinertia.plots.scales import energy_scale, known, known_effects, moved
 
 _KINDS = (
@@ -31,6 +32,7 @@ def _energies(axes, dataset: xr.Dataset) -> None:
     times, factor, _ = style.shown_times(dataset)
     present = [kind for kind in _KINDS if known(dataset, kind[0])]
     scale, unit = style.scale_of(style.unit_of(dataset["total_energy"]), *(dataset[kind[0]].values for kind in present))
+    bands: list[Band] = []
     for name, text, colour, dashes in present:
         size = float(abs(dataset[name]).max())
         if name == "rotational_energy" and size < 1e-6 * scale:
@@ -38,10 +40,13 @@ def _energies(axes, dataset: xr.Dataset) -> None:
         if name == "rotational_energy" and float(abs(dataset["kinetic_energy"] - dataset[name]).max()) < 1e-6 * size:
             continue  # all of the motion is the mean spin, so the two would lie on each other
         axes.plot(times, dataset[name] / scale, color=colour, linestyle=dashes, label=text)
+        bands.append((dataset[name].values / scale, error_of(dataset, name, scale), colour))
     others = dataset["potential_energy"] - dataset["gravitational_energy"].fillna(0.0)
     if known(dataset, "potential_energy") and float(abs(others).max()) > 1e-6 * scale:
         axes.plot(times, others / scale, color=style.SKY, label="other potentials")
     axes.plot(times, dataset["total_energy"] / scale, color=style.INK, linewidth=2.2, label="total")
+    bands.append((dataset["total_energy"].values / scale, error_of(dataset, "total_energy", scale), style.INK))
+    shade(axes, times, bands)
     axes.axhline(0, color=style.GREY, linewidth=0.8)
     axes.set_ylabel(style.label("energy", unit))
     axes.set_title("Where the energy is")

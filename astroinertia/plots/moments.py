@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from astroinertia.plots import style
+from astroinertia.plots.bands import error_of, shade
 from astroinertia.plots.scales import known
 
 STEADY = 0.05  # a body whose moments change by less is shown by the change
@@ -31,7 +32,8 @@ def _moments(axes, dataset: xr.Dataset) -> None:
     nearly_constant = (np.nanmax(abs(diagonal - diagonal[0]), axis=0) < STEADY * diagonal[0]).all() and len(times) > 1
 
     both = bool(evolved.notnull().any())
-    tensors = [(direct, 5.0, 0.4), (evolved, 1.5, 1.0)] if both else [(direct, 1.7, 1.0)]
+    wide = 5.0 if error_of(dataset, "inertia_tensor", i="z", j="z") is None else 2.6  # that no line looks like a bar
+    tensors = [(direct, wide, 0.4), (evolved, 1.5, 1.0)] if both else [(direct, 1.7, 1.0)]
 
     def shown(tensor: xr.DataArray, name: str) -> np.ndarray:
         values = tensor.sel(i=name, j=name).values
@@ -43,6 +45,11 @@ def _moments(axes, dataset: xr.Dataset) -> None:
     for name, colour in zip("xyz", style.COMPONENTS, strict=True):
         for tensor, width, alpha in tensors:
             axes.plot(times, shown(tensor, name) / scale, color=colour, linewidth=width, alpha=alpha)
+    bands = []
+    for k, (name, colour) in enumerate(zip("xyz", style.COMPONENTS, strict=True)):
+        size = scale * (diagonal[0, k] if nearly_constant else 1.0)
+        bands.append((shown(direct, name) / scale, error_of(dataset, "inertia_tensor", size, i=name, j=name), colour))
+    shade(axes, times, bands)
     if nearly_constant:
         axes.axhline(0, color=style.GREY, linewidth=0.8)
         axes.set_ylabel("change since the start" + (f" ({style.pretty(unit)})" if unit != "1" else ""))

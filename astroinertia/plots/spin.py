@@ -1,10 +1,13 @@
 """The spin: how fast the body turns, and what the scaling laws would have said."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
+from astroinertia.plots.bands import error_of, shade
 from astroinertia.plots.scales import angular_momentum_scale, known
 from astroinertia.rotation.break_up import DYNAMICAL, SECULAR
 
@@ -45,7 +48,10 @@ def _spin(axes, dataset: xr.Dataset) -> None:
     rate = dataset.inertia.spin_rate()
     laws = _laws(dataset)
     scale, unit = style.scale_of(style.unit_of(rate), rate.values)
-    axes.plot(times, rate / scale, color=style.BLUE, linewidth=5, alpha=0.4, label=r"mean spin $I^{-1}L$")
+    error = error_of(dataset, "angular_velocity", scale)
+    look: dict[str, Any] = {"linewidth": 5, "alpha": 0.4} if error is None else {}  # that no line looks like a bar
+    axes.plot(times, rate / scale, color=style.BLUE, **look, label=r"mean spin $I^{-1}L$")
+    shade(axes, times, [(rate.values / scale, error, style.BLUE)])
     for values, colour, dashes, name in laws:
         axes.plot(times, values / scale, color=colour, linestyle=dashes, label=f"scaling {name}")
     values = np.concatenate([rate.values, *(law[0] for law in laws)])
@@ -96,6 +102,7 @@ def _rotational_energy(axes, dataset: xr.Dataset) -> None:
     ratio = dataset["rotational_to_gravitational"]
     axes.set_title("Rotational over gravitational energy")
     axes.plot(times, ratio, color=style.BLUE)
+    shade(axes, times, [(ratio.values, error_of(dataset, "rotational_to_gravitational"), style.BLUE)])
     top = float(ratio.max())
     axes.set_ylim(0, max(1.15 * top, 1e-12))
     for level, name in ((SECULAR, "secular bar instability"), (DYNAMICAL, "dynamical bar instability")):

@@ -5,15 +5,23 @@ import xarray as xr
 
 from astroinertia.dataset_resolution import told
 from astroinertia.inertia.tensor import axial_vector
+from astroinertia.plots.error_bars import known_bars
 from astroinertia.plots.scales import angular_momentum_scale, energy_scale, known_effects
-from astroinertia.plots.style import scale_of, unit_of
+from astroinertia.plots.style import scale_of, unit_of, words
 
 _WIDTH = 34
 
 
 def summary(dataset: xr.Dataset) -> str:
     """Size, spin, shape, accuracy and the effects' shares, one fact a line."""
-    parts = [_heading(dataset), _body(dataset), _regions(dataset), _accuracy(dataset), _effects(dataset)]
+    parts = [
+        _heading(dataset),
+        _body(dataset),
+        _regions(dataset),
+        _accuracy(dataset),
+        _bars(dataset),
+        _effects(dataset),
+    ]
     parts.append(told(dataset.attrs))
     return "\n\n".join(part for part in parts if part)
 
@@ -112,6 +120,13 @@ def _accuracy(dataset: xr.Dataset) -> str:
         ),
     ]
     return "\n".join(f"{name:{_WIDTH}}{value:>14.2e}  {of}" for name, value, of in rows if np.isfinite(value))
+
+
+def _bars(dataset: xr.Dataset) -> str:
+    told = {name: bar for name, bar in known_bars(dataset).items() if np.isfinite(bar).any()}
+    lines = [f"{'error bar':{_WIDTH}}{'at the end':>14}{'greatest':>14}  over the value"] if told else []
+    lines += [f"{words(name):{_WIDTH}}{bar[-1]:>14.2e}{_largest(bar):>14.2e}" for name, bar in told.items()]
+    return "\n".join(lines)
 
 
 def _effects(dataset: xr.Dataset) -> str:

@@ -109,6 +109,11 @@ class Output(Part):
     checkpoint_seconds: Annotated[float, Field(ge=0.0, le=1e6)] = Field(
         default=60.0, description="seconds of wall time between checkpoints"
     )
+    error_bars: bool = Field(
+        default=False,
+        description="estimate errors of the headline series, from companions: the same run with fewer particles, other "
+        "steps or another tolerance",
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -23,12 +23,12 @@ from scipy.signal import find_peaks
 from astroinertia import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia import cache
 from astroinertia import dataset as datasets
+from astroinertia.accuracy.running import run_scene
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.rotating_star import RotatingStar, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.bodies.scf_matter import polytropic_matter
 from astroinertia.errors import SceneError
-from astroinertia.run import run_scene
 from astroinertia.scene import load
 from astroinertia.sph.eos import CORE_COLLAPSE
 from astroinertia.units import GRAVITATIONAL_CONSTANT

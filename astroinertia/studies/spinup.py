@@ -17,6 +17,7 @@ from scipy.optimize import root_scalar
 
 from astroinertia import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia import dataset as datasets
+from astroinertia.accuracy.running import run_scene
 from astroinertia.bodies import neutron_star_fits
 from astroinertia.bodies.degenerate import degenerate_electrons
 from astroinertia.bodies.equations_of_state import SOLAR_LENGTH, Barotrope, read2009
@@ -28,7 +29,6 @@ from astroinertia.rotation.break_up import shedding_share, spun_up_polytrope
 from astroinertia.rotation.shells import shells_of
 from astroinertia.rotation.spin_scaling import SpinUp, radius_of_period
 from astroinertia.rotation.spin_scaling import spin_up as whole
-from astroinertia.run import run_scene
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 from astroinertia.studies.spin_histories import Quantity, in_si

@@ -1,0 +1,120 @@
+"""Companion runs: a scene with one source of error made coarser, or finer, by a known ratio of its step.
+
+What two runs that differ in one knob differ by is that knob's error, and how much of it a run has follows from the
+ratio of the steps (accuracy.error_bars). Tests: tests/unit/test_error_bars.py.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from astroinertia.accuracy.knobs import Knob, duration, knobs, shown, with_overrides
+from astroinertia.errors import SceneError
+from astroinertia.scene.plan import RECORDS, cadence, records, smoothing
+from astroinertia.scene.schema import MOST_RECORDS, Scene
+
+PARTICLES = "particles"
+_RATIO = 3.0  # in the number of particles from one run to the next
+_LEAST_RATIO = 2.0  # from which on three of them tell an order
+_NEIGHBOURHOODS = 2.0  # in a body of the coarsest run: with fewer particles no sphere of neighbours fits into it
+_FINER = {"tolerance": 0.1, "steps_per_rotation": 0.5}  # of the step, in runs that cost so little
+_COARSER = {"timestep_factor": 2.0, "force_error": 10.0}
+
+
+@dataclass(frozen=True)
+class CompanionRun:
+    """A run beside that of a scene, and what it tells of.
+
+    source: the knob in which alone it differs from the companion run named `against`, or from the scene's own run where
+    that is empty. step: of that knob, over that of the other's; order: of the error in the step, by theory. scatter:
+    whether the error is also one of a random arrangement, and no smooth function of the step alone.
+    """
+
+    name: str
+    source: str
+    against: str
+    step: float
+    order: float
+    scatter: bool
+    scene: Scene = field(compare=False)
+
+
+def companion_runs(scene: Scene) -> tuple[CompanionRun, ...]:
+    """The companion runs that tell the error bars of a scene, the ones with more particles first.
+
+    Without particles there is one, and it is finer: it costs as little as the run itself, and its difference from it is
+    the error of the run, of whatever order. Particles have coarser ones, at about a third of the run's cost: two with
+    fewer particles, which also tell the order, and one with the fewest and longer steps, or coarser gravity. A run with
+    too few particles for that has one with more. SceneError for a scene whose resolution no knob sets.
+    """
+    found = knobs(scene)
+    if not found or found[0].step is None:
+        raise SceneError(f"the model {scene.model} has no error bars: its answers are closed forms.")
+    if scene.model != "sph":
+        return (_finer(scene, found[0]),)
+    if found[0].name != PARTICLES:
+        raise SceneError("error bars need a number of particles that can be turned; a table has its own.")
+    return tuple(_of_particles(scene, {knob.name: knob for knob in found}))
+
+
+def _finer(scene: Scene, knob: Knob) -> CompanionRun:
+    """One with a smaller step, and twice as many records: these models shorten steps to meet each of them."""
+    assert knob.step is not None
+    quiet, every = ["output.error_bars=false"], cadence(scene).series_every
+    if every is not None and records(scene.time.end, 0.5 * every) <= MOST_RECORDS:
+        quiet.append(f"output.series_every={duration(scene, 0.5 * every)}")
+    for ratio in (_FINER[knob.name], 1.0 / _FINER[knob.name]):
+        value = float(f"{knob.value_at(ratio * knob.step(knob.default)):.12g}")
+        try:
+            turned = with_overrides(scene, (*quiet, *knob.overrides(value)))
+        except SceneError:  # at the end of what the knob allows, it can only be coarser
+            continue
+        return _run(knob, value, "", turned)
+    raise SceneError(f"error bars need {knob.name.replace('_', ' ')} that can be changed.")
+
+
+def _of_particles(scene: Scene, by_name: dict[str, Knob]) -> Iterator[CompanionRun]:
+    quiet = [
+        "output.error_bars=false",
+        f"output.snapshot_every={duration(scene, scene.time.end)}",
+    ]
+    every = cadence(scene).series_every
+    if every is not None:  # often enough to be interpolated, however seldom the run itself is recorded
+        quiet.append(f"output.series_every={duration(scene, min(every, scene.time.end / RECORDS))}")
+    still = with_overrides(scene, tuple(quiet))
+    knob, coarsest, name = by_name[PARTICLES], still, ""
+    for count in _numbers(float(knob.default), _fewest(scene)):
+        turned = with_overrides(still, knob.overrides(count))
+        found = _run(knob, count, "", turned)
+        yield found
+        if count < float(knob.default):
+            coarsest, name = turned, found.name
+    for each, ratio in _COARSER.items():
+        if each not in by_name:
+            continue
+        knob = by_name[each]
+        wanted = ratio * float(knob.default)
+        value = wanted if wanted <= max(map(float, knob.values)) else float(knob.default) / ratio
+        yield _run(knob, value, name, with_overrides(coarsest, knob.overrides(value)))
+
+
+def _fewest(scene: Scene) -> float:
+    """The smallest number of particles of all bodies, with which the smallest body still has neighbourhoods in it."""
+    bodies: tuple[Any, ...] = scene.bodies or (scene.body,)
+    counts = [each.particles for each in bodies]
+    return _NEIGHBOURHOODS * smoothing(scene)[1] * sum(counts) / min(counts)
+
+
+def _numbers(count: float, fewest: float) -> tuple[float, ...]:
+    """The numbers of particles of the companion runs, beside `count`."""
+    ratio = min(_RATIO, (count / fewest) ** 0.5)
+    if ratio < _LEAST_RATIO:
+        return (round(_RATIO * count),)
+    return round(count / ratio), round(count / ratio**2)
+
+
+def _run(knob: Knob, value: float, against: str, turned: Scene) -> CompanionRun:
+    assert knob.step is not None and knob.order is not None
+    step = knob.step(value) / knob.step(knob.default)
+    name = f"{knob.name}-{shown(value)}"
+    return CompanionRun(name, knob.name, against, step, knob.order, turned.model == "sph", turned)

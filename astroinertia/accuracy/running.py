@@ -1,0 +1,83 @@
+"""Runs with the error bars that their scenes ask for: the run first, then its companion runs, then one file.
+
+Companion runs are ordinary runs in `companion_runs/NAME` below the run's own folder. After an interruption `resume`
+takes up whichever was going; those that are finished stay. Tests: tests/unit/test_error_bars.py.
+"""
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import xarray as xr
+
+from astroinertia import dataset as datasets
+from astroinertia import run
+from astroinertia.accuracy.companion_runs import CompanionRun, companion_runs
+from astroinertia.archive import MANIFEST, Archive
+from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
+from astroinertia.run import Completion, Listener, Progress
+from astroinertia.scene import load
+from astroinertia.scene.schema import Scene
+
+FOLDER = "companion_runs"
+
+
+def run_scene(scene: Scene, folder: Path, listener: Listener | None = None, begun: float | None = None) -> Path:
+    """Run a scene in a new run folder, with its companion runs where it asks for error bars; returns the netCDF file.
+
+    Otherwise as run.run_scene; SceneError, too, for a scene that cannot have error bars.
+    """
+    return run.run_scene(scene, folder, listener, begun, _completion(scene, folder, listener))
+
+
+def resume(folder: Path, listener: Listener | None = None) -> Path:
+    """Go on with an interrupted run or its companion runs, bit for bit, and return the netCDF file."""
+    told = Archive.view(folder).metadata
+    scene = load.loads(told["scene"], origin=told["origin"])
+    return run.resume(folder, listener, _completion(scene, folder, listener))
+
+
+def _completion(scene: Scene, folder: Path, listener: Listener | None) -> Completion | None:
+    if not scene.output.error_bars:
+        return None
+    runs = companion_runs(scene)  # now, so that a scene that cannot have them is refused before it is run
+
+    def completed(main: xr.Dataset) -> xr.Dataset:
+        # Only here: other runs do without what it imports.
+        from astroinertia.accuracy.error_bars import with_error_bars
+
+        found, seconds = [], 0.0
+        for number, each in enumerate(runs):
+            begin = clock.monotonic()
+            try:
+                told = _carried_out(each, folder / FOLDER / each.name, _labelled(listener, each, number, len(runs)))
+                seconds += float(told.attrs["measured_wall_time"])
+            except (NumericalError, SceneError) as error:
+                told = str(error)
+                seconds += clock.monotonic() - begin
+            except (RunInterrupted, KeyboardInterrupt):
+                raise RunInterrupted(folder, 1.0 + number, 1.0 + len(runs)) from None
+            found.append((each, told))
+        names = ", ".join(each.name for each in runs)
+        return with_error_bars(main, found).assign_attrs(error_bars_companion_runs=names, error_bars_wall_time=seconds)
+
+    return completed
+
+
+def _carried_out(companion: CompanionRun, folder: Path, listener: Listener | None) -> xr.Dataset:
+    """The dataset of a companion run: as it is, gone on with, or run."""
+    if not (folder / MANIFEST).exists():
+        return datasets.open(run.run_scene(companion.scene, folder, listener))
+    archive = Archive.view(folder)
+    if archive.metadata["scene"] != load.resolved_text(companion.scene):
+        raise ArchiveError(f"{folder} holds a companion run of another scene; remove it, or choose another folder.")
+    return datasets.open(archive.finished or run.resume(folder, listener))
+
+
+def _labelled(listener: Listener | None, companion: CompanionRun, number: int, count: int) -> Listener | None:
+    if listener is None:
+        return None
+    tell: Callable[[Progress], None] = listener
+    part = f"companion run {number + 1} of {count}, {companion.name.replace('_', ' ').replace('-', ' ')}"
+    return lambda progress: tell(replace(progress, part=part))

@@ -1,0 +1,66 @@
+"""Error bars of a run over the values that they belong to, against time."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from astroinertia.plots import style
+
+_SUFFIX = "_error"
+_LEAST_DRAWN = 1e-5  # of the greatest
+_SHOWN = {
+    "inertia_tensor": (style.BLUE, "-"),
+    "attitude": (style.SKY, "-"),
+    "angular_momentum": (style.GREY, "-"),
+    "angular_velocity": (style.VERMILLION, "-"),
+    "mean_radius": (style.GREEN, "-"),
+    "flattening": (style.PURPLE, "-"),
+    "moment_ratio": (style.SKY, (0, (4, 2))),
+    "kinetic_energy": (style.ORANGE, "-"),
+    "internal_energy": (style.YELLOW, "-"),
+    "gravitational_energy": (style.ORANGE, (0, (4, 2))),
+    "rotational_to_gravitational": (style.VERMILLION, (0, (4, 2))),
+    "density_max": (style.INK, (0, (1.2, 1.6))),
+}
+
+
+def has_error_bars(dataset: xr.Dataset) -> bool:
+    """Whether there is an error bar of anything."""
+    return bool(known_bars(dataset))
+
+
+def known_bars(dataset: xr.Dataset) -> dict[str, np.ndarray]:
+    """Error bars (T,) over the size of what they belong to, of vectors and tensors over all components."""
+    found = {}
+    for name in _SHOWN:
+        if f"{name}{_SUFFIX}" not in dataset or not np.isfinite(dataset[f"{name}{_SUFFIX}"]).any():
+            continue
+        sizes = []
+        for each in (f"{name}{_SUFFIX}", name):
+            values = dataset[each].transpose("time", ...).values
+            sizes.append(np.linalg.norm(values.reshape(len(values), -1), axis=1))
+        found[name] = np.divide(*sizes, out=np.full(len(sizes[0]), np.nan), where=sizes[1] > 0.0)
+    return found
+
+
+def error_bars_figure(dataset: xr.Dataset) -> Figure:
+    """All error bars of a run in one panel."""
+    with style.styled():
+        figure = style.begin(dataset, "error bars", (9.0, 4.6))
+        axes = figure.subplots()
+        times, factor, _ = style.shown_times(dataset)
+        bars = known_bars(dataset)
+        greatest = max((float(np.nanmax(bar)) for bar in bars.values()), default=1.0)
+        for name, bar in bars.items():
+            if not np.nanmax(bar) > _LEAST_DRAWN * greatest:
+                continue  # of what is kept to rounding
+            colour, dashes = _SHOWN[name]
+            shown = np.where(bar > 0.0, bar, np.nan)
+            axes.semilogy(times, shown, color=colour, linestyle=dashes, linewidth=1.5, label=style.words(name))
+        axes.set_ylim(_LEAST_DRAWN * greatest, 3.0 * greatest)
+        axes.set_ylabel("error bar / value")
+        axes.set_title("Estimated errors, over the values")
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        style.mark_compression(axes, dataset, factor)
+        style.time_axis(axes, dataset)
+        return figure
