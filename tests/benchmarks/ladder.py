@@ -1,11 +1,11 @@
 """What accuracy costs along the whole ladder of models: the collapse of sims/pulsar_collapse.toml, error against time.
 
-    python tests/benchmarks/ladder.py --folder runs/ladder --keep
+    python tests/benchmarks/ladder.py --folder runs/ladder --particles 300 1000 3000 10000 30000 100000 --keep
 
 The scene to 70 ms, before its bounce, from its polytrope as it stands (a body that is settled first is another one with
-each number of particles). Runs that are in the folder already are not repeated. The reference is Richardson's
-extrapolation of the particles, with the order that they show; beside it stands a fluid in spherical shells, which
-shares nothing with particles, and whose rotation acts by its mean over each sphere.
+each number of particles). Runs that are in the folder already are not repeated. The reference shares nothing with
+particles: the same fluid in spherical shells, on which the rotation acts by its mean over the sphere. What it leaves
+out is the flattening, 1 % of the moment, which is taken from the finest particles.
 """
 
 import argparse
@@ -18,12 +18,14 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 from fair_times import machine, publish, rows_of
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from scipy.integrate import solve_ivp
 
 from astroinertia.accuracy import convergence, measuring
 from astroinertia.accuracy.knobs import MODEL, Setting
 from astroinertia.accuracy.measuring import Measured
-from astroinertia.accuracy.observables import Observable, parsed, relative_error
+from astroinertia.accuracy.observables import parsed
 from astroinertia.accuracy.table import duration
 from astroinertia.build import prepare
 from astroinertia.plots import style
@@ -38,13 +40,12 @@ PICTURE = ROOT / "data" / "pictures" / "ladder.png"
 OVERRIDES = ("body.relax=false", "time.end='70 ms'")
 CLOSED_FORM = "equation_of_state={kind='polytropic', gamma=1.3333333333333333}"
 JUDGED = (parsed("inertia_tensor z z"), parsed("angular_velocity z"))
-MEAN_MOMENT = (parsed("inertia_tensor x x"), parsed("inertia_tensor y y"), parsed("inertia_tensor z z"))
-OBSERVABLES = tuple(dict.fromkeys((*JUDGED, *MEAN_MOMENT)))
+MOMENTS = (parsed("inertia_tensor x x"), parsed("inertia_tensor y y"), parsed("inertia_tensor z z"))
+OBSERVABLES = tuple(dict.fromkeys((*JUDGED, *MOMENTS)))
+SHELLS = (200, 400)
 ROUNDS = 7  # of a model without particles, of which the shortest counts
 AT_ONCE = 300  # evaluations of a closed form that are timed together
-COLOURS = {"scaling": style.ORANGE, "ellipsoid": style.VERMILLION, "sph": style.BLUE}
-MARKERS = {"scaling": "D", "ellipsoid": "s", "sph": "o"}
-TITLES = ("moment of inertia $I_{zz}$", "angular velocity")
+LOOK = {"scaling": ("D", style.ORANGE), "ellipsoid": ("s", style.VERMILLION), "sph": ("o", style.BLUE)}
 
 
 @dataclass(frozen=True)
@@ -71,12 +72,16 @@ class Answer(NamedTuple):
     wall_time: float
 
 
-class Limit(NamedTuple):
-    """What particles converge to, (K,), its relative uncertainty, the order with its own, and the law's factor."""
+class Reference(NamedTuple):
+    """I_zz and angular velocity at the end, in the dataset's units, their relative uncertainty, and what they rest on.
+
+    mean_moments: of two numbers of shells, and extrapolated with their order, 2; flattening: I_zz over it, less 1.
+    """
 
     values: np.ndarray
     uncertainty: float
-    law: convergence.PowerLaw
+    mean_moments: tuple[float, float, float]
+    flattening: float
 
 
 def rungs(particles: list[int], tolerances: list[float]) -> list[Rung]:
@@ -132,26 +137,52 @@ def started_again(scene: Scene, body: Any) -> tuple[Callable[[], Any], int]:
     return lambda: prepare(scene).evolution, 1  # one zone is integrated once and then known
 
 
-def limit(answers: list[Answer], observables: tuple[Observable, ...]) -> Limit:
-    """Richardson's limit of the particles' observables, each over its own size, with the order fitted to all runs.
+def particles_of(answers: list[Answer]) -> list[Answer]:
+    """Those of particles, the fewest first."""
+    return sorted((each for each in answers if each.rung.particles), key=lambda each: each.rung.particles)
 
-    The uncertainty is the larger of what the order's standard error makes, and of what the finest run has changed.
+
+def steps_of(ladder: list[Answer]) -> np.ndarray:
+    """N^(-1/3), (A,)."""
+    return np.array([each.rung.particles ** (-1 / 3) for each in ladder])
+
+
+def mean_moment(answer: Answer) -> float:
+    """A third of the trace of the inertia tensor."""
+    return float(np.mean([answer.found.values[one.name][0] for one in MOMENTS]))
+
+
+def reference_of(scene: Scene, answers: list[Answer]) -> Reference:
+    """The best that is known: shells for the mean moment, the finest particles for the flattening, L for the spin.
+
+    The uncertainty adds up what the last doubling of the shells and the last step in particles changed, and the square
+    of the flattening, for shells know the rotation to first order.
     """
-    ladder = sorted((each for each in answers if each.rung.particles), key=lambda each: each.rung.particles)
-    steps = np.array([each.rung.particles ** (-1 / 3) for each in ladder])
-    values = np.array([[each.found.values[one.name][0] for one in observables] for each in ladder])
+    coarse, fine = (shells_moment(scene, zones) for zones in SHELLS)
+    mean = fine + (fine - coarse) / 3
+    before, last = (each.found.values["inertia_tensor z z"][0] / mean_moment(each) for each in
+                    particles_of(answers)[-2:])  # fmt: skip
+    moment = mean * last
+    # Every model has the same L, which scaling laws have in closed form.
+    exact = next(each.found.values for each in answers if each.rung.model == "scaling")
+    momentum = exact["inertia_tensor z z"][0] * exact["angular_velocity z"][0]
+    uncertainty = abs(mean / fine - 1) + abs(last / before - 1) + (last - 1) ** 2
+    return Reference(np.array([moment, momentum / moment]), uncertainty, (coarse, fine, mean), last - 1)
 
-    def fitted(count: int, change: float = 0.0) -> tuple[np.ndarray, convergence.PowerLaw]:
-        law = convergence.self_convergence(steps[:count], values[:count], float(np.linalg.norm(values[count - 1])))
-        spread = 0.0 if np.isnan(law.uncertainty) else law.uncertainty
-        found = convergence.extrapolated(steps[:count], values[:count], law.order + change * spread)
-        if found is None:
-            raise SystemExit("the particles do not converge: no limit can be told.")
-        return found, law
 
-    best, law = fitted(len(ladder))
-    others = [fitted(len(ladder), change)[0] for change in (-1.0, 1.0)] + [fitted(len(ladder) - 1)[0]]
-    return Limit(best, max(relative_error(each, best) for each in others), law)
+def extrapolated(answers: list[Answer]) -> tuple[float, float, convergence.PowerLaw]:
+    """The mean moment to which particles converge by themselves, its relative uncertainty, and the law of their errors.
+
+    Richardson's extrapolation with the order that they show; the uncertainty is what the order's own one makes.
+    """
+    ladder = particles_of(answers)
+    steps, values = steps_of(ladder), np.array([[mean_moment(each)] for each in ladder])
+    law = convergence.self_convergence(steps, values, float(values[-1, 0]))
+    found = [
+        convergence.extrapolated(steps, values, law.order + change * law.uncertainty) for change in (0.0, -1.0, 1.0)
+    ]
+    best, *others = [float("nan") if each is None else float(each[0]) for each in found]
+    return best, max(abs(each / best - 1) for each in others), law
 
 
 def shells_moment(scene: Scene, zones: int) -> float:
@@ -194,49 +225,99 @@ def shells_moment(scene: Scene, zones: int) -> float:
     return float(units.to_si(exact * moment(moved) / moment(start[1:]), "moment_of_inertia"))
 
 
-def errors(answers: list[Answer], one: Observable, reference: Limit) -> np.ndarray:
-    """Relative errors (A,) of all answers."""
-    return np.array([relative_error(np.array(each.found.values[one.name]), reference.values) for each in answers])
+def errors(answers: list[Answer], reference: Reference) -> np.ndarray:
+    """Relative errors (A, 2) of I_zz and the angular velocity."""
+    found = np.array([[each.found.values[one.name][0] for one in JUDGED] for each in answers])
+    return abs(found / reference.values - 1)
 
 
-def picture(answers: list[Answer], references: list[Limit]) -> None:
-    """Error against processor time, a panel an observable, a colour and a marker a model."""
+def picture(answers: list[Answer], found: np.ndarray, reference: Reference, law: convergence.PowerLaw) -> None:
+    """Error against processor time, a colour and marker a model; I_zz filled, the angular velocity open."""
+    seconds = np.array([each.cpu_time for each in answers])
+    models = np.array([each.rung.model for each in answers])
     with style.styled():
-        figure = style.page("Collapse of a stellar core, by every model: error against time", (11.0, 5.2))
-        panels = figure.subplots(1, len(JUDGED), sharey=True)
-        for panel, one, title, reference in zip(panels, JUDGED, TITLES, references, strict=True):
-            drawn(panel, answers, errors(answers, one, reference), reference)
-            panel.set_title(title)
-        panels[0].set_ylabel("relative error at 70 ms")
+        figure = style.page("A collapsing core by every model: error against time", (9.2, 5.4))
+        panel = figure.subplots()
+        panel.set(xscale="log", yscale="log", xlabel="processor time of the steps (s)",
+                  ylabel="relative error at 70 ms, before the bounce")  # fmt: skip
+        for model, (marker, colour) in LOOK.items():
+            own = models == model
+            panel.plot(
+                seconds[own], found[own, 1], marker, color=colour, markersize=12, markerfacecolor="none", zorder=3
+            )
+            panel.plot(
+                seconds[own], found[own, 0], marker, color=colour, markersize=8, markeredgecolor="white", zorder=4
+            )
+        steps = steps_of(particles_of(answers))
+        panel.plot(
+            seconds[models == "sph"], [law.at(step) for step in steps], color=style.BLUE, linewidth=1.3, zorder=2
+        )
+        panel.set_xlim(seconds.min() / 4, seconds.max() * 9)
+        panel.set_ylim(0.7 * reference.uncertainty, 0.6)
+        panel.axhspan(panel.get_ylim()[0], reference.uncertainty, color=style.PALE, alpha=0.6, zorder=0.2)
+        for axis in (panel.xaxis, panel.yaxis):
+            axis.set_major_locator(LogLocator(numticks=20))
+            axis.set_minor_formatter(NullFormatter())
+        panel.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
+        labelled(panel, answers, seconds, found)
+        middle = np.flatnonzero(models == "sph")[len(steps) // 2]
+        order = f"order {law.order:.2f} ± {law.uncertainty:.2f}\nin $N^{{-1/3}}$"
+        beside(panel, (seconds[middle], found[middle].min()), (-92, -24), order, style.BLUE)
+        panel.annotate(
+            f"the reference is known to {100 * reference.uncertainty:.1g} %", (0.01, reference.uncertainty),
+            xycoords=("axes fraction", "data"), xytext=(0, 3), textcoords="offset points", fontsize=9, color=style.GREY,
+        )  # fmt: skip
+        panel.legend(handles=legend(), loc="lower left", bbox_to_anchor=(0.0, 0.07))
         style.save(figure, PICTURE)
 
 
-def drawn(panel: Any, answers: list[Answer], found: np.ndarray, reference: Limit) -> None:
-    seconds = np.array([each.cpu_time for each in answers])
-    panel.set(xscale="log", yscale="log", xlabel="processor time of the steps (s)")
-    panel.axhspan(1e-5, reference.uncertainty, color=style.PALE, alpha=0.6, zorder=0.2)
-    for model, colour in COLOURS.items():
-        own = np.array([each.rung.model == model for each in answers])
-        line = "-" if model == "sph" else ""
-        panel.plot(seconds[own], found[own], line, marker=MARKERS[model], color=colour, markersize=7,
-                   markeredgecolor="white", label=model, zorder=3)  # fmt: skip
-    panel.set_xlim(seconds.min() / 3, seconds.max() * 8)
+def labelled(panel: Any, answers: list[Answer], seconds: np.ndarray, found: np.ndarray) -> None:
+    """What stands beside the points: models by name, particles by their number."""
+    for number, answer in enumerate(answers):
+        place = seconds[number], found[number].max()
+        if answer.rung.model == "sph":
+            beside(panel, place, (8, 6), answer.rung.label, style.BLUE)
+        if answer.rung.model == "scaling":
+            beside(panel, place, (8, 8), f"scaling,\n{answer.rung.label}", LOOK["scaling"][1])
+    own = [number for number, answer in enumerate(answers) if answer.rung.model == "ellipsoid"]
+    ends = (float(answers[number].rung.label.split()[-1]) for number in (own[0], own[-1]))
+    told = "ellipsoid, tolerance\n" + " to ".join(f"$10^{{{np.log10(each):.0f}}}$" for each in ends)
+    beside(panel, (seconds[own[0]], found[own[0]].min()), (-4, -34), told, LOOK["ellipsoid"][1])
 
 
-def row(answer: Answer, told: list[np.ndarray], number: int) -> list[object]:
+def beside(panel: Any, place: tuple[float, float], offset: tuple[float, float], text: str, colour: str) -> None:
+    """A label at so many points from a place."""
+    panel.annotate(text, place, xytext=offset, textcoords="offset points", fontsize=9.5, color=colour)
+
+
+def legend() -> list[Line2D]:
+    """A model a line, and what is filled and open."""
+    points = [
+        Line2D([], [], marker=marker, color=colour, linestyle="", markersize=8, markeredgecolor="white", label=model)
+        for model, (marker, colour) in LOOK.items()
+    ]
+    kinds = [
+        Line2D([], [], marker="o", color=style.GREY, linestyle="", markersize=size, markerfacecolor=face, label=told)
+        for face, size, told in ((style.GREY, 8, "moment of inertia $I_{zz}$"), ("none", 12, "angular velocity"))
+    ]
+    return [*points, *kinds]
+
+
+def row(answer: Answer, own: np.ndarray) -> list[object]:
+    """A row of the table; own: the two errors."""
     found = answer.found
     moment, rate = (found.values[one.name][0] for one in JUDGED)
     return [
         answer.rung.model, answer.rung.label, duration(answer.cpu_time), duration(answer.wall_time),
         found.steps if answer.rung.particles else "", f"{moment:.5g}", f"{rate:.5g}",
-        *(f"{100 * each[number]:.2f} %" for each in told),
+        *(f"{100 * each:.2f} %" for each in own),
     ]  # fmt: skip
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, default=Path("runs/ladder"))
-    parser.add_argument("--particles", nargs="+", type=int, default=[300, 1000, 3000, 10_000, 30_000, 100_000])
+    parser.add_argument("--particles", nargs="+", type=int, default=[300, 1000, 3000, 10_000, 30_000])
     parser.add_argument("--tolerances", nargs="+", type=float, default=[1e-4, 1e-7, 1e-10])
     parser.add_argument("--keep", action="store_true", help="write the table and the picture")
     chosen = parser.parse_args()
@@ -245,32 +326,43 @@ def main() -> None:
     for rung in rungs(chosen.particles, chosen.tolerances):
         answers.append(answered(scene, rung, chosen.folder))
         print(f"{rung.setting.value}: {duration(answers[-1].cpu_time)}", flush=True)
-    references = [limit(answers, (one,)) for one in JUDGED]
-    told = [errors(answers, one, reference) for one, reference in zip(JUDGED, references, strict=True)]
-    head = ["model", "how", "processor time", "wall time", "steps", "I_zz (kg m2)", "omega (rad/s)", "error of I_zz",
-            "of omega"]  # fmt: skip
-    text = (
-        f"# The collapse of a core by every model, error against time\n\n{machine()}; times are of the steps.\n\n"
-        f"`sims/pulsar_collapse.toml` with {' and '.join(f'`{each}`' for each in OVERRIDES)}.\n\n"
-        + rows_of(head, [row(answer, told, number) for number, answer in enumerate(answers)])
-        + "\n"
-    )
-    for one, reference in zip(JUDGED, references, strict=True):
-        law = reference.law
-        text += (
-            f"- {one.name}: the particles converge to {reference.values[0]:.6g}, known to "
-            f"{100 * reference.uncertainty:.2g} %, with the order {law.order:.2f} ± {law.uncertainty:.2f} in N^(-1/3)\n"
-        )
-    mean = limit(answers, MEAN_MOMENT)
-    shells = [shells_moment(scene, zones) for zones in (200, 400)]
-    of_particles = float(mean.values.mean())
-    text += (
-        f"- mean of the three moments: {of_particles:.6g} by the particles, {shells[0]:.6g} and {shells[1]:.6g} by 200 "
-        f"and 400 spherical shells, {100 * (shells[1] / of_particles - 1):+.2f} %\n"
-    )
-    publish("ladder", text, chosen.keep)
+    reference = reference_of(scene, answers)
+    found = errors(answers, reference)
+    ladder = np.array([each.rung.model == "sph" for each in answers])
+    law = convergence.power_law(steps_of(particles_of(answers)), found[ladder, 0], reference.uncertainty)
+    publish("ladder", told(answers, found, reference, law), chosen.keep)
     if chosen.keep:
-        picture(answers, references)
+        picture(answers, found, reference, law)
+
+
+def told(answers: list[Answer], found: np.ndarray, reference: Reference, law: convergence.PowerLaw) -> str:
+    """The table and what stands below it."""
+    head = ["model", "how", "processor time", "wall time", "steps", "I_zz (kg m2)", "angular velocity (rad/s)",
+            "error of I_zz", "of the angular velocity"]  # fmt: skip
+    coarse, fine, mean = reference.mean_moments
+    alone, spread, own = extrapolated(answers)
+    times = [each.cpu_time for each in answers]
+    overrides = " and ".join(f"`{each}`" for each in OVERRIDES)
+    return "\n".join([
+        "# The collapse of a core by every model, error against time",
+        "",
+        f"{machine()}; times are of the steps.",
+        "",
+        f"`sims/pulsar_collapse.toml` with {overrides}; the closed form with `{CLOSED_FORM}`.",
+        "",
+        rows_of(head, [row(answer, each) for answer, each in zip(answers, found, strict=True)]),
+        f"Reference: I_zz = {reference.values[0]:.6g} kg m2, angular velocity {reference.values[1]:.5g} rad/s, known "
+        f"to {100 * reference.uncertainty:.2g} %.",
+        "",
+        f"- Mean moment by {SHELLS[0]} and {SHELLS[1]} spherical shells: {coarse:.6g} and {fine:.6g}, in the limit "
+        f"{mean:.6g} kg m2; I_zz is {100 * reference.flattening:.2f} % above it with the finest particles.",
+        f"- Particles by themselves: {alone:.6g} kg m2 by Richardson's extrapolation with their order {own.order:.2f} "
+        f"± {own.uncertainty:.2f} in N^(-1/3), which makes {100 * spread:.2g} %: {100 * (alone / mean - 1):+.2f} % "
+        "from the shells.",
+        f"- Error of I_zz with particles: order {law.order:.2f} ± {law.uncertainty:.2f} in N^(-1/3).",
+        f"- From the cheapest to the dearest: {np.log10(max(times) / min(times)):.1f} decades of processor time.",
+        "",
+    ])  # fmt: skip
 
 
 if __name__ == "__main__":
