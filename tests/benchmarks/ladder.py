@@ -26,7 +26,7 @@ from astroinertia.accuracy import convergence, measuring
 from astroinertia.accuracy.knobs import MODEL, Setting
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.observables import parsed
-from astroinertia.accuracy.table import duration
+from astroinertia.accuracy.words import duration
 from astroinertia.build import prepare
 from astroinertia.plots import style
 from astroinertia.scene import load
@@ -195,7 +195,8 @@ def shells_moment(scene: Scene, zones: int) -> float:
         units = code_units(scene)
         ball = sphere(scene, units)
         fluid = equation_of_state(scene, units, ball)
-        spin = prepare(load.loads(load.resolved_text(scene), ("model='scaling'",), scene.origin)).evolution.body
+        one_zone: Any = prepare(load.loads(load.resolved_text(scene), ("model='scaling'",), scene.origin)).evolution
+        spin = one_zone.body
     rate = float(np.linalg.norm(spin.angular_momentum)) / (2 / 3 * float(np.trace(spin.second_moment)))
     # Nearly even in radius: a centre has m ~ r^3, the surface of this polytrope 1 - m ~ (R - r)^4.
     share = 1 - (1 - np.linspace(0, 1, zones + 1) ** 3) ** 4
@@ -285,7 +286,7 @@ def labelled(panel: Any, answers: list[Answer], seconds: np.ndarray, found: np.n
     beside(panel, (seconds[own[0]], found[own[0]].min()), (-4, -34), told, LOOK["ellipsoid"][1])
 
 
-def beside(panel: Any, place: tuple[float, float], offset: tuple[float, float], text: str, colour: str) -> None:
+def beside(panel: Any, place: tuple[Any, Any], offset: tuple[float, float], text: str, colour: str) -> None:
     """A label at so many points from a place."""
     panel.annotate(text, place, xytext=offset, textcoords="offset points", fontsize=9.5, color=colour)
 

@@ -2,10 +2,11 @@
 
     python tests/benchmarks/sum_of_parts.py --keep
 
-All variants of a scene (with each effect by itself, with all, with none but a field of no force, which no scene can do without) take steps of one length in turn, in one
-process, so that whatever else the machine does falls on all alike; processor time of all threads, the median of steps.
-The part of an effect is what it adds to the least scene that it can stand in: nothing, or the pressure that viscosity
-and conduction go with. If the effects share work the whole takes less than the base and all parts together.
+All variants of a scene (with each effect by itself, with all, and the base: a field of no force, for no scene is without
+an effect) take steps of one length in turn, in one process, so that whatever else the machine does falls on all alike;
+processor time of all threads, the median of steps. The part of an effect is what it adds to the least scene that it can
+stand in: the base, or the pressure that viscosity and conduction go with. Where effects share work the whole takes less
+than the base and all parts together.
 """
 
 import argparse
@@ -20,7 +21,7 @@ from fair_times import machine, publish, rows_of
 
 from astroinertia.audit.absence import NEEDED
 from astroinertia.build import prepare
-from astroinertia.models.particles import Particles
+from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 
@@ -58,7 +59,7 @@ def scene_of(case: Case, particles: int) -> Scene:
     return load.load_file(SIMS / f"{case.name}.toml", [f"body.particles={particles}", *relaxed, *case.overrides])
 
 
-def with_effects(scene: Scene, kinds: Sequence[str], timestep: float | None = None) -> Particles:
+def with_effects(scene: Scene, kinds: Sequence[str], timestep: float | None = None) -> Evolution:
     """The scene with these effects alone, under way; timestep in the scene's unit of time."""
     effects = {kind: options for kind, options in scene.effects.items() if kind in kinds} or BASE
     numerics = scene.numerics
@@ -128,9 +129,9 @@ def main() -> None:
         f"# A step with several effects against the sum of its parts\n\n{machine()}; processor time of a step in ms, "
         f"the median of {chosen.steps} that all variants take in turn, engine numba_cpu, precision mixed.\n\n"
         + rows_of(head, rows)
-        + "\nBase: the particles in a field of no force, for a scene has one effect at least; the field is in no other variant, so "
-        "that the sum is too small by what it costs, if anything. Viscosity and conduction stand beside pressure, and count what "
-        "they add to it.\n"
+        + "\nBase: the particles in a field of no force, for a scene has one effect at least; it is in no other variant, "
+        "so that the sum is too small by what it costs, if anything. Viscosity and conduction stand beside pressure, and "
+        "count what they add to it.\n"
     )
     publish("sum_of_parts", text, chosen.keep)
 
