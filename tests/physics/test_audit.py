@@ -1,13 +1,19 @@
 """The audit of a scene finds what is called for, nothing else, and what was slipped in."""
 
+import inspect
 import shutil
 from pathlib import Path
 
 import pytest
 
 from astroinertia.audit import absence
+from astroinertia.audit.operations import of_module
 from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.engines.numba_modules import neighbour_pass
+from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.scene import load
+from astroinertia.scene.plan import code_units
+from astroinertia.start.effects import effects_of
 
 ROOT = Path(__file__).parent.parent.parent
 SCENES = {
@@ -37,6 +43,29 @@ def test_effects_are_there_where_they_are_called_for_and_nowhere_else(name: str)
         assert shares[kind].imported or scene.model not in CATALOGUE[kind].models, kind
         if scene.model == "sph":
             assert shares[kind].traced > 0 and shares[kind].arrays > 0, kind
+
+
+def nothing(xp, r):
+    return (r,)
+
+
+def operations_of_pass(*terms: PairTerm) -> int:
+    return of_module(inspect.getsource(neighbour_pass("wendland_c2", terms, "mixed", False).module))
+
+
+@pytest.mark.parametrize("name", ["evrard", "jacobi_by_viscosity", "keplerian_disc"])
+def test_a_pass_with_all_effects_has_no_more_operations_than_its_parts(name: str) -> None:
+    """What all share (the walk, separations, the kernel's slope) counts once: the whole is less than base and parts.
+
+    The base is a pass whose one term computes nothing; the text is generated and counted, nothing is compiled.
+    """
+    scene = load.load_file(ROOT / "sims" / f"{name}.toml")
+    terms = [effect.neighbour_terms for effect in effects_of(scene, code_units(scene)) if effect.neighbour_terms]
+    base = operations_of_pass(PairTerm("nothing", nothing, (Output("acceleration", "central"),)))
+    parts = [operations_of_pass(*own) - base for own in terms]
+    whole = operations_of_pass(*(term for own in terms for term in own))
+    assert len(terms) == 3 and min(parts) > 0
+    assert whole < base + sum(parts)
 
 
 NEW = '''
