@@ -2,18 +2,20 @@
 
     python tests/benchmarks/sum_of_parts.py --keep
 
-All variants of a scene (with each effect by itself, with all, and the base: a field of no force, for no scene is without
-an effect) take steps of one length in turn, in one process, so that whatever else the machine does falls on all alike;
-processor time of all threads, the median of steps. The part of an effect is what it adds to the least scene that it can
-stand in: the base, or the pressure that viscosity and conduction go with. Where effects share work the whole takes less
-than the base and all parts together.
+All variants of a scene (with each effect by itself, with all, and the base: a field of no force, for no scene is
+without an effect) take steps of one length in turn, in one process, so that whatever else the machine does falls on all
+alike; processor time of all threads, the median of steps. The part of an effect is what it adds to the least scene that
+it can stand in: the base, or the pressure that viscosity and conduction go with. Where effects share work the whole
+takes less than the base and all parts together. Scenes that are in the folder already are not measured again.
 """
 
 import argparse
+import json
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
@@ -95,8 +97,8 @@ def step_times(scene: Scene, variants: Sequence[tuple[str, ...]], steps: int) ->
     return {kinds: float(np.median(each)) for kinds, each in spent.items()}
 
 
-def measured(case: Case, particles: int, steps: int) -> list[object]:
-    """The row of a scene."""
+def measured(case: Case, particles: int, steps: int) -> dict[str, Any]:
+    """What a step takes, in seconds: the base, what each effect adds, all together."""
     scene = scene_of(case, particles)
     kinds = tuple(scene.effects)
     share = parts(kinds)
@@ -104,34 +106,41 @@ def measured(case: Case, particles: int, steps: int) -> list[object]:
     with jax.enable_x64(True):
         times = step_times(scene, variants, steps)
     added = {kind: times[whole] - times[rest] for kind, (whole, rest) in share.items()}
-    total = times[()] + sum(added.values())
-    told = ", ".join(f"{kind} {1e3 * seconds:.1f}" for kind, seconds in added.items())
-    return [
-        case.name, scene.particles, f"{1e3 * times[()]:.1f}", told, f"{1e3 * total:.1f}", f"{1e3 * times[kinds]:.1f}",
-        f"{times[kinds] / total:.2f}",
-    ]  # fmt: skip
+    return {"particles": scene.particles, "base": times[()], "added": added, "whole": times[kinds]}
+
+
+def row(name: str, found: dict[str, Any]) -> list[object]:
+    """A row of the table."""
+    total = found["base"] + sum(found["added"].values())
+    told = ", ".join(f"{kind} {1e3 * seconds:.1f}" for kind, seconds in found["added"].items())
+    times = (f"{1e3 * seconds:.1f}" for seconds in (total, found["whole"]))
+    return [name, found["particles"], f"{1e3 * found['base']:.1f}", told, *times, f"{found['whole'] / total:.2f}"]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--particles", type=int, default=4000)
     parser.add_argument("--steps", type=int, default=24)
+    parser.add_argument("--folder", type=Path, default=Path("runs/sum_of_parts"))
     parser.add_argument("--only", nargs="+", default=[case.name for case in CASES])
     parser.add_argument("--keep", action="store_true", help="write the table")
     chosen = parser.parse_args()
     rows = []
     for case in CASES:
-        if case.name in chosen.only:
-            rows.append(measured(case, chosen.particles, chosen.steps))
-            print(*rows[-1], flush=True)
+        place = chosen.folder / f"{case.name}-{chosen.particles}-{chosen.steps}.json"
+        if case.name in chosen.only and not place.exists():
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_text(json.dumps(measured(case, chosen.particles, chosen.steps)))
+        if place.exists():
+            rows.append(row(case.name, json.loads(place.read_text())))
     head = ["scene", "particles", "base", "each effect by itself, less the base", "sum", "all together", "ratio"]
     text = (
         f"# A step with several effects against the sum of its parts\n\n{machine()}; processor time of a step in ms, "
         f"the median of {chosen.steps} that all variants take in turn, engine numba_cpu, precision mixed.\n\n"
         + rows_of(head, rows)
-        + "\nBase: the particles in a field of no force, for a scene has one effect at least; it is in no other variant, "
-        "so that the sum is too small by what it costs, if anything. Viscosity and conduction stand beside pressure, and "
-        "count what they add to it.\n"
+        + "\nBase: the particles in a field of no force, for a scene has one effect at least; it is in no other "
+        "variant, so that the sum is too small by what it costs, if anything. Viscosity and conduction stand beside "
+        "pressure, and count what they add to it.\n"
     )
     publish("sum_of_parts", text, chosen.keep)
 
