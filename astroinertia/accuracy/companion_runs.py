@@ -43,9 +43,10 @@ def companion_runs(scene: Scene) -> tuple[CompanionRun, ...]:
     """The companion runs that tell the error bars of a scene, the ones with more particles first.
 
     Without particles there is one, and it is finer: it costs as little as the run itself, and its difference from it is
-    the error of the run, of whatever order. Particles have coarser ones, at about a third of the run's cost: two with
-    fewer particles, which also tell the order, and one with the fewest and longer steps, or coarser gravity. A run with
-    too few particles for that has one with more. SceneError for a scene whose resolution no knob sets.
+    the error of the run, of whatever order. Particles have coarser ones, at about a third of the run's particles times
+    steps: two with fewer particles, which also tell the order, and one with the fewest and longer steps, or coarser
+    gravity. A run with too few particles for that has one with more. SceneError for a scene whose resolution no knob
+    sets.
     """
     found = knobs(scene)
     if not found or found[0].step is None:
