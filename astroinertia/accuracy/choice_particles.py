@@ -114,7 +114,7 @@ def _timestep(pilots: Pilots, knob: Knob, count: int, plain: Measured, share: fl
     """The longest time steps whose error, by second order, stays below a share; that error; and why."""
     main = knobs.knobs(pilots.scene)[0]
     least, most = 1.0, math.inf
-    for longer in sorted((each for each in knob.values if 1.0 < each <= LONGEST), reverse=True):
+    for longer in sorted((each for each in map(float, knob.values) if 1.0 < each <= LONGEST), reverse=True):
         told = f"{count} particles, time steps {longer:g} times as long"
         apart = pilots.apart(pilots.run(told, (*main.overrides(float(count)), *knob.overrides(longer))), plain)
         if math.isfinite(apart):
