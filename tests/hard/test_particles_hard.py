@@ -73,8 +73,9 @@ relax = false
 [equation_of_state]
 kind = "ideal"
 
-[effects.pressure]
 [effects.gravity]
+[effects.pressure]
+[effects.viscosity]
 
 [effects.external_field]
 point_mass = 1e6
