@@ -416,6 +416,7 @@ def test_a_subset_is_an_arrangement_of_its_particles(reference, precision):
     assert not engine.stale(part, fewer["position"], fewer["smoothing_length"])
 
 
+@pytest.mark.slow
 def test_impulses_take_the_longer_intervals_of_a_pair_and_keep_momentum(reference):
     """Both parts of a pair's interval, particles that sleep and that have just woken; plain sums stay as they are."""
     arrangement, _, fields = reference
