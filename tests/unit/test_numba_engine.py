@@ -141,7 +141,9 @@ def test_a_loose_tolerance_is_kept_and_zeta_is_absent_unless_asked_for(reference
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("precision", "bar"), [("float64", 1e-13), ("mixed", 1e-4)])
+@pytest.mark.parametrize(
+    ("precision", "bar"), [("float64", 1e-13), pytest.param("mixed", 1e-4, marks=pytest.mark.full)]
+)
 def test_neighbour_sums_of_every_kind(reference, precision, bar):
     """central, sum, max, outer and virial, of pairs closer than the larger support, coincident ones among them."""
     arrangement, _, fields = reference
@@ -186,7 +188,8 @@ def test_momentum_is_kept_to_round_off(reference):
             assert np.abs(force.sum(axis=0)).max() < 1e-15 * np.abs(force).sum()
 
 
-@pytest.mark.parametrize("precision", ["float64", pytest.param("mixed", marks=pytest.mark.slow)])
+# In mixed precision these terms would be compiled for this alone; those of fluids: tests/physics/test_engines_agree.py.
+@pytest.mark.parametrize("precision", ["float64", pytest.param("mixed", marks=pytest.mark.full)])
 def test_the_number_of_threads_changes_no_bit(precision):
     position, mass = clustered(3000)
     results = []
