@@ -29,6 +29,7 @@ def errors(found: xr.Dataset) -> np.ndarray:
     return np.array([float(np.abs(found[name]).max()) for name in names])
 
 
+@pytest.mark.full
 def test_a_star_spun_up_follows_its_sequence() -> None:
     """500 particles, twice as fast as the scene: axis ratio within 2 %, T/|W| within 7 % (N^-0.8 from there)."""
     found = followed(
