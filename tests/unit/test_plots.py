@@ -106,18 +106,13 @@ def variants():
         "dimensionless": (records[::10], code),
         "without spin": (still, METADATA),
         "no effects": (free, {**METADATA, "effects": []}),
-        "another size, a rotating frame and a user's wind": (
-            records[::20],
-            {
-                **METADATA,
-                "effects": ["gravity", "rotating_frame", "my_wind"],
-                "code_units": {"mass": 1e23, "length": 1e3, "G": 6.7e-11},
-            },
-        ),
+        "rotating frame": (records[::20], {**METADATA, "effects": ["gravity", "pressure", "rotating_frame"]}),
+        "an effect of the user's": (records[::20], {**METADATA, "effects": ["gravity", "pressure", "my_wind"]}),
+        "another size": (records[::20], {**METADATA, "code_units": {"mass": 1e23, "length": 1e3, "G": 6.7e-11}}),
     }
 
 
-RARE = ["one output", "two outputs", "without spin", "another size, a rotating frame and a user's wind"]
+RARE = ["one output", "two outputs", "without spin", "rotating frame", "an effect of the user's", "another size"]
 
 
 @pytest.mark.parametrize(
