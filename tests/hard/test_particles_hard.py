@@ -73,9 +73,8 @@ relax = false
 [equation_of_state]
 kind = "ideal"
 
-[effects.gravity]
 [effects.pressure]
-[effects.viscosity]
+[effects.gravity]
 
 [effects.external_field]
 point_mass = 1e6
