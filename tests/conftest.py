@@ -1,5 +1,7 @@
 """What all tests share: which of them are quick, and how the long ones keep their results."""
 
+import gc
+import os
 import sys
 from pathlib import Path
 
@@ -9,10 +11,14 @@ import pytest
 from tests.full_results import FullResult, is_done
 
 HERE = Path(__file__).parent
+LARGE = 2.5e9  # bytes of a process
 
 # The same examples everywhere, and no deadline: the machines that test are shared.
 hypothesis.settings.register_profile("project", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("project")
+
+# To compile is to make very many objects that stay: to look through them as often as usual takes a tenth of the time.
+gc.set_threshold(50_000, 20, 100)
 
 
 def pytest_addoption(parser):
@@ -43,10 +49,21 @@ def pytest_runtest_makereport(item, call):
 
 @pytest.fixture(autouse=True, scope="module")
 def _compiled_programs_are_released():
-    """JAX keeps every compiled program of a process: gigabytes, by the end of all tests."""
+    """JAX keeps every compiled program of a process: gigabytes, by the end of all tests.
+
+    Small ones serve many test files: all are released only when they have become many.
+    """
     yield
-    if "jax" in sys.modules:
+    if "jax" in sys.modules and _resident_size() > LARGE:
         sys.modules["jax"].clear_caches()
+
+
+def _resident_size():
+    """Bytes of memory that this process holds; infinite where the system does not tell."""
+    try:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        return float("inf")
 
 
 @pytest.fixture

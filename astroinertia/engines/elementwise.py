@@ -44,10 +44,10 @@ class Apart(CompilerBase):
 
 real = np.float64
 PAIR_FLAGS = {'contract', 'nsz'}
-LOOP = {"cache": True, "nogil": True, "error_model": "numpy", "pipeline_class": Apart}
+LOOP = {"pipeline_class": Apart, **ENTRY}
 
 
-@njit(forceinline=True, error_model="numpy")
+@njit(forceinline=True, error_model="numpy", **INNER)
 def table_entry(table, index):
     return table[index]
 """

@@ -8,7 +8,7 @@ Omega = -sum m q w'/(3 S) and zeta = sum m (phi + q phi')/(3 rho h) follow from 
 """
 
 WITHOUT_SOFTENING = """
-@njit(forceinline=True)
+@njit(forceinline=True, **INNER)
 def softening_moment(distance, weight, vectors, inverse_h):
     return real(0)
 """
@@ -157,7 +157,7 @@ def solve_again(waiting, left, x, y, z, length, position, mass, targets, nodes, 
         left = solve(waiting, left, slots, count, buffer, lists, options, results)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def density_pass_{tag}(
     counter, x, y, z, length, position, h, mass, options, nodes, start, targets, begin, active, offset, number, pool,
     results,

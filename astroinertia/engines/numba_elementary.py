@@ -8,7 +8,10 @@ normal number are 0.
 import numpy as np
 from numba import njit
 
-ELEMENTARY = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}}
+ELEMENTARY = {
+    "forceinline": True, "error_model": "numpy", "fastmath": {"contract", "nsz"},
+    "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
+}  # fmt: skip
 # Added to a number below 2^51 and taken away again, it leaves the nearest whole number, whose bits are the last ones.
 ROUNDING = 6755399441055744.0
 INVERSE_LN2 = 1.4426950408889634

@@ -58,7 +58,7 @@ def least_excess(x, y, z, reach2, count, balls, first, last, key):
             key[k] = where(key[k] < excess, key[k], excess)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def neighbour_lists(
     counter, x, y, z, h, position, support, nodes, start, targets, begin, groups, offset, count, pool, used
 ):

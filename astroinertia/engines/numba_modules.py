@@ -20,7 +20,7 @@ spread_places = row_spreader(4, 0)
 spread_reaches = row_spreader(4, {reaches})
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def neighbour_pass_{tag}(
     counter, position, h, mass, support{arrays}, table, chosen, begin, active, offset, number, pool{results}
 ):
@@ -76,7 +76,7 @@ def neighbour_pass_{tag}(
 """
 
 ALL_PAIRS = """
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def all_pairs_pass_{tag}(counter, x, y, z, h, mass, support, factor, nodes, first_of, last_of, leaves{arrays}{results}):
     block = 1024
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)

@@ -13,6 +13,7 @@ from numba import njit
 
 from astroinertia.engines.numba_tables import vector_fill, vector_take
 from astroinertia.engines.numba_vectors import (
+    INNER,
     LANES,
     PART,
     SLACK,
@@ -176,7 +177,7 @@ def with_room(array, count):
     return array if count + 2 * LANES <= len(array) else np.empty(2 * count + 2 * LANES, array.dtype)
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **INNER)
 def columns_for(count):
     """More than `count` columns with loose ends, such that rows do not all fall on the same lines of a cache."""
     return padded(2 * count + 5 * LANES) | LANES
@@ -264,7 +265,7 @@ def close_to(box, factor, largest, position, h, items, count):
 # gives it no mass, so that it adds nothing, and is as finite as the source itself.
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **INNER)
 def fill_row(row, count):
     """Copy the last source to the loose end."""
     vector_fill(row, count, row[count - 1])

@@ -130,13 +130,13 @@ class Needs:
 # The reciprocal root keeps clear of 0 without a branch: 1/r is finite there and is multiplied by separations of 0.
 ROOTS = {
     "float64": """
-@njit(forceinline=True)
+@njit(forceinline=True, **INNER)
 def inverse_distance(r2):
     return reciprocal_root(where(r2 > 1e-290, r2, 1e-290))
 
 """,
     "mixed": """
-@njit(forceinline=True, error_model="numpy", fastmath={'contract', 'nsz', 'arcp', 'afn'})
+@njit(forceinline=True, fastmath={'contract', 'nsz', 'arcp', 'afn'}, **PART)
 def inverse_distance(r2):
     return np.float32(1) / np.sqrt(where(r2 > np.float32(1e-36), r2, np.float32(1e-36)))
 
@@ -215,7 +215,7 @@ def packer(needs: Needs) -> list[str]:
     lines += [
         "",
         "",
-        '@njit(cache=True, nogil=True, error_model="numpy")',
+        "@njit(**ENTRY)",
         f"def pack(counter, {given}):",
         "    while True:",
         "        first = PACKED * take(counter)",

@@ -16,7 +16,7 @@ from numbers import Integral, Real
 NAMESPACE_CALLS = {"where": "where", "maximum": "maximum", "minimum": "minimum", "abs": "abs", "sqrt": "np.sqrt"}
 ORIGIN = "# from "  # begins the line above a function in the generated text that tells its module
 # Within a pair function sums keep their order, so that what is symmetric in i and j stays so.
-PAIR_DECORATOR = '@njit(forceinline=True, error_model="numpy", fastmath=PAIR_FLAGS)'
+PAIR_DECORATOR = '@njit(forceinline=True, error_model="numpy", fastmath=PAIR_FLAGS, **INNER)'
 
 
 def argument_names(function: Callable) -> list[str]:

@@ -13,15 +13,17 @@ from numba.extending import intrinsic
 
 # Boxes are pruned only where they are certainly out of reach, whatever the rounding of pair distances in float32.
 SLACK = 1.0 + 2e-5
-# Functions that only others call need no entry from Python, which is long to compile.
-PART = {"error_model": "numpy", "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+# Functions that only others call need no entry from Python, and none needs one from C: both are long to compile.
+INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+PART = {"error_model": "numpy", "nogil": True, **INNER}
+ENTRY = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 # Arrays are filled up to whole vectors of float32 on the widest machines, and hold one more vector for loose ends.
 LANES = 16
 COMPRESSES = bool(get_host_cpu_features().get("avx512f"))
 INT64 = ir.IntType(64)
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **INNER)
 def padded(count):
     """The next multiple of LANES."""
     return ((count + LANES - 1) // LANES) * LANES
@@ -101,19 +103,19 @@ def widest_vectors_inlined(typingctx):
     return types.void(), codegen
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **INNER)
 def where(condition, a, b):
     """Either value, both of which are at hand."""
     return a if condition else b
 
 
-@njit(forceinline=True)
+@njit(forceinline=True, **INNER)
 def larger_of(a, b):
     """The larger of two numbers; b if either is NaN, so that an unknown b stays so."""
     return a if a > b else b
 
 
-@njit(forceinline=True, error_model="numpy", fastmath={"contract", "nsz"})
+@njit(forceinline=True, fastmath={"contract", "nsz"}, **PART)
 def reciprocal_root(x):
     """1/sqrt(x) of a positive normal float64 to one unit in the last place; several times faster than to divide.
 

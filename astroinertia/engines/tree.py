@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from astroinertia.engines.numba_vectors import LANES, take
+from astroinertia.engines.numba_vectors import ENTRY, LANES, take
 from astroinertia.engines.threads import available_threads, share_out
 
 SHARE = 64  # leaves that a thread takes at a time
@@ -186,7 +186,7 @@ def _fit_leaf(position, values, columns, first, last, node, rows):
         rows[3 + a, node] = high + unknown
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _fit_leaves(counter, start, position, values, columns, rows):
     count = len(start) - 1
     while True:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from astroinertia.engines.numba_vectors import take
+from astroinertia.engines.numba_vectors import ENTRY, take
 from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.engines.tree import _select
 
@@ -75,7 +75,7 @@ def _with_pieces(
     return Tree(order, start, *made)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _renumber(count, leaf_size, first, last, right, pieces, begin, start, new_first, new_last, new_right):
     for leaf in range(len(pieces)):
         low, parts = leaf * leaf_size, 1 << pieces[leaf]
@@ -103,7 +103,7 @@ def _renumber(count, leaf_size, first, last, right, pieces, begin, start, new_fi
         height += 2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _cut_leaves(counter, position, order, widest, leaf_size, pieces):
     key = np.empty(leaf_size)
     while True:
@@ -142,7 +142,7 @@ def _cut_leaves(counter, position, order, widest, leaf_size, pieces):
                 _select(key[: end - begin], order[begin:end], middle - begin)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _part(position, order, first, last, right, leaf_size, root, enough):
     # Parts a node and what is below it into nodes of at most `enough` leaves, and returns those.
     stack, found = np.empty(256, np.int64), np.empty(last[root] - first[root], np.int64)
@@ -184,7 +184,7 @@ def _part(position, order, first, last, right, leaf_size, root, enough):
     return found[:count]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _part_tasks(counter, position, order, first, last, right, leaf_size, task):
     while True:
         t = take(counter)
@@ -218,7 +218,7 @@ def nodes(tree: Tree, mass: np.ndarray, position: np.ndarray, reach: np.ndarray,
     return made
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _fill_nodes(counter, start, first, last, mass, position, reach, strength, m, centre, radius, far, least):
     while True:
         node = take(counter)

@@ -18,6 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 from numba import njit
 
+from astroinertia.engines.numba_vectors import ENTRY
 from astroinertia.engines.threads import available_threads
 from astroinertia.gravity import full_leaves
 from astroinertia.pytree import pytree
@@ -153,14 +154,14 @@ def _walked(tree: full_leaves.Tree, nodes: full_leaves.Nodes, tolerance: float, 
     return _sorted(local, len(tree.first)), _sorted(near, tree.leaves)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _grown(array):
     larger = np.empty((2 * len(array), array.shape[1]), array.dtype)
     larger[: len(array)] = array
     return larger
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _walk(
     first, last, right, mass, centre, radius, reach, strength, begin, end, tolerance, order, widest
 ):  # fmt: skip
@@ -206,7 +207,7 @@ def _walk(
     return local[:locals_found], near[:near_found]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _sorted(pairs, targets):
     # By ascending targets, else in their order.
     place = np.zeros(targets + 1, np.int64)
@@ -222,7 +223,7 @@ def _sorted(pairs, targets):
     return result
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _rows(target, source, targets, width, empty):
     # Sources of ascending targets in rows of one target each, filled up with `empty`.
     counts = np.zeros(targets, np.int64)
@@ -242,7 +243,7 @@ def _rows(target, source, targets, width, empty):
     return row_target, row_source
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _above(first, last, right, taking_part, leaves):
     # (leaf, node) for every node over a leaf, itself included, that takes part.
     total = 0

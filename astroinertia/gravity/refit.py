@@ -94,7 +94,7 @@ def fit_any(node, first, last, child, order, position, mass, h, weight, origin, 
     store_moments(np.float64(about[node, 5]), raw[node], moments[node])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def upward(counter, first, last, child, task, begin, order, position, mass, h, weight, origin, scale,
            mass_scale, x, y, z, m, clamp, where_is, about, raw, moments):
     while True:
@@ -107,7 +107,7 @@ def upward(counter, first, last, child, task, begin, order, position, mass, h, w
                     mass_scale, x, y, z, m, clamp, where_is, about, raw, moments)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def upward_top(first, last, child, begin, where_is, about, raw, moments):
     for node in range(begin[0] - 1, -1, -1):
         left = np.int64(child[node])

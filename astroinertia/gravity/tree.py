@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from astroinertia.engines.numba_vectors import take
+from astroinertia.engines.numba_vectors import ENTRY, take
 from astroinertia.engines.threads import available_threads, share_out
 
 LEAF_SIZE = 48  # most particles in a leaf
@@ -89,7 +89,7 @@ def tree(position: Any, leaf_size: int = LEAF_SIZE, threads: int | None = None) 
     return Tree(order, nodes[0], nodes[1], nodes[2].astype(np.int32), task, begin, leaf_size)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _extent(column, first, last):
     low, high = np.inf, -np.inf
     for k in range(first, last):
@@ -99,7 +99,7 @@ def _extent(column, first, last):
     return low, high
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _partition(x, y, z, order, key, first, last, middle):
     # What is below the middle comes first; NaN counts as above.
     i, j = first, last - 1
@@ -116,7 +116,7 @@ def _partition(x, y, z, order, key, first, last, middle):
         order[i], order[j] = order[j], order[i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _exposed(path, level, density, width2):
     # Whether a node above is much denser, and not much wider.
     exposed = False
@@ -125,7 +125,7 @@ def _exposed(path, level, density, width2):
     return exposed
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _split(columns, order, nodes, leaf_size, above, further):
     # Splits node 0 and all below it; children of the node in column k are numbered by their columns.
     # above[k]: density and squared width of the nodes above node k, by their levels; of all nodes, or of node 0 alone
@@ -169,7 +169,7 @@ def _split(columns, order, nodes, leaf_size, above, further):
     return filled
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def _split_tasks(counter, columns, order, top, task, above, below, sizes, leaf_size):
     while True:
         t = take(counter)

@@ -173,7 +173,7 @@ def room_for(levels, nodes, width, leaf_size):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds, seed_local, where_is, about,
             moments, x, y, z, m, clamp, order, theta, tolerance, acceleration, potential,
             force_unit, potential_unit, leaf_size, saved, saved_end, saved_local, task_of, room, handed, sources):
@@ -244,7 +244,7 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
     return saved, handed, sources
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def descend_top(begin, first, last, child, levels, parent_of, where_is, about, moments, x, y, z, m, clamp, order, theta,
                 tolerance, acceleration, potential, force_unit, potential_unit, leaf_size, saved_end, saved_local,
                 task_of):
@@ -259,7 +259,7 @@ def descend_top(begin, first, last, child, levels, parent_of, where_is, about, m
     return saved
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**ENTRY)
 def descend_tasks(counter, task, saved, saved_begin, begin, first, last, child, levels, parent_of, where_is, about,
                   moments, x, y, z, m, clamp, order, theta, tolerance, acceleration, potential, force_unit,
                   potential_unit, leaf_size, saved_end, saved_local, task_of):

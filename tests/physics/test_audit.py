@@ -17,7 +17,7 @@ from astroinertia.start.effects import effects_of
 
 ROOT = Path(__file__).parent.parent.parent
 SCENES = {
-    "evrard": ["body.particles=200"],
+    "evrard": ["body.particles=200", "numerics.precision=float64"],
     "free_expansion": ["body.particles=200"],
     "riemann_ellipsoid": [],
     "crab_pulsar": [],

@@ -20,7 +20,7 @@ from astroinertia.gravity.point_masses import PointMasses
 from astroinertia.gravity.sinks import no_sinks
 from astroinertia.models import sph
 from astroinertia.sph.eos import Ideal
-from tests.pairs import BruteEngine
+from tests.pairs import PlainEngine
 
 PARTICLES = 120
 OPTIONS: dict[str, dict[str, Any]] = {
@@ -129,10 +129,14 @@ def checked(problem: sph.Problem, state: Any, arrangement: Any, virials: Any = N
     )
 
 
-@pytest.mark.parametrize("engine", ["brute", "numba_cpu", pytest.param("xla", marks=pytest.mark.full)])
+# The engines compile long for all effects at once: otherwise test_conservation checks every effect in numba_cpu.
+COMPILED = [pytest.param(engine, marks=pytest.mark.full) for engine in ("numba_cpu", "xla")]
+
+
+@pytest.mark.parametrize("engine", ["brute", *COMPILED])
 def test_every_effect_passes_its_checks(engine: str) -> None:
     with jax.enable_x64(True):
-        made = {"brute": BruteEngine, "numba_cpu": numba_cpu.Engine, "xla": xla.Engine}[engine]()
+        made = {"brute": PlainEngine, "numba_cpu": numba_cpu.Engine, "xla": xla.Engine}[engine]()
         found = checked(*at_first(made, effects()))
         assert [check.effect for check in found] == list(OPTIONS)
         assert checks.failing(found) == {}, found
@@ -161,7 +165,7 @@ def exact_changes() -> dict[str, float]:
 
 
 def potential_found(listed: tuple[Any, ...]) -> Any:
-    cloud, problem = particles(), problem_of(BruteEngine(), listed)
+    cloud, problem = particles(), problem_of(PlainEngine(), listed)
     state, _ = sph.initial_state(
         problem, cloud.mass, cloud.position, 0 * cloud.velocity, cloud.entropy, None, beside(problem)
     )
@@ -179,7 +183,7 @@ def test_every_potential_differentiates_to_its_acceleration() -> None:
 @pytest.mark.parametrize("kind", [kind for kind in OPTIONS if kind not in WITHOUT_FORCE])
 @pytest.mark.parametrize("element", [(0, 0), (1, 2), (2, 1)])
 def test_a_bug_in_the_recorded_virial_tensor_is_named(kind: str, element: tuple[int, int]) -> None:
-    problem, state, arrangement = at_first(BruteEngine(), effects())
+    problem, state, arrangement = at_first(PlainEngine(), effects())
     virials = sph.virial_tensors(problem, arrangement, state.rates.fluid)
     broken = np.array(virials[kind])
     broken[element] += 1e-8 * np.linalg.norm(broken)
@@ -189,7 +193,7 @@ def test_a_bug_in_the_recorded_virial_tensor_is_named(kind: str, element: tuple[
 
 @pytest.mark.parametrize("kind", [kind for kind in OPTIONS if kind not in WITHOUT_FORCE])
 def test_a_bug_in_the_applied_acceleration_is_named(kind: str) -> None:
-    problem, state, arrangement = at_first(BruteEngine(), effects())
+    problem, state, arrangement = at_first(PlainEngine(), effects())
     accelerations = list(sph.effect_accelerations(np, state.rates))
     number = problem.effect_names.index(kind)
     broken = accelerations[number].copy()
@@ -254,7 +258,7 @@ PAIRS = {
 def test_a_pair_force_that_is_not_antisymmetric_is_named(kind: str) -> None:
     place, term, output = PAIRS[kind]
     broken = with_broken(kind, **{place: (one_sided(term, output),)})
-    found = checks.failing(checked(*at_first(BruteEngine(), broken)))
+    found = checks.failing(checked(*at_first(PlainEngine(), broken)))
     assert set(found) == {kind}, found
     expected = "dissipation" if kind == "conduction" else "net_force"
     assert expected in found[kind]
@@ -281,14 +285,14 @@ def test_a_wrong_sign_in_the_softening_term_is_named() -> None:
 def test_a_wrong_sign_in_a_viscous_force_is_named(kind: str) -> None:
     place, term, _ = PAIRS[kind]
     broken = with_broken(kind, **{place: (flipped(term),)})
-    assert checks.failing(checked(*at_first(BruteEngine(), broken))) == {kind: ("dissipation",)}
+    assert checks.failing(checked(*at_first(PlainEngine(), broken))) == {kind: ("dissipation",)}
 
 
 @pytest.mark.parametrize("kind", ["damping", "rotating_frame"])
 def test_a_wrong_sign_in_a_drag_matrix_is_named(kind: str) -> None:
     true = catalogue.build(kind, OPTIONS[kind])
     broken = with_broken(kind, drag=lambda fluid: -true.drag(fluid))
-    assert checks.failing(checked(*at_first(BruteEngine(), broken))) == {kind: ("virial",)}
+    assert checks.failing(checked(*at_first(PlainEngine(), broken))) == {kind: ("virial",)}
 
 
 def test_a_figure_that_is_not_a_number_fails() -> None:

@@ -123,6 +123,7 @@ def test_an_ellipsoid_converges_at_full_size(family: str, result) -> None:
     assert order(counts, [errors[count]["I_zz"] for count in counts]) >= 1.0
 
 
+@pytest.mark.full
 def test_evrards_cloud_collapses_and_bounces() -> None:
     """3000 particles: the kinetic peak was 13.5 % low and the thermal one 16.4 % low when measured."""
     peaks = evrard_peaks(3000)

@@ -47,6 +47,7 @@ def test_mars_goes_back(tmp_path):
     assert np.abs(unsteady).max() / ARCSECOND == pytest.approx(1.77, abs=0.02)
 
 
+@pytest.mark.full
 def test_the_earth_goes_back_and_tilts_the_moons_orbit(tmp_path):
     """Its flattening takes 0.2694 arc seconds a century off the rate: Williams 1994, AJ 108, 711. Measured: 0.268."""
     alone, coupled = (

@@ -50,6 +50,7 @@ def history(name: str, particles: int) -> tuple[np.ndarray, np.ndarray]:
     return np.array([figures(record) for record in records]), exact(star)
 
 
+@pytest.mark.full
 def test_a_rotating_star_stays_as_it_is() -> None:
     """3000 particles: settled within 0.5 %, 1.2 % and 0.9 % of the exact star; they drift by less than 0.1 %."""
     found, star = history("rigid", 3000)

@@ -108,6 +108,7 @@ def run_script(script: str, *arguments: str) -> subprocess.Popen:
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
+@pytest.mark.slow
 def test_a_crash_at_every_system_call_leaves_a_consistent_folder(tmp_path):
     output, errors = run_script(CRASHER, str(tmp_path)).communicate(timeout=120)
     crashes = int(output or -1)

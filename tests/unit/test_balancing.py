@@ -133,6 +133,7 @@ def residual_of(body, masses):
     return balancing.two_plane_equivalent(*balancing.unbalance_of_body(body), PLANES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("masses", [(0.05, 0.12), (-0.02, -0.05, -0.11)], ids=["added", "drilled"])
 def test_no_other_choice_of_holes_is_better(masses):
     body = wheel(2)

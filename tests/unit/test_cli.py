@@ -136,6 +136,7 @@ def test_a_closed_pipe_is_no_error(elsewhere):
     assert done.stderr == ""
 
 
+@pytest.mark.slow
 def test_a_scene_runs_resumes_and_shows(elsewhere, capsys):
     import xarray
 

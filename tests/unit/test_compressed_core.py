@@ -41,6 +41,7 @@ def test_the_core_of_mars_agrees_with_seismology_and_nutation():
     assert found.central_density > found.core_density > found.core_reference_density
 
 
+@pytest.mark.full
 def test_the_older_ratio_of_mercury_gives_the_published_core():
     found = compressed_core(body("Mercury"), ratio_row=1)
     assert found.core_radius == pytest.approx(2020e3, abs=30e3)  # Hauck et al. 2013

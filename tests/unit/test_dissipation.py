@@ -17,6 +17,7 @@ from tests.pairs import pair_sums
 FLOW = np.array([[0.3, -0.7, 0.2], [0.5, -0.4, 0.9], [-0.1, 0.6, 0.25]])
 
 
+@pytest.mark.slow
 def test_gradients_are_exact_in_linear_flows_at_the_surface_too() -> None:
     position = ball()
     viscosity = catalogue.build("viscosity", {"switch": "none"})

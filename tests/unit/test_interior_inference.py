@@ -78,6 +78,7 @@ def test_j2_and_flattening_are_the_love_number_times_the_rotation():
 
 
 @pytest.mark.slow
+@pytest.mark.full
 def test_three_layers_of_the_moon_agree_with_the_inversion_draw_by_draw():
     """The same distribution by two roads: sampling, and exact inversion of draws from the errors."""
     found = summary(infer_body("Moon", draws=2000, chains=3), ["core_radius", "mantle_density"])

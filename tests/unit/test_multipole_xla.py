@@ -111,6 +111,7 @@ def test_errors_are_about_what_is_asked_for(tolerance, order):
 
 
 @pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize("unit", [1.0, 1e-7])
 def test_mixed_precision_holds_numbers_of_any_size(unit):
     _, _, _, fields, exact = made(300, 1e-2, 2)

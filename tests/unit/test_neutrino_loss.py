@@ -27,6 +27,7 @@ def cooled(options: dict[str, Any], steps: int, end: float = 1.0) -> tuple[Any, 
     return first, state
 
 
+@pytest.mark.slow
 def test_captures_converge_to_their_solution_and_the_loss_is_in_the_ledger() -> None:
     """u^-5 grows linearly, to second order in the step."""
     options = {"rate": 0.4, "thermal_energy": 0.3, "trapping_density": 0.2}

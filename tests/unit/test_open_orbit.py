@@ -1,6 +1,7 @@
 """Parabolas and hyperbolas of a perturber: Kepler's equation, and the equation of motion itself."""
 
 import math
+from itertools import product
 
 import jax
 import jax.numpy as jnp
@@ -36,18 +37,21 @@ def test_places_are_on_the_conic_and_have_swept_the_area_of_their_time(eccentric
         np.testing.assert_allclose(time[late], TIMES[late], rtol=1e-12)
 
 
-@pytest.mark.parametrize("eccentricity", [1.0, 1.0 + 1e-9, 1.3, 20.0])
-@pytest.mark.parametrize("time", [-4.0, 0.0, 0.3, 1.1, 30.0])
-def test_the_motion_is_that_of_the_attraction(eccentricity: float, time: float) -> None:
+def test_the_motion_is_that_of_the_attraction() -> None:
     """The second derivative of the place by time is -x/r^3, by exact differentiation."""
     with jax.enable_x64(True):
+        pairs = product([1.0, 1.0 + 1e-9, 1.3, 20.0], [-4.0, 0.0, 0.3, 1.1, 30.0])
+        eccentricity, time = jnp.asarray(list(pairs)).T
+        one = jnp.ones_like(time)  # each place by its own time
 
         def place(t: jax.Array) -> jax.Array:
-            return jnp.stack(place_on_open_orbit(jnp, t, jnp.float64(eccentricity)))
+            return jnp.stack(place_on_open_orbit(jnp, t, eccentricity))
 
-        t = jnp.float64(time)
-        x, acceleration = np.asarray(place(t)), np.asarray(jax.jacfwd(jax.jacfwd(place))(t))
-    np.testing.assert_allclose(acceleration, -x / np.linalg.norm(x) ** 3, rtol=1e-11, atol=1e-13)
+        def velocity(t: jax.Array) -> jax.Array:
+            return jax.jvp(place, (t,), (one,))[1]
+
+        x, acceleration = np.asarray(place(time)), np.asarray(jax.jvp(velocity, (time,), (one,))[1])
+    np.testing.assert_allclose(acceleration, -x / np.linalg.norm(x, axis=0) ** 3, rtol=1e-11, atol=1e-13)
 
 
 def test_a_passage_of_the_tide_is_on_its_orbit_in_any_units() -> None:

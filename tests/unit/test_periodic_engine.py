@@ -59,6 +59,7 @@ def all_images(fields: dict[str, np.ndarray], lengths: Any, cells: int) -> dict[
 CUBE, SLAB, THIN = (1.0, 1.0, 1.0), (1.0, np.inf, 0.7), (1.0, 1.0, 0.25)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("lengths", "cells"), [(CUBE, 2), (SLAB, 2), (THIN, 5)], ids=["cube", "slab", "thin"])
 def test_sums_and_densities_are_those_over_all_images(lengths: Any, cells: int) -> None:
     """In a thin box a particle is in reach of its own images."""
@@ -85,6 +86,7 @@ def test_sums_and_densities_are_those_over_all_images(lengths: Any, cells: int) 
     assert np.abs(mass @ sums["acceleration"]).max() <= 1e-13 * (mass * expected["acceleration scale"][:COUNT]).sum()
 
 
+@pytest.mark.slow
 def test_particles_that_move_on_are_found_without_arranging_them_anew() -> None:
     """Images follow their particles, and are made anew where they no longer reach far enough; for targets alone."""
     engine, fields = box(CUBE)

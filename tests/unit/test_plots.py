@@ -74,6 +74,7 @@ def test_figures_are_legible(series, name):
     assert_legible(figure)
 
 
+@pytest.mark.slow
 def test_the_picture_of_the_fluid_is_legible(series, snapshots):
     assert_legible(plots.density_figure(series, snapshots))
 

@@ -114,6 +114,7 @@ def test_the_plan_tells_how_dense_an_isothermal_cloud_may_become():
     assert "WARNING" in cold
 
 
+@pytest.mark.slow
 def test_matter_without_its_own_gravity_does_not_fragment(tmp_path):
     """No Jeans mass is recorded, warned of or planned for where gravity is not listed."""
     text = SCENE.replace("[effects.gravity]\n", "").replace(

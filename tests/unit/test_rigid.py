@@ -10,7 +10,10 @@ from tests.rigid import ADAPTIVE, SPLITTING, attitude, effect, momentum, spin, u
 
 pytestmark = pytest.mark.slow  # each combination of effects is compiled
 
-both = pytest.mark.parametrize("settings", [SPLITTING, ADAPTIVE], ids=["splitting", "adaptive"])
+# Each is compiled for each torque; that they agree where all torques act: tests/physics/test_rigid_motion.py.
+both = pytest.mark.parametrize(
+    "settings", [SPLITTING, pytest.param(ADAPTIVE, marks=pytest.mark.full)], ids=["splitting", "adaptive"]
+)
 TOP, SPIN = [1.0, 2.0, 3.0], [0.5, 0.2, 1.0]
 
 

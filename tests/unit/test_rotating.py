@@ -109,6 +109,7 @@ def test_a_scene_turns_as_its_star_does():
     assert "v_constant, axis_ratio 0.7 (in equilibrium, about z)" in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("setting", "value"), [("t_over_w", 0.03), ("rate", 0.12), ("angular_momentum", 0.5)], ids=lambda part: str(part)
 )

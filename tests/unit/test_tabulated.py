@@ -43,6 +43,7 @@ RHO = np.array([7.8, 2.7])[MATERIAL] * np.exp(random.uniform(-9.0, 3.0, COUNT))
 LABEL = np.expm1(random.uniform(0.0, 4.0, COUNT))
 
 
+@pytest.mark.slow
 def test_pressure_and_sound_are_derivatives_of_the_energy(both):
     """By automatic differentiation: that conserves energy, however wrong a table may be."""
     with jax.enable_x64(True):
@@ -64,6 +65,7 @@ def test_pressure_and_sound_are_derivatives_of_the_energy(both):
             np.testing.assert_allclose(u - thermal, mine.energy(np, rho, 0 * u), rtol=1e-12, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_each_particle_has_its_own_material_in_both_namespaces(both):
     mixed = both.of(MATERIAL)
     found = mixed.state(np, RHO, LABEL)

@@ -80,6 +80,7 @@ def assert_close(found, expected, bar):
             assert np.all(error <= bar * scale), (effect, name, np.max(error / scale))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kernel", ["cubic", "wendland_c6"])
 def test_sums_are_those_over_all_pairs(kernel):
     engine = Engine(wide_leaf=32)
