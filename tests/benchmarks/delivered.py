@@ -40,6 +40,7 @@ def judged(case, folder):
     scene = case.scene()
     names = tuple(parsed(name) for name in (scene.judged_by or default_names(scene)))
     answer = exact(scene)
+    assert answer is not None  # all families have one
     truths = {each.name: reference_of(answer, each).values for each in names}
 
     def error(measured):
