@@ -132,14 +132,14 @@ def _oscillating(random: np.random.Generator):
 
 
 FAMILIES: dict[str, tuple[int, Callable, tuple[float, ...]]] = {
-    "toy star": (12, _toy_star, OF_FREE_FLUIDS),
-    "dyson": (10, _dyson, OF_FREE_FLUIDS),
-    "cold spheroid": (7, _cold_spheroid, OF_FLUIDS),
-    "pulsation": (3, _pulsation, OF_FLUIDS[:1]),
-    "free top": (10, _free_top, ()),
-    "precession": (8, _precession, ()),
-    "maclaurin": (6, _maclaurin, ()),
-    "oscillating": (6, _oscillating, ()),
+    "toy star": (14, _toy_star, OF_FREE_FLUIDS),
+    "dyson": (12, _dyson, OF_FREE_FLUIDS),
+    "cold spheroid": (9, _cold_spheroid, OF_FLUIDS),
+    "pulsation": (4, _pulsation, OF_FLUIDS[:1]),
+    "free top": (12, _free_top, ()),
+    "precession": (10, _precession, ()),
+    "maclaurin": (8, _maclaurin, ()),
+    "oscillating": (8, _oscillating, ()),
 }
 """How many of each, the scene, and the accuracies that are asked in turn; of the others any from 1e-3 to 1e-10."""
 
