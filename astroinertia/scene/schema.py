@@ -204,8 +204,8 @@ class Scene(Part):
 
     @property
     def wants_choice(self) -> bool:
-        """Whether its settings are to be chosen for an accuracy before it is run."""
-        return self.accuracy is not None and self.settings == "chosen"
+        """Whether its settings are to be chosen for an accuracy before it is run; closed forms have none."""
+        return self.accuracy is not None and self.settings == "chosen" and self.model != "scaling"
 
     def alone(self) -> tuple[Self, ...]:
         """The scene of each body as if there were no other."""
