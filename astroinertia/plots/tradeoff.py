@@ -112,9 +112,11 @@ def _line(
 def _knee(panel, one: xr.Dataset, seconds: np.ndarray, error: np.ndarray) -> None:
     for number in np.flatnonzero(one["knee"].values):
         label = str(one["setting"].values[number])
+        place = panel.transAxes.inverted().transform(panel.transData.transform((seconds[number], error[number])))
+        side = -1 if place[0] > 0.35 else 1  # where there is room for the label
         panel.annotate(
-            f"knee: {label}" if len(label) < 40 else "knee", (seconds[number], error[number]), xytext=(-14, -26),
-            textcoords="offset points", ha="right", fontsize=9, color=style.INK,
+            f"knee: {label}" if len(label) < 40 else "knee", (seconds[number], error[number]), xytext=(side * 14, -26),
+            textcoords="offset points", ha="right" if side < 0 else "left", fontsize=9, color=style.INK,
             arrowprops={"arrowstyle": "->", "color": style.INK, "linewidth": 0.9, "shrinkB": 6},
         )  # fmt: skip
 
