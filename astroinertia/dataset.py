@@ -97,10 +97,10 @@ def finish(
     told: global attributes known only now, such as what the run took. completed: what adds to the headline series
     before they are written. Snapshots are copied segment by segment, so that memory holds one segment and the series.
     """
-    dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs(told or {})
-    dataset = dataset if completed is None else completed(dataset)
 
     def fill(aside: Path) -> None:
+        dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs(told or {})
+        dataset = dataset if completed is None else completed(dataset)
         encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
         for name, variable in dataset.data_vars.items():
             if variable.size and variable.dtype.kind in "fi":

@@ -48,9 +48,12 @@ def error_bars_figure(dataset: xr.Dataset) -> Figure:
     with style.styled():
         figure = style.begin(dataset, "error bars", (9.0, 4.6))
         axes = figure.subplots()
-        times, factor, _ = style.shown_times(dataset)
         bars = known_bars(dataset)
-        greatest = max((float(np.nanmax(bar)) for bar in bars.values()), default=1.0)
+        if not bars:
+            style.note(axes, "no error bars: run with --error-bars")
+            return figure
+        times, factor, _ = style.shown_times(dataset)
+        greatest = max(float(np.nanmax(bar)) for bar in bars.values())
         for name, bar in bars.items():
             if not np.nanmax(bar) > _LEAST_DRAWN * greatest:
                 continue  # of what is kept to rounding

@@ -24,13 +24,16 @@ from astroinertia.accuracy.observables import parsed, relative_error, value
 from astroinertia.accuracy.running import FOLDER
 from astroinertia.cli import main
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
+from astroinertia.plots import write_all
 from astroinertia.plots.bands import error_of, shade
 from astroinertia.plots.energy import energy_figure
+from astroinertia.plots.error_bars import error_bars_figure
 from astroinertia.plots.moments import inertia_figure
 from astroinertia.plots.spin import spin_figure
 from astroinertia.scene import load
 from astroinertia.scene.plan import smoothing
 from tests.tradeoff_scenes import CASES, SIMS
+from tests.unit.test_plots import assert_legible
 
 BY_NAME = {case.name: case for case in CASES}
 BARS = "output.error_bars=true"
@@ -352,6 +355,8 @@ def test_the_command_line_asks_for_bars_and_the_plan_tells_what_they_cost(tmp_pa
     for draw, panel in ((inertia_figure, 0), (spin_figure, 0), (energy_figure, 0)):
         bands = draw(data).axes[panel].collections
         assert bands, draw.__name__
+    assert_legible(error_bars_figure(data))
+    assert "error_bars.png" in [path.name for path in write_all(data, tmp_path / "pictures")]
 
 
 def test_a_band_reaches_from_value_less_bar_to_value_and_bar():
