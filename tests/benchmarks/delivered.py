@@ -110,6 +110,18 @@ def conclusions(rows):
     ]
 
 
+def cells(row):
+    """What the table says of one scene."""
+    scan = f"{duration(row['scan'])}, {row['with']}" if row["with"] else "none"
+    if "refused" in row:
+        return [row["scene"], f"{row['asked']:.1e}", "-", "-", "-", scan, "-", "-", row["refused"]]
+    return [
+        row["scene"], f"{row['asked']:.1e}", f"{row['delivered']:.1e}", f"{row['bar']:.1e}", duration(row["time"]),
+        scan, f"{ratio(row):.2f}", duration(row["pilots"]),
+        ", ".join(f"{name.replace('_', ' ')} {value:g}" for name, value in row["chosen"].items()),
+    ]  # fmt: skip
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--seed", type=int, default=1)
@@ -134,17 +146,7 @@ def main():
         rows.append(row)
         told = row.get("refused") or f"{row['delivered']:.1e} (bar {row['bar']:.1e}) in {duration(row['time'])}"
         print(f"{row['scene']}: asked {row['asked']:.1e}, {told}; ratio {ratio(row):.2f} to {row['with']}", flush=True)
-    lines = [
-        [
-            row["scene"], f"{row['asked']:.1e}", f"{row.get('delivered', math.nan):.1e}",
-            f"{row.get('bar', math.nan):.1e}", duration(row.get("time", math.nan)),
-            f"{duration(row['scan'])}, {row['with']}" if row["with"] else "none", f"{ratio(row):.2f}",
-            duration(row.get("pilots", math.nan)),
-            ", ".join(f"{name.replace('_', ' ')} {value:g}" for name, value in row.get("chosen", {}).items())
-            or row.get("refused", ""),
-        ]
-        for row in rows
-    ]  # fmt: skip
+    lines = [cells(row) for row in rows]
     text = "\n\n".join(
         [
             "# What was asked, and what was delivered",
