@@ -7,6 +7,7 @@ from pathlib import Path
 
 import hypothesis
 import pytest
+from numba.core.targetconfig import TargetConfig
 
 from tests.full_results import FullResult, is_done
 
@@ -19,6 +20,19 @@ hypothesis.settings.load_profile("project")
 
 # To compile is to make very many objects that stay: to look through them as often as usual takes a tenth of the time.
 gc.set_threshold(50_000, 20, 100)
+
+
+def _values(config):
+    """All options of how numba compiles, set ones over those of the class: what TargetConfig.values tells, sooner."""
+    kind = type(config)
+    if kind not in DEFAULTS:
+        DEFAULTS[kind] = {name: option.default for name, option in kind.options.items()}
+    return DEFAULTS[kind] | config._values
+
+
+# Numba asks for them half a million times for the programs of one scene, by a property each: 8 % of compiling.
+DEFAULTS = {}
+TargetConfig.values = _values
 
 
 def pytest_addoption(parser):

@@ -109,6 +109,7 @@ def test_a_table_with_a_step_of_no_width_and_one_of_almost_none():
     assert table.moment_ratio == pytest.approx(float(exact.moment_ratio), rel=1e-13)
 
 
+@pytest.mark.full
 def test_planets_with_layers_of_no_mass_and_with_iron_above_water():
     heavy, light = ModifiedPolytrope(8.0, 0.05), ModifiedPolytrope(1.0, 0.02)
     one = planet_from_masses([3.0], [heavy])

@@ -146,7 +146,7 @@ def test_a_checkpoint_goes_on_bit_for_bit() -> None:
     assert all(np.array_equal(np.asarray(one[name]), np.asarray(other[name]), equal_nan=True) for name in one)
 
 
-@pytest.mark.parametrize("mass_ratio", [0.01, 1.0])
+@pytest.mark.parametrize("mass_ratio", [pytest.param(0.01, marks=pytest.mark.full), 1.0])
 def test_a_roche_ellipsoid_keeps_pointing_at_its_companion(mass_ratio: float) -> None:
     """A figure of Roche 2 % outside the limit, in the tide of a companion on the circular orbit that goes with it."""
     figure = roche.at_distance(mass_ratio, 1.02 * roche.limit(mass_ratio).scaled_distance)

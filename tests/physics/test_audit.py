@@ -29,7 +29,12 @@ def scene_of(name: str) -> load.schema.Scene:
     return load.load_file(ROOT / "sims" / f"{name}.toml", SCENES[name])
 
 
-@pytest.mark.parametrize("name", SCENES)
+FULL = "riemann_ellipsoid"
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.full) if name == FULL else name for name in SCENES]
+)
 def test_effects_are_there_where_they_are_called_for_and_nowhere_else(name: str) -> None:
     scene = scene_of(name)
     found = absence.audited(scene)

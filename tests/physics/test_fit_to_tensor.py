@@ -5,6 +5,7 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from astroinertia.inertia import realise
 from astroinertia.inertia.tensor import inertia_tensor
@@ -44,6 +45,7 @@ def after_some_steps(start, gradient):
     return inertia_tensor(state.mass, state.position)
 
 
+@pytest.mark.full
 def test_the_first_velocities_that_lead_to_a_tensor_are_found() -> None:
     """With the xla engine and its derivatives; what is found is judged with the other engine."""
     with jax.enable_x64(True):

@@ -53,7 +53,7 @@ def test_the_potential_of_the_law_is_its_integral() -> None:
         assert slope == pytest.approx(law.rate(outside) ** 2 * outside, rel=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_star_is_found_by_a_quantity() -> None:
     """Down to where a soft star is a fifth as thick as wide."""
     star = rotating_star_with("rotational_to_gravitational", 0.3, polytropic_matter(1.5), MomentumLaw())

@@ -113,12 +113,13 @@ def variants():
     }
 
 
-RARE = ["one output", "two outputs", "without spin", "rotating frame", "an effect of the user's", "another size"]
+KINDS = {
+    "dimensionless": "quick", "no effects": "quick", "one output": "slow", "without spin": "slow",
+    "two outputs": "full", "rotating frame": "full", "an effect of the user's": "full", "another size": "full",
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "name", ["dimensionless", "no effects", *(pytest.param(name, marks=pytest.mark.slow) for name in RARE)]
-)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=getattr(pytest.mark, mark)) for name, mark in KINDS.items()])
 def test_every_kind_of_run_can_be_drawn(name):
     records, metadata = variants()[name]
     found = headline(records, metadata)
