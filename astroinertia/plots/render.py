@@ -1,8 +1,18 @@
-"""Slices through particles: the density and velocity that the particles stand for, on a grid."""
+"""What particles stand for, on a grid: density on a plane, column density along a line of sight, and the flow."""
+
+import itertools
+from functools import cache
 
 import numpy as np
+from numba import njit
+
+from astroinertia.sph.kernels import KERNELS
 
 FEWEST = 8  # particles around a point that a velocity is fitted to
+KERNEL = KERNELS["cubic"]
+_COLUMN_POINTS = 512  # of the table of the column through the kernel; what it gets wrong is shared out with the mass
+_WIDE = 32.0  # pixels from which on a column is as good as its integral
+_kernel = njit(KERNEL.w)
 
 
 def density_slice(
@@ -17,20 +27,115 @@ def density_slice(
 
     position (N, 3) relative to the middle of the picture, mass (N,), smoothing_length (N,); `reach` is half the width.
     sum_j m_j W(|x - x_j|, h_j) with the cubic spline (Monaghan 1992, ARA&A 30, 543), h_j at least the width of a pixel.
+    Tests: tests/unit/test_render.py.
     """
+    centres, size, u, v, w = _seen(position, smoothing_length, plane, reach, pixels)
+    near = abs(w) < KERNEL.support * size
+    image = np.zeros((pixels, pixels))
+    _add_slice(*(np.ascontiguousarray(each[near]) for each in (u, v, w, size, mass)), KERNEL.support, centres, image)
+    return image
+
+
+def column_density(
+    position: np.ndarray,
+    mass: np.ndarray,
+    smoothing_length: np.ndarray,
+    plane: tuple[int, int],
+    reach: float,
+    pixels: int,
+) -> np.ndarray:
+    """Mass per area along the line of sight onto a plane, (pixels, pixels), second axis first.
+
+    Arguments as for `density_slice`. A particle's mass is shared out over the pixels that its column reaches, inside
+    the picture or not, in proportion to the column through its kernel at their centres: so the sum over all pixels is
+    the mass of what is seen, to rounding, at any resolution. Tests: tests/unit/test_render.py.
+    """
+    centres, size, u, v, _ = _seen(position, smoothing_length, plane, reach, pixels)
+    image = np.zeros((pixels, pixels))
+    each = (np.ascontiguousarray(values) for values in (u, v, size, mass))
+    _add_columns(*each, _column_table(), KERNEL.support, centres, image)
+    return image
+
+
+def kernel_column(q: np.ndarray) -> np.ndarray:
+    """The integral of the kernel along a line that passes at q smoothing lengths, times h^2, of the shape of q."""
+    offset, weight = np.polynomial.legendre.leggauss(32)
+    squared = np.asarray(q, dtype=float)[..., None] ** 2
+    total = np.zeros(np.shape(q))
+    # The spline's pieces meet at q = 1: beyond it the line has one piece, within it two on either side.
+    ends = [np.sqrt(np.maximum(knot**2 - squared, 0.0)) for knot in (0.0, 1.0, KERNEL.support)]
+    for begin, end in itertools.pairwise(ends):
+        along = 0.5 * (end - begin) * (offset + 1.0) + begin
+        total += ((end - begin) * weight * KERNEL.w(np, np.sqrt(squared + along**2))).sum(-1)
+    return total
+
+
+@cache
+def _column_table() -> np.ndarray:
+    """`kernel_column` at even steps of q^2 up to the support."""
+    return kernel_column(np.sqrt(np.linspace(0.0, KERNEL.support**2, _COLUMN_POINTS)))
+
+
+def _seen(position, smoothing_length, plane, reach, pixels):
     width = 2.0 * reach / pixels
     centres = (np.arange(pixels) + 0.5) * width - reach
     depth = ({0, 1, 2} - set(plane)).pop()
     size = np.maximum(smoothing_length, width)
-    u, v, w = position[:, plane[0]], position[:, plane[1]], position[:, depth]
-    near = (abs(w) < 2 * size) & (abs(u) < reach + 2 * size) & (abs(v) < reach + 2 * size)
-    density = np.zeros((pixels, pixels))
-    for x, y, z, h, m in zip(u[near], v[near], w[near], size[near], mass[near], strict=True):
-        columns = slice(*np.searchsorted(centres, (x - 2 * h, x + 2 * h)))
-        rows = slice(*np.searchsorted(centres, (y - 2 * h, y + 2 * h)))
-        squared = (centres[columns] - x) ** 2 + ((centres[rows] - y) ** 2)[:, None] + z * z
-        density[rows, columns] += m / h**3 * _cubic_spline(np.sqrt(squared) / h)
-    return density
+    return centres, size, position[:, plane[0]], position[:, plane[1]], position[:, depth]
+
+
+@njit(cache=True, error_model="numpy")
+def _covered(low, high, begin, width):
+    """First and last number of the pixels whose centres lie between two places; the picture may end before."""
+    return int(np.ceil((low - begin) / width)), int(np.floor((high - begin) / width))
+
+
+@njit(cache=True, error_model="numpy")
+def _add_slice(u, v, w, size, mass, support, centres, image):
+    count, width = centres.size, centres[1] - centres[0]
+    for k in range(u.size):
+        h, radius = size[k], support * size[k]
+        left, right = _covered(u[k] - radius, u[k] + radius, centres[0], width)
+        low, high = _covered(v[k] - radius, v[k] + radius, centres[0], width)
+        for row in range(max(low, 0), min(high, count - 1) + 1):
+            beside = (centres[row] - v[k]) ** 2 + w[k] ** 2
+            for column in range(max(left, 0), min(right, count - 1) + 1):
+                q = np.sqrt((centres[column] - u[k]) ** 2 + beside) / h
+                image[row, column] += mass[k] / h**3 * _kernel(np, q)
+
+
+@njit(cache=True, error_model="numpy")
+def _add_columns(u, v, size, mass, table, support, centres, image):
+    count, width = centres.size, centres[1] - centres[0]
+    for k in range(u.size):
+        radius = support * size[k]
+        left, right = _covered(u[k] - radius, u[k] + radius, centres[0], width)
+        low, high = _covered(v[k] - radius, v[k] + radius, centres[0], width)
+        if right < 0 or left >= count or high < 0 or low >= count:
+            continue
+        x, y, scale = centres[0] - u[k], centres[0] - v[k], (table.size - 1) / radius**2
+        inside = left >= 0 and right < count and low >= 0 and high < count
+        if inside or radius < _WIDE * width:
+            total = 0.0
+            for row in range(low, high + 1):
+                for column in range(left, right + 1):
+                    total += _looked_up(table, ((x + column * width) ** 2 + (y + row * width) ** 2) * scale)
+        else:
+            total = (size[k] / width) ** 2  # the sum over pixels far outside that nobody sees is its integral
+        share = mass[k] / (total * width**2)
+        for row in range(max(low, 0), min(high, count - 1) + 1):
+            for column in range(max(left, 0), min(right, count - 1) + 1):
+                place = ((x + column * width) ** 2 + (y + row * width) ** 2) * scale
+                image[row, column] += share * _looked_up(table, place)
+
+
+@njit(cache=True, error_model="numpy")
+def _looked_up(table, place):
+    """The table between its entries, 0 beyond its end."""
+    lower = int(place)
+    if lower >= table.size - 1:
+        return 0.0
+    return table[lower] + (place - lower) * (table[lower + 1] - table[lower])
 
 
 def flow(
@@ -54,7 +159,7 @@ def flow(
             point = np.zeros(3)
             point[plane[0]], point[plane[1]] = x, y
             offset = (position[strip] - point) / size[strip, None]
-            weight = mass[strip] / size[strip] ** 3 * _cubic_spline(np.linalg.norm(offset, axis=1))
+            weight = mass[strip] / size[strip] ** 3 * KERNEL.w(np, np.linalg.norm(offset, axis=1))
             inside = weight > 0
             if inside.sum() < FEWEST:
                 continue
@@ -63,7 +168,3 @@ def flow(
             fit = np.linalg.lstsq(root * basis, root * velocity[strip][inside][:, plane], rcond=1e-3)[0]
             found[:, row, column] = fit[0]
     return centres, found[0], found[1]
-
-
-def _cubic_spline(q: np.ndarray) -> np.ndarray:
-    return (np.maximum(2 - q, 0.0) ** 3 - 4 * np.maximum(1 - q, 0.0) ** 3) / (4 * np.pi)

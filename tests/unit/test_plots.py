@@ -8,8 +8,8 @@ from matplotlib.text import Text
 
 from astroinertia import dataset, plots
 from astroinertia.dataset_schema import RECORDED
-from astroinertia.plots import render, style
-from tests.unit.affine_body import METADATA, affine_run, particle_sphere
+from astroinertia.plots import style
+from tests.unit.affine_body import METADATA, affine_run
 
 
 def headline(records, metadata=METADATA):
@@ -168,43 +168,6 @@ def test_units_are_set_with_superscripts():
     assert style.pretty("10^38 kg m2 s-1") == "$10^{38}$ kg m$^{2}$ s$^{\N{MINUS SIGN}1}$"
     assert style.label("axis ratio", "1") == "axis ratio"
     assert style.number(2.4e-21, 2) == r"$2.4\times10^{-21}$"
-
-
-def test_a_slice_through_one_particle_is_its_kernel():
-    image = render.density_slice(np.zeros((1, 3)), np.array([2.0]), np.array([0.5]), (0, 1), 1.505, 301)
-    assert image[150, 150] == pytest.approx(2.0 / (np.pi * 0.5**3), rel=1e-12)
-    assert image[150, 150 + 50] == pytest.approx(2.0 * 0.25 / (np.pi * 0.5**3), rel=1e-9)  # one h away
-    assert image[150, 0] == 0.0
-    # The same particle at a distance h from the plane
-    beside = render.density_slice(np.array([[0, 0, 0.5]]), np.array([2.0]), np.array([0.5]), (0, 1), 1.505, 301)
-    assert beside[150, 150] == pytest.approx(2.0 * 0.25 / (np.pi * 0.5**3), rel=1e-12)
-
-
-def test_slices_add_up_to_the_mass_and_put_axes_where_they_belong():
-    position, mass = np.array([[0.6, -0.2, 0.3]]), np.array([1.5])
-    depths = np.linspace(-2, 2, 81)
-    slices = [
-        render.density_slice(position - [0, depth, 0], mass, np.array([0.4]), (0, 2), 2.0, 80) for depth in depths
-    ]
-    total = np.sum(slices) * (4.0 / 80) ** 2 * (depths[1] - depths[0])
-    assert total == pytest.approx(1.5, rel=1e-3)
-    row, column = np.unravel_index(np.argmax(slices[36]), (80, 80))  # the slice at y = -0.2
-    assert (column + 0.5) * 0.05 - 2 == pytest.approx(0.6, abs=0.051)
-    assert (row + 0.5) * 0.05 - 2 == pytest.approx(0.3, abs=0.051)
-
-
-def test_the_flow_of_a_linear_motion_is_exact():
-    position = particle_sphere(3000)
-    gradient = np.array([[-0.3, -2.0, 0.4], [2.0, -0.5, 0.0], [0.1, 0.0, 1.0]])
-    centres, across, up = render.flow(
-        position, position @ gradient.T, np.ones(3000), np.full(3000, 0.15), (0, 2), 1.2, 9
-    )
-    x, z = np.meshgrid(centres, centres)
-    matter = np.isfinite(across)
-    assert matter.sum() > 30
-    assert not matter[0, 0]
-    np.testing.assert_allclose(across[matter], (gradient[0, 0] * x + gradient[0, 2] * z)[matter], atol=1e-9)
-    np.testing.assert_allclose(up[matter], (gradient[2, 0] * x + gradient[2, 2] * z)[matter], atol=1e-9)
 
 
 def test_outputs_to_draw_include_both_ends_and_the_greatest_density(series):
