@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from astroinertia import accessor as _accessor  # noqa: F401  registers `dataset.inertia`, which the figures use
 from astroinertia.plots.attitude import attitude_figure, has_attitude
-from astroinertia.plots.density import density_figure
+from astroinertia.plots.density import density_figure, projection_figure
 from astroinertia.plots.energy import energy_figure
 from astroinertia.plots.error_bars import error_bars_figure, has_error_bars
 from astroinertia.plots.ledger import ledger_figure
@@ -22,7 +22,7 @@ from astroinertia.plots.style import save
 from astroinertia.plots.summary import summary
 from astroinertia.plots.waves import waves_figure
 
-__all__ = ["FIGURES", "density_figure", "summary", "write_all"]
+__all__ = ["FIGURES", "density_figure", "projection_figure", "summary", "write_all"]
 
 FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "inertia": inertia_figure,
@@ -61,6 +61,7 @@ def write_all(dataset: xr.Dataset, folder: Path | str, snapshots: xr.Dataset | N
     snapshots = dataset.inertia.snapshots if snapshots is None else snapshots
     if snapshots is not None:
         written.append(save(density_figure(dataset, snapshots), folder / "density.png"))
+        written.append(save(projection_figure(dataset, snapshots), folder / "projection.png"))
         figure = standard_figure(dataset, snapshots)
         written += [] if figure is None else [save(figure, folder / "exact.png")]
     return written

@@ -1,4 +1,6 @@
-"""The fluid itself: slices of the density at the start, at the greatest compression and at the end."""
+"""The fluid itself: slices and projections of the density at the start, when it is densest and at the end."""
+
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -7,25 +9,69 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
-from astroinertia.plots.render import density_slice, flow
+from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, draw_triad, matter, reach, triad
+from astroinertia.plots.render import column_density, density_slice, flow
 
-PLANES = ((0, 2), (0, 1))  # meridional, equatorial
+PLANES = (SIDE_ON, POLE_ON)
 PIXELS = 320
 STEADY = 1.2  # a density that rises by less has no moment of compression
 ARROWS = 11
 DECADES = 8.0  # of density shown below the greatest, at most
 FAINTEST = 8.0  # percentile of the picture that is drawn black
-SHARE_SHOWN = 0.9  # of the mass, which the width of a picture follows
+SLICES, COLUMNS = ("meridional plane", "equatorial plane"), ("side-on", "pole-on")
 
 
 def density_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure:
-    """Meridional and equatorial slices, each column with its own width and its own scale of density."""
+    """Meridional and equatorial slices with the flow, each column with its own width and its own scale of density."""
+    return _figure(dataset, snapshots, "density and flow", SLICES)
+
+
+def projection_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure:
+    """Column density side-on and pole-on, with the principal axes as long as the tensor makes them."""
+    return _figure(dataset, snapshots, "column density and principal axes", COLUMNS)
+
+
+def column_unit(density: xr.DataArray) -> str:
+    """The unit of a column density."""
+    return "1" if style.unit_of(density) == "1" else "kg m-2"
+
+
+def scale_of_colours(images: list[np.ndarray]) -> LogNorm:
+    """Colours for densities of several pictures: from what is faint in them to the greatest."""
+    highest = max(float(image.max()) for image in images)
+    lit = np.concatenate([image[image > highest * 10.0**-DECADES] for image in images])
+    return LogNorm(min(float(np.percentile(lit, FAINTEST)), 0.5 * highest), highest)
+
+
+def draw_density(axes: Any, image: np.ndarray, norm: LogNorm, plane: tuple[int, int], width: float, unit: str) -> None:
+    """One picture of a density, `width` from its middle to its edge in that unit."""
+    shown = np.maximum(image, norm.vmin)  # type: ignore[type-var]
+    extent = (-width, width, -width, width)
+    axes.imshow(shown, origin="lower", extent=extent, norm=norm, cmap=style.DENSITY_MAP, interpolation="bilinear")
+    axes.grid(False)
+    axes.set_xlabel(style.label(f"${'xyz'[plane[0]]}$", unit))
+    axes.set_ylabel(style.label(f"${'xyz'[plane[1]]}$", unit))
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(True)
+
+
+def name_view(axes: Any, text: str) -> None:
+    """Say in a corner of a picture from where it is seen."""
+    axes.annotate(
+        text, (0.035, 0.96), xycoords="axes fraction", va="top", color="white", fontsize=9, zorder=5,
+        bbox={"facecolor": "black", "alpha": 0.55, "edgecolor": "none", "pad": 3},
+    )  # fmt: skip
+
+
+def _figure(dataset: xr.Dataset, snapshots: xr.Dataset, title: str, views: tuple[str, str]) -> Figure:
     chosen = moments_to_show(snapshots)
     with style.styled():
-        figure = style.begin(dataset, "density and flow", (3.9 * len(chosen) + 0.6, 8.4))
+        figure = style.begin(dataset, title, (3.9 * len(chosen) + 0.6, 8.4))
         panels = figure.subplots(2, len(chosen), squeeze=False)
-        for column, (index, title) in enumerate(chosen):
-            _column(figure, panels[:, column], snapshots.isel(snapshot_time=index).load(), title, first=column == 0)
+        for column, (index, name) in enumerate(chosen):
+            _column(figure, panels[:, column], snapshots.isel(snapshot_time=index).load(), name, views is SLICES)
+        for axes, text in zip(panels[:, 0], views, strict=True):
+            name_view(axes, text)
         return figure
 
 
@@ -45,46 +91,26 @@ def moments_to_show(snapshots: xr.Dataset) -> list[tuple[int, str]]:
     return [(0, "start"), (densest, "densest snapshot"), (count - 1, "end")]
 
 
-def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, first: bool) -> None:
-    mass, size = snapshot["mass"].values, snapshot["smoothing_length"].values
-    position = snapshot["position"].transpose("particle", "i").values
-    velocity = snapshot["velocity"].transpose("particle", "i").values
-    # The picture follows the densest matter, which is where the body is.
-    weight = mass * snapshot["density"].values
-    position = position - weight @ position / weight.sum()
-    velocity = velocity - mass @ velocity / mass.sum()
-    radius = np.linalg.norm(position, axis=1)
-    order = np.argsort(radius)
-    inside = np.searchsorted(np.cumsum(mass[order]), SHARE_SHOWN * mass.sum())
-    reach = min(1.3 * radius[order[min(inside, len(order) - 1)]], 1.25 * radius.max())
-    length_scale, length_unit = style.scale_of(style.unit_of(snapshot["position"]), reach)
-    unit = style.unit_of(snapshot["density"])
-    slices = [density_slice(position, mass, size, plane, reach, PIXELS) for plane in PLANES]
-    highest = max(float(image.max()) for image in slices)
-    lit = np.concatenate([image[image > highest * 10.0**-DECADES] for image in slices])
-    lowest = float(np.percentile(lit, FAINTEST))
-    norm = LogNorm(min(lowest, 0.5 * highest), highest)
-    extent = tuple(np.array([-reach, reach, -reach, reach]) / length_scale)
-    for axes, density, plane in zip(panels, slices, PLANES, strict=True):
-        shown = np.maximum(density, norm.vmin)  # type: ignore[type-var]
-        axes.imshow(shown, origin="lower", extent=extent, norm=norm, cmap=style.DENSITY_MAP, interpolation="bilinear")
-        axes.grid(False)
-        axes.set_xlabel(style.label("$xyz$"[0] + "xyz"[plane[0]] + "$", length_unit))
-        axes.set_ylabel(style.label("$" + "xyz"[plane[1]] + "$", length_unit))
-        for side in ("top", "right"):
-            axes.spines[side].set_visible(True)
-    _arrows(panels, position, velocity, mass, size, reach, length_scale)
+def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, sliced: bool) -> None:
+    found = matter(snapshot, densest=True)
+    half_width = reach(found)
+    length_scale, length_unit = style.scale_of(style.unit_of(snapshot["position"]), half_width)
+    render = density_slice if sliced else column_density
+    images = [render(found.position, found.mass, found.size, plane, half_width, PIXELS) for plane in PLANES]
+    norm, frame = scale_of_colours(images), triad(found)
+    for axes, image, plane in zip(panels, images, PLANES, strict=True):
+        draw_density(axes, image, norm, plane, half_width / length_scale, length_unit)
+        if not sliced:
+            draw_triad(axes, frame, plane, length_scale, half_width)
+    if sliced:
+        _arrows(panels, found, half_width, length_scale)
     panels[0].set_title(title + _moment(snapshot["snapshot_time"]))
-    if first:
-        for axes, text in zip(panels, ("meridional plane", "equatorial plane"), strict=True):
-            axes.annotate(
-                text, (0.035, 0.96), xycoords="axes fraction", va="top", color="white", fontsize=9, zorder=5,
-                bbox={"facecolor": "black", "alpha": 0.55, "edgecolor": "none", "pad": 3},
-            )  # fmt: skip
     bar = figure.colorbar(
         ScalarMappable(norm, style.DENSITY_MAP), ax=list(panels), location="bottom", shrink=0.9, aspect=26, pad=0.015
     )
-    bar.set_label(style.label("density", unit))
+    density = snapshot["density"]
+    named = ("density", style.unit_of(density)) if sliced else ("column density", column_unit(density))
+    bar.set_label(style.label(*named))
     bar.outline.set_visible(False)  # type: ignore[operator]
 
 
@@ -95,13 +121,15 @@ def _moment(time: xr.DataArray) -> str:
     return f", {float(time) / factor:.4g} {style.pretty(unit)}" if unit != "1" else f", time {float(time):.4g}"
 
 
-def _arrows(panels, position, velocity, mass, size, reach: float, length_scale: float) -> None:
-    flows = [flow(position, velocity, mass, size, plane, reach, ARROWS) for plane in PLANES]
+def _arrows(panels, found: Matter, half_width: float, length_scale: float) -> None:
+    flows = [
+        flow(found.position, found.velocity, found.mass, found.size, plane, half_width, ARROWS) for plane in PLANES
+    ]
     fastest = max(float(np.max(np.hypot(across, up), where=np.isfinite(up), initial=0.0)) for _, across, up in flows)
     if fastest == 0.0:
         return
     # The fastest arrow of a column is one cell long: lengths compare within a column, not between columns.
-    cell = 2 * reach / ARROWS / length_scale
+    cell = 2 * half_width / ARROWS / length_scale
     for axes, (centres, across, up) in zip(panels, flows, strict=True):
         moving = np.hypot(across, up) > 0.02 * fastest
         axes.quiver(

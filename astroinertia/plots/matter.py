@@ -1,0 +1,90 @@
+"""The matter of a snapshot as pictures need it: where it is, how far it reaches, and how its principal axes lie."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.patheffects import withStroke
+
+from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE
+from astroinertia.inertia import principal, tensor
+
+SIDE_ON, POLE_ON = (0, 2), (0, 1)  # what is to the right and upwards in a picture
+AXES = ("#8fe3ff", "#8dffb0", "#ffffff")  # of the least, the intermediate and the greatest moment, on dark ground
+UNDEFINED = "#b8b8b8"
+SHARE_SHOWN = 0.9  # of the mass, which the width of a picture follows
+_SHORTEST = 0.05  # of the picture's half width: an axis that is seen more end on than this has no number
+
+
+@dataclass(frozen=True)
+class Matter:
+    """Particles about the middle of a picture: position and velocity (N, 3), mass and smoothing length (N,)."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    mass: np.ndarray
+    size: np.ndarray
+
+
+@dataclass(frozen=True)
+class Triad:
+    """Principal axes: where they meet (3,), directions as rows (3, 3), semi-axes (3,), and whether each is defined."""
+
+    centre: np.ndarray
+    axes: np.ndarray
+    lengths: np.ndarray
+    defined: np.ndarray
+
+
+def matter(snapshot: xr.Dataset, densest: bool = False) -> Matter:
+    """The particles about their centre of mass, or about the middle of the densest matter, which is where a body is."""
+    mass = snapshot["mass"].values
+    position = snapshot["position"].transpose("particle", "i").values
+    velocity = snapshot["velocity"].transpose("particle", "i").values
+    weight = mass * snapshot["density"].values if densest else mass
+    return Matter(
+        position - weight @ position / weight.sum(),
+        velocity - mass @ velocity / mass.sum(),
+        mass,
+        snapshot["smoothing_length"].values,
+    )
+
+
+def reach(found: Matter) -> float:
+    """Half the width of a picture that shows nearly all of the mass and a margin."""
+    radius = np.linalg.norm(found.position, axis=1)
+    order = np.argsort(radius)
+    inside = np.searchsorted(np.cumsum(found.mass[order]), SHARE_SHOWN * found.mass.sum())
+    return float(min(1.3 * radius[order[min(inside, len(order) - 1)]], 1.25 * radius.max()))
+
+
+def triad(found: Matter) -> Triad:
+    """Principal axes of the particles, as long as the semi-axes of the homogeneous ellipsoid with their tensor."""
+    moments, axes = principal.principal_frame(tensor.inertia_tensor(found.mass, found.position))
+    return Triad(
+        tensor.centre_of_mass(found.mass, found.position),
+        axes,
+        tensor.equivalent_semi_axes(found.mass.sum(), moments),
+        ~principal.undefined_axes(moments, PARTICLE_GAP_TOLERANCE),
+    )
+
+
+def draw_triad(panel: Any, found: Triad, plane: tuple[int, int], scale: float, half_width: float) -> None:
+    """Draw the axes from end to end as they are seen, numbered by moment; dashed and grey where one is undefined."""
+    middle = found.centre[list(plane)]
+    outline = [withStroke(linewidth=3.4, foreground="#000000a0")]
+    for k in range(3):
+        end = found.lengths[k] * found.axes[k][list(plane)]
+        colour = AXES[k] if found.defined[k] else UNDEFINED
+        dashes = "-" if found.defined[k] else (0, (3, 2))
+        ends = np.stack([middle - end, middle + end], axis=1) / scale
+        panel.plot(*ends, color=colour, linewidth=1.7, linestyle=dashes, path_effects=outline, zorder=4)
+        size = np.linalg.norm(end)
+        if size < _SHORTEST * half_width:
+            continue
+        beyond = (middle + end * (1.0 + 0.075 * half_width / size)) / scale
+        panel.text(
+            *beyond, f"{k + 1}", color=colour, fontsize=9, fontweight="bold", ha="center", va="center", zorder=5,
+            clip_on=True, path_effects=[withStroke(linewidth=2.4, foreground="black")],
+        )  # fmt: skip
