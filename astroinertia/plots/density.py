@@ -9,7 +9,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
-from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, draw_triad, matter, reach, triad
+from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, draw_triad, matter, reach, triads
 from astroinertia.plots.render import column_density, density_slice, flow
 
 PLANES = (SIDE_ON, POLE_ON)
@@ -43,11 +43,15 @@ def scale_of_colours(images: list[np.ndarray]) -> LogNorm:
     return LogNorm(min(float(np.percentile(lit, FAINTEST)), 0.5 * highest), highest)
 
 
-def draw_density(axes: Any, image: np.ndarray, norm: LogNorm, plane: tuple[int, int], width: float, unit: str) -> None:
-    """One picture of a density, `width` from its middle to its edge in that unit."""
+def draw_density(axes: Any, image: np.ndarray, norm: LogNorm, width: float) -> None:
+    """One picture of a density, `width` from its middle to its edge."""
     shown = np.maximum(image, norm.vmin)  # type: ignore[type-var]
     extent = (-width, width, -width, width)
     axes.imshow(shown, origin="lower", extent=extent, norm=norm, cmap=style.DENSITY_MAP, interpolation="bilinear")
+
+
+def frame_view(axes: Any, plane: tuple[int, int], unit: str) -> None:
+    """Labels and a frame for what is seen on a plane."""
     axes.grid(False)
     axes.set_xlabel(style.label(f"${'xyz'[plane[0]]}$", unit))
     axes.set_ylabel(style.label(f"${'xyz'[plane[1]]}$", unit))
@@ -55,9 +59,9 @@ def draw_density(axes: Any, image: np.ndarray, norm: LogNorm, plane: tuple[int, 
         axes.spines[side].set_visible(True)
 
 
-def name_view(axes: Any, text: str) -> None:
+def name_view(axes: Any, text: str) -> Any:
     """Say in a corner of a picture from where it is seen."""
-    axes.annotate(
+    return axes.annotate(
         text, (0.035, 0.96), xycoords="axes fraction", va="top", color="white", fontsize=9, zorder=5,
         bbox={"facecolor": "black", "alpha": 0.55, "edgecolor": "none", "pad": 3},
     )  # fmt: skip
@@ -97,9 +101,10 @@ def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, sliced: bo
     length_scale, length_unit = style.scale_of(style.unit_of(snapshot["position"]), half_width)
     render = density_slice if sliced else column_density
     images = [render(found.position, found.mass, found.size, plane, half_width, PIXELS) for plane in PLANES]
-    norm, frame = scale_of_colours(images), triad(found)
+    norm, frame = scale_of_colours(images), triads([found])[0]
     for axes, image, plane in zip(panels, images, PLANES, strict=True):
-        draw_density(axes, image, norm, plane, half_width / length_scale, length_unit)
+        draw_density(axes, image, norm, half_width / length_scale)
+        frame_view(axes, plane, length_unit)
         if not sliced:
             draw_triad(axes, frame, plane, length_scale, half_width)
     if sliced:

@@ -19,7 +19,7 @@ _PIXELS = 700
 _ARROW = 0.3
 _VIEWER = np.array([0.50, 0.74, 0.45])  # direction to the eye, in the principal axes: none is seen end on
 _LIGHT = np.array([-0.35, 0.55, 0.76])  # in the picture: rightwards, upwards, towards the eye
-_BODY, INERTIA_COLOUR = "#d9c8a9", "#c3d3e6"
+BODY_COLOUR, INERTIA_COLOUR = "#d9c8a9", "#c3d3e6"
 
 
 def ellipsoid_figure(dataset: xr.Dataset, points: np.ndarray | None = None, name: str = "") -> Figure:
@@ -62,7 +62,7 @@ def _body(panel, dataset: xr.Dataset, axes, defined, view, points) -> None:
         size = float(np.clip(3000 / len(shown), 1.0, 24.0))
         panel.scatter(near[:, 0], near[:, 1], s=size, color=style.GREY, linewidth=0, alpha=0.7, zorder=1)
     thick = np.maximum(lengths / reach, 4e-3)  # a rod or a disc keeps a visible edge
-    draw_ellipsoid(panel, thick, axes, view, _BODY, alpha=1.0 if points is None else 0.82)
+    draw_ellipsoid(panel, thick, axes, view, BODY_COLOUR, alpha=1.0 if points is None else 0.82)
     draw_axes(panel, thick, axes, defined, view)
     heading(panel, "Homogeneous ellipsoid with this tensor")
     told = [f"{value / scale:.4g}" for value in lengths]
@@ -91,11 +91,14 @@ def _inertia(panel, moments, axes, defined, view) -> None:
                  if moments[0] < LEAST_MOMENT * moments[2] else text)  # fmt: skip
 
 
-def draw_ellipsoid(panel, lengths, axes, view, colour: str, alpha: float = 1.0) -> None:
-    """An ellipsoid, lit from above on the left: for every pixel, where the line of sight meets it first."""
-    shape = np.einsum("ki,k,kj->ij", axes @ view.T, lengths**-2, axes @ view.T)  # in the axes of the picture
+def lit_ellipsoid(lengths, axes, view, colour: str, pixels: int = _PIXELS) -> tuple[np.ndarray, float]:
+    """A picture (pixels, pixels, 4) of an ellipsoid lit from above on the left, and half its width.
+
+    For every pixel, where the line of sight meets it first; axes are rows (3, 3), as those of a view are.
+    """
+    shape = _shape(lengths, axes, view)
     extent = float(np.sqrt(np.diag(np.linalg.inv(shape))[:2]).max()) * 1.01
-    grid = (np.arange(_PIXELS) + 0.5) / _PIXELS * 2 * extent - extent
+    grid = (np.arange(pixels) + 0.5) / pixels * 2 * extent - extent
     u, v = np.meshgrid(grid, grid)
     flat = np.stack([u, v, np.zeros_like(u)], axis=-1)
     linear = flat @ shape[:, 2]
@@ -110,7 +113,20 @@ def draw_ellipsoid(panel, lengths, axes, view, colour: str, alpha: float = 1.0) 
     gleam = 0.35 * np.maximum(normal @ halfway, 0.0) ** 40
     image = np.zeros((*u.shape, 4))
     image[..., :3] = np.clip(bright[..., None] * to_rgb(colour) + gleam[..., None], 0.0, 1.0)
-    image[..., 3] = alpha * (discriminant > 0)
+    image[..., 3] = discriminant > 0
+    return image, extent
+
+
+def _shape(lengths, axes, view) -> np.ndarray:
+    """The matrix of an ellipsoid x.S.x = 1 in the axes of the picture."""
+    return np.einsum("ki,k,kj->ij", axes @ view.T, lengths**-2, axes @ view.T)
+
+
+def draw_ellipsoid(panel, lengths, axes, view, colour: str, alpha: float = 1.0) -> None:
+    """An ellipsoid with its outline, lit from above on the left."""
+    shape = _shape(lengths, axes, view)
+    image, extent = lit_ellipsoid(lengths, axes, view, colour)
+    image[..., 3] *= alpha
     panel.imshow(image, extent=(-extent, extent, -extent, extent), origin="lower", zorder=2, interpolation="bilinear")
     # The outline is the shadow of the ellipsoid, whose shape is the block of the inverse in the plane.
     values, vectors = np.linalg.eigh(np.linalg.inv(shape)[:2, :2])

@@ -1,5 +1,6 @@
 """The matter of a snapshot as pictures need it: where it is, how far it reaches, and how its principal axes lie."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,15 +60,33 @@ def reach(found: Matter) -> float:
     return float(min(1.3 * radius[order[min(inside, len(order) - 1)]], 1.25 * radius.max()))
 
 
-def triad(found: Matter) -> Triad:
-    """Principal axes of the particles, as long as the semi-axes of the homogeneous ellipsoid with their tensor."""
-    moments, axes = principal.principal_frame(tensor.inertia_tensor(found.mass, found.position))
-    return Triad(
-        tensor.centre_of_mass(found.mass, found.position),
-        axes,
-        tensor.equivalent_semi_axes(found.mass.sum(), moments),
-        ~principal.undefined_axes(moments, PARTICLE_GAP_TOLERANCE),
-    )
+def triads(found: Iterable[Matter]) -> list[Triad]:
+    """Principal axes of particles at several times, each continuous in number and sign.
+
+    They are as long as the semi-axes of the homogeneous ellipsoid with the particles' tensor.
+    """
+    told = [
+        (tensor.inertia_tensor(each.mass, each.position), each.mass.sum(),
+         tensor.centre_of_mass(each.mass, each.position))
+        for each in found
+    ]  # fmt: skip
+    inertia, mass, centres = (np.array(values) for values in zip(*told, strict=True))
+    moments, axes = principal.tracked_frame(inertia, PARTICLE_GAP_TOLERANCE)
+    lengths = tensor.equivalent_semi_axes(mass, moments)
+    defined = ~principal.undefined_axes(moments, PARTICLE_GAP_TOLERANCE)
+    return [Triad(*each) for each in zip(centres, axes, lengths, defined, strict=True)]
+
+
+def triads_of_series(dataset: xr.Dataset, chosen: np.ndarray) -> list[Triad]:
+    """The same from the tensors of some outputs; the axes of a rigid body are those that are fixed in it."""
+    second = tensor.second_moment_from_inertia(dataset["inertia_tensor"].transpose("time", "i", "j").values[chosen])
+    fixed = bool(dataset["attitude"].notnull().all())
+    axes = dataset["attitude" if fixed else "principal_axes"].transpose("time", "principal", "i").values[chosen]
+    squares = 5.0 * np.einsum("tki,tij,tkj->tk", axes, second, axes) / dataset["mass"].values[chosen, None]
+    gap = dataset["principal_gap"]
+    defined = fixed | (gap.transpose("time", "principal").values[chosen] > float(gap.attrs.get("tolerance", 0.0)))
+    lengths = np.sqrt(np.maximum(squares, 0.0))
+    return [Triad(np.zeros(3), *each) for each in zip(axes, lengths, defined, strict=True)]
 
 
 def draw_triad(panel: Any, found: Triad, plane: tuple[int, int], scale: float, half_width: float) -> None:

@@ -1,0 +1,29 @@
+"""What the commands that look at a result share: opening it, and where they write."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from astroinertia.errors import ArchiveError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def add_argument(command: argparse.ArgumentParser, name: str = "run") -> None:
+    """Add the result that a command looks at."""
+    command.add_argument(name, metavar=name.upper(), type=Path, help="netCDF file of a run, or the run's folder")
+
+
+def opened(path: Path) -> "xr.Dataset":
+    """The headline series of a result; ArchiveError for what is none."""
+    from astroinertia import accessor, dataset  # noqa: F401  the accessor registers itself
+
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise ArchiveError(f"{path} is neither a file nor a run folder.")  # a pipe would be waited for
+    return dataset.open(path)
+
+
+def beside(path: Path) -> Path:
+    """The folder that what is made of a result is written to."""
+    return path if path.is_dir() else path.parent
