@@ -11,7 +11,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from astroinertia.errors import ArchiveError
 from astroinertia.plots import style
 from astroinertia.plots.density import column_unit, draw_density, frame_view, name_view, scale_of_colours
 from astroinertia.plots.ellipsoid import BODY_COLOUR, lit_ellipsoid
@@ -24,6 +23,7 @@ MOST_FRAMES = 240  # of a film without particles, whose outputs may be many thou
 SAMPLED = 9  # frames that the scale of colours is found from
 FOLLOWS_FROM = 4.0  # ratio of the largest to the smallest extent from which on the camera follows
 SMOOTHED = 5  # frames that the camera's distance is smoothed over
+MARGIN = 1.35  # half the width of a picture over the longest semi-axis
 LEAST_THICKNESS = 0.01  # of the longest semi-axis, so that a disc or rod is seen
 LOG_FROM = 30.0  # ratio of the largest to the smallest value from which on a strip is logarithmic
 STEADY = 0.01  # of its size: a series that changes by less
@@ -63,7 +63,7 @@ def frames(
     numbers: as `chosen` gives them. ArchiveError for a body that has no shape. Test: tests/unit/test_film.py.
     """
     subject = _ellipsoid(dataset, numbers) if snapshots is None else _fluid(snapshots, numbers)
-    widths = _camera(subject.extents)
+    widths = camera(subject.extents)
     length, length_unit = style.scale_of(subject.unit, widths)
     with style.styled():
         figure = Figure(figsize=_SIZE, dpi=dpi)
@@ -108,7 +108,7 @@ def _fluid(snapshots: xr.Dataset, numbers: np.ndarray) -> _Subject:
     # One at a time: all snapshots together may be larger than memory.
     frames = range(len(numbers))
     axes, extents = triads(at(k) for k in frames), np.array([reach(at(k)) for k in frames])
-    widths = _camera(extents)
+    widths = camera(extents)
     densest = int(np.argmax([snapshots["density"].isel(snapshot_time=int(number)).max() for number in numbers]))
     sampled = {densest, *np.linspace(0, len(numbers) - 1, SAMPLED).round().astype(int).tolist()}
     norm = scale_of_colours([_column(at(k), plane, widths[k]) for k in sorted(sampled) for plane, _ in VIEWS])
@@ -127,10 +127,8 @@ def _column(found: Matter, plane: tuple[int, int], width: float) -> np.ndarray:
 
 
 def _ellipsoid(dataset: xr.Dataset, numbers: np.ndarray) -> _Subject:
-    if not known(dataset, "inertia_tensor"):
-        raise ArchiveError("this run has neither particles nor an inertia tensor: there is no shape to draw.")
     axes = triads_of_series(dataset, numbers)
-    extents = np.array([1.35 * each.lengths.max() for each in axes])
+    extents = np.array([MARGIN * each.lengths.max() for each in axes])
 
     def paint(panel, k, plane, width, length) -> None:
         found = axes[k]
@@ -143,7 +141,7 @@ def _ellipsoid(dataset: xr.Dataset, numbers: np.ndarray) -> _Subject:
     return _Subject(dataset["time"].values[numbers], extents, style.unit_of(dataset["mean_radius"]), paint, note=note)
 
 
-def _camera(extents: np.ndarray) -> np.ndarray:
+def camera(extents: np.ndarray) -> np.ndarray:
     """Half the width of every frame: one for the whole film, or one that follows a body that changes by much."""
     if extents.max() <= FOLLOWS_FROM * extents.min():
         return np.full(len(extents), extents.max())

@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.patheffects import withStroke
 
 from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE
+from astroinertia.errors import ArchiveError
 from astroinertia.inertia import principal, tensor
 
 SIDE_ON, POLE_ON = (0, 2), (0, 1)  # what is to the right and upwards in a picture
@@ -78,7 +79,12 @@ def triads(found: Iterable[Matter]) -> list[Triad]:
 
 
 def triads_of_series(dataset: xr.Dataset, chosen: np.ndarray) -> list[Triad]:
-    """The same from the tensors of some outputs; the axes of a rigid body are those that are fixed in it."""
+    """The same from the tensors of some outputs; the axes of a rigid body are those that are fixed in it.
+
+    ArchiveError where the tensor is not known.
+    """
+    if bool(dataset["inertia_tensor"].isnull().any()):
+        raise ArchiveError("this run has neither particles nor an inertia tensor: there is no shape to draw.")
     second = tensor.second_moment_from_inertia(dataset["inertia_tensor"].transpose("time", "i", "j").values[chosen])
     fixed = bool(dataset["attitude"].notnull().all())
     axes = dataset["attitude" if fixed else "principal_axes"].transpose("time", "principal", "i").values[chosen]

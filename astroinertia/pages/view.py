@@ -1,0 +1,128 @@
+"""A page that shows the body of a run to turn about: its particles or its ellipsoid, with the principal axes."""
+
+import base64
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.colors import to_hex
+
+from astroinertia.pages.page import HERE, data_block, filled, name_of, policy, raised, text
+from astroinertia.plots import film, style
+from astroinertia.plots.matter import Triad, matter, reach, triads, triads_of_series
+from astroinertia.plots.scales import angular_momentum_scale
+from astroinertia.sealed import write_whole
+
+MOST_PARTICLES = 4000  # that a browser turns smoothly; all are kept below, a random choice above
+MOST_FRAMES = 48
+FARTHEST = 4.0  # half widths of the picture, beyond which particles are left at its edge
+_COLOURS, _DARKEST = 64, 0.18  # of the map, whose darkest part is not seen on black
+_LARGEST = 32767
+_LASTS, _LONGEST = 6.0, 0.25  # seconds of a film, and of one picture
+
+
+def write_view(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) -> int:
+    """Write the page; how many times it shows. ArchiveError where it cannot be written.
+
+    Test: tests/unit/test_pages.py.
+    """
+    numbers = film.chosen(dataset, snapshots)
+    numbers = numbers[np.linspace(0, len(numbers) - 1, min(len(numbers), MOST_FRAMES)).round().astype(int)]
+    frames = list(_of_series(dataset, numbers) if snapshots is None else _of_particles(snapshots, numbers))
+    for frame, told in zip(frames, _told(dataset, snapshots, numbers), strict=True):
+        frame["told"] = told
+    colours = matplotlib.colormaps[style.DENSITY_MAP](np.linspace(_DARKEST, 1.0, _COLOURS))
+    data = {
+        "frames": frames,
+        "map": [to_hex(colour) for colour in colours],
+        "dot": 0.012 * frames[0]["width"],
+        "pause": min(_LASTS / len(frames), _LONGEST),
+    }
+    script = (HERE / "view.js").read_text(encoding="utf-8")
+    page = filled(
+        "view.html", policy=text(policy(script)), name=text(name_of(dataset)), legend=_legend(snapshots, data["map"]),
+        data=data_block(data), script=script,
+    )  # fmt: skip
+    write_whole(path, lambda aside: aside.write_text(page, encoding="utf-8") and None)
+    return len(frames)
+
+
+def _of_particles(snapshots: xr.Dataset, numbers: np.ndarray) -> Iterator[dict[str, Any]]:
+    count = snapshots.sizes["particle"]
+    kept = np.sort(np.random.default_rng(0).permutation(count)[:MOST_PARTICLES])
+    low, high = _densities(snapshots, numbers)
+
+    def at(number: int):
+        return matter(snapshots.isel(snapshot_time=int(number)).load())
+
+    axes = triads(at(number) for number in numbers)
+    widths = film.camera(np.array([reach(at(number)) for number in numbers]))
+    for number, found, width in zip(numbers, axes, widths, strict=True):
+        density = snapshots["density"].isel(snapshot_time=int(number)).values[kept]
+        share = np.log(np.maximum(density, low) / low) / np.log(high / low)
+        order = np.argsort(share, kind="stable")  # the densest are drawn last, and seen through what lies before them
+        span = FARTHEST * width
+        places = np.clip(at(number).position[kept][order] / span, -1.0, 1.0)
+        colours = np.clip(share[order] * (_COLOURS - 1), 0, _COLOURS - 1).round().astype(np.uint8)
+        yield _frame(found, width) | {
+            "span": float(span),
+            "points": _coded((places * _LARGEST).round().astype("<i2")),
+            "colours": _coded(colours),
+        }
+
+
+def _densities(snapshots: xr.Dataset, numbers: np.ndarray) -> tuple[float, float]:
+    """The densities that the darkest and the brightest colour stand for."""
+    every = [snapshots["density"].isel(snapshot_time=int(number)).values for number in numbers]
+    low = min(float(np.percentile(each, 5.0)) for each in every)
+    high = max(float(each.max()) for each in every)
+    return low, max(high, 1.01 * low)
+
+
+def _of_series(dataset: xr.Dataset, numbers: np.ndarray) -> Iterator[dict[str, Any]]:
+    axes = triads_of_series(dataset, numbers)
+    widths = film.camera(np.array([film.MARGIN * each.lengths.max() for each in axes]))
+    for found, width in zip(axes, widths, strict=True):
+        yield _frame(found, width)
+
+
+def _frame(found: Triad, width: float) -> dict[str, Any]:
+    return {
+        "width": float(width),
+        "axes": found.axes.round(6).tolist(),
+        "lengths": [float(f"{length:.6g}") for length in found.lengths],
+        "defined": np.broadcast_to(found.defined, 3).tolist(),
+    }
+
+
+def _told(dataset: xr.Dataset, snapshots: xr.Dataset | None, numbers: np.ndarray) -> Iterator[str]:
+    """What is said at each time: the time, the moment of inertia and the spin."""
+    time = dataset["time"].values
+    times = time[numbers] if snapshots is None else snapshots["snapshot_time"].values[numbers]
+    shown = [("time", dataset["time"], times), ("I_zz", dataset.inertia.about_axis("z"), None)]
+    if angular_momentum_scale(dataset)[1]:
+        shown.append(("mean spin", dataset.inertia.spin_rate(), None))
+    columns = []
+    for name, series, values in shown:
+        factor, unit = style.scale_of(style.unit_of(series), series.values)
+        found = np.interp(times, time, series.values) if values is None else values
+        columns.append([raised(f"{name} {value / factor:.4g} {unit}".removesuffix(" 1")) for value in found])
+    return ("\n".join(each) for each in zip(*columns, strict=True))
+
+
+def _legend(snapshots: xr.Dataset | None, colours: list[str]) -> str:
+    if snapshots is None:
+        return "drawn as the homogeneous ellipsoid<br>that has its inertia tensor"
+    low, high = _densities(snapshots, np.arange(snapshots.sizes["snapshot_time"]))
+    unit = style.unit_of(snapshots["density"])
+    named = raised(f"density {low:.1e} to {high:.1e} {unit}".removesuffix(" 1"))
+    count = snapshots.sizes["particle"]
+    kept = f"<br>{MOST_PARTICLES} of {count} particles" if count > MOST_PARTICLES else ""
+    return f'{text(named)}<div style="background:linear-gradient(90deg,{",".join(colours[::9])})"></div>{kept}'
+
+
+def _coded(values: np.ndarray) -> str:
+    return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode()
