@@ -21,6 +21,7 @@ MOST_FRAMES = 48
 FARTHEST = 4.0  # half widths of the picture, beyond which particles are left at its edge
 _COLOURS, _DARKEST = 64, 0.18  # of the map, whose darkest part is not seen on black
 _LARGEST = 32767
+_DOT = 0.7  # half widths, over the root of the number of particles
 _LASTS, _LONGEST = 6.0, 0.25  # seconds of a film, and of one picture
 
 
@@ -34,11 +35,12 @@ def write_view(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) ->
     frames = list(_of_series(dataset, numbers) if snapshots is None else _of_particles(snapshots, numbers))
     for frame, told in zip(frames, _told(dataset, snapshots, numbers), strict=True):
         frame["told"] = told
+    shown = 1 if snapshots is None else min(snapshots.sizes["particle"], MOST_PARTICLES)
     colours = matplotlib.colormaps[style.DENSITY_MAP](np.linspace(_DARKEST, 1.0, _COLOURS))
     data = {
         "frames": frames,
         "map": [to_hex(colour) for colour in colours],
-        "dot": 0.012 * frames[0]["width"],
+        "dot": _DOT * frames[0]["width"] / shown**0.5,
         "pause": min(_LASTS / len(frames), _LONGEST),
     }
     script = (HERE / "view.js").read_text(encoding="utf-8")
@@ -118,10 +120,15 @@ def _legend(snapshots: xr.Dataset | None, colours: list[str]) -> str:
         return "drawn as the homogeneous ellipsoid<br>that has its inertia tensor"
     low, high = _densities(snapshots, np.arange(snapshots.sizes["snapshot_time"]))
     unit = style.unit_of(snapshots["density"])
-    named = raised(f"density {low:.1e} to {high:.1e} {unit}".removesuffix(" 1"))
+    named = raised(f"density {_power(low)} to {_power(high)} {unit}".removesuffix(" 1"))
     count = snapshots.sizes["particle"]
     kept = f"<br>{MOST_PARTICLES} of {count} particles" if count > MOST_PARTICLES else ""
     return f'{text(named)}<div style="background:linear-gradient(90deg,{",".join(colours[::9])})"></div>{kept}'
+
+
+def _power(value: float) -> str:
+    digits, exponent = f"{value:.1e}".split("e")
+    return f"{digits} × 10^{int(exponent)}"
 
 
 def _coded(values: np.ndarray) -> str:

@@ -1,4 +1,6 @@
-"""A run in words and numbers, for the terminal."""
+"""A run in words and numbers: as text for the terminal, and as tables for pages."""
+
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -12,21 +14,49 @@ from astroinertia.plots.style import scale_of, unit_of, words
 _WIDTH = 34
 
 
+@dataclass(frozen=True)
+class Table:
+    """A table of cells: its title, the heads of its columns (none where they need none), rows, and what is said below.
+
+    widths: of the columns in text, the first set flush left; cells beyond them follow two blanks on.
+    """
+
+    title: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    widths: tuple[int, ...]
+    below: str = ""
+
+    def text(self) -> str:
+        """The table for a terminal."""
+        lines = [self._line(self.head)] if self.head else []
+        for name, *cells in self.rows:
+            if len(name) > self.widths[0]:  # a long unit gets a line of its own rather than pushing the columns
+                lines.append(name)
+                name = ""
+            lines.append(self._line((name, *cells)))
+        return "\n".join([*lines, self.below] if self.below else lines)
+
+    def _line(self, cells: tuple[str, ...]) -> str:
+        first, *others = (f"{cell:{'<' if k == 0 else '>'}{width}}" for k, (cell, width) in
+                          enumerate(zip(cells, self.widths, strict=False)))  # fmt: skip
+        return "".join([first, *others, *(f"  {cell}" for cell in cells[len(self.widths) :])])
+
+
 def summary(dataset: xr.Dataset) -> str:
     """Size, spin, shape, accuracy and the effects' shares, one fact a line."""
-    parts = [
-        _heading(dataset),
-        _body(dataset),
-        _regions(dataset),
-        _accuracy(dataset),
-        _bars(dataset),
-        _effects(dataset),
-    ]
-    parts.append(told(dataset.attrs))
+    parts = [heading(dataset), *(table.text() for table in tables(dataset)), told(dataset.attrs)]
     return "\n\n".join(part for part in parts if part)
 
 
-def _heading(dataset: xr.Dataset) -> str:
+def tables(dataset: xr.Dataset) -> list[Table]:
+    """The body, its regions, accuracy, error bars and effects, as far as the dataset tells of them."""
+    found = [_body(dataset), _regions(dataset), _accuracy(dataset), _bars(dataset), _effects(dataset)]
+    return [table for table in found if table is not None and table.rows]
+
+
+def heading(dataset: xr.Dataset) -> str:
+    """The run's name and description; model, engine, precision, and how long it took."""
     attrs = dataset.attrs
     lines = [f"{attrs.get('name', 'run')}: {attrs.get('description', '')}".rstrip(": ")]
     how = ", ".join(str(attrs[name]) for name in ("model", "engine", "precision") if name in attrs)
@@ -39,7 +69,7 @@ def _heading(dataset: xr.Dataset) -> str:
     return "\n".join(lines)
 
 
-def _body(dataset: xr.Dataset) -> str:
+def _body(dataset: xr.Dataset) -> Table:
     found = dataset.inertia
     rows = [
         ("moment of inertia about z", found.about_axis("z")),
@@ -55,7 +85,7 @@ def _body(dataset: xr.Dataset) -> str:
             ("  if it went as 1/R^2", found.spin_scaling("radius")),
             ("T/|W|", dataset["rotational_to_gravitational"]),
         ]
-    lines = [f"{'':{_WIDTH}}{'start':>14}{'least':>14}{'greatest':>14}{'end':>14}"]
+    lines = []
     for name, series in rows:
         values = series.values
         if not np.isfinite(values).any() or (name.startswith("  if") and not np.nan_to_num(values).any()):
@@ -63,36 +93,33 @@ def _body(dataset: xr.Dataset) -> str:
         factor, unit = scale_of(unit_of(series), values)
         shown = [values[0], np.nanmin(values), np.nanmax(values), values[-1]]
         text = name if unit == "1" else f"{name} ({unit})"
-        cells = "".join(f"{value / factor:>14.5g}" for value in shown)
-        if len(text) > _WIDTH:  # a long unit gets a line of its own rather than pushing the columns
-            lines.append(text)
-            text = ""
-        lines.append(f"{text:{_WIDTH}}{cells}")
-    return "\n".join(lines)
+        lines.append((text, *(f"{value / factor:.5g}" for value in shown)))
+    return Table("The body", ("", "start", "least", "greatest", "end"), tuple(lines), (_WIDTH, 14, 14, 14, 14))
 
 
-def _regions(dataset: xr.Dataset) -> str:
+def _regions(dataset: xr.Dataset) -> Table | None:
     if "region" not in dataset.dims:
-        return ""
-    lines = [
-        f"{'region':{_WIDTH}}{'mass at end':>14}{'greatest T/|W|':>16}{'density at end':>16}{'ledger closure':>16}"
-    ]
+        return None
     mass, spin = dataset["region_mass"], dataset["region_rotational_to_gravitational"]
     dense, closure = dataset["region_density_max"], dataset["region_ledger_closure"]
     factors = [scale_of(unit_of(series), series.values) for series in (mass, dense)]
-    for name in dataset["region"].values:
-        cells = [
-            f"{float(mass.sel(region=name)[-1]) / factors[0][0]:>14.5g}",
-            f"{_largest(spin.sel(region=name).values):>16.5g}",
-            f"{float(dense.sel(region=name)[-1]) / factors[1][0]:>16.5g}",
-            f"{_largest(closure.sel(region=name).values):>16.2e}",
-        ]
-        lines.append(f"{name:{_WIDTH}}{''.join(cells)}")
+    rows = tuple(
+        (
+            str(name),
+            f"{float(mass.sel(region=name)[-1]) / factors[0][0]:.5g}",
+            f"{_largest(spin.sel(region=name).values):.5g}",
+            f"{float(dense.sel(region=name)[-1]) / factors[1][0]:.5g}",
+            f"{_largest(closure.sel(region=name).values):.2e}",
+        )
+        for name in dataset["region"].values
+    )
     units = " and ".join(unit for _, unit in factors if unit != "1")
-    return "\n".join([*lines, f"masses and densities in {units}"] if units else lines)
+    below = f"masses and densities in {units}" if units else ""
+    head = ("region", "mass at end", "greatest T/|W|", "density at end", "ledger closure")
+    return Table("Regions", head, rows, (_WIDTH, 14, 16, 16, 16), below)
 
 
-def _accuracy(dataset: xr.Dataset) -> str:
+def _accuracy(dataset: xr.Dataset) -> Table:
     largest = energy_scale(dataset)
     total = dataset["total_energy"].values
     momentum = dataset["angular_momentum"].transpose("time", "i").values
@@ -119,20 +146,20 @@ def _accuracy(dataset: xr.Dataset) -> str:
             "of (2 M E_kin)^1/2 at its largest",
         ),
     ]
-    return "\n".join(f"{name:{_WIDTH}}{value:>14.2e}  {of}" for name, value, of in rows if np.isfinite(value))
+    told = tuple((name, f"{value:.2e}", of) for name, value, of in rows if np.isfinite(value))
+    return Table("Accuracy and conservation", (), told, (_WIDTH, 14))
 
 
-def _bars(dataset: xr.Dataset) -> str:
-    told = {name: bar for name, bar in known_bars(dataset).items() if np.isfinite(bar).any()}
-    lines = [f"{'error bar':{_WIDTH}}{'at the end':>14}{'greatest':>14}  over the value"] if told else []
-    lines += [f"{words(name):{_WIDTH}}{bar[-1]:>14.2e}{_largest(bar):>14.2e}" for name, bar in told.items()]
-    return "\n".join(lines)
+def _bars(dataset: xr.Dataset) -> Table:
+    known = {name: bar for name, bar in known_bars(dataset).items() if np.isfinite(bar).any()}
+    rows = tuple((words(name), f"{bar[-1]:.2e}", f"{_largest(bar):.2e}") for name, bar in known.items())
+    return Table("Error bars", ("error bar", "at the end", "greatest", "over the value"), rows, (_WIDTH, 14, 14))
 
 
-def _effects(dataset: xr.Dataset) -> str:
+def _effects(dataset: xr.Dataset) -> Table | None:
     names = known_effects(dataset, "virial_tensor")
     if not names:
-        return ""
+        return None
     dataset = dataset.sel(effect=names)
     largest = energy_scale(dataset)
     given = np.linalg.norm(axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values), axis=-1)
@@ -144,14 +171,12 @@ def _effects(dataset: xr.Dataset) -> str:
         "ledger mismatch": _largest_each(dataset["virial_mismatch"].transpose("time", "effect").values),
     }
     columns = {title: values for title, values in columns.items() if np.isfinite(values).any()}
-    lines = [f"{'effect':20}" + "".join(f"{title:>18}" for title in columns)]
-    for index, name in enumerate(names):
-        lines.append(f"{name:20}" + "".join(_cell(values[index]) for values in columns.values()))
-    return "\n".join(lines)
+    rows = tuple((name, *(_cell(values[k]) for values in columns.values())) for k, name in enumerate(names))
+    return Table("The ledger of effects", ("effect", *columns), rows, (20, *(18 for _ in columns)))
 
 
 def _cell(value: float) -> str:
-    return f"{value:>18.3e}" if np.isfinite(value) else f"{'-':>18}"
+    return f"{value:.3e}" if np.isfinite(value) else "-"
 
 
 def _largest_each(values: np.ndarray) -> np.ndarray:
