@@ -18,8 +18,11 @@ from astroinertia import (
     cli_compare,
     cli_hard,
     cli_moments,
+    cli_movie,
+    cli_pages,
     cli_plan,
     cli_ratios,
+    cli_result,
     cli_tradeoff,
     cli_verify,
 )
@@ -44,6 +47,7 @@ a first session:
 
 more:
   astroinertia run star.toml --set body.particles=5000 --set "time.end=2 s" --output runs/coarse
+  astroinertia movie runs/<name>             a film of the body; report and view: pages for a browser
   astroinertia compare runs/coarse runs/fine  the same quantities of several runs or models, and how far they differ
   astroinertia tradeoff star.toml            what accuracy costs: errors and times, knob by knob
   astroinertia moments particles.csv         the inertia tensor of a particle table, a mesh or a snapshot
@@ -147,17 +151,16 @@ def _parser() -> argparse.ArgumentParser:
     show = _command(
         commands, "show", _show, "print a summary of a result and draw its pictures", "astroinertia show runs/coarse"
     )
-    show.add_argument("file", metavar="FILE", type=Path, help="netCDF file of a run, or the run's folder")
+    cli_result.add_argument(show, "file")
     show.add_argument("--output", type=Path, metavar="DIR", help="folder for the pictures (default: beside the file)")
 
-    compare = _command(
-        commands,
-        "compare",
-        _compare,
-        "lay several runs over each other: models of one scene, or costs of one model",
-        "astroinertia compare runs/scaling runs/ellipsoid runs/particles",
-    )
-    cli_compare.add_arguments(compare)
+    cli_movie.add_arguments(_command(commands, "movie", _movie, "film a run", "astroinertia movie runs/coarse"))
+    for name, action, text in (
+        ("report", cli_pages.report, "tell all of a run in one HTML file: scene, pictures, ledger, accuracy"),
+        ("view", cli_pages.view, "show the body of a run to turn about, in one HTML file"),
+    ):
+        page = _command(commands, name, _printing(action), text, f"astroinertia {name} runs/coarse")
+        cli_pages.add_arguments(page, name)
 
     tradeoff = _command(
         commands,
@@ -169,23 +172,15 @@ def _parser() -> argparse.ArgumentParser:
     _scene_arguments(tradeoff)
     cli_tradeoff.add_arguments(tradeoff)
 
-    moments = _command(
-        commands,
-        "moments",
-        _moments,
-        "print the inertia tensor of a particle table, a mesh or a snapshot, and what follows from it",
-        "astroinertia moments particles.csv",
-    )
-    cli_moments.add_arguments(moments)
-
-    ratios = _command(
-        commands,
-        "ratios",
-        _ratios,
-        "print the moment ratios of the solar system, measured against models",
-        "astroinertia ratios --body Mars",
-    )
-    cli_ratios.add_arguments(ratios)
+    printing = (
+        ("compare", cli_compare, "lay several runs over each other: models of one scene, or costs of one model",
+         "runs/scaling runs/ellipsoid runs/particles"),
+        ("moments", cli_moments, "print the inertia tensor of a particle table, a mesh or a snapshot, and what follows "
+         "from it", "particles.csv"),
+        ("ratios", cli_ratios, "print the moment ratios of the solar system, measured against models", "--body Mars"),
+    )  # fmt: skip
+    for name, module, text, example in printing:
+        module.add_arguments(_command(commands, name, _printing(module.report), text, f"astroinertia {name} {example}"))
 
     verify = _command(
         commands,
@@ -211,6 +206,14 @@ def _command(commands, name: str, action: Callable, text: str, example: str) -> 
     )
     command.set_defaults(command=action)
     return command
+
+
+def _printing(action: Callable[[argparse.Namespace], str]) -> Callable[[argparse.Namespace], int]:
+    def printed(options: argparse.Namespace) -> int:
+        print(action(options))
+        return GOOD
+
+    return printed
 
 
 def _scene_arguments(command: argparse.ArgumentParser) -> None:
@@ -320,22 +323,21 @@ def _finished(result: Path, folder: Path) -> int:
 
 
 def _show(options: argparse.Namespace) -> int:
-    from astroinertia import dataset, plots
+    from astroinertia import plots
 
-    if options.file.exists() and not (options.file.is_file() or options.file.is_dir()):
-        raise ArchiveError(f"{options.file} is neither a file nor a run folder.")  # a pipe would be waited for
-    opened = dataset.open(options.file)
+    opened = cli_result.opened(options.file)
     print(plots.summary(opened))
-    beside = options.file if options.file.is_dir() else options.file.parent
-    written = plots.write_all(opened, options.output or beside)
+    written = plots.write_all(opened, options.output or cli_result.beside(options.file))
     print("pictures:")
     for path in written:
         print(f"  {path}")
     return GOOD
 
 
-def _compare(options: argparse.Namespace) -> int:
-    print(cli_compare.report(options))
+def _movie(options: argparse.Namespace) -> int:
+    with cli_movie.Bar(_Console(highlight=False)) as bar:
+        told = cli_movie.carry_out(options, bar.tell)
+    print(told)
     return GOOD
 
 
@@ -354,16 +356,6 @@ def _tradeoff(options: argparse.Namespace) -> int:
     if interrupted:
         _complain("interrupted; what is done is kept: go on with the same command.")
         return INTERRUPTED
-    return GOOD
-
-
-def _moments(options: argparse.Namespace) -> int:
-    print(cli_moments.report(options))
-    return GOOD
-
-
-def _ratios(options: argparse.Namespace) -> int:
-    print(cli_ratios.report(options))
     return GOOD
 
 

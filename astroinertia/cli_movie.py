@@ -4,6 +4,8 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
+from rich.console import Console
+
 from astroinertia import cli_result
 from astroinertia.errors import SceneError
 
@@ -43,3 +45,27 @@ def carry_out(options: argparse.Namespace, told: Callable[[int, int], None]) -> 
     path = options.output or cli_result.beside(options.run) / ("film.mp4" if movie.ffmpeg() else "film.gif")
     count = movie.write_movie(opened, opened.inertia.snapshots, path, options.fps, options.every, told)
     return f"wrote {path}: {count} pictures"
+
+
+class Bar:
+    """How many pictures are done, on a terminal; nothing elsewhere."""
+
+    def __init__(self, console: Console) -> None:
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+        self.bar = Progress(
+            TextColumn("pictures"), BarColumn(24), MofNCompleteColumn(), TimeRemainingColumn(), console=console,
+            transient=True, disable=not console.is_terminal,
+        )  # fmt: skip
+        self.task = self.bar.add_task("", total=None)
+
+    def __enter__(self) -> "Bar":
+        self.bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.bar.stop()
+
+    def tell(self, done: int, count: int) -> None:
+        """Show it."""
+        self.bar.update(self.task, completed=done, total=count)

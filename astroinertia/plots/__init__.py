@@ -1,6 +1,6 @@
 """Pictures of a dataset, one module for a family of figures, and a summary in words."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import xarray as xr
@@ -22,7 +22,7 @@ from astroinertia.plots.style import save
 from astroinertia.plots.summary import summary
 from astroinertia.plots.waves import waves_figure
 
-__all__ = ["FIGURES", "density_figure", "projection_figure", "summary", "write_all"]
+__all__ = ["FIGURES", "density_figure", "figures", "projection_figure", "summary", "write_all"]
 
 FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "inertia": inertia_figure,
@@ -46,25 +46,26 @@ _NEEDED = {
 }
 
 
-def write_all(dataset: xr.Dataset, folder: Path | str, snapshots: xr.Dataset | None = None) -> list[Path]:
-    """Write every picture that the dataset has something for as a PNG into a folder, and return the paths.
+def figures(dataset: xr.Dataset, snapshots: xr.Dataset | None = None) -> Iterator[tuple[str, Figure]]:
+    """Every figure that the dataset has something for, by file name.
 
     snapshots: the particles; found beside the series by themselves when the dataset was opened from a file or folder.
     """
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    written = [
-        save(figure(dataset), folder / f"{name}.png")
-        for name, figure in FIGURES.items()
-        if _has_something(dataset, name)
-    ]
+    yield from ((name, figure(dataset)) for name, figure in FIGURES.items() if _has_something(dataset, name))
     snapshots = dataset.inertia.snapshots if snapshots is None else snapshots
     if snapshots is not None:
-        written.append(save(density_figure(dataset, snapshots), folder / "density.png"))
-        written.append(save(projection_figure(dataset, snapshots), folder / "projection.png"))
+        yield "density", density_figure(dataset, snapshots)
+        yield "projection", projection_figure(dataset, snapshots)
         figure = standard_figure(dataset, snapshots)
-        written += [] if figure is None else [save(figure, folder / "exact.png")]
-    return written
+        if figure is not None:
+            yield "exact", figure
+
+
+def write_all(dataset: xr.Dataset, folder: Path | str, snapshots: xr.Dataset | None = None) -> list[Path]:
+    """Write every picture that the dataset has something for as a PNG into a folder, and return the paths."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    return [save(figure, folder / f"{name}.png") for name, figure in figures(dataset, snapshots)]
 
 
 def _has_something(dataset: xr.Dataset, name: str) -> bool:
