@@ -38,7 +38,7 @@ def write_movie(
 
     path: ends in .mp4 or .gif. fps: pictures a second; without it the film lasts some 8 s. every: take every so many
     snapshots. told: called with the pictures that are done and their number. ArchiveError for what cannot be filmed or
-    written; nothing is left behind then, nor after Ctrl-C. Test: tests/unit/test_movie.py.
+    written; nothing is left behind then, nor after Ctrl-C. Tests: tests/unit/test_film.py.
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
@@ -90,7 +90,8 @@ def _write_gif(pictures: Iterator[np.ndarray], rate: float, path: Path) -> None:
     reduced = (Image.fromarray(each).quantize(_COLOURS) for each in pictures)
     first = next(reduced)
     duration = max(round(1000.0 / rate), SHORTEST)
-    first.save(path, format="GIF", save_all=True, append_images=reduced, duration=duration, loop=0)
+    with path.open("wb") as stream:  # a stream of our own is closed whatever happens
+        first.save(stream, format="GIF", save_all=True, append_images=reduced, duration=duration, loop=0)
 
 
 def _write_mp4(pictures: Iterator[np.ndarray], rate: float, path: Path, program: str) -> None:

@@ -111,7 +111,7 @@ def page(title: str, size: tuple[float, float]) -> Figure:
     """An empty figure with a title, in inches; no pyplot, so nothing is shown or kept."""
     figure = Figure(figsize=size, layout="constrained")
     figure.get_layout_engine().set(h_pad=0.09, w_pad=0.09, hspace=0.03, wspace=0.03)  # type: ignore[union-attr]
-    figure.suptitle(title, x=0.012, ha="left", fontsize=13, fontweight="bold", color=INK)
+    figure.suptitle(title, x=0.012, ha="left", fontsize=13, fontweight="bold", color=INK, parse_math=False)
     return figure
 
 

@@ -6,8 +6,9 @@ import pytest
 from astroinertia.cli import main
 from astroinertia.plots import ladder
 from tests.unit.affine_body import METADATA, affine_run
+from tests.unit.affine_datasets import headline
 from tests.unit.rigid_body import RIGID, rigid_run
-from tests.unit.test_plots import assert_legible, headline
+from tests.unit.test_plots import assert_legible
 
 
 @pytest.fixture(scope="module")

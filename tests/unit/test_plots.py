@@ -2,19 +2,14 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-from astroinertia import dataset, plots
+from astroinertia import plots
 from astroinertia.dataset_schema import RECORDED
 from astroinertia.plots import style
 from tests.unit.affine_body import METADATA, affine_run
-
-
-def headline(records, metadata=METADATA):
-    stacked = {name: np.stack([np.asarray(record[name]) for record in records]) for name in records[0]}
-    return dataset.headline(stacked, metadata)
+from tests.unit.affine_datasets import headline, particles
 
 
 @pytest.fixture(scope="module")
@@ -24,15 +19,7 @@ def series():
 
 @pytest.fixture(scope="module")
 def snapshots():
-    parts = affine_run()[1]
-    arrays = {name: np.stack([np.asarray(part[name]) for part in parts]) for name in parts[0]}
-    units = dataset.code_units(METADATA)
-    found = {}
-    for name, values in arrays.items():
-        quantity = dataset.snapshot_quantity(name, values.shape[1:])
-        factor = 1.0 if quantity.dimension is None else units.unit(quantity.dimension)
-        found[name] = (quantity.dims, values * factor, {"units": quantity.unit})
-    return xr.Dataset(found).rename(time="snapshot_time").set_coords("snapshot_time").assign_coords(i=["x", "y", "z"])
+    return particles(affine_run()[1])
 
 
 def texts(figure):
@@ -75,8 +62,14 @@ def test_figures_are_legible(series, name):
 
 
 @pytest.mark.slow
-def test_the_picture_of_the_fluid_is_legible(series, snapshots):
-    assert_legible(plots.density_figure(series, snapshots))
+@pytest.mark.parametrize("draw", [plots.density_figure, plots.projection_figure])
+def test_pictures_of_the_fluid_are_legible(draw, series, snapshots):
+    assert_legible(draw(series, snapshots))
+
+
+def test_a_name_with_signs_of_formulae_is_a_name(series):
+    figure = plots.FIGURES["spin"](series.assign_attrs(name=r"cost$ \frac{$ <b>"))
+    assert any(r"cost$ \frac{$ <b>" in text for text, _ in texts(figure))
 
 
 @pytest.mark.slow
@@ -87,7 +80,7 @@ def test_write_all_writes_pngs_and_leaves_matplotlib_as_it_was(series, snapshots
     written = plots.write_all(series.isel(time=slice(0, None, 10)), tmp_path / "pictures", snapshots=snapshots)
     # Only rigid bodies have an attitude, and only runs that were asked for them error bars.
     fluid = [name for name in plots.FIGURES if name not in ("attitude", "error_bars")]
-    assert [path.name for path in written] == [*(f"{name}.png" for name in fluid), "density.png"]
+    assert [path.name for path in written] == [*(f"{name}.png" for name in fluid), "density.png", "projection.png"]
     for path in written:
         assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     assert dict(matplotlib.rcParams) == before

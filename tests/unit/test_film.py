@@ -1,0 +1,206 @@
+"""Films: axes as the tensor has them, one scale of colours, whole files or none."""
+
+import os
+import subprocess
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from astroinertia import movie, plots
+from astroinertia.cli import main
+from astroinertia.errors import ArchiveError
+from astroinertia.plots import film
+from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, draw_triad, triads, triads_of_series
+from tests.unit.affine_body import METADATA, affine_run, particle_sphere
+from tests.unit.affine_datasets import headline, particles
+from tests.unit.rigid_body import RIGID, rigid_run
+
+AXES = np.array([1.0, 0.7, 0.4])
+
+
+@pytest.fixture(scope="module")
+def series():
+    return headline(affine_run()[0][::10])
+
+
+@pytest.fixture(scope="module")
+def snapshots():
+    return particles(affine_run()[1]).isel(particle=slice(0, None, 4))
+
+
+def turned(angle):
+    """A homogeneous ellipsoid with semi-axes AXES, turned about z."""
+    points = particle_sphere(4000)
+    points = np.concatenate([points, points * [-1, -1, 1], points * [-1, 1, -1], points * [1, -1, -1]]) * AXES
+    c, s = np.cos(angle), np.sin(angle)
+    count = len(points)
+    matrix = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    return Matter(points @ matrix.T + [0.5, 0.0, 0.0], 0 * points, np.ones(count), np.full(count, 0.1))
+
+
+def test_axes_of_particles_are_those_of_the_ellipsoid_and_follow_it_round():
+    angles = np.linspace(0.0, 2.0 * np.pi, 25)
+    found = triads(turned(angle) for angle in angles)
+    longest = np.array([each.axes[0] for each in found])
+    expected = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1) * np.sign(longest[0, 0])
+    np.testing.assert_allclose(longest, expected, atol=1e-9)
+    for each in found:
+        np.testing.assert_allclose(each.lengths, AXES, rtol=0.02)
+        np.testing.assert_allclose(each.centre, [0.5, 0.0, 0.0], atol=1e-12)
+        assert each.defined.all()
+
+
+def test_axes_are_drawn_as_they_are_seen():
+    from matplotlib.figure import Figure
+
+    (found,) = triads([turned(0.3)])
+    for plane, seen in ((SIDE_ON, (np.cos(0.3), 0.0)), (POLE_ON, (np.cos(0.3), np.sin(0.3)))):
+        panel = Figure().subplots()
+        draw_triad(panel, found, plane, 2.0, 1.0)
+        x, y = panel.lines[0].get_data()
+        assert abs(np.array([x[1] - x[0], y[1] - y[0]])) == pytest.approx(found.lengths[0] * np.abs(seen), abs=1e-9)
+        assert [x.mean(), y.mean()] == pytest.approx([0.25, 0.0], abs=1e-12)
+
+
+def test_axes_of_a_rigid_body_are_fixed_in_it_though_moments_are_equal():
+    moments = (0.2, 0.2, 0.35)
+    dataset = headline(rigid_run(moments=moments, spin=(0.3, 0.0, 1.0), end=12.0, outputs=24), RIGID)
+    found = triads_of_series(dataset, np.arange(0, 24, 5))
+    squares = 5.0 * (0.5 * np.sum(moments) - np.array(moments))
+    for each, number in zip(found, range(0, 24, 5), strict=True):
+        np.testing.assert_allclose(each.axes, dataset["attitude"].values[number], atol=1e-12)
+        np.testing.assert_allclose(each.lengths, np.sqrt(squares) * METADATA["code_units"]["length"], rtol=1e-9)
+        assert np.all(each.defined)
+
+
+def test_the_camera_stands_still_unless_the_body_changes_by_much():
+    assert film.camera(np.array([1.0, 2.0, 3.9])).tolist() == [3.9, 3.9, 3.9]
+    shrinking = np.geomspace(1.0, 0.01, 60)
+    followed = film.camera(shrinking)
+    assert followed[30] == pytest.approx(shrinking[30], rel=1e-9)
+    assert (np.diff(np.log(followed)) < 0).all()
+
+
+def test_at_most_so_many_outputs_are_filmed_from_the_first_to_the_last(series, snapshots):
+    many = headline(rigid_run(outputs=600, end=1.0), RIGID)
+    found = film.chosen(many, None)
+    assert len(found) == film.MOST_FRAMES and found[0] == 0 and found[-1] == many.sizes["time"] - 1
+    assert film.chosen(many, None, 3).tolist() == list(range(0, many.sizes["time"], 3))
+    assert film.chosen(series, snapshots).tolist() == list(range(snapshots.sizes["snapshot_time"]))
+
+
+def test_all_pictures_have_one_size_and_one_scale_of_colours(series, snapshots):
+    """The same body with a tenth of the mass is darker: a scale of its own would hide it."""
+    fainter = snapshots.isel(snapshot_time=[0, 1]).copy(deep=True)
+    for name in ("position", "velocity", "density", "smoothing_length"):
+        fainter[name][1] = fainter[name][0]
+    fainter["mass"][1] = 0.1 * fainter["mass"][0]
+    first, second = film.frames(series, fainter, np.array([0, 1]), 60)
+    assert first.shape == second.shape == (408, 576, 3) and first.dtype == np.uint8
+    middle = np.s_[100:200, 60:230]
+    assert second[middle].mean() < 0.8 * first[middle].mean()
+    # What does not move is the same, to the last dot: here the bar of colours.
+    np.testing.assert_array_equal(first[30:260, 515:535], second[30:260, 515:535])
+
+
+def test_pictures_of_a_model_without_particles_show_its_ellipsoid(series):
+    number = np.array([0])
+    (picture,) = film.frames(series, None, number, 60)
+    lit = (picture[40:245, 80:250].astype(int) - [0, 0, 40]).min(axis=2) > 60  # sand-coloured on black
+    (found,) = triads_of_series(series, number)
+    tall, wide = np.ptp(np.nonzero(lit.any(axis=1))[0]), np.ptp(np.nonzero(lit.any(axis=0))[0])
+    shape = found.axes.T @ np.diag(found.lengths**2) @ found.axes
+    assert tall / wide == pytest.approx(np.sqrt(shape[2, 2] / shape[0, 0]), rel=0.06)
+
+
+def test_a_gif_holds_every_picture_at_its_rate(series, snapshots, tmp_path):
+    assert movie.write_movie(series, snapshots, tmp_path / "film.gif", fps=10.0, every=4) == 4
+    with Image.open(tmp_path / "film.gif") as opened:
+        assert opened.n_frames == 4
+        assert opened.info["duration"] == 100
+    assert [path.name for path in tmp_path.iterdir()] == ["film.gif"]
+
+
+def coder():
+    return movie.ffmpeg() or pytest.skip("there is no ffmpeg here")
+
+
+def test_an_mp4_shows_the_pictures(series, snapshots, tmp_path):
+    program, path = coder(), tmp_path / "film.mp4"
+    movie.write_movie(series, snapshots, path, every=12)
+    decoded = subprocess.run(
+        [program, "-loglevel", "error", "-i", path, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"],
+        capture_output=True, check=True,
+    ).stdout  # fmt: skip
+    numbers = film.chosen(series, snapshots, 12)
+    pictures = list(film.frames(series, snapshots, numbers, 130))
+    shown = np.frombuffer(decoded, np.uint8).reshape(len(numbers), *pictures[0].shape)
+    for picture, seen in zip(pictures, shown, strict=True):
+        assert abs(picture.astype(int) - seen).mean() < 4.0
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".mp4"])
+def test_what_is_interrupted_leaves_no_file_and_the_film_of_before(suffix, series, snapshots, tmp_path):
+    path = tmp_path / f"film{suffix}"
+    if suffix == ".mp4":
+        coder()
+    path.write_bytes(b"the film of before")
+
+    def interrupt(done, count):
+        assert count == 13
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        movie.write_movie(series, snapshots, path, told=interrupt)
+    assert [each.name for each in tmp_path.iterdir()] == [path.name]
+    assert path.read_bytes() == b"the film of before"
+
+
+def test_an_ffmpeg_that_fails_is_quoted_and_leaves_nothing(series, snapshots, tmp_path, monkeypatch):
+    broken = tmp_path / "bin" / "ffmpeg"
+    broken.parent.mkdir()
+    broken.write_text("#!/bin/sh\necho 'Unknown encoder' >&2\nexit 1\n")
+    broken.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{broken.parent}{os.pathsep}{os.environ['PATH']}")
+    with pytest.raises(ArchiveError, match="ffmpeg says: Unknown encoder"):
+        movie.write_movie(series, snapshots, tmp_path / "film.mp4", every=6)
+    assert [each.name for each in tmp_path.iterdir()] == ["bin"]
+
+
+def test_without_ffmpeg_a_film_is_a_gif(series, snapshots, tmp_path, monkeypatch):
+    monkeypatch.setattr(movie, "ffmpeg", lambda: None)
+    with pytest.raises(ArchiveError, match="no ffmpeg"):
+        movie.write_movie(series, snapshots, tmp_path / "film.mp4")
+    with pytest.raises(ArchiveError, match=r"ends in \.mp4 or \.gif"):
+        movie.write_movie(series, snapshots, tmp_path / "film.avi")
+
+
+def test_the_commands_write_beside_the_result(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(movie, "ffmpeg", lambda: None)
+    monkeypatch.setattr(plots, "FIGURES", {"shape": plots.FIGURES["shape"]})
+    headline(affine_run()[0][::40]).to_netcdf(tmp_path / "star.nc")
+    for command, name in (("movie", "film.gif"), ("view", "view.html"), ("report", "report.html")):
+        assert main([command, str(tmp_path / "star.nc")]) == 0
+        assert capsys.readouterr().out.startswith(f"wrote {tmp_path / name}: ")
+        assert (tmp_path / name).stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["movie", "star.nc", "--fps", "0"], "--fps must be"),
+        (["movie", "star.nc", "--every", "0"], "--every must be"),
+        (["movie", "star.nc", "--output", "film.avi"], "ends in .mp4 or .gif"),
+        (["movie", "nothing.nc"], "does not exist"),
+        (["view", "star.nc", "--output", "nowhere/view.html"], "cannot be written"),
+    ],
+)
+def test_what_cannot_be_done_gets_one_sentence(arguments, words, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    headline(affine_run()[0][::40]).to_netcdf("star.nc")
+    assert main(arguments) == 2
+    told = capsys.readouterr().err
+    assert words in told and told.count("\n") == 1
+    assert [each.name for each in tmp_path.iterdir()] == ["star.nc"]
