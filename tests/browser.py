@@ -1,17 +1,22 @@
 """A headless Chromium, spoken to over pipes: what a page says on its console, asks of the network, and shows."""
 
 import base64
+import fcntl
 import json
 import os
 import shutil
 import signal
 import subprocess
+import sys
 import time
 
 import pytest
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome-headless-shell")
 PATIENCE = 60.0  # seconds
+# Chromium reads from descriptor 3 and writes to 4: ours are moved there from where they cannot be in the way.
+HIGH = 50
+START = "import os, sys; [os.dup2(int(sys.argv[k]), k + 2) for k in (1, 2)]; os.execv(sys.argv[3], sys.argv[3:])"
 
 
 def program():
@@ -20,20 +25,25 @@ def program():
     return found or pytest.skip("there is no Chromium here")
 
 
+def _moved(descriptor):
+    high = fcntl.fcntl(descriptor, fcntl.F_DUPFD_CLOEXEC, HIGH)
+    os.close(descriptor)
+    return high
+
+
 class Browser:
     """A page in a browser of its own. `requests` and `complaints` are what it asked for and what went wrong in it."""
 
     def __init__(self, folder, size=(1000, 700)):
-        inward, self.outward = os.pipe()
-        self.inward, outward = os.pipe()
+        inward, self.outward = map(_moved, os.pipe())
+        self.inward, outward = map(_moved, os.pipe())
         command = [
             program(), "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-extensions",
             "--disable-background-networking", "--remote-debugging-pipe", f"--user-data-dir={folder}",
             f"--window-size={size[0]},{size[1]}", "about:blank",
         ]  # fmt: skip
-        # Chromium reads from descriptor 3 and writes to 4.
         self.process = subprocess.Popen(
-            ["sh", "-c", f'exec "$@" 3<&{inward} 4>&{outward}', "sh", *command], pass_fds=(inward, outward),
+            [sys.executable, "-c", START, str(inward), str(outward), *command], pass_fds=(inward, outward),
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
         )  # fmt: skip
         os.close(inward)
@@ -43,7 +53,11 @@ class Browser:
         self.requests, self.complaints, self.loaded = [], [], False
 
     def __enter__(self):
-        target = self.ask("Target.createTarget", url="about:blank")["targetId"]
+        try:
+            target = self.ask("Target.createTarget", url="about:blank")["targetId"]
+        except (TimeoutError, BrokenPipeError):
+            self.__exit__()
+            pytest.skip("Chromium does not start here")
         self.session = self.ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.ask(f"{domain}.enable")

@@ -27,11 +27,14 @@ def test_help_teaches_with_examples(capsys):
         main(["--help"])
     assert caught.value.code == 0
     told = capsys.readouterr().out
-    for command in ("new", "plan", "run", "resume", "show", "tradeoff", "moments", "ratios"):
+    for command in ("new", "plan", "run", "resume", "show", "movie", "tradeoff", "moments", "ratios"):
         assert f"astroinertia {command} " in told
 
 
-@pytest.mark.parametrize("command", ["new", "plan", "run", "resume", "show", "tradeoff", "moments", "ratios"])
+@pytest.mark.parametrize(
+    "command",
+    ["new", "plan", "run", "resume", "show", "movie", "report", "view", "compare", "tradeoff", "moments", "ratios"],
+)
 def test_every_command_has_an_example_that_parses(command, capsys):
     with pytest.raises(SystemExit):
         main([command, "--help"])
