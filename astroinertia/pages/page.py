@@ -11,6 +11,8 @@ from typing import Any
 
 import xarray as xr
 
+from astroinertia.sealed import write_whole
+
 HERE = Path(__file__).parent
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _POWER = re.compile(r"\b(kg|rad|Pa|m|s|K|J|N)(-?\d)\b|\^(-?\d+)")
@@ -19,6 +21,15 @@ _POWER = re.compile(r"\b(kg|rad|Pa|m|s|K|J|N)(-?\d)\b|\^(-?\d+)")
 def filled(template: str, **parts: str) -> str:
     """A page from a file beside this one; the parts are markup already."""
     return Template((HERE / template).read_text(encoding="utf-8")).substitute(parts)
+
+
+def write_page(path: Path, markup: str) -> None:
+    """Write a page whole or not at all; ArchiveError where it cannot be written."""
+
+    def fill(aside: Path) -> None:
+        aside.write_text(markup, encoding="utf-8")
+
+    write_whole(path, fill)
 
 
 def text(value: Any) -> str:

@@ -18,10 +18,9 @@ from matplotlib.figure import Figure
 
 from astroinertia import plots
 from astroinertia.dataset_resolution import told
-from astroinertia.pages.page import filled, name_of, policy, raised, text
+from astroinertia.pages.page import filled, name_of, policy, raised, text, write_page
 from astroinertia.plots import style
 from astroinertia.plots.summary import Table, heading, tables
-from astroinertia.sealed import write_whole
 
 CAPTIONS = {
     "inertia": "The moment of inertia by its own evolution equation, and summed over the body",
@@ -73,7 +72,7 @@ def write_report(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) 
         sections="".join(f'<section id="{_anchor(k)}"><h2>{k}</h2>{body}</section>' for k, body in sections.items()),
         version=text(_version()),
     )
-    write_whole(path, lambda aside: aside.write_text(page, encoding="utf-8") and None)
+    write_page(path, page)
     return len(pictures)
 
 

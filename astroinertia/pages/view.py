@@ -10,11 +10,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.colors import to_hex
 
-from astroinertia.pages.page import HERE, data_block, filled, name_of, policy, raised, text
+from astroinertia.pages.page import HERE, data_block, filled, name_of, policy, raised, text, write_page
 from astroinertia.plots import film, style
 from astroinertia.plots.matter import Triad, matter, reach, triads, triads_of_series
 from astroinertia.plots.scales import angular_momentum_scale
-from astroinertia.sealed import write_whole
 
 MOST_PARTICLES = 4000  # that a browser turns smoothly; all are kept below, a random choice above
 MOST_FRAMES = 48
@@ -48,7 +47,7 @@ def write_view(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) ->
         "view.html", policy=text(policy(script)), name=text(name_of(dataset)), legend=_legend(snapshots, data["map"]),
         data=data_block(data), script=script,
     )  # fmt: skip
-    write_whole(path, lambda aside: aside.write_text(page, encoding="utf-8") and None)
+    write_page(path, page)
     return len(frames)
 
 

@@ -111,7 +111,7 @@ def _fluid(snapshots: xr.Dataset, numbers: np.ndarray) -> _Subject:
     widths = camera(extents)
     densest = int(np.argmax([snapshots["density"].isel(snapshot_time=int(number)).max() for number in numbers]))
     sampled = {densest, *np.linspace(0, len(numbers) - 1, SAMPLED).round().astype(int).tolist()}
-    norm = scale_of_colours([_column(at(k), plane, widths[k]) for k in sorted(sampled) for plane, _ in VIEWS])
+    norm = scale_of_colours([_column(at(k), plane, float(widths[k])) for k in sorted(sampled) for plane, _ in VIEWS])
 
     def paint(panel, k, plane, width, length) -> None:
         draw_density(panel, _column(at(k), plane, width), norm, width / length)
@@ -176,7 +176,7 @@ def _strips(figure: Figure, dataset: xr.Dataset) -> list[Callable[[float], None]
     elif known(dataset, "density_max"):
         found.append((dataset["density_max"], "greatest density", style.VERMILLION))
     grid = figure.add_gridspec(1, len(found), left=0.09, right=0.98, top=0.26, bottom=0.085, wspace=0.28)
-    return [_strip(figure.add_subplot(cell), dataset, *each) for cell, each in zip(grid, found, strict=True)]
+    return [_strip(figure.add_subplot(grid[0, column]), dataset, *each) for column, each in enumerate(found)]
 
 
 def _strip(axes, dataset: xr.Dataset, series: xr.DataArray, name: str, colour: str) -> Callable[[float], None]:

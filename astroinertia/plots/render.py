@@ -32,7 +32,8 @@ def density_slice(
     centres, size, u, v, w = _seen(position, smoothing_length, plane, reach, pixels)
     near = abs(w) < KERNEL.support * size
     image = np.zeros((pixels, pixels))
-    _add_slice(*(np.ascontiguousarray(each[near]) for each in (u, v, w, size, mass)), KERNEL.support, centres, image)
+    u, v, w, size, mass = (np.ascontiguousarray(each[near]) for each in (u, v, w, size, mass))
+    _add_slice(u, v, w, size, mass, KERNEL.support, centres, image)
     return image
 
 
@@ -52,8 +53,8 @@ def column_density(
     """
     centres, size, u, v, _ = _seen(position, smoothing_length, plane, reach, pixels)
     image = np.zeros((pixels, pixels))
-    each = (np.ascontiguousarray(values) for values in (u, v, size, mass))
-    _add_columns(*each, _column_table(), KERNEL.support, centres, image)
+    u, v, size, mass = (np.ascontiguousarray(each) for each in (u, v, size, mass))
+    _add_columns(u, v, size, mass, _column_table(), KERNEL.support, centres, image)
     return image
 
 
