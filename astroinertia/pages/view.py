@@ -77,9 +77,11 @@ def _of_particles(snapshots: xr.Dataset, numbers: np.ndarray) -> Iterator[dict[s
 
 def _densities(snapshots: xr.Dataset, numbers: np.ndarray) -> tuple[float, float]:
     """The densities that the darkest and the brightest colour stand for."""
-    every = [snapshots["density"].isel(snapshot_time=int(number)).values for number in numbers]
-    low = min(float(np.percentile(each, 5.0)) for each in every)
-    high = max(float(each.max()) for each in every)
+    found = []
+    for number in numbers:  # one at a time: all together may be larger than memory
+        density = snapshots["density"].isel(snapshot_time=int(number)).values
+        found.append((float(np.percentile(density, 5.0)), float(density.max())))
+    low, high = min(each for each, _ in found), max(each for _, each in found)
     return low, max(high, 1.01 * low)
 
 

@@ -193,7 +193,7 @@ def _strip(axes, dataset: xr.Dataset, series: xr.DataArray, name: str, colour: s
         style.plain_log(axes.yaxis, low, high)
     elif high - low < STEADY * abs(high):  # what stays is drawn as a level, not as its rounding
         axes.set_ylim(low - STEADY * abs(high), high + STEADY * abs(high))
-    axes.set_ylabel(style.label(name, unit))
+    axes.set_ylabel(style.label(name, unit), fontsize=9)
     style.time_axis(axes, dataset)
 
     def mark(time: float) -> None:
