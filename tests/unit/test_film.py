@@ -104,6 +104,13 @@ def test_all_pictures_have_one_size_and_one_scale_of_colours(series, snapshots):
     np.testing.assert_array_equal(first[30:260, 515:535], second[30:260, 515:535])
 
 
+def test_a_picture_bears_no_traces_of_those_before_it(series):
+    *_, after = film.frames(series, None, np.array([0, 3, 9]), 60)
+    (alone,) = film.frames(series, None, np.array([9]), 60)
+    for part in (np.s_[:25], np.s_[290:]):  # the clock, and the strip with its marks
+        np.testing.assert_array_equal(after[part], alone[part])
+
+
 def test_pictures_of_a_model_without_particles_show_its_ellipsoid(series):
     number = np.array([0])
     (picture,) = film.frames(series, None, number, 60)
