@@ -12,10 +12,10 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
-import numpy as np
-from jax.experimental import multihost_utils
 from jax.sharding import AxisType, PartitionSpec
 from jax.tree_util import DictKey
+
+from astroinertia.errors import SceneError
 
 Array = Any
 AXIS = "devices"
@@ -23,7 +23,7 @@ AXIS = "devices"
 
 @contextmanager
 def shared_out(count: int) -> Iterator[None]:
-    """Within it, passes of the xla engine are shared out over this many devices; ValueError where there are fewer.
+    """Within it, passes of the xla engine are shared out over this many devices; SceneError where there are fewer.
 
     With several hosts (jax.distributed.initialize) devices of all hosts count, and every host must do the same.
     """
@@ -32,7 +32,7 @@ def shared_out(count: int) -> Iterator[None]:
         return
     found = jax.device_count()
     if count > found or (jax.process_count() > 1 and count != found):
-        raise ValueError(f"numerics.devices is {count}, but JAX has {found} {jax.default_backend()} device(s) here")
+        raise SceneError(f"numerics.devices is {count}, but JAX has {found} {jax.default_backend()} device(s) here.")
     with jax.set_mesh(jax.make_mesh((count,), (AXIS,), devices=jax.devices()[:count], axis_types=(AxisType.Auto,))):
         yield
 
@@ -59,15 +59,3 @@ def _joined(path: tuple, array: Array) -> Array:
     if path and path[0] == DictKey("max"):
         return jax.lax.all_gather(array, AXIS).max(axis=0)  # has a derivative, unlike a maximum over devices
     return jax.lax.psum(array, AXIS)
-
-
-def is_first_host() -> bool:
-    """Whether this process is the one that writes."""
-    return jax.process_index() == 0
-
-
-def agreed(flag: bool) -> bool:
-    """Whether the flag is raised on any host; all must ask."""
-    if jax.process_count() == 1:
-        return flag
-    return bool(np.asarray(multihost_utils.process_allgather(jnp.asarray(flag))).any())
