@@ -158,13 +158,14 @@ def _neighbour_sums(
     fields: dict[str, Array],
 ) -> Sums:
     shape = KERNELS[kernel]
-    work = _Work(kernel, precision, terms, virial, fields)
+    work = _Work(kernel, terms, virial)
     tiles = arrangement.neighbours
     h = fields["smoothing_length"]
     covered = xla_lists.covers(jnp, arrangement, fields["position"], h) & (shape.support <= arrangement.reach.support)
-    boxes = xla_tiles.boxes_of(work.places, shape.support, tiles, covered)
+    places = xla_tiles.places_of(precision, fields)
+    boxes = xla_tiles.boxes_of(places, shape.support, tiles, covered)
     zero = xla_tiles.empty_sums(terms, tiles, virial, h.dtype)
-    sums = xla_tiles.sum_over_tiles(tiles, covered, boxes, partial(work.chunk, far=False, limited=True), zero)
+    sums = xla_tiles.sum_over_tiles(tiles, covered, boxes, places, partial(work.chunk, far=False, limited=True), zero)
     return work.named([sums], tiles)
 
 
@@ -178,37 +179,39 @@ def _all_pair_sums(
     fields: dict[str, Array],
 ) -> Sums:
     shape = KERNELS[kernel]
-    work = _Work(kernel, precision, terms, virial, fields)
+    work = _Work(kernel, terms, virial)
     near, far = arrangement.near, arrangement.far
     h = fields["smoothing_length"]
     covered = xla_lists.covers(jnp, arrangement, fields["position"], h) & (shape.support <= arrangement.reach.support)
+    places = xla_tiles.places_of(precision, fields)
     zero = xla_tiles.empty_sums(terms, near, virial, h.dtype)
-    parts = [xla_tiles.sum_over_tiles(near, covered, None, partial(work.chunk, far=False, limited=False), zero)]
+    parts = [xla_tiles.sum_over_tiles(near, covered, None, places, partial(work.chunk, far=False, limited=False), zero)]
     if far.leaf.shape[0]:
         # Where the lists do not hold, the near pass takes all pairs and this one takes none.
         chunk = partial(work.chunk, far=True, limited=False)
-        parts.append(xla_tiles.sum_over_tiles(far, covered, None, chunk, zero, otherwise_all=False))
+        parts.append(xla_tiles.sum_over_tiles(far, covered, None, places, chunk, zero, otherwise_all=False))
     return work.named(parts, near)
 
 
+@dataclass(frozen=True)
 class _Work:
-    """What the chunks of one pass share: the fields, with a row for empty places."""
+    """What the chunks of one pass share."""
 
-    def __init__(
-        self, kernel: str, precision: str, terms: tuple[PairTerm, ...], virial: bool, fields: dict[str, Array]
-    ) -> None:
-        self.kernel, self.precision, self.terms, self.virial = kernel, precision, terms, virial
-        self.places = xla_tiles.Places(precision, fields)
+    kernel: str
+    terms: tuple[PairTerm, ...]
+    virial: bool
 
-    def chunk(self, target: Array, source: Array, far: bool, limited: bool) -> dict[str, Array]:
+    def chunk(
+        self, places: xla_tiles.Places, target: Array, source: Array, far: bool, limited: bool
+    ) -> dict[str, Array]:
         """The sums of one chunk, targets (C, S) and sources (C, B)."""
         shape = KERNELS[self.kernel]
-        targets, sources, mass = self.places.tile(target, source)
+        targets, sources, mass = places.tile(target, source)
         pairs = xla_tiles.Pairs(shape, targets, sources)
         within = None
         if limited:
             within = pairs["r"] < shape.support * jnp.maximum(pairs["h_i"], pairs["h_j"])
-        empty = self.places.empty
+        empty = places.empty
         other = (target[:, :, None] != source[:, None, :]) & (target < empty)[:, :, None] & (source < empty)[:, None, :]
         return xla_tiles.term_sums(pairs, self.terms, far, mass, within, other, self.virial)
 

@@ -118,10 +118,10 @@ def _sums(
     shape = KERNELS[kernel]
     tiles = arrangement.neighbours
     covered = xla_lists.covers(jnp, arrangement, position, h) & (shape.support <= arrangement.reach.support)
-    places = xla_tiles.Places(precision, {"position": position, "mass": mass, "smoothing_length": h})
+    places = xla_tiles.places_of(precision, {"position": position, "mass": mass, "smoothing_length": h})
     boxes = xla_tiles.boxes_of(places, shape.support, tiles, covered)
 
-    def chunk_sums(target: Array, source: Array) -> dict[str, Array]:
+    def chunk_sums(places: xla_tiles.Places, target: Array, source: Array) -> dict[str, Array]:
         targets, sources, (_, masses) = places.tile(target, source)
         pairs = xla_tiles.Pairs(shape, targets, sources)
         q = pairs["r"] * pairs.inverse_length("i")
@@ -132,4 +132,4 @@ def _sums(
         return {"sum": jnp.stack([xla_tiles.weighted(part, masses) for part in parts], axis=2)}
 
     zero = {"sum": jnp.zeros((*tiles.slots.shape, 3 if softening else 2), h.dtype)}
-    return xla_tiles.sum_over_tiles(tiles, covered, boxes, chunk_sums, zero)["sum"][tiles.row, tiles.column]
+    return xla_tiles.sum_over_tiles(tiles, covered, boxes, places, chunk_sums, zero)["sum"][tiles.row, tiles.column]

@@ -6,14 +6,16 @@ in ascending order of the leaves, in two nested scans, and each is computed agai
 
 import inspect
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 
-from astroinertia.engines import xla_pairs
+from astroinertia.engines import devices, xla_pairs
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.engines.xla_lists import Tiles
+from astroinertia.pytree import pytree
 from astroinertia.sph.kernels import Kernel
 
 Array = Any
@@ -102,21 +104,27 @@ class Pairs:
             return [self[name] for name in arguments(function)]
 
 
+@pytree
+@dataclass(frozen=True)
 class Places:
     """Fields of particles as tiles gather them: positions and masses side by side, every other field by itself.
 
     Pairs then read a field from contiguous memory; with all fields side by side, each read stepped over the others and
     a pass of many fields took nearly twice as long (measured on CPU). The last place stands for empty ones: a copy of a
     particle, so that pairs stay finite, but without mass.
+
+    points: (N + 1, 4). scalars: {name: (N + 1,)} in the type of pairs. vectors: {name: three of (N + 1,)}.
     """
 
-    def __init__(self, precision: str, fields: Mapping[str, Array]) -> None:
-        self.dtype = jnp.float32 if precision == "mixed" else jnp.float64
-        places = {name: jnp.concatenate([array, array[:1]]) for name, array in fields.items()}
-        places["mass"] = places["mass"].at[-1].set(0.0)
-        self.points = jnp.concatenate([places.pop("position"), places["mass"][:, None]], axis=1)
-        self.scalars = {name: array.astype(self.dtype) for name, array in places.items() if array.ndim == 1}
-        self.vectors = {name: list(array.T) for name, array in places.items() if array.ndim == 2}
+    points: Array
+    scalars: dict[str, Array]
+    vectors: dict[str, list[Array]]
+    single: bool = field(metadata={"static": True})
+
+    @property
+    def dtype(self) -> Any:
+        """The type that pairs are computed in."""
+        return jnp.float32 if self.single else jnp.float64
 
     @property
     def empty(self) -> int:
@@ -146,6 +154,20 @@ class Places:
         return jnp.stack([component[place] for component in self.vectors[name]], axis=2)
 
 
+def places_of(precision: str, fields: Mapping[str, Array]) -> Places:
+    """Fields (N,) and (N, 3), "position" and "mass" among them, and an empty place after the last."""
+    single = precision == "mixed"
+    places = {name: jnp.concatenate([array, array[:1]]) for name, array in fields.items()}
+    mass = places.pop("mass").at[-1].set(0.0)
+    points = jnp.concatenate([places.pop("position"), mass[:, None]], axis=1)
+    places["mass"] = mass
+    scalars = {
+        name: array.astype(jnp.float32 if single else jnp.float64) for name, array in places.items() if array.ndim == 1
+    }
+    vectors = {name: list(array.T) for name, array in places.items() if array.ndim == 2}
+    return Places(points, scalars, vectors, single)
+
+
 def columns(output: Output) -> int:
     """How many sums one output is made of."""
     return {"central": 3, "sum": 1, "outer": 9, "max": 0}[output.how]
@@ -155,11 +177,12 @@ def sum_over_tiles(
     tiles: Tiles,
     covered: Array,
     boxes: tuple[Array, Array, Array, Array] | None,
-    chunk_sums: Callable[[Array, Array], Any],
+    places: Places,
+    chunk_sums: Callable[[Places, Array, Array], Any],
     zero: Any,
     otherwise_all: bool = True,
 ) -> Any:
-    """Add up `chunk_sums(target particles (C, S), source particles (C, B))` by target leaf.
+    """Add up `chunk_sums(places, target particles (C, S), source particles (C, B))` by target leaf.
 
     It returns a dictionary, gathered into one like `zero`: (C, S, ...) arrays into (L, S, ...), by addition under the
     key "sum" and by maximum under "max"; arrays under "total" are simply added. Where the lists do not
@@ -175,7 +198,8 @@ def sum_over_tiles(
     total = max(listed, everything)
     used = jnp.where(covered, tiles.used, everything)
 
-    def tile_numbers(chunk: Array) -> tuple[Array, Array, Array]:
+    def one(given: Any, carry: Any, chunk: Array) -> Any:
+        tiles, covered, boxes, used, places = given
         row = jnp.minimum(chunk, listed - 1)
         member = jnp.arange(size)
         leaf = chunk // across * tall + member // wide
@@ -189,35 +213,41 @@ def sum_over_tiles(
             source = tiles.blocks[jnp.where(covered, tiles.sources[row, :, 0], block)]
         else:
             source = jnp.where(covered, tiles.sources[row], tiles.blocks[block])
-        return target, source, (chunk < used) & (covered | within)
-
-    def one(carry: Any, chunk: Array) -> tuple[Any, None]:
-        target, source, needed = tile_numbers(chunk)
 
         def add(carry: Any) -> Any:
-            return _gathered(carry, target, chunk_sums(tiles.slots[target], source))
+            return _gathered(carry, target, chunk_sums(places, tiles.slots[target], source))
 
-        return jax.lax.cond(needed, jax.checkpoint(add), lambda carry: carry, carry), None
+        return jax.lax.cond((chunk < used) & (covered | within), jax.checkpoint(add), lambda carry: carry, carry)
 
-    return in_groups(one, zero, total, used)
+    return in_groups(one, (tiles, covered, boxes, used, places), zero, total, used)
 
 
-def in_groups(one: Callable[[Any, Array], tuple[Any, None]], zero: Any, total: int, used: Array) -> Any:
-    """`one(sums, chunk)` for chunks 0 ... total-1 in two nested scans, whose groups are skipped from `used` on.
+def in_groups(one: Callable[[Any, Any, Array], Any], given: Any, zero: Any, total: int, used: Array) -> Any:
+    """`one(given, sums, chunk)` for chunks 0 ... total-1 in two nested scans, whose groups are skipped from `used` on.
 
-    In reverse mode each group is computed again rather than stored.
+    given: a tree of all arrays that `one` works with. The chunks are shared out over devices. In reverse mode each
+    group is computed again rather than stored.
     """
-    group = max(1, round(total**0.5))
 
-    def several(carry: Any, first: Array) -> tuple[Any, None]:
-        def add(carry: Any) -> Any:
-            return jax.lax.scan(jax.checkpoint(one), carry, first + jnp.arange(group))[0]
+    def chunks_from(given: Any, first: Array | int, stride: int) -> Any:
+        given, zero, used = given
+        count = -(-total // stride)
+        group = max(1, round(count**0.5))
 
-        return jax.lax.cond(first < used, jax.checkpoint(add), lambda carry: carry, carry), None
+        def numbered(carry: Any, number: Array) -> tuple[Any, None]:
+            return one(given, carry, first + stride * number), None
 
-    if total <= FEW:
-        return jax.lax.scan(jax.checkpoint(one), zero, jnp.arange(total))[0]
-    return jax.lax.scan(jax.checkpoint(several), zero, jnp.arange(0, total, group))[0]
+        def several(carry: Any, number: Array) -> tuple[Any, None]:
+            def add(carry: Any) -> Any:
+                return jax.lax.scan(jax.checkpoint(numbered), carry, number + jnp.arange(group))[0]
+
+            return jax.lax.cond(first + stride * number < used, jax.checkpoint(add), lambda carry: carry, carry), None
+
+        if count <= FEW:
+            return jax.lax.scan(jax.checkpoint(numbered), zero, jnp.arange(count))[0]
+        return jax.lax.scan(jax.checkpoint(several), zero, jnp.arange(0, count, group))[0]
+
+    return devices.sums_of_chunks(chunks_from, (given, zero, used))
 
 
 def _gathered(carry: dict[str, Array], target: Array, part: dict[str, Array]) -> dict[str, Array]:

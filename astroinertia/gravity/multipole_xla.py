@@ -7,6 +7,7 @@ differentiated, forwards and backwards, with the lists held fixed. Checked by te
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -19,6 +20,7 @@ from astroinertia.gravity import expansions_xla as expansions
 from astroinertia.gravity import lists_xla, multipole
 from astroinertia.gravity.lists_xla import Chunks, Lists
 from astroinertia.gravity.points import CLAMP
+from astroinertia.pytree import pytree
 
 Array = Any
 ROUGHLY = 0.01  # error of first accelerations, which only say how large the allowed errors are
@@ -58,7 +60,7 @@ def points(
     Self pairs are included. Lists may be out of date: that costs accuracy as long as smoothing lengths have not grown
     by a third. precision "mixed" works in float32 on coordinates relative to leaves and nodes, and adds up in float64.
     """
-    bodies = _Bodies(precision, lists, mass, position, smoothing_length)
+    bodies = _bodies(precision, lists, mass, position, smoothing_length)
     near, near_virial = _near(bodies, virial)
     far, far_virial = _far(bodies, virial)
     whole = (near + far)[lists.row, lists.column]
@@ -68,35 +70,36 @@ def points(
     return sums
 
 
+@pytree
+@dataclass(frozen=True)
 class _Bodies:
-    """Leaves and nodes where the particles are now; the last of each is an empty one, far away."""
+    """Leaves and nodes where the particles are now; the last of each is an empty one, far away.
 
-    def __init__(self, precision: str, lists: Lists, mass: Array, position: Array, smoothing_length: Array) -> None:
-        self.lists, self.order = lists, lists.order
-        self.dtype = jnp.float32 if precision == "mixed" else jnp.float64
-        taken = lists.slots < mass.shape[0]
-        # An empty place is a copy of its leaf's first particle, without mass.
-        slots = jnp.where(taken, lists.slots, lists.slots[:, :1])
-        masses, points = jnp.where(taken, mass[slots], 0.0), position[slots]
-        leaf_mass = masses.sum(axis=1)
-        leaf_sum = (masses[:, :, None] * points).sum(axis=1)
-        sums = jnp.concatenate([leaf_mass[:, None], leaf_sum], axis=1)
-        # Dipoles are left out: centres must be those of mass to rounding, or momentum is not conserved to rounding.
-        node = _sum_over_chunks(
-            lists.shifts,
-            lambda carry, leaf, node: carry.at[node].add(sums[leaf][:, None], mode="promise_in_bounds"),
-            jnp.zeros((len(lists.scale), 4)),
-        )
-        centre = node[:-1, 1:] / jnp.where(node[:-1, :1] > 0.0, node[:-1, :1], 1.0)
-        leaf_centre = leaf_sum / leaf_mass[:, None]
-        away = jax.lax.stop_gradient(position.max(axis=0) + 2.0 * jnp.ptp(position, axis=0) + 1.0)
-        self.centre = jnp.concatenate([centre, away[None]])
-        self.leaf_centre = jnp.concatenate([leaf_centre, away[None]])
-        self.scale = lists.scale
-        # Of leaves, in the type of pairs: coordinates about the centre, masses and shares of the clamp.
-        self.relative = (points - leaf_centre[:, None]).astype(self.dtype)
-        self.mass = masses.astype(self.dtype)
-        self.clamp = (CLAMP * smoothing_length[slots] ** 2).astype(self.dtype)
+    centre (nodes + 1, 3), leaf_centre (L + 1, 3); of leaves, in the type of pairs: coordinates about the centre
+    (L, S, 3), masses and shares of the clamp (L, S).
+    """
+
+    lists: Lists
+    centre: Array
+    leaf_centre: Array
+    relative: Array
+    mass: Array
+    clamp: Array
+
+    @property
+    def order(self) -> int:
+        """Of the expansions."""
+        return self.lists.order
+
+    @property
+    def scale(self) -> Array:
+        """Of lengths about each node."""
+        return self.lists.scale
+
+    @property
+    def dtype(self) -> Any:
+        """The type of pairs."""
+        return self.mass.dtype
 
     @staticmethod
     def with_empty(array: Array) -> Array:
@@ -108,27 +111,59 @@ class _Bodies:
         return [difference[..., a].astype(self.dtype) for a in range(3)]
 
 
-def _sum_over_chunks(chunks: Chunks, add: Callable[[Any, Array, Array], Any], zero: Any) -> Any:
-    # add(sums, target, source) for every chunk that is used.
+def _bodies(precision: str, lists: Lists, mass: Array, position: Array, smoothing_length: Array) -> _Bodies:
+    dtype = jnp.float32 if precision == "mixed" else jnp.float64
+    taken = lists.slots < mass.shape[0]
+    # An empty place is a copy of its leaf's first particle, without mass.
+    slots = jnp.where(taken, lists.slots, lists.slots[:, :1])
+    masses, points = jnp.where(taken, mass[slots], 0.0), position[slots]
+    leaf_mass = masses.sum(axis=1)
+    leaf_sum = (masses[:, :, None] * points).sum(axis=1)
+    # Dipoles are left out: centres must be those of mass to rounding, or momentum is not conserved to rounding.
+    node = _sum_over_chunks(
+        jnp.concatenate([leaf_mass[:, None], leaf_sum], axis=1),
+        lists.shifts,
+        lambda sums, carry, leaf, node: carry.at[node].add(sums[leaf][:, None], mode="promise_in_bounds"),
+        jnp.zeros((len(lists.scale), 4)),
+    )
+    centre = node[:-1, 1:] / jnp.where(node[:-1, :1] > 0.0, node[:-1, :1], 1.0)
+    leaf_centre = leaf_sum / leaf_mass[:, None]
+    away = jax.lax.stop_gradient(position.max(axis=0) + 2.0 * jnp.ptp(position, axis=0) + 1.0)
+    return _Bodies(
+        lists=lists,
+        centre=jnp.concatenate([centre, away[None]]),
+        leaf_centre=jnp.concatenate([leaf_centre, away[None]]),
+        relative=(points - leaf_centre[:, None]).astype(dtype),
+        mass=masses.astype(dtype),
+        clamp=(CLAMP * smoothing_length[slots] ** 2).astype(dtype),
+    )
+
+
+def _sum_over_chunks(given: Any, chunks: Chunks, add: Callable[[Any, Any, Array, Array], Any], zero: Any) -> Any:
+    # add(given, sums, target, source) for every chunk that is used; given: all arrays that it works with.
     total = chunks.target.shape[0]
     if not total:
         return zero
 
-    def one(carry: Any, chunk: Array) -> tuple[Any, None]:
+    def one(both: Any, carry: Any, chunk: Array) -> Any:
+        given, chunks = both
+
         def added(carry: Any) -> Any:
-            return add(carry, chunks.target[chunk], chunks.source[chunk])
+            return add(given, carry, chunks.target[chunk], chunks.source[chunk])
 
-        return jax.lax.cond(chunk < chunks.used, jax.checkpoint(added), lambda carry: carry, carry), None
+        return jax.lax.cond(chunk < chunks.used, jax.checkpoint(added), lambda carry: carry, carry)
 
-    return xla_tiles.in_groups(one, zero, total, chunks.used)
+    return xla_tiles.in_groups(one, (given, chunks), zero, total, chunks.used)
 
 
 def _near(bodies: _Bodies, virial: bool) -> tuple[Array, Array]:
     # Sums (L, S, 4) over pairs of leaves, and the virial tensor's six components.
-    relative, mass, clamp = bodies.relative, bodies.mass, bodies.clamp
-    sources, source_mass, source_clamp = bodies.with_empty(relative), bodies.with_empty(mass), bodies.with_empty(clamp)
+    targets = bodies.relative, bodies.mass, bodies.clamp
+    given = bodies, tuple(bodies.with_empty(array) for array in targets)
 
-    def add(carry: tuple[Array, Array], target: Array, source: Array) -> tuple[Array, Array]:
+    def add(given: Any, carry: tuple[Array, Array], target: Array, source: Array) -> tuple[Array, Array]:
+        bodies, (sources, source_mass, source_clamp) = given
+        relative, mass, clamp = bodies.relative, bodies.mass, bodies.clamp
         sums, tensor = carry
         offset = (bodies.leaf_centre[source] - bodies.leaf_centre[target]).astype(bodies.dtype)
         x, y, weight = relative[target], sources[source] + offset[:, None], source_mass[source]
@@ -144,7 +179,7 @@ def _near(bodies: _Bodies, virial: bool) -> tuple[Array, Array]:
             tensor = tensor + xla_tiles.virial_of(slope, separation, masses)
         return sums, tensor
 
-    return _sum_over_chunks(bodies.lists.near, add, (jnp.zeros((*mass.shape, 4)), jnp.zeros(6)))
+    return _sum_over_chunks(given, bodies.lists.near, add, (jnp.zeros((*bodies.mass.shape, 4)), jnp.zeros(6)))
 
 
 def _far(bodies: _Bodies, virial: bool) -> tuple[Array, Array]:
@@ -175,7 +210,8 @@ def _upward(bodies: _Bodies, leaf_moments: Array) -> Array:
     # Moments (nodes + 1, K) of all nodes that take part, from those of leaves.
     lists, order, nodes = bodies.lists, bodies.order, bodies.lists.first.shape[0]
 
-    def add(carry: Array, leaf: Array, node: Array) -> Array:
+    def add(both: Any, carry: Array, leaf: Array, node: Array) -> Array:
+        bodies, leaf_moments = both
         by, ratio, size = _shift(bodies, leaf, node)
         given = leaf_moments[leaf]
         given = [jnp.broadcast_to(given[:, None, k], node.shape) for k in range(given.shape[1])]
@@ -184,7 +220,7 @@ def _upward(bodies: _Bodies, leaf_moments: Array) -> Array:
         return carry.at[node].add(jnp.stack(moved, axis=2).astype(carry.dtype), mode="promise_in_bounds")
 
     zero = jnp.zeros((nodes + 1, leaf_moments.shape[1]))
-    return _sum_over_chunks(lists.shifts, add, zero).at[nodes].set(0.0)
+    return _sum_over_chunks((bodies, leaf_moments), lists.shifts, add, zero).at[nodes].set(0.0)
 
 
 def _components(gathered: Array) -> list[Array]:
@@ -207,7 +243,8 @@ def _interactions(bodies: _Bodies, moments: Array) -> Array:
     order = bodies.order
     moments = moments.astype(bodies.dtype)
 
-    def add(carry: Array, target: Array, source: Array) -> Array:
+    def add(both: Any, carry: Array, target: Array, source: Array) -> Array:
+        bodies, moments = both
         separation = bodies.centre[target][:, None] - bodies.centre[source]
         distance = jnp.sqrt((separation * separation).sum(axis=2))
         # In units of the distance all numbers are about 1 or less, which float32 holds.
@@ -220,7 +257,7 @@ def _interactions(bodies: _Bodies, moments: Array) -> Array:
         return carry.at[target].add(part.astype(carry.dtype), indices_are_sorted=True, mode="promise_in_bounds")
 
     zero = jnp.zeros((moments.shape[0], moments.shape[1]))
-    return _sum_over_chunks(bodies.lists.local, add, zero)
+    return _sum_over_chunks((bodies, moments), bodies.lists.local, add, zero)
 
 
 def _downward(bodies: _Bodies, local: Array) -> Array:
@@ -228,7 +265,8 @@ def _downward(bodies: _Bodies, local: Array) -> Array:
     order = bodies.order
     local = local.astype(bodies.dtype)
 
-    def add(carry: Array, leaf: Array, node: Array) -> Array:
+    def add(both: Any, carry: Array, leaf: Array, node: Array) -> Array:
+        bodies, local = both
         by, ratio, size = _shift(bodies, leaf, node)
         given = _components(local[node])
         moved = expansions.scaled(order, expansions.local_shifted(order, given, [d / size for d in by]), ratio)
@@ -236,7 +274,7 @@ def _downward(bodies: _Bodies, local: Array) -> Array:
         return carry.at[leaf].add(part.astype(carry.dtype), indices_are_sorted=True, mode="promise_in_bounds")
 
     zero = jnp.zeros((bodies.mass.shape[0], local.shape[1]))
-    return _sum_over_chunks(bodies.lists.shifts, add, zero).astype(bodies.dtype)
+    return _sum_over_chunks((bodies, local), bodies.lists.shifts, add, zero).astype(bodies.dtype)
 
 
 def _node_virial(bodies: _Bodies, moments: Array, local: Array) -> Array:

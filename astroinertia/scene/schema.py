@@ -33,6 +33,9 @@ class Numerics(Part):
     precision: Literal["float64", "mixed"] = Field(
         default="float64", description="mixed: pair sums in float32, state in float64"
     )
+    devices: Annotated[int, Field(ge=1, le=65536)] = Field(
+        default=1, description="devices that the engine xla shares its pair sums out over"
+    )
     kernel: Literal["cubic", "quartic", "quintic", "wendland_c2", "wendland_c4", "wendland_c6"] = Field(
         default="wendland_c2", description="smoothing kernel"
     )
@@ -84,6 +87,8 @@ class Numerics(Part):
             raise ValueError("has both eta and neighbours, which say the same thing; keep one.")
         if self.timesteps == "individual" and self.engine == "xla":
             raise ValueError('timesteps = "individual" needs the engine numba_cpu; xla takes global steps.')
+        if self.devices > 1 and self.engine != "xla":
+            raise ValueError("devices are for the engine xla; numba_cpu takes all cores of one machine.")
         return self
 
 

@@ -1,0 +1,60 @@
+"""Work of the xla engine shared out over devices, of one host or of several.
+
+Particles are on every device, chunks of pairs on one: device d of D takes chunks d, d + D, d + 2 D, ... of every pass,
+and the sums of all of them are added up everywhere. A pass sends only these sums, some ten numbers a particle. Which
+devices there are is the mesh that compiled code is called under, so that a program for one device holds nothing of it.
+Tests: tests/scale/test_devices.py.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import jax
+from jax.sharding import AxisType, PartitionSpec
+from jax.tree_util import DictKey
+
+from astroinertia.errors import SceneError
+
+Array = Any
+AXIS = "devices"
+
+
+@contextmanager
+def shared_out(count: int) -> Iterator[None]:
+    """Within it, passes of the xla engine are shared out over this many devices; SceneError where there are fewer.
+
+    With several hosts (jax.distributed.initialize) devices of all hosts count, and every host must do the same.
+    """
+    if count == 1:
+        yield
+        return
+    found = jax.device_count()
+    if count > found or (jax.process_count() > 1 and count != found):
+        raise SceneError(f"numerics.devices is {count}, but JAX has {found} {jax.default_backend()} device(s) here.")
+    with jax.set_mesh(jax.make_mesh((count,), (AXIS,), devices=jax.devices()[:count], axis_types=(AxisType.Auto,))):
+        yield
+
+
+def sums_of_chunks(chunks_from: Callable[[Any, Array | int, int], Any], given: Any) -> Any:
+    """What chunks_from(given, first, stride) returns, arrays or trees of them, added up over all chunks.
+
+    In a dictionary what stands under the key "max" is the largest instead. given: all arrays that it works with.
+    """
+    count = jax.sharding.get_abstract_mesh().shape.get(AXIS, 1)
+    if count == 1:
+        return chunks_from(given, 0, 1)
+
+    def mine(given: Any) -> Any:
+        return jax.tree.map_with_path(_joined, chunks_from(given, jax.lax.axis_index(AXIS), count))
+
+    # What the devices hold in common is not told apart within conditionals: its derivative would be summed over
+    # devices inside of them, where not all devices come by.
+    whole = PartitionSpec()
+    return jax.shard_map(mine, in_specs=(whole,), out_specs=whole, check_vma=False)(given)
+
+
+def _joined(path: tuple, array: Array) -> Array:
+    if path and path[0] == DictKey("max"):
+        return jax.lax.all_gather(array, AXIS).max(axis=0)  # has a derivative, unlike a maximum over devices
+    return jax.lax.psum(array, AXIS)
