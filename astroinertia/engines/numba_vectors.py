@@ -4,6 +4,8 @@ Candidates are closed up ("compressed") with one instruction on processors that 
 same. The text of this file is copied into the generated modules of shared parts.
 """
 
+from typing import Any
+
 import numpy as np
 from llvmlite import ir
 from llvmlite.binding import get_host_cpu_features
@@ -14,9 +16,9 @@ from numba.extending import intrinsic
 # Boxes are pruned only where they are certainly out of reach, whatever the rounding of pair distances in float32.
 SLACK = 1.0 + 2e-5
 # Functions that only others call need no entry from Python, and none needs one from C: both are long to compile.
-INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-PART = {"error_model": "numpy", "nogil": True, **INNER}
-ENTRY = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+PART: dict[str, Any] = {"error_model": "numpy", "nogil": True, **INNER}
+ENTRY: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 # Arrays are filled up to whole vectors of float32 on the widest machines, and hold one more vector for loose ends.
 LANES = 16
 COMPRESSES = bool(get_host_cpu_features().get("avx512f"))
