@@ -96,10 +96,12 @@ def finish(
 
     told: global attributes known only now, such as what the run took. completed: what adds to the headline series
     before they are written. Snapshots are copied segment by segment, so that memory holds one segment and the series.
+    Outputs that a disk has damaged for good are told in the attribute `lost_outputs`.
     """
+    lost = {"lost_outputs": "\n".join(archive.lost)} if archive.lost else {}
 
     def fill(aside: Path) -> None:
-        dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs(told or {})
+        dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs({**(told or {}), **lost})
         dataset = dataset if completed is None else completed(dataset)
         encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
         for name, variable in dataset.data_vars.items():
