@@ -2,9 +2,11 @@
 
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import textwrap
 import time
 import warnings
@@ -293,6 +295,55 @@ def test_a_damaged_manifest_is_named(tmp_path, content):
     for refuse in (Archive.open, Archive.view, lambda folder: Archive.create(folder, METADATA)):
         with pytest.raises(ArchiveError, match=MANIFEST):
             refuse(tmp_path)
+
+
+def test_a_run_of_the_first_format_goes_on_in_todays(tmp_path):
+    folder = tmp_path / "run"
+    shutil.copytree(Path(__file__).parents[1] / "data" / "format_1_run", folder)
+    with Archive.open(folder) as archive:
+        before = archive.read_checkpoint()
+        assert before is not None
+        archive.write_checkpoint(state(1), {"number": 1})
+        assert archive.read_checkpoint() != before
+    assert manifest.read(folder)["version"] == manifest.VERSION
+    spoil(max(folder.glob("checkpoint-*")), "damaged")
+    with pytest.warns(ArchiveWarning, match="checkpoint-000005"):
+        archive = Archive.open(folder)
+    with archive:
+        again = archive.read_checkpoint()
+        assert again is not None
+        assert again[1] == before[1]
+        assert sum(len(part["time"]) for part in archive.read_series()) == 3
+
+
+READER = """
+    import os, sys
+    sys.path[:0] = sys.argv[1].split(os.pathsep)
+    from test_archive import Archive, METADATA, write_on
+    from astroinertia.errors import ArchiveError
+    folder = sys.argv[2]
+    os.setuid(65534)  # root may write everywhere
+    for attempt in (lambda: Archive.open(folder), lambda: Archive.create(folder + "/new", METADATA)):
+        try:
+            attempt()
+        except ArchiveError as error:
+            print(error)
+    print(sum(len(part["time"]) for part in Archive.view(folder).read_series()))
+"""
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="changes its user")
+def test_a_folder_that_must_not_be_written_is_told_and_can_be_read(tmp_path):
+    with Archive.create(tmp_path / "run", METADATA) as archive:
+        write_on(archive, 4)
+    for folder in (tmp_path / "run", *tmp_path.parents):
+        if folder.is_relative_to(tempfile.gettempdir()) and folder != Path(tempfile.gettempdir()):
+            folder.chmod(0o755)
+    output, errors = run_script(READER, str(tmp_path / "run")).communicate(timeout=120)
+    first, second, outputs = output.splitlines() or [errors] * 3
+    assert "run cannot be written: Permission denied." in first
+    assert "new cannot be made: Permission denied." in second
+    assert outputs == "4"
 
 
 def test_a_newer_format_is_refused(tmp_path):
