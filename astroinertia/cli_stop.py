@@ -11,7 +11,7 @@ from astroinertia.errors import ArchiveWarning, RunInterrupted, SceneError
 
 EXIT_CODES = (
     "Exit codes: 0, the run has ended and its file is written; 1, it failed; 2, bad input; 130, it was stopped before "
-    "its end by Ctrl-C, SIGTERM, SIGUSR1 or --max-wall, everything is sealed, and `astroinertia resume` goes on with it."
+    "its end by Ctrl-C, SIGTERM, SIGUSR1 or --max-wall, everything is sealed, and `astroinertia resume` goes on."
 )
 
 
