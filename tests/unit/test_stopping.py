@@ -14,6 +14,8 @@ from astroinertia.errors import RunInterrupted
 from astroinertia.models.rigid_evolution import RigidBody
 from tests.tradeoff_scenes import SIMS
 
+pytestmark = pytest.mark.slow
+
 TOP = SIMS / "tennis_racket.toml"
 SETTINGS = ["time.end=1 s", "output.series_every=0.05 s"]
 
