@@ -1,13 +1,15 @@
-"""A run folder: sealed segments of output and one checkpoint, consistent after a crash at any instant.
+"""A run folder: sealed segments of output and the last two checkpoints, consistent after a crash at any instant.
 
     manifest.json            what belongs to the run, with the sha256 of every file; replaced as a whole
+    manifest-copy.json       the same once more, for a disk that damages the first
     segment-000001.npz ...   headline records and snapshots, in code units
-    checkpoint-000002.npz    the state from which the run goes on, after so many segments
+    checkpoint-000002.npz    the state from which the run goes on, after so many segments; and the one before it
     <name>.nc                the final dataset, written once (astroinertia.dataset)
     lock                     held by the one process that writes
 
 A file exists for the run only once the manifest lists it, and the manifest is replaced atomically: that is the whole
-of the crash safety. One file held open for appending is not an option: HDF5 loses it on kill -9.
+of the crash safety. What a disk damages later is known by its hash, and what follows from the checkpoint before is
+computed again. One file held open for appending is not an option: HDF5 loses it on kill -9.
 """
 
 import fcntl
@@ -20,13 +22,12 @@ from typing import Any, Self
 
 import numpy as np
 
-from astroinertia.errors import ArchiveError
-from astroinertia.sealed import TEMPORARY, check, read_arrays, sync_folder, write_arrays, write_json, write_whole
+from astroinertia import manifest as manifests
+from astroinertia.errors import ArchiveError, ArchiveWarning
+from astroinertia.manifest import COPY, MANIFEST
+from astroinertia.sealed import TEMPORARY, check, read_arrays, sync_folder, write_arrays, write_whole
 
-MANIFEST = "manifest.json"
 LOCK = "lock"
-FORMAT = "astroinertia-run"
-VERSION = 1
 _SEALED = re.compile(r"(segment|checkpoint)-\d+\.npz")
 
 
@@ -37,6 +38,7 @@ class Archive:
         self.folder = folder
         self._manifest = manifest
         self._lock = lock
+        self._lost: dict[str, str] = {}
 
     @classmethod
     def create(cls, folder: Path | str, metadata: Mapping[str, Any]) -> Self:
@@ -59,7 +61,7 @@ class Archive:
         try:
             refuse_if_taken(folder, metadata)
             archive = cls(folder, {}, lock)
-            archive._commit(_empty_manifest(described))
+            archive._commit(manifests.empty(described))
         except BaseException:
             lock.close()
             raise
@@ -69,16 +71,16 @@ class Archive:
     def open(cls, folder: Path | str) -> Self:
         """Go on with the run in a folder, at its last checkpoint: what was written after it is dropped.
 
-        Raises ArchiveError if there is no run, another process is writing it, or a listed file is missing or damaged
-        (the file is named).
+        Where that checkpoint, or an output since the one before it, is missing or damaged, at the one before. Outputs
+        older than that are `lost`. Either way an ArchiveWarning names the file and says what becomes of it.
+        Raises ArchiveError if there is no run, another process is writing it, or no checkpoint is left.
         """
         folder = Path(folder)
-        _read_manifest(folder)  # before the lock, so that a folder that holds no run stays as it is
+        manifests.read(folder)  # before the lock, so that a folder that holds no run stays as it is
         lock = _locked(folder)
         try:
-            archive = cls(folder, _read_manifest(folder), lock)
+            archive = cls(folder, manifests.read(folder), lock)
             archive._return_to_checkpoint()
-            archive.verify()
         except BaseException:
             lock.close()
             raise
@@ -88,7 +90,7 @@ class Archive:
     def view(cls, folder: Path | str) -> Self:
         """Read a run folder, also while another process writes it; takes no lock and changes nothing."""
         folder = Path(folder)
-        return cls(folder, _read_manifest(folder), None)
+        return cls(folder, manifests.read(folder), None)
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -99,6 +101,11 @@ class Archive:
     def segments(self) -> int:
         """Number of sealed segments."""
         return len(self._manifest["segments"])
+
+    @property
+    def lost(self) -> tuple[str, ...]:
+        """Sentences, each on outputs that cannot be read any more and were too old to be computed again by `open`."""
+        return tuple(self._lost.values())
 
     @property
     def finished(self) -> Path | None:
@@ -125,16 +132,19 @@ class Archive:
         self._commit({**self._manifest, "segments": [*self._manifest["segments"], entry]})
 
     def write_checkpoint(self, arrays: Mapping[str, Any], scalars: Mapping[str, Any]) -> None:
-        """Replace the checkpoint: the state after all segments written so far. Every bit of the arrays survives."""
-        before = self._manifest["checkpoint"]
+        """Seal the state after all segments written so far; the checkpoint before it stays, older ones go.
+
+        Every bit of the arrays survives.
+        """
+        *older, before = self._manifest["checkpoints"]
         entry = self._write("checkpoint", arrays, scalars) | {"segments": self.segments}
-        self._commit({**self._manifest, "checkpoint": entry})
-        if before is not None:
-            (self.folder / before["file"]).unlink(missing_ok=True)
+        self._commit({**self._manifest, "checkpoints": [before, entry]})
+        for checkpoint in filter(None, older):
+            (self.folder / checkpoint["file"]).unlink(missing_ok=True)
 
     def read_checkpoint(self) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
         """Arrays and scalars of the last checkpoint, None before the first; ArchiveError if it is damaged."""
-        entry = self._manifest["checkpoint"]
+        entry = self._manifest["checkpoints"][-1]
         return None if entry is None else read_arrays(self.folder / entry["file"], entry["sha256"])
 
     def read_series(self, damaged: str = "raise") -> Iterator[dict[str, np.ndarray]]:
@@ -150,15 +160,19 @@ class Archive:
 
     def snapshot_layout(self) -> tuple[int, dict[str, tuple[int, ...]]]:
         """Number of snapshots and the shape of each quantity in the first of them, without reading any."""
-        listed = [entry for entry in self._manifest["segments"] if entry["snapshots"]]
+        listed = [entry for entry in self._kept() if entry["snapshots"]]
         layout = listed[0]["layout"] if listed else {}
         return sum(entry["snapshots"] for entry in listed), {name: tuple(shape) for name, shape in layout.items()}
 
-    def verify(self) -> None:
-        """Raise ArchiveError, naming the file, if any segment or the checkpoint is missing or damaged."""
-        checkpoint = self._manifest["checkpoint"]
-        for entry in [*self._manifest["segments"], *([] if checkpoint is None else [checkpoint])]:
-            check(self.folder / entry["file"], entry["sha256"])
+    def damaged(self) -> dict[str, str]:
+        """A sentence on each segment and checkpoint that is missing or damaged, by the name of its file."""
+        found = {}
+        for entry in [*self._manifest["segments"], *filter(None, self._manifest["checkpoints"])]:
+            try:
+                check(self.folder / entry["file"], entry["sha256"])
+            except ArchiveError as error:
+                found[entry["file"]] = str(error)
+        return found
 
     def finish(self, fill: Callable[[Path], None]) -> Path:
         """Let `fill` write the final file, seal it as <name>.nc and return its path. Segments and checkpoint stay."""
@@ -181,7 +195,7 @@ class Archive:
         self.close()
 
     def _read(self, kind: str, prefix: str, damaged: str) -> Iterator[dict[str, np.ndarray]]:
-        for entry in self._manifest["segments"]:
+        for entry in self._kept():
             if not entry[kind]:
                 continue
             try:
@@ -189,7 +203,7 @@ class Archive:
             except ArchiveError as error:
                 if damaged != "skip":
                     raise
-                warnings.warn(f"{error} Its {entry[kind]} {kind} are left out.", stacklevel=2)
+                warnings.warn(f"{error} Its {entry[kind]} {kind} are left out.", ArchiveWarning, stacklevel=2)
                 continue
             yield {name.removeprefix(prefix): array for name, array in arrays.items()}
 
@@ -202,27 +216,43 @@ class Archive:
 
     def _commit(self, manifest: dict[str, Any]) -> None:
         self._must_be_writable()
-        write_json(self.folder / MANIFEST, manifest)
+        manifests.write(self.folder, manifest)
         self._manifest = manifest  # only now: where the disk refuses, this object still agrees with it
 
     def _must_be_writable(self) -> None:
         if self._lock is None:
             raise ArchiveError(f"the run folder {self.folder} is open for reading only, or closed.")
 
+    def _kept(self) -> list[dict[str, Any]]:
+        return [entry for entry in self._manifest["segments"] if entry["file"] not in self._lost]
+
     def _return_to_checkpoint(self) -> None:
-        checkpoint = self._manifest["checkpoint"]
-        kept = 0 if checkpoint is None else checkpoint["segments"]
-        if self.segments > kept:
-            # First forgotten, then removed: a crash in between leaves strays, not gaps.
-            self._commit({**self._manifest, "segments": self._manifest["segments"][:kept], "final": None})
+        segments, damaged = self._manifest["segments"], self.damaged()
+        checkpoints = [entry for entry in self._manifest["checkpoints"] if not entry or entry["file"] not in damaged]
+        if not checkpoints:
+            raise ArchiveError(" ".join(damaged[entry["file"]] for entry in self._manifest["checkpoints"]))
+        if len(checkpoints) == 2:
+            between = segments[_segments(checkpoints[0]) : _segments(checkpoints[1])]
+            if any(entry["file"] in damaged for entry in between):
+                checkpoints.pop()
+        kept = segments[: _segments(checkpoints[-1])]
+        for entry in kept:
+            if entry["file"] in damaged:
+                outputs = f"Its {entry['records']} records and {entry['snapshots']} snapshots are lost."
+                self._lost[entry["file"]] = f"{damaged[entry['file']]} {outputs}"
+        for file, sentence in damaged.items():
+            whole = "The run goes on from a checkpoint that is whole, and nothing of this is lost."
+            warnings.warn(self._lost.get(file, f"{sentence} {whole}"), ArchiveWarning, stacklevel=3)
+        # First forgotten, then removed: a crash in between leaves strays, not gaps.
+        if checkpoints != self._manifest["checkpoints"] or len(kept) < len(segments):
+            final = self._manifest["final"] if len(kept) == len(segments) else None
+            self._commit({**self._manifest, "segments": kept, "checkpoints": checkpoints, "final": final})
         self._sweep()
 
     def _sweep(self) -> None:
-        checkpoint = self._manifest["checkpoint"]
-        listed = {entry["file"] for entry in self._manifest["segments"]} | (
-            {checkpoint["file"]} if checkpoint else set()
-        )
-        whole = (MANIFEST, final_name(self.metadata))
+        entries = [*self._manifest["segments"], *filter(None, self._manifest["checkpoints"])]
+        listed = {entry["file"] for entry in entries}
+        whole = (MANIFEST, COPY, final_name(self.metadata))
         strays = [
             path
             for path in self.folder.iterdir()
@@ -243,35 +273,9 @@ def final_name(metadata: Mapping[str, Any]) -> str:
     return re.sub(r"[^\w.+-]+", "_", name.strip()).lstrip(".")[:100] + ".nc"
 
 
-def _empty_manifest(metadata: dict[str, Any]) -> dict[str, Any]:
-    return {
-        "format": FORMAT,
-        "version": VERSION,
-        "metadata": metadata,
-        "serial": 0,
-        "segments": [],
-        "checkpoint": None,
-        "final": None,
-    }
-
-
-def _read_manifest(folder: Path) -> dict[str, Any]:
-    path = folder / MANIFEST
-    try:
-        manifest = json.loads(path.read_bytes())
-    except (FileNotFoundError, NotADirectoryError):
-        raise ArchiveError(f"{folder} holds no run (it has no {MANIFEST}).") from None
-    except OSError as error:
-        raise ArchiveError(f"{path} cannot be read: {error.strerror or error}.") from error
-    except ValueError as error:
-        raise ArchiveError(f"{path} is damaged: it is not JSON ({error}).") from error
-    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT or "version" not in manifest:
-        raise ArchiveError(f"{path} does not describe a run of this package.")
-    if manifest["version"] > VERSION:
-        raise ArchiveError(
-            f"{folder} was written in format {manifest['version']} of a newer version; this one reads up to {VERSION}."
-        )
-    return manifest
+def _segments(checkpoint: Mapping[str, Any] | None) -> int:
+    """How many segments were sealed before a checkpoint; None is the start."""
+    return 0 if checkpoint is None else checkpoint["segments"]
 
 
 def _locked(folder: Path) -> Any:
@@ -283,9 +287,12 @@ def _locked(folder: Path) -> Any:
     try:
         # The kernel lets go of it when the process ends, however it ends.
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    except BlockingIOError:
         lock.close()
         raise ArchiveError(f"another process is writing the run folder {folder}; wait for it or stop it.") from None
+    except OSError as error:
+        lock.close()
+        raise ArchiveError(f"the run folder {folder} cannot be locked: {error.strerror or error}.") from error
     return lock
 
 
@@ -294,7 +301,7 @@ def refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
     if not folder.is_dir():
         return
     if (folder / MANIFEST).exists():
-        other = _read_manifest(folder)["metadata"].get("name", "?")
+        other = manifests.read(folder)["metadata"].get("name", "?")
         raise ArchiveError(f"{folder} already holds the run '{other}'; resume it, or choose another folder.")
     if any(_SEALED.fullmatch(path.name) for path in folder.iterdir()):
         raise ArchiveError(f"{folder} holds segments of a run whose {MANIFEST} is gone; choose another folder.")

@@ -23,6 +23,7 @@ from astroinertia import (
     cli_plan,
     cli_ratios,
     cli_result,
+    cli_stop,
     cli_tradeoff,
     cli_verify,
 )
@@ -75,19 +76,17 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 130 interrupted."""
+    """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 130 stopped before its end."""
     try:
         options = _parser().parse_args(arguments)
-        return options.command(options)
+        with cli_stop.damage_told(_complain):
+            return options.command(options)
     except RunInterrupted as stopped:
-        _complain(f"{_ended(str(stopped))[:-1]}; go on with: astroinertia resume {stopped.folder}")
+        _complain(cli_stop.told(stopped))
         return INTERRUPTED
-    except (SceneError, ArchiveError) as error:
-        _complain(_ended(str(error)))
-        return BAD_INPUT
     except AstroinertiaError as error:
         _complain(_ended(str(error)))
-        return FAILED
+        return BAD_INPUT if isinstance(error, SceneError | ArchiveError) else FAILED
     except KeyboardInterrupt:
         _complain("interrupted.")
         return INTERRUPTED
@@ -144,9 +143,11 @@ def _parser() -> argparse.ArgumentParser:
     _scene_arguments(run)
     run.add_argument("--output", type=Path, metavar="DIR", help="folder of the run, new or empty (default: runs/NAME)")
     cli_choice.add_arguments(run)
+    cli_stop.add_arguments(run)
 
     resume = _command(commands, "resume", _resume, "go on with an interrupted run", "astroinertia resume runs/coarse")
     resume.add_argument("run", metavar="RUN", type=Path, help="folder of the run")
+    cli_stop.add_arguments(resume)
 
     show = _command(
         commands, "show", _show, "print a summary of a result and draw its pictures", "astroinertia show runs/coarse"
@@ -299,15 +300,16 @@ def _run(options: argparse.Namespace) -> int:
     scene = cli_choice.chosen(scene, folder, options.minutes, _say)
     _say(f"{scene.name}: model {scene.model}, effects {', '.join(scene.effects) or 'none'}; preparing the body")
     with Meter(_Console(highlight=False)) as meter:
-        result = run_scene(scene, folder, meter.tell, begun)
+        result = run_scene(scene, folder, meter.tell, begun, cli_stop.deadline(options, begun))
     return _finished(result, folder)
 
 
 def _resume(options: argparse.Namespace) -> int:
+    limit = cli_stop.deadline(options)
     from astroinertia.accuracy.running import resume
 
     with Meter(_Console(highlight=False)) as meter:
-        result = resume(options.run, meter.tell)
+        result = resume(options.run, meter.tell, limit)
     return _finished(result, options.run)
 
 

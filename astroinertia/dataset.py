@@ -4,7 +4,8 @@ The headline series are a Dataset; the particles of the snapshots are another, i
 """
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -96,20 +97,23 @@ def finish(
 
     told: global attributes known only now, such as what the run took. completed: what adds to the headline series
     before they are written. Snapshots are copied segment by segment, so that memory holds one segment and the series.
+    Outputs that a disk has damaged for good are told in the attribute `lost_outputs`.
     """
+    lost = {"lost_outputs": "\n".join(archive.lost)} if archive.lost else {}
 
     def fill(aside: Path) -> None:
-        dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs(told or {})
+        dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs({**(told or {}), **lost})
         dataset = dataset if completed is None else completed(dataset)
         encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
         for name, variable in dataset.data_vars.items():
             if variable.size and variable.dtype.kind in "fi":
                 encoding[str(name)] = {"zlib": True, "complevel": 4, "shuffle": True}
-        dataset.to_netcdf(aside, engine="netcdf4", format="NETCDF4", encoding=encoding)
-        count, layout = archive.snapshot_layout()
-        if count:
-            with netCDF4.Dataset(aside, "a") as file:
-                _append_snapshots(file.createGroup("snapshots"), count, layout, archive)
+        with _refusals_told():
+            dataset.to_netcdf(aside, engine="netcdf4", format="NETCDF4", encoding=encoding)
+            count, layout = archive.snapshot_layout()
+            if count:
+                with netCDF4.Dataset(aside, "a") as file:
+                    _append_snapshots(file.createGroup("snapshots"), count, layout, archive)
 
     return archive.finish(fill)
 
@@ -319,6 +323,15 @@ def _load(path: Path) -> xr.Dataset:
     if version > FORMAT:
         raise ArchiveError(f"{path} has format {version} of a newer version; this one reads up to {FORMAT}.")
     return dataset
+
+
+@contextmanager
+def _refusals_told() -> Iterator[None]:
+    """HDF5 keeps to itself what the system refused, and netCDF raises a RuntimeError for it."""
+    try:
+        yield
+    except RuntimeError as error:
+        raise OSError(f"{error} (is the disk full?)") from error
 
 
 def _append_snapshots(group: Any, count: int, layout: Mapping[str, tuple[int, ...]], archive: Archive) -> None:

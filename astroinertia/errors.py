@@ -45,13 +45,18 @@ class NumericalError(AstroinertiaError):
         return f"{self.message} ({told})" if told else self.message
 
 
-class RunInterrupted(AstroinertiaError):
-    """A run was asked to stop; everything is sealed, and `resume` on its folder goes on."""
+class ArchiveWarning(UserWarning):
+    """A file of a run folder is damaged; what stands in for it, or what is lost, in one clear sentence."""
 
-    def __init__(self, folder: object, time: float, end: float) -> None:
+
+class RunInterrupted(AstroinertiaError):
+    """A run was stopped, by what `by` says; everything is sealed, and `resume` on its folder goes on."""
+
+    def __init__(self, folder: object, time: float, end: float, by: str = "request") -> None:
         self.folder = folder
         self.share = time / end
-        super().__init__(folder, time, end)
+        self.by = by
+        super().__init__(folder, time, end, by)
 
     def __str__(self) -> str:
-        return f"the run stopped on request at {100 * self.share:.1f}% and is sealed in {self.folder}"
+        return f"the run was stopped by {self.by} at {100 * self.share:.1f}% and is sealed in {self.folder}"

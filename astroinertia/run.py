@@ -21,6 +21,11 @@ from astroinertia.errors import NumericalError, RunInterrupted
 from astroinertia.scene.schema import Scene
 from astroinertia.units import DIMENSIONLESS
 
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
+"""Ctrl-C, and what schedulers send before they kill: the run is sealed and stops."""
+LIMIT = "its limit of wall time"
+MARGIN = 1.5  # steps and seals take their time unevenly: so much of what the last ones took is left for the next
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -55,30 +60,32 @@ def run_scene(
     listener: Listener | None = None,
     begun: float | None = None,
     completed: Completion | None = None,
+    deadline: float = math.inf,
 ) -> Path:
     """Run a scene in a new run folder and return the netCDF file that it leaves.
 
     begun: of time.monotonic(), from when on the run's time is counted; from now on without it. The scene's error bars
-    are told by `completed`: accuracy.companion_runs. Raises SceneError, ArchiveError (the folder holds another run),
-    NumericalError, and RunInterrupted after a signal, with everything sealed so that `resume` goes on.
+    are told by `completed`: accuracy.companion_runs. deadline: of time.monotonic(), too, by which the run is sealed and
+    stopped if it has not ended. Raises SceneError, ArchiveError (the folder holds another run), NumericalError, and
+    RunInterrupted after a signal or for the deadline, with everything sealed so that `resume` goes on.
     """
     begun = clock.monotonic() if begun is None else begun
     described = metadata(scene) | _predicted(scene)
     refuse_if_taken(folder, described)
     with jax.enable_x64(True):
         # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
-        finished = run_prepared(described, prepare(scene), folder, listener, begun, completed)
+        finished = run_prepared(described, prepare(scene), folder, listener, begun, completed, deadline)
     experience.note(scene)
     return finished
 
 
 def run_prepared(
     described: Mapping[str, Any], prepared: Prepared, folder: Path, listener: Listener | None, begun: float,
-    completed: Completion | None = None,
+    completed: Completion | None = None, deadline: float = math.inf,
 ) -> Path:  # fmt: skip
     """The same for a scene at time 0 that is prepared and described (build.metadata); under jax.enable_x64."""
     with Archive.create(folder, {**described, **told_by(prepared.evolution)}) as archive:
-        return _Run(prepared, archive, listener, begun).finish(completed)
+        return _Run(prepared, archive, listener, begun, deadline).finish(completed)
 
 
 def _predicted(scene: Scene) -> dict[str, float]:
@@ -97,18 +104,28 @@ def _predicted(scene: Scene) -> dict[str, float]:
     return {name: value for name, value in told.items() if math.isfinite(value)}
 
 
-def resume(folder: Path, listener: Listener | None = None, completed: Completion | None = None) -> Path:
-    """Go on with an interrupted run, bit for bit as if it had never stopped, and return its netCDF file."""
+def resume(
+    folder: Path,
+    listener: Listener | None = None,
+    completed: Completion | None = None,
+    deadline: float = math.inf,
+) -> Path:
+    """Go on with an interrupted run, bit for bit as if it had never stopped, and return its netCDF file.
+
+    Where a disk has damaged files of the run: Archive.open. Otherwise as run_scene. Tests: tests/crash.
+    """
     begun = clock.monotonic()
     with jax.enable_x64(True), Archive.open(folder) as archive:
-        return _Run(restore(archive), archive, listener, begun).finish(completed)
+        return _Run(restore(archive), archive, listener, begun, deadline).finish(completed)
 
 
 class _Run:
     """The loop over steps; what it holds beside the body is what the outputs still need."""
 
-    def __init__(self, prepared: Prepared, archive: Archive, listener: Listener | None, begun: float) -> None:
-        self.archive, self.listener, self.begun = archive, listener, begun
+    def __init__(
+        self, prepared: Prepared, archive: Archive, listener: Listener | None, begun: float, deadline: float
+    ) -> None:
+        self.archive, self.listener, self.begun, self.deadline = archive, listener, begun, deadline
         self.body, self.output, self.units = prepared.evolution, prepared.outputs, prepared.units
         self.records: list[dict[str, Any]] = []
         self.snapshots: list[dict[str, Any]] = []
@@ -117,6 +134,7 @@ class _Run:
         self.from_share = self._share()
         self.told = -1e9
         self.saved, self.saved_step = self.opened, self.body.steps
+        self.could_stop, self.sealing = self.opened, 0.0
 
     def finish(self, completed: Completion | None) -> Path:
         body, output = self.body, self.output
@@ -127,10 +145,11 @@ class _Run:
             while not self._ended():
                 if body.resumable:
                     due = clock.monotonic() - self.saved >= output.checkpoint_seconds
-                    if (due or stopping) and body.steps != self.saved_step:
+                    cause = stopping[0] if stopping else LIMIT if self._late() else None
+                    if (due or cause) and body.steps != self.saved_step:
                         self._checkpoint()
-                    if stopping:
-                        raise RunInterrupted(self.archive.folder, body.time, output.end)
+                    if cause:
+                        raise RunInterrupted(self.archive.folder, body.time, output.end, cause)
                 self._advance()
                 self._record(force=self._ended())
             if "measured" not in self.counters:  # a run that is resumed after its end leaves the same file
@@ -144,6 +163,12 @@ class _Run:
 
     def _ended(self) -> bool:
         return self.body.time >= self.output.end * (1.0 - 1e-14) or self.body.steps >= self.output.max_steps
+
+    def _late(self) -> bool:
+        """Whether the deadline could pass before the run can be stopped and sealed the next time."""
+        now = clock.monotonic()
+        lately, self.could_stop = now - self.could_stop, now
+        return now + MARGIN * (lately + self.sealing) >= self.deadline
 
     def _advance(self) -> None:
         until = self.output.end
@@ -199,11 +224,13 @@ class _Run:
 
     def _checkpoint(self) -> None:
         # Sealing writes copies only: the state goes on as it was.
+        begin = clock.monotonic()
         self.archive.write_segment(self.records, self.snapshots)
         wall_time = self.counters["wall_time"] + clock.monotonic() - self.opened
         self.archive.write_checkpoint(self.body.arrays(), {**self.counters, "wall_time": wall_time})
         self.records, self.snapshots = [], []
         self.saved, self.saved_step = clock.monotonic(), self.body.steps
+        self.sealing = self.saved - begin
 
     def _tell(self, force: bool) -> None:
         if self.listener is None or (not force and clock.monotonic() - self.told < 0.2):
@@ -239,18 +266,21 @@ class _Run:
 
 
 @contextmanager
-def _signals() -> Iterator[list[int]]:
-    """Collects SIGINT and SIGTERM while a run goes on; a second one acts as usual."""
-    received: list[int] = []
+def _signals() -> Iterator[list[str]]:
+    """Collects the names of SIGNALS while a run goes on; a second Ctrl-C acts as usual.
+
+    A second one of the others does not: `timeout` and schedulers send theirs to a process and to its group.
+    """
+    received: list[str] = []
     before = {}
 
     def note(number: int, _: Any) -> None:
-        received.append(number)
-        for signal_number, handler in before.items():
-            signal.signal(signal_number, handler)
+        received.append("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
+        if number == signal.SIGINT:
+            signal.signal(number, before[number])
 
     try:
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in SIGNALS:
             before[number] = signal.signal(number, note)
     except ValueError:  # not the main thread: signals stay with whoever owns them
         before.clear()

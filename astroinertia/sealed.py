@@ -24,7 +24,7 @@ def write_whole(path: Path, fill: Callable[[Path], None]) -> str:
     """Let `fill` write a file under a temporary name, sync it, give it its name, sync the folder; returns its sha256.
 
     After a crash at any instant `path` is what it was before or what it is now, never half of it. Raises ArchiveError
-    when the system refuses (no space, no permission); nothing is left behind then.
+    when the system refuses (no space, no permission); `path` stays as it was then.
     """
     aside = path.with_name(path.name + TEMPORARY)
     try:
@@ -36,7 +36,9 @@ def write_whole(path: Path, fill: Callable[[Path], None]) -> str:
         sync_folder(path.parent)
     except OSError as error:
         _discard(aside)
-        raise ArchiveError(f"{path} cannot be written: {error.strerror or error}.") from error
+        raise ArchiveError(
+            f"{path} cannot be written: {error.strerror or error}; what was written before is kept."
+        ) from error
     except BaseException:
         _discard(aside)
         raise

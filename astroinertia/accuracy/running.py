@@ -4,6 +4,7 @@ Companion runs are ordinary runs in `companion_runs/NAME` below the run's own fo
 takes up whichever was going; those that are finished stay. Tests: tests/unit/test_error_bars.py.
 """
 
+import math
 import time as clock
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,22 +24,28 @@ from astroinertia.scene.schema import Scene
 FOLDER = "companion_runs"
 
 
-def run_scene(scene: Scene, folder: Path, listener: Listener | None = None, begun: float | None = None) -> Path:
+def run_scene(
+    scene: Scene,
+    folder: Path,
+    listener: Listener | None = None,
+    begun: float | None = None,
+    deadline: float = math.inf,
+) -> Path:
     """Run a scene in a new run folder, with its companion runs where it asks for error bars; returns the netCDF file.
 
     Otherwise as run.run_scene; SceneError, too, for a scene that cannot have error bars.
     """
-    return run.run_scene(scene, folder, listener, begun, _completion(scene, folder, listener))
+    return run.run_scene(scene, folder, listener, begun, _completion(scene, folder, listener, deadline), deadline)
 
 
-def resume(folder: Path, listener: Listener | None = None) -> Path:
+def resume(folder: Path, listener: Listener | None = None, deadline: float = math.inf) -> Path:
     """Go on with an interrupted run or its companion runs, bit for bit, and return the netCDF file."""
     told = Archive.view(folder).metadata
     scene = load.loads(told["scene"], origin=told["origin"])
-    return run.resume(folder, listener, _completion(scene, folder, listener))
+    return run.resume(folder, listener, _completion(scene, folder, listener, deadline), deadline)
 
 
-def _completion(scene: Scene, folder: Path, listener: Listener | None) -> Completion | None:
+def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline: float) -> Completion | None:
     if not scene.output.error_bars:
         return None
     runs = companion_runs(scene)  # now, so that a scene that cannot have them is refused before it is run
@@ -51,13 +58,16 @@ def _completion(scene: Scene, folder: Path, listener: Listener | None) -> Comple
         for number, each in enumerate(runs):
             begin = clock.monotonic()
             try:
-                told = _carried_out(each, folder / FOLDER / each.name, _labelled(listener, each, number, len(runs)))
+                labelled = _labelled(listener, each, number, len(runs))
+                told = _carried_out(each, folder / FOLDER / each.name, labelled, deadline)
                 seconds += float(told.attrs["measured_wall_time"])
             except (NumericalError, SceneError) as error:
                 told = str(error)
                 seconds += clock.monotonic() - begin
-            except (RunInterrupted, KeyboardInterrupt):
-                raise RunInterrupted(folder, 1.0 + number, 1.0 + len(runs)) from None
+            except RunInterrupted as stopped:
+                raise RunInterrupted(folder, 1.0 + number, 1.0 + len(runs), stopped.by) from None
+            except KeyboardInterrupt:
+                raise RunInterrupted(folder, 1.0 + number, 1.0 + len(runs), "Ctrl-C") from None
             found.append((each, told))
         names = ", ".join(each.name for each in runs)
         return with_error_bars(main, found).assign_attrs(error_bars_companion_runs=names, error_bars_wall_time=seconds)
@@ -65,14 +75,14 @@ def _completion(scene: Scene, folder: Path, listener: Listener | None) -> Comple
     return completed
 
 
-def _carried_out(companion: CompanionRun, folder: Path, listener: Listener | None) -> xr.Dataset:
+def _carried_out(companion: CompanionRun, folder: Path, listener: Listener | None, deadline: float) -> xr.Dataset:
     """The dataset of a companion run: as it is, gone on with, or run."""
     if not (folder / MANIFEST).exists():
-        return datasets.open(run.run_scene(companion.scene, folder, listener))
+        return datasets.open(run.run_scene(companion.scene, folder, listener, deadline=deadline))
     archive = Archive.view(folder)
     if archive.metadata["scene"] != load.resolved_text(companion.scene):
         raise ArchiveError(f"{folder} holds a companion run of another scene; remove it, or choose another folder.")
-    return datasets.open(archive.finished or run.resume(folder, listener))
+    return datasets.open(archive.finished or run.resume(folder, listener, deadline=deadline))
 
 
 def _labelled(listener: Listener | None, companion: CompanionRun, number: int, count: int) -> Listener | None:

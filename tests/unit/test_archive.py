@@ -1,20 +1,24 @@
 """Run folders: what survives a crash, a damaged file and a second writer."""
 
-import json
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import textwrap
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from astroinertia.archive import MANIFEST, Archive
-from astroinertia.errors import ArchiveError
+from astroinertia import manifest
+from astroinertia.archive import Archive
+from astroinertia.errors import ArchiveError, ArchiveWarning
+from astroinertia.manifest import COPY, MANIFEST
 from astroinertia.sealed import TEMPORARY, read_arrays, write_arrays
 
 METADATA = {"name": "star", "scene": "name = 'star'\n", "effects": ["gravity"]}
@@ -181,7 +185,7 @@ def test_checkpoints_return_every_bit(tmp_path):
     assert stored[1] == scalars
 
 
-def test_a_checkpoint_replaces_the_one_before(tmp_path):
+def test_the_last_two_checkpoints_are_kept(tmp_path):
     with Archive.create(tmp_path, METADATA) as archive:
         assert archive.read_checkpoint() is None
         for number in range(3):
@@ -189,26 +193,100 @@ def test_a_checkpoint_replaces_the_one_before(tmp_path):
         stored = archive.read_checkpoint()
     assert stored is not None
     assert stored[1] == {"number": 2}
-    assert len(list(tmp_path.glob("checkpoint-*"))) == 1
+    assert len(list(tmp_path.glob("checkpoint-*"))) == 2
 
 
-@pytest.mark.parametrize("kind", ["segment", "checkpoint"])
-def test_a_damaged_file_is_named(tmp_path, kind):
+# Of segments 1, 2, 4 and 5 and checkpoints 3 and 6, in the order in which they are written.
+NEEDED_LAST = ["checkpoint-000006.npz", "segment-000004.npz", "segment-000005.npz"]
+
+
+@pytest.mark.parametrize("how", ["damaged", "missing"])
+@pytest.mark.parametrize("name", [*NEEDED_LAST, "checkpoint-000003.npz"])
+def test_a_run_goes_on_from_the_checkpoint_before_the_damage(tmp_path, name, how):
     with Archive.create(tmp_path, METADATA) as archive:
         write_on(archive, 8)
-    path = min(tmp_path.glob(f"{kind}-*.npz"))
+    spoil(tmp_path / name, how)
+    assert list(Archive.view(tmp_path).damaged()) == [name]
+    with pytest.warns(ArchiveWarning, match=rf"{name} is {how}.* nothing of this is lost"):
+        archive = Archive.open(tmp_path)
+    assert not archive.lost
+    archive.close()
+    assert assert_consistent(tmp_path) == (4 if name in NEEDED_LAST else 8)
+    with Archive.open(tmp_path) as archive:
+        write_on(archive, 16)
+    assert assert_consistent(tmp_path) == 16
+
+
+@pytest.mark.parametrize("how", ["damaged", "missing"])
+def test_outputs_older_than_both_checkpoints_are_lost_and_told(tmp_path, how):
+    with Archive.create(tmp_path, METADATA) as archive:
+        write_on(archive, 8)
+    spoil(tmp_path / "segment-000001.npz", how)
+    with pytest.raises(ArchiveError, match=rf"segment-000001\.npz is {how}"):
+        list(Archive.view(tmp_path).read_series())
+    with pytest.warns(ArchiveWarning, match=rf"segment-000001\.npz is {how}.* Its 2 records and 1 snapshots are lost"):
+        archive = Archive.open(tmp_path)
+    with archive:
+        (sentence,) = archive.lost
+        assert "segment-000001.npz" in sentence
+        write_on(archive, 12)
+        found = np.concatenate([part["inertia_tensor"] for part in archive.read_series()])
+        np.testing.assert_array_equal(found, [record(number)["inertia_tensor"] for number in range(2, 12)])
+        assert archive.snapshot_layout()[0] == sum(len(part["time"]) for part in archive.read_snapshots()) == 5
+
+
+def test_a_run_without_a_checkpoint_that_is_whole_is_refused(tmp_path):
+    with Archive.create(tmp_path, METADATA) as archive:
+        write_on(archive, 8)
+    before = sorted(path.name for path in tmp_path.iterdir())
+    for path in tmp_path.glob("checkpoint-*"):
+        spoil(path, "damaged")
+    with pytest.raises(ArchiveError, match=r"checkpoint-000003\.npz is damaged.*checkpoint-000006\.npz is damaged"):
+        Archive.open(tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
+    assert sum(len(part["time"]) for part in Archive.view(tmp_path).read_series()) == 8  # the lock was let go of
+
+
+def test_a_first_checkpoint_that_is_damaged_means_the_start(tmp_path):
+    with Archive.create(tmp_path, METADATA) as archive:
+        write_on(archive, 4)
+    spoil(tmp_path / "checkpoint-000003.npz", "damaged")
+    with pytest.warns(ArchiveWarning, match="checkpoint-000003"):
+        Archive.open(tmp_path).close()
+    assert assert_consistent(tmp_path) == 0
+
+
+def spoil(path: Path, how: str) -> None:
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
-    path.write_bytes(content)
-    with pytest.raises(ArchiveError, match=rf"{path.name} is damaged"):
-        Archive.open(tmp_path)
-    with pytest.raises(ArchiveError, match=rf"{path.name} is damaged"):
-        Archive.view(tmp_path).verify()
-    path.unlink()
-    with pytest.raises(ArchiveError, match=rf"{path.name} is missing"):
-        Archive.open(tmp_path)
-    Archive.view(tmp_path)  # the lock was let go of, and what is whole can be read
-    assert json.loads((tmp_path / MANIFEST).read_text())["checkpoint"]["segments"] == 4
+    path.unlink() if how == "missing" else path.write_bytes(content)
+
+
+@pytest.mark.parametrize("name", [MANIFEST, COPY])
+@pytest.mark.parametrize("how", ["damaged", "missing"])
+def test_one_copy_of_the_manifest_is_enough(tmp_path, name, how):
+    with Archive.create(tmp_path, METADATA) as archive:
+        write_on(archive, 8)
+    spoil(tmp_path / name, how)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        assert assert_consistent(tmp_path) == 8
+    assert any("its copy is used" in str(each.message) for each in told) == (name == MANIFEST)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        archive = Archive.open(tmp_path)
+    with archive:
+        write_on(archive, 12)
+    assert (tmp_path / MANIFEST).read_bytes() == (tmp_path / COPY).read_bytes()
+
+
+def test_a_manifest_that_reads_well_and_is_wrong_is_known(tmp_path):
+    Archive.create(tmp_path, METADATA).close()
+    for name in (MANIFEST, COPY):
+        text = (tmp_path / name).read_text()
+        (tmp_path / name).write_text(text.replace("name = 'star'", "name = 'stab'"))
+    with pytest.raises(ArchiveError, match="damaged"):
+        Archive.view(tmp_path)
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"format": "other"}', "\x00\xff"])
@@ -219,10 +297,61 @@ def test_a_damaged_manifest_is_named(tmp_path, content):
             refuse(tmp_path)
 
 
+def test_a_run_of_the_first_format_goes_on_in_todays(tmp_path):
+    folder = tmp_path / "run"
+    shutil.copytree(Path(__file__).parents[1] / "data" / "format_1_run", folder)
+    with Archive.open(folder) as archive:
+        before = archive.read_checkpoint()
+        assert before is not None
+        archive.write_checkpoint(state(1), {"number": 1})
+        assert archive.read_checkpoint() != before
+    assert manifest.read(folder)["version"] == manifest.VERSION
+    spoil(max(folder.glob("checkpoint-*")), "damaged")
+    with pytest.warns(ArchiveWarning, match="checkpoint-000005"):
+        archive = Archive.open(folder)
+    with archive:
+        again = archive.read_checkpoint()
+        assert again is not None
+        assert again[1] == before[1]
+        assert sum(len(part["time"]) for part in archive.read_series()) == 3
+
+
+READER = """
+    import os, sys
+    sys.path[:0] = sys.argv[1].split(os.pathsep)
+    from test_archive import Archive, METADATA, write_on
+    from astroinertia.errors import ArchiveError
+    folder = sys.argv[2]
+    outputs = lambda: sum(len(part["time"]) for part in Archive.view(folder).read_series())
+    outputs()  # imports what another user may not read
+    os.setuid(65534)  # root may write everywhere
+    for attempt in (lambda: Archive.open(folder), lambda: Archive.create(folder + "/new", METADATA)):
+        try:
+            attempt()
+        except ArchiveError as error:
+            print(error)
+    print(outputs())
+"""
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="changes its user")
+def test_a_folder_that_must_not_be_written_is_told_and_can_be_read():
+    with tempfile.TemporaryDirectory() as place:  # pytest's own can be looked into by its user only
+        Path(place).chmod(0o755)
+        folder = Path(place) / "run"
+        with Archive.create(folder, METADATA) as archive:
+            write_on(archive, 4)
+        output, errors = run_script(READER, str(folder)).communicate(timeout=120)
+    assert not errors, errors
+    first, second, outputs = output.splitlines()
+    assert "run cannot be written: Permission denied." in first
+    assert "new cannot be made: Permission denied." in second
+    assert outputs == "4"
+
+
 def test_a_newer_format_is_refused(tmp_path):
     Archive.create(tmp_path, METADATA).close()
-    text = (tmp_path / MANIFEST).read_text().replace('"version": 1', '"version": 2')
-    (tmp_path / MANIFEST).write_text(text)
+    manifest.write(tmp_path, {**manifest.read(tmp_path), "version": manifest.VERSION + 1})
     with pytest.raises(ArchiveError, match="newer version"):
         Archive.view(tmp_path)
 

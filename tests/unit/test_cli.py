@@ -113,7 +113,7 @@ def test_show_does_not_wait_for_a_pipe(elsewhere, capsys):
 def test_what_goes_wrong_in_a_run_gets_one_sentence(error, code, words, elsewhere, capsys, monkeypatch):
     import astroinertia.run
 
-    def run_scene(*_):
+    def run_scene(*_, **__):
         raise error
 
     monkeypatch.setattr(astroinertia.run, "run_scene", run_scene)

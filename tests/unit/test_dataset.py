@@ -360,6 +360,36 @@ def test_a_scene_without_effects_or_snapshots(tmp_path):
     assert set(dataset.open_tree(path).children) == set()
 
 
+DISK_FULL = """
+import resource, signal, sys
+from astroinertia import dataset
+from astroinertia.archive import Archive
+from astroinertia.errors import ArchiveError
+
+for size in (1000, 30000, 150000, 600000):  # of 616 kB
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, resource.RLIM_INFINITY))
+    try:
+        with Archive.open(sys.argv[1]) as archive:
+            dataset.finish(archive)
+    except ArchiveError as error:
+        print(error)
+"""
+
+
+def test_a_disk_that_is_full_when_the_file_is_written_is_told_and_the_rest_kept(run, tmp_path):
+    shutil.copytree(run, tmp_path / "run")
+    (tmp_path / "run" / "affine_star.nc").unlink()
+    before = sorted(path.name for path in (tmp_path / "run").iterdir())
+    done = subprocess.run(
+        [sys.executable, "-c", DISK_FULL, str(tmp_path / "run")],
+        capture_output=True, text=True, check=True, cwd=Path(__file__).parents[2],
+    )  # fmt: skip
+    told = done.stdout.splitlines()
+    assert len(told) == 4 and all("affine_star.nc cannot be written" in line and "disk full" in line for line in told)
+    assert sorted(path.name for path in (tmp_path / "run").iterdir()) == before
+    assert dataset.open(tmp_path / "run").equals(dataset.open(run / "affine_star.nc"))
+
+
 def test_things_that_are_no_datasets_are_refused_by_one_sentence(tmp_path):
     (tmp_path / "junk.nc").write_bytes(b"\x89HDF junk")
     xr.Dataset({"a": 1}).to_netcdf(tmp_path / "other.nc")
@@ -432,8 +462,8 @@ def test_scaling_with_inertia_holds_while_nothing_pulls_on_the_spin(opened):
     assert abs(by_radius / rate - 1).max() > 0.1  # the body does not keep its shape
 
 
-# Written by version 0.1.0, never anew: the first outputs of `affine_run` with 20 particles, finished and unfinished.
-@pytest.mark.parametrize("name", ["format_1.nc", "format_1_run"])
+# Written when each format was new: the first outputs of `affine_run` with 20 particles, finished and unfinished.
+@pytest.mark.parametrize("name", ["format_1.nc", "format_1_run", "format_2_run"])
 def test_old_files_still_open(name):
     old = dataset.open(DATA / name)
     younger = {"attitude", "timestep_limit", "timestep_limit_radius", "timestep_limit_density"}  # came later

@@ -311,7 +311,7 @@ def test_a_finished_companion_run_is_not_run_again(tmp_path, monkeypatch):
     before = astroinertia.open(file)
     file.unlink()
 
-    def again(*_):
+    def again(*_, **__):
         raise AssertionError("it is finished")
 
     monkeypatch.setattr(runs, "run_scene", again)
@@ -321,10 +321,10 @@ def test_a_finished_companion_run_is_not_run_again(tmp_path, monkeypatch):
 def test_a_failing_companion_run_costs_the_bars_and_not_the_run(tmp_path, monkeypatch):
     real = runs.run_scene
 
-    def failing(scene, *others):
+    def failing(scene, *others, **named):
         if scene.numerics.steps_per_rotation == 80.0:
             raise NumericalError("it blew up")
-        return real(scene, *others)
+        return real(scene, *others, **named)
 
     monkeypatch.setattr(runs, "run_scene", failing)
     data = astroinertia.open(astroinertia.run_scene(TOP, tmp_path / "run"))

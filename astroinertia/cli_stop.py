@@ -1,0 +1,65 @@
+"""What ends `run` and `resume` before the scene's end, and how that is told. Printing is left to cli.py."""
+
+import argparse
+import math
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from astroinertia.errors import ArchiveWarning, RunInterrupted, SceneError
+
+EXIT_CODES = (
+    "Exit codes: 0, the run has ended and its file is written; 1, it failed; 2, bad input; 130, it was stopped before "
+    "its end by Ctrl-C, SIGTERM, SIGUSR1 or --max-wall, everything is sealed, and `astroinertia resume` goes on."
+)
+
+
+def add_arguments(command: argparse.ArgumentParser) -> None:
+    """Add the limit of wall time, and tell the exit codes."""
+    command.add_argument(
+        "--max-wall", type=_seconds, default=math.inf, metavar="TIME",
+        help='seal the run and stop before it has taken this long, in seconds or as "2 h"; `resume` goes on with it',
+    )  # fmt: skip
+    command.epilog = f"{command.epilog}. {EXIT_CODES}"
+
+
+def deadline(options: argparse.Namespace, begun: float | None = None) -> float:
+    """The instant of time.monotonic() by which the run is to be stopped; what began now unless it is said."""
+    return (time.monotonic() if begun is None else begun) + options.max_wall
+
+
+def told(stopped: RunInterrupted) -> str:
+    """How to go on."""
+    return f"{stopped}; go on with: astroinertia resume {stopped.folder}"
+
+
+@contextmanager
+def damage_told(tell: Callable[[str], None]) -> Iterator[None]:
+    """Has what a disk has damaged told as a sentence, without the line of code that found it."""
+    usual = warnings.showwarning
+
+    def show(message, category, *where) -> None:
+        if issubclass(category, ArchiveWarning):
+            tell(str(message))
+        else:
+            usual(message, category, *where)
+
+    with warnings.catch_warnings():
+        warnings.showwarning = show
+        yield
+
+
+def _seconds(text: str) -> float:
+    from astroinertia.units import quantity
+
+    try:
+        seconds = float(text)
+    except ValueError:
+        try:
+            seconds = quantity(text, "time")
+        except SceneError as error:
+            raise argparse.ArgumentTypeError(str(error).rstrip(".")) from None
+    if not 0.0 < seconds < math.inf:
+        raise argparse.ArgumentTypeError(f"'{text}' is no time above 0")
+    return seconds

@@ -1,0 +1,160 @@
+"""What stops a run before its end: it is sealed, told how to go on, and goes on bit for bit."""
+
+import os
+import signal
+import time
+
+import pytest
+import xarray as xr
+
+import astroinertia
+from astroinertia import cli, cli_stop, run
+from astroinertia.cli import main
+from astroinertia.errors import RunInterrupted
+from astroinertia.models.rigid_evolution import RigidBody
+from tests.tradeoff_scenes import SIMS
+
+pytestmark = pytest.mark.slow
+
+TOP = SIMS / "tennis_racket.toml"
+SETTINGS = ["time.end=1 s", "output.series_every=0.05 s"]
+
+
+def scene():
+    return astroinertia.load(TOP, SETTINGS)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    return astroinertia.open(astroinertia.run_scene(scene(), tmp_path_factory.mktemp("runs") / "whole"))
+
+
+class Clock:
+    """One that only steps move: machines that test are shared."""
+
+    now = 1000.0
+
+    def monotonic(self):
+        return self.now
+
+
+@pytest.fixture
+def slow(monkeypatch):
+    """The clock by which runs are stopped: each of the 20 steps takes 10 s."""
+    clock, advance = Clock(), RigidBody.advance
+
+    def slowly(*arguments):
+        clock.now += 10.0
+        advance(*arguments)
+
+    monkeypatch.setattr(RigidBody, "advance", slowly)
+    monkeypatch.setattr(run, "clock", clock)
+    monkeypatch.setattr(cli, "time", clock)
+    monkeypatch.setattr(cli_stop, "time", clock)
+    return clock
+
+
+def same(one: xr.Dataset, other: xr.Dataset) -> bool:
+    return one.drop_vars("wall_time").equals(other.drop_vars("wall_time"))
+
+
+@pytest.mark.parametrize(
+    ("number", "times", "name"),
+    [(signal.SIGINT, 1, "Ctrl-C"), (signal.SIGTERM, 2, "SIGTERM"), (signal.SIGUSR1, 2, "SIGUSR1")],
+)
+def test_a_signal_seals_the_run_also_when_it_comes_twice(tmp_path, whole, number, times, name):
+    """`timeout` and schedulers send theirs to the process and to its group: the second must not kill it."""
+    before = signal.getsignal(number)
+
+    def send(progress):
+        assert progress.step == 0
+        assert signal.getsignal(signal.SIGUSR2) == signal.SIG_DFL
+        for _ in range(times):
+            os.kill(os.getpid(), number)
+
+    with pytest.raises(RunInterrupted, match=rf"stopped by {name} at 0\.0% and is sealed"):
+        run.run_scene(scene(), tmp_path / "run", send)
+    assert signal.getsignal(number) == before
+    assert same(astroinertia.open(astroinertia.resume(tmp_path / "run")), whole)
+
+
+def test_a_second_ctrl_c_stops_at_once(tmp_path):
+    def send(_):
+        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        run.run_scene(scene(), tmp_path / "run", send)
+
+
+def test_a_run_is_stopped_before_its_deadline_and_not_long_before(tmp_path, whole, slow):
+    deadline = slow.now + 95.0
+    with pytest.raises(RunInterrupted, match=r"stopped by its limit of wall time at 40\.0%"):
+        run.run_scene(scene(), tmp_path / "run", deadline=deadline)
+    assert deadline - slow.now == 15.0  # another step, and half of one
+    assert same(astroinertia.open(astroinertia.resume(tmp_path / "run")), whole)
+
+
+def test_the_command_line_says_how_to_go_on(tmp_path, whole, slow, capsys):
+    folder = str(tmp_path / "run")
+    settings = [part for setting in SETTINGS for part in ("--set", setting)]
+    assert main(["run", str(TOP), *settings, "--output", folder, "--max-wall", "70"]) == 130
+    told = capsys.readouterr().err
+    assert told.endswith(f"go on with: astroinertia resume {folder}\n")
+    lives = 1
+    while (code := main(["resume", folder, "--max-wall", "1.5 min"])) == 130:
+        lives += 1
+    assert (code, lives) == (0, 2)
+    assert same(astroinertia.open(folder), whole)
+
+
+@pytest.mark.parametrize("text", ["soon", "-1", "0", "nan", "inf", "1 km", "1 h 30"])
+def test_a_limit_that_is_no_time_is_refused(text, capsys):
+    assert main(["resume", "runs/x", "--max-wall", text]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_limit_is_in_seconds_or_has_a_unit():
+    for text, seconds in {"3600": 3600.0, "1 h": 3600.0, "1.5 min": 90.0, "2 d": 172800.0}.items():
+        assert cli_stop._seconds(text) == seconds
+
+
+@pytest.mark.filterwarnings("default")
+def test_a_damaged_file_is_told_in_one_sentence_and_recovered_from(tmp_path, whole, capsys):
+    folder = tmp_path / "run"
+    with pytest.raises(RunInterrupted):
+        run.run_scene(scene(), folder, lambda _: os.kill(os.getpid(), signal.SIGTERM))
+    (checkpoint,) = folder.glob("checkpoint-*")
+    checkpoint.write_bytes(checkpoint.read_bytes()[:-1])
+    assert main(["resume", str(folder)]) == 0
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert f"{checkpoint.name} is damaged" in told
+    assert same(astroinertia.open(folder), whole)
+
+
+def test_a_file_says_what_of_it_is_lost(tmp_path):
+    folder = tmp_path / "run"
+    settings = [*SETTINGS, "output.checkpoint_seconds=0"]
+    file = astroinertia.run_scene(astroinertia.load(TOP, settings), folder)
+    first = min(folder.glob("segment-*"))
+    first.unlink()
+    outputs = len(astroinertia.open(file)["time"])
+    with pytest.warns(UserWarning, match=rf"{first.name} is missing.* Its 1 records and 0 snapshots are lost"):
+        astroinertia.resume(folder)
+    found = astroinertia.open(file)
+    assert len(found["time"]) == outputs - 1
+    assert first.name in found.attrs["lost_outputs"]
+
+
+def test_a_clock_that_is_set_back_changes_nothing(tmp_path, whole, monkeypatch):
+    now = [2e9]
+
+    def backwards():
+        now[0] -= 3600.0
+        return now[0]
+
+    monkeypatch.setattr(time, "time", backwards)
+    with pytest.raises(RunInterrupted):
+        run.run_scene(scene(), tmp_path / "run", lambda _: os.kill(os.getpid(), signal.SIGTERM))
+    assert same(astroinertia.open(astroinertia.resume(tmp_path / "run")), whole)
