@@ -46,10 +46,14 @@ def prepare(scene: Scene) -> Prepared:
     return Prepared(_model(scene).evolution(scene, units), outputs_of(scene, units), units, counters)
 
 
+def scene_of(archive: Archive) -> Scene:
+    """The scene that a run was made from."""
+    return load.loads(archive.metadata["scene"], origin=archive.metadata["origin"])
+
+
 def restore(archive: Archive) -> Prepared:
     """A run at its last checkpoint."""
-    told = archive.metadata
-    scene = load.loads(told["scene"], origin=told["origin"])
+    scene = scene_of(archive)
     stored = archive.read_checkpoint()
     if stored is None:
         return prepare(scene)

@@ -14,9 +14,10 @@ import xarray as xr
 
 from astroinertia import dataset
 from astroinertia.archive import Archive, refuse_if_taken
-from astroinertia.build import Prepared, metadata, prepare, restore, told_by
+from astroinertia.build import Prepared, metadata, prepare, restore, scene_of, told_by
 from astroinertia.costs import experience, machine
 from astroinertia.costs.prediction import predict
+from astroinertia.engines.devices import shared_out
 from astroinertia.errors import NumericalError, RunInterrupted
 from astroinertia.scene.schema import Scene
 from astroinertia.units import DIMENSIONLESS
@@ -72,7 +73,7 @@ def run_scene(
     begun = clock.monotonic() if begun is None else begun
     described = metadata(scene) | _predicted(scene)
     refuse_if_taken(folder, described)
-    with jax.enable_x64(True):
+    with jax.enable_x64(True), shared_out(scene.numerics.devices):
         # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
         finished = run_prepared(described, prepare(scene), folder, listener, begun, completed, deadline)
     experience.note(scene)
@@ -115,7 +116,7 @@ def resume(
     Where a disk has damaged files of the run: Archive.open. Otherwise as run_scene. Tests: tests/crash.
     """
     begun = clock.monotonic()
-    with jax.enable_x64(True), Archive.open(folder) as archive:
+    with jax.enable_x64(True), Archive.open(folder) as archive, shared_out(scene_of(archive).numerics.devices):
         return _Run(restore(archive), archive, listener, begun, deadline).finish(completed)
 
 

@@ -62,6 +62,34 @@ def test_two_processes_find_what_one_finds(result):
         assert_alike(each, 10)
 
 
+RUNS = """
+import sys
+import numpy as np
+import astroinertia
+from astroinertia.scene.load import load_file
+
+settings = ["body.particles=200", "body.relax=false", "numerics.engine='xla'", "time.max_steps=4"]
+one, two = (
+    astroinertia.open(
+        astroinertia.run_scene(load_file(sys.argv[1], [*settings, f"numerics.devices={n}"]), f"{sys.argv[2]}/{n}")
+    )
+    for n in (1, 2)
+)
+for name in ("inertia_tensor", "angular_momentum", "kinetic_tensor", "virial_tensor"):
+    difference = np.abs(two[name].values - one[name].values).max() / np.abs(one[name].values).max()
+    assert difference <= 1e-13, (name, difference)
+"""
+
+
+@pytest.mark.full
+def test_a_run_on_two_devices_is_that_on_one(tmp_path):
+    scene = HERE.parents[1] / "sims" / "rotating_star.toml"
+    environment = {**os.environ, "JAX_PLATFORMS": "cpu", "PYTHONPATH": str(HERE.parents[1]), **VIRTUAL}
+    command = [sys.executable, "-c", RUNS, str(scene), str(tmp_path)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def test_more_devices_than_there_are_is_told():
     count = jax.device_count() + 1
     with pytest.raises(SceneError, match=f"numerics.devices is {count}, but"), devices.shared_out(count):
