@@ -80,8 +80,9 @@ def at_end(found: xr.Dataset) -> xr.Dataset:
     """
     records = OUTPUT if OUTPUT in found.dims else "time"
     series = found[[name for name, variable in found.data_vars.items() if records in variable.dims]]
-    numbers = series[[name for name, variable in series.data_vars.items() if variable.dtype.kind == "f"]]
-    return numbers.ffill(records).isel({records: -1}) if OUTPUT in found.dims else numbers.isel({records: -1})
+    if records == "time":
+        return series.isel(time=-1)
+    return series.isel({OUTPUT: found["time"].notnull().sum(OUTPUT) - 1})  # of a member without any: of the padding
 
 
 def open_members(folder: Path) -> xr.DataTree:
