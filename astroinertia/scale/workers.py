@@ -6,6 +6,7 @@ Tests: tests/unit/test_sweeps_of_scenes.py.
 import importlib.util
 import logging
 import os
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from typing import Any
@@ -13,8 +14,11 @@ from typing import Any
 from astroinertia.errors import SceneError
 from astroinertia.scale.folder import Failure, note_failure
 from astroinertia.scale.members import Outcome, Task, carry_out
+from astroinertia.units import shown
 
 NEEDS_DASK = "pip install 'astroinertia[dask]'"
+_ADDRESS = re.compile(r"(?:[a-z]+://)?[^\s/]+:\d+")
+_SECONDS_TO_ANSWER = 10.0
 _KILLED = (
     "the process that ran it was ended from outside again and again, as a system does that is out of memory; it goes "
     "on from its last checkpoint when the sweep is resumed"
@@ -48,11 +52,13 @@ def side_by_side(tasks: Sequence[Task], workers: int, address: str | None) -> It
 
 def _client(distributed: Any, workers: int, address: str | None, opened: ExitStack) -> Any:
     if address is not None:
+        if not _ADDRESS.fullmatch(address):
+            raise SceneError(f"'{shown(address)}' is no address of a cluster; write for example tcp://host:8786.")
         try:
-            return distributed.Client(address)
-        except (OSError, ValueError, TypeError) as error:
+            return distributed.Client(address, timeout=_SECONDS_TO_ANSWER)
+        except (OSError, ValueError) as error:
             said = str(error).split("\n")[0].rstrip(".")
-            raise SceneError(f"no cluster of dask answers at {address} ({said}).") from None
+            raise SceneError(f"no cluster of dask answers at {shown(address)} ({said}).") from None
     threads = max(1, (os.cpu_count() or 1) // workers)
     cluster = distributed.LocalCluster(
         n_workers=workers,

@@ -3,6 +3,7 @@
 import os
 import signal
 import time
+from pathlib import Path
 
 import pytest
 import xarray as xr
@@ -39,10 +40,10 @@ checkpoint_seconds = 0.0
 def member_under_way(process):
     """The member whose lock a process holds, if it has sealed some of it and is not done; None otherwise."""
     for file in process.open_files():
-        place = os.path.dirname(file.path)
-        names = os.listdir(place) if file.path.endswith(f"/{LOCK}") else []
-        if sum(name.startswith("segment") for name in names) >= 3 and "tumbling.nc" not in names:
-            return os.path.basename(place), sum(name.startswith("segment") for name in names)
+        path = Path(file.path)
+        segments = len(list(path.parent.glob("segment-*.npz"))) if path.name == LOCK else 0
+        if segments >= 3 and not (path.parent / "tumbling.nc").exists():
+            return path.parent.name, segments
     return None
 
 

@@ -227,7 +227,7 @@ def test_folders_are_not_mixed_up(grid, tmp_path):
     (tmp_path / "sweep.json").write_text('{"format": "astroinertia-sweep", "version": 1}')
     with pytest.raises(ArchiveError, match="damaged"):
         folder.read(tmp_path)
-    with pytest.raises(SceneError, match="no cluster of dask answers at nowhere"):
+    with pytest.raises(SceneError, match="'nowhere' is no address of a cluster"):
         ensemble.run_sweep(made(), tmp_path / "run", cluster="nowhere")
 
 
