@@ -1,6 +1,7 @@
 """What `run`, `resume`, `plan` and `show` do with a scene that has [sweep]. Printing is left to cli.py."""
 
 import argparse
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -64,8 +65,9 @@ def carry_out(sweep: "Sweep", folder: Path, options: argparse.Namespace, console
     from astroinertia.scale.workers import NEEDS_DASK, has_dask
 
     left = ensemble.left(sweep, folder)
-    workers, cluster = options.workers, options.cluster
-    if workers is None and cluster is None:
+    cluster = options.cluster
+    workers: int = 1 if options.workers is None else options.workers
+    if options.workers is None and cluster is None:
         workers = ensemble.usual_workers(ensemble.predictions(sweep, left))
     if cluster is None and workers > 1 and not has_dask():
         say(f"dask is not installed, so members are run one after another ({NEEDS_DASK} lets {workers} run at once)")
@@ -79,7 +81,7 @@ def carry_out(sweep: "Sweep", folder: Path, options: argparse.Namespace, console
     )
     with _Bar(console) as bar:
         return ensemble.run_sweep(
-            sweep, folder, workers or 1, cluster, getattr(options, "minutes", ensemble.DEFAULT_MINUTES), bar.tell
+            sweep, folder, workers, cluster, getattr(options, "minutes", ensemble.DEFAULT_MINUTES), bar.tell
         )
 
 
@@ -102,7 +104,8 @@ class _Bar:
     def tell(self, standing: "Standing") -> None:
         """Show it."""
         failed = f", {standing.failed} failed" if standing.failed else ""
-        to_go = f", {standing.to_go:.0f} s to go" if standing.done < standing.members else ""
+        known = standing.done < standing.members and math.isfinite(standing.to_go)
+        to_go = f", {standing.to_go:.0f} s to go" if known else ""
         line = f"{standing.done} of {standing.members} members{failed}{to_go}"
         if self.console.is_terminal:
             self._opened(standing.members).update(self.task, completed=standing.done, told=line)

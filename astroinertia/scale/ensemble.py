@@ -71,10 +71,12 @@ def run_sweep(
     count = len(sweep.members)
     with closing(locked(folder)), _session(folder) as session:
         tasks = [Task(str(folder.absolute()), number, session, minutes) for number in left(sweep, folder)]
+        file = combined.path(sweep, folder)
+        if tasks:
+            file.unlink(missing_ok=True)  # of before members that failed were run again
         _carry_out(tasks, count, workers, cluster, folder, told)
         failures = {number: found for number in range(count) if (found := folders.failure(folder, number))}
-        file = combined.path(sweep, folder)
-        if tasks or not file.exists():
+        if not file.exists():
             combined.write(sweep, folder, {number: found.sentence for number, found in failures.items()})
     return Carried(file, failures)
 
@@ -114,19 +116,20 @@ def usual_workers(found: Sequence[Prediction | None]) -> int:
 def _carry_out(
     tasks: Sequence[Task], count: int, workers: int, cluster: str | None, folder: Path, told: Told | None
 ) -> None:
-    begun, failed, before = clock.monotonic(), 0, count - len(tasks)
+    begun, before = clock.monotonic(), count - len(tasks)
+    numbers = {task.number for task in tasks}
+    failed = sum(number not in numbers and folders.failure(folder, number) is not None for number in range(count))
     outcomes: Any = _one_by_one(tasks)
     if tasks and (workers > 1 or cluster is not None):
         outcomes = side_by_side(tasks, workers, cluster)
-    done = 0
+    done, tell = 0, told or (lambda standing: None)
     with closing(outcomes), _signals_interrupt():
         try:
+            tell(Standing(before, failed, count, 0.0, math.nan))
             for done, outcome in enumerate(outcomes, 1):
                 failed += outcome.failure is not None
-                if told is not None:
-                    seconds = clock.monotonic() - begun
-                    to_go = seconds / done * (len(tasks) - done)
-                    told(Standing(before + done, failed, count, seconds, to_go))
+                seconds = clock.monotonic() - begun
+                tell(Standing(before + done, failed, count, seconds, seconds / done * (len(tasks) - done)))
         except (KeyboardInterrupt, RunInterrupted):
             (folder / SESSION).unlink(missing_ok=True)  # first, so that workers seal what they are at
             raise RunInterrupted(folder, before + done, count) from None

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from typing import Any
 
-from astroinertia.errors import SceneError
+from astroinertia.errors import AstroinertiaError, SceneError
 from astroinertia.scale.folder import Failure, note_failure
 from astroinertia.scale.members import Outcome, Task, carry_out
 from astroinertia.units import shown
@@ -65,7 +65,7 @@ def _client(distributed: Any, workers: int, address: str | None, opened: ExitSta
         threads_per_worker=1,  # of dask: one member at a time, which has threads of its own
         env={"NUMBA_NUM_THREADS": str(threads)},
         memory_limit=0,  # a worker's share of the memory is no limit: few members may be large
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",  # any free port: the usual one may be taken
         silence_logs=logging.CRITICAL,  # what happens to a worker is told with its member
     )
     opened.enter_context(cluster)
@@ -75,6 +75,8 @@ def _client(distributed: Any, workers: int, address: str | None, opened: ExitSta
 def _outcome(distributed: Any, future: Any, task: Task) -> Outcome:
     if future.status == "finished":
         return future.result()
+    if future.status != "error":
+        raise AstroinertiaError("the cluster is gone; what is done is kept: go on with the same command.")
     error = future.exception()
     if not isinstance(error, distributed.KilledWorker):
         raise error  # a sweep that is over, or what no member can do

@@ -67,7 +67,7 @@ def cluster():
     """A cluster of one worker on this machine, which tests reach by its address as one elsewhere."""
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, dashboard_address=None, memory_limit=0, silence_logs=50
+        n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", memory_limit=0, silence_logs=50
     ) as started:
         yield started
 
@@ -86,7 +86,7 @@ def test_parameters_are_dimensions_and_members_are_runs_by_themselves(grid, tmp_
     for name in alone.data_vars:
         if name not in OF_THE_CLOCK:
             np.testing.assert_array_equal(part[name].values, alone[name].values, err_msg=str(name))
-    assert [(each.done, each.failed, each.members) for each in told] == [(k, 0, 4) for k in range(1, 5)]
+    assert [(each.done, each.failed, each.members) for each in told] == [(k, 0, 4) for k in range(5)]
     assert set(found.to_dataframe().index.names) >= {"body_mass", "body_rotation_period", "time"}
 
 
@@ -162,7 +162,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(grid, tmp_path, monkeypatch):
     before = folder.finished(tmp_path / "run", 0).stat().st_mtime_ns
     told = []
     ensemble.run_sweep(made(), tmp_path / "run", told=told.append)  # the same call goes on
-    assert [each.done for each in told] == [3, 4]
+    assert [each.done for each in told] == [2, 3, 4]
     assert folder.finished(tmp_path / "run", 0).stat().st_mtime_ns == before
     same(astroinertia.open(tmp_path / "run"), astroinertia.open(grid[0]))
 
