@@ -82,7 +82,8 @@ def test_a_killed_worker_changes_nothing(tmp_path, result):
     whole = dataset.open(folder.finished(tmp_path / "workers", int(member[-4:])))
     assert whole.sizes["time"] == RECORDS
     result(
-        members=len(sweep.members), workers=2, killed_after=KILL_AFTER, killed_in=member, records=RECORDS, sealed_then=segments,
+        members=len(sweep.members), workers=2, killed_after=KILL_AFTER, killed_in=member,
+        records=RECORDS, sealed_then=segments,
         serial_seconds=round(serial, 1), workers_seconds=round(time.monotonic() - begun, 1),
         variables_identical=len(one.data_vars), numbers_identical=int(sum(v.size for v in one.data_vars.values())),
     )  # fmt: skip
