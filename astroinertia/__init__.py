@@ -5,6 +5,7 @@
     astroinertia.load(path, settings)      a scene from a TOML file, validated
     astroinertia.open(path)                the headline series of a run, an xarray Dataset with the accessor `.inertia`
     astroinertia.open_tree(path)           the same with the snapshots, an xarray DataTree
+    astroinertia.open_sweep(path)          all members of a sweep, an xarray DataTree; open(path): in one Dataset
 
 Nothing is imported or set until one of them is called.
 """
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from astroinertia.run import Listener
     from astroinertia.scene.schema import Scene
 
-__all__ = ["load", "open", "open_tree", "resume", "run_scene"]
+__all__ = ["load", "open", "open_sweep", "open_tree", "resume", "run_scene"]
 
 
 def load(path: str | PathLike[str], settings: Sequence[str] = ()) -> "Scene":
@@ -31,15 +32,26 @@ def load(path: str | PathLike[str], settings: Sequence[str] = ()) -> "Scene":
 
 
 def run_scene(
-    scene: "Scene | str | PathLike[str]", folder: str | PathLike[str], listener: "Listener | None" = None
+    scene: "Scene | str | PathLike[str]",
+    folder: str | PathLike[str],
+    listener: "Listener | None" = None,
+    workers: int = 1,
+    cluster: str | None = None,
 ) -> Path:
     """Run a scene, or the scene in a file, in a new folder; returns the netCDF file that it leaves.
 
-    Where the scene asks for an accuracy, its settings are chosen first, by pilot runs in a folder beside.
+    Where the scene asks for an accuracy, its settings are chosen first, by pilot runs in a folder beside. The members
+    of a file with [sweep] are run in so many worker processes (more than one are for scripts that are guarded by
+    `if __name__ == "__main__"`) or on a cluster of dask, and those in the folder that are finished are kept.
     """
     from astroinertia.accuracy.running import run_scene as carry_out
     from astroinertia.scene.schema import Scene
+    from astroinertia.scene.sweep import load_file
 
+    if not isinstance(scene, Scene) and (sweep := load_file(scene)) is not None:
+        from astroinertia.scale.ensemble import run_sweep
+
+        return run_sweep(sweep, Path(folder), workers, cluster).file
     chosen = scene if isinstance(scene, Scene) else load(scene)
     if chosen.wants_choice:
         from astroinertia.accuracy.choice import choose, pilots_beside
@@ -48,10 +60,17 @@ def run_scene(
     return carry_out(chosen, Path(folder), listener)
 
 
-def resume(folder: str | PathLike[str], listener: "Listener | None" = None) -> Path:
-    """Go on with an interrupted run; returns its netCDF file."""
+def resume(
+    folder: str | PathLike[str], listener: "Listener | None" = None, workers: int = 1, cluster: str | None = None
+) -> Path:
+    """Go on with an interrupted run or sweep; returns its netCDF file."""
     from astroinertia.accuracy.running import resume as go_on
+    from astroinertia.archive import SWEEP
 
+    if (Path(folder) / SWEEP).exists():
+        from astroinertia.scale.ensemble import resume as go_on_with_members
+
+        return go_on_with_members(Path(folder), workers, cluster).file
     return go_on(Path(folder), listener)
 
 
@@ -69,3 +88,12 @@ def open_tree(path: str | PathLike[str]) -> "xr.DataTree":
 
     assert accessor
     return dataset.open_tree(Path(path))
+
+
+def open_sweep(path: str | PathLike[str]) -> "xr.DataTree":
+    """The members of a sweep, each with its snapshots, and at the root the parameters of each; `path` is its folder."""
+    from astroinertia import accessor
+    from astroinertia.scale.combined import open_members
+
+    assert accessor
+    return open_members(Path(path))

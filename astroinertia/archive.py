@@ -28,6 +28,7 @@ from astroinertia.manifest import COPY, MANIFEST
 from astroinertia.sealed import TEMPORARY, check, read_arrays, sync_folder, write_arrays, write_whole
 
 LOCK = "lock"
+SWEEP = "sweep.json"  # in place of the manifest, in the folder of a sweep: scale.folder
 _SEALED = re.compile(r"(segment|checkpoint)-\d+\.npz")
 
 
@@ -57,7 +58,7 @@ class Archive:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise ArchiveError(f"the run folder {folder} cannot be made: {error.strerror or error}.") from error
-        lock = _locked(folder)
+        lock = locked(folder)
         try:
             refuse_if_taken(folder, metadata)
             archive = cls(folder, {}, lock)
@@ -77,7 +78,7 @@ class Archive:
         """
         folder = Path(folder)
         manifests.read(folder)  # before the lock, so that a folder that holds no run stays as it is
-        lock = _locked(folder)
+        lock = locked(folder)
         try:
             archive = cls(folder, manifests.read(folder), lock)
             archive._return_to_checkpoint()
@@ -278,7 +279,8 @@ def _segments(checkpoint: Mapping[str, Any] | None) -> int:
     return 0 if checkpoint is None else checkpoint["segments"]
 
 
-def _locked(folder: Path) -> Any:
+def locked(folder: Path) -> Any:
+    """The folder's lock, held until it is closed or the process ends; ArchiveError where another process holds it."""
     path = folder / LOCK
     try:
         lock = path.open("ab")
@@ -300,6 +302,8 @@ def refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
     """Raise ArchiveError if the folder holds a run already, or the result of one; one that is not there is free."""
     if not folder.is_dir():
         return
+    if (folder / SWEEP).exists():
+        raise ArchiveError(f"{folder} already holds a sweep; choose another folder.")
     if (folder / MANIFEST).exists():
         other = manifests.read(folder)["metadata"].get("name", "?")
         raise ArchiveError(f"{folder} already holds the run '{other}'; resume it, or choose another folder.")

@@ -24,41 +24,20 @@ from astroinertia import (
     cli_ratios,
     cli_result,
     cli_stop,
+    cli_sweep,
     cli_tradeoff,
     cli_verify,
 )
+from astroinertia.cli_help import DESCRIPTION, EXAMPLES
 from astroinertia.cli_meter import Meter
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 
 if TYPE_CHECKING:
     from astroinertia.accuracy.tradeoff import Standing
     from astroinertia.scene.schema import Scene
+    from astroinertia.scene.sweep import Sweep
 
 GOOD, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-
-DESCRIPTION = (
-    "Evolves rotating, self-gravitating fluid bodies and follows their inertia tensor through its own equation."
-)
-EXAMPLES = """\
-a first session:
-  astroinertia new star.toml                 write a commented scene, to edit
-  astroinertia plan star.toml                see what would be run, and why
-  astroinertia run star.toml                 run it; the result is runs/<name>/<name>.nc
-  astroinertia show runs/<name>              a summary, and pictures beside the file
-
-more:
-  astroinertia run star.toml --set body.particles=5000 --set "time.end=2 s" --output runs/coarse
-  astroinertia movie runs/<name>             a film of the body; report and view: pages for a browser
-  astroinertia compare runs/coarse runs/fine  the same quantities of several runs or models, and how far they differ
-  astroinertia tradeoff star.toml            what accuracy costs: errors and times, knob by knob
-  astroinertia moments particles.csv         the inertia tensor of a particle table, a mesh or a snapshot
-  astroinertia ratios --body Mars            moment ratios of the solar system, and cores that they allow
-  astroinertia verify                        every cross-check with its source: does this installation compute right?
-  astroinertia calibrate                     measure this machine, so that plans tell how long runs take
-  astroinertia verify --hard                 eighty hard cases of particles, and what stable means for each
-  astroinertia resume runs/coarse            go on after Ctrl-C, a crash or a power cut
-  python -c "import xarray; print(xarray.open_dataset('runs/coarse/<name>.nc'))"
-"""
 
 
 class _Console(Console):
@@ -144,10 +123,12 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--output", type=Path, metavar="DIR", help="folder of the run, new or empty (default: runs/NAME)")
     cli_choice.add_arguments(run)
     cli_stop.add_arguments(run)
+    cli_sweep.add_arguments(run)
 
     resume = _command(commands, "resume", _resume, "go on with an interrupted run", "astroinertia resume runs/coarse")
     resume.add_argument("run", metavar="RUN", type=Path, help="folder of the run")
     cli_stop.add_arguments(resume)
+    cli_sweep.add_arguments(resume)
 
     show = _command(
         commands, "show", _show, "print a summary of a result and draw its pictures", "astroinertia show runs/coarse"
@@ -272,6 +253,9 @@ def _new(options: argparse.Namespace) -> int:
 def _plan(options: argparse.Namespace) -> int:
     from astroinertia.scene.plan import plan
 
+    if (sweep := cli_sweep.asked(options)) is not None:
+        _Console(highlight=False).print(*cli_plan.parts(cli_sweep.planned(sweep, options)), sep="\n")
+        return GOOD
     scene = _load(options)
     if options.pilot:
         scene = cli_choice.chosen(scene, Path("runs") / scene.name, options.minutes, _say)
@@ -293,6 +277,8 @@ def _calibrate(options: argparse.Namespace) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     begun = time.monotonic()  # what imports take is part of a run's time
+    if (sweep := cli_sweep.asked(options)) is not None:
+        return _sweep(sweep, options.output or Path("runs") / sweep.name, options)
     scene = _load(options)
     folder = options.output or Path("runs") / scene.name
     from astroinertia.accuracy.running import run_scene
@@ -308,9 +294,23 @@ def _resume(options: argparse.Namespace) -> int:
     limit = cli_stop.deadline(options)
     from astroinertia.accuracy.running import resume
 
+    if cli_sweep.is_folder(options.run):
+        from astroinertia.scale.folder import read
+
+        return _sweep(read(options.run), options.run, options)
+    cli_sweep.refuse_options(options)
     with Meter(_Console(highlight=False)) as meter:
         result = resume(options.run, meter.tell, limit)
     return _finished(result, options.run)
+
+
+def _sweep(sweep: "Sweep", folder: Path, options: argparse.Namespace) -> int:
+    console = _Console(highlight=False)
+    found = cli_sweep.carry_out(sweep, folder, options, console, _say)
+    for line in cli_sweep.failures(sweep, found):
+        print(line)
+    print(f"wrote {found.file}; look at it with: astroinertia show {folder}")
+    return FAILED if found.failures else GOOD
 
 
 def _finished(result: Path, folder: Path) -> int:
@@ -327,6 +327,9 @@ def _finished(result: Path, folder: Path) -> int:
 def _show(options: argparse.Namespace) -> int:
     from astroinertia import plots
 
+    if cli_sweep.is_folder(options.file):
+        print("\n".join(cli_sweep.summary(options.file)))
+        return GOOD
     opened = cli_result.opened(options.file)
     print(plots.summary(opened))
     written = plots.write_all(opened, options.output or cli_result.beside(options.file))

@@ -13,7 +13,7 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
-from astroinertia.archive import MANIFEST, Archive
+from astroinertia.archive import MANIFEST, SWEEP, Archive
 from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE, derived_quantities
 from astroinertia.dataset_regions import QUANTITIES as REGIONAL
 from astroinertia.dataset_regions import regional_quantities
@@ -302,6 +302,8 @@ def _series(archive: Archive, damaged: str) -> dict[str, np.ndarray]:
 
 def _source(path: Path) -> Path | Archive:
     """The netCDF file to read, or the run folder where there is none that holds all."""
+    if (path / SWEEP).exists():
+        return _of_sweep(path)
     if path.is_dir():
         archive = Archive.view(path)
         return archive.finished or archive
@@ -310,6 +312,13 @@ def _source(path: Path) -> Path | Archive:
     if path.name == MANIFEST:
         return _source(path.parent)
     return path
+
+
+def _of_sweep(folder: Path) -> Path:
+    found = sorted(folder.glob("*.nc"))
+    if not found:
+        raise ArchiveError(f"{folder} holds a sweep that is not finished; resume it.")
+    return found[0]
 
 
 def _load(path: Path) -> xr.Dataset:

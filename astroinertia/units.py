@@ -167,6 +167,20 @@ def quantity(text: str, dimension: str | Dimension) -> float:
     return value
 
 
+def any_quantity(text: str) -> tuple[float, str] | None:
+    """The SI value of a quantity string and its SI unit, whatever its dimension; None where it is no quantity."""
+    found = _QUANTITY.fullmatch(text) if len(text) <= LONGEST_QUANTITY else None
+    if found is None:
+        return None
+    try:
+        scale, exponents, radians = _unit(found[2])
+    except SceneError:
+        return None
+    unit = " ".join(part for part in ("rad" if radians == 1 else "", si_unit(exponents)) if part)
+    value = float(found[1]) * scale
+    return (value, unit.removesuffix(" 1")) if math.isfinite(value) and radians in (0, 1) else None
+
+
 def shown(text: str, longest: int = 40) -> str:
     """Text as it may be repeated in a message: one line, printable, cut where it is long."""
     clean = "".join(character if character.isprintable() else "?" for character in text)

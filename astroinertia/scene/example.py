@@ -23,7 +23,11 @@ HEADER = """\
 # A scene for astroinertia. Lines that begin with # are comments, or settings with their default or an example.
 # Quantities are written with their unit, such as "1500 km", "1.4 Msun" or "33 ms".
 #     astroinertia plan FILE     says what would be run
-#     astroinertia run FILE      runs it"""
+#     astroinertia run FILE      runs it
+# A table [sweep] makes several runs, with other values of some keys, and one dataset of all:
+#     [sweep]
+#     "body.mass" = ["1 Msun", "2 Msun"]
+#     "body.rotation.t_over_w" = {start = 0.01, stop = 0.1, number = 5, scale = "log"}"""
 
 SEVERAL = f"""\
 # One body, or several (up to {places.MOST_BODIES}): then [[bodies]] in place of [body] for each, with its own

@@ -20,6 +20,8 @@ from astroinertia.scene.source import LARGEST_FILE, decode, line_of, override, p
 from astroinertia.scene.text import with_overrides
 from astroinertia.units import shown
 
+SWEEP = "sweep"
+"""The table that makes several runs of a scene: scene.sweep."""
 # Fields of a Scene that say where it came from and why it is so; no keys of a scene.
 RECORD = ("source", "overrides", "origin", "reasons", "choice")
 
@@ -39,23 +41,22 @@ KEYS = [name for name in schema.Scene.model_fields if name not in RECORD]
 
 def load_file(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> schema.Scene:
     """The scene in a TOML file, with "key.path=value" overrides put in; SceneError says in a sentence what is wrong."""
+    text, name, origin = read_file(path)
+    return loads(text, overrides, origin, name)
+
+
+def read_file(path: str | os.PathLike[str]) -> tuple[str, str, str]:
+    """The text of a scene file, how the file is named in messages, and its folder; SceneError if it is no such text."""
     file = Path(path)
     name = shown(str(file), 200)
-    text = decode(read_regular_file(file, LARGEST_FILE, "a scene"), name)
-    return _scene(text, overrides, str(file.absolute().parent), name)
+    return decode(read_regular_file(file, LARGEST_FILE, "a scene"), name), name, str(file.absolute().parent)
 
 
-def loads(text: str, overrides: Sequence[str] = (), origin: str | None = None) -> schema.Scene:
-    """The scene in a TOML text. `origin` is the folder that file names in it are relative to; raises SceneError."""
-    return _scene(text, overrides, origin, "the scene")
+def loads(text: str, overrides: Sequence[str] = (), origin: str | None = None, name: str = "the scene") -> schema.Scene:
+    """The scene in a TOML text; raises SceneError.
 
-
-def resolved_text(scene: schema.Scene) -> str:
-    """One TOML text that gives the scene back: its source with the overrides put in."""
-    return with_overrides(scene.source, scene.overrides)
-
-
-def _scene(text: str, overrides: Sequence[str], origin: str | None, name: str) -> schema.Scene:
+    origin: the folder that file names in it are relative to. name: what messages call the text.
+    """
     tables = override(parse(text, name), overrides)
     if overrides:
         parse(with_overrides(text, overrides), name)  # what a run folder keeps must be readable when it is resumed
@@ -63,14 +64,20 @@ def _scene(text: str, overrides: Sequence[str], origin: str | None, name: str) -
         return _validated(tables, text, tuple(overrides), origin)
     except Problem as problem:
         path = tuple(part for part in problem.path if isinstance(part, str))
-        raise SceneError(f"{_where(text, overrides, path, name)}: {_told(problem)}") from None
+        raise SceneError(f"{where(text, overrides, path, name)}: {_told(problem)}") from None
+
+
+def resolved_text(scene: schema.Scene) -> str:
+    """One TOML text that gives the scene back: its source with the overrides put in."""
+    return with_overrides(scene.source, scene.overrides)
 
 
 def _told(problem: Problem) -> str:
     return f"{place(problem.path, problem.table)}{problem.message}" if problem.path else problem.message.lstrip(": ")
 
 
-def _where(text: str, overrides: Sequence[str], path: tuple[str, ...], name: str) -> str:
+def where(text: str, overrides: Sequence[str], path: tuple[str, ...], name: str) -> str:
+    """Where a key was given, for a message: an override, a line of the text, or the text as a whole."""
     for item in reversed(overrides):
         key = tuple(item.partition("=")[0].strip().split("."))
         if path[: len(key)] == key:
@@ -80,9 +87,11 @@ def _where(text: str, overrides: Sequence[str], path: tuple[str, ...], name: str
 
 
 def _validated(tables: dict[str, Any], text: str, overrides: tuple[str, ...], origin: str | None) -> schema.Scene:
+    if SWEEP in tables:
+        raise Problem((SWEEP,), " makes several runs of a scene, which only `run` and `plan` take.", table=True)
     for key in tables:
         if key not in KEYS:
-            raise unknown_key((key,), KEYS)
+            raise unknown_key((key,), [*KEYS, SWEEP])
     units = tables.get("units")
     if units is not None and units != "code" and not isinstance(units, dict):
         raise Problem(("units",), f': must be "code" or a table with mass and length, not {described(units)}.')

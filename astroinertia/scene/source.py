@@ -16,7 +16,7 @@ LARGEST_FILE = 64 * 1024  # bytes
 LONGEST_LINE = 1024  # bytes; tomllib needs memory that grows with the square of a dotted key's length
 DEEPEST = 6  # levels of tables and lists; [effects.external_field] quadratic = [[...]] needs 5
 
-_KEY = re.compile(r"[A-Za-z0-9_-]{1,64}(?:\.[A-Za-z0-9_-]{1,64}){0,5}")
+KEY = re.compile(r"[A-Za-z0-9_-]{1,64}(?:\.[A-Za-z0-9_-]{1,64}){0,5}")
 
 
 def read_regular_file(path: Path, largest: int, what: str) -> bytes:
@@ -107,7 +107,7 @@ def override(tables: dict[str, Any], overrides: Iterable[str]) -> dict[str, Any]
         key, value, said = key.strip(), value.strip(), f"--set {shown(text)}"
         if not equals or not value:
             raise SceneError(f"{said}: write key=value, for example --set body.particles=5000.")
-        if not _KEY.fullmatch(key):
+        if not KEY.fullmatch(key):
             raise SceneError(f"{said}: the key must be names joined by dots, such as body.particles.")
         path = key.split(".")
         tables = _placed(tables, path, override_value(value, said), said)

@@ -10,6 +10,7 @@ from astroinertia.scene.source import line_of, override, override_value, parse
 LONG = 400  # characters of a value on one line; a line of a scene may have 1 KiB, and one character up to 10 bytes
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
+_HEADER = re.compile(r"\s*\[\[?\s*([A-Za-z0-9_-]+)[^\[\]=]*\]\]?\s*(#.*)?")
 _WHOLE_LINE = re.compile(r"(\s*)([A-Za-z0-9_.-]+)\s*=.*")
 
 
@@ -97,3 +98,20 @@ def _edited(text: str, path: tuple[str, ...], value: str) -> str:
     else:
         lines += [f"[{'.'.join(tables)}]", f"{key} = {value}", ""]
     return "\n".join(lines)
+
+
+def without_table(text: str, table: str) -> str:
+    """The text without a table and those below it; its lines stay, empty, so that all others keep their numbers."""
+    wanted = {key: item for key, item in parse(text, "the scene").items() if key != table}
+    lines, inside = [], False
+    for line in text.split("\n"):
+        header = _HEADER.fullmatch(line)
+        inside = header[1] == table if header else inside
+        lines.append("" if inside else line)
+    cut = "\n".join(lines)
+    try:
+        kept = parse(cut, "the scene") == wanted
+    except SceneError:
+        kept = False
+    # a table inline, or a line of a list that looks like a header: then comments are lost
+    return cut if kept else toml_text(wanted) + "\n"

@@ -15,12 +15,9 @@ from astroinertia.models.series import energy_budget, series_record, works_from_
 from astroinertia.scene import load
 from tests.evolve import prepared
 from tests.potentials import slopes
+from tests.sims import single_scenes
 
-SIMS = sorted(
-    path
-    for path in (Path(__file__).parent.parent.parent / "sims").glob("*.toml")
-    if load.load_file(path).model == "sph"
-)
+SIMS = sorted(path for path in single_scenes() if load.load_file(path).model == "sph")
 STEPS = 250  # the full test takes 1200, in both engines
 # Few scenes, each of which compiles loops of its own, that have every effect between them; the full test has all.
 FEW = (

@@ -1,7 +1,5 @@
 """What holds for every model without particles, shown on every scene of sims that one of them answers."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,9 +8,9 @@ from astroinertia.archive import Archive
 from astroinertia.dataset_schema import DERIVED, RECORDED
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
+from tests.sims import SIMS, single_scenes
 
-SIMS = Path(__file__).parent.parent.parent / "sims"
-SCENES = sorted(path.stem for path in SIMS.glob("*.toml") if load.load_file(path).model != "sph")
+SCENES = sorted(path.stem for path in single_scenes() if load.load_file(path).model != "sph")
 # One of each kind of motion and of torque; the others, which compile as long: test-full.
 FEW = ("asteroid_settles", "core_to_pulsar_scaling", "crab_pulsar", "earth_precession", "riemann_ellipsoid", "skater")
 CRASH_AT = 4  # the checkpoint at which a run is made to crash

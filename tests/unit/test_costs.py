@@ -16,9 +16,10 @@ from astroinertia.costs.machine import Machine, Seconds
 from astroinertia.costs.piloted import Pilot
 from astroinertia.costs.prediction import predict
 from astroinertia.scene import load
+from tests.sims import single_scenes
 
 ROOT = Path(__file__).parents[2]
-SIMS = sorted((ROOT / "sims").glob("*.toml"))
+SIMS = single_scenes()
 STAR = """
 name = "star"
 units = "code"

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, REQUIRED
 from astroinertia.errors import SceneError
 from astroinertia.scene import schema
+from astroinertia.scene import sweep as sweeps
 from astroinertia.scene.example import example_text
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.load import KINDS, load_file, loads, resolved_text
@@ -234,7 +235,8 @@ def test_every_commented_setting_of_the_example_is_accepted():
 
 @pytest.mark.parametrize("file", sorted(SIMS.glob("*.toml")), ids=lambda path: path.stem)
 def test_every_scene_of_sims_loads_and_can_be_planned(file):
-    scene = load_file(file)
+    sweep = sweeps.load_file(file)
+    scene = load_file(file) if sweep is None else sweep.scene(0)
     assert scene.name == file.stem
     assert plan(scene).text()
 

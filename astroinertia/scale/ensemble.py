@@ -1,0 +1,172 @@
+"""A sweep from its scene to one dataset: members given out, failures kept apart, gone on with after an interruption.
+
+Tests: tests/unit/test_sweeps_of_scenes.py.
+"""
+
+import math
+import os
+import signal
+import time as clock
+import uuid
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from astroinertia.archive import locked
+from astroinertia.costs import machine
+from astroinertia.costs.prediction import Prediction, predict
+from astroinertia.errors import RunInterrupted, SceneError
+from astroinertia.scale import combined
+from astroinertia.scale import folder as folders
+from astroinertia.scale.folder import SESSION, Failure
+from astroinertia.scale.members import Outcome, Task, carry_out
+from astroinertia.scale.workers import side_by_side
+from astroinertia.scene.sweep import Sweep
+
+DEFAULT_MINUTES = 60.0  # that a member may take whose settings are chosen for an accuracy
+WORTH_WORKERS = 30.0  # seconds of work, below which the start of processes takes as long
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How far a sweep is: members done, of them failed, in all; seconds taken and to go (NaN until one is done)."""
+
+    done: int
+    failed: int
+    members: int
+    seconds: float
+    to_go: float
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A sweep that is done: its file, and why members have no result, by their numbers."""
+
+    file: Path
+    failures: dict[int, Failure]
+
+
+Told = Callable[[Standing], None]
+
+
+def run_sweep(
+    sweep: Sweep,
+    folder: Path,
+    workers: int = 1,
+    cluster: str | None = None,
+    minutes: float = DEFAULT_MINUTES,
+    told: Told | None = None,
+) -> Carried:
+    """Run all members of a sweep in a folder, or those that are left, and put them together in one file.
+
+    workers: processes of this machine, 1 for this one alone; cluster: the address of a cluster of dask instead, which
+    sees the same files. Members that failed for good stay as they are. Raises SceneError, ArchiveError (the folder
+    holds something else, or another process runs it), and RunInterrupted after a signal: the same call goes on.
+    """
+    if workers < 1:
+        raise SceneError("the number of workers must be at least 1.")
+    folders.describe(sweep, folder)
+    count = len(sweep.members)
+    with closing(locked(folder)), _session(folder) as session:
+        tasks = [Task(str(folder.absolute()), number, session, minutes) for number in left(sweep, folder)]
+        file = combined.path(sweep, folder)
+        if tasks:
+            file.unlink(missing_ok=True)  # of before members that failed were run again
+        _carry_out(tasks, count, workers, cluster, folder, told)
+        failures = {number: found for number in range(count) if (found := folders.failure(folder, number))}
+        if not file.exists():
+            combined.write(sweep, folder, {number: found.sentence for number, found in failures.items()})
+    return Carried(file, failures)
+
+
+def resume(
+    folder: Path, workers: int = 1, cluster: str | None = None, minutes: float = DEFAULT_MINUTES,
+    told: Told | None = None,
+) -> Carried:  # fmt: skip
+    """Go on with the sweep that a folder holds, as run_sweep."""
+    return run_sweep(folders.read(folder), folder, workers, cluster, minutes, told)
+
+
+def left(sweep: Sweep, folder: Path) -> list[int]:
+    """Numbers of the members that a sweep's folder, which may not be there yet, has left to run."""
+    return folders.waiting(folder, len(sweep.members))
+
+
+def predictions(sweep: Sweep, numbers: Sequence[int]) -> list[Prediction | None]:
+    """What members will take, None where that is not known."""
+    known = machine.known()
+    found: list[Prediction | None] = []
+    for number in numbers:
+        try:
+            found.append(predict(sweep.scene(number), known))
+        except (ArithmeticError, ValueError):  # a body at the edge of what numbers hold
+            found.append(None)
+    return found
+
+
+def usual_workers(found: Sequence[Prediction | None]) -> int:
+    """Processes that are worth their start for what members will take: one for each core, or this one alone."""
+    seconds = sum(math.inf if each is None else each.evolution.wall for each in found)
+    cores = os.cpu_count() or 1
+    return min(cores, len(found)) if seconds > WORTH_WORKERS and len(found) > 1 else 1
+
+
+def _carry_out(
+    tasks: Sequence[Task], count: int, workers: int, cluster: str | None, folder: Path, told: Told | None
+) -> None:
+    begun, before = clock.monotonic(), count - len(tasks)
+    numbers = {task.number for task in tasks}
+    failed = sum(number not in numbers and folders.failure(folder, number) is not None for number in range(count))
+    outcomes: Any = _one_by_one(tasks)
+    if tasks and (workers > 1 or cluster is not None):
+        outcomes = side_by_side(tasks, workers, cluster)
+    done, tell = 0, told or (lambda standing: None)
+    with closing(outcomes), _signals_interrupt():
+        try:
+            tell(Standing(before, failed, count, 0.0, math.nan))
+            for done, outcome in enumerate(outcomes, 1):
+                failed += outcome.failure is not None
+                seconds = clock.monotonic() - begun
+                tell(Standing(before + done, failed, count, seconds, seconds / done * (len(tasks) - done)))
+        except (KeyboardInterrupt, RunInterrupted):
+            (folder / SESSION).unlink(missing_ok=True)  # first, so that workers seal what they are at
+            raise RunInterrupted(folder, before + done, count) from None
+
+
+def _one_by_one(tasks: Sequence[Task]) -> Iterator[Outcome]:
+    for task in tasks:
+        yield carry_out(task)
+
+
+@contextmanager
+def _session(folder: Path) -> Iterator[str]:
+    """The text by which members know that they are still wanted; without its file they stop."""
+    session = uuid.uuid4().hex
+    path = folder / SESSION
+    path.write_text(session)
+    try:
+        yield session
+    finally:
+        path.unlink(missing_ok=True)
+
+
+@contextmanager
+def _signals_interrupt() -> Iterator[None]:
+    """Schedulers' signals end a sweep as Ctrl-C does."""
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = {}
+    try:
+        for number in (signal.SIGTERM, signal.SIGUSR1):
+            before[number] = signal.signal(number, interrupt)
+    except ValueError:  # not the main thread: signals stay with whoever owns them
+        before.clear()
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

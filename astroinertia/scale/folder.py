@@ -1,0 +1,107 @@
+"""The folder of a sweep: what is to be run, and how far each member is.
+
+    sweep.json            the scene and all members, written once
+    session               a text that names the process that runs members now; they stop where it is another
+    member-0000/ ...      an ordinary run folder each, with failure.json where it failed
+    <name>.nc             the result, once all members are finished or have failed
+    lock                  held by the one process that gives out members
+
+Tests: tests/unit/test_sweeps_of_scenes.py.
+"""
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from astroinertia.archive import MANIFEST, SWEEP, Archive, refuse_if_taken
+from astroinertia.errors import ArchiveError
+from astroinertia.scene.sweep import Sweep, member
+from astroinertia.sealed import write_json
+
+FORMAT, VERSION = "astroinertia-sweep", 1
+SESSION = "session"
+FAILURE = "failure.json"
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a member has no result; lasting: it would fail in the same way again, so it is not run again."""
+
+    sentence: str
+    lasting: bool
+
+
+def describe(sweep: Sweep, folder: Path) -> None:
+    """Make the folder of a new sweep, or see that it holds this one; ArchiveError if it holds something else."""
+    if not (folder / SWEEP).exists():
+        refuse_if_taken(folder, {"name": sweep.name})
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ArchiveError(f"the folder {folder} cannot be made: {error.strerror or error}.") from error
+    if not (folder / SWEEP).exists():
+        write_json(folder / SWEEP, {"format": FORMAT, "version": VERSION, **_plain(sweep)})
+    elif read(folder) != sweep:
+        raise ArchiveError(f"{folder} already holds another sweep, or members of other values; choose another folder.")
+
+
+def read(folder: Path) -> Sweep:
+    """The sweep that a folder holds; ArchiveError if there is none, or it cannot be read."""
+    path = folder / SWEEP
+    try:
+        told = json.loads(path.read_bytes())
+    except (FileNotFoundError, NotADirectoryError):
+        raise ArchiveError(f"{folder} holds no sweep (it has no {SWEEP}).") from None
+    except OSError as error:
+        raise ArchiveError(f"{path} cannot be read: {error.strerror or error}.") from error
+    except ValueError as error:
+        raise ArchiveError(f"{path} is damaged: it is not JSON ({error}).") from error
+    if not isinstance(told, dict) or told.pop("format", None) != FORMAT:
+        raise ArchiveError(f"{path} does not describe a sweep of this package.")
+    version = told.pop("version", 0)
+    if version > VERSION:
+        raise ArchiveError(f"{path} has format {version} of a newer version; this one reads up to {VERSION}.")
+    try:
+        told |= {name: tuple(told[name]) for name in ("overrides", "keys")}
+        told |= {name: tuple(tuple(each) for each in told[name]) for name in ("members", "axes")}
+        return Sweep(**told, file=str(path))
+    except (KeyError, TypeError) as error:
+        raise ArchiveError(f"{path} is damaged: {error}.") from None
+
+
+def _plain(sweep: Sweep) -> dict[str, Any]:
+    told = asdict(sweep)
+    del told["file"]
+    return told
+
+
+def finished(folder: Path, number: int) -> Path | None:
+    """The netCDF file of a member that is finished."""
+    place = folder / member(number)
+    if not (place / MANIFEST).exists():
+        return None
+    try:
+        return Archive.view(place).finished
+    except ArchiveError:
+        return None  # damaged: to be told when the member is gone on with
+
+
+def failure(folder: Path, number: int) -> Failure | None:
+    """Why a member failed when it was last run, if it did."""
+    try:
+        return Failure(**json.loads((folder / member(number) / FAILURE).read_text()))
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+def note_failure(place: Path, found: Failure) -> None:
+    """Keep why the member in the folder `place` failed."""
+    place.mkdir(parents=True, exist_ok=True)
+    write_json(place / FAILURE, asdict(found))
+
+
+def waiting(folder: Path, count: int) -> list[int]:
+    """Numbers of the members that are to be run, or run again."""
+    left = [number for number in range(count) if finished(folder, number) is None]
+    return [number for number in left if not ((known := failure(folder, number)) and known.lasting)]

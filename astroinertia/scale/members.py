@@ -1,0 +1,133 @@
+"""One member of a sweep, run, gone on with or found finished, wherever it is called: here or in a worker.
+
+Tests: tests/unit/test_sweeps_of_scenes.py.
+"""
+
+import fcntl
+import functools
+import time as clock
+from dataclasses import dataclass
+from pathlib import Path
+
+from astroinertia.accuracy import running
+from astroinertia.archive import LOCK, MANIFEST, Archive
+from astroinertia.errors import ArchiveError, AstroinertiaError, NumericalError, RunInterrupted, SceneError
+from astroinertia.run import Listener, Progress
+from astroinertia.scale import folder as folders
+from astroinertia.scale.folder import FAILURE, SESSION, Failure
+from astroinertia.scene.sweep import Sweep, member
+
+PATIENCE = 30.0  # seconds that another process may still hold a member after its worker was given up
+SECONDS_BETWEEN_LOOKS = 1.0  # at the session's file
+
+
+@dataclass(frozen=True)
+class Task:
+    """A member to be run, of the sweep whose folder has this absolute path.
+
+    session: the text that the sweep's session file has as long as members are wanted. minutes: that a run may take
+    where its settings are chosen for an accuracy.
+    """
+
+    folder: str
+    number: int
+    session: str
+    minutes: float
+
+    @property
+    def place(self) -> Path:
+        """The member's own run folder."""
+        return Path(self.folder) / member(self.number)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A member that was run: the seconds it took, and why it failed, if it did."""
+
+    number: int
+    seconds: float
+    failure: Failure | None = None
+
+
+def carry_out(task: Task, listener: Listener | None = None) -> Outcome:
+    """Run a member, or go on with it from its last checkpoint; what goes wrong is its outcome.
+
+    RunInterrupted where the sweep wants no more members, or a signal asks to stop.
+    """
+    begun, place = clock.monotonic(), task.place
+    found: Failure | None = None
+    try:
+        _run(task, place, _watchful(task, listener))
+    except RunInterrupted:
+        raise
+    except (NumericalError, SceneError) as error:
+        found = Failure(str(error), lasting=True)
+    except AstroinertiaError as error:
+        found = Failure(str(error), lasting=False)
+    except Exception as error:  # whatever it is, it is this member's: others go on
+        found = Failure(f"{type(error).__name__}: {error}", lasting=False)
+    if found is not None:
+        folders.note_failure(place, found)
+    return Outcome(task.number, clock.monotonic() - begun, found)
+
+
+def _run(task: Task, place: Path, listener: Listener) -> None:
+    _wait_for_lock(place)
+    if (place / MANIFEST).exists():
+        if Archive.view(place).finished is None:
+            running.resume(place, listener)
+    else:
+        scene = _sweep(task.folder, task.session).scene(task.number)
+        if scene.wants_choice:
+            # only here: other members do without what it imports
+            from astroinertia.accuracy.choice import choose, pilots_beside
+
+            scene = choose(scene, pilots_beside(place), task.minutes).scene
+        running.run_scene(scene, place, listener)
+    (place / FAILURE).unlink(missing_ok=True)
+
+
+@functools.lru_cache(maxsize=2)
+def _sweep(folder: str, session: str) -> Sweep:
+    # The same for all members of a session, and perhaps long.
+    assert session
+    return folders.read(Path(folder))
+
+
+def _watchful(task: Task, listener: Listener | None) -> Listener:
+    """What tells a run's progress, and ends the run once the sweep is over or another process has taken it up."""
+    session, looked = Path(task.folder) / SESSION, clock.monotonic()
+
+    def tell(progress: Progress) -> None:
+        nonlocal looked
+        if clock.monotonic() - looked >= SECONDS_BETWEEN_LOOKS:
+            looked = clock.monotonic()
+            if not _is_wanted(session, task):
+                raise RunInterrupted(task.place, progress.time, progress.end)
+        if listener is not None:
+            listener(progress)
+
+    return tell
+
+
+def _is_wanted(session: Path, task: Task) -> bool:
+    try:
+        return session.read_text() == task.session
+    except FileNotFoundError:
+        return False
+
+
+def _wait_for_lock(place: Path) -> None:
+    """Wait for another process to let go of the member: a worker that was given up, but has not noticed yet."""
+    if not (place / LOCK).exists():
+        return
+    end = clock.monotonic() + PATIENCE
+    with (place / LOCK).open("ab") as lock:
+        while True:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                return
+            except OSError:
+                if clock.monotonic() > end:
+                    raise ArchiveError(f"another process is writing {place}.") from None
+                clock.sleep(0.2)

@@ -1,0 +1,158 @@
+"""Values of one parameter of a [sweep]: a list, a range, or a distribution that samples are drawn from.
+
+Tests: tests/unit/test_sweep_scenes.py.
+"""
+
+import difflib
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from astroinertia.errors import SceneError
+from astroinertia.scene.problems import nearest
+from astroinertia.scene.quantities import described
+from astroinertia.scene.text import toml_value
+from astroinertia.units import any_quantity, shown
+
+MOST_MEMBERS = 10_000
+RANGE = ("start", "stop", "number", "scale")
+DISTRIBUTIONS = ("uniform", "log_uniform", "normal", "integers")
+SCALES = ("linear", "log")
+_DIGITS = 15  # of values between two ends: those that every float64 has
+_WITH_UNIT = re.compile(r"\s*([+-]?[0-9.]+(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*")
+
+
+def is_rule(value: Any) -> bool:
+    """Whether a table is a range or a distribution, perhaps misspelt, rather than a part of a scene's path."""
+    known = (*RANGE, *DISTRIBUTIONS)
+    return isinstance(value, dict) and any(difflib.get_close_matches(key, known, n=1, cutoff=0.75) for key in value)
+
+
+def is_distribution(value: Any) -> bool:
+    """Whether a rule is a distribution."""
+    return isinstance(value, dict) and not any(key in RANGE for key in value)
+
+
+def listed(value: Any) -> list[Any]:
+    """The values of a list or a range; SceneError continues a sentence that begins with the parameter."""
+    if isinstance(value, dict):
+        return _of_range(value)
+    if not isinstance(value, list):
+        raise SceneError(
+            f"must be a list of values, a range (start, stop, number) or, with samples, a distribution "
+            f"({', '.join(DISTRIBUTIONS)}), not {described(value)}."
+        )
+    if not value:
+        raise SceneError("must be a list with at least one value.")
+    if len(value) > MOST_MEMBERS:
+        raise SceneError(f"has {len(value)} values, more than the {MOST_MEMBERS} members that a sweep may have.")
+    seen: set[str] = set()
+    for item in value:
+        text = told(item)
+        if text in seen:
+            raise SceneError(f"has the value {shown(text)} twice.")
+        seen.add(text)
+    return value
+
+
+def told(value: Any) -> str:
+    """A value as TOML; SceneError for a date or time, which no scene holds."""
+    try:
+        return toml_value(value)
+    except TypeError:
+        raise SceneError("holds a date or time, which no key of a scene takes.") from None
+
+
+def _of_range(rule: Mapping[str, Any]) -> list[Any]:
+    for key in rule:
+        if key not in RANGE:
+            raise SceneError(f"has '{shown(key)}', which no range has; {nearest(key, RANGE)}.")
+    missing = [key for key in RANGE[:3] if key not in rule]
+    if missing:
+        raise SceneError(f"is a range, in which {missing[0]} is missing.")
+    number, scale = rule["number"], rule.get("scale", "linear")
+    if isinstance(number, bool) or not isinstance(number, int) or not 2 <= number <= MOST_MEMBERS:
+        raise SceneError(f"has a number of {described(number)}, but must have a whole one from 2 to {MOST_MEMBERS}.")
+    if scale not in SCALES:
+        raise SceneError(f"has a scale of {described(scale)}, but must have one of {', '.join(SCALES)}.")
+    (start, stop), unit, whole = _ends([rule["start"], rule["stop"]])
+    if start == stop:
+        raise SceneError("begins where it ends.")
+    if scale == "log" and not (start > 0.0 and stop > 0.0):
+        raise SceneError("is logarithmic, so its ends must be positive.")
+    values = (np.linspace if scale == "linear" else np.geomspace)(start, stop, number)
+    return [_written(float(each), unit, whole) for each in values]
+
+
+def drawn(rule: Mapping[str, Any], shares: np.ndarray) -> list[Any]:
+    """Values of a distribution at shares (samples,) of its probability, each between 0 and 1.
+
+    uniform, log_uniform: from one end to the other; normal: mean and standard deviation; integers: both ends included.
+    SceneError continues a sentence that begins with the parameter.
+    """
+    (kind, given), *more = rule.items()
+    if more:
+        raise SceneError(f"has both {kind} and {more[0][0]}; keep one.")
+    if kind not in DISTRIBUTIONS:
+        raise SceneError(f"has '{shown(kind)}', which is no distribution; {nearest(kind, DISTRIBUTIONS)}.")
+    if not isinstance(given, list) or len(given) != 2:
+        raise SceneError(f"has {kind}, which must be a list of two values.")
+    (first, second), unit, whole = _ends(given)
+    if kind == "normal":
+        if not second > 0.0:
+            raise SceneError("has a standard deviation (the second value of normal) that is not positive.")
+        from scipy.special import ndtri
+
+        values = first + second * ndtri(shares)
+    elif not first < second:
+        raise SceneError(f"has {kind}, whose first value must be less than its second.")
+    elif kind == "integers":
+        if not whole:
+            raise SceneError("has integers, whose ends must be whole numbers.")
+        return [int(first + math.floor(share * (second - first + 1))) for share in shares]
+    elif kind == "log_uniform":
+        if not first > 0.0:
+            raise SceneError("has log_uniform, whose ends must be positive.")
+        values = np.exp(math.log(first) + (math.log(second) - math.log(first)) * shares)
+    else:
+        values = first + (second - first) * shares
+    return [_written(float(each), unit, False) for each in values]
+
+
+def _ends(given: Sequence[Any]) -> tuple[list[float], str, bool]:
+    """Two numbers, their unit (empty for plain ones), and whether both are whole plain numbers."""
+    numbers, units = [], []
+    for item in given:
+        found = _WITH_UNIT.fullmatch(item) if isinstance(item, str) and any_quantity(item) else None
+        if found is None and (isinstance(item, bool) or not isinstance(item, int | float)):
+            raise SceneError(f"must go between two numbers or two quantities, not {described(item)}.")
+        try:
+            numbers.append(float(item) if found is None else float(found[1]))
+        except OverflowError:
+            raise SceneError("must go between finite numbers.") from None
+        units.append("" if found is None else found[2])
+    if not all(math.isfinite(each) for each in numbers):
+        raise SceneError("must go between finite numbers.")
+    if units[0] != units[1]:
+        raise SceneError(f"goes from '{shown(str(given[0]))}' to '{shown(str(given[1]))}': give both in the same unit.")
+    return numbers, units[0], all(isinstance(item, int) for item in given)
+
+
+def _written(value: float, unit: str, whole: bool) -> Any:
+    rounded = float(f"{value:.{_DIGITS}g}")
+    if unit:
+        return f"{rounded!r} {unit}"
+    return int(rounded) if whole and rounded.is_integer() else rounded
+
+
+def coordinate(values: Sequence[Any]) -> tuple[np.ndarray, str | None]:
+    """Values of a parameter as an array: in SI with their unit, or as texts (None) where they are no numbers."""
+    if all(isinstance(item, int | float) and not isinstance(item, bool) for item in values):
+        return np.array([float(item) for item in values]), "1"
+    found = [any_quantity(item) if isinstance(item, str) else None for item in values]
+    if None not in found and len({each[1] for each in found if each}) == 1:
+        return np.array([each[0] for each in found if each]), next(each[1] for each in found if each)
+    return np.array([item if isinstance(item, str) else toml_value(item) for item in values], dtype=object), None

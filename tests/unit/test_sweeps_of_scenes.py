@@ -1,0 +1,256 @@
+"""Sweeps as they are run: members, failures, interruptions, workers that are killed, and the one dataset of all."""
+
+import os
+import signal
+import threading
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import astroinertia
+from astroinertia.accuracy import running
+from astroinertia.archive import Archive, locked
+from astroinertia.cli import main
+from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
+from astroinertia.scale import combined, ensemble, folder, members, workers
+from astroinertia.scene import sweep as sweeps
+from astroinertia.scene.sweep import member
+from astroinertia.units import SOLAR_MASS
+
+OF_THE_CLOCK = ["wall_time", "measured_wall_time", "measured_memory"]
+SCENE = """\
+name = "core"
+model = "scaling"
+[sweep]
+{sweep}
+[body]
+kind = "power_law"
+exponent = 1.0
+mass = "1.4 Msun"
+radius = "1500 km"
+[body.rotation]
+period = "30 s"
+[body.change]
+times = ["0.2 s"]
+factors = [0.5]
+[effects.gravity]
+[time]
+end = "0.2 s"
+[output]
+series_every = "0.1 s"
+checkpoint_seconds = 0.0
+"""
+GRID = '"body.mass" = ["1 Msun", "2 Msun"]\n"body.rotation.period" = ["10 s", "20 s"]'
+
+
+def made(text=GRID, overrides=()):
+    found = sweeps.loads(SCENE.replace("{sweep}", text), overrides)
+    assert found is not None
+    return found
+
+
+def same(one, other):
+    xr.testing.assert_identical(one.drop_vars(OF_THE_CLOCK), other.drop_vars(OF_THE_CLOCK))
+
+
+@pytest.fixture(scope="module")
+def grid(tmp_path_factory):
+    """A grid run one after another: its folder and what was told on the way."""
+    place, told = tmp_path_factory.mktemp("sweep") / "grid", []
+    ensemble.run_sweep(made(), place, told=told.append)
+    return place, told
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """A cluster of one worker on this machine, which tests reach by its address as one elsewhere."""
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", memory_limit=0, silence_logs=50
+    ) as started:
+        yield started
+
+
+def test_parameters_are_dimensions_and_members_are_runs_by_themselves(grid, tmp_path):
+    place, told = grid
+    found = astroinertia.open(place)
+    np.testing.assert_allclose(found["body_mass"], [SOLAR_MASS, 2 * SOLAR_MASS], rtol=1e-15)
+    assert found["body_mass"].units == "kg" and found["body_rotation_period"].units == "s"
+    assert found["inertia_tensor"].dims == ("body_mass", "body_rotation_period", "time", "i", "j")
+    assert found["time"].values == pytest.approx([0.0, 0.1, 0.2])
+    assert found["inertia_tensor"].attrs["units"] == "kg m2"
+    assert found["member"].values.tolist() == [[0, 1], [2, 3]]
+    alone = astroinertia.open(astroinertia.run_scene(made().scene(2), tmp_path / "alone"))
+    part = found.isel(body_mass=1, body_rotation_period=0)
+    for name in alone.data_vars:
+        if name not in OF_THE_CLOCK:
+            np.testing.assert_array_equal(part[name].values, alone[name].values, err_msg=str(name))
+    assert [(each.done, each.failed, each.members) for each in told] == [(k, 0, 4) for k in range(5)]
+    assert set(found.to_dataframe().index.names) >= {"body_mass", "body_rotation_period", "time"}
+
+
+def test_members_are_a_tree(grid):
+    place, _ = grid
+    tree = astroinertia.open_sweep(place)
+    assert list(tree.children) == [member(number) for number in range(4)]
+    assert tree["body_rotation_period"].values.tolist() == [10.0, 20.0, 10.0, 20.0]
+    np.testing.assert_array_equal(
+        tree["member-0003"]["inertia_tensor"], astroinertia.open(place)["inertia_tensor"].isel(body_mass=1)[1]
+    )
+
+
+def test_workers_give_the_same_to_the_bit_and_killed_ones_are_replaced(grid, cluster, tmp_path):
+    (worker,) = cluster.workers.values()
+    first = worker.pid
+
+    def kill_at_second(standing):
+        if standing.done == 1:
+            os.kill(first, signal.SIGKILL)
+
+    found = ensemble.run_sweep(made(), tmp_path / "sweep", cluster=cluster.scheduler_address, told=kill_at_second)
+    assert not found.failures and worker.pid != first
+    same(astroinertia.open(tmp_path / "sweep"), astroinertia.open(grid[0]))
+
+
+def test_a_failure_stays_with_its_member_and_is_told(tmp_path, monkeypatch):
+    run, ran = running.run_scene, []
+
+    def sometimes(scene, place, listener):
+        ran.append(place.name)
+        if place.name == member(1):
+            raise NumericalError("the state is no longer finite", "gravity", 0.1, None, "s")
+        if place.name == member(2) and ran.count(place.name) == 1:
+            raise OSError(28, "No space left on device")
+        return run(scene, place, listener)
+
+    monkeypatch.setattr(running, "run_scene", sometimes)
+    asked = made(
+        '"body.exponent" = [0.5, 1.0, 1.5, 2.6]'
+    )  # the last has no finite energy, which is found when it is built
+    found = ensemble.run_sweep(asked, tmp_path / "run")
+    assert {number: each.lasting for number, each in found.failures.items()} == {1: True, 2: False, 3: True}
+    result = astroinertia.open(tmp_path / "run")
+    assert "no longer finite" in str(result["failure"][1].values)
+    assert "No space left" in str(result["failure"][2].values)
+    assert "infinite gravitational energy" in str(result["failure"][3].values)
+    assert np.isfinite(result["mass"][0]).all() and np.isnan(result["mass"][1:]).all()
+    assert result.attrs["failed_members"] == 3
+
+    again = ensemble.resume(tmp_path / "run")  # what will fail again is not tried again
+    assert set(again.failures) == {1, 3} and ran == [member(0), member(1), member(2), member(3), member(2)]
+    result = astroinertia.open(tmp_path / "run")
+    assert str(result["failure"][2].values) == "" and np.isfinite(result["mass"][2]).all()
+
+
+def test_an_interrupted_sweep_goes_on_where_it_was(grid, tmp_path, monkeypatch):
+    seal, sealed = Archive.write_checkpoint, []
+
+    def stop(archive, arrays, scalars):
+        seal(archive, arrays, scalars)
+        sealed.append(archive.folder.name)
+        if sealed.count(member(2)) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Archive, "write_checkpoint", stop)
+    with pytest.raises(RunInterrupted, match=r"50.0% and is sealed in .*run"):
+        ensemble.run_sweep(made(), tmp_path / "run")
+    monkeypatch.undo()
+    with pytest.raises(ArchiveError, match="not finished; resume it"):
+        astroinertia.open(tmp_path / "run")
+    assert not (tmp_path / "run" / folder.SESSION).exists()
+    before = folder.finished(tmp_path / "run", 0).stat().st_mtime_ns
+    told = []
+    ensemble.run_sweep(made(), tmp_path / "run", told=told.append)  # the same call goes on
+    assert [each.done for each in told] == [2, 3, 4]
+    assert folder.finished(tmp_path / "run", 0).stat().st_mtime_ns == before
+    same(astroinertia.open(tmp_path / "run"), astroinertia.open(grid[0]))
+
+
+def test_a_member_ends_when_its_sweep_is_over(tmp_path, monkeypatch):
+    monkeypatch.setattr(members, "SECONDS_BETWEEN_LOOKS", 0.0)
+    folder.describe(made(), tmp_path)
+    (tmp_path / folder.SESSION).write_text("another")
+    with pytest.raises(RunInterrupted):
+        members.carry_out(members.Task(str(tmp_path), 0, "mine", 1.0))
+    assert folder.finished(tmp_path, 0) is None and folder.failure(tmp_path, 0) is None
+
+
+def test_a_member_waits_for_a_worker_that_still_holds_it(tmp_path, monkeypatch):
+    folder.describe(made(), tmp_path)
+    (tmp_path / folder.SESSION).write_text("mine")
+    (tmp_path / member(0)).mkdir()
+    lock = locked(tmp_path / member(0))
+    monkeypatch.setattr(members, "PATIENCE", 0.0)
+    task = members.Task(str(tmp_path), 0, "mine", 1.0)
+    refused = members.carry_out(task).failure
+    assert refused is not None and "another process is writing" in refused.sentence and not refused.lasting
+    monkeypatch.setattr(members, "PATIENCE", 30.0)
+    threading.Timer(0.5, lock.close).start()
+    assert members.carry_out(task).failure is None
+    assert folder.finished(tmp_path, 0) and folder.failure(tmp_path, 0) is None
+
+
+def test_records_at_other_times_stand_side_by_side(tmp_path):
+    text = 'members = [{"time.end" = "0.2 s", "body.mass" = "1 Msun"}, {"time.end" = "0.4 s", "body.mass" = "2 Msun"}]'
+    ensemble.run_sweep(made(text), tmp_path / "run")
+    found = astroinertia.open(tmp_path / "run")
+    assert found["mass"].dims == ("member", "output") and found["time"].dims == ("member", "output")
+    np.testing.assert_allclose(found["time"], [[0, 0.1, 0.2, np.nan, np.nan], [0, 0.1, 0.2, 0.3, 0.4]], atol=1e-15)
+    assert found["time_end"].values.tolist() == [0.2, 0.4] and found["time_end"].dims == ("member",)
+    assert np.isnan(found["mass"][0, 3:]).all() and np.isfinite(found["mass"][1]).all()
+    end = combined.at_end(found)["mass"]
+    np.testing.assert_allclose(end, [SOLAR_MASS, 2 * SOLAR_MASS], rtol=1e-12)
+
+
+def test_models_with_other_effects_are_lined_up_by_name(tmp_path):
+    ensemble.run_sweep(made("effects = [{gravity = {}}, {gravity = {}, pressure = {}}]"), tmp_path / "run")
+    found = astroinertia.open(tmp_path / "run")
+    assert sorted(found["effect"].values) == ["gravity", "pressure", "rigidity"]
+    alone = [astroinertia.open(folder.finished(tmp_path / "run", number)) for number in range(2)]
+    for number, each in enumerate(alone):
+        for effect in each["effect"].values:
+            np.testing.assert_array_equal(
+                found["work"].isel(scene_effects=number).sel(effect=effect), each["work"].sel(effect=effect)
+            )
+    assert np.isnan(found["work"].isel(scene_effects=0).sel(effect="pressure")).all()
+
+
+def test_folders_are_not_mixed_up(grid, tmp_path):
+    place, _ = grid
+    with pytest.raises(ArchiveError, match="already holds another sweep"):
+        ensemble.run_sweep(made('"body.exponent" = [0.5, 1.0]'), place)
+    with pytest.raises(ArchiveError, match="already holds a sweep"):
+        astroinertia.run_scene(made().scene(0), place)
+    with locked(place), pytest.raises(ArchiveError, match="another process"):
+        ensemble.resume(place)
+    (tmp_path / "sweep.json").write_text('{"format": "astroinertia-sweep", "version": 1}')
+    with pytest.raises(ArchiveError, match="damaged"):
+        folder.read(tmp_path)
+    with pytest.raises(SceneError, match="'nowhere' is no address of a cluster"):
+        ensemble.run_sweep(made(), tmp_path / "run", cluster="nowhere")
+
+
+def test_the_command_line_runs_plans_and_shows_sweeps(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setattr(workers, "has_dask", lambda: False)
+    (tmp_path / "core.toml").write_text(SCENE.replace("{sweep}", '"body.exponent" = [0.5, 2.6]'))
+    assert main(["plan", "core.toml"]) == 0
+    told = capsys.readouterr().out
+    assert "members" in told and "0.5, 2.6" in told and "time of all" in told and "one after another" in told
+    assert main(["run", "core.toml", "--workers", "2"]) == 1
+    told = capsys.readouterr().out
+    assert "dask is not installed, so members are run one after another" in told
+    assert "2 of 2 members" in told and "core.nc" in told
+    assert "member-0001  body.exponent = 2.6  [body] has an infinite gravitational energy" in told
+    assert main(["show", "runs/core"]) == 0
+    shown = capsys.readouterr().out.splitlines()
+    assert shown[1].split()[:2] == ["member", "body.exponent"] and shown[2].split()[:2] == ["member-0000", "0.5"]
+    assert main(["resume", "runs/core"]) == 1
+    assert "2 of them done before" in capsys.readouterr().out
+    (tmp_path / "one.toml").write_text(SCENE.replace("[sweep]\n{sweep}\n", ""))
+    assert main(["run", "one.toml", "--workers", "2"]) == 2
+    assert "--workers is for a scene with [sweep]" in capsys.readouterr().err
+    assert main(["tradeoff", "core.toml"]) == 2
+    assert "[sweep] makes several runs" in capsys.readouterr().err
