@@ -16,6 +16,7 @@ from astroinertia import (
     cli_calibrate,
     cli_choice,
     cli_compare,
+    cli_export,
     cli_hard,
     cli_moments,
     cli_movie,
@@ -52,6 +53,7 @@ more:
   astroinertia compare runs/coarse runs/fine  the same quantities of several runs or models, and how far they differ
   astroinertia tradeoff star.toml            what accuracy costs: errors and times, knob by knob
   astroinertia moments particles.csv         the inertia tensor of a particle table, a mesh or a snapshot
+  astroinertia export runs/coarse --to vtk   for other programs: GADGET, SWIFT, ParaView, CSV, Zarr
   astroinertia ratios --body Mars            moment ratios of the solar system, and cores that they allow
   astroinertia verify                        every cross-check with its source: does this installation compute right?
   astroinertia calibrate                     measure this machine, so that plans tell how long runs take
@@ -178,6 +180,7 @@ def _parser() -> argparse.ArgumentParser:
          "runs/scaling runs/ellipsoid runs/particles"),
         ("moments", cli_moments, "print the inertia tensor of a particle table, a mesh or a snapshot, and what follows "
          "from it", "particles.csv"),
+        ("export", cli_export, "write a result in the format of another program", "runs/coarse --to gadget"),
         ("ratios", cli_ratios, "print the moment ratios of the solar system, measured against models", "--body Mars"),
     )  # fmt: skip
     for name, module, text, example in printing:
