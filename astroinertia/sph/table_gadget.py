@@ -62,7 +62,8 @@ def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.nda
     if units is not None:
         length, mass, velocity = units
         in_si = {"position": length, "mass": mass, "velocity": velocity, "u": velocity * velocity}
-        columns = {key: column * in_si[key] for key, column in columns.items()}
+        with np.errstate(over="ignore", invalid="ignore"):  # what is too large is found as not finite
+            columns = {key: column * in_si[key] for key, column in columns.items()}
     return split_vectors(name, columns), UNKNOWN if units is None else SI
 
 
