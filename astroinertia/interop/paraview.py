@@ -20,7 +20,7 @@ _LENGTH_TYPE = np.dtype("<u8")  # of the number of bytes before each array
 def write_vtp(snapshot: Snapshot, path: Path) -> None:
     """Write the particles of one snapshot as points, each with the scalars and vectors that the snapshot has."""
     blocks: list[np.ndarray] = []
-    file = _file("PolyData", header_type="UInt64")
+    file = _file("PolyData")
     data = xml.SubElement(file, "PolyData")
     time = xml.SubElement(xml.SubElement(data, "FieldData"), "DataArray", type="Float64", Name="TimeValue")
     time.attrib |= {"NumberOfTuples": "1", "format": "ascii"}
@@ -61,15 +61,15 @@ def write_pvd(times: Sequence[float], files: Sequence[Path], path: Path) -> None
     write_whole(path, lambda aside: xml.ElementTree(file).write(aside, xml_declaration=True, encoding="utf-8"))
 
 
-def _file(kind: str, **more: str) -> xml.Element:
-    return xml.Element("VTKFile", type=kind, version="1.0", byte_order="LittleEndian", **more)
+def _file(kind: str) -> xml.Element:
+    return xml.Element("VTKFile", type=kind, version="1.0", byte_order="LittleEndian", header_type="UInt64")
 
 
 def _array(parent: xml.Element, name: str, values: np.ndarray, blocks: list[np.ndarray]) -> None:
     """Announce an array, and keep it for the end of the file."""
     block = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
     offset = sum(each.nbytes + _LENGTH_TYPE.itemsize for each in blocks)
-    components = {"NumberOfComponents": str(values.shape[1])} if values.ndim == 2 else {}
-    kind = _TYPES[values.dtype.str[1:]]
-    xml.SubElement(parent, "DataArray", type=kind, Name=name, format="appended", offset=str(offset), **components)
+    components = str(values.shape[1] if values.ndim == 2 else 1)
+    place = {"format": "appended", "offset": str(offset), "NumberOfComponents": components}
+    xml.SubElement(parent, "DataArray", place, type=_TYPES[values.dtype.str[1:]], Name=name)
     blocks.append(block)

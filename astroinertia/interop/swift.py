@@ -6,7 +6,6 @@ here they stay where the run has them, about the origin, and `InitialConditions:
 moves them. Tests: tests/unit/test_exports.py, tests/physics/test_exports_elsewhere.py.
 """
 
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -79,7 +78,7 @@ def _groups(snapshot: Snapshot) -> dict[str, dict[str, Any]]:
         "SubgridScheme": {},
         "GravityScheme": {},
         "PhysicalConstants": _lists({"newton_G": snapshot.gravitational_constant}),
-        "Code": {"Code": _text("astroinertia"), "Code Version": _text(version("astroinertia"))},
+        "Code": {"Code": _text("astroinertia")},
         "Astroinertia": origin(snapshot),
     }
 

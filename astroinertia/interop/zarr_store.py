@@ -27,8 +27,9 @@ def write_zarr(source: Path, path: Path) -> None:
         ) from None
     aside = path.with_name(path.name + TEMPORARY)
     tree = dataset.open_tree(source)
-    if "snapshots" in tree.children:
-        tree["snapshots"] = tree["snapshots"].to_dataset().chunk({"snapshot_time": 1}).drop_encoding()
+    if "snapshots" in tree.children:  # the series are small; particles pass through memory one snapshot at a time
+        particles = dataset.open_snapshots(source, chunks={"snapshot_time": 1})
+        tree["snapshots"] = particles.drop_encoding()
     try:
         tree.to_zarr(aside, mode="w", zarr_format=FORMAT, consolidated=True)
         aside.rename(path)
