@@ -6,6 +6,8 @@ Tests: tests/unit/test_exports.py.
 import shutil
 from pathlib import Path
 
+import xarray as xr
+
 from astroinertia import dataset
 from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.sealed import TEMPORARY
@@ -19,19 +21,19 @@ def write_zarr(source: Path, path: Path) -> None:
     SceneError if zarr or dask is not installed, ArchiveError if the store cannot be written.
     """
     try:
-        import dask  # noqa: F401  pyright: ignore[reportMissingImports]
-        import zarr  # noqa: F401  pyright: ignore[reportMissingImports]  both are of one extra
+        import dask  # noqa: F401  # pyright: ignore[reportMissingImports]
+        import zarr  # noqa: F401  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise SceneError(
             f"{path}: Zarr needs zarr and dask; install them with: pip install 'astroinertia[zarr]'"
         ) from None
     aside = path.with_name(path.name + TEMPORARY)
-    tree = dataset.open_tree(source)
-    if "snapshots" in tree.children:  # the series are small; particles pass through memory one snapshot at a time
-        particles = dataset.open_snapshots(source, chunks={"snapshot_time": 1})
-        tree["snapshots"] = particles.drop_encoding()
+    groups = {"/": dataset.open(source)}
+    particles = dataset.open_snapshots(source, chunks={"snapshot_time": 1})  # one passes through memory at a time
+    if particles is not None:
+        groups["/snapshots"] = particles.drop_encoding()
     try:
-        tree.to_zarr(aside, mode="w", zarr_format=FORMAT, consolidated=True)
+        xr.DataTree.from_dict(groups).to_zarr(aside, mode="w", zarr_format=FORMAT, consolidated=True)
         aside.rename(path)
     except OSError as error:
         raise ArchiveError(f"{path} cannot be written: {error.strerror or error}.") from error
