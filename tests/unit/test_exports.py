@@ -1,7 +1,9 @@
 """Exported files: every bit of the dataset, the meaning that each format gives to it, and what a wrong call is told."""
 
 import csv
+import sys
 import xml.etree.ElementTree as xml
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -13,7 +15,7 @@ from astroinertia import dataset
 from astroinertia.archive import Archive
 from astroinertia.cli import main
 from astroinertia.interop import swift
-from astroinertia.interop.export import FORMATS, export
+from astroinertia.interop.export import FORMATS, SNAPSHOT_FORMATS, export
 from astroinertia.interop.snapshots import snapshots_of
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.table import read_table
@@ -175,7 +177,7 @@ def vtp(path):
     """Arrays of a .vtp file by name, by the letter of the format: little endian, after a length of 8 bytes each."""
     head, _, rest = path.read_bytes().partition(b'<AppendedData encoding="raw">_')
     root = xml.fromstring(head + b"</VTKFile>")
-    kinds = {"Float64": "<f8", "Int64": "<i8", "UInt64": "<u8"}
+    kinds = {"Float64": "<f8", "Int64": "<i8", "Int32": "<i4", "UInt64": "<u8"}
     found = {}
     for each in root.iter("DataArray"):
         if each.get("format") == "appended":
@@ -267,6 +269,29 @@ def test_wrong_calls_get_one_sentence_and_write_nothing(run, tmp_path, capsys, a
     assert sentence in told.err and told.err.count("\n") == 1 and not told.out
     assert [each.name for each in tmp_path.iterdir()] == ["there.csv"]
     assert (tmp_path / "there.csv").read_text() == "mine"
+
+
+def test_numbers_of_materials_stay_whole(run, tmp_path):
+    (one,) = snapshots_of(run, "0")
+    kinds = (np.arange(64) % 3).astype(np.int32)
+    several = replace(one, arrays=one.arrays | {"material": kinds})
+    for to, path in (("gadget", tmp_path / "g.hdf5"), ("swift", tmp_path / "s.hdf5")):
+        SNAPSHOT_FORMATS[to].write(several, path)
+        with h5py.File(path) as file:
+            assert file["PartType0/MaterialIDs"].dtype == np.int32
+            assert file["PartType0/MaterialIDs"][:].tolist() == kinds.tolist()
+    SNAPSHOT_FORMATS["vtk"].write(several, tmp_path / "v.vtp")
+    root, _ = vtp(tmp_path / "v.vtp")
+    assert root.find(".//PointData/DataArray[@Name='material']").get("type") == "Int32"
+
+
+@pytest.mark.parametrize(("to", "package", "extra"), [("gadget", "h5py", "hdf5"), ("zarr", "zarr", "zarr")])
+def test_a_missing_package_is_named_with_what_installs_it(run, tmp_path, monkeypatch, capsys, to, package, extra):
+    monkeypatch.setitem(sys.modules, package, None)  # as if it were not installed
+    assert main(["export", str(run), "--to", to, "--output", str(tmp_path)]) == 2
+    told = capsys.readouterr().err
+    assert "need" in told and f"pip install 'astroinertia[{extra}]'" in told and told.count("\n") == 1
+    assert not any(tmp_path.iterdir())
 
 
 def test_a_model_without_particles_has_no_snapshots_to_export(tmp_path, capsys):
