@@ -6,7 +6,7 @@ from pathlib import Path
 HELP = """\
 formats:
   gadget   GADGET-2/4 snapshot in HDF5 (yt, pynbody, ...); needs the extra astroinertia[hdf5], as does swift
-  swift    SWIFT snapshot in HDF5 (swiftsimio, yt, pynbody)
+  swift    SWIFT snapshot in HDF5 (swiftsimio, pynbody)
   vtk      particles for ParaView: .vtp, and with --snapshot all a .pvd that plays them along their times
   csv      the headline series, one column a number with its unit; with --snapshot the particles, as a particle table
   zarr     everything, in chunks, for object stores and xarray.open_datatree; needs the extra astroinertia[zarr]
