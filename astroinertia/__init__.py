@@ -10,7 +10,7 @@
 Nothing is imported or set until one of them is called.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -74,20 +74,20 @@ def resume(
     return go_on(Path(folder), listener)
 
 
-def open(path: str | PathLike[str]) -> "xr.Dataset":
-    """The headline series of a netCDF file or a run folder, with the accessor `.inertia`."""
+def open(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -> "xr.Dataset":
+    """The headline series of a netCDF file or a run folder, with the accessor `.inertia`; with chunks, for dask."""
     from astroinertia import accessor, dataset
 
     assert accessor  # importing it registers it
-    return dataset.open(Path(path))
+    return dataset.open(Path(path), chunks=chunks)
 
 
-def open_tree(path: str | PathLike[str]) -> "xr.DataTree":
-    """Headline series and, in the group `snapshots`, the particles."""
+def open_tree(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -> "xr.DataTree":
+    """Headline series and, in the group `snapshots`, the particles; with chunks ({} for those of the file), by dask."""
     from astroinertia import accessor, dataset
 
     assert accessor
-    return dataset.open_tree(Path(path))
+    return dataset.open_tree(Path(path), chunks=chunks)
 
 
 def open_sweep(path: str | PathLike[str]) -> "xr.DataTree":

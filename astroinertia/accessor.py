@@ -15,6 +15,7 @@ from astroinertia.dataset_derived import SPINLESS
 from astroinertia.errors import ArchiveError
 from astroinertia.inertia import growth, tensor
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
+from astroinertia.units import astropy_quantity
 
 _THINNEST = 1e-12  # I_1 + I_2 - I_3 over I_3, which is the square of a thickness: round-off
 MOTION = "motion"  # the share that is not an effect's: the kinetic tensor's
@@ -45,9 +46,14 @@ class InertiaAccessor:
         if source is None or not Path(source).exists():
             return None
         try:
-            return open_snapshots(source)
+            return open_snapshots(source, chunks={} if self.dataset.chunks else None)
         except (ArchiveError, OSError):
             return None
+
+    def quantity(self, series: str | xr.DataArray) -> Any:
+        """A variable of the dataset by its name, or a result of this accessor, as an astropy Quantity."""
+        values = self.dataset[series] if isinstance(series, str) else series
+        return astropy_quantity(values.values, str(values.attrs.get("units", "1")))
 
     def about_axis(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
         """Moment of inertia n.I.n about an axis: "x", "y", "z", a vector (3,), or one for each time, (time, i)."""
@@ -109,9 +115,7 @@ class InertiaAccessor:
         torque = self.dataset["torque"].transpose("time", "effect", "i")
         direction = np.broadcast_to(self._axis(axis), (self.dataset.sizes["time"], 3))
         along = np.einsum("tei,ti->te", torque.values, direction)
-        found = xr.DataArray(
-            along, {"time": self.dataset["time"], "effect": self.dataset["effect"]}, ("time", "effect")
-        )
+        found = xr.DataArray(along, self._coordinates("time", "effect"), ("time", "effect"))
         return found.rename("torque").assign_attrs(torque.attrs | {"long_name": f"torque along {_told(axis)}"})
 
     def spin_rate(self) -> xr.DataArray:
@@ -296,12 +300,15 @@ class InertiaAccessor:
 
     def _series(self, values: np.ndarray, long_name: str, unit: str, comment: str) -> xr.DataArray:
         attrs = {"units": unit, "long_name": long_name} | ({"comment": comment} if comment else {})
-        return xr.DataArray(values, {"time": self.dataset["time"]}, ("time",), attrs=attrs)
+        return xr.DataArray(values, self._coordinates("time"), ("time",), attrs=attrs)
+
+    def _coordinates(self, *dims: str) -> dict[Any, xr.Variable]:
+        """The dataset's coordinates along these dimensions, and those without one, such as what an ensemble varies."""
+        return {name: each.variable for name, each in self.dataset.coords.items() if set(each.dims) <= set(dims)}
 
     def _shares(self, values: np.ndarray, dims: tuple[str, ...], long_name: str, unit: str) -> xr.DataArray:
         names = np.array([MOTION, *self.dataset["effect"].values.tolist()], dtype=str)
-        coords: dict[str, Any] = {"time": self.dataset["time"], "share": names}
-        coords |= {name: self.dataset[name] for name in ("i", "j") if name in dims}
+        coords: dict[str, Any] = {"share": names} | self._coordinates(*dims)
         return xr.DataArray(values, coords, dims, attrs={"units": self._unit(unit), "long_name": long_name})
 
 

@@ -16,6 +16,7 @@ from astroinertia import (
     cli_calibrate,
     cli_choice,
     cli_compare,
+    cli_export,
     cli_hard,
     cli_moments,
     cli_movie,
@@ -159,6 +160,7 @@ def _parser() -> argparse.ArgumentParser:
          "runs/scaling runs/ellipsoid runs/particles"),
         ("moments", cli_moments, "print the inertia tensor of a particle table, a mesh or a snapshot, and what follows "
          "from it", "particles.csv"),
+        ("export", cli_export, "write a result in the format of another program", "runs/coarse --to gadget"),
         ("ratios", cli_ratios, "print the moment ratios of the solar system, measured against models", "--body Mars"),
     )  # fmt: skip
     for name, module, text, example in printing:

@@ -16,6 +16,7 @@ more:
   astroinertia compare runs/coarse runs/fine  the same quantities of several runs or models, and how far they differ
   astroinertia tradeoff star.toml            what accuracy costs: errors and times, knob by knob
   astroinertia moments particles.csv         the inertia tensor of a particle table, a mesh or a snapshot
+  astroinertia export runs/coarse --to vtk   for other programs: GADGET, SWIFT, ParaView, CSV, Zarr
   astroinertia ratios --body Mars            moment ratios of the solar system, and cores that they allow
   astroinertia verify                        every cross-check with its source: does this installation compute right?
   astroinertia calibrate                     measure this machine, so that plans tell how long runs take

@@ -12,6 +12,7 @@ AXES = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
 HELP = """\
 files:
   .csv .npz .nc .h5 .hdf5   columns mass, x, y, z (or position, of three numbers a particle)
+  .hdf5                     also a snapshot of GADGET or SWIFT, of one type of particles; in SI if it tells its units
   .stl .obj .ply .off       a closed mesh, homogeneous inside; needs the extra astroinertia[mesh]
   runs/NAME or its .nc      a snapshot of a run
 

@@ -36,37 +36,47 @@ from astroinertia.errors import ArchiveError
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
 from astroinertia.inertia.principal import ROUND_OFF_GAP
 from astroinertia.models.evolution import TIMESTEP_CRITERIA
-from astroinertia.units import DIMENSIONLESS, CodeUnits
+from astroinertia.units import DIMENSIONLESS, CodeUnits, display_unit
 
 _OBSERVERS = ((0.0, 0.0), (np.pi / 2, 0.0))  # polar angle and azimuth of the schema's observers
 _INERTIAL = "inertial"
+Chunks = Mapping[str, int] | None
 
 
-def open(path: Path | str, damaged: str = "raise") -> xr.Dataset:
+def open(path: Path | str, damaged: str = "raise", chunks: Chunks = None) -> xr.Dataset:
     """The headline series of a netCDF file, or of a run folder, finished or still in progress.
 
     damaged: what a damaged segment of a run folder does, "raise" (ArchiveError that names it) or "skip" (a warning, and
-    its outputs are missing). Raises ArchiveError if there is nothing to open.
+    its outputs are missing). chunks: as xarray takes them, for dask. The series are read at once either way: they are
+    small beside the particles, and a file must not stay open whose labels were read (see open_snapshots). Raises
+    ArchiveError if there is nothing to open.
     """
     path = Path(path)
     source = _source(path)
     if isinstance(source, Path):
-        return _load(source)
-    dataset = headline(_series(source, damaged), source.metadata)
-    dataset.encoding["source"] = str(path)
-    return dataset
+        dataset = _load(source)
+    else:
+        dataset = headline(_series(source, damaged), source.metadata)
+        dataset.encoding["source"] = str(path)
+    return dataset if chunks is None else dataset.chunk(chunks)
 
 
-def open_snapshots(path: Path | str, damaged: str = "raise") -> xr.Dataset | None:
-    """The particles of the snapshots, lazily from a netCDF file, at once from a run folder; None if there are none."""
+def open_snapshots(path: Path | str, damaged: str = "raise", chunks: Chunks = None) -> xr.Dataset | None:
+    """The particles of the snapshots, lazily from a netCDF file, at once from a run folder; None if there are none.
+
+    chunks: as xarray takes them, for dask; {} are those of the file, one snapshot each.
+    """
     source = _source(Path(path))
     if isinstance(source, Path):
-        with netCDF4.Dataset(source) as file:
-            if "snapshots" not in file.groups:
+        # netCDF (4.10) crashes when a file that is open elsewhere in the process is opened once more after a variable
+        # of strings was read from it and it was closed. Files have had their labels as characters since; of older ones
+        # those of the snapshots are not read, and none is opened just to see what is in it.
+        try:
+            found = xr.open_dataset(source, group="snapshots", engine="netcdf4", drop_variables="i", chunks=chunks)
+        except OSError as error:
+            if "group not found" in str(error):
                 return None
-        # The labels are not read from the file: netCDF (4.10) crashes when a file that is open elsewhere in the process
-        # is opened again after a variable of strings was read from it and it was closed.
-        found = xr.open_dataset(source, group="snapshots", engine="netcdf4", drop_variables="i")
+            raise
         return found.assign_coords(i=_label("i"))
     parts = list(source.read_snapshots(damaged))
     if not parts:
@@ -78,13 +88,14 @@ def open_snapshots(path: Path | str, damaged: str = "raise") -> xr.Dataset | Non
         quantity = snapshot_quantity(name, values.shape[1:])
         variables[name] = (quantity.dims, _converted(values, quantity, units), attributes(quantity, source.metadata))
     moments = variables.pop("time")
-    return xr.Dataset(variables, coords={"snapshot_time": moments, "i": _label("i")})
+    found = xr.Dataset(variables, coords={"snapshot_time": moments, "i": _label("i")})
+    return found if chunks is None else found.chunk({"snapshot_time": 1, **chunks})
 
 
-def open_tree(path: Path | str) -> xr.DataTree:
-    """Headline series and, in the group `snapshots`, particles."""
-    groups = {"/": open(path)}
-    snapshots = open_snapshots(path)
+def open_tree(path: Path | str, chunks: Chunks = None) -> xr.DataTree:
+    """Headline series and, in the group `snapshots`, particles; with chunks, by dask."""
+    groups = {"/": open(path, chunks=chunks)}
+    snapshots = open_snapshots(path, chunks=chunks)
     return xr.DataTree.from_dict(groups if snapshots is None else {**groups, "/snapshots": snapshots})
 
 
@@ -104,7 +115,11 @@ def finish(
     def fill(aside: Path) -> None:
         dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs({**(told or {}), **lost})
         dataset = dataset if completed is None else completed(dataset)
-        encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in dataset.coords}
+        # Labels are characters, not strings: see open_snapshots.
+        encoding: dict[str, dict[str, Any]] = {
+            str(name): {"_FillValue": None} | ({"dtype": "S1"} if coord.dtype.kind == "U" else {})
+            for name, coord in dataset.coords.items()
+        }
         for name, variable in dataset.data_vars.items():
             if variable.size and variable.dtype.kind in "fi":
                 encoding[str(name)] = {"zlib": True, "complevel": 4, "shuffle": True}
@@ -173,7 +188,10 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
             {"long_name": name.replace("_", " "), "comment": "not in the schema; code units"},
         )
     _annotate(variables, tolerance, radius, metadata)
-    coords: dict[str, Any] = {"time": ("time", time * units.unit("time"), attributes(TIME_QUANTITY, metadata))}
+    # No standard_name: CF's "time" is a date, in units "since" an epoch, and this is not.
+    seconds = time * units.unit("time")
+    shown = {} if dimensionless else {"display_unit": display_unit("s", seconds)}
+    coords: dict[str, Any] = {"time": ("time", seconds, attributes(TIME_QUANTITY, metadata) | shown)}
     coords |= {name: _label(name) for name in LABELS}
     coords["effect"] = ("effect", np.array([*effects, *skipped], dtype=str), {"long_name": "effect"})
     bins = {"long_name": "shell of equal mass, from the centre outwards"}
@@ -216,6 +234,7 @@ def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str)
         "Conventions": CONVENTIONS,
         "title": f"{metadata['name']}: inertia tensor and ledger of forces",
         "source": f"astroinertia, model {model}, engine {engine}, precision {precision}",
+        "history": "computed by astroinertia from the scene in `scene`, with the versions in `versions`",
         "astroinertia_format": FORMAT,
         **plain,
         "frame": frame,
@@ -331,7 +350,8 @@ def _load(path: Path) -> xr.Dataset:
         raise ArchiveError(f"{path} is a netCDF file, but not one of this package.")
     if version > FORMAT:
         raise ArchiveError(f"{path} has format {version} of a newer version; this one reads up to {FORMAT}.")
-    return dataset
+    labels = [name for name, coord in dataset.coords.items() if coord.dtype.kind == "O"]
+    return dataset.assign_coords({name: dataset[name].astype(str) for name in labels})
 
 
 @contextmanager
@@ -356,10 +376,11 @@ def _append_snapshots(group: Any, count: int, layout: Mapping[str, tuple[int, ..
             made[name][first : first + len(array)] = _converted(array, quantity, units)
         first += len(part["time"])
     if "i" in group.dimensions:
-        labels = group.createVariable("i", str, ("i",))
-        labels.long_name = LABELS["i"][1]
-        for index, label in enumerate(LABELS["i"][0]):
-            labels[index] = label
+        group.createDimension("character", 1)
+        labels = group.createVariable("i", "S1", ("i", "character"))
+        labels.setncatts({"long_name": LABELS["i"][1], "_Encoding": "utf-8"})
+        labels.set_auto_chartostring(False)
+        labels[:] = np.array(LABELS["i"][0], dtype="S1")[:, None]
 
 
 def _snapshot_variable(group: Any, name: str, quantity: Quantity, count: int, array: np.ndarray, metadata: Any) -> Any:

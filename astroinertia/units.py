@@ -105,6 +105,17 @@ EXAMPLES = {
     "magnetic_field": "1e12 G",
 }
 
+_YEAR, _DAY, _AU = 31557600.0, 86400.0, 149597870700.0
+# Units that readers think in, and the size from which on they do: (from, size of the unit, name).
+_READABLE = {
+    "s": [(0.0, 1e-9, "ns"), (1e-6, 1e-6, "µs"), (1e-3, 1e-3, "ms"), (1.0, 1.0, "s"), (3e4, 1e4, "10^4 s"),
+          (2 * _DAY, _DAY, "d"), (_YEAR, _YEAR, "yr"), (1e3 * _YEAR, 1e3 * _YEAR, "kyr"),
+          (1e6 * _YEAR, 1e6 * _YEAR, "Myr")],
+    "m": [(0.0, 1e-3, "mm"), (1e-2, 1e-2, "cm"), (1.0, 1.0, "m"), (1e3, 1e3, "km"), (1e7, 1e6, "10^3 km"),
+          (1e10, 1e9, "10^6 km"), (0.5 * _AU, _AU, "au"), (1e3 * _AU, 1e3 * _AU, "10^3 au"),
+          (0.1 * PARSEC, PARSEC, "pc")],
+}  # fmt: skip
+
 _ANGULAR = {"angle", "angular_velocity", "angular_acceleration"}
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?:\s+|(?=[A-Za-zµÅ/(%]))(\S.*?)\s*", re.ASCII)
 _WORDS_FOR_NO_NUMBER = re.compile(r"\s*[+-]?(nan|inf|infinity)\b", re.IGNORECASE)
@@ -185,6 +196,26 @@ def shown(text: str, longest: int = 40) -> str:
     """Text as it may be repeated in a message: one line, printable, cut where it is long."""
     clean = "".join(character if character.isprintable() else "?" for character in text)
     return clean if len(clean) <= longest else clean[: longest - 3] + "..."
+
+
+def readable(unit: str, largest: float) -> tuple[float, str] | None:
+    """Size and name of the unit in which people read numbers up to `largest` of an SI unit; None if none is known."""
+    for begin_at, factor, name in reversed(_READABLE.get(unit, [])):
+        if largest >= 0.999 * begin_at and largest >= 1e-3 * factor:
+            return factor, name
+    return None
+
+
+def display_unit(unit: str, values: Any) -> str:
+    """The same as a unit that astropy and others know, for what such values are shown in: "ms" for some of 0.1 s."""
+    largest = float(abs(values).max(initial=0.0))
+    found = readable(unit, largest) if 0.0 < largest < math.inf else None
+    return unit if found is None or " " in found[1] else found[1]
+
+
+def astropy_quantity(values: Any, unit: str) -> Any:
+    """Values with the unit of a dataset's attribute, "kg m2 s-1", as an astropy Quantity."""
+    return astropy_units.Quantity(values, "" if unit == "1" else unit)
 
 
 @lru_cache(maxsize=512)

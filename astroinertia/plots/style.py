@@ -12,6 +12,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from astroinertia.units import quantity, readable
+
 # Okabe & Ito's palette, told apart in all common kinds of colour blindness (jfly.uni-koeln.de/color).
 BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, YELLOW = (
     "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#B8A800",
@@ -83,16 +85,6 @@ STYLE = {
     "savefig.dpi": 160,
 }
 
-_YEAR, _DAY, _AU, _PARSEC = 31557600.0, 86400.0, 149597870700.0, 3.0856775814913673e16
-# Units that readers think in, and the size from which on they do: (from, size of the unit, name).
-_NAMED = {
-    "s": [(0.0, 1e-9, "ns"), (1e-6, 1e-6, "µs"), (1e-3, 1e-3, "ms"), (1.0, 1.0, "s"), (3e4, 1e4, "10^4 s"),
-          (2 * _DAY, _DAY, "d"), (_YEAR, _YEAR, "yr"), (1e3 * _YEAR, 1e3 * _YEAR, "kyr"),
-          (1e6 * _YEAR, 1e6 * _YEAR, "Myr")],
-    "m": [(0.0, 1e-3, "mm"), (1e-2, 1e-2, "cm"), (1.0, 1.0, "m"), (1e3, 1e3, "km"), (1e7, 1e6, "10^3 km"),
-          (1e10, 1e9, "10^6 km"), (0.5 * _AU, _AU, "au"), (1e3 * _AU, 1e3 * _AU, "10^3 au"),
-          (0.1 * _PARSEC, _PARSEC, "pc")],
-}  # fmt: skip
 _LARGEST_PLAIN, _SMALLEST_PLAIN = 1e4, 1e-2
 
 
@@ -152,24 +144,25 @@ def scale_of(unit: str, *values: Any) -> tuple[float, str]:
     largest = max(sizes, default=0.0)
     if largest == 0.0 or not np.isfinite(largest):
         return 1.0, unit
-    for begin_at, factor, name in reversed(_NAMED.get(unit, [])):
-        if largest >= 0.999 * begin_at and largest >= 1e-3 * factor:
-            return factor, name
+    if (known := readable(unit, largest)) is not None:
+        return known
     if _SMALLEST_PLAIN <= largest < _LARGEST_PLAIN:
         return 1.0, unit
     exponent = int(np.floor(np.log10(largest)))
     return 10.0**exponent, f"10^{exponent}" if unit == "1" else f"10^{exponent} {unit}"
 
 
-def label(quantity: str, unit: str) -> str:
+def label(name: str, unit: str) -> str:
     """An axis label with its unit; none for pure numbers."""
-    return quantity if unit == "1" else f"{quantity} ({pretty(unit)})"
+    return name if unit == "1" else f"{name} ({pretty(unit)})"
 
 
 def shown_times(dataset: xr.Dataset) -> tuple[np.ndarray, float, str]:
-    """Times in a readable unit, the factor, and the axis label."""
+    """Times in the unit that the dataset has for them, else in a readable one, the factor, and the axis label."""
     time = dataset["time"]
-    factor, unit = scale_of(time.attrs.get("units", "1"), time.values)
+    own = unit_of(time)
+    wanted = str(time.attrs.get("display_unit", own))
+    factor, unit = scale_of(own, time.values) if wanted == own else (quantity(f"1 {wanted}", "time"), wanted)
     return time.values / factor, factor, label("time", unit)
 
 

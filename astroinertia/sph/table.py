@@ -1,8 +1,9 @@
 """A user's own particles: columns mass, x, y, z and, if wanted, vx, vy, vz and u, or the last snapshot of a run.
 
 u is the specific internal energy, and may be called specific_internal_energy. An nc file is the result of an earlier
-run, or has the columns as variables; of csv, npz, h5 and hdf5 files, columns.py tells.
-Tests: tests/unit/test_initial.py, tests/unit/test_hdf5_tables.py.
+run, or has the columns as variables; of csv, npz, h5 and hdf5 files, columns.py tells, of snapshots of other codes
+table_gadget.py. Density, smoothing_length and pressure may be columns, too, and are passed over.
+Tests: tests/unit/test_initial.py, tests/unit/test_hdf5_tables.py, tests/unit/test_snapshot_tables.py.
 """
 
 from dataclasses import dataclass
@@ -13,31 +14,53 @@ import numpy as np
 
 from astroinertia.errors import SceneError
 from astroinertia.sph.columns import Columns, check_file, check_numbers, csv_columns, hdf5, npz_columns
+from astroinertia.sph.table_gadget import SI, UNKNOWN, snapshot_columns
 from astroinertia.sph.table_hdf5 import SUFFIXES as HDF5_SUFFIXES
 from astroinertia.sph.table_hdf5 import VECTORS, split_vectors
 
 REQUIRED = ("mass", "x", "y", "z")
 OPTIONAL = ("vx", "vy", "vz", "u")
+PASSED_OVER = ("density", "smoothing_length", "pressure")  # what exported tables have besides
 MAX_PARTICLES = 10_000_000
 FEWEST_PARTICLES = 4  # that have a volume
-COLUMNS = Columns("particle table", REQUIRED, OPTIONAL, MAX_PARTICLES, {"specific_internal_energy": "u"})
+COLUMNS = Columns("particle table", REQUIRED, OPTIONAL + PASSED_OVER, MAX_PARTICLES, {"specific_internal_energy": "u"})
 
 
 @dataclass(frozen=True)
 class Table:
-    """mass (N,), position (N, 3), velocity (N, 3) (zero where not given), internal_energy (N,) or None."""
+    """mass (N,), position (N, 3), velocity (N, 3) (zero where not given), internal_energy (N,) or None.
+
+    units: SI or UNKNOWN of a snapshot of another code; None where they are those of whoever made the table.
+    """
 
     mass: np.ndarray
     position: np.ndarray
     velocity: np.ndarray
     internal_energy: np.ndarray | None
+    units: str | None = None
 
 
 def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES) -> Table:
     """Particles of a file, `fewest` or more, in the file's own units; SceneError that says what is wrong with it."""
     path = Path(path)
     check_file(path, COLUMNS.what, tuple(_READERS))
-    return _checked(path, _READERS[path.suffix.lower()](path, COLUMNS), fewest)
+    suffix = path.suffix.lower()
+    snapshot = snapshot_columns(path, MAX_PARTICLES, COLUMNS.what) if suffix in HDF5_SUFFIXES else None
+    columns, units = (_READERS[suffix](path, COLUMNS), None) if snapshot is None else snapshot
+    return _checked(path, columns, fewest, units)
+
+
+def read_body(path: str | Path, dimensionless: bool) -> Table:
+    """Particles of a file for a scene, in SI or in the code units of a dimensionless one.
+
+    SceneError also for a snapshot of another code whose units are not those of the scene.
+    """
+    table = read_table(path)
+    if table.units == UNKNOWN and not dimensionless:
+        raise SceneError(f'particle table {path} does not tell its units: it can be a body where units = "code"')
+    if table.units == SI and dimensionless:
+        raise SceneError(f'particle table {path} has units, so it cannot be a body where units = "code"')
+    return table
 
 
 def _netcdf_columns(path: Path, asked: Columns) -> dict[str, np.ndarray]:
@@ -70,7 +93,7 @@ def _snapshot_columns(path: Path, group: Any) -> dict[str, np.ndarray]:
 _READERS = {".csv": csv_columns, ".npz": npz_columns, ".nc": _netcdf_columns} | dict.fromkeys(HDF5_SUFFIXES, hdf5)
 
 
-def _checked(path: Path, columns: dict[str, np.ndarray], fewest: int) -> Table:
+def _checked(path: Path, columns: dict[str, np.ndarray], fewest: int, units: str | None) -> Table:
     count = columns["mass"].size
     check_numbers(path, COLUMNS.what, columns, "particle")
     if not fewest <= count <= MAX_PARTICLES:
@@ -85,4 +108,5 @@ def _checked(path: Path, columns: dict[str, np.ndarray], fewest: int) -> Table:
         position=np.stack([columns[name] for name in "xyz"], axis=1),
         velocity=np.stack([columns.get(name, nothing) for name in ("vx", "vy", "vz")], axis=1),
         internal_energy=columns.get("u"),
+        units=units,
     )

@@ -7,7 +7,8 @@ are not followed.
 Tests: tests/unit/test_hdf5_tables.py.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -27,20 +28,27 @@ def hdf5_columns(path: Path, known: tuple[str, ...], most: int, what: str) -> di
 
     SceneError that says what is wrong with the file, or that h5py is not installed.
     """
+    wanted, name = (*known, *VECTORS), f"{what} {path}"
+    with opened(path, name) as (h5py, file):
+        found = members(h5py, name, file, wanted)
+        for group in () if found else group_names(h5py, name, file):
+            inside = members(h5py, name, file[group], wanted)
+            if inside and found:
+                raise SceneError(f"{name} has columns in more than one group")
+            found = found or inside
+        return split_vectors(name, {key: numbers(name, key, member, most) for key, member in found.items()})
+
+
+@contextmanager
+def opened(path: Path, name: str) -> Iterator[tuple[Any, Any]]:
+    """h5py and the file, open for reading; whatever HDF5 finds wrong with it meanwhile becomes a SceneError."""
     try:
         import h5py  # pyright: ignore[reportMissingImports]  an extra: only these files need it
     except ImportError:
         raise SceneError(f"{path}: HDF5 files need h5py; install it with: pip install 'astroinertia[hdf5]'") from None
-    wanted, name = (*known, *VECTORS), f"{what} {path}"
     try:
         with h5py.File(path, "r") as file:
-            found = _members(h5py, name, file, wanted)
-            for group in () if found else _group_names(h5py, name, file):
-                inside = _members(h5py, name, file[group], wanted)
-                if inside and found:
-                    raise SceneError(f"{name} has columns in more than one group")
-                found = found or inside
-            return split_vectors(name, {key: _numbers(name, key, member, most) for key, member in found.items()})
+            yield h5py, file
     except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
         raise SceneError(f"{name} is not an HDF5 file that can be read") from error
 
@@ -58,7 +66,7 @@ def split_vectors(file: str, columns: Mapping[str, np.ndarray]) -> dict[str, np.
     return split
 
 
-def _members(h5py: Any, file_name: str, group: Any, wanted: tuple[str, ...]) -> dict[str, tuple[Any, str | None]]:
+def members(h5py: Any, file_name: str, group: Any, wanted: tuple[str, ...]) -> dict[str, tuple[Any, str | None]]:
     """The wanted columns in a group: the dataset of each, and its field in that where it is structured."""
     own = {name: group[name] for name in _names(file_name, group) if _is_own(h5py, group, name)}
     datasets = {name: member for name, member in own.items() if isinstance(member, h5py.Dataset)}
@@ -69,7 +77,8 @@ def _members(h5py: Any, file_name: str, group: Any, wanted: tuple[str, ...]) -> 
     return {name: (tables[0], name) for name in wanted if name in tables[0].dtype.names}
 
 
-def _group_names(h5py: Any, file_name: str, file: Any) -> list[str]:
+def group_names(h5py: Any, file_name: str, file: Any) -> list[str]:
+    """The groups of a file that are its own."""
     return [
         name
         for name in _names(file_name, file)
@@ -88,7 +97,8 @@ def _is_own(h5py: Any, group: Any, name: str) -> bool:
     return isinstance(group.get(name, getlink=True), h5py.HardLink)
 
 
-def _numbers(file_name: str, name: str, member: tuple[Any, str | None], most: int) -> np.ndarray:
+def numbers(file_name: str, name: str, member: tuple[Any, str | None], most: int) -> np.ndarray:
+    """A column as float64, (N,) or (N, 3); SceneError if it is not of numbers, too large or in another file."""
     dataset, field = member
     kind = dataset.dtype if field is None else dataset.dtype[field]
     shape = (*(dataset.shape or ()), *kind.shape)

@@ -16,7 +16,7 @@ from astroinertia.sph import eos
 from astroinertia.sph.initial import azimuthal_mode, place, turned
 from astroinertia.sph.rotating import mapped
 from astroinertia.sph.rotation import rotation_velocity
-from astroinertia.sph.table import read_table
+from astroinertia.sph.table import read_body
 from astroinertia.start.flow import initial_velocity, linear_flow, rotation_flow, rotation_measure, shellular_rotation
 from astroinertia.start.fluids import entropies
 from astroinertia.start.spheres import Sphere, Star, stretch
@@ -187,7 +187,7 @@ def _density_error(at_4000: float, count: int) -> float:
 
 def _table(scene: Scene, units: CodeUnits, fluid: Any) -> Particles:
     body: Any = scene.body
-    table = read_table(Path(scene.origin or ".") / body.file)
+    table = read_body(Path(scene.origin or ".") / body.file, scene.dimensionless)
     mass = units.to_code(table.mass, "mass")
     position = units.to_code(table.position, "length")
     velocity = units.to_code(table.velocity, "velocity") + initial_velocity(scene, units, None, mass, position)

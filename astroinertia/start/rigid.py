@@ -16,7 +16,7 @@ from astroinertia.models.rigid_evolution import RigidBody, Settings
 from astroinertia.rotation.attitude import nearest_rotation, quaternion
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
-from astroinertia.sph.table import read_table
+from astroinertia.sph.table import read_body
 from astroinertia.start import companions
 from astroinertia.start.effects import effects_of
 from astroinertia.start.rotation import rigid_moments, rotation_amount, rotation_axis
@@ -120,7 +120,7 @@ def _body(scene: Scene, units: CodeUnits) -> tuple[float, np.ndarray, np.ndarray
 
 def _table(scene: Scene, units: CodeUnits) -> tuple[float, np.ndarray, np.ndarray, None, np.ndarray | None]:
     body: Any = scene.body
-    table = read_table(Path(scene.origin or ".") / body.file)
+    table = read_body(Path(scene.origin or ".") / body.file, scene.dimensionless)
     mass, place = units.to_code(table.mass, "mass"), units.to_code(table.position, "length")
     moments, rows = principal_frame(inertia_tensor(mass, place))
     own = angular_momentum(mass, place, units.to_code(table.velocity, "velocity"))

@@ -19,6 +19,7 @@ from astroinertia.inertia.mesh import mesh_body, read_mesh
 from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_frame, principal_gap, undefined_axes
 from astroinertia.sph.columns import MAX_BYTES
 from astroinertia.sph.table import MAX_PARTICLES, read_table
+from astroinertia.sph.table_gadget import SI
 from astroinertia.units import quantity
 
 PLAIN = ("1", "1")
@@ -50,7 +51,8 @@ def read_matter(
 ) -> Matter:
     """The matter of a particle table (.csv, .npz, .nc, .h5, .hdf5), of a closed mesh (.stl, .obj, .ply, .off) or a run.
 
-    units: of mass and length in the file, such as ("Msun", "Rsun"); the result is then in SI. A run knows its own.
+    units: of mass and length in the file, such as ("Msun", "Rsun"); the result is then in SI. A run knows its own, as
+    do most snapshots of GADGET and SWIFT.
     snapshot: which one of a run, from 0, or from the end if negative; the last where none is given. density: of the
     inside of a mesh, 1 where none is given, in the units of the file.
     SceneError or ArchiveError for a file that is not such, and for units that are none.
@@ -67,7 +69,10 @@ def read_matter(
     if snapshot is not None:
         raise SceneError(f"{path} has no snapshots to choose from")
     table = read_table(path, fewest=1)
-    return _particles(table.mass, table.position, units, ROUND_OFF_GAP, _counted(table.mass.size))
+    if table.units == SI and units != PLAIN:
+        raise SceneError(f"{path} says which units it is in; leave --units out")
+    found = _particles(table.mass, table.position, units, ROUND_OFF_GAP, _counted(table.mass.size))
+    return replace(found, units=("kg", "m")) if table.units == SI else found
 
 
 def moments(

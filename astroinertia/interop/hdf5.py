@@ -1,0 +1,69 @@
+"""What formats in HDF5 share: groups and datasets with attributes, SI in cgs; what writes through h5py does it here."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from astroinertia.dataset_schema import SNAPSHOT
+from astroinertia.errors import SceneError
+from astroinertia.interop.snapshots import Snapshot
+from astroinertia.sealed import write_whole
+from astroinertia.units import Dimension
+
+CM, GRAM = 100.0, 1000.0  # a metre in cm, a kilogram in g
+
+
+@dataclass(frozen=True)
+class Column:
+    """An array and its attributes."""
+
+    values: np.ndarray
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+
+
+def write_hdf5(path: Path, groups: Mapping[str, Mapping[str, Any]], columns: Mapping[str, Column]) -> None:
+    """Write groups by name with their attributes, and columns by path, whole or not at all.
+
+    SceneError if h5py is not installed, ArchiveError if the file cannot be written.
+    """
+    try:
+        import h5py  # pyright: ignore[reportMissingImports]  an extra: only these files need it
+    except ImportError:
+        raise SceneError(f"{path}: HDF5 files need h5py; install it with: pip install 'astroinertia[hdf5]'") from None
+
+    def fill(aside: Path) -> None:
+        with h5py.File(aside, "w") as file:
+            for name, attributes in groups.items():
+                file.create_group(name).attrs.update(attributes)
+            for name, column in columns.items():
+                file.create_dataset(name, data=column.values).attrs.update(column.attributes)
+
+    write_whole(path, fill)
+
+
+def dimension(name: str) -> Dimension:
+    """Exponents of mass, length and time of a quantity of the snapshots."""
+    return SNAPSHOT[name].dimension or Dimension(0, 0, 0)
+
+
+def origin(snapshot: Snapshot) -> dict[str, Any]:
+    """What the file says of the run; a reader knows by units_system whether its numbers have units at all."""
+    return {
+        "name": snapshot.name,
+        "source": snapshot.source,
+        "snapshot": snapshot.number,
+        "units_system": "dimensionless, G = 1" if snapshot.dimensionless else "SI",
+    }
+
+
+def in_cgs(of: Dimension) -> float:
+    """The SI unit of a dimension in cgs."""
+    return CM**of.length * GRAM**of.mass
+
+
+def plain(name: str, values: np.ndarray) -> np.ndarray:
+    """Values as other codes have them: numbers of materials are whole."""
+    return values.astype(np.int32) if name == "material" else values

@@ -1,0 +1,73 @@
+"""CSV: the headline series, one flat column a number with its unit, and the particles of a snapshot.
+
+Numbers are written with the fewest digits that read back as the same float64. A snapshot has the columns of a particle
+table, so that `moments` and scenes read it. Tests: tests/unit/test_exports.py.
+"""
+
+import csv
+import itertools
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from astroinertia.dataset_schema import SNAPSHOT
+from astroinertia.interop.snapshots import Snapshot
+from astroinertia.sealed import write_whole
+
+_COLUMNS = {
+    "mass": ("mass",),
+    "position": ("x", "y", "z"),
+    "velocity": ("vx", "vy", "vz"),
+    "internal_energy": ("u",),
+    "density": ("density",),
+    "smoothing_length": ("smoothing_length",),
+    "pressure": ("pressure",),
+}
+
+
+def write_series(dataset: xr.Dataset, path: Path) -> None:
+    """Write every quantity that has a time and is known: `inertia_tensor_x_y [kg m2]`, `torque_gravity_z [N m]`, ..."""
+    columns = dict(series_columns(dataset))
+    _write(path, [], list(columns), zip(*(values.tolist() for values in columns.values()), strict=True))
+
+
+def series_columns(dataset: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
+    """Header and values (time,) of every column; quantities and components that are NaN throughout have none."""
+    for name in ("time", *dataset.data_vars):
+        variable = dataset[name]
+        if "time" not in variable.dims or variable.dtype.kind not in "fiub":
+            continue
+        variable = variable.transpose("time", ...)
+        others = [_labels(dataset, str(dim)) for dim in variable.dims[1:]]
+        unit = str(variable.attrs.get("units", "1"))
+        flat = variable.values.reshape(dataset.sizes["time"], -1)
+        for place, label in enumerate(itertools.product(*others)):
+            if flat.dtype.kind != "f" or not np.isnan(flat[:, place]).all():
+                yield "_".join((str(name), *label)) + f" [{unit}]", flat[:, place]
+
+
+def write_particles(snapshot: Snapshot, path: Path) -> None:
+    """Write one snapshot as a particle table; the units are in a comment, the names those of particle tables."""
+    held = {name: columns for name, columns in _COLUMNS.items() if name in snapshot.arrays}
+    unit = {name: "1" if snapshot.dimensionless else SNAPSHOT[name].unit for name in held}
+    units = ", ".join(f"{' '.join(columns)} in {unit[name]}" for name, columns in held.items())
+    comments = [f"# {snapshot.name}: snapshot {snapshot.number} at time {snapshot.time!r}", f"# {units}"]
+    numbers = np.column_stack([snapshot.arrays[name] for name in held])
+    _write(path, comments, [column for columns in held.values() for column in columns], numbers.tolist())
+
+
+def _labels(dataset: xr.Dataset, dim: str) -> list[str]:
+    return [str(label) for label in (dataset[dim].values if dim in dataset.coords else range(dataset.sizes[dim]))]
+
+
+def _write(path: Path, comments: Sequence[str], names: Sequence[str], rows) -> None:
+    def fill(aside: Path) -> None:
+        with aside.open("w", newline="", encoding="utf-8") as stream:
+            stream.writelines(f"{comment}\n" for comment in comments)
+            writer = csv.writer(stream, lineterminator="\n")
+            writer.writerow(names)
+            writer.writerows(rows)
+
+    write_whole(path, fill)

@@ -1,0 +1,41 @@
+"""Zarr: the whole dataset as a tree of arrays in chunks, for object stores and for reading in parallel.
+
+Tests: tests/unit/test_exports.py.
+"""
+
+import shutil
+from pathlib import Path
+
+import xarray as xr
+
+from astroinertia import dataset
+from astroinertia.errors import ArchiveError, SceneError
+from astroinertia.sealed import TEMPORARY
+
+FORMAT = 2  # the third has no text of fixed length yet, which the labels of dimensions are
+
+
+def write_zarr(source: Path, path: Path) -> None:
+    """Write headline series and snapshots of a run; a chunk holds one snapshot, and memory no more than a few.
+
+    SceneError if zarr or dask is not installed, ArchiveError if the store cannot be written.
+    """
+    try:
+        import dask  # noqa: F401  # pyright: ignore[reportMissingImports]
+        import zarr  # noqa: F401  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise SceneError(
+            f"{path}: Zarr needs zarr and dask; install them with: pip install 'astroinertia[zarr]'"
+        ) from None
+    aside = path.with_name(path.name + TEMPORARY)
+    groups = {"/": dataset.open(source)}
+    particles = dataset.open_snapshots(source, chunks={"snapshot_time": 1})  # one passes through memory at a time
+    if particles is not None:
+        groups["/snapshots"] = particles.drop_encoding()
+    try:
+        xr.DataTree.from_dict(groups).to_zarr(aside, mode="w", zarr_format=FORMAT, consolidated=True)
+        aside.rename(path)
+    except OSError as error:
+        raise ArchiveError(f"{path} cannot be written: {error.strerror or error}.") from error
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)

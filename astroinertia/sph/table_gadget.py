@@ -1,0 +1,142 @@
+"""Snapshots of GADGET, SWIFT and codes that write alike (AREPO, GIZMO) as particle tables, in SI if they tell units.
+
+Layout: the groups Header and PartType0 to 6; units are attributes of Units, Parameters or Header, by the names of each
+code. Only the particles of one type are a body: a file with several is refused, as are one part of a snapshot and
+comoving coordinates. Tests: tests/unit/test_exports.py, tests/unit/test_snapshot_tables.py.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from astroinertia.errors import SceneError
+from astroinertia.sph.table_hdf5 import group_names, members, numbers, opened, split_vectors
+
+SI, UNKNOWN = "SI", "unknown"
+_HEADER, _TYPE = "Header", "PartType"
+_LONGEST_ATTRIBUTE = 1000  # numbers
+_FIELDS = {
+    "position": ("Coordinates",),
+    "velocity": ("Velocities", "Velocity"),
+    "mass": ("Masses", "Mass"),
+    "u": ("InternalEnergy", "InternalEnergies"),
+}
+_LENGTH = ("UnitLength_in_cm", "UnitLength_In_CGS", "Unit length in cgs (U_L)")
+_MASS = ("UnitMass_in_g", "UnitMass_In_CGS", "Unit mass in cgs (U_M)")
+_VELOCITY = ("UnitVelocity_in_cm_per_s", "UnitVelocity_In_CGS")
+_TIME = ("Unit time in cgs (U_t)",)
+_CM, _GRAM = 100.0, 1000.0  # a metre in cm, a kilogram in g: these divide exactly, where 0.01 and 0.001 would not
+
+
+def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.ndarray], str] | None:
+    """Columns of the particles (mass, x, y, z and, if there, vx, vy, vz, u), and whether in SI or UNKNOWN units.
+
+    None for a file that is no snapshot of this kind. SceneError for one that is, and cannot be a body.
+    """
+    name = f"{what} {path}"
+    with opened(path, name) as (h5py, file):
+        groups = group_names(h5py, name, file)
+        types = [group for group in groups if group.startswith(_TYPE)]
+        if _HEADER not in groups or not types:
+            return None
+        attributes = {group: _Attributes(name, file[group]) for group in groups if group not in types}
+        _refuse_parts_and_expansion(name, attributes)
+        found = {group: members(h5py, name, file[group], _ALL_FIELDS) for group in types}
+        peopled = [group for group, fields in found.items() if any(_rows(field) for field, _ in fields.values())]
+        if len(peopled) != 1:
+            raise SceneError(f"{name} has particles of {' and '.join(peopled) or 'no type'}; a body is of one type")
+        fields = found[peopled[0]]
+        columns = {
+            key: numbers(name, each, fields[each], most)
+            for key, known in _FIELDS.items()
+            for each in known
+            if each in fields
+        }
+        if "position" not in columns:
+            raise SceneError(f"{name} has no Coordinates in {peopled[0]}")
+        if "mass" not in columns:
+            columns["mass"] = _mass_of_all(name, attributes[_HEADER], peopled[0], len(columns["position"]))
+        units = _units(name, attributes)
+    if units is not None:
+        length, mass, velocity = units
+        in_si = {"position": length, "mass": mass, "velocity": velocity, "u": velocity * velocity}
+        with np.errstate(over="ignore", invalid="ignore"):  # what is too large is found as not finite
+            columns = {key: column * in_si[key] for key, column in columns.items()}
+    return split_vectors(name, columns), UNKNOWN if units is None else SI
+
+
+_ALL_FIELDS = tuple(each for known in _FIELDS.values() for each in known)
+
+
+class _Attributes:
+    """The attributes of a group, as numbers that are looked at before they are read."""
+
+    def __init__(self, file_name: str, group: Any) -> None:
+        self.file_name, self.attrs = file_name, group.attrs
+
+    def numbers(self, *names: str) -> np.ndarray | None:
+        """The first of these attributes that is there, flat; SceneError if it is not of a few finite numbers."""
+        for name in names:
+            if name in self.attrs:
+                kept = self.attrs.get_id(name)
+                size = np.prod(kept.shape, dtype=float)
+                if kept.dtype.kind not in "fiu" or not 0 < size <= _LONGEST_ATTRIBUTE:
+                    raise SceneError(f"{self.file_name}: the attribute {name} is not a number")
+                values = np.asarray(self.attrs[name], dtype=float).ravel()
+                if not np.isfinite(values).all():
+                    raise SceneError(f"{self.file_name}: the attribute {name} is not finite")
+                return values
+        return None
+
+    def number(self, *names: str) -> float | None:
+        """The same where it is one number, or a list of one."""
+        values = self.numbers(*names)
+        return None if values is None else float(values[0])
+
+
+def _refuse_parts_and_expansion(name: str, attributes: Mapping[str, _Attributes]) -> None:
+    header = attributes[_HEADER]
+    if (header.number("NumFilesPerSnapshot") or 1) > 1:
+        raise SceneError(f"{name} is one of several files of a snapshot; join them first")
+    told = [header.number("Redshift")]
+    told += [each.number("ComovingIntegrationOn", "Cosmological run") for each in attributes.values()]
+    if any(told):
+        raise SceneError(f"{name} is of an expanding universe, whose comoving coordinates are not read")
+
+
+def _mass_of_all(name: str, header: _Attributes, group: str, count: int) -> np.ndarray:
+    """Masses of particles that all have the one in the header."""
+    table = header.numbers("MassTable")
+    number = group.removeprefix(_TYPE)
+    if table is None or not number.isdecimal() or int(number) >= table.size or not table[int(number)] > 0:
+        raise SceneError(f"{name} has neither Masses in {group} nor a mass of theirs in the header")
+    return np.full(count, table[int(number)])
+
+
+def _units(name: str, attributes: Mapping[str, _Attributes]) -> tuple[float, float, float] | None:
+    """The file's units of length, mass and velocity in SI, if it tells them and they are such."""
+    own = attributes.get("Astroinertia")
+    if own is not None and str(own.attrs.get("units_system", "SI")) != "SI":
+        return None
+    for group in ("Units", "Parameters", _HEADER):
+        if group in attributes:
+            told = attributes[group]
+            length, mass, velocity = told.number(*_LENGTH), told.number(*_MASS), told.number(*_VELOCITY)
+            time = told.number(*_TIME)
+            if velocity is None and length is not None and time:
+                velocity = length / time
+            if length is not None and mass is not None and velocity is not None:
+                break
+    else:
+        return None
+    if min(length, mass, velocity) <= 0.0:
+        raise SceneError(f"{name} has a unit that is not positive")
+    if any(each.number("HubbleParam") not in (None, 0.0, 1.0) for each in attributes.values()):
+        raise SceneError(f"{name} has a HubbleParam, so that lengths and masses may be over h; write them without it")
+    return length / _CM, mass / _GRAM, velocity / _CM
+
+
+def _rows(dataset: Any) -> int:
+    return dataset.shape[0] if dataset.shape else 0

@@ -1,0 +1,303 @@
+"""Exported files: every bit of the dataset, the meaning that each format gives to it, and what a wrong call is told."""
+
+import csv
+import sys
+import xml.etree.ElementTree as xml
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.integrate import quad
+
+from astroinertia import dataset
+from astroinertia.archive import Archive
+from astroinertia.cli import main
+from astroinertia.interop import swift
+from astroinertia.interop.export import FORMATS, SNAPSHOT_FORMATS, export
+from astroinertia.interop.snapshots import snapshots_of
+from astroinertia.sph.kernels import KERNELS
+from astroinertia.sph.table import read_table
+from astroinertia.studies.moments import moments, read_matter
+from tests.unit.affine_body import METADATA, affine_run
+
+STRAY = 7  # a particle that a sink has swallowed in the last snapshot
+
+
+def finished(folder, metadata):
+    records, snapshots = affine_run(outputs=12, particles=64)
+    last = {name: np.array(values) for name, values in snapshots[-1].items()}
+    for name in set(last) - {"time"}:
+        last[name][STRAY] = np.nan
+    with Archive.create(folder, METADATA | metadata) as archive:
+        archive.write_segment(records, [*snapshots[:-1], last])
+        dataset.finish(archive)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A finished run of 13 snapshots, not all particles of which are in the last."""
+    return finished(tmp_path_factory.mktemp("affine"), {"kernel": "wendland_c2"})
+
+
+@pytest.fixture(scope="module")
+def one(run):
+    """The snapshot with number 5."""
+    return dataset.open_snapshots(run).isel(snapshot_time=5).load()
+
+
+def expected(one):
+    return {
+        "Coordinates": one["position"].transpose("particle", "i"),
+        "Velocities": one["velocity"].transpose("particle", "i"),
+        "Masses": one["mass"],
+        "InternalEnergy": one["internal_energy"],
+        "Density": one["density"],
+        "KernelScale": one["smoothing_length"],
+        "SmoothingLength": 2.0 * one["smoothing_length"],  # the support of Wendland's kernels: no bit is lost
+    }
+
+
+SWIFT_NAMES = {
+    "Coordinates": "Coordinates",
+    "Velocities": "Velocities",
+    "Masses": "Masses",
+    "InternalEnergy": "InternalEnergies",
+    "Density": "Densities",
+    "KernelScale": "KernelScales",
+}
+
+
+def test_gadget_has_every_bit(run, one, tmp_path):
+    (path,) = export(run, "gadget", "5", tmp_path / "snap_005.hdf5")
+    with h5py.File(path) as file:
+        gas = file["PartType0"]
+        for name, values in expected(one).items():
+            assert gas[name].dtype == np.float64
+            np.testing.assert_array_equal(gas[name][:], values.values, err_msg=name)
+        assert gas["ParticleIDs"][:].tolist() == list(range(1, 65))
+        header = file["Header"].attrs
+        assert header["NumPart_ThisFile"].tolist() == header["NumPart_Total"].tolist() == [64, 0, 0, 0, 0, 0]
+        assert header["Time"] == float(one["snapshot_time"])
+        assert header["MassTable"].tolist() == [0.0] * 6
+        assert file["Parameters"].attrs["GravityConstantInternal"] == METADATA["code_units"]["G"]
+
+
+def test_swift_has_every_bit(run, one, tmp_path):
+    (path,) = export(run, "swift", "5", tmp_path / "snap_0005.hdf5")
+    with h5py.File(path) as file:
+        gas, values = file["PartType0"], expected(one)
+        for name, written in SWIFT_NAMES.items():
+            np.testing.assert_array_equal(gas[written][:], values[name].values, err_msg=name)
+        assert file["Header"].attrs["Time"].tolist() == [float(one["snapshot_time"])]
+        assert file["Header"].attrs["NumPart_ThisFile"][0] == 64
+        # SWIFT's h times its gamma of this kernel is the radius of the support
+        support = gas["SmoothingLengths"][:] * 1.936492
+        np.testing.assert_allclose(support, 2.0 * one["smoothing_length"], rtol=1e-15)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_swift_measures_kernels_by_their_standard_deviation(name):
+    kernel = KERNELS[name]
+    w = lambda q: kernel.w(np, q)  # noqa: E731
+    norm, second = (quad(lambda q, p=p: q**p * w(q), 0, kernel.support, limit=200)[0] for p in (2, 4))
+    assert swift.KERNELS[name][1] == pytest.approx(kernel.support / (2.0 * np.sqrt(second / norm / 3.0)), abs=1e-6)
+
+
+def test_units_of_every_field_follow_from_its_dimension(run, tmp_path):
+    cgs = {"Coordinates": 1e2, "Velocities": 1e2, "Masses": 1e3, "InternalEnergy": 1e4, "Density": 1e-3, "Pressure": 10}
+    with h5py.File(export(run, "gadget", "0", tmp_path)[0]) as file:
+        told = file["Parameters"].attrs
+        for name, factor in cgs.items():
+            attrs = file["PartType0"][name].attrs
+            powers = {"length": "UnitLength_in_cm", "mass": "UnitMass_in_g", "velocity": "UnitVelocity_in_cm_per_s"}
+            assert attrs["to_cgs"] == pytest.approx(factor), name
+            product = np.prod([told[unit] ** attrs[f"{kind}_scaling"] for kind, unit in powers.items()])
+            assert product == pytest.approx(factor), name
+    plural = SWIFT_NAMES | {"Pressure": "Pressures"}
+    with h5py.File(export(run, "swift", "0", tmp_path)[0]) as file:
+        told = file["Units"].attrs
+        powers = {"L": "length in cgs (U_L)", "M": "mass in cgs (U_M)", "t": "time in cgs (U_t)"}
+        for name, factor in cgs.items():
+            attrs = file["PartType0"][plural[name]].attrs
+            product = np.prod([told[f"Unit {unit}"] ** attrs[f"U_{kind} exponent"] for kind, unit in powers.items()])
+            assert product == pytest.approx(factor), name
+
+
+@pytest.mark.parametrize("to", ["gadget", "swift", "csv"])
+def test_what_is_written_is_read_back_bit_for_bit(run, one, tmp_path, to):
+    (path,) = export(run, to, "5", tmp_path)
+    table = read_table(path)
+    assert table.units == (None if to == "csv" else "SI")
+    np.testing.assert_array_equal(table.mass, one["mass"])
+    np.testing.assert_array_equal(table.position, one["position"].transpose("particle", "i"))
+    np.testing.assert_array_equal(table.velocity, one["velocity"].transpose("particle", "i"))
+    np.testing.assert_array_equal(table.internal_energy, one["internal_energy"])
+    own, exported = moments(read_matter(run, snapshot=5)), moments(read_matter(path))
+    np.testing.assert_array_equal(own["inertia_tensor"], exported["inertia_tensor"])
+    assert exported["inertia_tensor"].attrs["units"] == ("1" if to == "csv" else "kg m2")
+
+
+def test_swallowed_particles_are_left_out_and_the_others_keep_their_numbers(run, tmp_path):
+    (path,) = export(run, "gadget", output=tmp_path)
+    with h5py.File(path) as file:
+        gas = file["PartType0"]
+        assert gas["ParticleIDs"][:].tolist() == [k + 1 for k in range(64) if k != STRAY]
+        assert {values.shape[0] for values in gas.values()} == {63}
+        assert all(np.isfinite(values[:]).all() for values in gas.values())
+
+
+def test_a_dimensionless_run_says_that_it_has_no_units(tmp_path):
+    folder = finished(tmp_path / "plain", {"dimensionless": True, "kernel": "quintic"})
+    bare = dataset.open_snapshots(folder).isel(snapshot_time=0).load()
+    for to in ("gadget", "swift"):
+        (path,) = export(folder, to, "0")
+        table = read_table(path)
+        assert table.units == "unknown"
+        np.testing.assert_array_equal(table.mass, bare["mass"])
+    with h5py.File(folder / "plain_gadget_000.hdf5") as file:
+        assert file["Parameters"].attrs["GravityConstantInternal"] == 1.0
+        np.testing.assert_array_equal(file["PartType0/SmoothingLength"], 3.0 * bare["smoothing_length"])
+
+
+def test_the_box_of_a_periodic_run_is_told(tmp_path):
+    scene = 'name = "b"\n[box]\nlengths = ["2 km", "2 km", "2 km"]\n'
+    folder = finished(tmp_path / "boxed", {"scene": scene})
+    with h5py.File(export(folder, "gadget", "0")[0]) as file:
+        assert file["Header"].attrs["BoxSize"] == 2000.0
+        assert "SmoothingLength" not in file["PartType0"]  # the kernel is not known, and so not where it ends
+    with h5py.File(export(folder, "swift", "0")[0]) as file:
+        assert file["Header"].attrs["BoxSize"].tolist() == [2000.0] * 3
+        assert file["Parameters"].attrs["InitialConditions:periodic"] == b"1"
+
+
+def vtp(path):
+    """Arrays of a .vtp file by name, by the letter of the format: little endian, after a length of 8 bytes each."""
+    head, _, rest = path.read_bytes().partition(b'<AppendedData encoding="raw">_')
+    root = xml.fromstring(head + b"</VTKFile>")
+    kinds = {"Float64": "<f8", "Int64": "<i8", "Int32": "<i4", "UInt64": "<u8"}
+    found = {}
+    for each in root.iter("DataArray"):
+        if each.get("format") == "appended":
+            start = int(each.get("offset"))
+            size = int(np.frombuffer(rest, "<u8", 1, start)[0])
+            values = np.frombuffer(rest[start + 8 : start + 8 + size], kinds[each.get("type")])
+            found[each.get("Name")] = values.reshape(-1, int(each.get("NumberOfComponents", 1)))
+    return root, found
+
+
+def test_paraview_files_hold_every_bit_and_their_times(run, one, tmp_path):
+    files = export(run, "vtk", "all", tmp_path / "film")
+    root, found = vtp(files[5])
+    np.testing.assert_array_equal(found["Points"], one["position"].transpose("particle", "i"))
+    np.testing.assert_array_equal(found["velocity"], one["velocity"].transpose("particle", "i"))
+    np.testing.assert_array_equal(found["density"][:, 0], one["density"])
+    assert found["connectivity"][:, 0].tolist() == list(range(64))
+    assert found["offsets"][:, 0].tolist() == list(range(1, 65))
+    assert root.find(".//Piece").get("NumberOfPoints") == root.find(".//Piece").get("NumberOfVerts") == "64"
+    assert float(root.find(".//FieldData/DataArray").text) == float(one["snapshot_time"])
+    steps = xml.parse(files[-1]).findall(".//DataSet")
+    assert [each.get("file") for each in steps] == [each.name for each in files[:-1]]
+    times = dataset.open_snapshots(run)["snapshot_time"].values.tolist()
+    assert [float(each.get("timestep")) for each in steps] == times
+
+
+def test_the_headline_series_as_flat_columns(run, tmp_path):
+    (path,) = export(run, "csv", output=tmp_path / "series.csv")
+    with path.open(newline="") as stream:
+        names, *rows = csv.reader(stream)
+    columns = dict(zip(names, np.array(rows, dtype=float).T, strict=True))
+    opened = dataset.open(run)
+    np.testing.assert_array_equal(columns["time [s]"], opened["time"])
+    np.testing.assert_array_equal(
+        columns["inertia_tensor_x_z [kg m2]"], opened["inertia_tensor"].sel(i="x", j="z").values
+    )
+    np.testing.assert_array_equal(columns["torque_tide_y [N m]"], opened["torque"].sel(effect="tide", i="y").values)
+    np.testing.assert_array_equal(columns["principal_moments_2 [kg m2]"], opened["principal_moments"].sel(principal=2))
+    absent = [
+        name for name in names if name.startswith("jeans_ratio")
+    ]  # not recorded: a column of NaN would say nothing
+    assert not absent and opened["jeans_ratio"].isnull().all()
+
+
+def test_zarr_holds_the_whole_tree(run, tmp_path):
+    pytest.importorskip("zarr", reason="needs the extra zarr")
+    (path,) = export(run, "zarr", output=tmp_path / "run.zarr")
+    tree = dataset.open_tree(run)
+    with xr.open_datatree(path, engine="zarr") as found:
+        xr.testing.assert_identical(found.to_dataset().load(), tree.to_dataset().load())
+        snapshots = found["snapshots"].to_dataset()
+        assert snapshots["position"].encoding["chunks"][0] == 1  # a reader of one snapshot reads nothing else
+        xr.testing.assert_identical(snapshots.load(), tree["snapshots"].to_dataset().load())
+    assert [each.name for each in tmp_path.iterdir()] == ["run.zarr"]
+
+
+def test_snapshots_are_chosen_by_number_from_either_end(run):
+    assert [each.number for each in snapshots_of(run, "all")] == list(range(13))
+    assert [each.number for each in snapshots_of(run, "last")] == [12]
+    assert [each.number for each in snapshots_of(run, "-2")] == [11]
+
+
+def test_the_command_says_what_it_wrote_and_help_names_every_format(run, tmp_path, capsys):
+    assert main(["export", str(run), "--to", "vtk", "--snapshot", "3", "--output", str(tmp_path)]) == 0
+    assert capsys.readouterr().out == f"wrote {tmp_path / run.name}_003.vtp\n"
+    with pytest.raises(SystemExit):
+        main(["export", "--help"])
+    told = capsys.readouterr().out
+    assert all(f"\n  {name} " in told for name in FORMATS)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--to", "hdf4"], "the formats are gadget, swift, vtk, csv, zarr, not 'hdf4'"),
+        (["--to", "gadget", "--snapshot", "13"], "has 13 snapshots, numbered from 0: there is no 13"),
+        (["--to", "gadget", "--snapshot", "first"], "--snapshot takes a number from 0, last or all, not 'first'"),
+        (["--to", "gadget", "--snapshot", "all", "--output", "OUT/a.hdf5"], "writes several; give a folder"),
+        (["--to", "gadget", "--output", "OUT/a.h5"], "does not end in .hdf5, nor is it a folder"),
+        (["--to", "gadget", "--output", "OUT/none/such/a.hdf5"], "there is no folder"),
+        (["--to", "csv", "--output", "OUT/there.csv"], "is there already and is left as it is"),
+        (["--to", "zarr", "--snapshot", "1"], "zarr takes the whole dataset"),
+    ],
+)  # fmt: skip
+def test_wrong_calls_get_one_sentence_and_write_nothing(run, tmp_path, capsys, arguments, sentence):
+    (tmp_path / "there.csv").write_text("mine")
+    assert main(["export", str(run), *(each.replace("OUT", str(tmp_path)) for each in arguments)]) == 2
+    told = capsys.readouterr()
+    assert sentence in told.err and told.err.count("\n") == 1 and not told.out
+    assert [each.name for each in tmp_path.iterdir()] == ["there.csv"]
+    assert (tmp_path / "there.csv").read_text() == "mine"
+
+
+def test_numbers_of_materials_stay_whole(run, tmp_path):
+    (one,) = snapshots_of(run, "0")
+    kinds = (np.arange(64) % 3).astype(np.int32)
+    several = replace(one, arrays=one.arrays | {"material": kinds})
+    for to, path in (("gadget", tmp_path / "g.hdf5"), ("swift", tmp_path / "s.hdf5")):
+        SNAPSHOT_FORMATS[to].write(several, path)
+        with h5py.File(path) as file:
+            assert file["PartType0/MaterialIDs"].dtype == np.int32
+            assert file["PartType0/MaterialIDs"][:].tolist() == kinds.tolist()
+    SNAPSHOT_FORMATS["vtk"].write(several, tmp_path / "v.vtp")
+    root, _ = vtp(tmp_path / "v.vtp")
+    assert root.find(".//PointData/DataArray[@Name='material']").get("type") == "Int32"
+
+
+@pytest.mark.parametrize(("to", "package", "extra"), [("gadget", "h5py", "hdf5"), ("zarr", "zarr", "zarr")])
+def test_a_missing_package_is_named_with_what_installs_it(run, tmp_path, monkeypatch, capsys, to, package, extra):
+    monkeypatch.setitem(sys.modules, package, None)  # as if it were not installed
+    assert main(["export", str(run), "--to", to, "--output", str(tmp_path)]) == 2
+    told = capsys.readouterr().err
+    assert "need" in told and f"pip install 'astroinertia[{extra}]'" in told and told.count("\n") == 1
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_model_without_particles_has_no_snapshots_to_export(tmp_path, capsys):
+    records, _ = affine_run(outputs=12, particles=64)
+    with Archive.create(tmp_path / "bare", METADATA) as archive:
+        archive.write_segment(records, [])
+        dataset.finish(archive)
+    assert main(["export", str(tmp_path / "bare"), "--to", "swift"]) == 2
+    assert "has no snapshots of particles (its model is ellipsoid)" in capsys.readouterr().err

@@ -1,0 +1,127 @@
+"""What analysts lean on: lazy opening, results that keep coordinates and attributes, astropy units, CF's attributes."""
+
+import dask.array
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from astropy import units
+
+import astroinertia
+from astroinertia import dataset
+from astroinertia.archive import Archive
+from astroinertia.plots import style
+from tests.unit.affine_body import METADATA, affine_run
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    records, snapshots = affine_run(outputs=24, particles=64)
+    folder = tmp_path_factory.mktemp("affine")
+    with Archive.create(folder, METADATA) as archive:
+        archive.write_segment(records, snapshots)
+        dataset.finish(archive)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def opened(run):
+    return astroinertia.open(run)
+
+
+RESULTS = {
+    "about_axis": lambda found: found.about_axis("y"),
+    "radius_of_gyration": lambda found: found.radius_of_gyration(),
+    "moment_ratio": lambda found: found.moment_ratio(1e6),
+    "quadrupole": lambda found: found.quadrupole,
+    "acceleration_shares": lambda found: found.acceleration_shares(),
+    "shares along an axis": lambda found: found.acceleration_shares("z"),
+    "virial_shares": lambda found: found.virial_shares(),
+    "torque_shares": lambda found: found.torque_shares(),
+    "spin_rate": lambda found: found.spin_rate(),
+    "spin_scaling": lambda found: found.spin_scaling(),
+    "strain": lambda found: found.strain(0.3)["plus"],
+}
+
+
+def test_chunks_read_only_what_is_asked_for_and_the_same_numbers(run, opened):
+    lazy = astroinertia.open(run, chunks={"time": 5})
+    assert isinstance(lazy["inertia_tensor"].data, dask.array.Array)
+    assert lazy["inertia_tensor"].chunks[0] == (5, 5, 5, 5, 5)
+    for result in RESULTS.values():
+        xr.testing.assert_identical(result(lazy.inertia), result(opened.inertia))
+    assert isinstance(lazy.inertia.snapshots["position"].data, dask.array.Array)
+    xr.testing.assert_identical(lazy.load(), opened)
+
+
+def test_a_lazy_tree_has_one_snapshot_a_chunk_and_can_be_opened_again(run):
+    trees = [astroinertia.open_tree(run, chunks={}) for _ in range(3)]  # netCDF has crashed on files opened again
+    for tree in trees:
+        assert set(tree["snapshots"]["position"].chunks[0]) == {1}
+        tree["snapshots"]["position"].sum().compute()
+    xr.testing.assert_identical(trees[0].load(), astroinertia.open_tree(run).load())
+
+
+def test_a_run_in_progress_opens_with_chunks_too(tmp_path, opened):
+    records, snapshots = affine_run(outputs=24, particles=64)
+    with Archive.create(tmp_path / "halfway", METADATA) as archive:
+        archive.write_segment(records[:12], snapshots[:3])
+    tree = astroinertia.open_tree(tmp_path / "halfway", chunks={})
+    assert isinstance(tree["inertia_tensor"].data, dask.array.Array)
+    assert tree["snapshots"]["position"].chunks[0] == (1, 1, 1)
+    np.testing.assert_array_equal(tree["inertia_tensor"], opened["inertia_tensor"][:12])
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_results_keep_coordinates_units_and_meaning(opened, name):
+    member = opened.assign_coords(member=3, half=("time", np.arange(25) // 2)).isel(time=slice(4, 9))
+    result = RESULTS[name](member.inertia)
+    np.testing.assert_array_equal(result["time"], member["time"])
+    assert result["time"].attrs == opened["time"].attrs
+    assert result["member"] == 3
+    assert result["half"].values.tolist() == [2, 2, 3, 3, 4]
+    assert result.attrs["units"]
+    assert result.attrs["long_name"]
+    for dim in set(result.dims) - {"time"}:
+        assert dim in result.coords
+
+
+def test_quantities_have_astropy_units(opened):
+    found = opened.inertia
+    momentum = found.quantity("angular_momentum")
+    np.testing.assert_allclose(momentum.to_value("erg s"), opened["angular_momentum"] * 1e7, rtol=1e-14)
+    assert found.quantity(found.about_axis("z")).unit == units.kg * units.m**2
+    assert found.quantity("flattening").unit == units.dimensionless_unscaled
+    for name, variable in opened.data_vars.items():
+        if variable.dtype.kind == "f":  # every unit of the schema is one that astropy reads
+            found.quantity(str(name))
+
+
+def test_time_is_in_seconds_and_says_what_to_show_it_in(opened, tmp_path):
+    times, factor, text = style.shown_times(opened)
+    assert opened["time"].attrs["units"] == "s"
+    assert (opened["time"].attrs["display_unit"], factor, text) == ("ms", 1e-3, "time (ms)")
+    minutes = opened.assign_coords(time=opened["time"].assign_attrs(display_unit="min"))
+    times, factor, text = style.shown_times(minutes)
+    assert (factor, text) == (60.0, "time (min)")
+    np.testing.assert_allclose(times, opened["time"] / 60.0)
+
+
+def test_dimensionless_times_have_no_unit_to_show(tmp_path):
+    records, _ = affine_run(outputs=24, particles=64)
+    found = dataset.headline({name: np.stack([r[name] for r in records]) for name in records[0]},
+                             METADATA | {"dimensionless": True})  # fmt: skip
+    assert found["time"].attrs["units"] == "1"
+    assert "display_unit" not in found["time"].attrs
+
+
+def test_what_cf_asks_of_a_file_is_there(run):
+    with xr.open_dataset(run / "affine_star.nc") as plain:
+        assert plain.attrs["Conventions"] == "CF-1.11"
+        assert all(plain.attrs[name] for name in ("title", "history", "source"))
+        assert all(each.attrs.get("long_name") or each.attrs.get("standard_name") for each in plain.variables.values())
+        assert all("units" in each.attrs for each in plain.data_vars.values())
+    with netCDF4.Dataset(
+        run / "affine_star.nc"
+    ) as file:  # labels as characters, the form that CF has had from the start
+        assert {str(file[name].dtype) for name in ("i", "j", "effect", "snapshots/i")} == {"|S1"}
