@@ -1,0 +1,45 @@
+"""Scenes with mistakes that chance made: told in a sentence or planned, within seconds, and nothing is written."""
+
+import resource
+import time
+
+import pytest
+
+from astroinertia.cli import main
+from tests.hard.mutated_scenes import mutated
+
+LONGEST = 2.0  # seconds of processor time
+MOST = 300e6  # bytes more than before
+
+
+def planned(seed, count, folder, capsys):
+    """Figures of so many plans; fails at the first that is not as it should be."""
+    scene = folder / "scene.toml"
+    codes = {0: 0, 2: 0}
+    longest, before = 0.0, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for text in mutated(seed, count):
+        scene.write_text(text, encoding="utf-8", errors="surrogatepass")
+        begun = time.process_time()
+        code = main(["plan", str(scene)])
+        longest = max(longest, time.process_time() - begun)
+        complaint = capsys.readouterr().err
+        assert code in codes, (text, complaint)
+        codes[code] += 1
+        if code:
+            assert complaint.startswith("astroinertia: ") and complaint.count("\n") == 1, (text, complaint)
+    assert [path.name for path in folder.iterdir()] == ["scene.toml"]
+    more = 1024.0 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+    assert longest < LONGEST and more < MOST
+    return {"planned": codes[0], "refused": codes[2], "longest_seconds": round(longest, 2), "more_bytes": more}
+
+
+def test_scenes_with_a_mistake_are_planned_or_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    found = planned(1, 300, tmp_path, capsys)
+    assert found["refused"] > 150 and found["planned"] > 15  # most changes are mistakes, but not all
+
+
+@pytest.mark.full(inputs=["tests/hard/mutated_scenes.py"])
+def test_ten_thousand_of_them(tmp_path, monkeypatch, capsys, result):
+    monkeypatch.chdir(tmp_path)
+    result(**planned(2, 10_000, tmp_path, capsys))
