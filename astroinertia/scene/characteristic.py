@@ -190,7 +190,8 @@ def _flow(body: Any, second: np.ndarray, known: dict[str, Any]) -> dict[str, Any
     strain = float(np.linalg.norm(whole + whole.T)) / 2.0
     mixed = second @ whole.T
     momentum = np.array([mixed[1, 2] - mixed[2, 1], mixed[2, 0] - mixed[0, 2], mixed[0, 1] - mixed[1, 0]])
-    spin = np.linalg.solve(np.trace(second) * np.eye(3) - second, momentum)
+    # A needle may have no moment about its own axis, to rounding, and no spin about it that could be told.
+    spin = np.linalg.pinv(np.trace(second) * np.eye(3) - second, hermitian=True) @ momentum
     rate = float(np.linalg.norm(spin))
     energy = 0.5 * float(np.trace(whole @ second @ whole.T))
     axis = _unit(spin) if rate > 0.0 else known["spin_axis"]

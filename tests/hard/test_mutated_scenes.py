@@ -7,6 +7,7 @@ import pytest
 
 from astroinertia.cli import main
 from tests.hard.mutated_scenes import mutated
+from tests.scripts import SIMS
 
 LONGEST = 2.0  # seconds of processor time
 MOST = 300e6  # bytes more than before
@@ -37,6 +38,14 @@ def test_scenes_with_a_mistake_are_planned_or_refused(tmp_path, monkeypatch, cap
     monkeypatch.chdir(tmp_path)
     found = planned(1, 300, tmp_path, capsys)
     assert found["refused"] > 150 and found["planned"] > 15  # most changes are mistakes, but not all
+
+
+def test_a_needle_without_a_moment_about_itself_is_planned(tmp_path):
+    text = (SIMS / "riemann_ellipsoid.toml").read_text()
+    needle = text.replace("axes = [1.3729520210870014,", "axes = [1e19,")
+    assert needle != text
+    (tmp_path / "needle.toml").write_text(needle)
+    assert main(["plan", str(tmp_path / "needle.toml")]) == 0
 
 
 @pytest.mark.full(inputs=["tests/hard/mutated_scenes.py"])
