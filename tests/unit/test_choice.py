@@ -159,7 +159,8 @@ def test_a_real_top_has_the_accuracy(tmp_path):
     fine = choice.choose(load.loads(TOP, ("accuracy=1e-10", "judged_by=['angular_velocity']")), tmp_path)
     values = [np.array(choice.measured(each, tmp_path).values["angular_velocity"]) for each in (found, fine)]
     error = np.linalg.norm(values[0] - values[1])
-    assert 1e-10 < error < 1e-6 * np.linalg.norm(values[1])
+    assert found.found.chosen != fine.found.chosen  # the finer one is another run, or the error would tell nothing
+    assert 0.0 < error < 1e-6 * np.linalg.norm(values[1])
     assert math.isfinite(found.found.seconds)
 
 
