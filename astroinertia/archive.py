@@ -178,7 +178,7 @@ class Archive:
     def finish(self, fill: Callable[[Path], None]) -> Path:
         """Let `fill` write the final file, seal it as <name>.nc and return its path. Segments and checkpoint stay."""
         path = self.folder / final_name(self.metadata)
-        self._must_be_writable()
+        self.must_be_writable()
         digest = write_whole(path, fill)
         self._commit({**self._manifest, "final": {"file": path.name, "sha256": digest, "segments": self.segments}})
         return path
@@ -209,18 +209,19 @@ class Archive:
             yield {name.removeprefix(prefix): array for name, array in arrays.items()}
 
     def _write(self, kind: str, arrays: Mapping[str, Any], scalars: Mapping[str, Any]) -> dict[str, Any]:
-        self._must_be_writable()
+        self.must_be_writable()
         # The serial number never goes back, so that no reader of an older manifest finds other contents under a name.
         self._manifest["serial"] += 1
         name = f"{kind}-{self._manifest['serial']:06d}.npz"
         return {"file": name, "sha256": write_arrays(self.folder / name, arrays, scalars)}
 
     def _commit(self, manifest: dict[str, Any]) -> None:
-        self._must_be_writable()
+        self.must_be_writable()
         manifests.write(self.folder, manifest)
         self._manifest = manifest  # only now: where the disk refuses, this object still agrees with it
 
-    def _must_be_writable(self) -> None:
+    def must_be_writable(self) -> None:
+        """Raise ArchiveError where the folder was opened for reading only, or has been closed."""
         if self._lock is None:
             raise ArchiveError(f"the run folder {self.folder} is open for reading only, or closed.")
 

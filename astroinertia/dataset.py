@@ -110,11 +110,12 @@ def finish(
     before they are written. Snapshots are copied segment by segment, so that memory holds one segment and the series.
     Outputs that a disk has damaged for good are told in the attribute `lost_outputs`.
     """
+    archive.must_be_writable()
     lost = {"lost_outputs": "\n".join(archive.lost)} if archive.lost else {}
+    dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs({**(told or {}), **lost})
+    dataset = dataset if completed is None else completed(dataset)
 
     def fill(aside: Path) -> None:
-        dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs({**(told or {}), **lost})
-        dataset = dataset if completed is None else completed(dataset)
         # Labels are characters, not strings: see open_snapshots.
         encoding: dict[str, dict[str, Any]] = {
             str(name): {"_FillValue": None} | ({"dtype": "S1"} if coord.dtype.kind == "U" else {})

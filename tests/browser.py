@@ -22,7 +22,7 @@ START = "import os, sys; [os.dup2(int(sys.argv[k]), k + 2) for k in (1, 2)]; os.
 def program():
     """The browser of this machine, or a skipped test."""
     found = next(filter(None, map(shutil.which, NAMES)), None)
-    return found or pytest.skip("there is no Chromium here")
+    return found or pytest.skip("pages are looked at in Chromium, which this machine does not have")
 
 
 def _moved(descriptor):
@@ -57,7 +57,7 @@ class Browser:
             target = self.ask("Target.createTarget", url="about:blank")["targetId"]
         except (TimeoutError, BrokenPipeError):
             self.__exit__()
-            pytest.skip("Chromium does not start here")
+            pytest.skip(f"Chromium answered nothing within {PATIENCE:.0f} s, as where processes may not be sandboxed")
         self.session = self.ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.ask(f"{domain}.enable")

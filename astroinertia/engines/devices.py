@@ -24,7 +24,7 @@ AXIS = "devices"
 def shared_out(count: int) -> Iterator[None]:
     """Within it, passes of the xla engine are shared out over this many devices; SceneError where there are fewer.
 
-    With several hosts (jax.distributed.initialize) devices of all hosts count, and every host must do the same.
+    After jax.distributed.initialize devices of all processes count, and every process must do the same.
     """
     if count == 1:
         yield

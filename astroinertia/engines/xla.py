@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.engines import xla_density, xla_lists, xla_tiles
+from astroinertia.engines import xla_density, xla_lists, xla_places, xla_tiles
 from astroinertia.engines.terms import Density, PairTerm
 from astroinertia.engines.xla_lists import Arrangement
 from astroinertia.sph.kernels import KERNELS
@@ -162,7 +162,7 @@ def _neighbour_sums(
     tiles = arrangement.neighbours
     h = fields["smoothing_length"]
     covered = xla_lists.covers(jnp, arrangement, fields["position"], h) & (shape.support <= arrangement.reach.support)
-    places = xla_tiles.places_of(precision, fields)
+    places = xla_places.places_of(precision, fields)
     boxes = xla_tiles.boxes_of(places, shape.support, tiles, covered)
     zero = xla_tiles.empty_sums(terms, tiles, virial, h.dtype)
     sums = xla_tiles.sum_over_tiles(tiles, covered, boxes, places, partial(work.chunk, far=False, limited=True), zero)
@@ -183,7 +183,7 @@ def _all_pair_sums(
     near, far = arrangement.near, arrangement.far
     h = fields["smoothing_length"]
     covered = xla_lists.covers(jnp, arrangement, fields["position"], h) & (shape.support <= arrangement.reach.support)
-    places = xla_tiles.places_of(precision, fields)
+    places = xla_places.places_of(precision, fields)
     zero = xla_tiles.empty_sums(terms, near, virial, h.dtype)
     parts = [xla_tiles.sum_over_tiles(near, covered, None, places, partial(work.chunk, far=False, limited=False), zero)]
     if far.leaf.shape[0]:
@@ -202,7 +202,7 @@ class _Work:
     virial: bool
 
     def chunk(
-        self, places: xla_tiles.Places, target: Array, source: Array, far: bool, limited: bool
+        self, places: xla_places.Places, target: Array, source: Array, far: bool, limited: bool
     ) -> dict[str, Array]:
         """The sums of one chunk, targets (C, S) and sources (C, B)."""
         shape = KERNELS[self.kernel]

@@ -14,7 +14,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from astroinertia.engines import xla_lists, xla_tiles
+from astroinertia.engines import xla_lists, xla_places, xla_tiles
 from astroinertia.engines.xla_lists import Arrangement
 from astroinertia.sph.kernels import KERNELS
 
@@ -118,10 +118,10 @@ def _sums(
     shape = KERNELS[kernel]
     tiles = arrangement.neighbours
     covered = xla_lists.covers(jnp, arrangement, position, h) & (shape.support <= arrangement.reach.support)
-    places = xla_tiles.places_of(precision, {"position": position, "mass": mass, "smoothing_length": h})
+    places = xla_places.places_of(precision, {"position": position, "mass": mass, "smoothing_length": h})
     boxes = xla_tiles.boxes_of(places, shape.support, tiles, covered)
 
-    def chunk_sums(places: xla_tiles.Places, target: Array, source: Array) -> dict[str, Array]:
+    def chunk_sums(places: xla_places.Places, target: Array, source: Array) -> dict[str, Array]:
         targets, sources, (_, masses) = places.tile(target, source)
         pairs = xla_tiles.Pairs(shape, targets, sources)
         q = pairs["r"] * pairs.inverse_length("i")

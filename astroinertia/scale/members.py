@@ -3,14 +3,13 @@
 Tests: tests/unit/test_sweeps_of_scenes.py.
 """
 
-import fcntl
 import functools
 import time as clock
 from dataclasses import dataclass
 from pathlib import Path
 
 from astroinertia.accuracy import running
-from astroinertia.archive import LOCK, MANIFEST, Archive
+from astroinertia.archive import LOCK, MANIFEST, Archive, locked
 from astroinertia.errors import ArchiveError, AstroinertiaError, NumericalError, RunInterrupted, SceneError
 from astroinertia.run import Listener, Progress
 from astroinertia.scale import folder as folders
@@ -122,12 +121,11 @@ def _wait_for_lock(place: Path) -> None:
     if not (place / LOCK).exists():
         return
     end = clock.monotonic() + PATIENCE
-    with (place / LOCK).open("ab") as lock:
-        while True:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                return
-            except OSError:
-                if clock.monotonic() > end:
-                    raise ArchiveError(f"another process is writing {place}.") from None
-                clock.sleep(0.2)
+    while True:
+        try:
+            locked(place).close()
+            return
+        except ArchiveError:
+            if clock.monotonic() > end:
+                raise
+            clock.sleep(0.2)

@@ -12,31 +12,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.effects.gravity import SOFTENING
 from astroinertia.engines import devices
-from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.engines.xla import Engine
 from astroinertia.gravity import multipole_xla
+from tests.unit.test_xla_engine import FLOW, NEIGHBOURS
 
 COUNT = 700
-
-
-def flow_pair(xp, v_r, z_ij, W_i, dW_j, weight_i, weight_j):
-    """Every way to gather at once."""
-    push = (weight_i + 2.0 * weight_j) * dW_j * (1.0 + z_ij * z_ij)
-    return push, weight_j * W_i * (1.0 + xp.abs(v_r)), xp.maximum(v_r, 0.0) + weight_i * weight_j, push
-
-
-FLOW = PairTerm(
-    "flow",
-    flow_pair,
-    (
-        Output("acceleration", "central"),
-        Output("heating", "sum"),
-        Output("signal", "max"),
-        Output("gradient", "outer", of="velocity"),
-    ),
-)
 
 
 def answers(derivatives):
@@ -57,7 +38,7 @@ def answers(derivatives):
         "weight": jnp.asarray(random.uniform(0.5, 1.5, COUNT)),
         "zeta_over_omega": jnp.asarray(random.uniform(-1.5, -0.5, COUNT)),
     }
-    sums = engine.neighbour_sums(arrangement, "wendland_c2", (FLOW, SOFTENING), fields, virial=True)
+    sums = engine.neighbour_sums(arrangement, "wendland_c2", NEIGHBOURS, fields, virial=True)
     lists = multipole_xla.lists_for(engine, arrangement, mass, None, 1e-3)
 
     def points(position):

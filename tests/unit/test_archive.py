@@ -334,7 +334,7 @@ READER = """
 """
 
 
-@pytest.mark.skipif(os.getuid() != 0, reason="changes its user")
+@pytest.mark.skipif(os.getuid() != 0, reason="only the superuser can become a user who may not write")
 def test_a_folder_that_must_not_be_written_is_told_and_can_be_read():
     with tempfile.TemporaryDirectory() as place:  # pytest's own can be looked into by its user only
         Path(place).chmod(0o755)

@@ -130,7 +130,7 @@ def test_a_gif_holds_every_picture_at_its_rate(series, snapshots, tmp_path):
 
 
 def coder():
-    return movie.ffmpeg() or pytest.skip("there is no ffmpeg here")
+    return movie.ffmpeg() or pytest.skip("films in MP4 need ffmpeg or imageio-ffmpeg, which is an extra")
 
 
 def test_an_mp4_shows_the_pictures(series, snapshots, tmp_path):
