@@ -13,10 +13,13 @@ from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from astroinertia.engines.numba_compiler import PartCompiler
+
 # Boxes are pruned only where they are certainly out of reach, whatever the rounding of pair distances in float32.
 SLACK = 1.0 + 2e-5
-# Functions that only others call need no entry from Python, and none needs one from C: both are long to compile.
-INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+# Functions that only others call need neither an entry from Python nor machine code of their own, and none needs an
+# entry from C: all are long to compile.
+INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": PartCompiler}
 PART: dict[str, Any] = {"error_model": "numpy", "nogil": True, **INNER}
 ENTRY: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 # Arrays are filled up to whole vectors of float32 on the widest machines, and hold one more vector for loose ends.

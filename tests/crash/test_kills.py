@@ -99,8 +99,6 @@ def killed_and_gone_on_with(scene, kills, folder, seed):
     name, settings = SCENES[scene]
     found = {"kills": 0, "lives_that_ended_first": 0, "steps_at_the_kills": [], "torn_files": 0, "resumed_before": 0}
     with Lives(name, [*settings, *COMMON]) as lives:
-        # Programs that a process compiles may round otherwise than those that it finds compiled (README, Limits).
-        lives.live(folder / "compiles")
         span, steps, killed = lives.live(folder / "whole")
         assert not killed
         found["steps"] = steps[-1]
