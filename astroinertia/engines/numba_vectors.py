@@ -1,7 +1,8 @@
 """Vector instructions for the numba engine: what its compiler would not find by itself.
 
-Candidates are closed up ("compressed") with one instruction on processors that have it; elsewhere plain loops do the
-same. The text of this file is copied into the generated modules of shared parts.
+Candidates are closed up ("compressed") with one instruction on processors that have it (AVX-512), or by a permutation
+that is looked up (AVX2); elsewhere plain loops do the same. The text of this file is copied into the generated modules
+of shared parts.
 """
 
 from typing import Any
@@ -24,7 +25,8 @@ PART: dict[str, Any] = {"error_model": "numpy", "nogil": True, **INNER}
 ENTRY: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 # Arrays are filled up to whole vectors of float32 on the widest machines, and hold one more vector for loose ends.
 LANES = 16
-COMPRESSES = bool(get_host_cpu_features().get("avx512f"))
+# Bits of the vectors that the processor closes up; 0 where it cannot.
+CLOSED_UP = next((bits for name, bits in (("avx512f", 512), ("avx2", 256)) if get_host_cpu_features().get(name)), 0)
 INT64 = ir.IntType(64)
 
 
@@ -182,16 +184,43 @@ class Lanes:
 
     def store_kept(self, k, position, values, kept):
         """Close up what is kept of a vector and store it in array k, from a position on."""
-        kind, count = self.scalar_type(k), values.type.count
-        letter = "i" if isinstance(kind, ir.IntType) else "f"
-        width = self.signature.args[k].dtype.bitwidth
-        compress = cgutils.get_or_insert_function(
-            self.builder.module,
-            ir.FunctionType(values.type, [values.type, kept.type, values.type]),
-            f"llvm.experimental.vector.compress.v{count}{letter}{width}",
+        builder, count, width = self.builder, values.type.count, self.signature.args[k].dtype.bitwidth
+        nothing, lanes = ir.Constant(values.type, ir.Undefined), CLOSED_UP // width
+        if lanes == count:
+            letter = "i" if isinstance(self.scalar_type(k), ir.IntType) else "f"
+            compress = cgutils.get_or_insert_function(
+                builder.module,
+                ir.FunctionType(values.type, [values.type, kept.type, values.type]),
+                f"llvm.experimental.vector.compress.v{count}{letter}{width}",
+            )
+            builder.store(builder.call(compress, [values, kept, nothing]), self.pointer(k, position, count), align=4)
+            return
+        for first in range(0, count, lanes):
+            mine = ir.Constant(ir.VectorType(ir.IntType(32), lanes), list(range(first, first + lanes)))
+            some = builder.shuffle_vector(kept, ir.Constant(kept.type, ir.Undefined), mine)
+            closed = self.permuted(builder.shuffle_vector(values, nothing, mine), some)
+            builder.store(closed, self.pointer(k, position, lanes), align=4)
+            position = builder.add(position, self.number_of(some))
+
+    def permuted(self, values, kept):
+        """A vector of 256 bits whose kept lanes come first, in their order."""
+        builder, lanes, words = self.builder, kept.type.count, ir.VectorType(ir.IntType(32), 8)
+        name = f"places of what is kept of {lanes}"
+        if name not in builder.module.globals:
+            size = 8 // lanes  # words of 32 bits a lane
+            rows = []
+            for mask in range(1 << lanes):
+                order = sorted(range(lanes), key=lambda lane, mask=mask: not mask >> lane & 1)
+                rows.append(ir.Constant(words, [size * lane + n for lane in order for n in range(size)]))
+            cgutils.global_constant(builder.module, name, ir.Constant(ir.ArrayType(words, len(rows)), rows))
+        mask = builder.zext(builder.bitcast(kept, ir.IntType(lanes)), INT64)
+        row = builder.gep(builder.module.globals[name], [ir.Constant(INT64, 0), mask])
+        permute = cgutils.get_or_insert_function(
+            builder.module, ir.FunctionType(words, [words, words]), "llvm.x86.avx2.permd"
         )
-        closed = self.builder.call(compress, [values, kept, ir.Constant(values.type, ir.Undefined)])
-        self.builder.store(closed, self.pointer(k, position, count), align=4)
+        return builder.bitcast(
+            builder.call(permute, [builder.bitcast(values, words), builder.load(row, align=4)]), values.type
+        )
 
     def number_of(self, kept):
         """How many lanes are kept."""
@@ -325,7 +354,7 @@ def _boxes_in_reach(inside):
 # boxes first to last - 1 that come within max(target_reach, factor size) of a box (2, 3), with some slack; a particle
 # is a box whose corners are one. out_of_reach(...): the others.
 # NaN is always within reach. All may store LANES elements past what they return, and read LANES too many.
-if COMPRESSES:
+if CLOSED_UP:
     compressed_indices = _compressed_indices
     near_squares = _near(False)
     near_indices = _near(True)

@@ -14,7 +14,7 @@ import numpy as np
 from astroinertia.engines import numba_vectors
 from astroinertia.engines.numba_cache import load_module
 
-numba_vectors.COMPRESSES = False
+numba_vectors.CLOSED_UP = 0
 from astroinertia.engines.numba_passes import header
 
 TEXT = """

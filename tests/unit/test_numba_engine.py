@@ -315,11 +315,12 @@ def test_what_cannot_be_compiled_is_refused_with_a_reason(reference, pair, sente
 
 
 @pytest.mark.slow
-def test_processors_without_vector_compression_do_the_same(reference, monkeypatch):
+@pytest.mark.parametrize("bits", [bits for bits in (0, 256) if bits < numba_vectors.CLOSED_UP])
+def test_processors_that_cannot_close_up_vectors_as_wide_do_the_same(reference, monkeypatch, bits):
     arrangement, solved, fields = reference
     quick = Engine().neighbour_sums(arrangement, KERNEL, (SHEAR,), fields)["shear"]
     made = (numba_modules.neighbour_pass, numba_modules.density_pass)
-    monkeypatch.setattr(numba_vectors, "COMPRESSES", False)
+    monkeypatch.setattr(numba_vectors, "CLOSED_UP", bits)
     for make in made:
         make.cache_clear()
     plain = Engine().neighbour_sums(arrangement, KERNEL, (SHEAR,), fields)["shear"]
