@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 130 stopped before its end."""
     try:
         options = _parser().parse_args(arguments)
-        with cli_stop.damage_told(_complain):
+        with cli_stop.warnings_told(_complain):
             return options.command(options)
     except RunInterrupted as stopped:
         _complain(cli_stop.told(stopped))
