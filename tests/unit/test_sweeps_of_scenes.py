@@ -116,7 +116,7 @@ def test_workers_give_the_same_to_the_bit_and_killed_ones_are_replaced(grid, clu
 def test_a_failure_stays_with_its_member_and_is_told(tmp_path, monkeypatch):
     run, ran = running.run_scene, []
 
-    def sometimes(scene, place, listener):
+    def sometimes(scene, place, listener, deadline):
         ran.append(place.name)
         if place.name == member(1):
             raise NumericalError("the state is no longer finite", "gravity", 0.1, None, "s")
