@@ -13,7 +13,7 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
-from astroinertia.archive import MANIFEST, SWEEP, Archive
+from astroinertia.archive import MANIFEST, SWEEP, Archive, final_name
 from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE, derived_quantities
 from astroinertia.dataset_regions import QUANTITIES as REGIONAL
 from astroinertia.dataset_regions import regional_quantities
@@ -73,10 +73,11 @@ def open_snapshots(path: Path | str, damaged: str = "raise", chunks: Chunks = No
         # those of the snapshots are not read, and none is opened just to see what is in it.
         try:
             found = xr.open_dataset(source, group="snapshots", engine="netcdf4", drop_variables="i", chunks=chunks)
-        except OSError as error:
-            if "group not found" in str(error):
-                return None
-            raise
+        except OSError:
+            with netCDF4.Dataset(source) as file:
+                if "snapshots" in file.groups:
+                    raise
+            return None
         return found.assign_coords(i=_label("i"))
     parts = list(source.read_snapshots(damaged))
     if not parts:
@@ -335,10 +336,13 @@ def _source(path: Path) -> Path | Archive:
 
 
 def _of_sweep(folder: Path) -> Path:
-    found = sorted(folder.glob("*.nc"))
-    if not found:
+    try:
+        found = folder / final_name({"name": json.loads((folder / SWEEP).read_bytes())["name"]})
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise ArchiveError(f"{folder / SWEEP} cannot be read, or does not name its sweep: {error}.") from error
+    if not found.exists():
         raise ArchiveError(f"{folder} holds a sweep that is not finished; resume it.")
-    return found[0]
+    return found
 
 
 def _load(path: Path) -> xr.Dataset:

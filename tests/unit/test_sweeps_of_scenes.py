@@ -1,6 +1,7 @@
 """Sweeps as they are run: members, failures, interruptions, workers that are killed, and the one dataset of all."""
 
 import os
+import shutil
 import signal
 import threading
 import time
@@ -329,6 +330,19 @@ def test_models_with_other_effects_are_lined_up_by_name(tmp_path):
                 found["work"].isel(scene_effects=number).sel(effect=effect), each["work"].sel(effect=effect)
             )
     assert np.isnan(found["work"].isel(scene_effects=0).sel(effect="pressure")).all()
+
+
+def test_the_result_is_the_file_that_the_folder_names(grid, tmp_path):
+    place = tmp_path / "sweep"
+    shutil.copytree(grid[0], place)
+    shutil.copy(place / member(0) / "core.nc", place / "a_copy.nc")  # comes before it in the alphabet
+    same(astroinertia.open(place), astroinertia.open(grid[0]))
+    (place / "core.nc").unlink()
+    with pytest.raises(ArchiveError, match="not finished; resume it"):
+        astroinertia.open(place)
+    (place / "sweep.json").write_text("{}")
+    with pytest.raises(ArchiveError, match="does not name its sweep"):
+        astroinertia.open(place)
 
 
 def test_folders_are_not_mixed_up(grid, tmp_path):
