@@ -26,7 +26,7 @@ from astroinertia.scale.workers import side_by_side
 from astroinertia.scene.sweep import Sweep
 
 DEFAULT_MINUTES = 60.0  # that a member may take whose settings are chosen for an accuracy
-SECONDS_TO_CLOSE = 3.0  # that workers take to be gone once their members are sealed
+SECONDS_TO_CLOSE = 6.0  # that workers take to be gone once their members are sealed
 WORTH_WORKERS = 30.0  # seconds of work, below which the start of processes takes as long
 
 
@@ -138,7 +138,6 @@ def _carry_out(
                 seconds = clock.monotonic() - begun
                 tell(Standing(before + done, failed, count, seconds, seconds / done * (len(tasks) - done)))
         except (KeyboardInterrupt, RunInterrupted) as stopped:
-            (folder / SESSION).unlink(missing_ok=True)  # first, so that workers seal what they are at
             by = stopped.by if isinstance(stopped, RunInterrupted) else interrupts.cause(stopped)
             raise RunInterrupted(folder, before + done, count, by) from None
 

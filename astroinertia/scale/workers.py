@@ -18,7 +18,7 @@ from typing import Any
 from astroinertia.errors import AstroinertiaError, RunInterrupted, SceneError
 from astroinertia.interrupts import SIGNALS
 from astroinertia.run import LIMIT
-from astroinertia.scale.folder import Failure, note_failure
+from astroinertia.scale.folder import SESSION, Failure, note_failure
 from astroinertia.scale.members import PATIENCE, Outcome, Task, carry_out
 from astroinertia.units import shown
 
@@ -42,7 +42,7 @@ def side_by_side(
     """Run members in so many processes of this machine, or on the cluster at an address; outcomes as they come.
 
     A worker that is killed is replaced, and what it ran is gone on with. When the iterator is closed, so is all that it
-    started, once members under way are sealed; they see that the sweep's session is over. deadline: of
+    started, once the sweep's session is over and members under way are sealed. deadline: of
     time.monotonic(), after which members are waited for no longer, such as one that still compiles: RunInterrupted.
     SceneError without dask, and where no cluster answers.
     """
@@ -61,6 +61,7 @@ def side_by_side(
         except TimeoutError:
             raise RunInterrupted(Path(tasks[0].folder), 0.0, 1.0, LIMIT) from None
         finally:
+            (Path(tasks[0].folder) / SESSION).unlink(missing_ok=True)  # by which members see that it is over
             with suppress(TimeoutError, distributed.CancelledError):
                 distributed.wait(list(futures), timeout=min(PATIENCE, _seconds_to(deadline) or PATIENCE))
 
