@@ -13,7 +13,7 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
-from astroinertia.archive import MANIFEST, SWEEP, Archive, final_name
+from astroinertia.archive import MANIFEST, SWEEP, Archive, file_of_sweep
 from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE, derived_quantities
 from astroinertia.dataset_regions import QUANTITIES as REGIONAL
 from astroinertia.dataset_regions import regional_quantities
@@ -324,7 +324,7 @@ def _series(archive: Archive, damaged: str) -> dict[str, np.ndarray]:
 def _source(path: Path) -> Path | Archive:
     """The netCDF file to read, or the run folder where there is none that holds all."""
     if (path / SWEEP).exists():
-        return _of_sweep(path)
+        return file_of_sweep(path)
     if path.is_dir():
         archive = Archive.view(path)
         return archive.finished or archive
@@ -333,16 +333,6 @@ def _source(path: Path) -> Path | Archive:
     if path.name == MANIFEST:
         return _source(path.parent)
     return path
-
-
-def _of_sweep(folder: Path) -> Path:
-    try:
-        found = folder / final_name({"name": json.loads((folder / SWEEP).read_bytes())["name"]})
-    except (OSError, ValueError, LookupError, TypeError) as error:
-        raise ArchiveError(f"{folder / SWEEP} cannot be read, or does not name its sweep: {error}.") from error
-    if not found.exists():
-        raise ArchiveError(f"{folder} holds a sweep that is not finished; resume it.")
-    return found
 
 
 def _load(path: Path) -> xr.Dataset:
