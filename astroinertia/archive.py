@@ -267,6 +267,17 @@ class Archive:
             sync_folder(self.folder)
 
 
+def file_of_sweep(folder: Path) -> Path:
+    """The result that the folder of a sweep names; ArchiveError where there is none yet."""
+    try:
+        found = folder / final_name({"name": json.loads((folder / SWEEP).read_bytes())["name"]})
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise ArchiveError(f"{folder / SWEEP} cannot be read, or does not name its sweep: {error}.") from error
+    if not found.exists():
+        raise ArchiveError(f"{folder} holds a sweep that is not finished; resume it.")
+    return found
+
+
 def final_name(metadata: Mapping[str, Any]) -> str:
     """File name of the final dataset; ArchiveError if the metadata has no usable `name`."""
     name = metadata.get("name")

@@ -28,6 +28,7 @@ from astroinertia import (
     cli_sweep,
     cli_tradeoff,
     cli_verify,
+    interrupts,
 )
 from astroinertia.cli_help import DESCRIPTION, EXAMPLES
 from astroinertia.cli_meter import Meter
@@ -59,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 130 stopped before its end."""
     try:
         options = _parser().parse_args(arguments)
-        with cli_stop.damage_told(_complain):
+        with cli_stop.warnings_told(_complain), interrupts.raised():
             return options.command(options)
     except RunInterrupted as stopped:
         _complain(cli_stop.told(stopped))
@@ -280,7 +281,7 @@ def _calibrate(options: argparse.Namespace) -> int:
 def _run(options: argparse.Namespace) -> int:
     begun = time.monotonic()  # what imports take is part of a run's time
     if (sweep := cli_sweep.asked(options)) is not None:
-        return _sweep(sweep, options.output or Path("runs") / sweep.name, options)
+        return _sweep(sweep, options.output or Path("runs") / sweep.name, options, cli_stop.deadline(options, begun))
     scene = _load(options)
     folder = options.output or Path("runs") / scene.name
     from astroinertia.accuracy.running import run_scene
@@ -299,16 +300,16 @@ def _resume(options: argparse.Namespace) -> int:
     if cli_sweep.is_folder(options.run):
         from astroinertia.scale.folder import read
 
-        return _sweep(read(options.run), options.run, options)
+        return _sweep(read(options.run), options.run, options, limit)
     cli_sweep.refuse_options(options)
     with Meter(_Console(highlight=False)) as meter:
         result = resume(options.run, meter.tell, limit)
     return _finished(result, options.run)
 
 
-def _sweep(sweep: "Sweep", folder: Path, options: argparse.Namespace) -> int:
+def _sweep(sweep: "Sweep", folder: Path, options: argparse.Namespace, deadline: float) -> int:
     console = _Console(highlight=False)
-    found = cli_sweep.carry_out(sweep, folder, options, console, _say)
+    found = cli_sweep.carry_out(sweep, folder, options, deadline, console, _say)
     for line in cli_sweep.failures(sweep, found):
         print(line)
     print(f"wrote {found.file}; look at it with: astroinertia show {folder}")

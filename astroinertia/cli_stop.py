@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from astroinertia.errors import ArchiveWarning, RunInterrupted, SceneError
+from astroinertia.errors import ArchiveWarning, RunInterrupted, SceneError, SceneWarning
 
 EXIT_CODES = (
     "Exit codes: 0, the run has ended and its file is written; 1, it failed; 2, bad input; 130, it was stopped before "
@@ -35,12 +35,12 @@ def told(stopped: RunInterrupted) -> str:
 
 
 @contextmanager
-def damage_told(tell: Callable[[str], None]) -> Iterator[None]:
-    """Has what a disk has damaged told as a sentence, without the line of code that found it."""
+def warnings_told(tell: Callable[[str], None]) -> Iterator[None]:
+    """Has what a disk has damaged, and what a scene leaves out, told as a sentence without the line that found it."""
     usual = warnings.showwarning
 
     def show(message, category, *where) -> None:
-        if issubclass(category, ArchiveWarning):
+        if issubclass(category, ArchiveWarning | SceneWarning):
             tell(str(message))
         else:
             usual(message, category, *where)

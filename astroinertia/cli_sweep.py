@@ -59,14 +59,13 @@ def is_folder(folder: Path) -> bool:
     return (folder / SWEEP).exists()
 
 
-def carry_out(sweep: "Sweep", folder: Path, options: argparse.Namespace, console: Console, say: Say) -> "Carried":
-    """Run the members of a sweep that are left, with a bar or lines on the console."""
-    from astroinertia.errors import SceneError
+def carry_out(
+    sweep: "Sweep", folder: Path, options: argparse.Namespace, deadline: float, console: Console, say: Say
+) -> "Carried":
+    """Run the members of a sweep that are left, until a deadline, with a bar or lines on the console."""
     from astroinertia.scale import ensemble
     from astroinertia.scale.workers import NEEDS_DASK, has_dask
 
-    if math.isfinite(options.max_wall):
-        raise SceneError("--max-wall is for a scene of one run; SIGTERM or Ctrl-C stops one with [sweep].")
     left = ensemble.left(sweep, folder)
     cluster = options.cluster
     workers: int = 1 if options.workers is None else options.workers
@@ -84,7 +83,7 @@ def carry_out(sweep: "Sweep", folder: Path, options: argparse.Namespace, console
     )
     with _Bar(console) as bar:
         return ensemble.run_sweep(
-            sweep, folder, workers, cluster, getattr(options, "minutes", ensemble.DEFAULT_MINUTES), bar.tell
+            sweep, folder, workers, cluster, getattr(options, "minutes", ensemble.DEFAULT_MINUTES), bar.tell, deadline
         )
 
 

@@ -13,7 +13,7 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
-from astroinertia.archive import MANIFEST, SWEEP, Archive
+from astroinertia.archive import MANIFEST, SWEEP, Archive, file_of_sweep
 from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE, derived_quantities
 from astroinertia.dataset_regions import QUANTITIES as REGIONAL
 from astroinertia.dataset_regions import regional_quantities
@@ -73,10 +73,11 @@ def open_snapshots(path: Path | str, damaged: str = "raise", chunks: Chunks = No
         # those of the snapshots are not read, and none is opened just to see what is in it.
         try:
             found = xr.open_dataset(source, group="snapshots", engine="netcdf4", drop_variables="i", chunks=chunks)
-        except OSError as error:
-            if "group not found" in str(error):
-                return None
-            raise
+        except OSError:
+            with netCDF4.Dataset(source) as file:
+                if "snapshots" in file.groups:
+                    raise
+            return None
         return found.assign_coords(i=_label("i"))
     parts = list(source.read_snapshots(damaged))
     if not parts:
@@ -323,7 +324,7 @@ def _series(archive: Archive, damaged: str) -> dict[str, np.ndarray]:
 def _source(path: Path) -> Path | Archive:
     """The netCDF file to read, or the run folder where there is none that holds all."""
     if (path / SWEEP).exists():
-        return _of_sweep(path)
+        return file_of_sweep(path)
     if path.is_dir():
         archive = Archive.view(path)
         return archive.finished or archive
@@ -332,13 +333,6 @@ def _source(path: Path) -> Path | Archive:
     if path.name == MANIFEST:
         return _source(path.parent)
     return path
-
-
-def _of_sweep(folder: Path) -> Path:
-    found = sorted(folder.glob("*.nc"))
-    if not found:
-        raise ArchiveError(f"{folder} holds a sweep that is not finished; resume it.")
-    return found[0]
 
 
 def _load(path: Path) -> xr.Dataset:

@@ -45,6 +45,10 @@ class NumericalError(AstroinertiaError):
         return f"{self.message} ({told})" if told else self.message
 
 
+class SceneWarning(UserWarning):
+    """Something that a scene names is not taken as a whole; what is left out, in one clear sentence."""
+
+
 class ArchiveWarning(UserWarning):
     """A file of a run folder is damaged; what stands in for it, or what is lost, in one clear sentence."""
 

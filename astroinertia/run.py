@@ -1,10 +1,9 @@
 """Carries a scene from its first state to its last: steps, outputs, checkpoints, interruption and resumption."""
 
 import math
-import signal
 import time as clock
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from typing import Any
 import jax
 import xarray as xr
 
-from astroinertia import dataset
+from astroinertia import dataset, interrupts
 from astroinertia.archive import Archive, refuse_if_taken
 from astroinertia.build import Prepared, metadata, prepare, restore, scene_of, told_by
 from astroinertia.costs import experience, machine
@@ -22,8 +21,6 @@ from astroinertia.errors import NumericalError, RunInterrupted
 from astroinertia.scene.schema import Scene
 from astroinertia.units import DIMENSIONLESS
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
-"""Ctrl-C, and what schedulers send before they kill: the run is sealed and stops."""
 LIMIT = "its limit of wall time"
 MARGIN = 1.5  # steps and seals take their time unevenly: so much of what the last ones took is left for the next
 
@@ -51,6 +48,7 @@ class Progress:
 
 
 Listener = Callable[[Progress], None]
+"""What is told how a run goes; if it raises RunInterrupted, the run is sealed and stops, as after a signal."""
 Completion = Callable[[xr.Dataset], xr.Dataset]
 """What adds to a run's dataset before its file is written; where it was interrupted, a resumed run calls it again."""
 
@@ -136,17 +134,18 @@ class _Run:
         self.told = -1e9
         self.saved, self.saved_step = self.opened, self.body.steps
         self.could_stop, self.sealing = self.opened, 0.0
+        self.stopping: list[str] = []
 
     def finish(self, completed: Completion | None) -> Path:
         body, output = self.body, self.output
-        with _signals() as stopping:
+        with interrupts.noted(self.stopping):
             if not self.counters["series"]:
                 self._record(force=True)
                 self._checkpoint()
             while not self._ended():
                 if body.resumable:
                     due = clock.monotonic() - self.saved >= output.checkpoint_seconds
-                    cause = stopping[0] if stopping else LIMIT if self._late() else None
+                    cause = self.stopping[0] if self.stopping else LIMIT if self._late() else None
                     if (due or cause) and body.steps != self.saved_step:
                         self._checkpoint()
                     if cause:
@@ -160,7 +159,11 @@ class _Run:
                 }  # fmt: skip
             self._checkpoint()
         self._tell(force=True)
-        return dataset.finish(self.archive, self.counters["measured"], completed)
+        try:
+            with interrupts.raised():
+                return dataset.finish(self.archive, self.counters["measured"], completed)
+        except KeyboardInterrupt as stopped:
+            raise RunInterrupted(self.archive.folder, body.time, output.end, interrupts.cause(stopped)) from None
 
     def _ended(self) -> bool:
         return self.body.time >= self.output.end * (1.0 - 1e-14) or self.body.steps >= self.output.max_steps
@@ -238,19 +241,21 @@ class _Run:
             return
         self.told = clock.monotonic()
         found = self.body.figures()
-        self.listener(
-            Progress(
-                time=self.body.time,
-                end=self.output.end,
-                step=self.body.steps,
-                wall_time=self.counters["wall_time"] + self.told - self.opened,
-                energy_error=abs(found.total_energy - self.counters["opening_energy"]) / found.energy_scale,
-                ledger_closure=found.ledger_closure,
-                density_max=found.density_max,
-                limited_by=found.limited_by,
-                to_go=self._to_go(),
-            )
+        progress = Progress(
+            time=self.body.time,
+            end=self.output.end,
+            step=self.body.steps,
+            wall_time=self.counters["wall_time"] + self.told - self.opened,
+            energy_error=abs(found.total_energy - self.counters["opening_energy"]) / found.energy_scale,
+            ledger_closure=found.ledger_closure,
+            density_max=found.density_max,
+            limited_by=found.limited_by,
+            to_go=self._to_go(),
         )
+        try:
+            self.listener(progress)
+        except RunInterrupted as stopped:
+            self.stopping.append(stopped.by)
 
     def _share(self) -> float:
         return min(1.0, max(self.body.time / self.output.end, self.body.steps / self.output.max_steps))
@@ -264,29 +269,3 @@ class _Run:
         seen = (self.told - self.opened) / done
         expected = predicted if math.isfinite(predicted) else seen
         return (1.0 - share) * (share * seen + (1.0 - share) * expected)
-
-
-@contextmanager
-def _signals() -> Iterator[list[str]]:
-    """Collects the names of SIGNALS while a run goes on; a second Ctrl-C acts as usual.
-
-    A second one of the others does not: `timeout` and schedulers send theirs to a process and to its group.
-    """
-    received: list[str] = []
-    before = {}
-
-    def note(number: int, _: Any) -> None:
-        received.append("Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name)
-        if number == signal.SIGINT:
-            signal.signal(number, before[number])
-
-    try:
-        for number in SIGNALS:
-            before[number] = signal.signal(number, note)
-    except ValueError:  # not the main thread: signals stay with whoever owns them
-        before.clear()
-    try:
-        yield received
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

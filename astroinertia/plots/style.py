@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from astroinertia.sealed import write_whole
 from astroinertia.units import quantity, readable
 
 # Okabe & Ito's palette, told apart in all common kinds of colour blindness (jfly.uni-koeln.de/color).
@@ -117,9 +118,9 @@ def begin(dataset: xr.Dataset, title: str, size: tuple[float, float]) -> Figure:
 
 
 def save(figure: Figure, path: Path) -> Path:
-    """Write a PNG."""
+    """Write a PNG, whole or not at all; ArchiveError where that cannot be done."""
     with styled():
-        figure.savefig(path)
+        write_whole(path, lambda aside: figure.savefig(aside, format="png"))
     return path
 
 

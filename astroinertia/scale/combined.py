@@ -66,7 +66,7 @@ def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
                 for name, variable in made.items():
                     if name in found.variables:
                         place = (*_place(sweep, number), *layout.places(found, name))
-                        variable[place] = found[name].values
+                        variable[place] = found.variables[name].values
 
     target = path(sweep, folder)
     write_whole(target, fill)
@@ -132,8 +132,8 @@ class _Layout:
         """Take up a member."""
         for name, size in found.sizes.items():
             self._note_dimension(str(name), size, found)
-        for name, variable in found.data_vars.items():
-            self._note_variable(str(name), variable.variable)
+        for name in found.data_vars:
+            self._note_variable(str(name), found.variables[name])
         told = {key: value for key, value in found.attrs.items() if key not in _OF_ONE_RUN}
         self.attrs = told if self.attrs is None else _agreed(self.attrs, told)
 
@@ -171,13 +171,13 @@ class _Layout:
 
     def places(self, found: xr.Dataset, name: str) -> tuple[Any, ...]:
         """Where a member's variable stands in that of the result, after the dimensions of the sweep."""
-        return tuple(self._place(found, str(dim)) for dim in found[name].dims)
+        return tuple(self._place(found, str(dim)) for dim in found.variables[name].dims)
 
     def _place(self, found: xr.Dataset, dim: str) -> Any:
         labels = self.labels.get(dim)
         if labels is None or dim not in found.variables:
             return slice(0, found.sizes[dim])
-        places = [labels.index(item) for item in found[dim].values.tolist()]
+        places = [labels.index(item) for item in found.variables[dim].values.tolist()]
         return slice(0, len(places)) if places == list(range(len(places))) else places
 
 

@@ -5,15 +5,15 @@ Tests: tests/unit/test_sweeps_of_scenes.py.
 
 import math
 import os
-import signal
 import time as clock
 import uuid
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from astroinertia import interrupts
 from astroinertia.archive import locked
 from astroinertia.costs import machine
 from astroinertia.costs.prediction import Prediction, predict
@@ -26,6 +26,7 @@ from astroinertia.scale.workers import side_by_side
 from astroinertia.scene.sweep import Sweep
 
 DEFAULT_MINUTES = 60.0  # that a member may take whose settings are chosen for an accuracy
+SECONDS_TO_CLOSE = 6.0  # that workers take to be gone once their members are sealed
 WORTH_WORKERS = 30.0  # seconds of work, below which the start of processes takes as long
 
 
@@ -58,35 +59,40 @@ def run_sweep(
     cluster: str | None = None,
     minutes: float = DEFAULT_MINUTES,
     told: Told | None = None,
+    deadline: float = math.inf,
 ) -> Carried:
     """Run all members of a sweep in a folder, or those that are left, and put them together in one file.
 
     workers: processes of this machine, 1 for this one alone; cluster: the address of a cluster of dask instead, which
-    sees the same files. Members that failed for good stay as they are. Raises SceneError, ArchiveError (the folder
-    holds something else, or another process runs it), and RunInterrupted after a signal: the same call goes on.
+    sees the same files. deadline: of time.monotonic(), by which members under way are sealed and no more are begun.
+    Members that failed for good stay as they are. Raises SceneError, ArchiveError (the folder holds something else, or
+    another process runs it), and RunInterrupted after a signal or for the deadline: the same call goes on.
     """
     if workers < 1:
         raise SceneError("the number of workers must be at least 1.")
     folders.describe(sweep, folder)
     count = len(sweep.members)
     with closing(locked(folder)), _session(folder) as session:
-        tasks = [Task(str(folder.absolute()), number, session, minutes) for number in left(sweep, folder)]
+        if workers > 1 or cluster is not None:
+            deadline -= SECONDS_TO_CLOSE
+        until = clock.time() + deadline - clock.monotonic()
+        tasks = [Task(str(folder.absolute()), number, session, minutes, until) for number in left(sweep, folder)]
         file = combined.path(sweep, folder)
         if tasks:
             file.unlink(missing_ok=True)  # of before members that failed were run again
-        _carry_out(tasks, count, workers, cluster, folder, told)
+        _carry_out(tasks, count, workers, cluster, folder, told, deadline)
         failures = {number: found for number in range(count) if (found := folders.failure(folder, number))}
         if not file.exists():
-            combined.write(sweep, folder, {number: found.sentence for number, found in failures.items()})
+            _combine(sweep, folder, {number: found.sentence for number, found in failures.items()})
     return Carried(file, failures)
 
 
 def resume(
     folder: Path, workers: int = 1, cluster: str | None = None, minutes: float = DEFAULT_MINUTES,
-    told: Told | None = None,
+    told: Told | None = None, deadline: float = math.inf,
 ) -> Carried:  # fmt: skip
     """Go on with the sweep that a folder holds, as run_sweep."""
-    return run_sweep(folders.read(folder), folder, workers, cluster, minutes, told)
+    return run_sweep(folders.read(folder), folder, workers, cluster, minutes, told, deadline)
 
 
 def left(sweep: Sweep, folder: Path) -> list[int]:
@@ -114,25 +120,35 @@ def usual_workers(found: Sequence[Prediction | None]) -> int:
 
 
 def _carry_out(
-    tasks: Sequence[Task], count: int, workers: int, cluster: str | None, folder: Path, told: Told | None
-) -> None:
+    tasks: Sequence[Task], count: int, workers: int, cluster: str | None, folder: Path, told: Told | None,
+    deadline: float,
+) -> None:  # fmt: skip
     begun, before = clock.monotonic(), count - len(tasks)
     numbers = {task.number for task in tasks}
     failed = sum(number not in numbers and folders.failure(folder, number) is not None for number in range(count))
     outcomes: Any = _one_by_one(tasks)
     if tasks and (workers > 1 or cluster is not None):
-        outcomes = side_by_side(tasks, workers, cluster)
+        outcomes = side_by_side(tasks, workers, cluster, deadline)
     done, tell = 0, told or (lambda standing: None)
-    with closing(outcomes), _signals_interrupt():
+    with interrupts.raised(), closing(outcomes):  # until workers are gone, a second signal changes nothing
         try:
             tell(Standing(before, failed, count, 0.0, math.nan))
             for done, outcome in enumerate(outcomes, 1):
                 failed += outcome.failure is not None
                 seconds = clock.monotonic() - begun
                 tell(Standing(before + done, failed, count, seconds, seconds / done * (len(tasks) - done)))
-        except (KeyboardInterrupt, RunInterrupted):
-            (folder / SESSION).unlink(missing_ok=True)  # first, so that workers seal what they are at
-            raise RunInterrupted(folder, before + done, count) from None
+        except (KeyboardInterrupt, RunInterrupted) as stopped:
+            by = stopped.by if isinstance(stopped, RunInterrupted) else interrupts.cause(stopped)
+            raise RunInterrupted(folder, before + done, count, by) from None
+
+
+def _combine(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> None:
+    try:
+        with interrupts.raised():
+            combined.write(sweep, folder, failures)
+    except KeyboardInterrupt as stopped:
+        count = len(sweep.members)
+        raise RunInterrupted(folder, count, count, interrupts.cause(stopped)) from None
 
 
 def _one_by_one(tasks: Sequence[Task]) -> Iterator[Outcome]:
@@ -150,23 +166,3 @@ def _session(folder: Path) -> Iterator[str]:
         yield session
     finally:
         path.unlink(missing_ok=True)
-
-
-@contextmanager
-def _signals_interrupt() -> Iterator[None]:
-    """Schedulers' signals end a sweep as Ctrl-C does."""
-
-    def interrupt(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    before = {}
-    try:
-        for number in (signal.SIGTERM, signal.SIGUSR1):
-            before[number] = signal.signal(number, interrupt)
-    except ValueError:  # not the main thread: signals stay with whoever owns them
-        before.clear()
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

@@ -4,6 +4,7 @@ Tests: tests/unit/test_sweeps_of_scenes.py.
 """
 
 import functools
+import math
 import time as clock
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,7 @@ from pathlib import Path
 from astroinertia.accuracy import running
 from astroinertia.archive import LOCK, MANIFEST, Archive, locked
 from astroinertia.errors import ArchiveError, AstroinertiaError, NumericalError, RunInterrupted, SceneError
-from astroinertia.run import Listener, Progress
+from astroinertia.run import LIMIT, Listener, Progress
 from astroinertia.scale import folder as folders
 from astroinertia.scale.folder import FAILURE, SESSION, Failure
 from astroinertia.scene.sweep import Sweep, member
@@ -25,13 +26,15 @@ class Task:
     """A member to be run, of the sweep whose folder has this absolute path.
 
     session: the text that the sweep's session file has as long as members are wanted. minutes: that a run may take
-    where its settings are chosen for an accuracy.
+    where its settings are chosen for an accuracy. until: of time.time(), which machines share, by which the member is
+    to be sealed.
     """
 
     folder: str
     number: int
     session: str
     minutes: float
+    until: float = math.inf
 
     @property
     def place(self) -> Path:
@@ -51,8 +54,13 @@ class Outcome:
 def carry_out(task: Task, listener: Listener | None = None) -> Outcome:
     """Run a member, or go on with it from its last checkpoint; what goes wrong is its outcome.
 
-    RunInterrupted where the sweep wants no more members, or a signal asks to stop.
+    RunInterrupted where the sweep wants no more members, its time is over, or a signal asks to stop; what is under way
+    is sealed then.
     """
+    if not _is_wanted(task):
+        raise RunInterrupted(task.place, 0.0, 1.0)
+    if clock.time() >= task.until:
+        raise RunInterrupted(task.place, 0.0, 1.0, LIMIT)
     begun, place = clock.monotonic(), task.place
     found: Failure | None = None
     try:
@@ -72,9 +80,10 @@ def carry_out(task: Task, listener: Listener | None = None) -> Outcome:
 
 def _run(task: Task, place: Path, listener: Listener) -> None:
     _wait_for_lock(place)
+    deadline = clock.monotonic() + task.until - clock.time()
     if (place / MANIFEST).exists():
         if Archive.view(place).finished is None:
-            running.resume(place, listener)
+            running.resume(place, listener, deadline)
     else:
         scene = _sweep(task.folder, task.session).scene(task.number)
         if scene.wants_choice:
@@ -82,7 +91,7 @@ def _run(task: Task, place: Path, listener: Listener) -> None:
             from astroinertia.accuracy.choice import choose, pilots_beside
 
             scene = choose(scene, pilots_beside(place), task.minutes).scene
-        running.run_scene(scene, place, listener)
+        running.run_scene(scene, place, listener, deadline=deadline)
     (place / FAILURE).unlink(missing_ok=True)
 
 
@@ -95,13 +104,13 @@ def _sweep(folder: str, session: str) -> Sweep:
 
 def _watchful(task: Task, listener: Listener | None) -> Listener:
     """What tells a run's progress, and ends the run once the sweep is over or another process has taken it up."""
-    session, looked = Path(task.folder) / SESSION, clock.monotonic()
+    looked = clock.monotonic()
 
     def tell(progress: Progress) -> None:
         nonlocal looked
         if clock.monotonic() - looked >= SECONDS_BETWEEN_LOOKS:
             looked = clock.monotonic()
-            if not _is_wanted(session, task):
+            if not _is_wanted(task):
                 raise RunInterrupted(task.place, progress.time, progress.end)
         if listener is not None:
             listener(progress)
@@ -109,9 +118,9 @@ def _watchful(task: Task, listener: Listener | None) -> Listener:
     return tell
 
 
-def _is_wanted(session: Path, task: Task) -> bool:
+def _is_wanted(task: Task) -> bool:
     try:
-        return session.read_text() == task.session
+        return (Path(task.folder) / SESSION).read_text() == task.session
     except FileNotFoundError:
         return False
 

@@ -5,15 +5,21 @@ Tests: tests/unit/test_sweeps_of_scenes.py.
 
 import importlib.util
 import logging
+import math
 import os
 import re
+import signal
+import time as clock
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
+from pathlib import Path
 from typing import Any
 
-from astroinertia.errors import AstroinertiaError, SceneError
-from astroinertia.scale.folder import Failure, note_failure
-from astroinertia.scale.members import Outcome, Task, carry_out
+from astroinertia.errors import AstroinertiaError, RunInterrupted, SceneError
+from astroinertia.interrupts import SIGNALS
+from astroinertia.run import LIMIT
+from astroinertia.scale.folder import SESSION, Failure, note_failure
+from astroinertia.scale.members import PATIENCE, Outcome, Task, carry_out
 from astroinertia.units import shown
 
 NEEDS_DASK = "pip install 'astroinertia[dask]'"
@@ -30,11 +36,15 @@ def has_dask() -> bool:
     return importlib.util.find_spec("distributed") is not None
 
 
-def side_by_side(tasks: Sequence[Task], workers: int, address: str | None) -> Iterator[Outcome]:
+def side_by_side(
+    tasks: Sequence[Task], workers: int, address: str | None, deadline: float = math.inf
+) -> Iterator[Outcome]:
     """Run members in so many processes of this machine, or on the cluster at an address; outcomes as they come.
 
     A worker that is killed is replaced, and what it ran is gone on with. When the iterator is closed, so is all that it
-    started. SceneError without dask, and where no cluster answers.
+    started, once the sweep's session is over and members under way are sealed. deadline: of
+    time.monotonic(), after which members are waited for no longer, such as one that still compiles: RunInterrupted.
+    SceneError without dask, and where no cluster answers.
     """
     if not has_dask():
         raise SceneError(f"members on a cluster need dask: {NEEDS_DASK}.")
@@ -43,11 +53,31 @@ def side_by_side(tasks: Sequence[Task], workers: int, address: str | None) -> It
     with ExitStack() as opened:
         client = opened.enter_context(_client(distributed, workers, address, opened))
         futures = {
-            client.submit(carry_out, task, key=f"{task.session}-{task.number}", pure=False): task for task in tasks
+            client.submit(_in_worker, task, key=f"{task.session}-{task.number}", pure=False): task for task in tasks
         }
-        for future in distributed.as_completed(futures):
-            task = futures.pop(future)
-            yield _outcome(distributed, future, task)
+        try:
+            for future in distributed.as_completed(list(futures), timeout=_seconds_to(deadline)):
+                yield _outcome(distributed, future, futures.pop(future))
+        except TimeoutError:
+            raise RunInterrupted(Path(tasks[0].folder), 0.0, 1.0, LIMIT) from None
+        finally:
+            (Path(tasks[0].folder) / SESSION).unlink(missing_ok=True)  # by which members see that it is over
+            with suppress(TimeoutError, distributed.CancelledError):
+                distributed.wait(list(futures), timeout=min(PATIENCE, _seconds_to(deadline) or PATIENCE))
+
+
+def _in_worker(task: Task) -> Outcome:
+    """carry_out where xarray does not see that it is in a worker: else it asks the scheduler for a lock, hundreds of
+    times a file, though members write none but their own.
+    """
+    from dask import config  # pyright: ignore[reportMissingImports]  an extra
+
+    with config.set(scheduler="threads"):
+        return carry_out(task)
+
+
+def _seconds_to(deadline: float) -> float | None:
+    return max(0.1, deadline - clock.monotonic()) if math.isfinite(deadline) else None
 
 
 def _client(distributed: Any, workers: int, address: str | None, opened: ExitStack) -> Any:
@@ -69,7 +99,17 @@ def _client(distributed: Any, workers: int, address: str | None, opened: ExitSta
         silence_logs=logging.CRITICAL,  # what happens to a worker is told with its member
     )
     opened.enter_context(cluster)
-    return distributed.Client(cluster)
+    client = distributed.Client(cluster)
+
+    class Deaf(distributed.WorkerPlugin):
+        """Workers leave signals, which a terminal and `timeout` send to them, too, to the process of the sweep."""
+
+        def setup(self, worker: Any) -> None:
+            for number in SIGNALS:
+                signal.signal(number, signal.SIG_IGN)
+
+    client.register_plugin(Deaf())
+    return client
 
 
 def _outcome(distributed: Any, future: Any, task: Task) -> Outcome:

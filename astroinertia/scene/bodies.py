@@ -320,7 +320,7 @@ class TableBody(Body):
     kind: Literal["table"]
     file: Annotated[str, Field(min_length=1, max_length=512)] = Field(
         description="particle table (.csv .npz .nc .h5), relative to the scene: mass x y z and, if wanted, vx vy vz u; "
-        "or a snapshot of GADGET or SWIFT (.hdf5)"
+        "or a snapshot of GADGET or SWIFT (.hdf5), or a dump of Phantom"
     )
     relax: bool = Field(default=False, description="settle the particles to equilibrium before the start")
 

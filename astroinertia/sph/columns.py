@@ -50,11 +50,16 @@ def check_file(path: Path, what: str, suffixes: tuple[str, ...]) -> None:
     """SceneError unless there is a file, of a known kind, that is not too large."""
     if not path.is_file():
         raise SceneError(f"{what} {path} is {'a directory' if path.is_dir() else 'not there'}")
-    if path.stat().st_size > MAX_BYTES:
-        raise SceneError(f"{what} {path} is larger than {MAX_BYTES >> 20} MiB")
+    check_size(path, what)
     if path.suffix.lower() not in suffixes:
         *first, last = (each for each in suffixes)
         raise SceneError(f"{what} {path} must be a {', '.join(first)} or {last} file")
+
+
+def check_size(path: Path, what: str) -> None:
+    """SceneError for a file that is too large."""
+    if path.stat().st_size > MAX_BYTES:
+        raise SceneError(f"{what} {path} is larger than {MAX_BYTES >> 20} MiB")
 
 
 def check_numbers(path: Path, what: str, columns: Mapping[str, np.ndarray], each: str) -> None:

@@ -2,21 +2,24 @@
 
 u is the specific internal energy, and may be called specific_internal_energy. An nc file is the result of an earlier
 run, or has the columns as variables; of csv, npz, h5 and hdf5 files, columns.py tells, of snapshots of other codes
-table_gadget.py. Density, smoothing_length and pressure may be columns, too, and are passed over.
-Tests: tests/unit/test_initial.py, tests/unit/test_hdf5_tables.py, tests/unit/test_snapshot_tables.py.
+table_gadget.py and table_phantom.py. Density, smoothing_length and pressure may be columns, too, and are passed over.
+Tests: tests/unit/test_initial.py, tests/unit/test_hdf5_tables.py, tests/unit/test_snapshot_tables.py,
+tests/unit/test_phantom_dumps.py.
 """
 
-from dataclasses import dataclass
+import warnings
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from astroinertia.errors import SceneError
-from astroinertia.sph.columns import Columns, check_file, check_numbers, csv_columns, hdf5, npz_columns
+from astroinertia.errors import SceneError, SceneWarning
+from astroinertia.sph.columns import Columns, check_file, check_numbers, check_size, csv_columns, hdf5, npz_columns
 from astroinertia.sph.table_gadget import SI, UNKNOWN, snapshot_columns
 from astroinertia.sph.table_hdf5 import SUFFIXES as HDF5_SUFFIXES
 from astroinertia.sph.table_hdf5 import VECTORS, split_vectors
+from astroinertia.sph.table_phantom import is_dump, read_dump
 
 REQUIRED = ("mass", "x", "y", "z")
 OPTIONAL = ("vx", "vy", "vz", "u")
@@ -30,7 +33,8 @@ COLUMNS = Columns("particle table", REQUIRED, OPTIONAL + PASSED_OVER, MAX_PARTIC
 class Table:
     """mass (N,), position (N, 3), velocity (N, 3) (zero where not given), internal_energy (N,) or None.
 
-    units: SI or UNKNOWN of a snapshot of another code; None where they are those of whoever made the table.
+    units: SI or UNKNOWN of a snapshot of another code; None where they are those of whoever made the table. told: what
+    of the file is among the particles or left out; unfit: what it has that a scene's body cannot; both may be empty.
     """
 
     mass: np.ndarray
@@ -38,11 +42,17 @@ class Table:
     velocity: np.ndarray
     internal_energy: np.ndarray | None
     units: str | None = None
+    told: str = ""
+    unfit: str = ""
 
 
 def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES) -> Table:
     """Particles of a file, `fewest` or more, in the file's own units; SceneError that says what is wrong with it."""
     path = Path(path)
+    if is_dump(path):
+        check_size(path, COLUMNS.what)
+        dump = read_dump(path, MAX_PARTICLES, COLUMNS.what)
+        return replace(_checked(path, dump.columns, fewest, dump.units), told=dump.told, unfit=dump.unfit)
     check_file(path, COLUMNS.what, tuple(_READERS))
     suffix = path.suffix.lower()
     snapshot = snapshot_columns(path, MAX_PARTICLES, COLUMNS.what) if suffix in HDF5_SUFFIXES else None
@@ -53,9 +63,14 @@ def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES) -> Table:
 def read_body(path: str | Path, dimensionless: bool) -> Table:
     """Particles of a file for a scene, in SI or in the code units of a dimensionless one.
 
-    SceneError also for a snapshot of another code whose units are not those of the scene.
+    SceneError also for a snapshot of another code whose units are not those of the scene, or that is no fluid; a
+    SceneWarning tells what is left out.
     """
     table = read_table(path)
+    if table.unfit:
+        raise SceneError(f"particle table {path} has {table.unfit}, so it cannot be a body; `moments` takes it")
+    if table.told:
+        warnings.warn(f"particle table {path}: {table.told}.", SceneWarning, stacklevel=2)
     if table.units == UNKNOWN and not dimensionless:
         raise SceneError(f'particle table {path} does not tell its units: it can be a body where units = "code"')
     if table.units == SI and dimensionless:

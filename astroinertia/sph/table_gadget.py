@@ -27,7 +27,7 @@ _LENGTH = ("UnitLength_in_cm", "UnitLength_In_CGS", "Unit length in cgs (U_L)")
 _MASS = ("UnitMass_in_g", "UnitMass_In_CGS", "Unit mass in cgs (U_M)")
 _VELOCITY = ("UnitVelocity_in_cm_per_s", "UnitVelocity_In_CGS")
 _TIME = ("Unit time in cgs (U_t)",)
-_CM, _GRAM = 100.0, 1000.0  # a metre in cm, a kilogram in g: these divide exactly, where 0.01 and 0.001 would not
+CM, GRAM = 100.0, 1000.0  # a metre in cm, a kilogram in g: these divide exactly, where 0.01 and 0.001 would not
 
 
 def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.ndarray], str] | None:
@@ -135,7 +135,7 @@ def _units(name: str, attributes: Mapping[str, _Attributes]) -> tuple[float, flo
         raise SceneError(f"{name} has a unit that is not positive")
     if any(each.number("HubbleParam") not in (None, 0.0, 1.0) for each in attributes.values()):
         raise SceneError(f"{name} has a HubbleParam, so that lengths and masses may be over h; write them without it")
-    return length / _CM, mass / _GRAM, velocity / _CM
+    return length / CM, mass / GRAM, velocity / CM
 
 
 def _rows(dataset: Any) -> int:

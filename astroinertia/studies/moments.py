@@ -49,10 +49,11 @@ class Matter:
 def read_matter(
     path: str | Path, units: tuple[str, str] = PLAIN, snapshot: int | None = None, density: float | None = None
 ) -> Matter:
-    """The matter of a particle table (.csv, .npz, .nc, .h5, .hdf5), of a closed mesh (.stl, .obj, .ply, .off) or a run.
+    """The matter of a particle table (.csv, .npz, .nc, .h5, .hdf5, a dump of Phantom), a closed mesh (.stl, .obj, .ply,
+    .off) or a run.
 
     units: of mass and length in the file, such as ("Msun", "Rsun"); the result is then in SI. A run knows its own, as
-    do most snapshots of GADGET and SWIFT.
+    do most snapshots of GADGET, SWIFT and Phantom.
     snapshot: which one of a run, from 0, or from the end if negative; the last where none is given. density: of the
     inside of a mesh, 1 where none is given, in the units of the file.
     SceneError or ArchiveError for a file that is not such, and for units that are none.
@@ -71,7 +72,8 @@ def read_matter(
     table = read_table(path, fewest=1)
     if table.units == SI and units != PLAIN:
         raise SceneError(f"{path} says which units it is in; leave --units out")
-    found = _particles(table.mass, table.position, units, ROUND_OFF_GAP, _counted(table.mass.size))
+    text = ", ".join(filter(None, [_counted(table.mass.size), table.told]))
+    found = _particles(table.mass, table.position, units, ROUND_OFF_GAP, text)
     return replace(found, units=("kg", "m")) if table.units == SI else found
 
 

@@ -360,6 +360,19 @@ def test_a_scene_without_effects_or_snapshots(tmp_path):
     assert set(dataset.open_tree(path).children) == set()
 
 
+def test_whether_there_are_snapshots_is_asked_of_the_file_not_of_an_error(run, tmp_path, monkeypatch):
+    record = {name: value for name, value in affine_run()[0][0].items() if name in ("time", "mass", "inertia_tensor")}
+    without = written(tmp_path, [record], [], {**CODE, "effects": []}, segments=1)
+
+    def refused(*_, **__):
+        raise OSError(-101, "in words of another version")
+
+    monkeypatch.setattr(xr, "open_dataset", refused)
+    assert dataset.open_snapshots(without) is None
+    with pytest.raises(OSError, match="in words of another version"):
+        dataset.open_snapshots(run)
+
+
 DISK_FULL = """
 import resource, signal, sys
 from astroinertia import dataset

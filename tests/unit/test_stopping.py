@@ -8,10 +8,11 @@ import pytest
 import xarray as xr
 
 import astroinertia
-from astroinertia import cli, cli_stop, run
+from astroinertia import cli, cli_stop, dataset, run
 from astroinertia.cli import main
 from astroinertia.errors import RunInterrupted
 from astroinertia.models.rigid_evolution import RigidBody
+from astroinertia.plots import style
 from tests.tradeoff_scenes import SIMS
 
 pytestmark = pytest.mark.slow
@@ -76,6 +77,68 @@ def test_a_signal_seals_the_run_also_when_it_comes_twice(tmp_path, whole, number
         run.run_scene(scene(), tmp_path / "run", send)
     assert signal.getsignal(number) == before
     assert same(astroinertia.open(astroinertia.resume(tmp_path / "run")), whole)
+
+
+@pytest.mark.parametrize(("number", "name"), [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM")])
+def test_a_signal_at_any_moment_of_the_last_file_loses_nothing(tmp_path, whole, monkeypatch, number, name):
+    """At each of the files that are synced once the run has ended, and between the halves of the netCDF file."""
+    finish, sync, write, moments = dataset.finish, os.fsync, xr.Dataset.to_netcdf, range(1, 50)
+    for fatal in moments:
+        folder, passed = tmp_path / str(fatal), [-(10**9)]
+
+        def moment(fatal=fatal, passed=passed):
+            passed[0] += 1
+            if passed[0] == fatal:
+                os.kill(os.getpid(), number)
+                os.kill(os.getpid(), number if number != signal.SIGINT else signal.SIGUSR1)  # `timeout` sends two
+
+        def begun(*arguments, passed=passed):
+            passed[0] = 0
+            return finish(*arguments)
+
+        def synced(descriptor, moment=moment):
+            moment()
+            sync(descriptor)
+
+        def written(self, *arguments, moment=moment, **options):
+            moment()
+            write(self, *arguments, **options)
+            moment()
+
+        with monkeypatch.context() as patch:
+            patch.setattr(dataset, "finish", begun)
+            patch.setattr(os, "fsync", synced)
+            patch.setattr(xr.Dataset, "to_netcdf", written)
+            try:
+                run.run_scene(scene(), folder)
+                break
+            except RunInterrupted as interrupted:
+                stopped = interrupted
+        assert str(stopped).startswith(f"the run was stopped by {name} at 100.0%")
+        assert not list(folder.glob("*.tmp"))
+        file = astroinertia.resume(folder)
+        assert [each.name for each in folder.glob("*.nc")] == [file.name]
+        assert same(astroinertia.open(file), whole)
+    assert fatal >= 6  # netCDF begun and written, its file and folder synced, the manifest and its folder
+
+
+def test_a_signal_while_pictures_are_drawn_leaves_none_by_half(tmp_path, whole, monkeypatch, capsys):
+    file = astroinertia.run_scene(scene(), tmp_path / "run")
+    draw = style.Figure.savefig
+
+    def stopped_in_the_middle(figure, aside, **options):
+        draw(figure, aside, **options)
+        aside.write_bytes(aside.read_bytes()[:100])
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    before = set(file.parent.iterdir())
+    monkeypatch.setattr(style.Figure, "savefig", stopped_in_the_middle)
+    assert main(["show", str(file.parent)]) == 130
+    assert capsys.readouterr().err.strip().endswith("interrupted.")
+    assert set(file.parent.iterdir()) == before
+    monkeypatch.undo()
+    assert main(["show", str(file.parent)]) == 0
+    assert set(file.parent.iterdir()) > before
 
 
 def test_a_second_ctrl_c_stops_at_once(tmp_path):

@@ -1,18 +1,22 @@
 """Sweeps as they are run: members, failures, interruptions, workers that are killed, and the one dataset of all."""
 
 import os
+import shutil
 import signal
 import threading
+import time
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import astroinertia
+from astroinertia import cli, cli_stop, run
 from astroinertia.accuracy import running
 from astroinertia.archive import Archive, locked
 from astroinertia.cli import main
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
+from astroinertia.models.scaling import Scaling
 from astroinertia.scale import combined, ensemble, folder, members, workers
 from astroinertia.scene import sweep as sweeps
 from astroinertia.scene.sweep import member
@@ -114,15 +118,15 @@ def test_workers_give_the_same_to_the_bit_and_killed_ones_are_replaced(grid, clu
 
 
 def test_a_failure_stays_with_its_member_and_is_told(tmp_path, monkeypatch):
-    run, ran = running.run_scene, []
+    carried_out, ran = running.run_scene, []
 
-    def sometimes(scene, place, listener):
+    def sometimes(scene, place, listener, deadline):
         ran.append(place.name)
         if place.name == member(1):
             raise NumericalError("the state is no longer finite", "gravity", 0.1, None, "s")
         if place.name == member(2) and ran.count(place.name) == 1:
             raise OSError(28, "No space left on device")
-        return run(scene, place, listener)
+        return carried_out(scene, place, listener)
 
     monkeypatch.setattr(running, "run_scene", sometimes)
     asked = made(
@@ -165,6 +169,118 @@ def test_an_interrupted_sweep_goes_on_where_it_was(grid, tmp_path, monkeypatch):
     assert [each.done for each in told] == [2, 3, 4]
     assert folder.finished(tmp_path / "run", 0).stat().st_mtime_ns == before
     same(astroinertia.open(tmp_path / "run"), astroinertia.open(grid[0]))
+
+
+def same_numbers(one, other):
+    """Of sweeps whose texts differ."""
+    for name in other.data_vars:
+        if name not in OF_THE_CLOCK:
+            np.testing.assert_array_equal(one[name].values, other[name].values, err_msg=str(name))
+
+
+class Clock:
+    """One that only steps move: machines that test are shared. Its two readings differ, as those of a machine do."""
+
+    now = 1000.0
+
+    def monotonic(self):
+        return self.now
+
+    def time(self):
+        return self.now + 1.7e9
+
+
+@pytest.fixture
+def slow(monkeypatch):
+    """The clock by which sweeps are stopped: each step of a member takes 10 s."""
+    clock, advance = Clock(), Scaling.advance
+
+    def slowly(*arguments):
+        clock.now += 10.0
+        advance(*arguments)
+
+    monkeypatch.setattr(Scaling, "advance", slowly)
+    for module in (run, members, ensemble, workers, cli, cli_stop):
+        monkeypatch.setattr(module, "time" if module in (cli, cli_stop) else "clock", clock)
+    return clock
+
+
+def test_a_sweep_is_stopped_in_time_with_its_member_sealed_and_goes_on(grid, tmp_path, monkeypatch, slow, capsys):
+    """Members take two steps of 10 s each: the third is under way when the next step would be too late."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "core.toml").write_text(SCENE.replace("{sweep}", GRID).replace("0.0\n", "1000.0\n"))
+    assert main(["run", "core.toml", "--workers", "1", "--max-wall", "1 min"]) == 130
+    told = capsys.readouterr().err
+    assert told.startswith("astroinertia: the run was stopped by its limit of wall time at 50.0% and is sealed in")
+    assert told.endswith("go on with: astroinertia resume runs/core\n") and slow.now <= 1060.0
+    place = tmp_path / "runs" / "core"
+    assert folder.waiting(place, 4) == [2, 3] and not (place / member(3)).exists()
+    with Archive.open(place / member(2)) as under_way:
+        assert under_way.read_checkpoint()[1]["series"] == 2  # sealed where it was, not where it began
+    assert main(["resume", "runs/core", "--workers", "1", "--max-wall", "1 h"]) == 0
+    same_numbers(astroinertia.open(place), astroinertia.open(grid[0]))
+
+
+def test_no_member_is_begun_once_the_time_is_over(tmp_path, slow):
+    with pytest.raises(RunInterrupted, match=r"limit of wall time at 0\.0%"):
+        ensemble.run_sweep(made(), tmp_path / "run", deadline=slow.now)
+    assert not (tmp_path / "run" / member(0)).exists()
+
+
+def test_workers_are_not_waited_for_when_the_time_is_over(cluster, tmp_path):
+    """They may be compiling, or not have begun; nothing of what they seal is lost."""
+    begun = time.monotonic()
+    with pytest.raises(RunInterrupted, match="limit of wall time"):
+        ensemble.run_sweep(
+            made(),
+            tmp_path / "run",
+            cluster=cluster.scheduler_address,
+            deadline=begun + ensemble.SECONDS_TO_CLOSE + 0.5,
+        )
+    assert not (tmp_path / "run" / folder.SESSION).exists()
+    assert not ensemble.resume(tmp_path / "run").failures
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1])
+def test_a_signal_seals_the_member_under_way(tmp_path, monkeypatch, number):
+    """And once more, as `timeout` sends them."""
+    advance, steps = Scaling.advance, []
+
+    def signalled(*arguments):
+        steps.append(advance(*arguments))
+        if len(steps) == 3:
+            os.kill(os.getpid(), number)
+            os.kill(os.getpid(), number)
+
+    monkeypatch.setattr(Scaling, "advance", signalled)
+    with pytest.raises(RunInterrupted, match=rf"stopped by {signal.Signals(number).name} at 25.0%"):
+        ensemble.run_sweep(made(), tmp_path / "run")
+    with Archive.open(tmp_path / "run" / member(1)) as under_way:
+        assert under_way.read_checkpoint()[1]["series"] == 2
+
+
+def test_a_signal_while_the_sweeps_file_is_written_leaves_none_by_half(grid, tmp_path, monkeypatch):
+    write = xr.Dataset.to_netcdf
+
+    def signalled(self, path, **options):
+        write(self, path, **options)
+        if path.name.startswith("core.nc") and path.parent == tmp_path / "run":
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", signalled)
+    with pytest.raises(RunInterrupted, match=r"stopped by SIGTERM at 100\.0%"):
+        ensemble.run_sweep(made(), tmp_path / "run")
+    assert not list((tmp_path / "run").glob("core.nc*"))
+    monkeypatch.undo()
+    ensemble.resume(tmp_path / "run")
+    same(astroinertia.open(tmp_path / "run"), astroinertia.open(grid[0]))
+
+
+def test_workers_ask_no_scheduler_for_the_files_of_their_members(cluster, tmp_path):
+    """xarray's locks between workers took longer than cheap members: a question for each variable of a file."""
+    ensemble.run_sweep(made(), tmp_path / "run", cluster=cluster.scheduler_address)
+    asked = [str(name) for name in cluster.scheduler.extensions["semaphores"].max_leases]
+    assert not [name for name in asked if ".nc" in name]
 
 
 def test_a_member_ends_when_its_sweep_is_over(tmp_path, monkeypatch):
@@ -214,6 +330,19 @@ def test_models_with_other_effects_are_lined_up_by_name(tmp_path):
                 found["work"].isel(scene_effects=number).sel(effect=effect), each["work"].sel(effect=effect)
             )
     assert np.isnan(found["work"].isel(scene_effects=0).sel(effect="pressure")).all()
+
+
+def test_the_result_is_the_file_that_the_folder_names(grid, tmp_path):
+    place = tmp_path / "sweep"
+    shutil.copytree(grid[0], place)
+    shutil.copy(place / member(0) / "core.nc", place / "a_copy.nc")  # comes before it in the alphabet
+    same(astroinertia.open(place), astroinertia.open(grid[0]))
+    (place / "core.nc").unlink()
+    with pytest.raises(ArchiveError, match="not finished; resume it"):
+        astroinertia.open(place)
+    (place / "sweep.json").write_text("{}")
+    with pytest.raises(ArchiveError, match="does not name its sweep"):
+        astroinertia.open(place)
 
 
 def test_folders_are_not_mixed_up(grid, tmp_path):

@@ -1,0 +1,62 @@
+"""A signal to all processes of a sweep at once, as terminals, `timeout` and schedulers send it: members are sealed."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+
+import pytest
+
+from astroinertia.archive import Archive
+from astroinertia.scene.sweep import member
+
+COMMAND = "import sys; from astroinertia.cli import main; sys.exit(main())"
+WORKERS = 2
+SCENE = """
+name = "tumbling"
+model = "rigid"
+units = "code"
+[sweep]
+"body.rotation.rate" = [0.5, 1.0, 1.5, 2.0]
+[body]
+kind = "rigid"
+mass = 1.0
+moments = [1.0, 2.0, 2.5]
+[body.rotation]
+axis = [0.01, 1.0, 0.0]
+[effects]
+[time]
+end = 1e4
+[output]
+series_every = 0.1
+checkpoint_seconds = 1e6
+"""
+
+
+def test_members_under_way_in_workers_are_sealed_when_all_processes_get_a_signal(tmp_path):
+    pytest.importorskip("distributed")
+    (tmp_path / "sweep.toml").write_text(SCENE)
+    arguments = ["run", str(tmp_path / "sweep.toml"), "--workers", str(WORKERS), "--output", str(tmp_path / "run")]
+    under_way = [tmp_path / "run" / member(number) for number in range(WORKERS)]
+    end = time.monotonic() + 200.0
+    command = [sys.executable, "-c", COMMAND, *arguments]
+    with subprocess.Popen(command, start_new_session=True, stderr=subprocess.PIPE, text=True) as sweep:
+        try:
+            while not all(any(place.glob("checkpoint-*")) for place in under_way):  # that of the beginning
+                assert sweep.poll() is None and time.monotonic() < end
+                time.sleep(0.1)
+            time.sleep(3.0)  # some steps
+            for _ in range(2):
+                os.killpg(sweep.pid, signal.SIGTERM)
+            _, told = sweep.communicate(timeout=120.0)
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(sweep.pid, signal.SIGKILL)
+    assert sweep.returncode == 130
+    assert "the run was stopped by SIGTERM at 0.0% and is sealed in" in told
+    for place in under_way:
+        with Archive.open(place) as found:  # let go of by its worker
+            assert found.read_checkpoint()[1]["series"] > 1
+    assert not (tmp_path / "run" / member(WORKERS)).exists()
