@@ -5,12 +5,13 @@
 #   make test-quick   the quick ones (under 3 minutes)
 #   make test-full    the long ones, hours in all; can be stopped and goes on where it was; results in tests/results
 #   make bench        the benchmarks
+#   make notebooks    executes the notebooks of sims/notebooks and writes them
 #   make lint         format, lint, types, import order
 #   make venv         only the environment
 
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: help demo test test-quick test-full bench lint venv clean
+.PHONY: help demo test test-quick test-full bench notebooks lint venv clean
 
 VENV := .venv
 RUN := $(VENV)/bin/python
@@ -79,6 +80,9 @@ test-full: $(VENV)/test
 bench: $(VENV)/bench
 	@for each in $(filter-out $(BENCH_PARTS:%=tests/benchmarks/%.py),$(wildcard tests/benchmarks/*.py)); do \
 		echo "$$each"; $(RUN) $$each || exit 1; done
+
+notebooks: $(VENV)/test
+	$(RUN) sims/notebooks/execute.py
 
 lint: $(VENV)/lint
 	$(VENV)/bin/ruff format --check .
