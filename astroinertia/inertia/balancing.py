@@ -27,7 +27,11 @@ MOST_COMBINATIONS = 2_000_000
 
 @dataclass(frozen=True)
 class Holes:
-    """A choice of masses for holes: mass (n,), the residual in both planes (2, 2) and its norm."""
+    """A choice of masses for holes: mass (n,), the residual in both planes (2, 2) and its norm.
+
+    >>> print(Holes(mass=np.array([0.01]), residual=np.zeros((2, 2)), size=0.0).size)
+    0.0
+    """
 
     mass: np.ndarray
     residual: np.ndarray
@@ -35,20 +39,34 @@ class Holes:
 
 
 def unbalance_of_body(body: Body) -> tuple[Array, Array]:
-    """Static and dynamic unbalance U and D, (..., 2) each, of a body that spins about z through the origin."""
+    """Static and dynamic unbalance U and D, (..., 2) each, of a body that spins about z through the origin.
+
+    >>> from astroinertia.inertia import shapes
+    >>> wheel = shapes.disc(10.0, 0.3) + shapes.point(0.02, (0.3, 0.0, 0.0))
+    >>> print(unbalance_of_body(wheel)[0])  # m r of what is stuck to its rim
+    [0.006 0.   ]
+    """
     inertia = body.about(namespace(body.inertia).zeros(3))
     return body.mass[..., None] * body.centre[..., :2], -inertia[..., :2, 2]
 
 
 def unbalance_of_measurements(unbalance: Array, planes: Array) -> tuple[Array, Array]:
-    """U and D, (2,) each, from vectors m r (n, 2) measured in planes at z (n,)."""
+    """U and D, (2,) each, from vectors m r (n, 2) measured in planes at z (n,).
+
+    >>> print(unbalance_of_measurements(np.array([[0.01, 0.0], [0.01, 0.0]]), np.array([-0.1, 0.1]))[0])
+    [0.02 0.  ]
+    """
     xp = namespace(unbalance, planes)
     unbalance, planes = xp.asarray(unbalance), xp.asarray(planes)
     return unbalance.sum(0), planes @ unbalance
 
 
 def phasors(size: Array, angle: Array) -> Array:
-    """Vectors (..., 2) of length `size` at `angle` from x towards y, in radians."""
+    """Vectors (..., 2) of length `size` at `angle` from x towards y, in radians.
+
+    >>> print(phasors(2.0, np.pi / 2).round(12))
+    [0. 2.]
+    """
     xp = namespace(size, angle)
     return xp.asarray(size)[..., None] * xp.stack([xp.cos(angle), xp.sin(angle)], axis=-1)
 
@@ -58,6 +76,9 @@ def two_plane_equivalent(static: Array, dynamic: Array, planes: Sequence[float])
 
     static, dynamic: U and D (..., 2); planes: their two z. Planes at one place are a ValueError. At the places of the
     bearings and times the rate squared they are the forces on them.
+
+    >>> print(two_plane_equivalent(np.array([0.006, 0.0]), np.zeros(2), (-0.1, 0.1)).tolist())  # half in each
+    [[0.003, 0.0], [0.003, 0.0]]
     """
     first, second = planes
     if first == second:
@@ -68,7 +89,11 @@ def two_plane_equivalent(static: Array, dynamic: Array, planes: Sequence[float])
 
 
 def two_plane_correction(static: Array, dynamic: Array, planes: Sequence[float]) -> Array:
-    """Vectors m r to be added in two planes to balance a rotor, (..., 2 planes, 2): minus its equivalent there."""
+    """Vectors m r to be added in two planes to balance a rotor, (..., 2 planes, 2): minus its equivalent there.
+
+    >>> print(two_plane_correction(np.array([0.006, 0.006]), np.zeros(2), (-0.1, 0.1)).tolist())  # its opposite
+    [[-0.003, -0.003], [-0.003, -0.003]]
+    """
     return -two_plane_equivalent(static, dynamic, planes)
 
 
@@ -77,6 +102,11 @@ def correction_masses(correction: Array, radii: Array, remove: bool = False) -> 
 
     With `remove` the masses are taken away, on the side opposite to where they would be added; both are positive.
     A radius that is not positive is a ValueError.
+
+    >>> correction = two_plane_correction(np.array([-0.006, 0.0]), np.zeros(2), (-0.1, 0.1))
+    >>> mass, angle = correction_masses(correction, np.array([0.3, 0.3]))
+    >>> print(mass, abs(np.degrees(angle)))  # 10 g in each plane, opposite
+    [0.01 0.01] [0. 0.]
     """
     xp = namespace(correction)
     radii = xp.asarray(radii)
@@ -91,6 +121,10 @@ def bearing_forces(static: Array, dynamic: Array, rate: Array, bearings: Sequenc
     """Forces (..., 2 bearings, 2) of a rotor on bearings at two z when it turns at `rate` (rad per time).
 
     Components along the rotor's own x and y, which turn with it; weight is left out.
+
+    >>> print(bearing_forces(np.array([0.006, 0.0]), np.zeros(2), 100.0, (-0.1, 0.1)))  # m r w^2 = 60 N, shared
+    [[30.  0.]
+     [30.  0.]]
     """
     forces = two_plane_equivalent(static, dynamic, bearings)
     xp = namespace(forces, rate)
@@ -115,6 +149,11 @@ def best_holes(
     many holes may be used, all of them where it is not given. The residual is that of U and D in the planes, and its
     size the root of its squares' sum. Exact: all sums of one half of the holes are looked up in those of the other
     (Horowitz & Sahni 1974, J. ACM 21, 277). More than MOST_COMBINATIONS sums in a half are a ValueError.
+
+    >>> radii, angle, place = np.full(4, 0.3), np.pi * np.array([0, 1, 0, 1]), np.array([-0.1, -0.1, 0.1, 0.1])
+    >>> holes = best_holes(np.array([0.006, 0.0]), np.zeros(2), (-0.1, 0.1), radii, angle, place, (0.01,))
+    >>> print(holes.mass)  # added opposite
+    [0.   0.01 0.   0.01]
     """
     holes = phasors(np.asarray(radii, dtype=float), np.asarray(angle, dtype=float))
     each = two_plane_equivalent(holes, np.asarray(position, dtype=float)[:, None] * holes, planes).reshape(-1, 4)

@@ -9,7 +9,11 @@ import numpy as np
 
 
 class Line(NamedTuple):
-    """A straight line by least squares: slope and its standard error, value at time 0, and rms of what is left."""
+    """A straight line by least squares: slope and its standard error, value at time 0, and rms of what is left.
+
+    >>> print(Line(slope=0.7, error=0.01, intercept=0.0, residual=0.02).slope)
+    0.7
+    """
 
     slope: float
     error: float
@@ -18,7 +22,11 @@ class Line(NamedTuple):
 
 
 def line(time, values) -> Line:
-    """Return the line through values (T,) at times (T,), those that are finite; ValueError for fewer than three."""
+    """Return the line through values (T,) at times (T,), those that are finite; ValueError for fewer than three.
+
+    >>> print(f"{line(np.arange(5.0), 3.0 * np.arange(5.0) + 1.0).slope:.6f}")
+    3.000000
+    """
     t, y = np.asarray(time, float), np.asarray(values, float)
     fine = np.isfinite(t) & np.isfinite(y)
     t, y = t[fine], y[fine]
@@ -33,7 +41,11 @@ def line(time, values) -> Line:
 
 
 def growth(time, amplitude) -> Line:
-    """Return the line through ln A: its slope is the growth rate of A ~ exp(slope t). Zero amplitudes are left out."""
+    """Return the line through ln A: its slope is the growth rate of A ~ exp(slope t). Zero amplitudes are left out.
+
+    >>> print(f"{growth(np.arange(5.0), 2.0 * np.exp(0.7 * np.arange(5.0))).slope:.6f}")  # A ~ exp(0.7 t)
+    0.700000
+    """
     size = np.asarray(amplitude, float)
     return line(time, np.log(size, out=np.full(size.shape, np.nan), where=size > 0.0))
 
@@ -43,6 +55,9 @@ def turning(time, phase, fold: int) -> Line:
 
     phase (T,): that of the mode, fold times the angle, known to 2 pi; ValueError where two neighbours may be more than
     half a turn apart, for then the times are too sparse to count turns.
+
+    >>> print(f"{turning(np.arange(5.0), (0.3 * np.arange(5.0)) % np.pi, 2).slope:.6f}")  # a bar
+    0.150000
     """
     total = np.unwrap(np.asarray(phase, float))
     steps = np.abs(np.diff(total))

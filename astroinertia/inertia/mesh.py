@@ -30,6 +30,10 @@ def mesh_body(vertices: Array, faces: Array, mass: Array | None = None, density:
     error falls as the square of the facets' size. Differentiable in jax by vertices, mass and density.
     Errors: ValueError where the mesh is open, its faces disagree on inside and outside or are inside out, or where not
     just one of mass and density is given. Checked by tests/unit/test_mesh.py.
+
+    >>> body = mesh_body(*icosphere(4), mass=5.0)
+    >>> print(body.inertia[2, 2].round(2))  # nearly a ball: (2/5) M R^2
+    2.0
     """
     if (mass is None) == (density is None):
         raise ValueError("give either the mass or the density of a mesh")
@@ -48,7 +52,11 @@ def mesh_body(vertices: Array, faces: Array, mass: Array | None = None, density:
 
 
 def mesh_volume(vertices: Array, faces: Array) -> Array:
-    """The volume (...,) inside a closed mesh; errors as for `mesh_body`. Checked by tests/unit/test_mesh.py."""
+    """The volume (...,) inside a closed mesh; errors as for `mesh_body`. Checked by tests/unit/test_mesh.py.
+
+    >>> print(f"{mesh_volume(*icosphere(4)) / (4 / 3 * np.pi):.4f}")  # of 5120 faces
+    0.9978
+    """
     return mesh_body(vertices, faces, density=1.0).mass
 
 
@@ -57,6 +65,12 @@ def check_closed(faces: Array, vertices: int) -> np.ndarray:
 
     Each edge must be walked as often one way as the other. vertices: how many there are.
     Checked by tests/unit/test_mesh.py.
+
+    >>> try:
+    ...     check_closed(np.array([[0, 1, 2]]), 3)
+    ... except ValueError as error:
+    ...     print(error)
+    the mesh is not closed: the edge between vertices 0 and 1 belongs to one face only
     """
     faces = np.asarray(faces)
     if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces) or faces.dtype.kind not in "iu":
@@ -88,6 +102,9 @@ def icosphere(subdivisions: int, radius: float = 1.0) -> tuple[np.ndarray, np.nd
     """Vertices (V, 3) on a sphere about the origin and faces (F, 3): an icosahedron, each face cut in 4 so many times.
 
     F = 20 * 4^subdivisions, V = F/2 + 2. Checked by tests/unit/test_mesh.py.
+
+    >>> print([array.shape for array in icosphere(2)])  # 20 faces cut in 4 twice
+    [(162, 3), (320, 3)]
     """
     golden = (1 + np.sqrt(5)) / 2
     signs = [(one, two) for one in (-1, 1) for two in (-golden, golden)]
@@ -115,6 +132,14 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     Vertices at the very same place are one afterwards, as closed meshes need and STL does not store. An ArchiveError
     says what is wrong with a file, or that trimesh, the extra `mesh`, is not installed. Checked by
     tests/unit/test_mesh.py.
+
+    >>> import os, tempfile
+    >>> lines = ["OFF", "4 4 0", "0 0 0", "1 0 0", "0 1 0", "0 0 1", "3 0 2 1", "3 0 1 3", "3 0 3 2", "3 1 2 3"]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "corner.off")
+    ...     _ = path.write_text(os.linesep.join(lines))
+    ...     print(f"{mesh_volume(*read_mesh(path)):.6f}")  # a tetrahedron: 1/6
+    0.166667
     """
     try:
         import trimesh  # pyright: ignore[reportMissingImports]  an extra: only files need it

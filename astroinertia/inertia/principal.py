@@ -30,6 +30,9 @@ def principal_moments(inertia: Array, tolerance: float | None = None) -> Array:
     """Moments about the principal axes, ascending, (..., 3); NaN where the tensor (..., 3, 3) is not finite.
 
     In jax the derivative is that of `principal_frame`, with its tolerance.
+
+    >>> print(principal_moments(np.array([[2.0, 1, 0], [1, 2, 0], [0, 0, 4]])))  # ascending
+    [1. 3. 4.]
     """
     return principal_frame(inertia, tolerance)[0]
 
@@ -38,6 +41,9 @@ def principal_gap(moments: Array) -> Array:
     """How far each moment is from the nearest other, as a share of the largest, (..., 3): 0 where an axis is undefined.
 
     A uniform ellipsoid whose semi-axes differ by a small fraction e has gaps of about e.
+
+    >>> print(principal_gap(np.array([1.0, 1.0, 2.0])))  # 0 where an axis is undefined
+    [0.  0.  0.5]
     """
     xp = namespace(moments)
     a, b, c = moments[..., 0], moments[..., 1], moments[..., 2]
@@ -51,6 +57,9 @@ def undefined_axes(moments: Array, tolerance: float | None = None) -> Array:
     """Whether each principal axis is undefined, (..., 3), as a moment (..., 3) equals another within the tolerance.
 
     The tolerance is 16 roundings of the moments' precision where none is given: 3.6e-15 in double precision.
+
+    >>> print(undefined_axes(np.array([1.0, 1.0, 2.0])))  # of an oblate body, two
+    [ True  True False]
     """
     return principal_gap(moments) <= _gap_tolerance(moments, tolerance)
 
@@ -67,6 +76,10 @@ def principal_frame(inertia: Array, tolerance: float | None = None) -> tuple[Arr
     axes does have a derivative: write it as 1 less the outer product of the third. Second derivatives are right for the
     moments, and for axes where all are defined.
     Source: Magnus (1985), Econometric Theory 1, 179, for the derivatives.
+
+    >>> moments, axes = principal_frame(np.diag([3.0, 1.0, 2.0]))
+    >>> print(moments, abs(axes[0]))  # the least moment is about y
+    [1. 2. 3.] [0. 1. 0.]
     """
     if namespace(inertia) is np:
         return _frame(np, np.asarray(inertia))[:2]
@@ -78,6 +91,10 @@ def figure_rotation(moments: Array, axes: Array, inertia_rate: Array, tolerance:
 
     From dI/dt alone, at one instant: the axes turn about e_m by (e_k . dI/dt e_l) / (I_k - I_l) with (k, l, m) cyclic,
     which is undefined where I_k and I_l are equal. Axes must be right-handed.
+
+    >>> rate = np.array([[0.0, 0.5, 0], [0.5, 0, 0], [0, 0, 0]])  # dI_xy/dt of axes that turn about z
+    >>> print(figure_rotation(np.array([1.0, 2.0, 3.0]), np.eye(3), rate)[2])  # I_xy' over I_2 - I_1, with its sign
+    -0.5
     """
     xp = namespace(moments)
     in_axes = xp.einsum("...ki,...ij,...lj->...kl", axes, inertia_rate, axes)
@@ -96,6 +113,11 @@ def tracked_frame(inertia: np.ndarray, tolerance: float = ROUND_OFF_GAP) -> tupl
     The axes are numbered by ascending moment where all three are first defined, and followed from there in both
     directions by their overlap, through crossings: a moment that overtakes another keeps its number. Where moments are
     equal within the tolerance, the axes are those in their plane that turned least.
+
+    >>> inertia = np.array([np.diag([1.0, 2.0, 4.0]), np.diag([3.0, 2.0, 4.0])])  # moments that cross
+    >>> print(tracked_frame(inertia)[0])  # each keeps its place
+    [[1. 2. 4.]
+     [3. 2. 4.]]
     """
     moments, axes = principal_frame(inertia)
     vectors = np.swapaxes(axes, -1, -2)

@@ -28,6 +28,9 @@ class LayeredEllipsoid:
     """Layers between similar ellipsoids, from the inside out: semi_axes (n, 3) of their outer faces, densities (n,).
 
     axes (3, 3): directions of the semi-axes as rows. One layer is a homogeneous ellipsoid.
+
+    >>> print(f"{homogeneous_ellipsoid(np.diag([5.0, 10.0, 13.0]), mass=5.0).mass:.4f}")
+    5.0000
     """
 
     semi_axes: np.ndarray
@@ -59,6 +62,10 @@ def point_masses(inertia: Array, mass: float | None = None, radius: float | None
     neither given; a mass and radius with M r^2 < tr Q, which no points have.
     Source: equimomental systems (Routh 1905, Dynamics of a System of Rigid Bodies, Elementary Part, articles 33 to 43);
     for a lamina an isosceles triangle on a circle, for which the same equations have one solution.
+
+    >>> mass, position = point_masses(np.diag([3.0, 4.0, 5.0]), mass=2.0)
+    >>> print(len(mass), np.diag(np.einsum("n,ni,nj->ij", mass, position, position)).round(12))  # tr(I)/2 - I
+    4 [3. 2. 1.]
     """
     second, axes = _principal_second_moments(inertia)
     total = second.sum()
@@ -92,6 +99,9 @@ def homogeneous_ellipsoid(inertia: Array, mass: float | None = None, density: fl
 
     a_k^2 = 5 Q_k/M; a density gives M^(5/2) = rho 4 pi/3 5^(3/2) sqrt(Q_1 Q_2 Q_3). ValueError: an impossible tensor;
     not exactly one of mass and density; a flat tensor, I_1 + I_2 = I_3, for which the density would be infinite.
+
+    >>> print(homogeneous_ellipsoid(np.diag([5.0, 10.0, 13.0]), mass=5.0).semi_axes.round(12))
+    [[3. 2. 1.]]
     """
     if (mass is None) == (density is None):
         raise ValueError("an ellipsoid needs its mass or its density, and not both")
@@ -117,6 +127,9 @@ def layered_ellipsoid(
     of which f_5 f_3^(-5/3) = rho_h^(-2/3) is left, where rho_h is the density of the homogeneous ellipsoid with this
     tensor and mass. ValueError: an impossible or flat tensor, densities that are not positive, and a rho_h out of
     reach, with what it would have to lie between.
+
+    >>> print(layered_ellipsoid(0.36 * np.eye(3), 1.0, (0.5, 0.2)).semi_axes[:, 0].round(4))  # core, and surface
+    [0.4878 1.0065]
     """
     values = np.array([_positive("density of a layer", density) for density in densities])
     proportions = np.arange(1.0, len(values)) if boundaries is None else np.asarray(boundaries, dtype=float)
@@ -164,6 +177,11 @@ def two_layer_ellipsoid(inertia: Array, mass: float, mean_density: float, outer_
     for a sphere is I/(M R^2): x^2 = (5/2 k rho_mean - rho_out)/(rho_mean - rho_out), rho_core = rho_out +
     (rho_mean - rho_out)/x^3 (e.g. Murray & Dermott 1999, Solar System Dynamics, section 4.5). ValueError: an impossible
     or flat tensor, equal densities, and a core of impossible size or density, with the inequality that fails.
+
+    >>> density = 3 / (4 * np.pi)  # of a ball with M = R = 1, whose core is denser
+    >>> earth = two_layer_ellipsoid(0.33 * np.eye(3), 1.0, density, 0.8 * density)
+    >>> print(earth.semi_axes[:, 0].round(3), (earth.densities / density).round(3))
+    [0.354 1.   ] [5.325 0.8  ]
     """
     second, axes = _solid(inertia)
     for name, value in (("mass", mass), ("mean density", mean_density), ("outer density", outer_density)):
@@ -184,7 +202,12 @@ def two_layer_ellipsoid(inertia: Array, mass: float, mean_density: float, outer_
 
 @dataclass(frozen=True)
 class Fit:
-    """Parameters found, in the structure of the first ones; their tensor (3, 3); misfit |I - I_wanted|/|I_wanted|."""
+    """Parameters found, in the structure of the first ones; their tensor (3, 3); misfit |I - I_wanted|/|I_wanted|.
+
+    >>> import jax.numpy as jnp
+    >>> print(fit_to_tensor(lambda a: a * jnp.eye(3), 1.0, 4.0 * np.eye(3)).misfit < 1e-6)
+    True
+    """
 
     parameters: Any
     inertia: np.ndarray
@@ -201,6 +224,11 @@ def fit_to_tensor(
     the xla engine; start: first parameters, an array or any pytree; bounds: least and greatest, structured alike. The
     distance is the Frobenius norm. A wanted tensor that is not reached shows in the misfit; an impossible one is a
     ValueError. Scipy's trust-region reflective method (Branch, Coleman & Li 1999, SIAM J. Sci. Comput. 21, 1).
+
+    >>> import jax.numpy as jnp
+    >>> fit = fit_to_tensor(lambda a: jnp.diag(a**2), np.ones(3), np.diag([9.0, 16.0, 16.0]))
+    >>> print(fit.parameters.round(6))
+    [3. 4. 4.]
     """
     import jax  # only here: those who fit nothing need not wait for it
     import jax.numpy as jnp

@@ -18,7 +18,11 @@ STANDARD_GRAVITY = 9.80665  # m/s^2 (3rd General Conference on Weights and Measu
 
 @dataclass(frozen=True)
 class Finish:
-    """How one body ends a race: its rolling coefficient, the time it took and its speed at the end."""
+    """How one body ends a race: its rolling coefficient, the time it took and its speed at the end.
+
+    >>> print(f"{rolling_race(dict(ring=1.0), 2.0, np.pi / 6, gravity=9.0)[0].speed:.4f}")  # v^2 = g h, of a ring
+    3.0000
+    """
 
     name: str
     coefficient: float
@@ -31,6 +35,10 @@ def rolling_coefficient(body: Body, radius: Array, axis: Array = (0.0, 0.0, 1.0)
 
     2/5 for a solid sphere, 1/2 for a solid cylinder, 2/3 for a thin sphere, 1 for a hoop; above 1 for a spool that
     rolls on its hub. Source: Goldstein, Poole & Safko (2002), Classical Mechanics, section 5.3.
+
+    >>> from astroinertia.inertia import shapes
+    >>> print(f"{rolling_coefficient(shapes.solid_sphere(3.0, 0.1), 0.1):.2f}")  # k = 2/5
+    0.40
     """
     radius = namespace(radius, body.inertia).asarray(radius)
     return body.moment(axis) / (body.mass * radius**2)
@@ -40,13 +48,20 @@ def rolling_acceleration(coefficient: Array, incline: Array, gravity: Array = ST
     """g sin(incline) / (1 + k), along the incline, for a body that starts to roll; neither mass nor size matter.
 
     Source: energy, (1 + k) m v^2 / 2 = m g h (Kleppner & Kolenkow 2014, An Introduction to Mechanics, chapter 7).
+
+    >>> print(f"{rolling_acceleration(0.4, np.pi / 6, gravity=9.8):.2f}")  # g sin / (1 + k) = (5/7) 4.9
+    3.50
     """
     xp = namespace(coefficient, incline, gravity)
     return gravity * xp.sin(incline) / (1 + xp.asarray(coefficient))
 
 
 def rolling_time(coefficient: Array, distance: Array, incline: Array, gravity: Array = STANDARD_GRAVITY) -> Array:
-    """sqrt(2 d / a): the time to roll a distance down the incline from rest."""
+    """sqrt(2 d / a): the time to roll a distance down the incline from rest.
+
+    >>> print(f"{rolling_time(0.4, 3.5, np.pi / 6, gravity=9.8):.4f}")  # sqrt(2 d / a) with a = 3.5
+    1.4142
+    """
     acceleration = rolling_acceleration(coefficient, incline, gravity)
     return namespace(acceleration, distance).sqrt(2 * distance / acceleration)
 
@@ -55,6 +70,9 @@ def least_friction(coefficient: Array, incline: Array) -> Array:
     """tan(incline) k / (1 + k): the coefficient of static friction below which the body slips.
 
     The friction that turns it is I a / R^2 = k m a, out of a normal force m g cos(incline).
+
+    >>> print(f"{least_friction(0.4, np.pi / 4):.4f}")  # k / (1 + k) at 45 degrees
+    0.2857
     """
     xp = namespace(coefficient, incline)
     coefficient = xp.asarray(coefficient)
@@ -64,7 +82,11 @@ def least_friction(coefficient: Array, incline: Array) -> Array:
 def rolling_race(
     coefficients: Mapping[str, float], distance: float, incline: float, gravity: float = STANDARD_GRAVITY
 ) -> list[Finish]:
-    """The bodies, by name, in the order in which they arrive; all start from rest together and none slips."""
+    """The bodies, by name, in the order in which they arrive; all start from rest together and none slips.
+
+    >>> print([each.name for each in rolling_race({"hoop": 1.0, "disc": 0.5, "ball": 0.4}, 2.0, 0.3)])
+    ['ball', 'disc', 'hoop']
+    """
     finishes = []
     for name, coefficient in coefficients.items():
         time = float(rolling_time(coefficient, distance, incline, gravity))
@@ -77,6 +99,11 @@ def flywheel_energy(body: Body, rate: Array, axis: Array = (0.0, 0.0, 1.0)) -> A
 
     A disc of 100 kg and 1 m in diameter stores 1.9 kWh at 10,000 revolutions per minute; whether it survives that is
     told by `spinning_disc_stress`.
+
+    >>> from astroinertia.inertia import shapes
+    >>> disc, rate = shapes.disc(100.0, 0.5), 10_000 * 2 * np.pi / 60
+    >>> print(f"{flywheel_energy(disc, rate) / 3.6e6:.2f} kWh")  # 100 kg, 1 m across, 10,000 turns a minute
+    1.90 kWh
     """
     return 0.5 * body.moment(axis) * namespace(rate, body.inertia).asarray(rate) ** 2
 
@@ -86,6 +113,9 @@ def spinning_disc_stress(density: Array, radius: Array, rate: Array, poisson_rat
 
     rate: w, in radians per time; poisson_ratio: 0.3 is that of steel. Source: Timoshenko & Goodier (1970), Theory of
     Elasticity, section 32, rotating disks, plane stress.
+
+    >>> print(f"{spinning_disc_stress(7800.0, 0.5, 500.0) / 1e6:.0f} MPa")  # (3.3/8) rho (w R)^2 of steel
+    201 MPa
     """
     return (3 + poisson_ratio) / 8 * density * (rate * radius) ** 2
 
@@ -94,6 +124,9 @@ def bursting_rate(strength: Array, density: Array, radius: Array, poisson_ratio:
     """The rate w at which `spinning_disc_stress` reaches the strength of the material: no disc of it stores more.
 
     The energy per mass is then w^2 R^2 / 4 = 2 strength / ((3 + nu) rho), whatever the size.
+
+    >>> print(f"{bursting_rate(1e9, 7800.0, 0.5) * 60 / (2 * np.pi):.0f}")  # turns a minute of steel that bears 1 GPa
+    10647
     """
     xp = namespace(strength, density, radius, poisson_ratio)
     return xp.sqrt(strength / spinning_disc_stress(density, radius, 1.0, poisson_ratio))

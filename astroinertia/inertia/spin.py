@@ -28,6 +28,10 @@ def angular_momentum(
 
     Where no origin is given, x and v are relative to the centre of mass and to its velocity. weights (..., N) multiply
     mass. Source: section 1.2.
+
+    >>> x, v = np.array([[1.0, 0, 0], [-1.0, 0, 0]]), np.array([[0, 3.0, 0], [0, -3.0, 0]])
+    >>> print(angular_momentum(np.ones(2), x, v))  # sum m x cross v
+    [0. 0. 6.]
     """
     at_rest = None if origin is None else namespace(position).zeros_like(namespace(position).asarray(origin))
     return axial_vector(mixed_moment(mass, position, velocity, origin, at_rest, weights))
@@ -38,6 +42,9 @@ def angular_velocity(inertia: Array, angular_momentum: Array) -> Array:
 
     It is the rigid rotation that carries the body's angular momentum; NaN where I has no inverse to double precision,
     as for a rod. Source: Munk & MacDonald (1960), The Rotation of the Earth.
+
+    >>> print(angular_velocity(np.diag([1.0, 2.0, 4.0]), np.array([0.0, 0.0, 8.0])))  # I^-1 L
+    [0. 0. 2.]
     """
     return _spin(inertia, angular_momentum)
 
@@ -49,6 +56,9 @@ def rotational_energy(
 
     All about the same point, the centre of mass or one at rest. ValueError unless two are given. Where I has no
     inverse, the form without omega is NaN. Source: section 5.3.
+
+    >>> print(rotational_energy(np.diag([1.0, 2.0, 4.0]), np.array([0.0, 0.0, 3.0])))  # I w^2 / 2
+    18.0
     """
     if (inertia is None) + (angular_velocity is None) + (angular_momentum is None) != 1:
         raise ValueError("the rotational energy follows from two of inertia, angular_velocity and angular_momentum")
@@ -62,6 +72,10 @@ def bearing_torque(inertia: Array, angular_velocity: Array) -> Array:
 
     Both in the same axes, about a point of the shaft, which the torque is about. Zero where the shaft is a principal
     axis; for spin about z only I_xz and I_yz count. Source: Euler's equations with constant omega, section 5.5.
+
+    >>> inertia = np.array([[2.0, 0, 0.1], [0, 2, 0], [0.1, 0, 3]])
+    >>> print(bearing_torque(inertia, np.array([0.0, 0.0, 10.0])))  # about z, I_xz and I_yz wobble
+    [ 0. 10.  0.]
     """
     return namespace(inertia, angular_velocity).cross(angular_velocity, _applied(inertia, angular_velocity))
 
@@ -71,6 +85,11 @@ def residual_flow(mass: Array, position: Array, velocity: Array, weights: Array 
 
     It has neither momentum nor angular momentum; weights (..., N), which multiply mass, say whose mean motion. NaN
     where the mean spin is. Source: Tisserand's mean axes, Munk & MacDonald (1960), The Rotation of the Earth.
+
+    >>> x = np.array([[1.0, 0, 0], [-1.0, 0, 0], [0, 1.0, 0], [0, -1.0, 0]])
+    >>> flow = np.cross([0.0, 0.0, 2.0], x) + [5.0, 0, 0]  # a rotation and a drift
+    >>> print(abs(residual_flow(np.ones(4), x, flow)).max().round(12))  # leave nothing
+    0.0
     """
     xp = namespace(mass, position, velocity)
     spin = _spin(

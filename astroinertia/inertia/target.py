@@ -34,6 +34,9 @@ def target_tensor(squares: Array, axes: Array | None = None) -> Array:
     """Tensor (3, 3) with these values (3,) along its axes, the rows of `axes` (3, 3); x, y and z where none are given.
 
     Values are second moments; squares of semi-axes will do where only their ratios count.
+
+    >>> print(np.diag(target_tensor((3.0, 2.0, 1.0))))
+    [3. 2. 1.]
     """
     xp = namespace(squares, axes)
     squares = xp.asarray(squares)
@@ -53,6 +56,9 @@ def target_energy(
 
     target: second moment (3, 3) wanted, of any size where `free_size`; stiffness: 1/time^2; orientation_stiffness: the
     same where it is not given, 0 for a free orientation; normal: of the plane (3,) that alone counts, if any.
+
+    >>> print(target_energy(np.diag([3.0, 2.0, 1.0]), target_tensor((3.0, 2.0, 1.0)), 1.0))  # it has what is wanted
+    0.0
     """
     xp = namespace(second_moment)
     trace, share, wanted, _ = _shares(xp, second_moment, target, free_size, normal)
@@ -70,6 +76,9 @@ def target_energy_parts(
 
     With d dimensions: T/(2 d) (tr Q/T - tr N)^2; T/2 times the squared difference of the traceless parts' eigenvalues;
     and T (Q/T):(N' - N). Arguments as for `target_energy`, of which they are the parts.
+
+    >>> print(target_energy_parts(np.diag([4.0, 4.0, 4.0]), np.eye(3)).round(12))  # only its size is wrong
+    [4.5 0.  0. ]
     """
     xp = namespace(second_moment)
     trace, share, wanted, plane = _shares(xp, second_moment, target, free_size, normal)
@@ -89,7 +98,11 @@ def target_matrix(
     free_size: bool = False,
     normal: Array | None = None,
 ) -> Array:
-    """A = -2 dE/dQ, symmetric (..., 3, 3): particles at x are accelerated by A (x - c). Arguments as for the energy."""
+    """A = -2 dE/dQ, symmetric (..., 3, 3): particles at x are accelerated by A (x - c). Arguments as for the energy.
+
+    >>> print(np.diag(target_matrix(np.diag([4.0, 1.0, 1.0]), np.eye(3), 1.0)))  # too long along x: inwards
+    [-2. -0. -0.]
+    """
     xp = namespace(second_moment)
     _, share, wanted, plane = _shares(xp, second_moment, target, free_size, normal)
     aligned = wanted if orientation_stiffness is None else _aligned(xp, share, wanted)
@@ -108,6 +121,12 @@ def target_energy_gradient(mass: Array, position: Array, target: Array, stiffnes
 
     Positions (N, 2) of a flat body give (N, 2), with a target of which the block of x and y counts. Options as for
     `target_energy`.
+
+    >>> x = np.concatenate([np.eye(3), -np.eye(3)])
+    >>> print(target_energy_gradient(np.ones(6), x, np.eye(3), 1.0)[:3].round(6))  # too large: uphill is outwards
+    [[0.666667 0.       0.      ]
+     [0.       0.666667 0.      ]
+     [0.       0.       0.666667]]
     """
     xp = namespace(position)
     flat = position.shape[-1] == 2

@@ -31,7 +31,11 @@ def is_known(array: Array) -> bool:
 
 
 def inertia_from_second_moment(second_moment: Array) -> Array:
-    """I = tr(Q) 1 - Q; linear, so it also turns dQ/dt into dI/dt and d2Q/dt2 into d2I/dt2."""
+    """I = tr(Q) 1 - Q; linear, so it also turns dQ/dt into dI/dt and d2Q/dt2 into d2I/dt2.
+
+    >>> print(np.diag(inertia_from_second_moment(np.diag([1.0, 2.0, 4.0]))))  # tr(Q) 1 - Q
+    [6. 5. 3.]
+    """
     xp = namespace(second_moment)
     x, y, z = (second_moment[..., k, k] for k in range(3))
     # I_xx = Q_yy + Q_zz and not tr(Q) - Q_xx, in which a thin rod along x would lose the digits of its thickness.
@@ -40,7 +44,11 @@ def inertia_from_second_moment(second_moment: Array) -> Array:
 
 
 def second_moment_from_inertia(inertia: Array) -> Array:
-    """Q = tr(I)/2 1 - I, the inverse of `inertia_from_second_moment`."""
+    """Q = tr(I)/2 1 - I, the inverse of `inertia_from_second_moment`.
+
+    >>> print(np.diag(second_moment_from_inertia(np.diag([6.0, 5.0, 3.0]))))  # the inverse
+    [1. 2. 4.]
+    """
     xp = namespace(inertia)
     x, y, z = (inertia[..., k, k] for k in range(3))
     diagonal = 0.5 * xp.stack([y + z - x, z + x - y, x + y - z], axis=-1)
@@ -51,6 +59,9 @@ def point_inertia(mass: Array, position: Array) -> Array:
     """m (|x|^2 1 - x (x) x), (..., 3, 3): the inertia tensor about the origin of point masses.
 
     mass (...,) and position (..., 3). With the whole mass and a shift it is the term of the parallel-axis theorem.
+
+    >>> print(np.diag(point_inertia(2.0, np.array([0.0, 0.0, 3.0]))))  # m r^2 across, none along
+    [18. 18.  0.]
     """
     xp = namespace(mass, position)
     x = xp.asarray(position)
@@ -61,6 +72,9 @@ def centre_of_mass(mass: Array, position: Array, weights: Array | None = None) -
     """Centre of mass (..., 3) of particles: mass (..., N), position (..., N, 3), weights (..., N) that multiply mass.
 
     Any vector will do for position: with velocities it is the velocity of the centre. A total mass of 0 gives NaN.
+
+    >>> print(centre_of_mass(np.array([1.0, 3.0]), np.array([[0.0, 0, 0], [4.0, 0, 0]])))
+    [3. 0. 0.]
     """
     xp = namespace(mass, position)
     centre = _centred(xp, _weighted(xp, mass, weights), xp.asarray(position))[0]
@@ -72,6 +86,9 @@ def second_moment(mass: Array, position: Array, origin: Array | None = None, wei
 
     mass (..., N); position (..., N, 3); origin (..., 3), the centre of mass where none is given; weights (..., N) that
     multiply mass, such as 0 or 1 for a selection. In the axes of the positions.
+
+    >>> print(second_moment(np.array([1.0, 1.0]), np.array([[-2.0, 0, 0], [2.0, 0, 0]]))[0, 0])  # 2 m x^2
+    8.0
     """
     return mixed_moment(mass, position, position, origin, origin, weights)
 
@@ -88,6 +105,10 @@ def mixed_moment(
 
     mass (..., N). Where no origin is given the vectors are relative to their mass-weighted mean. P has positions and
     velocities, K velocities twice, V_e positions and accelerations. weights (..., N) multiply mass.
+
+    >>> x, v = np.array([[1.0, 0, 0], [-1.0, 0, 0]]), np.array([[0, 3.0, 0], [0, -3.0, 0]])
+    >>> print(mixed_moment(np.ones(2), x, v)[0, 1])  # sum m x v_y: L_z, as sum m y v_x is 0
+    6.0
     """
     xp = namespace(mass, left, right)
     mass = _weighted(xp, mass, weights)
@@ -105,6 +126,9 @@ def inertia_tensor(mass: Array, position: Array, origin: Array | None = None, we
 
     mass (..., N); position (..., N, 3); origin (..., 3), the centre of mass where none is given; weights (..., N) that
     multiply mass, such as 0 or 1 for a selection. In the axes of the positions.
+
+    >>> print(np.diag(inertia_tensor(np.ones(2), np.array([[-1.0, 0, 0], [1.0, 0, 0]]))))  # a dumbbell along x
+    [0. 2. 2.]
     """
     return inertia_from_second_moment(second_moment(mass, position, origin, weights))
 
@@ -117,6 +141,12 @@ def grid_inertia(density: Any, coordinates: Sequence[str] = ("x", "y", "z"), ori
     the centre of mass where none is given. Returns a Dataset with mass (...), centre_of_mass (..., i) and
     inertia_tensor (..., i, j) about the origin, in the axes of the grid. Exact for a density that is constant in each
     cell. ValueError where a dimension has fewer than two cells or is not ascending or descending.
+
+    >>> import xarray as xr
+    >>> cells = np.array([-0.5, 0.5])  # a cube with sides of 2, of density 1: M (b^2 + c^2) / 12
+    >>> cube = xr.DataArray(np.ones((2, 2, 2)), {"x": cells, "y": cells, "z": cells})
+    >>> print(f"{grid_inertia(cube).inertia_tensor[2, 2]:.4f}")
+    5.3333
     """
     import xarray as xr  # only here: nobody else who uses tensors need wait for it
 
@@ -167,6 +197,13 @@ def radial_profile_inertia(radius: Array, density: Array) -> tuple[Array, Array]
 
     radius (n,), ascending, not negative; density (..., n) at these radii, linear between them and 0 outside of them.
     M = 4 pi int rho r^2 dr and I = (8 pi / 3) int rho r^4 dr, exact for that density. ValueError for other radii.
+
+    >>> r = np.linspace(0.0, 1.0, 1001)
+    >>> mass, moment = radial_profile_inertia(r, np.ones_like(r))[:2]
+    >>> print((moment / mass).round(6))  # of a uniform ball: (2/5) R^2
+    [[0.4 0.  0. ]
+     [0.  0.4 0. ]
+     [0.  0.  0.4]]
     """
     xp = namespace(radius, density)
     radius, density = xp.asarray(radius), xp.asarray(density)
@@ -187,6 +224,9 @@ def about_point(inertia: Array, mass: Array, offset: Array) -> Array:
     """From the tensor (..., 3, 3) about the centre of mass to that about a point at `offset` (..., 3) from it.
 
     The parallel-axis theorem with its full outer product, I + M (d^2 1 - d (x) d); mass (...,).
+
+    >>> print(np.diag(about_point(np.eye(3), 2.0, np.array([0.0, 0.0, 3.0]))))  # Steiner: + m d^2 across
+    [19. 19.  1.]
     """
     return inertia + point_inertia(mass, offset)
 
@@ -196,6 +236,9 @@ def about_centre(inertia: Array, mass: Array, offset: Array) -> Array:
 
     The inverse of `about_point`. Digits that the shift has swallowed do not come back: the error is a rounding of
     M d^2.
+
+    >>> print(np.diag(about_centre(np.diag([19.0, 19.0, 1.0]), 2.0, np.array([0.0, 0.0, 3.0]))))  # Steiner, back
+    [1. 1. 1.]
     """
     return inertia - point_inertia(mass, offset)
 
@@ -204,30 +247,50 @@ def rotated(inertia: Array, matrix: Array) -> Array:
     """R I R^T, (..., 3, 3): the tensor of the body turned by R (..., 3, 3) about the point that I is about.
 
     The transposed matrix gives the tensor of the same body in the turned axes.
+
+    >>> quarter = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    >>> print(np.diag(rotated(np.diag([1.0, 2.0, 3.0]), quarter)))  # R I R^T: x and y change places
+    [2. 1. 3.]
     """
     turned = matrix @ inertia @ namespace(inertia, matrix).swapaxes(matrix, -1, -2)
     return 0.5 * twice_symmetric(turned)  # products round, and a tensor stays symmetric
 
 
 def twice_symmetric(tensor: Array) -> Array:
-    """T + T^T: the rate of Q from P, and the share of V_e in d2Q/dt2."""
+    """T + T^T: the rate of Q from P, and the share of V_e in d2Q/dt2.
+
+    >>> print(twice_symmetric(np.array([[1.0, 2, 0], [0, 0, 0], [0, 0, 0]]))[:2, :2].tolist())  # V + V^T
+    [[2.0, 2.0], [2.0, 0.0]]
+    """
     return tensor + namespace(tensor).swapaxes(tensor, -1, -2)
 
 
 def axial_vector(tensor: Array) -> Array:
-    """eps_ijk T_jk, (..., 3): the angular momentum in P and the torque in V_e."""
+    """eps_ijk T_jk, (..., 3): the angular momentum in P and the torque in V_e.
+
+    >>> print(axial_vector(np.array([[0.0, 5, 0], [0, 0, 0], [0, 0, 0]])))  # eps_ijk V_jk
+    [0. 0. 5.]
+    """
     differences = [tensor[..., 1, 2] - tensor[..., 2, 1], tensor[..., 2, 0] - tensor[..., 0, 2]]
     return namespace(tensor).stack([*differences, tensor[..., 0, 1] - tensor[..., 1, 0]], axis=-1)
 
 
 def moment_about(inertia: Array, axis: Array) -> Array:
-    """n.I.n about the axis n (..., 3), which need not be a unit vector, through the point that I is about."""
+    """n.I.n about the axis n (..., 3), which need not be a unit vector, through the point that I is about.
+
+    >>> print(moment_about(np.diag([1.0, 2.0, 3.0]), np.array([1.0, 1.0, 0.0])))  # n.I.n, for any length of n
+    1.5
+    """
     xp = namespace(inertia, axis)
     return xp.einsum("...i,...ij,...j->...", axis, inertia, axis) / (axis**2).sum(-1)
 
 
 def invariants(inertia: Array) -> Array:
-    """Trace, sum of principal minors and determinant, (..., 3): the same in all axes."""
+    """Trace, sum of principal minors and determinant, (..., 3): the same in all axes.
+
+    >>> print([float(each) for each in invariants(np.diag([1.0, 2.0, 3.0]))])  # sum, sum of products, product
+    [6.0, 11.0, 6.0]
+    """
     (xx, xy, xz), (yy, yz), (zz,) = ([inertia[..., i, j] for j in range(i, 3)] for i in range(3))
     minors = [yy * zz - yz * yz, zz * xx - xz * xz, xx * yy - xy * xy]
     determinant = xx * minors[0] - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
@@ -239,6 +302,12 @@ def require_plausible(inertia: Array) -> None:
 
     It must be finite, symmetric and positive, and no principal moment may exceed the sum of the other two, each to
     1e-12 of the largest.
+
+    >>> try:
+    ...     require_plausible(np.diag([1.0, 1.0, 2.1]))
+    ... except ValueError as error:
+    ...     print(error)
+    no body has these moments: 1 + 1 < 2.1, and none may exceed the sum of the other two
     """
     tensor = np.asarray(inertia, dtype=float)
     if tensor.shape[-2:] != (3, 3) or not np.isfinite(tensor).all():
@@ -258,7 +327,11 @@ def require_plausible(inertia: Array) -> None:
 
 
 def radius_of_gyration(moment: Array, mass: Array) -> Array:
-    """sqrt(I / M), (...,): the distance from the axis at which the mass has the moment (...,) about it."""
+    """sqrt(I / M), (...,): the distance from the axis at which the mass has the moment (...,) about it.
+
+    >>> print(radius_of_gyration(8.0, 2.0))  # sqrt(I / m)
+    2.0
+    """
     xp = namespace(moment, mass)
     return xp.sqrt(xp.asarray(moment) / mass)
 
@@ -268,6 +341,9 @@ def equivalent_ring(inertia: Array, mass: Array, axis: Array) -> tuple[Array, Ar
 
     inertia (..., 3, 3) about a point of the axis (..., 3); mass (...,). The ring lies around the axis and has half its
     moment about a diameter.
+
+    >>> print(equivalent_ring(np.diag([1.0, 1.0, 8.0]), 2.0, np.array([0.0, 0.0, 1.0]))[0])  # sqrt(I_zz / m)
+    2.0
     """
     xp = namespace(inertia, axis)
     axis = xp.asarray(axis)
@@ -281,6 +357,9 @@ def equivalent_semi_axes(mass: Array, moments: Array) -> Array:
     """Semi-axes (..., 3) of the homogeneous ellipsoid with this mass and these principal moments, in their order.
 
     a_k^2 = 5 Q_k / M with Q_k = (I_1 + I_2 + I_3)/2 - I_k.
+
+    >>> print(equivalent_semi_axes(5.0, np.array([5.0, 10.0, 13.0])))  # of the ellipsoid with axes 3, 2 and 1
+    [3. 2. 1.]
     """
     xp = namespace(moments)
     squares = 5.0 * (0.5 * moments.sum(-1, keepdims=True) - moments) / xp.asarray(mass)[..., None]

@@ -34,6 +34,9 @@ def magnetospheric_radius(
     """coefficient times the Alfven radius (mu^4/(2 G M Mdot^2))^(1/7) in m, mu = B R^3 (Gaussian).
 
     Source: Davidson & Ostriker 1973, ApJ 179, 585; Ghosh & Lamb 1979, ApJ 234, 296.
+
+    >>> print(f"{magnetospheric_radius(1e8, 1e13) / 1e3:.0f} km")  # an X-ray pulsar
+    3102 km
     """
     squared = np.asarray(field, dtype=float) ** 2 * np.asarray(radius, dtype=float) ** 6 / MAGNETIC_CONSTANT
     flow = 2 * GRAVITATIONAL_CONSTANT * np.asarray(mass) * np.asarray(accretion_rate, dtype=float) ** 2
@@ -41,7 +44,11 @@ def magnetospheric_radius(
 
 
 def corotation_radius(period: Array, mass: Array = MASS) -> Array:
-    """Radius in m of the orbit with the star's period; a disc held off farther out is flung away (propeller)."""
+    """Radius in m of the orbit with the star's period; a disc held off farther out is flung away (propeller).
+
+    >>> print(f"{corotation_radius(1.0) / 1e3:.0f} km")  # where an orbit takes a second
+    1676 km
+    """
     return (GRAVITATIONAL_CONSTANT * np.asarray(mass) * (np.asarray(period, dtype=float) / (2 * math.pi)) ** 2) ** (
         1 / 3
     )
@@ -60,6 +67,9 @@ def equilibrium_period(
     That of an orbit at the inner edge of the disc, which is not inside the star, over the critical fastness (rate of
     the star over that orbit's, 0.35 to 1 by the author). Source: Ghosh & Lamb 1979; Bhattacharya & van den Heuvel
     1991, Phys. Rep. 203, 1.
+
+    >>> print(f"{equilibrium_period(1e8, 1e13):.2f} s")
+    2.52 s
     """
     edge = np.maximum(magnetospheric_radius(field, accretion_rate, mass, radius, coefficient), radius)
     return 2 * math.pi * np.sqrt(edge**3 / (GRAVITATIONAL_CONSTANT * np.asarray(mass))) / fastness
@@ -72,7 +82,11 @@ def accretion_torque(
     radius: Array = CANONICAL_RADIUS,
     coefficient: Array = DISC_COEFFICIENT,
 ) -> Array:
-    """Mdot (G M r)^(1/2) in N m: the angular momentum that matter brings from the inner edge of the disc."""
+    """Mdot (G M r)^(1/2) in N m: the angular momentum that matter brings from the inner edge of the disc.
+
+    >>> print(f"{accretion_torque(1e8, 1e13):.1e} N m")
+    2.4e+26 N m
+    """
     edge = np.maximum(magnetospheric_radius(field, accretion_rate, mass, radius, coefficient), radius)
     return np.asarray(accretion_rate) * np.sqrt(GRAVITATIONAL_CONSTANT * np.asarray(mass) * edge)
 
@@ -92,6 +106,9 @@ def spun_up_rate(
 
     It goes exponentially to the equilibrium, from either side, on the time I Omega_eq/N; mass and moment are held.
     Source: the torque linear in the fastness, as Ghosh & Lamb 1979 near equilibrium.
+
+    >>> print(spun_up_rate(0.0, 1.0, 1e8, 1e13))  # at first, as given
+    1.0
     """
     arguments = (field, accretion_rate, mass, radius, coefficient)
     end = 2 * math.pi / equilibrium_period(*arguments, fastness)
@@ -111,6 +128,9 @@ def mass_to_spin_up(
     """The mass in kg to be accreted from rest to a period, at the full torque: I Omega/(G M r)^(1/2).
 
     One to two tenths of a solar mass for a millisecond. Source: Alpar, Cheng, Ruderman & Shaham 1982, Nature 300, 728.
+
+    >>> print(f"{mass_to_spin_up(2e-3, 1e4, 1e14) / 1.989e30:.2f} Msun")  # to make a millisecond pulsar
+    0.12 Msun
     """
     torque = accretion_torque(field, accretion_rate, mass, radius, coefficient)
     rate = 2 * math.pi / np.asarray(period, dtype=float)
@@ -118,7 +138,11 @@ def mass_to_spin_up(
 
 
 def eddington_rate(radius: Array = CANONICAL_RADIUS) -> Array:
-    """4 pi c R/kappa in kg/s, at which the light of accreting hydrogen holds it off. It does not depend on the mass."""
+    """4 pi c R/kappa in kg/s, at which the light of accreting hydrogen holds it off. It does not depend on the mass.
+
+    >>> print(f"{eddington_rate() * 3.15576e7 / 1.989e30:.1e} Msun/yr")
+    1.5e-08 Msun/yr
+    """
     return 4 * math.pi * SPEED_OF_LIGHT * np.asarray(radius, dtype=float) / ELECTRON_OPACITY
 
 
@@ -135,6 +159,9 @@ def spin_up_line(
 
     Recycled pulsars begin on or right of this line of the P-P' diagram, P' ~ P^(4/3). Source: Bhattacharya & van den
     Heuvel 1991, Phys. Rep. 203, 1.
+
+    >>> print(f"{spin_up_line(0.005):.1e}")  # the greatest dP/dt of a pulsar spun up to 5 ms
+    9.2e-18
     """
     rate = eddington_rate(radius) if accretion_rate is None else accretion_rate
     period = np.asarray(period, dtype=float)

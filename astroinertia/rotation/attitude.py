@@ -19,6 +19,9 @@ def cross_matrix(vector: Array) -> Array:
     """The antisymmetric matrix (..., 3, 3) with [v] x = v cross x, of vectors (..., 3).
 
     Test: tests/unit/test_attitude.py.
+
+    >>> print(cross_matrix(np.array([0.0, 0.0, 1.0])) @ [1.0, 0.0, 0.0])  # z cross x
+    [0. 1. 0.]
     """
     xp = namespace(vector)
     x, y, z = (xp.asarray(vector)[..., k] for k in range(3))
@@ -32,6 +35,9 @@ def rotation(vector: Array) -> Array:
 
     To round-off for any angle, with derivatives at 0. Source: Rodrigues' formula, Goldstein et al. eq. 4.62.
     Test: tests/unit/test_attitude.py.
+
+    >>> print((rotation(np.array([0.0, 0.0, np.pi / 2])) @ [1.0, 0.0, 0.0]).round(12))  # a quarter turn about z
+    [0. 1. 0.]
     """
     xp = namespace(vector)
     vector = xp.asarray(vector)
@@ -49,6 +55,9 @@ def rotation_vector(rotation: Array) -> Array:
     """The rotation vector (..., 3) of a rotation (..., 3, 3), of length 0 to pi; the inverse of `rotation`.
 
     To round-off for any angle: at pi either of the two directions. Test: tests/unit/test_attitude.py.
+
+    >>> print(rotation_vector(rotation(np.array([0.1, 0.2, 0.3]))).round(12))  # the inverse
+    [0.1 0.2 0.3]
     """
     xp = namespace(rotation)
     found = quaternion(xp.swapaxes(rotation, -1, -2))
@@ -64,6 +73,9 @@ def quaternion(attitude: Array) -> Array:
 
     Source: Shepperd (1978), Journal of Guidance and Control 1, 223: the largest of the four components is taken from
     the diagonal, so that no digits are lost at any angle. Test: tests/unit/test_attitude.py.
+
+    >>> print(quaternion(rotation(np.array([0.0, 0.0, np.pi / 2])).T).round(6))  # of a body turned about z
+    [0.707107 0.       0.       0.707107]
     """
     xp = namespace(attitude)
     a = xp.asarray(attitude)
@@ -87,6 +99,9 @@ def attitude_of_quaternion(quaternion: Array) -> Array:
     """The attitude (..., 3, 3) of a quaternion (..., 4), scalar first, of any length but 0.
 
     Source: Goldstein et al. eq. 4.47'. Test: tests/unit/test_attitude.py.
+
+    >>> print(np.diag(attitude_of_quaternion(np.array([0.0, 0.0, 0.0, 1.0]))))  # half a turn about z
+    [-1. -1.  1.]
     """
     xp = namespace(quaternion)
     q = xp.asarray(quaternion)
@@ -103,6 +118,9 @@ def quaternion_product(left: Array, right: Array) -> Array:
     """The quaternion (..., 4) of the rotation `right` followed by the rotation `left`, both in inertial axes.
 
     Source: Hamilton's product. Test: tests/unit/test_attitude.py.
+
+    >>> print(quaternion_product(np.array([0.0, 1, 0, 0]), np.array([0.0, 0, 1, 0])))  # i j = k
+    [0. 0. 0. 1.]
     """
     xp = namespace(left, right)
     left, right = xp.broadcast_arrays(xp.asarray(left), xp.asarray(right))
@@ -118,6 +136,9 @@ def attitude_of_euler_angles(angles: Array, sequence: str = "zxz") -> Array:
     of mechanics and of astronomy, angles (precession, nutation, spin); "zyx" is yaw, pitch and roll. ValueError for
     another sequence than two or three different axes. Source: Goldstein et al. section 4.4 and appendix A.
     Test: tests/unit/test_attitude.py.
+
+    >>> print(attitude_of_euler_angles(np.array([0.0, np.pi / 2, 0.0]))[2].round(12) + 0.0)  # its axis, tilted
+    [ 0. -1.  0.]
     """
     axes = _axes(sequence)
     xp = namespace(angles)
@@ -134,6 +155,9 @@ def euler_angles(attitude: Array, sequence: str = "zxz") -> Array:
     begins and ends with the same axis, else from -pi/2 to pi/2. The angles give the attitude back to round-off
     everywhere; where the second is at an end of its range only a sum of the others is defined. ValueError for another
     sequence than two or three different axes. Test: tests/unit/test_attitude.py.
+
+    >>> print(euler_angles(attitude_of_euler_angles(np.array([0.3, 0.4, 0.5]))).round(12))  # the inverse
+    [0.3 0.4 0.5]
     """
     i, j, k = _axes(sequence)
     rest = 3 - i - j
@@ -162,6 +186,9 @@ def nearest_rotation(matrix: Array) -> Array:
 
     Source: Horn, Hilden & Negahdaripour (1988), J. Opt. Soc. Am. A 5, 1127, by singular values.
     Test: tests/unit/test_attitude.py.
+
+    >>> print(np.diag(nearest_rotation(1.1 * np.eye(3))).round(12))
+    [1. 1. 1.]
     """
     xp = namespace(matrix)
     left, _, right = xp.linalg.svd(matrix)
@@ -174,6 +201,9 @@ def angle_between(one: Array, other: Array) -> Array:
     """The angle (...,), 0 to pi, of the rotation between two attitudes (..., 3, 3), to 1e-15 of a radian.
 
     Test: tests/unit/test_attitude.py.
+
+    >>> print(f"{angle_between(np.eye(3), rotation(np.array([0.0, 0.0, 0.25]))):.6f}")
+    0.250000
     """
     xp = namespace(one, other)
     return xp.sqrt((rotation_vector(xp.swapaxes(one, -1, -2) @ other) ** 2).sum(-1))
@@ -183,6 +213,9 @@ def attitude_rate(attitude: Array, body_angular_velocity: Array) -> Array:
     """dA/dt = -[omega] A, (..., 3, 3), of an attitude and the angular velocity (..., 3) in body axes, in rad per time.
 
     Source: Goldstein et al. section 4.9. Test: tests/unit/test_attitude.py.
+
+    >>> print(attitude_rate(np.eye(3), np.array([0.0, 0.0, 2.0]))[0])  # where body axis 1 goes: to +y
+    [0. 2. 0.]
     """
     return -cross_matrix(body_angular_velocity) @ attitude
 
@@ -191,6 +224,9 @@ def body_angular_velocity(attitude: Array, attitude_rate: Array) -> Array:
     """The angular velocity (..., 3) in body axes of an attitude and its rate (..., 3, 3); undoes `attitude_rate`.
 
     Test: tests/unit/test_attitude.py.
+
+    >>> print(body_angular_velocity(np.eye(3), attitude_rate(np.eye(3), np.array([0.0, 0.0, 2.0]))))
+    [0. 0. 2.]
     """
     xp = namespace(attitude, attitude_rate)
     turn = attitude @ xp.swapaxes(attitude_rate, -1, -2)

@@ -90,6 +90,9 @@ def shares_of_index(braking_index: Array, lower: float = 1.0, upper: float = 3.0
     """The shares of two torques, of a lower and an upper index, that give a measured index between them.
 
     With 1 and 3 (a wind beside a dipole) the Crab's 2.51 is a quarter wind. ValueError where n is not between them.
+
+    >>> print([f"{share:.3f}" for share in shares_of_index(2.51)])  # of a wind (n = 1) and a dipole: the Crab's
+    ['0.245', '0.755']
     """
     index = np.asarray(braking_index, dtype=float)
     if not lower < upper or np.any(index < lower) or np.any(index > upper):
@@ -102,6 +105,9 @@ def decaying_field_period(time: Array, period: Array, period_derivative: Array, 
     """P(t) of a dipole whose field decays as exp(-t/tau): P^2 = P_0^2 + tau P_0 P_0' (1 - exp(-2 t/tau)).
 
     It ends at a last period. Source: Ostriker & Gunn 1969, ApJ 157, 1395.
+
+    >>> print(f"{decaying_field_period(1e30, 0.1, 1e-15, 1e13):.4f}")  # it stops at sqrt(P^2 + P dP/dt tau)
+    0.1049
     """
     period = np.asarray(period, dtype=float)
     grown = -np.expm1(-2 * np.asarray(time, dtype=float) / decay_time)
@@ -109,5 +115,9 @@ def decaying_field_period(time: Array, period: Array, period_derivative: Array, 
 
 
 def decaying_field_index(period: Array, period_derivative: Array, decay_time: Array) -> Array:
-    """n = 3 + 2 P/(P' tau), which a decaying dipole has: more than 3, and very much more for old pulsars."""
+    """n = 3 + 2 P/(P' tau), which a decaying dipole has: more than 3, and very much more for old pulsars.
+
+    >>> print(f"{decaying_field_index(0.1, 1e-15, 1e13):.1f}")  # beyond 3, as P / (P' tau) counts
+    23.0
+    """
     return 3 + 2 * np.asarray(period, dtype=float) / (np.asarray(period_derivative) * decay_time)

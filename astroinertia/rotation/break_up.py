@@ -72,6 +72,10 @@ def break_up(
     """Return the limits of a body of given mass, radius at rest and period (infinite at rest).
 
     T/|W| needs the moment of inertia and W. shedding: a name that `shedding_share` knows. ValueError for another.
+
+    >>> limits = break_up(2.8e30, 1.2e4, 1e-3)  # a neutron star that turns in a millisecond
+    >>> print(f"{1e3 * limits.kepler_period:.3f} ms, {limits.kepler_fraction:.2f}")
+    0.604 ms, 0.60
     """
     orbit = kepler_period(mass, radius, gravitational_constant)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -93,6 +97,9 @@ def shedding_share(source: str = "roche") -> float:
 
     source: "roche" (a point mass in a weightless envelope, Newtonian), a name of neutron_star_fits.KEPLER_FACTORS
     (relativistic stars), or "polytrope n" with an index below 3. ValueError for another.
+
+    >>> print(f"{shedding_share():.4f}")  # (2/3)^(3/2) of the orbital rate, after Roche
+    0.5443
     """
     if source == "roche":
         return (2 / 3) ** 1.5
@@ -132,6 +139,9 @@ def polytropic_limit(index: float) -> PolytropicLimit:
 
     From exact figures (bodies.rotating_star), followed at one mass and one constant K, as a body is that has been spun
     up; at n = 3 the radius at rest is not defined. Stiff bodies meet bars before: T/|W| is 0.18 at n = 0.5.
+
+    >>> print(f"{polytropic_limit(1.5).rotational_to_gravitational:.4f}")  # T/|W| as it sheds mass
+    0.0595
     """
     _check(index)
     star = end_of_sequence(polytropic_matter(index))
@@ -148,7 +158,11 @@ def polytropic_limit(index: float) -> PolytropicLimit:
 
 
 def polytrope_moment_ratio(index: float) -> float:
-    """I/(M R^2) of the polytrope at rest."""
+    """I/(M R^2) of the polytrope at rest.
+
+    >>> print(f"{polytrope_moment_ratio(1.5):.6f}")
+    0.204600
+    """
     return lane_emden(float(index)).moment_ratio
 
 
@@ -164,6 +178,10 @@ def spun_up_polytrope(
     It keeps its mass and its constant K; it swells, so that it turns more slowly than L over the moment at rest says.
     ValueError unless 0 < n < 3; NumericalError where it sheds mass before it holds so much.
     Source: Hachisu 1986, ApJS 61, 479 (the figures).
+
+    >>> star = spun_up_polytrope(1.5, 1.989e30, 6.957e8, 0.0)  # without angular momentum: as at rest
+    >>> print(f"{star.equatorial_radius / 6.957e8:.6f}")
+    1.000000
     """
     _check(index)
     asked = abs(angular_momentum) / math.sqrt(gravitational_constant * mass**3 * radius_at_rest)

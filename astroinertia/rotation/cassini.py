@@ -42,6 +42,9 @@ def hansen_coefficient(eccentricity: float, p: float) -> float:
     The mean of (a/r)^3 cos(2 f - 2 p M) over an orbit: H(1) = 1 - 5 e^2/2 + ..., H(3/2) = 7 e/2 - ...; ValueError for
     2p that is no integer and for e outside 0 <= e < 1. Source: Goldreich & Peale 1966, AJ 71, 425; Cayley 1861.
     Checked by tests/unit/test_cassini.py.
+
+    >>> print(f"{hansen_coefficient(0.2056, 1.5):.4f}")  # 7 e/2 - ..., of Mercury
+    0.6542
     """
     order = 2 * p
     if order != round(order) or not 0 <= eccentricity < 1:
@@ -66,6 +69,9 @@ def critical_node_rate(precession_constant: float, inclination: float) -> float:
 
     For free spin. Source: Henrard & Murigande 1987; Ward & Hamilton 2004, AJ 128, 2501, (4).
     Checked by tests/unit/test_cassini.py.
+
+    >>> print(f"{critical_node_rate(1.0, np.radians(5.0)):.3f}")
+    0.766
     """
     return precession_constant / (abs(np.sin(inclination)) ** (2 / 3) + abs(np.cos(inclination)) ** (2 / 3)) ** 1.5
 
@@ -76,6 +82,9 @@ def cassini_states(precession_constant: float, node_rate: float, inclination: fl
     precession_constant: alpha, above 0; node_rate: of the orbit about k, negative where the node regresses. ValueError
     for a node rate or inclination of zero, where s may stand anywhere. Source: Colombo 1966; Ward 1975.
     Checked by tests/unit/test_cassini.py and by the motion in tests/unit/test_secular_spin.py.
+
+    >>> print(len(cassini_states(1.0, -0.1, 0.05)), len(cassini_states(1.0, -2.0, 0.05)))  # slow node, fast node
+    4 2
     """
     if not (precession_constant > 0 and node_rate != 0 and 0 < inclination < np.pi / 2):
         raise ValueError("Cassini states need precession_constant above 0, a moving node and 0 < inclination < pi/2")
@@ -109,6 +118,12 @@ def resonant_obliquity(
     negative for a regressing node; primary_share: GM of the primary over n^2 a^3, 0.988 for the Moon. It is state 2
     where there is no state 1, as for the Moon, and state 1 otherwise, as for Mercury. ValueError for what has no such
     state. Source: Peale 1969, (18); Peale 1981, Icarus 48, 143. Checked by tests/unit/test_cassini.py.
+
+    >>> month, node = 27.3217 * 86400, 18.6 * 3.15576e7  # the Moon, locked, in state 2
+    >>> rates = 2 * np.pi / month, -2 * np.pi / node
+    >>> tilt = resonant_obliquity(0.3929, 2.033e-4, 2.24e-5, *rates, np.radians(5.145), 0.055)
+    >>> print(f"{np.degrees(tilt):.1f}")  # 6.7 to its orbit, 1.5 to the ecliptic
+    6.7
     """
     _require_locked(moment_ratio, mean_motion, node_rate, inclination, eccentricity)
     strength = _locked_strength(j2, c22, eccentricity, p, primary_share)
@@ -135,6 +150,11 @@ def moment_ratio_from_obliquity(
     The inverse of `resonant_obliquity`, with its arguments; the obliquity is positive towards the pole and beyond.
     ValueError where the node does not move or s lies in line with k. Source: Peale 1981; Margot et al. 2012, JGR
     Planets 117, E00L09. Checked by tests/unit/test_cassini.py.
+
+    >>> month, node = 27.3217 * 86400, 18.6 * 3.15576e7
+    >>> known = 2.033e-4, 2.24e-5, 2 * np.pi / month, -2 * np.pi / node, np.radians(5.145)
+    >>> print(f"{moment_ratio_from_obliquity(resonant_obliquity(0.393, *known), *known):.4f}")  # the inverse
+    0.3930
     """
     _require_locked(1.0, mean_motion, node_rate, inclination, eccentricity)
     torque = mean_motion / p * np.sin(obliquity) * _locked_strength(j2, c22, eccentricity, p, primary_share)(obliquity)

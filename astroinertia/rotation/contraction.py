@@ -18,6 +18,9 @@ def binding_factor(index: Array, gamma: Array = 5 / 3) -> Array:
     """w of the total energy -w G M^2/R: 3/7 for n = 1.5 and gamma = 5/3; 0 and below, the body does not hold together.
 
     Source: Chandrasekhar 1939, An Introduction to the Study of Stellar Structure, ch. IV, with the virial theorem.
+
+    >>> print(f"{binding_factor(1.5):.4f}")  # of G M^2/R: (3 gamma - 4)/(3 gamma - 3) times 3/(5 - n)
+    0.4286
     """
     gamma = np.asarray(gamma, dtype=float)
     return (3 * gamma - 4) / ((gamma - 1) * (5 - np.asarray(index, dtype=float)))
@@ -31,7 +34,11 @@ def kelvin_helmholtz_time(
     gamma: Array = 5 / 3,
     gravitational_constant: float = GRAVITATIONAL_CONSTANT,
 ) -> Array:
-    """Energy over luminosity, w G M^2/(R L)."""
+    """Energy over luminosity, w G M^2/(R L).
+
+    >>> print(f"{kelvin_helmholtz_time(1.989e30, 6.957e8, 3.828e26) / 3.15576e13:.0f} Myr")  # of the Sun
+    13 Myr
+    """
     energy = binding_factor(index, gamma) * gravitational_constant * np.asarray(mass, dtype=float) ** 2
     return energy / (np.asarray(radius, dtype=float) * luminosity)
 
@@ -45,7 +52,11 @@ def radius_at_luminosity(
     gamma: Array = 5 / 3,
     gravitational_constant: float = GRAVITATIONAL_CONSTANT,
 ) -> Array:
-    """R(t) at one luminosity: 1/R grows steadily, R = R_0/(1 + t/t_KH)."""
+    """R(t) at one luminosity: 1/R grows steadily, R = R_0/(1 + t/t_KH).
+
+    >>> print(f"{radius_at_luminosity(0.0, 1.989e30, 6.957e8, 3.828e26) / 6.957e8:.1f}")  # now, as given
+    1.0
+    """
     scale = kelvin_helmholtz_time(mass, radius, luminosity, index, gamma, gravitational_constant)
     return np.asarray(radius, dtype=float) / (1 + np.asarray(time, dtype=float) / scale)
 
@@ -56,6 +67,9 @@ def radius_at_temperature(
     """R(t) in m at one effective temperature in K, as on a Hayashi track: R = R_0/(1 + 3 t/t_KH)^(1/3).
 
     Source: Hayashi, Hoshi & Sugimoto 1962, Prog. Theor. Phys. Suppl. 22, 1.
+
+    >>> print(f"{radius_at_temperature(0.0, 1.989e30, 6.957e8, 5772.0) / 6.957e8:.1f}")  # now, as given
+    1.0
     """
     radius = np.asarray(radius, dtype=float)
     luminosity = 4 * math.pi * radius**2 * STEFAN_BOLTZMANN_CONSTANT * np.asarray(effective_temperature) ** 4
@@ -68,6 +82,9 @@ def contracted_period(period: Array, radius: Array, radius_after: Array, locked_
 
     locked_until: the radius down to which a disc holds the period (young stars); from there on L stays. Source: Edwards
     et al. 1993, AJ 106, 372 (the disc); conservation of angular momentum.
+
+    >>> print(contracted_period(9.0, 3.0, 1.0))  # as R^2
+    1.0
     """
     after = np.asarray(radius_after, dtype=float)
     free_from = np.minimum(np.asarray(radius, dtype=float), locked_until)

@@ -38,6 +38,12 @@ def attitude(top: FreeTop, times: Array, start: Array | None = None) -> np.ndarr
     any number of turns of the exact moments and angular velocity that the top was given; a relative error e in these
     turns the result by e times the angle turned through. ValueError for times that are not finite.
     Source: Whittaker (1937), section 69. Test: tests/unit/test_free_attitude.py.
+
+    >>> from astroinertia.rotation.free_top import free_top
+    >>> print(attitude(free_top([1, 2, 4], [0, 0, 1]), np.pi).round(12) + 0.0)  # half a turn about z
+    [[-1.  0.  0.]
+     [ 0. -1.  0.]
+     [ 0.  0.  1.]]
     """
     times = checked_times(times)
     at_start = np.eye(3) if start is None else np.asarray(start, dtype=float)
@@ -68,6 +74,10 @@ def free_motion(inertia: Array, angular_velocity: Array, times: Array) -> FreeMo
     ascending moment, and turn with the body. A least moment below 4e-15 of the greatest counts as 0, as a tensor does
     not tell it: give `free_top` the moments of such needles. ValueError for a tensor that no body has.
     Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/test_free_attitude.py.
+
+    >>> motion = free_motion(np.diag([2.0, 3.0, 4.0]), np.array([0.0, 0.0, 1.0]), np.pi / 2)
+    >>> print(np.diag(motion.inertia).round(12))  # a quarter turn: x and y have changed places
+    [3. 2. 4.]
     """
     tensor = np.asarray(inertia, dtype=float)
     require_plausible(tensor)
@@ -87,6 +97,10 @@ def precession_rate(top: FreeTop) -> float:
     Exact, an average over a period; on the separatrix that of the steady rotation at both ends. NaN of a steady
     rotation. For a symmetric body L/I_a. Source: Landau & Lifshitz, Mechanics, section 37; DLMF 19.2.11 (Bulirsch).
     Test: tests/unit/test_free_attitude.py.
+
+    >>> from astroinertia.rotation.free_top import free_top
+    >>> print(f"{precession_rate(free_top([1, 1, 2], [0.1, 0, 1])):.6f}")  # L/A = sqrt(0.1^2 + 2^2)
+    2.002498
     """
     if top.motion == "steady":
         return math.nan
@@ -100,6 +114,11 @@ def precession_per_period(top: FreeTop) -> float:
     Between -pi and pi. By as much a body in free rotation fails to repeat itself in space: Montgomery's (1991, Am. J.
     Phys. 59, 394) phase, 2 T period/L less a solid angle. NaN where there is no period.
     Test: tests/unit/test_free_attitude.py.
+
+    >>> from astroinertia.rotation.free_top import free_top
+    >>> top = free_top([1, 1, 2], [0.1, 0, 1])  # symmetric: goes about L with L/A, and returns after 2 pi
+    >>> print(f"{precession_per_period(top) - 2 * np.pi * (2.0024984 - 2):.6f}")
+    0.000000
     """
     if top.modulus is None:
         return math.nan
@@ -117,6 +136,11 @@ def uncertainty(top: FreeTop, times: Array, relative: float = 2.0**-53) -> tuple
     themselves; no method can do better with such numbers.
     Where decimals were meant, the default says what giving floats in their stead has cost.
     Test: tests/hard/test_free_tops_hard.py.
+
+    >>> from astroinertia.rotation.free_top import free_top
+    >>> rate, angle = uncertainty(free_top([1, 2, 3], [0.1, 1, 0.1]), 1e6)
+    >>> print(f"{angle:.0e} rad")  # of attitude after so long, if the start is known to rounding
+    2e-10 rad
     """
     times = checked_times(times)
     rates, attitudes = body_rates(top, times), attitude(top, times)

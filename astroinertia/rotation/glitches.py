@@ -22,6 +22,9 @@ def glitch_size(superfluid_share: Array, lag_lost: Array, angular_velocity: Arra
 
     lag_lost is how much slower the superfluid then turns relative to the crust; L stays, so that
     Delta Omega = (I_s/I) lag_lost. Source: Anderson & Itoh 1975, Nature 256, 25.
+
+    >>> print(f"{glitch_size(0.01, 0.7e-2, 70.0):.0e}")  # dOmega / Omega
+    1e-06
     """
     return np.asarray(superfluid_share, dtype=float) * lag_lost / angular_velocity
 
@@ -40,6 +43,9 @@ def coupled_history(
     their difference relaxes with `relaxation_time` tau to the steady lag E tau I/I_c, and the whole follows
     `external_rate` E = N/I (negative for braking). ValueError unless 0 < I_s/I < 1 and tau > 0. Source: Baym, Pethick,
     Pines & Ruderman 1969, Nature 224, 872.
+
+    >>> print(coupled_history(np.array([0.0, 1e9]), 70.0, 71.0, 0.1, 1e6)[0].round(6))  # both at 70.1
+    [70.  70.1]
     """
     if not 0 < superfluid_share < 1 or not relaxation_time > 0:
         raise ValueError("a superfluid has a share of the moment between 0 and 1 and a positive relaxation time")
@@ -52,7 +58,11 @@ def coupled_history(
 
 
 def healing_parameter(superfluid_share: Array) -> Array:
-    """Q = I_s/I: the part of a jump of the crust alone that decays again, as the superfluid catches up."""
+    """Q = I_s/I: the part of a jump of the crust alone that decays again, as the superfluid catches up.
+
+    >>> print(healing_parameter(0.01))
+    0.01
+    """
     return np.asarray(superfluid_share, dtype=float)
 
 
@@ -60,19 +70,30 @@ def recovery(times: Array, jump: Array, healing: Array, relaxation_time: Array, 
     """Delta Omega(t) after a glitch: jump (1 - Q + Q exp(-t/tau)) plus a lasting change of the derivative times t.
 
     Source: Lyne, Shemar & Graham-Smith 2000, MNRAS 315, 534.
+
+    >>> print(recovery(np.array([0.0, 1e9]), 1e-6, 0.2, 1e6).round(9))  # a fifth heals
+    [1.e-06 8.e-07]
     """
     times = np.asarray(times, dtype=float)
     return jump * (1 + np.asarray(healing) * np.expm1(-times / relaxation_time)) + np.asarray(lasting_rate) * times
 
 
 def starquake_moment_change(relative_jump: Array) -> Array:
-    """Delta I/I of a crust that cracks and settles at fixed L, for a jump Delta Omega/Omega: 1/(1 + jump) - 1."""
+    """Delta I/I of a crust that cracks and settles at fixed L, for a jump Delta Omega/Omega: 1/(1 + jump) - 1.
+
+    >>> print(f"{starquake_moment_change(1e-8):.1e}")  # dI/I = -dOmega/Omega
+    -1.0e-08
+    """
     jump = np.asarray(relative_jump, dtype=float)
     return -jump / (1 + jump)
 
 
 def glitch_activity(relative_jumps: Array, time_span: float) -> float:
-    """A = (1/t) sum Delta Omega/Omega, in one over the unit of the time span."""
+    """A = (1/t) sum Delta Omega/Omega, in one over the unit of the time span.
+
+    >>> print(f"{glitch_activity([1e-6, 2e-6], 3e8):.0e}")  # in 1/s
+    1e-14
+    """
     return float(np.sum(np.asarray(relative_jumps, dtype=float)) / time_span)
 
 
@@ -81,5 +102,8 @@ def least_superfluid_share(activity: Array, characteristic_age: Array) -> Array:
 
     The superfluid stores, between glitches, the spin-down that it does not take part in; entrainment in the crust
     raises what is needed (Andersson et al. 2012, PRL 109, 241103). Source: Link, Epstein & Lattimer 1999, PRL 83, 3362.
+
+    >>> print(f"{least_superfluid_share(2e-14, 1e12 / 2):.3f}")
+    0.020
     """
     return 2 * np.asarray(characteristic_age, dtype=float) * activity

@@ -38,6 +38,11 @@ def harmonic_fit(times: Array, values: Array, frequencies: Array = (), phases: A
 
     The rate is that at time 0: put 0 in the middle. ValueError for fewer values than numbers to find; NumericalError
     where the record is too short to tell terms apart. Checked by tests/unit/test_harmonic_fit.py.
+
+    >>> t = np.linspace(-10.0, 10.0, 201)
+    >>> fit = harmonic_fit(t, 0.5 * t + 2.0 * np.sin(3.0 * t), np.array([3.0]))
+    >>> print(f"{fit.rate:.6f} {fit.sine[0]:.6f}")
+    0.500000 2.000000
     """
     t, y, f = (np.asarray(each, dtype=float) for each in (times, values, frequencies))
     p = np.zeros_like(f) if phases is None else np.asarray(phases, dtype=float)

@@ -36,6 +36,9 @@ def stability(moments: Sequence[Number], rate: float) -> Stability:
     moments (3,), in any order. One of wobble_rate (3,) and growth_rate (3,) is 0, both where another moment is equal:
     there, to first order, a wobble grows as the time. ValueError for moments that are not positive.
     Source: Landau & Lifshitz, Mechanics, section 37, eq. 37.16 and after. Test: tests/unit/test_polhodes.py.
+
+    >>> print(stability([1, 2, 3], 1.0).growth_rate.round(4))  # only the middle axis is unstable: 3^(-1/2)
+    [0.     0.5774 0.    ]
     """
     sizes = [exact(each) for each in moments]
     if len(sizes) != 3 or min(sizes) <= 0:
@@ -54,6 +57,11 @@ def polhode(top: FreeTop, points: int = 241) -> np.ndarray:
     Evenly in the angle by which it is parametrised and not in time, so that the corners next to the separatrix are
     drawn; on the separatrix from end to end; of a steady rotation the one point, repeated.
     Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/test_polhodes.py.
+
+    >>> from astroinertia.rotation.free_top import free_top
+    >>> curve = polhode(free_top([1, 2, 3], [0.1, 1, 0.1]), 5)
+    >>> print((curve**2 @ [1, 2, 3]).round(12))  # all of one energy
+    [2.04 2.04 2.04 2.04 2.04]
     """
     if top.motion == "steady":
         return np.tile(angular_velocity(top, 0.0), (points, 1))
@@ -70,6 +78,10 @@ def herpolhode(top: FreeTop, times: Array, start: Array | None = None) -> np.nda
     """The angular velocity (..., 3) in inertial axes at times (...,); start (3, 3) is the attitude at time 0.
 
     Source: Goldstein, Poole & Safko (2002), section 5.6. Test: tests/unit/test_polhodes.py.
+
+    >>> from astroinertia.rotation.free_top import free_top
+    >>> print(herpolhode(free_top([1, 2, 4], [0, 0, 3]), 7.0))  # steady
+    [0. 0. 3.]
     """
     times = checked_times(times)
     turned = np.swapaxes(attitude(top, times, start), -1, -2)
@@ -81,6 +93,11 @@ def herpolhode_radii(top: FreeTop) -> tuple[float, float]:
 
     Between them runs the herpolhode; that of a symmetric body is a circle, on the separatrix it spirals into 0.
     Source: Goldstein et al. section 5.6. Test: tests/unit/test_polhodes.py.
+
+    >>> from astroinertia.rotation.free_top import free_top
+    >>> least, most = herpolhode_radii(free_top([1, 1, 2], [0.1, 0, 1]))
+    >>> print(f"{most - least:.6f}")  # of a symmetric body a circle
+    0.000000
     """
     ends = [top.amplitudes * np.array([1.0, 0.0, 1.0])]
     complement = 0.0 if top.modulus is None else math.sqrt(float(top.modulus.complement_square))
@@ -104,6 +121,10 @@ def separatrix_angle(top: FreeTop, times: Array = 0.0) -> np.ndarray:
     In the body the directions of L on the separatrices are two great circles through the intermediate axis. NaN where
     two moments are equal, as there is none. Source: Landau & Lifshitz, Mechanics, section 37.
     Test: tests/unit/test_polhodes.py.
+
+    >>> from astroinertia.rotation.free_top import free_top
+    >>> print(f"{np.degrees(separatrix_angle(free_top([1, 2, 3], [0, 0, 1]))):.1f}")  # tan^2 = (1/2 - 1/3)/(1 - 1/2)
+    30.0
     """
     times = checked_times(times)
     least, middle, most = sorted(top.ordered)
@@ -129,6 +150,11 @@ def flip_interval(top: FreeTop) -> float:
 
     Infinite on the separatrix, NaN of a steady rotation. Source: Landau & Lifshitz, Mechanics, eq. 37.12.
     Test: tests/unit/test_polhodes.py.
+
+    >>> from astroinertia.rotation.free_top import free_top
+    >>> near, nearer = (flip_interval(free_top([1, 2, 3], [d, 1, d])) for d in ("1e-3", "1e-6"))
+    >>> print(f"{nearer - near:.2f}")  # grows as sqrt(3) ln(1000) 2
+    23.93
     """
     if top.modulus is None:
         return math.inf if top.motion == "separatrix" else math.nan
@@ -140,6 +166,11 @@ def flip_times(top: FreeTop, end: float) -> np.ndarray:
     """The times from 0 to `end` at which the component along the intermediate axis passes through 0.
 
     Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/test_polhodes.py.
+
+    >>> from astroinertia.rotation.free_top import free_top
+    >>> top = free_top([1, 2, 3], [0.1, 1, 0.1])
+    >>> print((np.diff(flip_times(top, 40.0)) / flip_interval(top)).round(9))
+    [1. 1.]
     """
     if top.motion == "steady":
         return np.empty(0)
@@ -161,6 +192,11 @@ def dwell(top: FreeTop, angle: float) -> float:
 
     0 where it never comes so near, infinite on the separatrix, NaN of a steady rotation. ValueError unless the angle is
     between 0 and pi/2. Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/test_polhodes.py.
+
+    >>> from astroinertia.rotation.free_top import free_top
+    >>> top = free_top([1, 2, 3], ["1e-6", 1, "1e-6"])
+    >>> print(f"{dwell(top, np.radians(10.0)) / flip_interval(top):.2f}")  # most of the time upright
+    0.84
     """
     if not 0.0 < angle < 0.5 * math.pi:
         raise ValueError("the angle of a dwell is between 0 and pi/2")

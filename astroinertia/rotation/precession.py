@@ -53,6 +53,10 @@ def precession_constant(
 
     GM is the perturber's (m3 s-2), the orbit that of the perturber as seen from the body (m). ValueError for an orbit
     that is no ellipse. Source: Goldreich 1966, Rev. Geophys. 4, 411. Checked by tests/unit/test_precession.py.
+
+    >>> alpha = precession_constant(1 / 305.5, 7.292115e-5, 1.32712e20, 1.495979e11)
+    >>> print(f"{np.degrees(alpha) * 3600 * 3.15576e7:.1f}")  # arcsec a year, of the Earth by the Sun
+    17.4
     """
     strength = _mean_tide(gravitational_parameter, semi_major_axis, eccentricity)
     return 1.5 * np.asarray(dynamical_ellipticity) / np.asarray(spin_rate) * strength
@@ -66,6 +70,10 @@ def precession_rate(
 
     alpha cos(obliquity) (1 - (3/2) sin^2 i), obliquity to that pole; inclination 0 where the orbit stays where it is.
     Source: Kinoshita 1977. Checked by tests/unit/test_precession.py.
+
+    >>> rate = precession_rate(1 / 305.5, 7.292115e-5, np.radians(23.44), 1.32712e20, 1.495979e11)
+    >>> print(f"{np.degrees(rate) * 3600 * 3.15576e7:.1f}")  # arcsec a year
+    15.9
     """
     alpha = precession_constant(
         dynamical_ellipticity, spin_rate, gravitational_parameter, semi_major_axis, eccentricity
@@ -82,6 +90,11 @@ def node_nutation(
     The axis moves by -longitude sin(node) along the plane and by +obliquity cos(node) in obliquity where node_rate
     (rad s-1) is negative, as the Moon's. Source: Woolard 1953; Kinoshita 1977, (2 sin i cos i terms).
     Checked by tests/unit/test_precession.py and against the integrated motion by tests/physics/test_precession.py.
+
+    >>> month, turn = (4.9028e12, 3.844e8, 0.055, np.radians(5.145)), -1.07e-8  # orbit of the Moon, rate of its node
+    >>> obliquity = node_nutation(1 / 305.5, 7.292115e-5, np.radians(23.44), *month, turn)[1]
+    >>> print(f"{np.degrees(obliquity) * 3600:.1f}")  # arcsec; the IAU has 9.2
+    9.2
     """
     alpha = precession_constant(
         dynamical_ellipticity, spin_rate, gravitational_parameter, semi_major_axis, eccentricity
@@ -97,6 +110,9 @@ def luni_solar_precession(
 
     Unless given, H, spin (rad s-1) and obliquity (rad) are those of `bodies.planets`. Within 0.04 % of the IAU 2006
     rate, 5038.481507 arcsec a century and 1.92 of relativity. Checked by tests/unit/test_precession.py.
+
+    >>> print(f"{np.degrees(luni_solar_precession().total) * 3600 * 3.15576e7:.1f}")  # arcsec a year; the IAU has 50.4
+    50.4
     """
     earth, sun, moon = body("Earth"), body("Sun"), body("Moon")
     ellipticity = earth.value("dynamical_ellipticity") if dynamical_ellipticity is None else dynamical_ellipticity
@@ -120,6 +136,10 @@ def geodesic_precession(
     It is about the orbit's normal and lowers a regression: 19.2 mas a year of the Earth's, 6.7 of that of Mars.
     n^2 a^3 = GM of the central mass. Source: de Sitter 1916; Barker & O'Connell 1975, Phys. Rev. D 12, 329.
     Checked by tests/unit/test_precession.py.
+
+    >>> rate = geodesic_precession(1.32712e20, 1.495979e11)
+    >>> print(f"{np.degrees(rate) * 3600e3 * 3.15576e7:.1f}")  # mas a year, of the Earth
+    19.2
     """
     a = np.asarray(semi_major_axis, dtype=float)
     mean_motion = np.sqrt(np.asarray(gravitational_parameter) / a**3)
@@ -137,6 +157,11 @@ def geodetic_precession_of_binary(
     `gravitational_parameter`)
     and its companion m2; with m1 -> 0 it is `geodesic_precession`. Source: Barker & O'Connell 1975, Phys. Rev. D 12,
     329, (54). Checked by tests/unit/test_precession.py.
+
+    >>> sun = 1.32712e20
+    >>> rate = geodetic_precession_of_binary(8834.5, 1.249 * sun, 1.338 * sun, 0.0878)
+    >>> print(f"{np.degrees(rate) * 3.15576e7:.2f}")  # degrees a year, of the double pulsar
+    5.07
     """
     own, other = (np.asarray(each, dtype=float) for each in (gravitational_parameter, companion_parameter))
     n = 2 * np.pi / np.asarray(orbital_period)
@@ -151,6 +176,9 @@ def general_precession(luni_solar_rate: Array, obliquity: Array, pole_rate: Arra
     luni_solar_rate: psi, of the equator on the fixed ecliptic; pole_rate: P = d(sin pi sin Pi)/dt, of the ecliptic's
     pole towards the equinox. Source: Lieske et al. 1977, A&A 58, 1; Capitaine, Wallace & Chapront 2003, A&A 412, 567.
     Checked by tests/unit/test_precession.py.
+
+    >>> print(general_precession(50.385, np.pi / 2, 0.0))  # the ecliptic at rest
+    50.385
     """
     return np.asarray(luni_solar_rate) - np.asarray(pole_rate) * np.cos(obliquity) / np.sin(obliquity)
 
@@ -162,6 +190,11 @@ def rate_from_moment_ratio(
     """The precession rate of a planet with C/(M a^2) and J2 of one reference radius, from H = J2/(C/(M a^2)), rad s-1.
 
     Source: Folkner et al. 1997, Science 278, 1749. Checked by tests/unit/test_precession.py.
+
+    >>> mars = 1.9566e-3, 7.0882e-5, np.radians(25.19), 1.32712e20, 2.2794e11, 0.0934
+    >>> rate = rate_from_moment_ratio(0.3642, *mars)
+    >>> print(f"{np.degrees(rate) * 3600 * 3.15576e7:.2f}")  # arcsec a year, which InSight measured: 7.6
+    7.60
     """
     ellipticity = np.asarray(j2) / np.asarray(moment_ratio)
     return precession_rate(ellipticity, spin_rate, obliquity, gravitational_parameter, semi_major_axis, eccentricity)
@@ -175,6 +208,10 @@ def moment_ratio_from_rate(
 
     What is not of that torque (relativity, moons, planets) is taken out of the rate beforehand. ValueError for a rate
     of zero. Source and check: as for `rate_from_moment_ratio`, whose inverse it is.
+
+    >>> mars = 1.9566e-3, 7.0882e-5, np.radians(25.19), 1.32712e20, 2.2794e11, 0.0934
+    >>> print(f"{moment_ratio_from_rate(rate_from_moment_ratio(0.3642, *mars), *mars):.4f}")  # the inverse
+    0.3642
     """
     if np.any(np.asarray(rate) == 0):
         raise ValueError("an axis that does not precess says nothing of C/(M a^2)")
@@ -192,6 +229,10 @@ def moons_of_the_equator(
     moon_axes (N,): GM and semi-major axes of moons well within the Laplace radius. ValueError for axes that are not
     above 0. Source: Goldreich 1966, Rev. Geophys. 4, 411; Ward & Hamilton 2004, AJ 128, 2501, (2).
     Checked by tests/unit/test_precession.py.
+
+    >>> shares = moons_of_the_equator(1.267e17, 7.15e7, 1.7585e-4, np.array([9.89e12]), np.array([1.0704e9]))
+    >>> print([f"{share:.1e}" for share in shares])  # of Jupiter, by Ganymede
+    ['8.7e-03', '1.0e-03']
     """
     masses, axes = np.asarray(moon_parameters, dtype=float), np.asarray(moon_axes, dtype=float)
     _require_ellipse(axes, 0.0)
@@ -206,6 +247,9 @@ def rotational_j2(love_number: Array, spin_rate: Array, radius: Array, gravitati
     k2 is twice the apsidal constant (`bodies.apsidal`, `bodies.clairaut`): 0.029 for n = 3. So a Be star turns the
     pericentres of its disc and of companions by `apsidal_precession`. Source: Sterne 1939, MNRAS 99, 451.
     Checked by tests/unit/test_precession.py.
+
+    >>> print(f"{rotational_j2(0.9, 7.292e-5, 6.371e6, 3.986e14):.2e}")  # of a fluid Earth
+    1.03e-03
     """
     return np.asarray(love_number) / 3 * np.asarray(spin_rate) ** 2 * np.asarray(radius) ** 3 / gravitational_parameter
 
@@ -218,6 +262,10 @@ def nodal_precession(
 
     radius R is that of J2, inclination to the equator. Source: Kozai 1959, AJ 64, 367; Murray & Dermott 1999, (6.250).
     Checked by tests/unit/test_precession.py and against REBOUND by tests/physics/test_precession.py.
+
+    >>> rate = nodal_precession(1.0826e-3, 6.378e6, 3.986e14, 7.078e6, 0.0, np.radians(98.2))
+    >>> print(f"{np.degrees(rate) * 86400:.2f}")  # degrees a day: it keeps pace with the Sun
+    0.99
     """
     return -1.5 * _oblateness(j2, radius, gravitational_parameter, semi_major_axis, eccentricity) * np.cos(inclination)
 
@@ -231,6 +279,9 @@ def apsidal_precession(
     Zero at 63.43 degrees. In the plane of the equator the longitude of the pericentre, this and the node's together,
     advances by (3/2) J2 (R/a)^2 n: the precession of an eccentric disc about a flattened Be star.
     Source: Kozai 1959, AJ 64, 367; Papaloizou, Savonije & Henrichs 1992, A&A 265, L45. Checked as `nodal_precession`.
+
+    >>> print(abs(apsidal_precession(1e-3, 1.0, 1.0, 2.0, 0.1, np.arccos(5**-0.5))) < 1e-15)  # none at 63.43 degrees
+    True
     """
     size = _oblateness(j2, radius, gravitational_parameter, semi_major_axis, eccentricity)
     return 0.75 * size * (5 * np.cos(inclination) ** 2 - 1)
@@ -243,6 +294,9 @@ def mutual_precession_rate(node_rate: Array, orbital_angular_momentum: Array, sp
     node_rate: of the orbit on the equator of a spin that stays; the rate is that times |J|/S, with inclination between
     the two. Source: Barker & O'Connell 1975; Damour & Schaefer 1988, Nuovo Cimento B 101, 127.
     Checked by tests/unit/test_precession.py.
+
+    >>> print(mutual_precession_rate(1.0, 1.0, 1e12, 0.3).round(9))  # a spin that stays
+    1.0
     """
     orbit, spin = np.asarray(orbital_angular_momentum, dtype=float), np.asarray(spin_angular_momentum, dtype=float)
     total = np.sqrt(orbit**2 + spin**2 + 2 * orbit * spin * np.cos(inclination))

@@ -31,7 +31,11 @@ class Pulsar:
 
 @lru_cache(maxsize=1)
 def pulsars() -> tuple[Pulsar, ...]:
-    """Return all pulsars of the table."""
+    """Return all pulsars of the table.
+
+    >>> print([star.name for star in pulsars() if star.period > 0.03 and star.period < 0.04 and star.name])
+    ['J0348+0432', 'Crab', 'B1534+12', 'B1951+32']
+    """
     with data_path("pulsars.csv").open(encoding="utf-8", newline="") as lines:
         rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     return tuple(
@@ -52,7 +56,11 @@ def pulsars() -> tuple[Pulsar, ...]:
 
 
 def pulsar(name: str) -> Pulsar:
-    """Return a pulsar by either name, such as "Crab" or "J0534+2200"; KeyError where the table has none of it."""
+    """Return a pulsar by either name, such as "Crab" or "J0534+2200"; KeyError where the table has none of it.
+
+    >>> print(f'{1e3 * pulsar("Crab").period:.1f} ms, n = {pulsar("Crab").braking_index}')
+    33.4 ms, n = 2.51
+    """
     for each in pulsars():
         if name.lower() in (each.name.lower(), each.jname.lower()):
             return each

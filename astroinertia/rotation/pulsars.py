@@ -31,12 +31,20 @@ _PLACES = {"equator": 1.0, "pole": 2.0}  # field of a dipole over that at its eq
 
 
 def rotational_energy(period: Array, moment_of_inertia: Array = CANONICAL_MOMENT) -> Array:
-    """2 pi^2 I/P^2 in J."""
+    """2 pi^2 I/P^2 in J.
+
+    >>> print(f"{rotational_energy(0.0333924123):.2e} J")  # the Crab pulsar, I = 1e38 kg m2
+    1.77e+42 J
+    """
     return 2 * math.pi**2 * np.asarray(moment_of_inertia) / np.asarray(period, dtype=float) ** 2
 
 
 def spin_down_luminosity(period: Array, period_derivative: Array, moment_of_inertia: Array = CANONICAL_MOMENT) -> Array:
-    """4 pi^2 I P'/P^3 in W: the rate at which the energy of rotation is lost, negative where the star spins up."""
+    """4 pi^2 I P'/P^3 in W: the rate at which the energy of rotation is lost, negative where the star spins up.
+
+    >>> print(f"{spin_down_luminosity(0.0333924123, 4.20972e-13):.2e} W")  # the Crab pulsar: what lights its nebula
+    4.46e+31 W
+    """
     period = np.asarray(period, dtype=float)
     return 4 * math.pi**2 * np.asarray(moment_of_inertia) * period_derivative / period**3
 
@@ -57,6 +65,9 @@ def dipole_field(
     B^2 = 3 c^3 I P P'/(8 pi^2 R^6) in Gaussian units, with canonical I and R the 3.2e19 G (P P'/s)^(1/2) of catalogues.
     ValueError for other names, and for an aligned dipole in vacuum, which loses nothing. Sources: Manchester & Taylor
     1977, Pulsars, eq. 9-6; Spitkovsky 2006, ApJ 648, L51.
+
+    >>> print(f"{dipole_field(0.0333924123, 4.20972e-13):.2e} T")  # the Crab pulsar, at its equator
+    3.79e+08 T
     """
     squared = _field_factor(moment_of_inertia, radius, place, inclination, magnetosphere)
     with np.errstate(invalid="ignore"):
@@ -72,7 +83,12 @@ def dipole_period_derivative(
     inclination: Array = math.pi / 2,
     magnetosphere: str = "vacuum",
 ) -> Array:
-    """P' of a star with a dipole field in T; the inverse of `dipole_field`."""
+    """P' of a star with a dipole field in T; the inverse of `dipole_field`.
+
+    >>> field = dipole_field(0.0333924123, 4.20972e-13)
+    >>> print(f"{dipole_period_derivative(0.0333924123, field):.5e}")  # back again
+    4.20972e-13
+    """
     squared = _field_factor(moment_of_inertia, radius, place, inclination, magnetosphere)
     return np.asarray(field, dtype=float) ** 2 / (squared * np.asarray(period, dtype=float))
 
@@ -91,17 +107,30 @@ def _field_factor(moment: Array, radius: Array, place: str, inclination: Array, 
 
 
 def light_cylinder_radius(period: Array) -> Array:
-    """c P/(2 pi) in m: where a field line that turns along would move as fast as light."""
+    """c P/(2 pi) in m: where a field line that turns along would move as fast as light.
+
+    >>> print(f"{light_cylinder_radius(0.0333924123) / 1e3:.0f} km")  # c P / (2 pi)
+    1593 km
+    """
     return SPEED_OF_LIGHT * np.asarray(period, dtype=float) / (2 * math.pi)
 
 
 def light_cylinder_field(field: Array, period: Array, radius: Array = CANONICAL_RADIUS) -> Array:
-    """The field in T at the light cylinder, B (R/R_lc)^3 of a dipole."""
+    """The field in T at the light cylinder, B (R/R_lc)^3 of a dipole.
+
+    >>> print(f"{light_cylinder_field(3.79e8, 0.0333924123):.0f} T")  # the Crab pulsar's, as r^-3
+    94 T
+    """
     return np.asarray(field, dtype=float) * (np.asarray(radius) / light_cylinder_radius(period)) ** 3
 
 
 def characteristic_age(period: Array, period_derivative: Array, braking_index: Array = 3.0) -> Array:
-    """P/((n - 1) P') in s: the age of a star that was born spinning much faster; infinite for n = 1."""
+    """P/((n - 1) P') in s: the age of a star that was born spinning much faster; infinite for n = 1.
+
+    >>> age = characteristic_age(0.0333924123, 4.20972e-13)  # of the Crab pulsar, born in 1054
+    >>> print(f"{age / 3.15576e7:.0f} yr")
+    1257 yr
+    """
     with np.errstate(divide="ignore"):
         return np.asarray(period, dtype=float) / ((np.asarray(braking_index) - 1) * period_derivative)
 
@@ -110,6 +139,10 @@ def true_age(period: Array, period_derivative: Array, period_at_birth: Array, br
     """The age in s of a star of one braking index that was born with a period: P/((n-1) P') (1 - (P_0/P)^(n-1)).
 
     Any n, also 1 (P/P' ln(P/P_0)) and less. Source: Lorimer & Kramer 2005, Handbook of Pulsar Astronomy, eq. 3.11.
+
+    >>> age = true_age(0.0333924123, 4.20972e-13, 0.0185, 2.51)  # of the Crab pulsar, if it was born with 18.5 ms
+    >>> print(f"{age / 3.15576e7:.0f} yr")
+    982 yr
     """
     period = np.asarray(period, dtype=float)
     spread = np.log(period / period_at_birth)
@@ -117,7 +150,12 @@ def true_age(period: Array, period_derivative: Array, period_at_birth: Array, br
 
 
 def period_at_birth(period: Array, period_derivative: Array, age: Array, braking_index: Array = 3.0) -> Array:
-    """The period in s a star had so long ago, NaN where its law says that it was infinitely fast since then."""
+    """The period in s a star had so long ago, NaN where its law says that it was infinitely fast since then.
+
+    >>> period = period_at_birth(0.0333924123, 4.20972e-13, 958 * 3.15576e7, 2.51)  # the Crab pulsar, in 1054
+    >>> print(f"{1e3 * period:.1f} ms")
+    18.9 ms
+    """
     return period_history(-np.asarray(age, dtype=float), period, period_derivative, braking_index)
 
 
@@ -126,6 +164,10 @@ def period_history(time: Array, period: Array, period_derivative: Array, braking
 
     Any n, also 1 (exponential) and close to it. NaN before the time at which the law says infinitely fast (n > 1), and
     after that at which it says rest (n < 1).
+
+    >>> period = period_history(1e4 * 3.15576e7, 0.0333924123, 4.20972e-13, 2.51)
+    >>> print(f"{1e3 * period:.0f} ms")  # the Crab pulsar in ten thousand years
+    121 ms
     """
     period, index = np.asarray(period, dtype=float), np.asarray(braking_index, dtype=float)
     change = np.asarray(time, dtype=float) * period_derivative / period
@@ -138,24 +180,40 @@ def period_history(time: Array, period: Array, period_derivative: Array, braking
 def period_derivative_history(
     time: Array, period: Array, period_derivative: Array, braking_index: Array = 3.0
 ) -> Array:
-    """P' at that time: P' (P(t)/P)^(2 - n)."""
+    """P' at that time: P' (P(t)/P)^(2 - n).
+
+    >>> print(f"{period_derivative_history(0.0, 0.0333924123, 4.20972e-13, 2.51):.5e}")  # now, as given
+    4.20972e-13
+    """
     period = np.asarray(period, dtype=float)
     later = period_history(time, period, period_derivative, braking_index)
     return period_derivative * (later / period) ** (2 - np.asarray(braking_index))
 
 
 def braking_index(period: Array, period_derivative: Array, period_second_derivative: Array) -> Array:
-    """n = Omega Omega''/Omega'^2 = 2 - P P''/P'^2, as it is measured."""
+    """n = Omega Omega''/Omega'^2 = 2 - P P''/P'^2, as it is measured.
+
+    >>> print(f"{braking_index(1.0, 1e-13, -1e-26):.2f}")  # n = 2 - P P''/P'^2
+    3.00
+    """
     return 2 - np.asarray(period, dtype=float) * period_second_derivative / np.asarray(period_derivative) ** 2
 
 
 def frequency_braking_index(frequency: Array, first_derivative: Array, second_derivative: Array) -> Array:
-    """n = nu nu''/nu'^2."""
+    """n = nu nu''/nu'^2.
+
+    >>> print(f"{frequency_braking_index(29.9, -3.77e-10, 1.19e-20):.2f}")  # the Crab's is 2.51
+    2.50
+    """
     return np.asarray(frequency, dtype=float) * second_derivative / np.asarray(first_derivative) ** 2
 
 
 def second_braking_index(frequency: Array, first_derivative: Array, third_derivative: Array) -> Array:
-    """m = nu^2 nu'''/nu'^3, which is n (2 n - 1) where n is constant. Source: Kaspi et al. 1994, ApJ 422, L83."""
+    """m = nu^2 nu'''/nu'^3, which is n (2 n - 1) where n is constant. Source: Kaspi et al. 1994, ApJ 422, L83.
+
+    >>> print(f"{second_braking_index(1.0, -1e-10, -1.5e-29):.0f}")  # of a dipole n (2 n - 1) = 15
+    15
+    """
     return np.asarray(frequency, dtype=float) ** 2 * third_derivative / np.asarray(first_derivative) ** 3
 
 
@@ -166,6 +224,10 @@ def braking_index_between(
 
     It needs no second derivative, and holds for a constant n whatever the time. Source: Johnston & Galloway 1999,
     MNRAS 306, L50.
+
+    >>> rate = lambda t: (1 + t) ** -0.5  # nu' ~ -nu^3
+    >>> print(f"{braking_index_between(1.0, rate(0.0), -0.5, rate(1.0), -0.5 * 2**-1.5):.4f}")
+    3.0000
     """
     first = np.asarray(frequency, dtype=float) / first_derivative
     second = np.asarray(later_frequency, dtype=float) / later_first_derivative

@@ -30,6 +30,9 @@ def laplace_coefficient(s: float, j: int, ratio: float) -> float:
 
     ValueError for a ratio outside 0 <= ratio < 1. Source: Murray & Dermott 1999, (6.67). Checked by
     tests/unit/test_secular_orbits.py.
+
+    >>> print(laplace_coefficient(0.5, 0, 0.0))  # 2, of a vanishing ratio
+    2.0
     """
     if not 0 <= ratio < 1:
         raise ValueError("a ratio of semi-major axes is from 0 to below 1")
@@ -51,6 +54,11 @@ def node_modes(
     sin(I/2) exp(i node) of planet j is the sum over modes of amplitudes[j] exp(i (rates t + phases[j])), as
     `secular_spin.orbit_normal` takes it. ValueError for lengths that differ or values that are not above 0.
     Source: Murray & Dermott 1999, (7.10), (7.11) and (7.27). Checked by tests/unit/test_secular_orbits.py.
+
+    >>> masses, axes = np.array([1.267e17, 3.793e16]), np.array([7.785e11, 1.433e12])  # Jupiter and Saturn
+    >>> modes = node_modes(1.327e20, masses, axes, np.array([0.01, 0.02]), np.array([0.0, 1.0]))
+    >>> print((np.degrees(modes.rates) * 3600 * 3.15576e7).round(1) + 0.0)  # arcsec a year; of all planets it is -26
+    [-25.1   0. ]
     """
     m, a = np.asarray(parameters, dtype=float), np.asarray(semi_major_axes, dtype=float)
     start = np.sin(0.5 * np.asarray(inclinations)) * np.exp(1j * np.asarray(nodes))

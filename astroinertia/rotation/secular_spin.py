@@ -36,6 +36,9 @@ def orbit_normal(times: Array, amplitudes: Array, rates: Array, phases: Array) -
 
     The reference plane is x-y and nodes are from x. ValueError where the terms add up beyond sin(I/2) = 1.
     Source: Laskar 1988, A&A 198, 341. Checked by tests/unit/test_secular_spin.py.
+
+    >>> print(orbit_normal(0.0, np.array([np.sin(0.05)]), np.array([0.0]), np.array([0.0])).round(4))  # tilted by 0.1
+    [ 0.     -0.0998  0.995 ]
     """
     amplitudes, rates, phases = _terms(amplitudes, rates, phases)
     turning = np.multiply.outer(np.asarray(times, dtype=float), rates) + phases
@@ -55,6 +58,11 @@ def spin_history(
     that do not increase, an axis of zero length, and a span of more than 2e9 steps.
     A billion years take 0.3 s with one term and 5 s with the eight of the planets.
     Checked by tests/unit/test_secular_spin.py.
+
+    >>> axis = np.array([np.sin(0.4), 0.0, np.cos(0.4)])
+    >>> history = spin_history(np.array([0.0, 10.0]), axis, 1.0, np.array([1e-12]), np.array([0.0]), np.array([0.0]))
+    >>> print(history.obliquity.round(6))  # an orbit that stays: it only precesses
+    [0.4 0.4]
     """
     times, start = np.asarray(times, dtype=float), np.asarray(axis, dtype=float)
     terms = _terms(amplitudes, rates, phases)

@@ -37,6 +37,9 @@ def energy_to_lose(moments: Array, angular_velocity: Array) -> np.ndarray:
     moments (..., 3) and angular_velocity (..., 3) along their axes, in any consistent units. T - L^2/(2 I_max), as the
     sum of I_k w_k^2 (1 - I_k/I_max)/2, in which no digits cancel. Source: Landau & Lifshitz, Mechanics, section 37.
     Test: tests/unit/test_settling.py.
+
+    >>> print(energy_to_lose(np.array([1.0, 2.0, 4.0]), np.array([4.0, 0.0, 0.0])))  # L = 4: 8 J, of which 2 stay
+    6.0
     """
     sizes, rates = _checked(moments), np.asarray(angular_velocity, dtype=float)
     largest = sizes.max(-1, keepdims=True)
@@ -49,6 +52,9 @@ def energy_above_separatrix(moments: Array, angular_velocity: Array) -> np.ndarr
     T - L^2/(2 I_2): beyond it the angular velocity circles the axis of greatest moment, on one side or on the other,
     which of them nobody can foretell. Source: Landau & Lifshitz, Mechanics, section 37.
     Test: tests/unit/test_settling.py.
+
+    >>> print(energy_above_separatrix(np.array([1.0, 2.0, 4.0]), np.array([4.0, 0.0, 0.0])))  # 8 - L^2 / (2 I_2)
+    4.0
     """
     sizes, rates = _checked(moments), np.asarray(angular_velocity, dtype=float)
     middle = np.sort(sizes, axis=-1)[..., 1:2]
@@ -59,6 +65,9 @@ def settled_rate(moments: Array, angular_velocity: Array) -> np.ndarray:
     """The rate of rotation (...,) of the settled body, L/I_max: slower than before, as L stays.
 
     Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/test_settling.py.
+
+    >>> print(settled_rate(np.array([1.0, 2.0, 4.0]), np.array([4.0, 0.0, 0.0])))  # L / I_3
+    1.0
     """
     sizes = _checked(moments)
     momentum = sizes * np.asarray(angular_velocity, dtype=float)
@@ -78,6 +87,9 @@ def settling_time(
     In any consistent units, such as Pa, kg/m3, m, rad/s and s. shape_factor is K_3^2, from 0.01 of nearly round to 0.1
     of elongated bodies. An order of magnitude: see the module's head. ValueError unless all are positive.
     Source: Burns & Safronov (1973), MNRAS 165, 403. Test: tests/unit/test_settling.py.
+
+    >>> print(f"{settling_time(4e9, 100.0, 2000.0, 250.0, 1e-4) / 3.15576e7:.1e} yr")  # of a small asteroid
+    1.0e+10 yr
     """
     values = (rigidity, quality_factor, density, radius, rate, shape_factor)
     if not all(0.0 < value < math.inf for value in values):
@@ -91,6 +103,10 @@ def harris_settling_time(period: float, diameter: float) -> tuple[float, float, 
     period in s, diameter in m. P^3/(C^3 D^2) in Gyr with P in h, D in km and C = 17 +- 2.5: the form of Burns &
     Safronov for a rigidity times Q of 5e11 Pa, 2000 kg/m3 and K_3^2 = 0.03. ValueError unless both are positive.
     Source: Harris (1994), Icarus 107, 209. Test: tests/unit/test_settling.py.
+
+    >>> time, least, greatest = harris_settling_time(100 * 3600.0, 1e3)  # 1 km, 100 h: still tumbling
+    >>> print(f"{time / 3.15576e16:.0f} Gyr")
+    204 Gyr
     """
     if not (0.0 < period < math.inf and 0.0 < diameter < math.inf):
         raise ValueError(f"a settling time needs a positive period and diameter, not {period} and {diameter}")
@@ -107,6 +123,9 @@ def settling_power(excess_energy: Array, time: float) -> np.ndarray:
 
     time is that in which the angle of the wobble falls by 1/e, and its energy, which goes as the square, by 1/e^2.
     Source: Burns & Safronov (1973). Test: tests/unit/test_settling.py.
+
+    >>> print(settling_power(10.0, 5.0))  # W
+    4.0
     """
     return 2.0 * np.asarray(excess_energy, dtype=float) / time
 
@@ -116,6 +135,9 @@ def excess_energy(moments: Array, angular_velocity: Array, times: Array, time: f
 
     moments (3,), angular_velocity (3,) at time 0; `time` as in `settling_power`. Real friction is not so simple next to
     the separatrix, where wobbles are slow. Source: Burns & Safronov (1973). Test: tests/unit/test_settling.py.
+
+    >>> print(excess_energy(np.array([1.0, 2.0, 4.0]), np.array([4.0, 0.0, 0.0]), np.array([0.0, 1e9]), 1.0).round(6))
+    [6. 0.]
     """
     return energy_to_lose(moments, angular_velocity) * np.exp(-2.0 * np.asarray(times, dtype=float) / time)
 
@@ -124,6 +146,9 @@ def time_of_separatrix(moments: Array, angular_velocity: Array, time: float) -> 
     """When a body that settles as in `excess_energy` passes the separatrix; 0 if it has passed, infinite if it cannot.
 
     Source: Burns & Safronov (1973). Test: tests/unit/test_settling.py.
+
+    >>> print(f"{time_of_separatrix(np.array([1.0, 2.0, 4.0]), np.array([4.0, 0.0, 0.0]), 1.0):.4f}")
+    0.5493
     """
     above, excess = energy_above_separatrix(moments, angular_velocity), energy_to_lose(moments, angular_velocity)
     if above <= 0.0:

@@ -145,6 +145,11 @@ def shells_of(
     The masses are the weights of a double exponential quadrature in the mass, which does not mind how the radius
     depends on it at the centre and at the surface: moments of smooth spheres come out to about 1e-10 with 160 shells,
     as exact as a polytrope's radius by mass. Source: Takahasi & Mori 1974, Publ. RIMS 9, 721.
+
+    >>> from astroinertia.bodies.polytrope import Polytrope
+    >>> shells = shells_of(Polytrope(1.5), 1.0)
+    >>> print(f"{2 / 3 * (shells.mass * shells.radius**2).sum():.6f}")  # I/(M R^2)
+    0.204600
     """
     if count < 8:
         raise ValueError(f"a body needs at least 8 shells, not {count}")
@@ -164,6 +169,9 @@ def shells_from_table(
 
     A shell lies between two neighbours, at the mean square of their radii; the first reaches to the centre. ValueError
     unless masses and radii are positive and rise.
+
+    >>> print(shells_from_table(np.array([1.0, 8.0]), np.array([1.0, 2.0]), np.array([1.0, 1.0])).mass)
+    [1. 7.]
     """
     mass, radius = np.asarray(enclosed_mass, dtype=float), np.asarray(radius, dtype=float)
     rates = np.asarray(angular_velocity, dtype=float)
@@ -181,7 +189,11 @@ def shells_from_table(
 
 
 def mass_quadrature(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Shares of the mass inside `count` shells, rising in (0, 1), and the share that each has; they add up to 1."""
+    """Shares of the mass inside `count` shells, rising in (0, 1), and the share that each has; they add up to 1.
+
+    >>> print(f"{mass_quadrature(80)[1].sum():.12f}")
+    1.000000000000
+    """
     at = np.linspace(-_REACH, _REACH, count)
     inner = 0.5 * math.pi * np.sinh(at)
     # 1/(1 + e^-2x), written so that neither tail is rounded away.
@@ -206,6 +218,9 @@ def isothermal_disc_radius(
 
     The singular isothermal sphere has M = 2 a^2 r/G, and the equator of that shell brings j = Omega r^2.
     Source: Terebey, Shu & Cassen 1984, ApJ 286, 529.
+
+    >>> print(f"{isothermal_disc_radius(1.989e30, 1e-14, 200.0) / 1.495979e11:.0f} au")  # after one solar mass
+    38 au
     """
     outer = gravitational_constant * np.asarray(mass, dtype=float) / (2 * np.asarray(sound_speed, dtype=float) ** 2)
     return centrifugal_radius(np.asarray(angular_velocity) * outer**2, mass, gravitational_constant)

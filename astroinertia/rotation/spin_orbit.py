@@ -38,6 +38,9 @@ def asphericity(moments: Array) -> Array:
     """omega_0 = (3 (B - A)/C)^(1/2) of principal moments (..., 3) in any order; ValueError where one is not above 0.
 
     Source: Wisdom, Peale & Mignard 1984. Checked by tests/unit/test_spin_orbit.py.
+
+    >>> print(f"{asphericity(np.array([1.0, 1.5, 2.0])):.4f}")  # sqrt(3 (B - A) / C)
+    0.8660
     """
     ordered = np.sort(np.asarray(moments, dtype=float), axis=-1)
     if not np.all(ordered[..., 0] > 0):
@@ -50,6 +53,9 @@ def resonance_half_width(p: float, eccentricity: float, asphericity: float) -> f
 
     It is also the rate of small swings over n. Source: Wisdom, Peale & Mignard 1984, (5). Checked by
     tests/unit/test_spin_orbit.py.
+
+    >>> print(f"{resonance_half_width(1.5, 0.2056, 0.018):.2e}")  # of Mercury's 3:2, in mean motions
+    1.46e-02
     """
     return asphericity * np.sqrt(abs(hansen_coefficient(eccentricity, p)))
 
@@ -59,6 +65,9 @@ def overlap_asphericity(eccentricity: float) -> float:
 
     1/(2 + (14 e)^(1/2)) to first order in e; Hyperion's 0.31 is far below its own omega_0. Source: Wisdom, Peale &
     Mignard 1984, (8). Checked by tests/unit/test_spin_orbit.py.
+
+    >>> print(f"{overlap_asphericity(0.1):.2f}")  # Hyperion has 0.89: chaos
+    0.32
     """
     return 0.5 / sum(np.sqrt(abs(hansen_coefficient(eccentricity, p))) for p in (1, 1.5))
 
@@ -68,6 +77,9 @@ def tidal_equilibrium_rate(eccentricity: float) -> float:
 
     1 + 6 e^2 + ... Source: Goldreich & Peale 1966; Hut 1981, A&A 99, 126, (45). Checked by
     tests/unit/test_spin_orbit.py.
+
+    >>> print(f"{tidal_equilibrium_rate(0.2056):.3f}")  # Mercury's, in mean motions, if tides alone decided
+    1.256
     """
     if not 0 <= eccentricity < 1:
         raise ValueError("an eccentricity is from 0 to below 1")
@@ -84,6 +96,9 @@ def capture_probability(
     unless given), and nu the resonance's half width; 1 where that is above 1, 0 where the resonance has no strength.
     ValueError where V < 0: the spin is then driven away from the resonance. Source: Goldreich & Peale 1966, (28).
     Checked by tests/unit/test_spin_orbit.py, and by the motion itself.
+
+    >>> print(f"{capture_probability(1.5, 0.2056, 0.018):.2f}")
+    0.07
     """
     rate = tidal_equilibrium_rate(eccentricity) if equilibrium_rate is None else equilibrium_rate
     width, away = resonance_half_width(p, eccentricity, asphericity), p - rate
@@ -101,6 +116,10 @@ def surface_of_section(
     steps: an orbit; they are symplectic. damping: of theta' towards equilibrium_rate, over n, taken exactly at each
     pericentre. ValueError for an eccentricity outside 0 <= e < 1 or counts below 1.
     Source: Wisdom, Peale & Mignard 1984, figure 2; Blanes & Moan 2002. Checked by tests/unit/test_spin_orbit.py.
+
+    >>> section = surface_of_section(0.0, 0.2, np.array([0.1]), np.array([1.0]), 20)
+    >>> print(f"{abs(section.rate - 1).max():.3f}")  # a pendulum: at most asphericity times angle
+    0.019
     """
     if not 0 <= eccentricity < 1 or orbits < 1 or steps < 1:
         raise ValueError("a section needs 0 <= eccentricity < 1, and at least one orbit and one step")

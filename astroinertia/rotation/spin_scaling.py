@@ -79,6 +79,10 @@ def spin_up(
     moment_ratio is I/(M R^2) about the axis. A period of infinity is a body at rest. centrifugal_radius is the size at
     which a body of the later mass and moment ratio would turn as fast as an orbit at its equator: it cannot become
     smaller. ValueError for sizes that are not positive. Source: conservation of L = I omega.
+
+    >>> star = spin_up(0.0754, 2.8e30, 1.5e6, 30.0, 0.35, 2.8e30, 1.2e4)  # an iron core, and its neutron star
+    >>> print(f"{1e3 * star.period:.2f} ms")
+    8.91 ms
     """
     sizes = (moment_ratio_before, mass_before, radius_before, moment_ratio_after, mass_after, radius_after)
     for name, value in zip(("moment ratio", "mass", "radius") * 2, sizes, strict=True):
@@ -103,7 +107,11 @@ def spin_up(
 
 
 def moment_of_inertia(moment_ratio: Array, mass: Array, radius: Array) -> Array:
-    """k M R^2."""
+    """k M R^2.
+
+    >>> print(f"{moment_of_inertia(0.3307, 5.972e24, 6.371e6):.2e} kg m2")  # of the Earth
+    8.02e+37 kg m2
+    """
     return np.asarray(moment_ratio, dtype=float) * mass * np.asarray(radius, dtype=float) ** 2
 
 
@@ -114,12 +122,19 @@ def centrifugal_radius(
 
     With j = L/(k M) of a whole body it is the radius at which that body turns as fast as an orbit at its equator.
     Source: the balance of centrifugal force and gravity, Omega^2 R^3 = G M with Omega R^2 = j.
+
+    >>> print(f"{centrifugal_radius(4e15, 1.989e30) / 1.495979e11:.2f} au")  # j^2 / (G M)
+    0.81 au
     """
     return np.asarray(specific_angular_momentum, dtype=float) ** 2 / (gravitational_constant * np.asarray(mass))
 
 
 def radius_of_period(moment_ratio: Array, mass: Array, angular_momentum: Array, period: Array) -> Array:
-    """The radius at which a body of that angular momentum has a period: where its P(R) curve crosses a line."""
+    """The radius at which a body of that angular momentum has a period: where its P(R) curve crosses a line.
+
+    >>> print(f"{radius_of_period(0.4, 1.0, 0.4 * 2 * np.pi, 1.0):.4f}")  # L = 2 pi k M R^2 / P
+    1.0000
+    """
     return np.sqrt(np.abs(np.asarray(angular_momentum) * period) / (2 * math.pi * np.asarray(moment_ratio) * mass))
 
 
