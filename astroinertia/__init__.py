@@ -25,7 +25,12 @@ __all__ = ["load", "open", "open_sweep", "open_tree", "resume", "run_scene"]
 
 
 def load(path: str | PathLike[str], settings: Sequence[str] = ()) -> "Scene":
-    """The scene in a TOML file, with "key.path=value" settings put in; SceneError says what is wrong."""
+    """The scene in a TOML file, with "key.path=value" settings put in; SceneError says what is wrong.
+
+    >>> scene = load('sims/crab_pulsar.toml', ['time.end="10 yr"'])
+    >>> print(scene.model, list(scene.effects))
+    scaling ['gravity', 'pressure', 'dipole_braking']
+    """
     from astroinertia.scene.load import load_file
 
     return load_file(path, settings)
@@ -43,6 +48,11 @@ def run_scene(
     Where the scene asks for an accuracy, its settings are chosen first, by pilot runs in a folder beside. The members
     of a file with [sweep] are run in so many worker processes (more than one are for scripts that are guarded by
     `if __name__ == "__main__"`) or on a cluster of dask, and those in the folder that are finished are kept.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     print(run_scene("sims/core_to_pulsar_scaling.toml", folder + "/run").name)
+    core_to_pulsar_scaling.nc
     """
     from astroinertia.accuracy.running import run_scene as carry_out
     from astroinertia.scene.schema import Scene
@@ -63,7 +73,11 @@ def run_scene(
 def resume(
     folder: str | PathLike[str], listener: "Listener | None" = None, workers: int = 1, cluster: str | None = None
 ) -> Path:
-    """Go on with an interrupted run or sweep; returns its netCDF file."""
+    """Go on with an interrupted run or sweep; returns its netCDF file.
+
+    >>> print(resume("runs/star").name)  # finished: it has nothing to do, and tells where the result is
+    one_star_three_models.nc
+    """
     from astroinertia.accuracy.running import resume as go_on
     from astroinertia.archive import SWEEP
 
@@ -75,7 +89,12 @@ def resume(
 
 
 def open(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -> "xr.Dataset":
-    """The headline series of a netCDF file or a run folder, with the accessor `.inertia`; with chunks, for dask."""
+    """The headline series of a netCDF file or a run folder, with the accessor `.inertia`; with chunks, for dask.
+
+    >>> momentum = open("runs/star").angular_momentum.sel(i="z")
+    >>> print(bool(abs(momentum / momentum[0] - 1).max() < 1e-12))  # it stays
+    True
+    """
     from astroinertia import accessor, dataset
 
     assert accessor  # importing it registers it
@@ -83,7 +102,11 @@ def open(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -
 
 
 def open_tree(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -> "xr.DataTree":
-    """Headline series and, in the group `snapshots`, the particles; with chunks ({} for those of the file), by dask."""
+    """Headline series and, in the group `snapshots`, the particles; with chunks ({} for those of the file), by dask.
+
+    >>> print(open_tree("runs/star")["snapshots"].sizes["particle"])
+    100
+    """
     from astroinertia import accessor, dataset
 
     assert accessor
@@ -91,7 +114,11 @@ def open_tree(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = No
 
 
 def open_sweep(path: str | PathLike[str]) -> "xr.DataTree":
-    """The members of a sweep, each with its snapshots, and at the root the parameters of each; `path` is its folder."""
+    """The members of a sweep, each with its snapshots, and at the root the parameters of each; `path` is its folder.
+
+    >>> print(open_sweep("runs/sweep").sizes["member"])
+    2
+    """
     from astroinertia import accessor
     from astroinertia.scale.combined import open_members
 

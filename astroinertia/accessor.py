@@ -24,7 +24,14 @@ MOTION = "motion"  # the share that is not an effect's: the kinetic tensor's
 @xr.register_dataset_accessor("inertia")
 @xr.register_datatree_accessor("inertia")
 class InertiaAccessor:
-    """The inertia tensor of a dataset and what follows from it; every result keeps coordinates, units and meaning."""
+    """The inertia tensor of a dataset and what follows from it; every result keeps coordinates, units and meaning.
+
+    >>> one = ds.inertia
+    >>> figures = [one.plot_inertia(), one.plot_spin(), one.plot_attitude(), one.plot_ledger(), one.plot_shape()]
+    >>> figures += [one.plot_energy(), one.plot_error_bars(), one.plot_waves(), one.plot_density(), one.plot_profiles()]
+    >>> print(len(figures))
+    10
+    """
 
     def __init__(self, opened: xr.Dataset | xr.DataTree) -> None:
         self._tree = opened if isinstance(opened, xr.DataTree) else None
@@ -34,12 +41,21 @@ class InertiaAccessor:
 
     @property
     def principal(self) -> xr.Dataset:
-        """Principal moments, axes and gaps, and the rate at which the axes turn."""
+        """Principal moments, axes and gaps, and the rate at which the axes turn.
+
+        >>> moments, tensor = ds.inertia.principal.principal_moments[0], ds.inertia_tensor[0]
+        >>> print(f"{float(moments.sum() / np.trace(tensor)):.6f}")  # the trace is the same in all axes
+        1.000000
+        """
         return self.dataset[["principal_moments", "principal_axes", "principal_gap", "figure_rotation_rate"]]
 
     @property
     def snapshots(self) -> xr.Dataset | None:
-        """The particles of the snapshots; None if there are none or the dataset's file is not known."""
+        """The particles of the snapshots; None if there are none or the dataset's file is not known.
+
+        >>> print(ds.inertia.snapshots.sizes["particle"])
+        100
+        """
         if self._tree is not None:
             return self._tree["snapshots"].to_dataset() if "snapshots" in self._tree.children else None
         source = self.dataset.encoding.get("source")
@@ -51,33 +67,53 @@ class InertiaAccessor:
             return None
 
     def quantity(self, series: str | xr.DataArray) -> Any:
-        """A variable of the dataset by its name, or a result of this accessor, as an astropy Quantity."""
+        """A variable of the dataset by its name, or a result of this accessor, as an astropy Quantity.
+
+        >>> print(f"{ds.inertia.quantity('mass')[0].to('Msun'):.3f}")
+        1.000 solMass
+        """
         values = self.dataset[series] if isinstance(series, str) else series
         return astropy_quantity(values.values, str(values.attrs.get("units", "1")))
 
     def about_axis(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
-        """Moment of inertia n.I.n about an axis: "x", "y", "z", a vector (3,), or one for each time, (time, i)."""
+        """Moment of inertia n.I.n about an axis: "x", "y", "z", a vector (3,), or one for each time, (time, i).
+
+        >>> print(bool((ds.inertia.about_axis([0, 0, 2]) == ds.inertia_tensor.sel(i="z", j="z")).all()))  # n.I.n
+        True
+        """
         inertia = self.dataset["inertia_tensor"]
         direction = self._axis(axis)
         moment = tensor.moment_about(inertia.transpose("time", "i", "j").values, direction)
         return self._series(moment, f"moment of inertia about {_told(axis)}", inertia.attrs["units"], "n.I.n")
 
     def radius_of_gyration(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
-        """sqrt(n.I.n / M) about an axis."""
+        """sqrt(n.I.n / M) about an axis.
+
+        >>> print(f"{float(ds.inertia.radius_of_gyration()[0]) / 6.957e8:.2f}")  # solar radii; the limit is 0.45
+        0.43
+        """
         radius = np.sqrt(self.about_axis(axis).values / self.dataset["mass"].values)
         return self._series(radius, f"radius of gyration about {_told(axis)}", self._unit("m"), "sqrt(n.I.n / M)")
 
     def moment_ratio(
         self, radius: float | xr.DataArray, axis: str | Sequence[float] | xr.DataArray = "spin"
     ) -> xr.DataArray:
-        """n.I.n / (M R^2) for a radius of the reader's choice, in the dataset's unit of length."""
+        """n.I.n / (M R^2) for a radius of the reader's choice, in the dataset's unit of length.
+
+        >>> print(f"{float(ds.inertia.moment_ratio(6.957e8)[0]):.2f}")  # 0.2046 of the n = 3/2 polytrope, in the limit
+        0.18
+        """
         ratio = self.about_axis(axis) / (self.dataset["mass"] * radius**2)
         attrs = f"with R = {radius:g} {self._unit('m')}" if isinstance(radius, float | int) else "with the R given"
         return self._series(ratio.values, f"moment of inertia about {_told(axis)} over M R^2", "1", attrs)
 
     @property
     def quadrupole(self) -> xr.DataArray:
-        """The reduced quadrupole Q - tr(Q)/3 1, (time, i, j)."""
+        """The reduced quadrupole Q - tr(Q)/3 1, (time, i, j).
+
+        >>> print(bool(abs(np.trace(ds.inertia.quadrupole[0])) < 1e-12 * np.trace(ds.second_moment[0])))
+        True
+        """
         second = self.dataset["second_moment"]
         values = second.transpose("time", "i", "j").values
         reduced = values - np.trace(values, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
@@ -89,6 +125,9 @@ class InertiaAccessor:
 
         The first share is that of the kinetic tensor, 2 (tr(K) 1 - K), called "motion"; an effect's is tr(S) 1 - S with
         S = V + V^T. With an axis, the component n.(d2I/dt2).n along it.
+
+        >>> print(np.sign(ds.inertia.acceleration_shares("z")[0, 1:3].values))  # gravity pulls, pressure pushes
+        [-1.  1.]
         """
         kinetic = 2.0 * self._values("kinetic_tensor")[:, None]
         shares = tensor.inertia_from_second_moment(
@@ -104,6 +143,10 @@ class InertiaAccessor:
         """The terms of the scalar virial, (time, share): tr K for motion, tr V for an effect.
 
         They add up to half the second time derivative of tr Q.
+
+        >>> shares = ds.inertia.virial_shares()[0]
+        >>> print(f"{float(-shares[2] / shares[1]):.1f}")  # pressure lacks a third of what gravity has
+        0.7
         """
         motion = np.trace(self._values("kinetic_tensor"), axis1=1, axis2=2)[:, None]
         effects = np.trace(self._values("virial_tensor"), axis1=2, axis2=3)
@@ -111,7 +154,11 @@ class InertiaAccessor:
         return self._shares(shares, ("time", "share"), "share in the scalar virial", "J")
 
     def torque_shares(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
-        """The torque of each effect along an axis, (time, effect)."""
+        """The torque of each effect along an axis, (time, effect).
+
+        >>> print(ds.inertia.torque_shares().sizes["effect"])  # none of which turns the star
+        3
+        """
         torque = self.dataset["torque"].transpose("time", "effect", "i")
         direction = np.broadcast_to(self._axis(axis), (self.dataset.sizes["time"], 3))
         along = np.einsum("tei,ti->te", torque.values, direction)
@@ -119,7 +166,11 @@ class InertiaAccessor:
         return found.rename("torque").assign_attrs(torque.attrs | {"long_name": f"torque along {_told(axis)}"})
 
     def spin_rate(self) -> xr.DataArray:
-        """The mean spin along the direction of the angular momentum at the start: L.n / n.I.n, n fixed."""
+        """The mean spin along the direction of the angular momentum at the start: L.n / n.I.n, n fixed.
+
+        >>> print(f"{float(ds.inertia.spin_rate()[0]):.1e} rad/s")  # as the scene has it
+        1.0e-04 rad/s
+        """
         axis = self._opening_axis()
         momentum = self.dataset["angular_momentum"].transpose("time", "i").values @ axis
         rate = momentum / self.about_axis(axis.tolist()).values
@@ -131,6 +182,9 @@ class InertiaAccessor:
         "inertia": omega_0 I_0 / I, which is exact where the angular momentum about the axis stays; "radius": omega_0
         (R_0 / R)^2 with the mean radius, which also needs the shape and the profile to stay; NaN for an infinitely thin
         disc or rod, whose mean radius is zero. Raises ValueError for another law.
+
+        >>> print(f"{float((ds.inertia.spin_rate() / ds.inertia.spin_scaling())[-1]):.6f}")  # L stays, so 1/I holds
+        1.000000
         """
         opening = self.spin_rate().values[0]
         if law == "inertia":
@@ -151,6 +205,9 @@ class InertiaAccessor:
         The radius of these limits is the body's own at the start, scaled with its mean radius by second moments.
         shedding: "roche", "polytrope n" or a published fit, as rotation.break_up.shedding_share has them; ValueError
         for another. The last two flags say whether T/|W| lets friction make a bar, and whether it makes one by itself.
+
+        >>> print(f"{float(ds.inertia.rotation_limits().kepler_fraction[0]):.2f}")  # of the rate of an orbit
+        0.16
         """
         from astroinertia.rotation.break_up import DYNAMICAL, SECULAR, break_up  # brings figures of stars along
 
@@ -179,6 +236,9 @@ class InertiaAccessor:
         """Gravitational-wave strain times distance for an observer at (theta, phi) in radians; variables plus, cross.
 
         Raises ValueError for a dimensionless dataset, in which the speed of light has no value.
+
+        >>> print(list(ds.inertia.strain(0.0)))
+        ['plus', 'cross']
         """
         if self._unit("m") == "1":
             raise ValueError("the dataset is dimensionless: the speed of light has no value in it")
@@ -198,6 +258,9 @@ class InertiaAccessor:
 
         series: a name, or a series of time such as `dataset.mode_amplitude.sel(mode=2)`; times in the dataset's unit.
         Raises ValueError where fewer than three values are known and not zero.
+
+        >>> print(float(ds.inertia.growth_rate("density_max").rate) > 0)  # it falls together
+        True
         """
         found = self._between(self.dataset[series] if isinstance(series, str) else series, start, end)
         fitted = growth.growth(found["time"].values, found.values)
@@ -207,6 +270,9 @@ class InertiaAccessor:
         """The mean rate at which an azimuthal mode turns between two times, the slope of its phase: rate and error.
 
         Raises ValueError where the mode turns too far between two records for its turns to be counted.
+
+        >>> print(list(ds.inertia.pattern_speed()))
+        ['rate', 'error', 'residual']
         """
         found = self._between(self.dataset["mode_phase"].sel(mode=mode), start, end)
         fitted = growth.turning(found["time"].values, found.values, mode)

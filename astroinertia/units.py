@@ -122,12 +122,20 @@ _WORDS_FOR_NO_NUMBER = re.compile(r"\s*[+-]?(nan|inf|infinity)\b", re.IGNORECASE
 
 
 def pressure_constant_dimension(gamma: float) -> Dimension:
-    """Dimension of K in P = K rho^gamma."""
+    """Dimension of K in P = K rho^gamma.
+
+    >>> print(si_unit(pressure_constant_dimension(2.0)))  # K of P = K rho^2
+    kg-1 m5 s-2
+    """
     return Dimension(1.0 - gamma, 3.0 * gamma - 1.0, -2.0)
 
 
 def dimension_of(name: str | Dimension) -> Dimension:
-    """The dimension itself, from its name or as given; SceneError for a name that is not in the table."""
+    """The dimension itself, from its name or as given; SceneError for a name that is not in the table.
+
+    >>> print(dimension_of("velocity"))
+    Dimension(mass=0, length=1, time=-1)
+    """
     if isinstance(name, Dimension):
         return name
     if name not in DIMENSIONS:
@@ -136,7 +144,11 @@ def dimension_of(name: str | Dimension) -> Dimension:
 
 
 def si_unit(dimension: str | Dimension) -> str:
-    """The SI unit as astropy, xarray and people read it, such as "kg m2 s-2"; "1" without dimension."""
+    """The SI unit as astropy, xarray and people read it, such as "kg m2 s-2"; "1" without dimension.
+
+    >>> print(si_unit("angular_momentum"))
+    kg m2 s-1
+    """
     exponents = dimension_of(dimension)
     parts = [
         symbol if power == 1 else f"{symbol}({Fraction(power)})" if power % 1 == 0.5 else f"{symbol}{power:g}"
@@ -151,6 +163,9 @@ def quantity(text: str, dimension: str | Dimension) -> float:
 
     Angles count as radians where the dimension is angular; Hz is refused there, for it does not say whether it counts
     turns or radians. Raises SceneError for anything that is not one finite number and one unit of that dimension.
+
+    >>> print(f"{quantity('1.4 Msun', 'mass'):.4e}")
+    2.7838e+30
     """
     hint = _hint(dimension)
     if len(text) > LONGEST_QUANTITY:
@@ -179,7 +194,11 @@ def quantity(text: str, dimension: str | Dimension) -> float:
 
 
 def any_quantity(text: str) -> tuple[float, str] | None:
-    """The SI value of a quantity string and its SI unit, whatever its dimension; None where it is no quantity."""
+    """The SI value of a quantity string and its SI unit, whatever its dimension; None where it is no quantity.
+
+    >>> print(any_quantity("10 km/s"))
+    (10000.0, 'm s-1')
+    """
     found = _QUANTITY.fullmatch(text) if len(text) <= LONGEST_QUANTITY else None
     if found is None:
         return None
@@ -193,13 +212,21 @@ def any_quantity(text: str) -> tuple[float, str] | None:
 
 
 def shown(text: str, longest: int = 40) -> str:
-    """Text as it may be repeated in a message: one line, printable, cut where it is long."""
+    """Text as it may be repeated in a message: one line, printable, cut where it is long.
+
+    >>> print(shown("a" * 50, longest=10))
+    aaaaaaa...
+    """
     clean = "".join(character if character.isprintable() else "?" for character in text)
     return clean if len(clean) <= longest else clean[: longest - 3] + "..."
 
 
 def readable(unit: str, largest: float) -> tuple[float, str] | None:
-    """Size and name of the unit in which people read numbers up to `largest` of an SI unit; None if none is known."""
+    """Size and name of the unit in which people read numbers up to `largest` of an SI unit; None if none is known.
+
+    >>> print(readable("s", 0.1))
+    (0.001, 'ms')
+    """
     for begin_at, factor, name in reversed(_READABLE.get(unit, [])):
         if largest >= 0.999 * begin_at and largest >= 1e-3 * factor:
             return factor, name
@@ -207,14 +234,22 @@ def readable(unit: str, largest: float) -> tuple[float, str] | None:
 
 
 def display_unit(unit: str, values: Any) -> str:
-    """The same as a unit that astropy and others know, for what such values are shown in: "ms" for some of 0.1 s."""
+    """The same as a unit that astropy and others know, for what such values are shown in: "ms" for some of 0.1 s.
+
+    >>> print(display_unit("s", np.array([0.0, 0.1])))
+    ms
+    """
     largest = float(abs(values).max(initial=0.0))
     found = readable(unit, largest) if 0.0 < largest < math.inf else None
     return unit if found is None or " " in found[1] else found[1]
 
 
 def astropy_quantity(values: Any, unit: str) -> Any:
-    """Values with the unit of a dataset's attribute, "kg m2 s-1", as an astropy Quantity."""
+    """Values with the unit of a dataset's attribute, "kg m2 s-1", as an astropy Quantity.
+
+    >>> print(astropy_quantity(3600.0, "s").to("h"))
+    1.0 h
+    """
     return astropy_units.Quantity(values, "" if unit == "1" else unit)
 
 
@@ -263,7 +298,11 @@ def _hint(dimension: str | Dimension) -> str:
 
 
 def plain_number_hint(dimension: str | Dimension) -> str:
-    """What to write instead of a plain number, as the end of a sentence."""
+    """What to write instead of a plain number, as the end of a sentence.
+
+    >>> print(plain_number_hint("length"))
+    write it as a string with its unit, for example "1500 km"
+    """
     if isinstance(dimension, Dimension):
         return f"write it as a string with its unit (in SI: {si_unit(dimension)})"
     return f'write it as a string with its unit, for example "{EXAMPLES.get(dimension, "1 m")}"'

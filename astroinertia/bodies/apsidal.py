@@ -115,7 +115,11 @@ def core_zone(
 
 
 def love_from_complement(delta: float, degree: int) -> float:
-    """The fluid Love number k_l = delta/(2 l + 1 - delta) from delta at the surface."""
+    """The fluid Love number k_l = delta/(2 l + 1 - delta) from delta at the surface.
+
+    >>> print(f"{love_from_complement(3.0, 2):.2f}")  # 3/2 of a homogeneous body
+    1.50
+    """
     return delta / (2 * degree + 1 - delta)
 
 
@@ -130,6 +134,9 @@ def love_number(index: float, degree: int = 2) -> float:
     Measured: 1e-14 relative against the closed forms of n = 0 and 1 for l = 2 to 8, and 2e-12 against 32-digit
     integrations up to n = 4.999. ValueError for an index outside 0 <= n < 5 or a degree below 2.
     Source: Brooker & Olle 1955. Checked by tests/unit/test_apsidal.py.
+
+    >>> print(f"{love_number(0.0):.6f} {love_number(1.0):.6f}")  # 3/2, and 15/pi^2 - 1
+    1.500000 0.519818
     """
     lane_emden(float(index))  # says what is wrong with an index
     if degree < 2 or degree != int(degree):
@@ -142,6 +149,9 @@ def apsidal_constant(index: float, degree: int = 2) -> float:
     """Return the apsidal constant k_l/2 of the polytrope of `index`: what tables of binaries call k_l.
 
     Errors, source and tests: those of `love_number`.
+
+    >>> print(f"{apsidal_constant(3.0):.6f}")  # as tables of binaries have it
+    0.014443
     """
     return love_number(index, degree) / 2
 

@@ -41,6 +41,9 @@ def radau_slope(r: Array, eta: Array, density_over_mean: Array, degree: int) -> 
 
     density_over_mean: D, the density at r over the mean density inside r. Numbers, numpy or jax arrays of one shape, r
     in any unit. Source: Radau 1885, for any degree l Kopal 1959 (II.1). Checked by tests/unit/test_clairaut.py.
+
+    >>> print(radau_slope(1.0, 0.0, 1.0, 2))  # of a homogeneous body eta stays 0
+    0.0
     """
     return (degree * (degree + 1) - 6 * density_over_mean * (eta + 1) - eta * (eta - 1)) / r
 
@@ -49,6 +52,9 @@ def love_number_from_radau(eta: Array, degree: int = 2) -> Array:
     """The fluid Love number k_l = (l + 1 - eta)/(l + eta) from Radau's variable at the surface.
 
     The apsidal constant of a star is half of it. Source: Kopal 1959 (II.2). Checked by tests/unit/test_clairaut.py.
+
+    >>> print(love_number_from_radau(0.0), love_number_from_radau(3.0))  # homogeneous, and a point mass
+    1.5 0.0
     """
     return (degree + 1 - eta) / (degree + eta)
 
@@ -60,6 +66,10 @@ def love_number(body: LayeredBody, degree: int = 2, steps: int = DEFAULT_STEPS) 
     steps: collocation steps a layer; layers of constant density need none and are exact. ValueError for l < 2. Source:
     the module's integral equation; k_l is what the body adds to the potential at its surface over what disturbs it.
     Checked by tests/unit/test_clairaut.py.
+
+    >>> from astroinertia.bodies.layered import constant_layers
+    >>> print(f"{float(love_number(constant_layers([1.0], [1.0]))):.6f}")
+    1.500000
     """
     from_outside, from_inside, _ = _disturbance(body, degree, steps)
     return from_inside / from_outside
@@ -70,6 +80,10 @@ def radau_variable(body: LayeredBody, degree: int = 2, steps: int = DEFAULT_STEP
     """Radau's eta at the surface, a scalar: l - 2 for a homogeneous body, l + 1 for a point mass.
 
     Arguments and errors as for `love_number`. Source: Radau 1885. Checked by tests/unit/test_clairaut.py.
+
+    >>> from astroinertia.bodies.layered import constant_layers
+    >>> print(f"{abs(float(radau_variable(constant_layers([1.0], [1.0])))):.6f}")
+    0.000000
     """
     from_outside, from_inside, _ = _disturbance(body, degree, steps)
     return ((degree + 1) * from_outside - degree * from_inside) / (from_outside + from_inside)
@@ -105,6 +119,11 @@ def hydrostatic_figure(body: LayeredBody, angular_velocity: Array, steps: int = 
 
     With no rotation it is exactly the sphere. The neglected terms are of relative order small_m. f = m (1 + k_2)/2,
     J2 = m k_2/3 and C - A = J2 M R^2: Jeffreys 1976, ch. IV. Checked by tests/unit/test_clairaut.py.
+
+    >>> from astroinertia.bodies.layered import constant_layers
+    >>> one = constant_layers([1.0], [3 / (4 * np.pi)])  # M = R = G = 1
+    >>> print(f"{float(hydrostatic_figure(one, 0.1).flattening):.6f}")  # (5/4) Omega^2
+    0.012500
     """
     radius, mass, mean_moment = body.mean_radius, body.mass, body.mean_moment
     small_m = angular_velocity**2 * radius**3 / (body.gravitational_constant * mass)
@@ -137,6 +156,9 @@ def radau_darwin_moment_ratio(love_number: Array) -> Array:
     1 + eta = (4 - k)/(1 + k); NaN beyond k = 4. Exact for a homogeneous body, 1e-3 off or worse for strong central
     condensation: `radau_darwin_error` says how much for a given body. k_2 = 3 J2/m = 2 f/m - 1. Source: Darwin 1899;
     Murray & Dermott 1999, eq. 4.112. Checked by tests/unit/test_clairaut.py.
+
+    >>> print(f"{radau_darwin_moment_ratio(1.5):.6f}")  # of a homogeneous body, exactly
+    0.400000
     """
     xp = jnp if isinstance(love_number, jax.Array) else np
     return 2 / 3 * (1 - 0.4 * xp.sqrt((4 - love_number) / (1 + love_number)))
@@ -146,6 +168,9 @@ def radau_darwin_love_number(moment_ratio: Array) -> Array:
     """The fluid k_2 that the Radau-Darwin approximation gives for I/(M R^2): the inverse of the function above.
 
     Source and check as there.
+
+    >>> print(f"{radau_darwin_love_number(0.4):.6f}")
+    1.500000
     """
     root_squared = (2.5 * (1 - 1.5 * moment_ratio)) ** 2
     return (4 - root_squared) / (1 + root_squared)
@@ -155,6 +180,10 @@ def radau_darwin_error(body: LayeredBody, steps: int = DEFAULT_STEPS) -> Array:
     """What Radau-Darwin gives for I/(M R^2) from the body's true k_2, less its true moment ratio: a scalar.
 
     Source: Clairaut's equation solved without it. Checked by tests/unit/test_clairaut.py.
+
+    >>> from astroinertia.bodies.layered import constant_layers
+    >>> print(f"{float(radau_darwin_error(constant_layers([0.5, 1.0], [2.0, 1.0]))):.0e}")
+    -2e-04
     """
     return radau_darwin_moment_ratio(love_number(body, 2, steps)) - body.moment_ratio
 

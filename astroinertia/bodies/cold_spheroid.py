@@ -212,6 +212,9 @@ def sphere_free_fall_time(radius: float, mass: float = 1.0, gravitational_consta
     """Return (pi/2) (R^3/(2 G M))^(1/2), in which a cold sphere at rest collapses to a point.
 
     Source: Lin, Mestel & Shu 1965. Test: tests/unit/test_cold_spheroid.py.
+
+    >>> print(f"{sphere_free_fall_time(1.0):.4f}")  # pi/(2 sqrt(2))
+    1.1107
     """
     return math.pi / 2 * math.sqrt(radius**3 / (2 * gravitational_constant * mass))
 
@@ -221,6 +224,9 @@ def sphere_radius(time, radius: float = 1.0, mass: float = 1.0, gravitational_co
 
     r = R cos^2 beta with beta + sin(2 beta)/2 = (pi/2) t/t_ff; ValueError outside.
     Source: Lin, Mestel & Shu 1965. Test: tests/unit/test_cold_spheroid.py.
+
+    >>> print(sphere_radius(np.array([0.0, 1.0])).round(3))
+    [1.    0.351]
     """
     share = np.asarray(time, dtype=float) / sphere_free_fall_time(radius, mass, gravitational_constant)
     if not ((share >= 0) & (share <= 1)).all():

@@ -202,6 +202,9 @@ def composite_polytrope(
     ValueError for other arguments, for fractions that no interface has, and for fractions that several have (give the
     pressure then: with a heavy core the mass fraction has a maximum, Schoenberg & Chandrasekhar 1942); NumericalError
     where the envelope has no surface. Source: module text. Checked by tests/unit/test_composite_polytrope.py.
+
+    >>> print(f"{composite_polytrope(1.5, 1.5, radius_fraction=0.5).moment_ratio:.6f}")  # of one kind: 0.204600
+    0.204600
     """
     given = {"radius_fraction": radius_fraction, "mass_fraction": mass_fraction, "pressure_ratio": pressure_ratio}
     known = {name: float(value) for name, value in given.items() if value is not None}

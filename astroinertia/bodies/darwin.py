@@ -118,6 +118,9 @@ def from_gap(gap: float, **scale: float) -> DarwinEllipsoid:
 
     `scale`: mass (of each), mean_radius, gravitational_constant. ValueError outside.
     Source: Lai et al. 1993. Test: tests/unit/test_roche.py.
+
+    >>> print(f"{from_gap(1.0).gap:.1f}")  # they touch
+    1.0
     """
     if not (_NARROWEST <= gap <= _WIDEST):
         raise ValueError(f"d/(2a) of Darwin ellipsoids lies in {_NARROWEST} <= d/(2a) <= {_WIDEST:g}, not {gap!r}")
@@ -127,7 +130,11 @@ def from_gap(gap: float, **scale: float) -> DarwinEllipsoid:
 
 
 def contact(**scale: float) -> DarwinEllipsoid:
-    """Return the figure whose two bodies touch, d = 2a. Source: Lai et al. 1993. Test: tests/unit/test_roche.py."""
+    """Return the figure whose two bodies touch, d = 2a. Source: Lai et al. 1993. Test: tests/unit/test_roche.py.
+
+    >>> print(f"{contact().distance:.4f}")  # in R_mean
+    2.7691
+    """
     return from_gap(1.0, **scale)
 
 
@@ -150,7 +157,11 @@ def _log_angular_momentum(y, z, gap):
 
 
 def closest(**scale: float) -> DarwinEllipsoid:
-    """Return the figure of least separation d/R_mean. Source: Lai et al. 1993. Test: tests/unit/test_roche.py."""
+    """Return the figure of least separation d/R_mean. Source: Lai et al. 1993. Test: tests/unit/test_roche.py.
+
+    >>> print(closest().distance <= contact().distance)
+    True
+    """
     return _turning_point("separation").rescaled(**scale)
 
 
@@ -158,6 +169,9 @@ def secular_limit(**scale: float) -> DarwinEllipsoid:
     """Return the figure of least energy and angular momentum: closer ones are secularly unstable.
 
     Source: Lai et al. 1993. Test: tests/unit/test_roche.py.
+
+    >>> print(secular_limit().distance >= closest().distance)
+    True
     """
     return _turning_point("angular momentum").rescaled(**scale)
 

@@ -24,7 +24,11 @@ def _rows() -> tuple[dict[str, str], ...]:
 
 
 def prem_layer_names() -> tuple[str, ...]:
-    """The names of PREM's 13 layers from the centre to the ocean."""
+    """The names of PREM's 13 layers from the centre to the ocean.
+
+    >>> print(len(prem_layer_names()))
+    13
+    """
     return tuple(row["name"] for row in _rows())
 
 
@@ -32,6 +36,9 @@ def prem(gravitational_constant: float = GRAVITATIONAL_CONSTANT) -> LayeredBody:
     """PREM's density with its jumps, in SI: 13 layers of cubic polynomials in r/R, mean radius R = 6371 km.
 
     Source: Dziewonski & Anderson 1981, PEPI 25, 297, table I. Checked by tests/unit/test_layered.py.
+
+    >>> print(f"{float(prem().moment_ratio):.6f}")  # gravity and precession have 0.3307
+    0.330799
     """
     radii = np.array([float(row["outer_radius_km"]) for row in _rows()]) * 1e3
     coefficients = [[1e3 * float(row[f"a{k}"]) for k in range(4)] for row in _rows()]
@@ -48,6 +55,9 @@ def prem_figure(
 
     PREM's density is that of the level surfaces by mean radius. harmonics and nodes: as in
     `figures.figure_of_layered_body`. Checked by tests/unit/test_figures.py.
+
+    >>> print(f"{1 / float(prem_figure().flattening):.2f}")  # hydrostatic; measured 298.26
+    299.78
     """
     body = prem(gravitational_constant)
     return figure_of_layered_body(body, angular_velocity=angular_velocity, harmonics=harmonics, nodes=nodes)

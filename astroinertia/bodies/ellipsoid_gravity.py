@@ -23,6 +23,9 @@ def index_symbols(axes) -> np.ndarray:
     """Return A_1, A_2, A_3 of the semi-axes (..., 3): dimensionless, of sum 2, to 1e-15.
 
     Source: Chandrasekhar 1969, ch. 3; Carlson 1995. Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(index_symbols(np.array([1.0, 1.0, 1.0])).round(6))  # of a sphere
+    [0.666667 0.666667 0.666667]
     """
     axes = _checked(axes)
     squares = np.moveaxis(axes**2 / _scale2(axes), -1, 0)
@@ -37,6 +40,9 @@ def index_integral(squares, indices: tuple[int, ...], power: int):
     that `indices` may name; complex values near the positive axis give derivatives. Relative error 3e-16 for any axes.
     Source: Chandrasekhar 1969, section 21.
     Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(f"{index_integral(np.ones(3), (0,), 0):.6f}")  # A_1 of a sphere
+    0.666667
     """
     sizes = [abs(each) for each in squares]
     first = math.floor((math.log(min(sizes)) - _LOG_TAIL) / _LOG_STEP)
@@ -54,6 +60,9 @@ def potential(axes, points, density: float = 1.0, gravitational_constant: float 
     """Return the potential (negative) of the homogeneous ellipsoid at points (..., 3), inside and outside.
 
     Source: Chandrasekhar 1969, ch. 3 (Ferrers). Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(f"{potential(np.ones(3), np.array([2.0, 0.0, 0.0])) / (4 / 3 * np.pi):.6f}")  # -M/r outside a sphere
+    -0.500000
     """
     axes, points = _checked(axes), np.asarray(points, dtype=float)
     squares = axes**2 + _confocal(axes, points)[..., None]
@@ -66,6 +75,9 @@ def acceleration(axes, points, density: float = 1.0, gravitational_constant: flo
     """Return the gravity (..., 3) of the homogeneous ellipsoid at points (..., 3), inside and outside.
 
     Source: Chandrasekhar 1969, ch. 3. Test: tests/unit/test_ellipsoids.py.
+
+    >>> print((acceleration(np.ones(3), np.array([2.0, 0.0, 0.0])) / (4 / 3 * np.pi))[0].round(6))  # -M/r^2
+    -0.25
     """
     axes, points = _checked(axes), np.asarray(points, dtype=float)
     squares = axes**2 + _confocal(axes, points)[..., None]
@@ -76,6 +88,9 @@ def gravitational_energy(axes, mass: float = 1.0, gravitational_constant: float 
     """Return W = -(3/5) G M^2 R_F(a^2, b^2, c^2) of the homogeneous ellipsoid.
 
     Source: Chandrasekhar 1969, section 22. Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(f"{gravitational_energy(np.ones(3)):.6f}")  # -3/5 of a sphere
+    -0.600000
     """
     axes = _checked(axes)
     scale2 = _scale2(axes)[..., 0]
@@ -86,6 +101,9 @@ def potential_energy_tensor(axes, mass: float = 1.0, gravitational_constant: flo
     """Return the diagonal of Chandrasekhar's potential-energy tensor (3,), of sum W.
 
     Source: Chandrasekhar 1969, section 22. Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(potential_energy_tensor(np.ones(3)).round(6))
+    [-0.2 -0.2 -0.2]
     """
     axes = _checked(axes)
     factor = -0.3 * gravitational_constant * mass**2 / np.prod(axes)

@@ -59,6 +59,11 @@ def viscous_modes(body: HomogeneousEllipsoid, kinematic_viscosity: float) -> Fri
     The last one of a figure with three axes is that in which its circulation decays or runs away. Units of the body.
     ValueError for a negative viscosity, or a figure with internal motion. Source: Rosenkilde 1967.
     Test: tests/unit/test_ellipsoid_secular.py.
+
+    >>> from astroinertia.bodies import maclaurin
+    >>> changes = viscous_modes(maclaurin.from_eccentricity(0.5), 1e-3).changes
+    >>> print(changes.real.max() <= 0)  # of a nearly round body: friction damps all
+    True
     """
     frame = steady_frame(body)
     if not frame.spheroid and abs(frame.internal) > _AT_REST:
@@ -81,6 +86,10 @@ def radiative_modes(body: HomogeneousEllipsoid, speed_of_light: float) -> Fricti
 
     Units of the body. ValueError for a figure that radiates (three axes, turning), or a tide, or a speed of light of
     zero or less. Source: Chandrasekhar 1970. Test: tests/unit/test_ellipsoid_secular.py.
+
+    >>> from astroinertia.bodies import riemann
+    >>> print(len(radiative_modes(riemann.dedekind(0.8), 10.0).rates))
+    4
     """
     frame = steady_frame(body)
     if abs(frame.turning) > _AT_REST or not frame.isolated:
@@ -110,6 +119,11 @@ def bar_rates(
     three axes, NumericalError where radiation is so strong that the factor is not found.
     Source: Roberts & Stewartson 1963; Chandrasekhar 1970.
     Test: tests/unit/test_ellipsoid_secular.py.
+
+    >>> from astroinertia.bodies import maclaurin
+    >>> rates = bar_rates(maclaurin.from_eccentricity(0.9), kinematic_viscosity=1e-3)
+    >>> print(max(rate.real for rate in rates) > 0)  # beyond e = 0.8127 friction lets a bar grow
+    True
     """
     frame = steady_frame(spheroid)
     if not frame.spheroid:
@@ -145,6 +159,10 @@ def secular_growth_rate(
 
     With both frictions at once the figure is a spheroid. ValueError as of `viscous_modes` and `radiative_modes`, and
     where neither is given. Source: Lindblom & Detweiler 1977. Test: tests/unit/test_ellipsoid_secular.py.
+
+    >>> from astroinertia.bodies import maclaurin
+    >>> print(secular_growth_rate(maclaurin.from_eccentricity(0.9), 1e-3) > 0)  # a bar by friction
+    True
     """
     parts = []
     if kinematic_viscosity:
@@ -167,6 +185,10 @@ def secular_onset(
 
     ValueError unless the growth rate changes its sign between. Source: Chandrasekhar 1969, section 37.
     Test: tests/unit/test_ellipsoid_secular.py.
+
+    >>> from astroinertia.bodies import maclaurin
+    >>> print(f"{secular_onset(maclaurin.from_eccentricity, 0.7, 0.9, 1e-3):.6f}")  # where Jacobi ellipsoids branch off
+    0.812670
     """
 
     def growth(parameter: float) -> float:

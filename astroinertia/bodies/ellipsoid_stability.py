@@ -229,6 +229,10 @@ def spectrum(body: HomogeneousEllipsoid) -> Spectrum:
     The companion of a Roche ellipsoid stays on its orbit. Of a spheroid, bars are seen in the inertial frame.
     ValueError for a figure that is not in balance. Source: Chandrasekhar 1969, sections 33, 41, 49 and 57.
     Test: tests/unit/test_ellipsoid_stability.py.
+
+    >>> from astroinertia.bodies import maclaurin
+    >>> print([spectrum(maclaurin.from_eccentricity(e)).margin > 0 for e in (0.9, 0.96)])  # stable until e = 0.9529
+    [True, False]
     """
     frame = steady_frame(body)
     if frame.turning == frame.internal == 0:
@@ -276,5 +280,9 @@ def onset(figure: Callable[[float], HomogeneousEllipsoid], low: float, high: flo
 
     The root of the margin, to round-off. ValueError unless one end is stable and the other not.
     Test: tests/unit/test_ellipsoid_stability.py.
+
+    >>> from astroinertia.bodies import maclaurin
+    >>> print(f"{onset(maclaurin.from_eccentricity, 0.9, 0.99):.6f}")  # bars grow by themselves
+    0.952887
     """
     return root_between(lambda parameter: spectrum(figure(parameter)).margin, low, high)

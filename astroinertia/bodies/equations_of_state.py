@@ -192,12 +192,20 @@ class Barotrope:
 
 
 def geometric_density(density) -> np.ndarray:
-    """Density in units of G = c = Msun = 1 from one in kg m-3."""
+    """Density in units of G = c = Msun = 1 from one in kg m-3.
+
+    >>> print(f"{geometric_density(2.7e17):.2e}")  # of nuclear matter
+    4.37e-04
+    """
     return np.asarray(density, dtype=float) / _SOLAR_DENSITY
 
 
 def geometric_pressure(pressure) -> np.ndarray:
-    """Pressure in units of G = c = Msun = 1 from one in Pa."""
+    """Pressure in units of G = c = Msun = 1 from one in Pa.
+
+    >>> print(f"{geometric_pressure(1e34):.2e}")
+    1.80e-04
+    """
     return np.asarray(pressure, dtype=float) / (_SOLAR_DENSITY * SPEED_OF_LIGHT**2)
 
 
@@ -208,12 +216,20 @@ def _check(**named: float) -> None:
 
 
 def polytrope(constant: float, gamma: float) -> Barotrope:
-    """P = K rho0^gamma with e = rho0 + P/(gamma - 1); ValueError unless K > 0 and gamma > 1."""
+    """P = K rho0^gamma with e = rho0 + P/(gamma - 1); ValueError unless K > 0 and gamma > 1.
+
+    >>> print(polytrope(100.0, 2.0).name)
+    polytrope of gamma 2
+    """
     return piecewise_polytrope(constant, [gamma], [], name=f"polytrope of gamma {gamma:g}")
 
 
 def energy_polytrope(constant: float, gamma: float) -> Barotrope:
-    """P = K e^gamma of the energy density (Tooper 1964, ApJ 140, 434); ValueError unless K > 0 and gamma > 1."""
+    """P = K e^gamma of the energy density (Tooper 1964, ApJ 140, 434); ValueError unless K > 0 and gamma > 1.
+
+    >>> print(energy_polytrope(100.0, 2.0).name)
+    energy polytrope of gamma 2
+    """
     _check(constant=constant, **{"gamma - 1": gamma - 1})
     return Barotrope(
         f"energy polytrope of gamma {gamma:g}", (0.0, math.inf), (EnergyPowerLaw(constant, 1 / (gamma - 1)),)
@@ -221,7 +237,11 @@ def energy_polytrope(constant: float, gamma: float) -> Barotrope:
 
 
 def constant_density(density: float) -> Barotrope:
-    """The incompressible star e = rho0 = density (Schwarzschild 1916); ValueError unless density > 0."""
+    """The incompressible star e = rho0 = density (Schwarzschild 1916); ValueError unless density > 0.
+
+    >>> print(constant_density(1e-3).name)
+    constant density
+    """
     _check(density=density)
     return Barotrope("constant density", (0.0, math.inf), (PowerLaw(density, 1.0, 0.0, 0.0),))
 
@@ -238,6 +258,9 @@ def piecewise_polytrope(
     constant: K of the outermost piece; gammas: outermost first, one more than `densities` (ascending), the density at
     which each piece ends; jumps: the factor by which the density rises there (1: none). ValueError for anything else.
     Source: Read et al. 2009, Eqs. (5) to (9).
+
+    >>> print(piecewise_polytrope(100.0, [2.0, 3.0], [1e-3]).name)
+    piecewise polytrope
     """
     densities = [float(value) for value in densities]
     jumps = [1.0] * len(densities) if jumps is None else [float(value) for value in jumps]
@@ -274,7 +297,11 @@ def piecewise_polytrope(
 
 @lru_cache(maxsize=1)
 def read2009_table() -> dict[str, dict[str, float]]:
-    """Table III of Read et al. 2009 by name: `log10_p1` (dyn cm-2), `gamma1`, `gamma2`, `gamma3`."""
+    """Table III of Read et al. 2009 by name: `log10_p1` (dyn cm-2), `gamma1`, `gamma2`, `gamma3`.
+
+    >>> print(len(read2009_table()))
+    34
+    """
     with data_path("read2009.csv").open(encoding="utf-8", newline="") as lines:
         rows = csv.DictReader(line for line in lines if not line.startswith("#"))
         return {row["name"]: {key: float(row[key]) for key in row if key != "name"} for row in rows}
@@ -284,6 +311,9 @@ def read2009(name: str) -> Barotrope:
     """The piecewise polytrope of Read et al. 2009 for the named equation of state, on the crust of SLy.
 
     ValueError for a name that is not in their Table III (data/read2009.csv).
+
+    >>> print(read2009("SLy").name)
+    SLy
     """
     table = read2009_table()
     if name not in table:
@@ -299,6 +329,9 @@ def four_parameter(
 
     The first core piece begins where it meets the crust; ValueError where that is not between the crust's last
     dividing density and 10^14.7 g cm-3.
+
+    >>> print(four_parameter(34.384, 3.005, 2.988, 2.851, name="mine").name)  # these are of SLy
+    mine
     """
     _check(log10_p1=log10_p1, gamma1=gamma1, gamma2=gamma2, gamma3=gamma3)
     crust_pressure = SLY_CRUST_CONSTANT * (100 * SPEED_OF_LIGHT) ** 2  # K rho0^gamma in dyn cm-2

@@ -169,6 +169,9 @@ def figure_of_density(
     if None; nodes: of a layer that reaches the centre; accuracy: the worst truncation and virial error that are not
     refused. Raises ValueError for bad arguments, NumericalError where no figure is found or it is not that accurate.
     Source: figure_shapes.py; checked by tests/unit/test_figures.py against Maclaurin, Clairaut and PREM.
+
+    >>> print(f"{figure_of_density([1.0], [1.0], small_m=0.01).flattening:.5f}")  # about (5/4) m of a uniform body
+    0.01253
     """
     edges = _layer_edges(outer_radii)
     if len(densities) != len(edges) - 1:
@@ -299,6 +302,9 @@ def figure_of_polytrope(
     angular_velocity; harmonics, nodes and accuracy as for `figure_of_density`. Raises ValueError for bad arguments (for
     n = 0 take `figure_of_density` with one density), NumericalError where no figure is found or it is not that
     accurate. Source: figure_shapes.py; checked by tests/unit/test_figures.py against the Bessel series of n = 1.
+
+    >>> print(f"{figure_of_polytrope(1.0, small_m=0.08).flattening:.4f}")  # nearly Jupiter, 0.065
+    0.0612
     """
     if not 0 < index < 5:
         raise ValueError(f"a polytrope of finite radius and density needs an index 0 < n < 5, not {index!r}")

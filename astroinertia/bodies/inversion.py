@@ -93,6 +93,9 @@ def two_layers(
     lighter than its mantle (moment ratio above 0.4) is found, too. Within a JAX transformation nothing is refused: a
     body that cannot be has a NaN or a negative density. Source: the module's equations. Checked by
     tests/unit/test_inversion.py.
+
+    >>> print(f"{float(two_layers(3933.0, 0.3637, mantle_density=3500.0).core_radius_ratio):.5f}")  # of Mars
+    0.41917
     """
     name, given = _the_given(mantle_density, core_density, core_radius_ratio)
     found = _solved(mean_density, moment_ratio, given, name)
@@ -114,6 +117,10 @@ def two_layers_with_errors(
 
     errors: three standard errors, or a covariance (3, 3). Linear in the errors, by the exact jacobian: near the limits
     of what exists, sample instead. ValueError as for `two_layers`. Checked by tests/unit/test_inversion.py.
+
+    >>> known = two_layers_with_errors(3933.0, 0.3637, np.array([1.0, 1e-4, 50.0]), mantle_density=3500.0)
+    >>> print(f"{known.standard_errors.core_radius_ratio:.3f}")
+    0.114
     """
     name, given = _the_given(mantle_density, core_density, core_radius_ratio)
     structure = two_layers(mean_density, moment_ratio, **{name: given})
@@ -144,6 +151,10 @@ def three_layer_family(
 
     The shell is taken off, and the rest is a two-layer body with its own mean density and moment ratio. NaN where there
     is none; ValueError where there is none at all. Source and check as for `two_layers`.
+
+    >>> mars = three_layer_family(3933.0, 0.3637, 2900.0, 0.985, core_density=6000.0)
+    >>> print(f"{float(mars.core_radius_ratio):.4f}")  # with a crust of 50 km
+    0.5884
     """
     name, given = _the_given(mantle_density, core_density, core_radius_ratio)
     family = _family(mean_density, moment_ratio, shell_density, shell_boundary_ratio, given, name)

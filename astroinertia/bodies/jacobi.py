@@ -23,6 +23,9 @@ def from_axis_ratio(b_over_a: float, **scale: float) -> HomogeneousEllipsoid:
     """Return the ellipsoid of given b/a, 0 < b/a <= 1; `scale`: mass, mean_radius, gravitational_constant.
 
     ValueError outside, and below 1e-12. Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(f"{from_axis_ratio(0.5).polar_moment:.6f}")  # in M R_mean^2
+    0.752075
     """
     if not (math.exp(_LOG_THINNEST) * (1 - 1e-9) <= b_over_a <= 1):
         raise ValueError(f"a Jacobi ellipsoid has 0 < b/a <= 1 (from 1e-12 on here), not {b_over_a!r}")
@@ -51,6 +54,9 @@ def pear_bifurcation() -> HomogeneousEllipsoid:
     bifurcation from the Maclaurin sequence.
     Source: Poincare 1885, Acta Math. 7, 259; Chandrasekhar 1969, section 40, with the numbers.
     Test: tests/hard/test_ellipsoids_hard.py.
+
+    >>> print(f"{pear_bifurcation().axes[1] / pear_bifurcation().axes[0]:.6f}")
+    0.432232
     """
 
     def difference(b: float) -> float:
@@ -68,6 +74,9 @@ def from_angular_velocity(angular_velocity: float, **scale: float) -> Homogeneou
     """Return the ellipsoid of given Omega (in the units of `scale`), 0 < Omega^2 <= 0.374230 pi G rho.
 
     ValueError outside.     Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(from_angular_velocity(0.5).axes.round(4))  # in R_mean
+    [1.5914 0.9277 0.6774]
     """
     body = _unit(1.0).rescaled(**scale)
     target = angular_velocity / math.sqrt(math.pi * body.gravitational_constant * body.density)
@@ -78,6 +87,9 @@ def from_angular_momentum(angular_momentum: float, **scale: float) -> Homogeneou
     """Return the ellipsoid of given L >= 0.303751 sqrt(G M^3 R_mean) (in the units of `scale`); ValueError below.
 
     Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(f"{from_angular_momentum(0.35).angular_momentum:.6f}")
+    0.350000
     """
     body = _unit(1.0).rescaled(**scale)
     target = angular_momentum / math.sqrt(body.gravitational_constant * body.mass**3 * body.mean_radius)
@@ -88,6 +100,9 @@ def from_energy_ratio(rotational_to_gravitational: float, **scale: float) -> Hom
     """Return the ellipsoid of given T/|W|, from 0.137528 to below 1/2; ValueError outside.
 
     Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(f"{from_energy_ratio(0.16).rotational_to_gravitational:.6f}")
+    0.160000
     """
     return _found("T/|W|", lambda each: each.rotational_to_gravitational, rotational_to_gravitational, scale)
 

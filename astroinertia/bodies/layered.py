@@ -145,6 +145,11 @@ def shell_integrals(body: LayeredBody, power: int) -> Array:
     """The integral of rho x^power dx over each layer (layers,), x = r/R, exact; power 2 gives masses, 4 moments.
 
     Checked by tests/unit/test_layered.py.
+
+    >>> import jax
+    >>> with jax.enable_x64(True):
+    ...     print(shell_integrals(constant_layers([1.0], [1.0]), 2).round(6))  # 1/3
+    [0.333333]
     """
     x_in, x_out = _bounds(body)
     powers = jnp.arange(body.coefficients.shape[1], dtype=float) + power
@@ -161,6 +166,11 @@ def layer_bounds(body: LayeredBody) -> tuple[Array, Array, Array]:
 
     In a layer m = 4 pi R^3 (offset + sum of c_k x^(k+3)/(k+3)); the offset is what the layers below hold beyond what
     the layer itself, continued to the centre, would.
+
+    >>> import jax
+    >>> with jax.enable_x64(True):
+    ...     print(layer_bounds(constant_layers([0.5, 1.0], [1.0, 1.0]))[1])  # outer
+    [0.5 1. ]
     """
     x_in, x_out = _bounds(body)
     below = jnp.cumsum(shell_integrals(body, 2))[:-1]
@@ -222,6 +232,9 @@ def constant_layers(outer_radii: Array, densities: Array, gravitational_constant
     """The body of layers of constant density: outer radii (layers,) from the centre outwards, densities (layers,).
 
     ValueError where radii do not ascend or a density is not positive. Checked by tests/unit/test_layered.py.
+
+    >>> print(f"{float(constant_layers([0.5, 1.0], [2.0, 1.0]).moment_ratio):.6f}")  # (2/5)(1 + 1/32)/(1 + 1/8)
+    0.366667
     """
     return _checked(outer_radii, _stacked(is_known(densities), [densities]), gravitational_constant)
 
@@ -232,6 +245,9 @@ def linear_layers(
     """The body of layers in which the density goes linearly in r from an inner to an outer value, (layers,) each.
 
     A layer of no thickness is a jump. ValueError as for `constant_layers`. Checked by tests/unit/test_layered.py.
+
+    >>> print(f"{float(linear_layers([1.0], [1.0], [1.0]).moment_ratio):.6f}")  # uniform
+    0.400000
     """
     known = all(is_known(each) for each in (outer_radii, inner_densities, outer_densities))
     xp = np if known else jnp
@@ -249,6 +265,9 @@ def polynomial_layers(
     """The body of layers of density c_0 + c_1 x + c_2 x^2 + ..., x = r/R: a list of coefficients for each layer.
 
     The lists may differ in length. ValueError as for `constant_layers`. Checked by tests/unit/test_layered.py.
+
+    >>> print(f"{float(polynomial_layers([1.0], [[1.0]]).moment_ratio):.6f}")  # uniform
+    0.400000
     """
     known = all(is_known(each) for each in coefficients)
     xp = np if known else jnp
@@ -262,6 +281,9 @@ def tabulated_layers(radii: Array, densities: Array, gravitational_constant: Arr
 
     Two rows of one radius are a jump; where the first radius is not zero, the first density fills the centre.
     ValueError as for `constant_layers`. Checked by tests/unit/test_layered.py.
+
+    >>> print(f"{float(tabulated_layers([0.0, 1.0], [1.0, 1.0]).moment_ratio):.6f}")  # uniform
+    0.400000
     """
     xp = np if is_known(radii) and is_known(densities) else jnp
     radii, densities = xp.asarray(radii, dtype=float), xp.asarray(densities, dtype=float)

@@ -76,6 +76,9 @@ def from_second_eccentricity(second_eccentricity: float, **scale: float) -> Macl
     """Return the spheroid of given sqrt(a^2 - c^2)/c >= 0; `scale`: mass, mean_radius, gravitational_constant.
 
     ValueError unless it is finite. Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(f"{from_second_eccentricity(1.0).eccentricity**2:.6f}")  # a^2 = 2 c^2
+    0.500000
     """
     l = float(second_eccentricity)  # noqa: E741
     if not (0 <= l < math.inf):
@@ -89,6 +92,9 @@ def from_eccentricity(eccentricity: float, **scale: float) -> MaclaurinSpheroid:
     """Return the spheroid of given e = sqrt(1 - c^2/a^2), 0 <= e < 1; ValueError outside.
 
     Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(f"{from_eccentricity(0.8126700).rotational_to_gravitational:.4f}")  # where Jacobi ellipsoids branch off
+    0.1375
     """
     if not (0 <= eccentricity < 1):
         raise ValueError(f"the eccentricity of a spheroid lies in 0 <= e < 1, not {eccentricity!r}")
@@ -96,7 +102,11 @@ def from_eccentricity(eccentricity: float, **scale: float) -> MaclaurinSpheroid:
 
 
 def from_axis_ratio(c_over_a: float, **scale: float) -> MaclaurinSpheroid:
-    """Return the spheroid of given c/a, 0 < c/a <= 1; ValueError outside. Test: tests/unit/test_ellipsoids.py."""
+    """Return the spheroid of given c/a, 0 < c/a <= 1; ValueError outside. Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(f"{from_axis_ratio(1.0).angular_velocity:.6f}")  # a sphere does not turn
+    0.000000
+    """
     if not (0 < c_over_a <= 1):
         raise ValueError(f"the axis ratio of a spheroid lies in 0 < c/a <= 1, not {c_over_a!r}")
     return from_second_eccentricity(math.sqrt((1 - c_over_a) * (1 + c_over_a)) / c_over_a, **scale)
@@ -110,6 +120,9 @@ def from_angular_velocity(
     Omega is in the units of `scale`. ValueError beyond Omega^2 = 0.449331 pi G rho, for Omega < 0, and for Omega = 0 on
     the fast branch (the disc of infinite radius). Source: Chandrasekhar 1969, ch. 5.
     Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(f"{from_angular_velocity(0.1).flattening:.5f}")  # about (5/4) Omega^2 R^3/(G M)
+    0.01253
     """
     top = fastest()
     unit = math.pi * top.rescaled(**scale).gravitational_constant * top.rescaled(**scale).density
@@ -133,6 +146,9 @@ def from_angular_momentum(angular_momentum: float, **scale: float) -> MaclaurinS
     """Return the spheroid of given L >= 0 (in the units of `scale`): there is one for each; ValueError for L < 0.
 
     Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(f"{from_angular_momentum(0.303751).rotational_to_gravitational:.4f}")  # the bifurcation
+    0.1375
     """
     unit = from_second_eccentricity(0.0, **scale)
     target = angular_momentum / math.sqrt(unit.gravitational_constant * unit.mass**3 * unit.mean_radius)
@@ -145,6 +161,9 @@ def from_energy_ratio(rotational_to_gravitational: float, **scale: float) -> Mac
     """Return the spheroid of given T/|W|, 0 <= T/|W| < 1/2; ValueError outside.
 
     Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(f"{from_energy_ratio(0.1).rotational_to_gravitational:.6f}")
+    0.100000
     """
     if not (0 <= rotational_to_gravitational < 0.5):
         raise ValueError(f"T/|W| of a Maclaurin spheroid lies in 0 <= T/|W| < 1/2, not {rotational_to_gravitational!r}")
@@ -174,6 +193,9 @@ def bifurcation() -> MaclaurinSpheroid:
     """Return the spheroid where the Jacobi ellipsoids branch off (secular limit): a^4 A_11 = c^2 A_3, T/|W| = 0.137528.
 
     Source: Chandrasekhar 1969, section 39, eq. 4 with b = a. Test: tests/hard/test_ellipsoids_hard.py.
+
+    >>> print(f"{bifurcation().rotational_to_gravitational:.6f}, e = {bifurcation().eccentricity:.6f}")
+    0.137528, e = 0.812670
     """
 
     def difference(l: float) -> float:  # noqa: E741
@@ -189,6 +211,9 @@ def dynamical_limit() -> MaclaurinSpheroid:
     """Return the spheroid where the bar mode becomes complex: Omega^2 = 4 pi G rho B_11, T/|W| = 0.273823.
 
     Source: Chandrasekhar 1969, section 33. Test: tests/hard/test_ellipsoids_hard.py.
+
+    >>> print(f"{dynamical_limit().rotational_to_gravitational:.6f}, e = {dynamical_limit().eccentricity:.6f}")
+    0.273823, e = 0.952887
     """
 
     def difference(l: float) -> float:  # noqa: E741
@@ -204,6 +229,9 @@ def fastest() -> MaclaurinSpheroid:
     There the slope of Omega^2/(2 pi G rho) = ((3 + l^2) arctan l - 3 l)/l^3 is zero:
     (1 + l^2)(9 + l^2) arctan l = 9 l + 7 l^3.
     Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/test_ellipsoids.py.
+
+    >>> print(f"{fastest().omega2:.6f}")  # Omega^2/(pi G rho)
+    0.449331
     """
 
     def slope(l: float) -> float:  # noqa: E741

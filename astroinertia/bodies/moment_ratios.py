@@ -14,31 +14,55 @@ UNIFORM = 0.4
 
 
 def convert_moment_ratio(value, from_radius, to_radius):
-    """Return a moment ratio (or its uncertainty) of one radius for another: it goes as radius^-2."""
+    """Return a moment ratio (or its uncertainty) of one radius for another: it goes as radius^-2.
+
+    >>> print(f"{convert_moment_ratio(0.36419, 3396.0, 3389.5):.5f}")  # of Mars, from its equatorial radius
+    0.36559
+    """
     return value * (from_radius / to_radius) ** 2
 
 
 def mean_from_polar(polar_ratio, j2):
-    """Return I/(M R^2) of the mean moment I = (A + B + C)/3 from C/(M R^2) and J2, both for the same R."""
+    """Return I/(M R^2) of the mean moment I = (A + B + C)/3 from C/(M R^2) and J2, both for the same R.
+
+    >>> print(f"{mean_from_polar(0.3307, 1.0826e-3):.5f}")  # less (2/3) J2
+    0.32998
+    """
     return polar_ratio - 2.0 / 3.0 * j2
 
 
 def polar_from_mean(mean_ratio, j2):
-    """Return C/(M R^2) from that of the mean moment and J2, both for the same R."""
+    """Return C/(M R^2) from that of the mean moment and J2, both for the same R.
+
+    >>> print(f"{polar_from_mean(0.32998, 1.0826e-3):.4f}")
+    0.3307
+    """
     return mean_ratio + 2.0 / 3.0 * j2
 
 
 def principal_moment_ratios(polar_ratio, j2, c22=0.0):
-    """Return A, B and C over M R^2 from C/(M R^2), J2 and C22 (zero for an axisymmetric body), all for the same R."""
+    """Return A, B and C over M R^2 from C/(M R^2), J2 and C22 (zero for an axisymmetric body), all for the same R.
+
+    >>> print([f"{each:.5f}" for each in principal_moment_ratios(0.3307, 1.0826e-3)])
+    ['0.32962', '0.32962', '0.33070']
+    """
     middle = polar_ratio - j2
     return middle - 2.0 * c22, middle + 2.0 * c22, polar_ratio
 
 
 def polar_from_precession(j2, dynamical_ellipticity):
-    """Return C/(M R^2) = J2/H from J2 for R and H = (C - (A + B)/2)/C, which precession measures."""
+    """Return C/(M R^2) = J2/H from J2 for R and H = (C - (A + B)/2)/C, which precession measures.
+
+    >>> print(f"{polar_from_precession(1.0826359e-3, 3.2737949e-3):.4f}")  # of the Earth
+    0.3307
+    """
     return j2 / dynamical_ellipticity
 
 
 def volumetric_radius(first, second, third):
-    """Return (a b c)^(1/3), the radius of the sphere with the volume of the ellipsoid of these semi-axes."""
+    """Return (a b c)^(1/3), the radius of the sphere with the volume of the ellipsoid of these semi-axes.
+
+    >>> print(f"{volumetric_radius(1.0, 2.0, 4.0):.6f}")
+    2.000000
+    """
     return np.cbrt(first * second * third)

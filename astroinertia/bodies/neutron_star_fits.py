@@ -55,6 +55,9 @@ def lattimer_schutz(mass, radius_km, check_range: bool = True) -> np.ndarray:
 
     Source: Lattimer & Schutz 2005, ApJ 629, 979, Eq. (16), for equations of state with a maximum mass above 1.6 Msun.
     ValueError outside LATTIMER_SCHUTZ_RANGE of compactness.
+
+    >>> print(f"{lattimer_schutz(1.4, 12.0):.3f}")  # I/(M R^2)
+    0.357
     """
     x = np.asarray(mass, dtype=float) / np.asarray(radius_km, dtype=float)
     _within("compactness", x * SOLAR_LENGTH / 1e3, LATTIMER_SCHUTZ_RANGE, check_range)
@@ -63,14 +66,22 @@ def lattimer_schutz(mass, radius_km, check_range: bool = True) -> np.ndarray:
 
 
 def breu_rezzolla_moment_ratio(compactness, check_range: bool = True) -> np.ndarray:
-    """I/(M R^2) by C: Breu & Rezzolla 2016, MNRAS 459, 646, for slow rotation; ValueError outside their range."""
+    """I/(M R^2) by C: Breu & Rezzolla 2016, MNRAS 459, 646, for slow rotation; ValueError outside their range.
+
+    >>> print(f"{breu_rezzolla_moment_ratio(0.172):.3f}")  # of 1.4 solar masses and 12 km
+    0.357
+    """
     C = _within("compactness", compactness, BREU_REZZOLLA_RANGE, check_range)
     a, b, c = _BREU_REZZOLLA_RATIO
     return a + b * C + c * C**4
 
 
 def breu_rezzolla_moment_bar(compactness, check_range: bool = True) -> np.ndarray:
-    """I/M^3 (G = c = 1) by C: Breu & Rezzolla 2016, MNRAS 459, 646, Eq. (20); ValueError outside their range."""
+    """I/M^3 (G = c = 1) by C: Breu & Rezzolla 2016, MNRAS 459, 646, Eq. (20); ValueError outside their range.
+
+    >>> print(f"{breu_rezzolla_moment_bar(0.172):.1f}")
+    12.1
+    """
     C = _within("compactness", compactness, BREU_REZZOLLA_RANGE, check_range)
     return sum((a / C ** (i + 1) for i, a in enumerate(_BREU_REZZOLLA_BAR)), start=np.zeros_like(C))
 
@@ -80,19 +91,31 @@ def _yagi_yunes(name: str, x: np.ndarray) -> np.ndarray:
 
 
 def moment_bar_of_love(tidal_deformability, check_range: bool = True) -> np.ndarray:
-    """I/M^3 by Lambda, to 1%: Yagi & Yunes 2013, PRD 88, 023009, Table I; ValueError outside LOVE_RANGE."""
+    """I/M^3 by Lambda, to 1%: Yagi & Yunes 2013, PRD 88, 023009, Table I; ValueError outside LOVE_RANGE.
+
+    >>> print(f"{moment_bar_of_love(300.0):.1f}")  # I-Love
+    11.4
+    """
     x = _within("tidal_deformability", tidal_deformability, LOVE_RANGE, check_range)
     return _yagi_yunes("moment_bar of tidal_deformability", x)
 
 
 def moment_bar_of_quadrupole(quadrupole_bar, check_range: bool = True) -> np.ndarray:
-    """I/M^3 by Q M/J^2, to 1%: Yagi & Yunes 2013, Table I; ValueError outside QUADRUPOLE_BAR_RANGE."""
+    """I/M^3 by Q M/J^2, to 1%: Yagi & Yunes 2013, Table I; ValueError outside QUADRUPOLE_BAR_RANGE.
+
+    >>> print(f"{moment_bar_of_quadrupole(5.0):.1f}")  # I-Q
+    11.4
+    """
     x = _within("quadrupole_bar", quadrupole_bar, QUADRUPOLE_BAR_RANGE, check_range)
     return _yagi_yunes("moment_bar of quadrupole_bar", x)
 
 
 def quadrupole_bar_of_love(tidal_deformability, check_range: bool = True) -> np.ndarray:
-    """Q M/J^2 by Lambda, to 1%: Yagi & Yunes 2013, Table I; ValueError outside LOVE_RANGE."""
+    """Q M/J^2 by Lambda, to 1%: Yagi & Yunes 2013, Table I; ValueError outside LOVE_RANGE.
+
+    >>> print(f"{quadrupole_bar_of_love(300.0):.1f}")  # Q-Love
+    5.0
+    """
     x = _within("tidal_deformability", tidal_deformability, LOVE_RANGE, check_range)
     return _yagi_yunes("quadrupole_bar of tidal_deformability", x)
 
@@ -101,6 +124,9 @@ def kepler_period(mass, radius, gravitational_constant: float = GRAVITATIONAL_CO
     """2 pi sqrt(R^3/(G M)): the period of a circular orbit at the equator of a sphere (SI, or with the G given).
 
     No body rotates as fast as this: its equator has swollen before (`roche_shedding_period`).
+
+    >>> print(f"{1e3 * kepler_period(2.8e30, 1.2e4):.3f} ms")
+    0.604 ms
     """
     return 2 * math.pi * np.sqrt(np.asarray(radius, dtype=float) ** 3 / (gravitational_constant * np.asarray(mass)))
 
@@ -109,6 +135,9 @@ def roche_shedding_period(mass, radius, gravitational_constant: float = GRAVITAT
     """(3/2)^(3/2) times the Kepler period of the non-rotating sphere: Newtonian mass shedding in Roche's model.
 
     The mass is a point, the polar radius stays R, and the equator reaches 3R/2 where it orbits freely.
+
+    >>> print(f"{roche_shedding_period(1.0, 1.0, 1.0) / kepler_period(1.0, 1.0, 1.0):.4f}")  # (3/2)^(3/2)
+    1.8371
     """
     return 1.5**1.5 * kepler_period(mass, radius, gravitational_constant)
 
@@ -117,6 +146,9 @@ def shedding_frequency(mass, radius_km, source: str = "haensel_2009") -> np.ndar
     """Fastest rigid rotation in Hz of a relativistic star, from M (solar masses) and R of its non-rotating fellow.
 
     source: a name of KEPLER_FACTORS; ValueError for another.
+
+    >>> print(f"{shedding_frequency(1.4, 12.0):.0f} Hz")
+    972 Hz
     """
     if source not in KEPLER_FACTORS:
         raise ValueError(f"there is no limit {source!r}; there are {', '.join(KEPLER_FACTORS)}")

@@ -156,6 +156,10 @@ def star(
     At the default tolerance every property is good to 2e-10 (3e-11 for gamma of 5/3 and above, and for all of Read et
     al.), less for stars of hundreds of scale lengths (gamma near 6/5). ValueError where the equation of state does not
     cover the centre or not exactly one central value is given; NumericalError where there is no surface.
+
+    >>> from astroinertia.bodies.equations_of_state import geometric_density, read2009
+    >>> print(f"{star(read2009('SLy'), central_rest_density=geometric_density(1e18)).mass:.2f}")  # solar masses
+    1.56
     """
     enthalpy = _central(
         equation_of_state,
@@ -233,6 +237,10 @@ def maximum_mass(equation_of_state: Barotrope, relativistic: bool = True, tolera
     """Return the heaviest star: M to 1e-10, its central enthalpy (and so R) to about 1e-6.
 
     ValueError where the mass has no maximum within the equation of state.
+
+    >>> from astroinertia.bodies.equations_of_state import read2009
+    >>> print(f"{maximum_mass(read2009('SLy')).mass:.2f}")  # solar masses
+    2.05
     """
     branch = stable_branch(equation_of_state, relativistic)
     if not branch.turning_point:
@@ -249,6 +257,10 @@ def star_of_mass(
     """Return the stable star of a given gravitational mass (solar masses), on the branch of the heaviest star.
 
     ValueError for a mass above the maximum or below the least of that branch.
+
+    >>> from astroinertia.bodies.equations_of_state import read2009
+    >>> print(f"{star_of_mass(read2009('SLy'), 1.4).radius_km:.2f} km")
+    11.71 km
     """
     if not (math.isfinite(mass) and mass > 0):
         raise ValueError(f"the mass must be positive and finite, not {mass!r}")

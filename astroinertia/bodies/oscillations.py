@@ -258,6 +258,9 @@ def radial_modes(index: float, gamma: float, count: int = 3) -> tuple[Mode, ...]
     independent ones and shooting. ValueError for an index outside 0 <= n < 5; NumericalError for modes on which no two
     resolutions agree to 1e-9.
     Source: Chandrasekhar 1964. Checked by tests/unit/test_oscillations.py, tests/physics/test_polytrope_modes.py.
+
+    >>> print(f"{radial_modes(1.0, 5 / 3)[0].squared_frequency:.4f}")  # omega^2 in G M/R^3, fundamental mode
+    1.8916
     """
     n, gamma = _checked(index, gamma)
     if count < 1:
@@ -286,6 +289,9 @@ def nonradial_modes(
     3.5, all digits (1e-10) of independent ones for n = 1 to 3. ValueError for an index outside 0 <= n < 5, l < 2 or a
     negative number of modes; NumericalError for modes on which no two resolutions agree to 1e-9.
     Source: module text. Checked by tests/unit/test_oscillations.py, tests/physics/test_polytrope_modes.py.
+
+    >>> print([mode.label for mode in nonradial_modes(2.0, 5 / 3, pressure_modes=1, gravity_modes=1)])
+    ['g1', 'f', 'p1']
     """
     n, gamma = _checked(index, gamma)
     if degree < 2 or degree != int(degree):

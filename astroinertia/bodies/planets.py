@@ -156,7 +156,11 @@ class SolarSystemBody:
 
 @lru_cache(maxsize=1)
 def solar_system() -> Mapping[str, SolarSystemBody]:
-    """Return every body of the table by name, in the order of the table: Sun, planets with their moons, asteroids."""
+    """Return every body of the table by name, in the order of the table: Sun, planets with their moons, asteroids.
+
+    >>> print(list(solar_system())[:4])
+    ['Sun', 'Mercury', 'Venus', 'Earth']
+    """
     with data_path("planets.csv").open(encoding="utf-8", newline="") as stream:
         lines = [line for line in stream if not line.startswith("#")]
     found: dict[str, dict[str, list[Published]]] = {}
@@ -172,7 +176,11 @@ def solar_system() -> Mapping[str, SolarSystemBody]:
 
 
 def body(name: str) -> SolarSystemBody:
-    """Return the body of this name, in upper or lower case; KeyError, which lists the names, for one not there."""
+    """Return the body of this name, in upper or lower case; KeyError, which lists the names, for one not there.
+
+    >>> print(body("Mars").moment_ratio().value > body("Earth").moment_ratio().value)  # less centrally condensed
+    True
+    """
     for known, found in solar_system().items():
         if known.lower() == name.lower():
             return found

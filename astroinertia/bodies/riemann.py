@@ -159,6 +159,9 @@ def from_vorticity_ratio(b_over_a: float, vorticity_ratio: float, **scale: float
     With b = a it is the Maclaurin spheroid at which the sequence of this f begins. `scale`: mass, mean_radius,
     gravitational_constant. ValueError outside. Source: Chandrasekhar 1969, section 48.
     Test: tests/unit/test_riemann.py.
+
+    >>> print(f"{from_vorticity_ratio(0.5, 0.0).angular_velocity:.6f}")  # without currents: Jacobi
+    0.481838
     """
     b, f = float(b_over_a), float(vorticity_ratio)
     if math.isnan(f):
@@ -170,6 +173,9 @@ def from_rate_ratio(b_over_a: float, rate_ratio: float, **scale: float) -> Riema
     """Return the ellipsoid of given b/a, 1e-8 to 1, and Lambda/Omega, any number or infinity; 1 and -1: self-adjoint.
 
     ValueError outside. Source: Chandrasekhar 1969, section 48. Test: tests/unit/test_riemann.py.
+
+    >>> print(f"{from_rate_ratio(0.5, 0.0).angular_velocity:.6f}")  # without currents: Jacobi
+    0.481838
     """
     if math.isnan(rate_ratio):
         raise ValueError("the ratio Lambda/Omega of a Riemann ellipsoid is a number or infinity, not nan")
@@ -183,6 +189,10 @@ def from_axis_ratios(
 
     ValueError where there is none, that is outside of the self-adjoint sequences.
     Source: Chandrasekhar 1969, section 48. Test: tests/unit/test_riemann.py.
+
+    >>> one = dedekind(0.5)
+    >>> print(f'{from_axis_ratios(0.5, one.axes[2] / one.axes[0], branch="adjoint").angular_velocity:.4f}')
+    0.0000
     """
     b, c = float(b_over_a), float(c_over_a)
     if branch not in ("direct", "adjoint"):
@@ -209,6 +219,10 @@ def from_invariants(angular_momentum: float, circulation: float, **scale: float)
     below. On the sequence of a given ratio of the two, which begins at the sphere, there is one for each L. Units of
     `scale`. ValueError unless both are finite and in range.
     Source: Lai, Rasio & Shapiro 1993, section 5 (the energy as a function of both). Test: tests/unit/test_riemann.py.
+
+    >>> one = from_rate_ratio(0.5, 0.2)
+    >>> print(f"{from_invariants(one.angular_momentum, one.circulation).b_over_a:.6f}")
+    0.500000
     """
     unit = maclaurin.from_eccentricity(0.0, **scale)
     size = math.sqrt(unit.gravitational_constant * unit.mass**3 * unit.mean_radius)
@@ -247,6 +261,9 @@ def dedekind(b_over_a: float, **scale: float) -> RiemannEllipsoid:
     """Return the Dedekind ellipsoid of given b/a: at rest in space, held up by its internal flow; adjoint of Jacobi's.
 
     ValueError unless 1e-8 <= b/a <= 1. Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/test_riemann.py.
+
+    >>> print(f"{dedekind(0.5).angular_velocity:.6f}")  # at rest in space
+    0.000000
     """
     return from_rate_ratio(b_over_a, math.inf, **scale)
 
@@ -255,6 +272,9 @@ def irrotational(b_over_a: float, **scale: float) -> RiemannEllipsoid:
     """Return the ellipsoid without vorticity in space, f = -2, of given b/a; with a = b the sphere, at rest.
 
     ValueError unless 1e-8 <= b/a <= 1. Source: Chandrasekhar 1969, section 48. Test: tests/unit/test_riemann.py.
+
+    >>> print(irrotational(0.55).axes.round(4))
+    [1.3856 0.7621 0.947 ]
     """
     return from_vorticity_ratio(b_over_a, -2.0, **scale)
 
@@ -263,6 +283,9 @@ def sequence(vorticity_ratio: float, b_over_a=None, **scale: float) -> list[Riem
     """Return the ellipsoids of given f at many b/a (default: 1 to 0.1 in 40 steps); ValueError as the single ones.
 
     Source: Chandrasekhar 1969, section 48. Test: tests/unit/test_riemann.py.
+
+    >>> print(len(sequence(0.0)))
+    40
     """
     ratios = np.linspace(1.0, 0.1, 40) if b_over_a is None else np.atleast_1d(np.asarray(b_over_a, dtype=float))
     return [from_vorticity_ratio(float(b), vorticity_ratio, **scale) for b in ratios]

@@ -94,6 +94,9 @@ def from_axis_ratio(mass_ratio: float, c_over_a: float, **scale: float) -> Roche
 
     p = infinity gives Maclaurin spheroids and then Jacobi ellipsoids; `scale`: mass, mean_radius,
     gravitational_constant. ValueError outside. Source: Chandrasekhar 1969, ch. 8. Test: tests/unit/test_roche.py.
+
+    >>> print(from_axis_ratio(0.0, 0.6).axes.round(4))  # the longest towards the companion
+    [1.3786 0.8769 0.8272]
     """
     p, c = _checked_ratio(mass_ratio), float(c_over_a)
     if not (_THINNEST <= c <= 1):
@@ -125,6 +128,9 @@ def sequence(mass_ratio: float, c_over_a=None, **scale: float) -> list[RocheElli
     """Return the ellipsoids of given p = M/M' at many c/a (default: 0.98 to 0.2 in 40 steps).
 
     ValueError as `from_axis_ratio`. Source: Chandrasekhar 1969, ch. 8. Test: tests/unit/test_roche.py.
+
+    >>> print(len(sequence(0.0)))
+    40
     """
     ratios = np.linspace(0.98, 0.2, 40) if c_over_a is None else np.atleast_1d(np.asarray(c_over_a, dtype=float))
     return [from_axis_ratio(mass_ratio, float(c), **scale) for c in ratios]
@@ -135,6 +141,9 @@ def limit(mass_ratio: float, **scale: float) -> RocheEllipsoid:
 
     p = 0: scaled_distance 2.455176; p = -1: 2.1985, Jeans's spheroid (no rotation); p = infinity: the bifurcation to
     the Jacobi ellipsoids. ValueError for p < -1. Source: Chandrasekhar 1969, ch. 8. Test: tests/unit/test_roche.py.
+
+    >>> print(f"{limit(0.0).scaled_distance:.4f}")  # of a satellite of no mass: 2.4552 R_mean (companion/M)^(1/3)
+    2.4552
     """
     return _limit(_checked_ratio(mass_ratio)).rescaled(**scale)
 
@@ -164,6 +173,9 @@ def at_distance(
 
     The stable one is less deformed than the one at the limit, the unstable one more. ValueError inside the Roche limit.
     Source: Chandrasekhar 1969, ch. 8. Test: tests/unit/test_roche.py.
+
+    >>> print(at_distance(0.0, 4.0).axes.round(4))
+    [1.0503 0.9848 0.9668]
     """
     closest = limit(mass_ratio)
     if branch not in ("stable", "unstable"):

@@ -240,6 +240,10 @@ def rotating_star(
     The scale of the law is in equatorial radii. Matter with a density of its own decides mass and radius itself.
     ValueError on bad arguments; NumericalError where there is no such body, or none that 96 harmonics resolve.
     Source: Hachisu 1986, ApJS 61, 479. Test: tests/unit/test_scf.py.
+
+    >>> from astroinertia.bodies.scf_matter import polytropic_matter
+    >>> print(f"{rotating_star(polytropic_matter(1.5), 0.8).rotational_to_gravitational:.4f}")
+    0.0375
     """
     field = _field(matter, axis_ratio, law, resolution)
     check_field(field)

@@ -41,6 +41,11 @@ def export(source: Path, to: str, which: str | None = None, output: Path | None 
     which: a snapshot's number, "last" or "all"; without it the last, and of csv the headline series. output: the file,
     or a folder, made where it is not there; beside the run's file without it. SceneError or ArchiveError says what is
     wrong.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     print(export(Path("runs/star"), "csv", output=Path(folder, "star.csv"))[0].name)
+    star.csv
     """
     if to not in FORMATS:
         raise SceneError(f"the formats are {', '.join(FORMATS)}, not '{shown(to)}'")

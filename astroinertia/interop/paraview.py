@@ -18,7 +18,15 @@ _LENGTH_TYPE = np.dtype("<u8")  # of the number of bytes before each array
 
 
 def write_vtp(snapshot: Snapshot, path: Path) -> None:
-    """Write the particles of one snapshot as points, each with the scalars and vectors that the snapshot has."""
+    """Write the particles of one snapshot as points, each with the scalars and vectors that the snapshot has.
+
+    >>> import tempfile
+    >>> from astroinertia.interop.snapshots import snapshots_of
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_vtp(next(iter(snapshots_of(Path("runs/star"), "last"))), Path(folder, "star.vtp"))
+    ...     print(Path(folder, "star.vtp").stat().st_size > 1000)
+    True
+    """
     blocks: list[np.ndarray] = []
     file = _file("PolyData")
     data = xml.SubElement(file, "PolyData")
@@ -52,7 +60,14 @@ def write_vtp(snapshot: Snapshot, path: Path) -> None:
 
 
 def write_pvd(times: Sequence[float], files: Sequence[Path], path: Path) -> None:
-    """Write the collection that lets ParaView play several .vtp files of the same folder along their times."""
+    """Write the collection that lets ParaView play several .vtp files of the same folder along their times.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_pvd([0.0], [Path("star.vtp")], Path(folder, "star.pvd"))
+    ...     print("star.vtp" in Path(folder, "star.pvd").read_text())
+    True
+    """
     file = _file("Collection")
     collection = xml.SubElement(file, "Collection")
     for time, each in zip(times, files, strict=True):

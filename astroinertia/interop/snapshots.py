@@ -48,6 +48,9 @@ def chosen_numbers(count: int, which: str, path: Path) -> list[int]:
     """Numbers of snapshots from 0, of `count`: "last", "all", or one, counted from the end where it is negative.
 
     SceneError for what is none of these.
+
+    >>> print(chosen_numbers(3, "last", Path("star.nc")))
+    [2]
     """
     if which == "all":
         return list(range(count))
@@ -61,7 +64,11 @@ def chosen_numbers(count: int, which: str, path: Path) -> list[int]:
 
 
 def snapshots_of(path: Path, which: str) -> Iterator[Snapshot]:
-    """The chosen snapshots of a run's folder or file, read one after the other; SceneError where there is none."""
+    """The chosen snapshots of a run's folder or file, read one after the other; SceneError where there is none.
+
+    >>> print([f"{each.time:.0f} s" for each in snapshots_of(Path('runs/star'), 'all')])
+    ['0 s', '651 s', '1200 s']
+    """
     headline = dataset.open(path)
     particles = dataset.open_snapshots(path)
     if particles is None:

@@ -28,13 +28,24 @@ _COLUMNS = {
 
 
 def write_series(dataset: xr.Dataset, path: Path) -> None:
-    """Write every quantity that has a time and is known: `inertia_tensor_x_y [kg m2]`, `torque_gravity_z [N m]`, ..."""
+    """Write every quantity that has a time and is known: `inertia_tensor_x_y [kg m2]`, `torque_gravity_z [N m]`, ...
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_series(ds, Path(folder, "star.csv"))
+    ...     print(Path(folder, "star.csv").read_text()[:8])
+    time [s]
+    """
     columns = dict(series_columns(dataset))
     _write(path, [], list(columns), zip(*(values.tolist() for values in columns.values()), strict=True))
 
 
 def series_columns(dataset: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
-    """Header and values (time,) of every column; quantities and components that are NaN throughout have none."""
+    """Header and values (time,) of every column; quantities and components that are NaN throughout have none.
+
+    >>> print(next(iter(series_columns(ds)))[0])
+    time [s]
+    """
     for name in ("time", *dataset.data_vars):
         variable = dataset[name]
         if "time" not in variable.dims or variable.dtype.kind not in "fiub":
@@ -49,7 +60,15 @@ def series_columns(dataset: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def write_particles(snapshot: Snapshot, path: Path) -> None:
-    """Write one snapshot as a particle table; the units are in a comment, the names those of particle tables."""
+    """Write one snapshot as a particle table; the units are in a comment, the names those of particle tables.
+
+    >>> import tempfile
+    >>> from astroinertia.interop.snapshots import snapshots_of
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_particles(next(iter(snapshots_of(Path("runs/star"), "last"))), Path(folder, "star.csv"))
+    ...     print(len(Path(folder, "star.csv").read_text().splitlines()))
+    103
+    """
     held = {name: columns for name, columns in _COLUMNS.items() if name in snapshot.arrays}
     unit = {name: "1" if snapshot.dimensionless else SNAPSHOT[name].unit for name in held}
     units = ", ".join(f"{' '.join(columns)} in {unit[name]}" for name, columns in held.items())

@@ -19,6 +19,9 @@ def of_particles(
 
     softening is Plummer's, the same for all. ValueError where the numbers of particles differ or anything is not
     finite. Checked by tests/unit/test_rebound_particles.py.
+
+    >>> print(of_particles(np.ones(3), np.eye(3)).N)
+    3
     """
     masses, places = np.array(mass, dtype=float), np.array(position, dtype=float)
     speeds = np.zeros_like(places) if velocity is None else np.array(velocity, dtype=float)
@@ -38,6 +41,9 @@ def of_snapshot(snapshot: Any, gravitational_constant: float = GRAVITATIONAL_CON
     """The particles of one snapshot: a `dataset.open_snapshots` Dataset at one snapshot_time, in SI and at its time.
 
     A dimensionless run is in code units, and wants a gravitational constant of 1.
+
+    >>> print(of_snapshot(ds.inertia.snapshots.isel(snapshot_time=-1)).N)
+    100
     """
     if "snapshot_time" in snapshot["mass"].dims:
         raise ValueError("several snapshots are given: choose one, as by snapshots.isel(snapshot_time=-1)")
@@ -48,7 +54,11 @@ def of_snapshot(snapshot: Any, gravitational_constant: float = GRAVITATIONAL_CON
 
 
 def accelerations(bodies: rebound.Simulation, gravity: str = "compensated") -> np.ndarray:
-    """REBOUND's own direct sum of the gravity on every particle, (N, 3): "compensated" or "basic"."""
+    """REBOUND's own direct sum of the gravity on every particle, (N, 3): "compensated" or "basic".
+
+    >>> print(accelerations(of_particles(np.ones(2), np.array([[0.0, 0, 0], [2.0, 0, 0]])))[0])  # 1/r^2
+    [0.25 0.   0.  ]
+    """
     bodies.gravity = gravity
     rebound.clibrebound.reb_simulation_update_acceleration(byref(bodies))
     return np.array([[particle.ax, particle.ay, particle.az] for particle in bodies.particles])

@@ -63,7 +63,14 @@ class Companion:
 
 
 def in_code_units(companions: Sequence[Any], units: CodeUnits) -> tuple[Companion, ...]:
-    """A scene's companions, in SI, as `Companion` in code units."""
+    """A scene's companions, in SI, as `Companion` in code units.
+
+    >>> from astroinertia.units import CodeUnits
+    >>> units = CodeUnits(mass=2.0, length=4.0, gravitational_constant=1.0)
+    >>> moon = in_code_units([Companion(name="moon", mass=1.0, semi_major_axis=8.0)], units)[0]
+    >>> print(moon.mass, moon.semi_major_axis)
+    0.5 2.0
+    """
     converted = []
     for companion in companions:
         values = {field.name: getattr(companion, field.name) for field in fields(Companion)}
@@ -88,6 +95,10 @@ def simulation(
     a fortieth of the shortest period where none is given, which needs elements). ValueError where names contradict.
     Sources: Rein & Liu 2012, A&A 537, A128; Rein & Spiegel 2015, MNRAS 446, 1424 (IAS15); Rein & Tamayo 2015, MNRAS
     452, 376 (WHFast). Checked by tests/unit/test_orbits.py.
+
+    >>> moon = Companion(name="moon", mass=0.0123, position=(60.3, 0.0, 0.0), velocity=(0.0, 0.13, 0.0))
+    >>> print(simulation(1.0, [moon]).N)
+    2
     """
     bodies: Any = rebound.Simulation()
     bodies.G = gravitational_constant
@@ -110,6 +121,10 @@ def companions(bodies: rebound.Simulation, around: dict[str, str] | None = None)
 
     around gives the name of what each of them goes around; BODY where it does not say. ValueError for an orbit that is
     not bound. Particles without a name are called "particle 1" and so on. Checked by tests/unit/test_orbits.py.
+
+    >>> moon = Companion(name="moon", mass=0.0123, semi_major_axis=60.3, eccentricity=0.055)
+    >>> print(f"{companions(simulation(1.0, [moon]))[0].eccentricity:.6f}")  # to a simulation and back
+    0.055000
     """
     known = names(bodies)
     return tuple(_companion(bodies, k, known, (around or {}).get(known[k], BODY)) for k in range(1, bodies.N))

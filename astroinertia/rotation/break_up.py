@@ -139,9 +139,6 @@ def polytropic_limit(index: float) -> PolytropicLimit:
 
     From exact figures (bodies.rotating_star), followed at one mass and one constant K, as a body is that has been spun
     up; at n = 3 the radius at rest is not defined. Stiff bodies meet bars before: T/|W| is 0.18 at n = 0.5.
-
-    >>> print(f"{polytropic_limit(1.5).rotational_to_gravitational:.4f}")  # T/|W| as it sheds mass
-    0.0595
     """
     _check(index)
     star = end_of_sequence(polytropic_matter(index))
@@ -178,10 +175,6 @@ def spun_up_polytrope(
     It keeps its mass and its constant K; it swells, so that it turns more slowly than L over the moment at rest says.
     ValueError unless 0 < n < 3; NumericalError where it sheds mass before it holds so much.
     Source: Hachisu 1986, ApJS 61, 479 (the figures).
-
-    >>> star = spun_up_polytrope(1.5, 1.989e30, 6.957e8, 0.0)  # without angular momentum: as at rest
-    >>> print(f"{star.equatorial_radius / 6.957e8:.6f}")
-    1.000000
     """
     _check(index)
     asked = abs(angular_momentum) / math.sqrt(gravitational_constant * mass**3 * radius_at_rest)

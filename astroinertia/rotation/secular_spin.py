@@ -58,11 +58,6 @@ def spin_history(
     that do not increase, an axis of zero length, and a span of more than 2e9 steps.
     A billion years take 0.3 s with one term and 5 s with the eight of the planets.
     Checked by tests/unit/test_secular_spin.py.
-
-    >>> axis = np.array([np.sin(0.4), 0.0, np.cos(0.4)])
-    >>> history = spin_history(np.array([0.0, 10.0]), axis, 1.0, np.array([1e-12]), np.array([0.0]), np.array([0.0]))
-    >>> print(history.obliquity.round(6))  # an orbit that stays: it only precesses
-    [0.4 0.4]
     """
     times, start = np.asarray(times, dtype=float), np.asarray(axis, dtype=float)
     terms = _terms(amplitudes, rates, phases)

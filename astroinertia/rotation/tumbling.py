@@ -49,10 +49,6 @@ def divergence(
     ValueError for moments that are no body's, an eccentricity outside 0 <= e < 1 or fewer than two orbits;
     NumericalError where the integration fails. Source: Wisdom, Peale & Mignard 1984, section 6; Benettin et al. 1980.
     Checked by tests/unit/test_tumbling.py.
-
-    >>> apart = divergence(np.array([1.0, 1.5, 2.0]), 0.0, np.eye(3), np.array([0.0, 0.0, 1.0]), orbits=20)
-    >>> print(f"{apart.exponent:.1f}")  # on a circle, turning once about its greatest axis: regular
-    0.0
     """
     inertia, axes = np.asarray(moments, dtype=float), np.asarray(attitude, dtype=float)
     largest = inertia.max()

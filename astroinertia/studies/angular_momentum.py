@@ -13,6 +13,10 @@ def angular_momentum_spectrum(snapshots: xr.Dataset, points: int = 50) -> xr.Dat
     """Return j (snapshot_time, mass_share): the specific angular momentum about z that a share of the mass is below.
 
     snapshots: as `dataset.open_snapshots` gives them; j is about the centre of mass and relative to its motion.
+
+    >>> j = angular_momentum_spectrum(ds.inertia.snapshots)
+    >>> print(bool((j.diff("mass_share") >= 0).all()))  # in rising order of j
+    True
     """
     mass = snapshots["mass"].transpose("snapshot_time", "particle").values
     vectors = [snapshots[name].transpose("snapshot_time", "particle", "i").values for name in ("position", "velocity")]

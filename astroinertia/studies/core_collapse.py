@@ -64,7 +64,11 @@ class CoreModel:
 
 
 def core_model(name: str) -> CoreModel:
-    """Return a model by its name, "A1B3G3", or "G3" for the core at rest; SceneError for another name."""
+    """Return a model by its name, "A1B3G3", or "G3" for the core at rest; SceneError for another name.
+
+    >>> print(core_model("A1B3G3"))
+    CoreModel(name='A1B3G3', scale=50000000.0, rotation=0.009, gamma_1=1.31)
+    """
     found = re.fullmatch(r"(?:(A\d)(B\d))?(G\d)", name)
     scale, rotation, exponent = found.groups() if found else ("", "", "")
     if exponent not in EXPONENTS or (rotation and (scale not in SCALES or rotation not in ROTATIONS)):
@@ -226,7 +230,11 @@ def with_bounce(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def rotational_share(dataset: xr.Dataset) -> np.ndarray:
-    """T/|W| (time,), with T = sum L_k Omega_k/2 over the shells of equal mass, each turning as one about z."""
+    """T/|W| (time,), with T = sum L_k Omega_k/2 over the shells of equal mass, each turning as one about z.
+
+    >>> print(f"{rotational_share(ds)[0]:.4f}")  # T/|W| shell by shell
+    0.0028
+    """
     spin = dataset["specific_angular_momentum_profile"] * dataset["rotation_profile"]
     energy = 0.5 * spin.mean("radius_bin") * dataset["mass"]
     return (energy / np.abs(dataset["gravitational_energy"])).values

@@ -48,6 +48,10 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
 
     ratio_row: which of the published ratios, in the order of `moment_ratio_rows`; 0 is the adopted one. Draws have a
     fixed seed. Numbers without a published uncertainty count as exact. Checked by tests/unit/test_two_layers.py.
+
+    >>> from astroinertia.bodies.planets import body
+    >>> print(f"{core_inversion(body('Mars')).core_radius / 1e3:.0f} km")
+    1982 km
     """
     name = next((each for each in _ASSUMABLE if one.has(each) and one.adopted(each).status == "assumed"), None)
     if name is None:

@@ -36,6 +36,10 @@ def bound_to_itself(
     """Which particles are bound to the densest of what is bound, (N,) bool: kinetic, thermal and their own potential.
 
     Begun with all, and repeated with what is left until nothing more leaves. Sums over all pairs: for thousands.
+
+    >>> x, v = np.array([[0.0, 0, 0], [1.0, 0, 0], [9.0, 0, 0]]), np.array([[0.0, 0, 0], [0, 1.0, 0], [0, 3.0, 0]])
+    >>> print(bound_to_itself(np.array([1.0, 0.1, 0.1]), x, v, np.array([9.0, 1.0, 1.0]), np.zeros(3)))
+    [ True  True False]
     """
     distance = cdist(position, position)
     np.fill_diagonal(distance, np.inf)

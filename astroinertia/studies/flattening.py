@@ -58,6 +58,9 @@ def rotating_sequence(
     outwards, in any units. Where the body cannot rotate that fast, or its figure is not found, all is NaN. For layers
     and the uniform body `flattening_first_order` and `zonal_harmonic_2_first_order` are Clairaut's. SceneError for
     arguments that are no body, and for negative small_m.
+
+    >>> print(rotating_sequence([0.01], index=0).flattening.values.round(4))  # about (5/4) m of a uniform body
+    [0.0125]
     """
     rates = np.asarray(list(small_m), dtype=float)
     if rates.ndim != 1 or not rates.size or not (rates >= 0).all() or not np.isfinite(rates).all():
@@ -93,6 +96,10 @@ def flattening(names: Iterable[str] | None = None) -> xr.Dataset:
     where there is none. `*_excess` is measured over the model, less one: of layers where there are, else of the
     polytrope. Bodies that tides hold synchronous have a third axis and are refused. SceneError for these and for names
     that are not in the table.
+
+    >>> earth = flattening(["Earth"]).isel(body=0)
+    >>> print([f"{1 / float(earth[name]):.0f}" for name in ("flattening_measured", "flattening_layers")])
+    ['298', '300']
     """
     chosen = list(FREE if names is None else names)
     for name in chosen:

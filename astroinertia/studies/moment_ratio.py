@@ -74,6 +74,10 @@ def two_layer_sweep(name: str, values: dict, fixed: dict | None = None, dask: bo
 
     values and fixed: of TWO_LAYERS' inputs in SI. Mass and radius are the body's unless given; where only one of the
     densities and the core radius is given, the ratio is the measured one. SceneError as there, and for three of them.
+
+    >>> family = two_layer_sweep("Mars", {"core_density": [6000.0, 7000.0]})
+    >>> print((family.core_radius_found / 1e3).values.round())  # km: a denser core is smaller
+    [2007. 1737.]
     """
     one = _body(name)
     fixed = {} if fixed is None else dict(fixed)
@@ -96,7 +100,11 @@ def two_layer_sweep(name: str, values: dict, fixed: dict | None = None, dask: bo
 
 
 def polytropes(indices: Iterable[float] = _INDICES) -> xr.Dataset:
-    """Return I/(M R^2) and rho_c over the mean density of polytropes along `index`, 0 <= n < 5."""
+    """Return I/(M R^2) and rho_c over the mean density of polytropes along `index`, 0 <= n < 5.
+
+    >>> print(polytropes([0.0, 1.0]).moment_ratio.values.round(6))  # 2/5 and (2/3)(1 - 6/pi^2)
+    [0.4      0.261382]
+    """
     indices = np.asarray(list(indices), dtype=float)
     solutions = [lane_emden(float(index)) for index in indices]
     return xr.Dataset(
@@ -121,7 +129,11 @@ def _splines() -> tuple[CubicSpline, CubicSpline, CubicSpline]:
 
 
 def polytropic_index(ratio) -> np.ndarray:
-    """Return the index of the polytrope with this I/(M R^2), to 1e-5; NaN above 0.4 and below 0.0063 (n = 4.5)."""
+    """Return the index of the polytrope with this I/(M R^2), to 1e-5; NaN above 0.4 and below 0.0063 (n = 4.5).
+
+    >>> print(f"{float(polytropic_index(0.2046)):.3f}")
+    1.500
+    """
     ratio = np.asarray(ratio, dtype=float)
     possible = (ratio <= UNIFORM * (1 + _ROUND_OFF)) & (ratio >= lane_emden(float(_INDICES[-1])).moment_ratio)
     return np.where(possible, _splines()[0](np.where(possible, np.minimum(ratio, UNIFORM), UNIFORM)), np.nan)
@@ -133,6 +145,9 @@ def fluid_love_number(one: SolarSystemBody) -> float:
     3 J2/m for a free body, 4 C22/m for a synchronous one (its J2 is 5/6 k2 m), m = Omega^2 R^3/(GM), first order in m.
     NaN where there is no coefficient, and where k2 is above that of a homogeneous fluid: the figure is not a fluid's.
     Source: Murray & Dermott 1999, Solar System Dynamics, sect. 4.7; Hubbard & Anderson 1978, Icarus 33, 336.
+
+    >>> print(f"{fluid_love_number(body('Earth')):.3f}")  # 3 J2/m
+    0.944
     """
     if one.name in SYNCHRONOUS:
         if not one.has("c22"):
@@ -150,6 +165,9 @@ def hydrostatic_moment_ratio(love_number: float) -> float:
     Both agree to 2e-4 above; below, Radau-Darwin leaves every condensed body (0.005 off at n = 1.3, 0.07 at n = 3),
     while the answer depends on the profile: two layers with the same k2 have another ratio. NaN for NaN and for k2
     below that of n = 3.5.
+
+    >>> print(f"{hydrostatic_moment_ratio(1.5):.4f}")  # k2 of a homogeneous fluid
+    0.4000
     """
     if love_number >= _RADAU_DARWIN_LEAST:
         return float(radau_darwin_moment_ratio(np.float64(love_number)))
@@ -166,7 +184,11 @@ def _index_by_love_number() -> CubicSpline:
 
 
 def synchronous_share(one: SolarSystemBody) -> float:
-    """Return 5/2 for a synchronous moon, whose J2 tides make that much larger than its spin alone would, else 1."""
+    """Return 5/2 for a synchronous moon, whose J2 tides make that much larger than its spin alone would, else 1.
+
+    >>> print(synchronous_share(body("Io")))
+    2.5
+    """
     return 2.5 if one.name in SYNCHRONOUS else 1.0
 
 
@@ -176,6 +198,9 @@ def moment_ratio(names: Iterable[str] | None = None) -> xr.Dataset:
     All ratios are of the mean moment for the mean radius; `published_*` is what the source says, for its own radius and
     moment. SI units. Lows and highs are the 16th and 84th percentile of the errors carried through the inversion.
     SceneError for a name that is not in the table.
+
+    >>> print(moment_ratio(["Earth", "Mars"]).moment_ratio.values.round(4))  # that of Mars is the larger one
+    [0.3307 0.3643]
     """
     bodies = [_body(name) for name in (solar_system() if names is None else names)]
     columns = [_column(each) for each in bodies]

@@ -57,6 +57,9 @@ def read_matter(
     snapshot: which one of a run, from 0, or from the end if negative; the last where none is given. density: of the
     inside of a mesh, 1 where none is given, in the units of the file.
     SceneError or ArchiveError for a file that is not such, and for units that are none.
+
+    >>> print(f"{read_matter('runs/star').body.mass / 1.98841e30:.3f}")  # solar masses, of the last snapshot
+    1.000
     """
     path = Path(path)
     if path.suffix.lower() in MESHES and snapshot is None:
@@ -92,6 +95,10 @@ def moments(
     semi-axes a >= b >= c, 0 for an oblate body and 1 for a prolate one (Franx, Illingworth & de Zeeuw 1991, ApJ 383,
     112), NaN for a sphere. ValueError for an axis without a direction, a radius that is not positive, and moments that
     overflow.
+
+    >>> found = moments(read_matter("runs/star"))
+    >>> print(float(found.principal_moments[-1] / found.principal_moments[0]) < 1.1)  # nearly round
+    True
     """
     body, origin = matter.body, np.asarray(matter.body.centre if about is None else about, dtype=float)
     radius, convention = (matter.radius, matter.radius_convention) if radius is None else (radius, "as given")

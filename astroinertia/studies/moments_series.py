@@ -35,6 +35,10 @@ def moments_series(
     buffer: bytes of particles to hold at a time; the next are read while these are summed. netCDF's own cache, 64 MB a
     variable, comes on top (netCDF4.set_chunk_cache). A chunk of the file that holds many snapshots is unpacked
     again for every buffer: store one snapshot a chunk. ValueError for dimensions or variables that are not there.
+
+    >>> found = moments_series(ds.inertia.snapshots)
+    >>> print(bool(found.inertia_tensor[-1, 2, 2] < found.inertia_tensor[0, 2, 2]))  # the star falls together
+    True
     """
     position, mass = _arranged(snapshots, series, particle, component)
     count = position.sizes[series]

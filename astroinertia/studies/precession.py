@@ -90,6 +90,9 @@ def chandler_wobble(love_number: float = wobble.ELASTIC_LOVE_NUMBER) -> xr.Datas
     one. `period_of_all` and `quality` are those of all causes, `observed_period` beside them (433 days) and `unnamed`
     the difference that no cause here accounts for. love_number: k2 of the wholly elastic Earth. Source: as for
     `rotation.wobble.chandler_wobble`. Checked by tests/physics/test_precession.py.
+
+    >>> print((chandler_wobble().change.values / 86400).round(1))
+    [303.6 141.3 -50.3  31.2   9.2]
     """
     found = wobble.chandler_wobble(love_number)
     observed = 433.0 * wobble.DAY  # Vondrak, Ron & Chapanov 2017, Adv. Space Res. 59, 1395

@@ -27,7 +27,12 @@ _MARKDOWN_COLUMNS = ("body", "mean radius (km)", "I/(M R²)", "published as", "k
 
 
 def solar_system_text(dataset: xr.Dataset) -> str:
-    """Return the table that the command prints, from `studies.moment_ratio.moment_ratio`."""
+    """Return the table that the command prints, from `studies.moment_ratio.moment_ratio`.
+
+    >>> from astroinertia.studies.moment_ratio import moment_ratio
+    >>> print("Mars" in solar_system_text(moment_ratio(["Mars"])))
+    True
+    """
     rows = [_COLUMNS] + [_row(dataset.isel(body=k)) for k in range(dataset.sizes["body"])]
     widths = [max(len(row[k]) for row in rows) for k in range(len(_COLUMNS))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
@@ -35,7 +40,12 @@ def solar_system_text(dataset: xr.Dataset) -> str:
 
 
 def markdown(dataset: xr.Dataset) -> str:
-    """Return the same bodies as a Markdown table with the published ratio, its radius and its source."""
+    """Return the same bodies as a Markdown table with the published ratio, its radius and its source.
+
+    >>> from astroinertia.studies.moment_ratio import moment_ratio
+    >>> print(markdown(moment_ratio(["Mars"])).splitlines()[-1][:30])
+    | Mars | 3389.5 | 0.36428(11)
+    """
     lines = [f"| {' | '.join(_MARKDOWN_COLUMNS)} |", "|---" * len(_MARKDOWN_COLUMNS) + "|"]
     for k in range(dataset.sizes["body"]):
         one = dataset.isel(body=k)
@@ -59,6 +69,10 @@ def body_text(dataset: xr.Dataset, known: Mapping[str, float], compressed: bool 
     """Return one body in detail; known: two-layer parameters in SI, by name. SceneError for layers that cannot be.
 
     compressed: with the core of compressed layers as well, which takes seconds.
+
+    >>> from astroinertia.studies.moment_ratio import moment_ratio
+    >>> print(body_text(moment_ratio(["Mars"]), {}).splitlines()[0])
+    Mars: mass 6.41691e+23 kg, mean radius 3389.5 km, mean density 3934 kg/m3
     """
     one = body(str(dataset["body"].values[0]))
     lines = [
@@ -93,7 +107,12 @@ def body_text(dataset: xr.Dataset, known: Mapping[str, float], compressed: bool 
 
 
 def sweep_text(dataset: xr.Dataset) -> str:
-    """Return what a sweep holds, in a few lines."""
+    """Return what a sweep holds, in a few lines.
+
+    >>> from astroinertia.studies.moment_ratio import two_layer_sweep
+    >>> print(sweep_text(two_layer_sweep("Mars", {"core_density": [6000.0, 7000.0]})).splitlines()[0])
+    two-layer models of Mars: 2 core_density, 2 of 2 possible
+    """
     possible = dataset["core_radius_found"].notnull()
     lines = [
         f"{dataset.attrs['title']}: {' x '.join(f'{size} {name}' for name, size in dataset.sizes.items())}, "

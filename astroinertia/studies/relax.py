@@ -29,6 +29,9 @@ def gas_of_polytrope(index: float, count: int) -> tuple[eos.Ideal, np.ndarray]:
 
     Its exponent is 1 + 1/n with one entropy for all, or 5/3 with an entropy that rises outwards where the index itself
     is neutral (n = 3) or too close to it. ValueError for index 0, which no gas resembles.
+
+    >>> print(f"{gas_of_polytrope(1.5, 4)[0].gamma:.4f}")  # 1 + 1/n, with one entropy for all
+    1.6667
     """
     star = Polytrope(index)
     if index <= 0:

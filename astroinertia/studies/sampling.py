@@ -95,7 +95,11 @@ def diagnostics(posterior: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
 
 
 def r_hat(values: np.ndarray) -> float:
-    """Return R-hat of values (chain, walker, draw): each chain in two halves, all walkers of a half together."""
+    """Return R-hat of values (chain, walker, draw): each chain in two halves, all walkers of a half together.
+
+    >>> print(f"{r_hat(np.random.default_rng(1).normal(size=(4, 8, 500))):.2f}")  # chains that agree
+    1.00
+    """
     half = values.shape[2] // 2
     pieces = np.concatenate([values[:, :, :half], values[:, :, half : 2 * half]]).reshape(2 * len(values), -1)
     within = pieces.var(axis=1, ddof=1).mean()

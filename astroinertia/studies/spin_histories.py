@@ -39,6 +39,9 @@ def pulsar_history(
     torques: pairs (braking index, share of the present spin-down) instead of one index; the measured index then drifts.
     magnetic_field is that at the equator of an orthogonal dipole in vacuum, characteristic_age P/(2 P'), true_age the
     age of a star of the measured index that was born infinitely fast. SceneError for bad quantities.
+
+    >>> print((1e3 * pulsar_history().period.values[[0, -1]]).round(1))  # the Crab pulsar, now and in 10,000 years
+    [33.4 99.9]
     """
     first, last = in_si(period, "time"), in_si(end, "time")
     moment, size = in_si(moment_of_inertia, "moment_of_inertia"), in_si(radius, "length")
@@ -83,6 +86,10 @@ def contraction_history(
 
     Either luminosity (one for ever) or effective_temperature in K (one for ever, as on a Hayashi track); disc_until:
     the radius down to which a disc holds the period. SceneError for bad quantities, or both or none of the two.
+
+    >>> young = contraction_history(luminosity="1e18 W")
+    >>> print(f"{float((young.period / young.radius**2)[-1] / (young.period / young.radius**2)[0]):.6f}")  # as R^2
+    1.000000
     """
     body, size, turn = in_si(mass, "mass"), in_si(radius, "length"), in_si(period, "time")
     last = in_si(end, "time")
@@ -119,6 +126,10 @@ def cloud_to_disc(
     Matter keeps its specific angular momentum and goes to the orbit that has it around the whole mass, which is held to
     be at the centre. disc_radius: of the outermost, Omega^2 R^4/(G M). SceneError for bad quantities. Source: Cassen &
     Moosman 1981, Icarus 48, 353.
+
+    >>> disc = cloud_to_disc()
+    >>> print(f"{float(disc.mass_inside[-1]) / 1.98841e30:.2f}")  # solar masses: all of it has come down
+    1.00
     """
     body, size, turn = in_si(mass, "mass"), in_si(radius, "length"), in_si(period, "time")
     cloud = shells_of(Polytrope(index, body, size), 2 * math.pi / turn, 400)
@@ -150,7 +161,11 @@ def _along(name: str, values: np.ndarray, unit: str, text: str, columns: dict, t
 
 
 def in_si(value: Quantity, dimension: str) -> float:
-    """Return a positive quantity in SI, from text with a unit or a number; SceneError for anything else."""
+    """Return a positive quantity in SI, from text with a unit or a number; SceneError for anything else.
+
+    >>> print(f"{in_si('1 h', 'time'):.0f}")
+    3600
+    """
     number = quantity(value, dimension) if isinstance(value, str) else float(value)
     if not (math.isfinite(number) and number > 0):
         raise SceneError(f"a {dimension.replace('_', ' ')} must be positive and finite, not {value!r}")

@@ -60,6 +60,9 @@ def cases() -> tuple[Case, ...]:
 
     Moment ratios: 0.07 of the Sun, 0.0754 of an n = 3 polytrope (iron core), 0.1 to 0.2 of white dwarfs by mass, 0.35
     of neutron stars, 0.4 of a uniform cloud, 0.26 of an n = 1 polytrope (Jupiter).
+
+    >>> print(cases()[1].name)
+    iron core, 100 s
     """
     return (
         _case("Sun-like star to 12 km", "1 Msun", "695700 km", "25.4 d", 0.07, "12 km", 0.35),
@@ -83,6 +86,9 @@ def spin_up(
     scene: a Scene or the path of one; model: "scaling", "ellipsoid" or "sph" instead of the scene's own; settings:
     further "key=value"; folder: where the run is kept (nowhere without it); shedding: see `with_limits`. SceneError
     where the model cannot answer the scene, NumericalError where it fails.
+
+    >>> print(f"{1e3 * float(spin_up('sims/core_to_pulsar_scaling.toml').period[-1]):.2f} ms")
+    7.71 ms
     """
     wanted = [*settings, *([] if model is None else [f"model={model}"])]
     if isinstance(scene, Scene):
@@ -96,7 +102,11 @@ def spin_up(
 
 
 def with_limits(dataset: xr.Dataset, shedding: str = "roche") -> xr.Dataset:
-    """Return a run's dataset with its limits of rotation, as `dataset.inertia.rotation_limits` tells them."""
+    """Return a run's dataset with its limits of rotation, as `dataset.inertia.rotation_limits` tells them.
+
+    >>> print(bool(with_limits(ds).kepler_fraction[0] < 1))
+    True
+    """
     return dataset.assign(dataset.inertia.rotation_limits(shedding).data_vars)
 
 
@@ -105,6 +115,9 @@ def period_against_radius(chosen: Iterable[Case] | None = None) -> xr.Dataset:
 
     The moment ratio goes from that before to that after as a power of the radius. barrier_radius is where the period
     would be that of an orbit: no smaller body. SceneError for an empty list.
+
+    >>> print(f"{float(period_against_radius().period[1, -1]):.3f} s")  # an iron core of 100 s, at 12 km
+    0.030 s
     """
     rows = list(cases() if chosen is None else chosen)
     if not rows:
@@ -306,6 +319,10 @@ def shell_collapse(
     what all do once they are locked together; critical marks shells that would turn faster than an orbit where they
     fall to, and centrifugal_radius is where those stop. spectrum is the mass below each j, the same after. SceneError
     for bad quantities.
+
+    >>> star = shell_collapse()
+    >>> print(f"{float(star.enclosed_mass[-1]) / 1.98841e30:.2f}")  # solar masses
+    1.40
     """
     total, size, turn = in_si(mass, "mass"), in_si(radius, "length"), in_si(period, "time")
     final = in_si(radius_after, "length")
@@ -350,7 +367,12 @@ def shell_collapse(
 
 
 def crossing_radius(dataset: xr.Dataset, case: str, period: Quantity) -> float:
-    """The radius in m at which a case of `period_against_radius` has a period, with its last moment ratio."""
+    """The radius in m at which a case of `period_against_radius` has a period, with its last moment ratio.
+
+    >>> found = crossing_radius(period_against_radius(), "iron core, 100 s", "1 s")
+    >>> print(f"{found / 1e3:.0f} km")  # where it turns in 1 s
+    70 km
+    """
     row = dataset.sel(case=case)
     ratio, mass = float(row["moment_ratio"][-1]), float(row["mass"])
     return float(radius_of_period(ratio, mass, float(row["angular_momentum"]), in_si(period, "time")))

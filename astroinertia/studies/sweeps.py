@@ -41,6 +41,10 @@ def sweep(
     fixed: inputs that stay as they are. dask: the arrays are lazy and computed in chunks of about `chunk` members, in
     parallel by the scheduler that dask is set to, when they are asked for (needs the extra astroinertia[dask]).
     SceneError for a name that the model does not have, and for values that are none, not finite or too many.
+
+    >>> squares = Model(lambda x: {"y": x**2, "z": x**3}, {"x": ("m", "")}, {"y": ("m2", ""), "z": ("m3", "")})
+    >>> print(sweep(squares, {"x": [1.0, 2.0, 3.0]}).y.values)
+    [1. 4. 9.]
     """
     fixed = {} if fixed is None else dict(fixed)
     for name in (*values, *fixed):

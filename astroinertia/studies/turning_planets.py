@@ -72,7 +72,11 @@ class Planet(NamedTuple):
 
 
 def earth() -> Planet:
-    """The Earth, on the mean ecliptic and equinox of J2000, with the H of the IERS."""
+    """The Earth, on the mean ecliptic and equinox of J2000, with the H of the IERS.
+
+    >>> print(f"{np.degrees(earth().obliquity):.2f}")
+    23.44
+    """
     planet, others = body("Earth"), j2000.states("Earth")
     return Planet(
         name="Earth",
@@ -90,7 +94,11 @@ def earth() -> Planet:
 
 
 def mars() -> Planet:
-    """Mars, on its own orbit of J2000, with the published J2 and C/(M a^2), both for the radius of J2."""
+    """Mars, on its own orbit of J2000, with the published J2 and C/(M a^2), both for the radius of J2.
+
+    >>> print(f"{mars().ellipticity:.5f}")  # J2 over C/(M a^2)
+    0.00537
+    """
     planet = body("Mars")
     ratio = planet.adopted("polar_moment_ratio")
     right_ascension, declination = _MARS_POLE

@@ -25,6 +25,9 @@ def two_layers(mean_density, **known) -> TwoLayers:
     Numbers or arrays that broadcast. moment_ratio: I/(M R^2) of the mean moment and the mean radius R;
     core_radius_ratio: r_core/R. ValueError for other names, or not two of them. Checked by
     tests/unit/test_two_layers.py.
+
+    >>> print(f"{two_layers(3933.0, moment_ratio=0.3637, mantle_density=3500.0).core_radius_ratio:.4f}")  # of Mars
+    0.4192
     """
     names = tuple(name for name in KNOWN if name in known)
     if len(names) != 2 or len(known) != 2:
@@ -43,6 +46,10 @@ def three_layers(mean_density, moment_ratio, crust_share, crust_density, **known
     """Return the bodies below a crust (thickness over R, density) with core_density or mantle_density as given.
 
     Or with core_radius_ratio, over R. Numbers or arrays that broadcast. Checked by tests/unit/test_two_layers.py.
+
+    >>> mars = three_layers(3933.0, 0.3637, 0.015, 2900.0, core_density=6000.0)  # with a crust of 50 km
+    >>> print(f"{mars.core_radius_ratio:.4f}")
+    0.5884
     """
     ((name, value),) = known.items()
     arrays = _same(mean_density, moment_ratio, crust_density, 1 - np.asarray(crust_share), value)
@@ -53,13 +60,21 @@ def three_layers(mean_density, moment_ratio, crust_share, crust_density, **known
 
 
 def moment_ratio_of(mean_density, layers: TwoLayers):
-    """Return I/(M R^2), of the mean moment and the mean radius."""
+    """Return I/(M R^2), of the mean moment and the mean radius.
+
+    >>> print(f"{moment_ratio_of(3933.0, two_layers(3933.0, moment_ratio=0.3637, core_density=6000.0)):.4f}")
+    0.3637
+    """
     excess = (layers.core_density - layers.mantle_density) * layers.core_radius_ratio**5
     return UNIFORM * (layers.mantle_density + excess) / mean_density
 
 
 def love_numbers(layers: TwoLayers | ThreeLayers):
-    """Return the fluid k_2 of each body, exact; NaN where there is none. Checked by tests/unit/test_two_layers.py."""
+    """Return the fluid k_2 of each body, exact; NaN where there is none. Checked by tests/unit/test_two_layers.py.
+
+    >>> print(f"{love_numbers(two_layers(3933.0, moment_ratio=0.3637, core_density=6000.0)):.3f}")
+    1.181
+    """
     radii, densities = [layers.core_radius_ratio], [layers.core_density, layers.mantle_density]
     if isinstance(layers, ThreeLayers):
         radii, densities = [*radii, layers.shell_boundary_ratio], [*densities, layers.shell_density]
@@ -71,7 +86,11 @@ def love_numbers(layers: TwoLayers | ThreeLayers):
 
 
 def impossible(mean_density: float, **known: float) -> str | None:
-    """Return why no body of two layers has these two numbers, with the inequality broken; None if one does."""
+    """Return why no body of two layers has these two numbers, with the inequality broken; None if one does.
+
+    >>> print(impossible(3933.0, moment_ratio=0.41, core_density=6000.0))
+    moment ratio 0.41 is not below 0.4, that of a body with a core no denser than its mantle
+    """
     if np.isfinite(two_layers(mean_density, **known).core_density):
         return None
     told = {name: f"{name.replace('_', ' ')} {value:g}" for name, value in known.items()}

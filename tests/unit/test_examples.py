@@ -1,4 +1,8 @@
-"""Examples in docstrings: every public function of the rooms below has one, and all of them are run."""
+"""Examples in docstrings: every public function of the rooms below has one, and all of them are run.
+
+They are run in the namespace of their module, with `np`, in a folder that has sims/, the scenes, and two finished runs:
+runs/star, a star that falls together (its dataset is `ds`), and runs/sweep, of two members.
+"""
 
 import ast
 import doctest
@@ -8,46 +12,128 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import astroinertia
+
 PACKAGE = Path(__file__).parents[2] / "astroinertia"
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-ROOMS = ["inertia"]
+ROOMS = [
+    *("__init__", "accessor", "inertia", "rotation", "studies", "units"),
+    *("interop/export", "interop/snapshots", "interop/tables", "interop/paraview"),
+    *("orbits/particles", "orbits/simulation"),
+    *("bodies/apsidal", "bodies/clairaut", "bodies/cold_spheroid", "bodies/composite_polytrope", "bodies/darwin"),
+    *("bodies/earth", "bodies/ellipsoid_gravity", "bodies/ellipsoid_secular", "bodies/ellipsoid_stability"),
+    *("bodies/equations_of_state", "bodies/figures", "bodies/giant_planets", "bodies/inversion", "bodies/jacobi"),
+    *("bodies/layered", "bodies/maclaurin", "bodies/moment_ratios", "bodies/neutron_star_fits"),
+    *("bodies/neutron_stars", "bodies/oscillations", "bodies/planets", "bodies/polytrope", "bodies/riemann"),
+    *("bodies/roche", "bodies/rotating_star"),
+]
+# What only the package itself calls.
 INSIDES = {
     "inertia.eigen",  # what principal axes and their gradients are computed with
     "inertia.ledger",  # integrated beside the particles
     "inertia.mean_squares",  # what shapes are made with
     "inertia.prescribed",  # the curve of [body.change]
     "inertia.regions",  # the books of [regions]
-    "inertia.tensor.is_known",
-    "inertia.tensor.namespace",  # NumPy or JAX
+    *("inertia.tensor.is_known", "inertia.tensor.namespace"),  # NumPy or JAX
+    *("rotation.elliptic", "rotation.ripple"),  # what tops are computed with
+    *("rotation.ephemeris", "rotation.on_orbits"),  # companions of a scene
+    *("rotation.free_top.clock", "rotation.free_top.elliptic_functions", "rotation.free_top.checked_times"),
+    *("bodies.apsidal.complement_slope", "bodies.apsidal.integrate_zone", "bodies.apsidal.core_zone"),
+    *("bodies.ellipsoid_stability.steady_frame", "bodies.ellipsoid_stability.stiffness_and_gyration"),
+    *("bodies.ellipsoid_stability.masses_of", "bodies.ellipsoid_stability.bar_equation"),
+    "bodies.ellipsoid_stability.families",
+    *("bodies.oscillations.radial_spectrum", "bodies.oscillations.nonradial_spectrum"),
+    *("bodies.polytrope.central_series", "bodies.polytrope.nodes_of", "bodies.polytrope.hermite"),
+    "studies.core_collapse.dynamics",
+    *("studies.turning_planets.orbits", "studies.turning_planets.torque_of", "studies.turning_planets.axis_history"),
+    *("studies.relax.polytrope_problem", "studies.spinning_planet"),
 }
+# What takes seconds to minutes, or a run of its own: tests and scenes show it.
+LONG = {
+    *("bodies.apsidal.index_derivatives", "bodies.neutron_stars.sequence", "bodies.neutron_stars.stable_branch"),
+    "rotation.secular_spin.spin_history",
+    *("bodies.figures.figure_of_barotropes", "bodies.figures.figure_of_layered_body"),
+    *("bodies.rotating_star.end_of_sequence", "bodies.rotating_star.rotating_star_with"),
+    "rotation.break_up.polytropic_limit",
+    *("rotation.break_up.spun_up_polytrope", "rotation.tumbling.divergence"),
+    *("studies.bar_mode", "studies.compressed_core", "studies.debris.orbital_energies", "studies.impact_remnant"),
+    *("studies.core_collapse.core_collapse", "studies.core_collapse.core_scene", "studies.core_collapse.initial_star"),
+    *("studies.core_collapse.with_bounce", "studies.interior_inference", "studies.love_number_of_fluid"),
+    *("studies.obliquity", "studies.precession.precession", "studies.relax.relaxed_polytrope"),
+    *("studies.sampling.sample", "studies.sampling.diagnostics", "studies.sampling.summary"),
+    *("studies.slow_spin_up", "studies.spinup.core_to_neutron_star", "studies.spinup.star_of_baryons"),
+}
+SWEEP = """
+name = "sweep"
+model = "scaling"
+effects = {}
+
+[sweep]
+"body.index" = [1.5, 3.0]
+
+[body]
+kind = "polytrope"
+mass = "1 Msun"
+radius = "1 Rsun"
+
+[body.rotation]
+period = "1 d"
+
+[time]
+end = "1 d"
+
+[output]
+series_every = "1 d"
+"""
 
 
 def modules():
-    """The modules of the rooms, without those that only the package itself calls."""
+    """The modules of the rooms, without those of INSIDES and LONG."""
     found = []
     for room in ROOMS:
         path = PACKAGE / room
         files = path.rglob("*.py") if path.is_dir() else [path.with_suffix(".py")]
         found += [".".join(each.relative_to(PACKAGE).with_suffix("").parts) for each in files if each.stat().st_size]
-    return sorted(set(found) - INSIDES)
+    return sorted(set(found) - INSIDES - LONG)
 
 
 def without_example(name):
-    """Public functions, and public methods of accessors, that show no example.
+    """Public functions, and public methods of accessors, that show no example, nor are in that of their class.
 
     Other classes are what functions return: their examples are those of the functions.
     """
     tree = ast.parse((PACKAGE / f"{name.replace('.', '/')}.py").read_text())
-    bodies = [tree.body, *(each.body for each in tree.body if getattr(each, "name", "").endswith("Accessor"))]
-    functions = [each for body in bodies for each in body if isinstance(each, ast.FunctionDef)]
-    missing = [each.name for each in functions if ">>>" not in (ast.get_docstring(each) or "")]
-    return [each for each in missing if not each.startswith("_") and f"{name}.{each}" not in INSIDES]
+    bodies = [(tree.body, "")]
+    bodies += [(each.body, examples_of(each)) for each in tree.body if getattr(each, "name", "").endswith("Accessor")]
+    functions = [(each, shown) for body, shown in bodies for each in body if isinstance(each, ast.FunctionDef)]
+    missing = [each.name for each, shown in functions if not examples_of(each) and f".{each.name}(" not in shown]
+    return [each for each in missing if not each.startswith("_") and f"{name}.{each}" not in INSIDES | LONG]
 
 
+def examples_of(node):
+    return "".join(each.source for each in doctest.DocTestParser().get_examples(ast.get_docstring(node) or ""))
+
+
+@pytest.fixture(scope="module")
+def workplace(tmp_path_factory):
+    """A folder with scenes and finished runs."""
+    folder = tmp_path_factory.mktemp("examples")
+    (folder / "sims").symlink_to(PACKAGE.parent / "sims")
+    settings = ["body.particles=100", "time.end='20 min'", "output.snapshot_every='10 min'"]
+    star = astroinertia.load(folder / "sims/one_star_three_models.toml", settings)
+    astroinertia.run_scene(star, folder / "runs/star")
+    (folder / "sweep.toml").write_text(SWEEP)
+    astroinertia.run_scene(folder / "sweep.toml", folder / "runs/sweep")
+    return folder
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", modules())
-def test_examples_print_what_they_say(name):
-    module = importlib.import_module(f"astroinertia.{name}")
-    found = doctest.testmod(module, extraglobs={"np": np}, optionflags=FLAGS, verbose=False)
+def test_examples_print_what_they_say(name, workplace, monkeypatch):
+    monkeypatch.chdir(workplace)
+    module = importlib.import_module(f"astroinertia.{name}".removesuffix(".__init__"))
+    with astroinertia.open("runs/star") as star:
+        found = doctest.testmod(module, extraglobs={"np": np, "ds": star}, optionflags=FLAGS)
     assert found.failed == 0
 
 
