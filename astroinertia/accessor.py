@@ -26,6 +26,8 @@ MOTION = "motion"  # the share that is not an effect's: the kinetic tensor's
 class InertiaAccessor:
     """The inertia tensor of a dataset and what follows from it; every result keeps coordinates, units and meaning.
 
+    In the examples, ds is the dataset of a star out of balance that begins to fall together.
+
     >>> one = ds.inertia
     >>> figures = [one.plot_inertia(), one.plot_spin(), one.plot_attitude(), one.plot_ledger(), one.plot_shape()]
     >>> figures += [one.plot_energy(), one.plot_error_bars(), one.plot_waves(), one.plot_density(), one.plot_profiles()]
