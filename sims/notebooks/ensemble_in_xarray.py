@@ -12,7 +12,6 @@
 # ---
 
 # %% [markdown]
-# # A collapse experiment: what does it do to the moment of inertia, and which force did it?
 # # An ensemble in xarray: which stellar cores leave a pulsar, and which a bar?
 #
 # One run answers one question. What decides the outcome is told by many. Here a dozen iron cores shrink to neutron
