@@ -14,6 +14,7 @@ computed again. One file held open for appending is not an option: HDF5 loses it
 
 import fcntl
 import json
+import os
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -24,12 +25,11 @@ import numpy as np
 
 from astroinertia import manifest as manifests
 from astroinertia.errors import ArchiveError, ArchiveWarning
-from astroinertia.manifest import COPY, MANIFEST
-from astroinertia.sealed import TEMPORARY, check, read_arrays, sync_folder, write_arrays, write_whole
+from astroinertia.manifest import COPY, MANIFEST, SEALED
+from astroinertia.sealed import TEMPORARY, check, read_arrays, regular, sync_folder, write_arrays, write_whole
 
 LOCK = "lock"
 SWEEP = "sweep.json"  # in place of the manifest, in the folder of a sweep: scale.folder
-_SEALED = re.compile(r"(segment|checkpoint)-\d+\.npz")
 
 
 class Archive:
@@ -115,7 +115,10 @@ class Archive:
         if final is None or final["segments"] != self.segments:
             return None
         path = self.folder / final["file"]
-        return path if path.exists() else None
+        if not path.exists():
+            return None
+        regular(path)
+        return path
 
     def write_segment(self, records: Sequence[Mapping[str, Any]], snapshots: Sequence[Mapping[str, Any]] = ()) -> None:
         """Seal headline records and snapshots, each a mapping of names to arrays or numbers; nothing if both are empty.
@@ -258,7 +261,7 @@ class Archive:
         strays = [
             path
             for path in self.folder.iterdir()
-            if (_SEALED.fullmatch(stem := path.name.removesuffix(TEMPORARY)) and path.name not in listed)
+            if (SEALED.fullmatch(stem := path.name.removesuffix(TEMPORARY)) and path.name not in listed)
             or (path.name.endswith(TEMPORARY) and stem in whole)
         ]
         for path in strays:
@@ -295,7 +298,9 @@ def locked(folder: Path) -> Any:
     """The folder's lock, held until it is closed or the process ends; ArchiveError where another process holds it."""
     path = folder / LOCK
     try:
-        lock = path.open("ab")
+        # Neither through a link, which may lead anywhere, nor for a pipe, which would be waited for.
+        careful = os.O_NOFOLLOW | os.O_NONBLOCK
+        lock = open(path, "ab", opener=lambda name, flags: os.open(name, flags | careful, 0o666))  # noqa: SIM115
     except OSError as error:
         raise ArchiveError(f"the run folder {folder} cannot be written: {error.strerror or error}.") from error
     try:
@@ -319,7 +324,7 @@ def refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
     if (folder / MANIFEST).exists():
         other = manifests.read(folder)["metadata"].get("name", "?")
         raise ArchiveError(f"{folder} already holds the run '{other}'; resume it, or choose another folder.")
-    if any(_SEALED.fullmatch(path.name) for path in folder.iterdir()):
+    if any(SEALED.fullmatch(path.name) for path in folder.iterdir()):
         raise ArchiveError(f"{folder} holds segments of a run whose {MANIFEST} is gone; choose another folder.")
     result = folder / final_name(metadata)
     if result.exists():

@@ -8,12 +8,16 @@ from typing import Any
 
 from astroinertia.archive import Archive
 from astroinertia.effects import catalogue
+from astroinertia.errors import ArchiveError, AstroinertiaError
 from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
 from astroinertia.scene.plan import cadence, code_units, plan, regions_told, smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.start.spheres import Sphere, Star, sphere
 from astroinertia.units import CodeUnits
+from astroinertia.unpacked import plain_text
+
+_COUNTED: dict[str, float] = {"series": 0, "snapshot": 0, "wall_time": 0.0, "opening_energy": 0.0}
 
 
 @dataclass(frozen=True)
@@ -42,13 +46,16 @@ class Prepared:
 def prepare(scene: Scene) -> Prepared:
     """The scene at time 0."""
     units = code_units(scene)
-    counters = {"series": 0, "snapshot": 0, "wall_time": 0.0, "opening_potential": None, "opening_energy": 0.0}
+    counters = {"opening_potential": None, **_COUNTED}
     return Prepared(_model(scene).evolution(scene, units), outputs_of(scene, units), units, counters)
 
 
 def scene_of(archive: Archive) -> Scene:
     """The scene that a run was made from."""
-    return load.loads(archive.metadata["scene"], origin=archive.metadata["origin"])
+    told = archive.metadata
+    if not isinstance(told.get("scene"), str):
+        raise ArchiveError(f"{archive.folder} does not tell the scene that its run was made from.")
+    return load.loads(told["scene"], origin=told.get("origin"))
 
 
 def restore(archive: Archive) -> Prepared:
@@ -58,7 +65,16 @@ def restore(archive: Archive) -> Prepared:
     if stored is None:
         return prepare(scene)
     units = code_units(scene)
-    return Prepared(_model(scene).resumed(scene, units, stored[0]), outputs_of(scene, units), units, stored[1])
+    arrays, counters = stored
+    try:
+        if not all(isinstance(counters[name], int | float) for name in _COUNTED):
+            raise ValueError("its counters are no numbers")
+        body = _model(scene).resumed(scene, units, arrays)
+    except AstroinertiaError:
+        raise
+    except Exception as error:  # a state that is not of this scene fails wherever it is first used
+        raise ArchiveError(f"{archive.folder} has a checkpoint of another scene: {plain_text(error)}.") from error
+    return Prepared(body, outputs_of(scene, units), units, counters)
 
 
 def _model(scene: Scene) -> Any:

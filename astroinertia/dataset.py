@@ -13,6 +13,7 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
+from astroinertia import dataset_files, trailer
 from astroinertia.archive import MANIFEST, SWEEP, Archive, file_of_sweep
 from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE, derived_quantities
 from astroinertia.dataset_regions import QUANTITIES as REGIONAL
@@ -40,6 +41,7 @@ from astroinertia.units import DIMENSIONLESS, CodeUnits, display_unit
 
 _OBSERVERS = ((0.0, 0.0), (np.pi / 2, 0.0))  # polar angle and azimuth of the schema's observers
 _INERTIAL = "inertial"
+NOT_OF_A_RUN = "does not hold the records of a run"
 Chunks = Mapping[str, int] | None
 
 
@@ -54,9 +56,10 @@ def open(path: Path | str, damaged: str = "raise", chunks: Chunks = None) -> xr.
     path = Path(path)
     source = _source(path)
     if isinstance(source, Path):
-        dataset = _load(source)
+        dataset = dataset_files.headline(source)
     else:
-        dataset = headline(_series(source, damaged), source.metadata)
+        with dataset_files.told(source.folder, NOT_OF_A_RUN):
+            dataset = headline(_series(source, damaged), source.metadata)
         dataset.encoding["source"] = str(path)
     return dataset if chunks is None else dataset.chunk(chunks)
 
@@ -68,17 +71,15 @@ def open_snapshots(path: Path | str, damaged: str = "raise", chunks: Chunks = No
     """
     source = _source(Path(path))
     if isinstance(source, Path):
-        # netCDF (4.10) crashes when a file that is open elsewhere in the process is opened once more after a variable
-        # of strings was read from it and it was closed. Files have had their labels as characters since; of older ones
-        # those of the snapshots are not read, and none is opened just to see what is in it.
-        try:
-            found = xr.open_dataset(source, group="snapshots", engine="netcdf4", drop_variables="i", chunks=chunks)
-        except OSError:
-            with netCDF4.Dataset(source) as file:
-                if "snapshots" in file.groups:
-                    raise
-            return None
-        return found.assign_coords(i=_label("i"))
+        lazy = dataset_files.snapshots(source, chunks)
+        return None if lazy is None else lazy.assign_coords(i=_label("i"))
+    with dataset_files.told(source.folder, NOT_OF_A_RUN):
+        found = _particles(source, damaged)
+    return found if found is None or chunks is None else found.chunk({"snapshot_time": 1, **chunks})
+
+
+def _particles(source: Archive, damaged: str) -> xr.Dataset | None:
+    """The particles of the snapshots in a run folder; None if there are none."""
     parts = list(source.read_snapshots(damaged))
     if not parts:
         return None
@@ -89,8 +90,7 @@ def open_snapshots(path: Path | str, damaged: str = "raise", chunks: Chunks = No
         quantity = snapshot_quantity(name, values.shape[1:])
         variables[name] = (quantity.dims, _converted(values, quantity, units), attributes(quantity, source.metadata))
     moments = variables.pop("time")
-    found = xr.Dataset(variables, coords={"snapshot_time": moments, "i": _label("i")})
-    return found if chunks is None else found.chunk({"snapshot_time": 1, **chunks})
+    return xr.Dataset(variables, coords={"snapshot_time": moments, "i": _label("i")})
 
 
 def open_tree(path: Path | str, chunks: Chunks = None) -> xr.DataTree:
@@ -125,12 +125,16 @@ def finish(
         for name, variable in dataset.data_vars.items():
             if variable.size and variable.dtype.kind in "fi":
                 encoding[str(name)] = {"zlib": True, "complevel": 4, "shuffle": True}
+        for name, described in encoding.items():  # HDF5's own checksums, for whoever reads the file
+            described["fletcher32"] = dataset[name].ndim > 0
         with _refusals_told():
             dataset.to_netcdf(aside, engine="netcdf4", format="NETCDF4", encoding=encoding)
+            head = aside.stat().st_size
             count, layout = archive.snapshot_layout()
             if count:
                 with netCDF4.Dataset(aside, "a") as file:
                     _append_snapshots(file.createGroup("snapshots"), count, layout, archive)
+        trailer.append(aside, head)
 
     return archive.finish(fill)
 
@@ -335,18 +339,6 @@ def _source(path: Path) -> Path | Archive:
     return path
 
 
-def _load(path: Path) -> xr.Dataset:
-    try:
-        dataset = xr.load_dataset(path, engine="netcdf4")
-    except (OSError, ValueError) as error:
-        raise ArchiveError(f"{path} cannot be read as netCDF: {error}.") from error
-    version = dataset.attrs.get("astroinertia_format")
-    if version is None:
-        raise ArchiveError(f"{path} is a netCDF file, but not one of this package.")
-    if version > FORMAT:
-        raise ArchiveError(f"{path} has format {version} of a newer version; this one reads up to {FORMAT}.")
-    labels = [name for name, coord in dataset.coords.items() if coord.dtype.kind == "O"]
-    return dataset.assign_coords({name: dataset[name].astype(str) for name in labels})
 
 
 @contextmanager
@@ -372,7 +364,7 @@ def _append_snapshots(group: Any, count: int, layout: Mapping[str, tuple[int, ..
         first += len(part["time"])
     if "i" in group.dimensions:
         group.createDimension("character", 1)
-        labels = group.createVariable("i", "S1", ("i", "character"))
+        labels = group.createVariable("i", "S1", ("i", "character"), fletcher32=True)
         labels.setncatts({"long_name": LABELS["i"][1], "_Encoding": "utf-8"})
         labels.set_auto_chartostring(False)
         labels[:] = np.array(LABELS["i"][0], dtype="S1")[:, None]
@@ -384,12 +376,12 @@ def _snapshot_variable(group: Any, name: str, quantity: Quantity, count: int, ar
         if dim not in group.dimensions:
             group.createDimension(dim, size)
     if name == "time":
-        variable = group.createVariable("snapshot_time", array.dtype, quantity.dims)
+        variable = group.createVariable("snapshot_time", array.dtype, quantity.dims, fletcher32=True)
     else:
         # One chunk a snapshot and the fastest compression: particle arrays hardly compress, and runs should not wait.
         chunks = (1, *shape[1:])
         variable = group.createVariable(
-            name, array.dtype, quantity.dims, compression="zlib", complevel=1, chunksizes=chunks
+            name, array.dtype, quantity.dims, compression="zlib", complevel=1, chunksizes=chunks, fletcher32=True
         )
     variable.setncatts(attributes(quantity, metadata))
     return variable

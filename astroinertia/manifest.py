@@ -6,17 +6,20 @@ where a disk damages one, the other is used. Tests: tests/unit/test_archive.py, 
 
 import hashlib
 import json
+import re
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from astroinertia.errors import ArchiveError, ArchiveWarning
-from astroinertia.sealed import write_json
+from astroinertia.sealed import read_json, write_json
 
 MANIFEST = "manifest.json"
 COPY = "manifest-copy.json"
 FORMAT = "astroinertia-run"
+SEALED = re.compile(r"(segment|checkpoint)-[0-9]+\.npz")
+_FINAL = re.compile(r"[^/\\\s]*\.nc")  # in this folder
 VERSION = 2
 """1: one checkpoint, one manifest without a hash. 2: the last two checkpoints, the manifest twice and hashed."""
 
@@ -55,19 +58,15 @@ def read(folder: Path) -> dict[str, Any]:
             continue
         if errors:
             warnings.warn(f"{folder / MANIFEST} is damaged or missing; its copy is used.", ArchiveWarning, stacklevel=3)
-        return _current(manifest)
+        return manifest
     raise errors[0]
 
 
 def _whole(path: Path) -> dict[str, Any]:
     try:
-        manifest = json.loads(path.read_bytes())
+        manifest = read_json(path)
     except (FileNotFoundError, NotADirectoryError):
         raise ArchiveError(f"{path.parent} holds no run (it has no {MANIFEST}).") from None
-    except OSError as error:
-        raise ArchiveError(f"{path} cannot be read: {error.strerror or error}.") from error
-    except (ValueError, RecursionError) as error:
-        raise ArchiveError(f"{path} is damaged: it is not JSON ({error}).") from error
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
         raise ArchiveError(f"{path} does not describe a run of this package.")
     version, recorded = manifest.get("version"), manifest.pop("sha256", None)
@@ -77,15 +76,69 @@ def _whole(path: Path) -> dict[str, Any]:
         )
     if recorded != _digest(manifest) and not (version == 1 and recorded is None):
         raise ArchiveError(f"{path} is damaged: its sha256 is not the one that was recorded when it was written.")
+    manifest = _current(manifest)
+    if wrong := _complaint(manifest):
+        raise ArchiveError(f"{path} was not written by this package: {wrong}.")
     return manifest
 
 
 def _current(manifest: dict[str, Any]) -> dict[str, Any]:
     """The same in today's format."""
-    if manifest["version"] == 1:
-        manifest = {**manifest, "version": VERSION, "checkpoints": [manifest["checkpoint"]]}
-        del manifest["checkpoint"]
+    if manifest.get("version") == 1:
+        manifest = {**manifest, "version": VERSION, "checkpoints": [manifest.get("checkpoint")]}
+        manifest.pop("checkpoint", None)
     return manifest
+
+
+def _complaint(manifest: Mapping[str, Any]) -> str:
+    """What this package never writes; its own hash whoever wrote it may have found, too. Empty where all is well."""
+    metadata, segments, checkpoints = (manifest.get(name) for name in ("metadata", "segments", "checkpoints"))
+    if manifest.get("version") != VERSION or not _is_count(manifest.get("serial")):
+        return "it has no version, or no serial number"
+    if not isinstance(metadata, dict) or not isinstance(metadata.get("name"), str):
+        return "it has no description of a run"
+    if any(not isinstance(metadata.get(name, ""), str | None) for name in ("scene", "origin")):
+        return "its scene is not a text"
+    if not isinstance(segments, list) or not isinstance(checkpoints, list) or not 1 <= len(checkpoints) <= 2:
+        return "it has no lists of segments and checkpoints"
+    counted = ("records", "snapshots")
+    if not all(_is_sealed(each, "segment", counted) and _has_layout(each) for each in segments):
+        return "it lists something that is no segment"
+    if not all(each is None or _is_sealed(each, "checkpoint", ("segments",)) for each in checkpoints):
+        return "it lists something that is no checkpoint"
+    numbers = [0 if each is None else each["segments"] for each in checkpoints]
+    if sorted(numbers) != numbers or numbers[-1] > len(segments):
+        return "a checkpoint follows segments that are not there"
+    final = manifest.get("final")
+    if final is not None and not (_is_entry(final, ("segments",)) and _FINAL.fullmatch(final["file"])):
+        return "its final file is none"
+    return ""
+
+
+def _is_sealed(entry: Any, kind: str, counted: tuple[str, ...]) -> bool:
+    return _is_entry(entry, counted) and SEALED.fullmatch(entry["file"]) is not None and entry["file"].startswith(kind)
+
+
+def _is_entry(entry: Any, counted: tuple[str, ...]) -> bool:
+    return (
+        isinstance(entry, dict)
+        and isinstance(entry.get("file"), str)
+        and isinstance(entry.get("sha256"), str)
+        and all(_is_count(entry.get(name)) for name in counted)
+    )
+
+
+def _has_layout(segment: Mapping[str, Any]) -> bool:
+    layout = segment.get("layout", {})
+    return (
+        isinstance(layout, dict)
+        and ("layout" in segment or not segment["snapshots"])
+        and all(isinstance(shape, list) and all(map(_is_count, shape)) for shape in layout.values())
+    )
+
+
+def _is_count(number: Any) -> bool:
+    return isinstance(number, int) and not isinstance(number, bool) and 0 <= number < 2**53
 
 
 def _digest(manifest: Mapping[str, Any]) -> str:

@@ -1,9 +1,13 @@
-"""Files that are either whole or absent: written aside, synced to disk, renamed, and known by their hash."""
+"""Files that are either whole or absent: written aside, synced to disk, renamed, and known by their hash.
+
+Folders may come from anywhere: what is read is bounded, and no link out of a folder is followed, to read or to write.
+Tests: tests/unit/test_archive.py, tests/hard/test_crafted_files.py.
+"""
 
 import hashlib
-import io
 import json
 import os
+import stat
 import zipfile
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -13,11 +17,14 @@ from typing import Any
 import numpy as np
 
 from astroinertia.errors import ArchiveError
+from astroinertia.unpacked import array_of, plain_text
 
 TEMPORARY = ".tmp"
 _CHUNK = 1 << 20
 _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)  # a fixed date, so that the same arrays give the same bytes
 _SCALARS = "scalars.json"
+_LARGEST_JSON = 32 * 2**20  # bytes
+_MOST_VALUES = 2_000_000  # in a JSON file: an empty list takes 2 bytes there, and 60 in memory
 
 
 def write_whole(path: Path, fill: Callable[[Path], None]) -> str:
@@ -28,6 +35,7 @@ def write_whole(path: Path, fill: Callable[[Path], None]) -> str:
     """
     aside = path.with_name(path.name + TEMPORARY)
     try:
+        aside.unlink(missing_ok=True)  # a link that somebody put there would be written through
         fill(aside)
         with aside.open("rb") as written:
             os.fsync(written.fileno())
@@ -104,19 +112,68 @@ def read_arrays(path: Path, digest: str, prefix: str = "") -> tuple[dict[str, np
     """
     check(path, digest)
     arrays, scalars = {}, {}
-    with zipfile.ZipFile(path) as bundle:
-        for member in bundle.namelist():
-            if member == _SCALARS:
-                scalars = json.loads(bundle.read(member))
-            elif member.startswith(prefix):
-                content = io.BytesIO(bundle.read(member))
-                arrays[member.removesuffix(".npy")] = np.lib.format.read_array(content, allow_pickle=False)
+    try:
+        with zipfile.ZipFile(path) as bundle:
+            for entry in bundle.infolist():
+                if entry.compress_type != zipfile.ZIP_STORED:  # nothing here may become larger than it is
+                    raise ValueError(f"its member {entry.filename!r:.80} is compressed")
+                with bundle.open(entry) as member:
+                    if entry.filename == _SCALARS:
+                        scalars = _parsed(member.read(_LARGEST_JSON + 1))
+                    elif entry.filename.startswith(prefix):
+                        arrays[entry.filename.removesuffix(".npy")] = array_of(member, entry.file_size)
+        if not isinstance(scalars, dict):
+            raise ValueError("its scalars are no table of names and values")
+    except Exception as error:  # only files that others made get here, and zipfile fails in its own ways
+        raise ArchiveError(f"{path} does not hold the arrays of a run: {plain_text(error)}.") from error
     return arrays, scalars
+
+
+def read_json(path: Path) -> Any:
+    """The content of a JSON file that may come from anywhere; FileNotFoundError or NotADirectoryError without one.
+
+    ArchiveError, naming the file, for what is no JSON, for a link out of its folder, and for more than a run needs.
+    """
+    try:
+        regular(path)
+        with path.open("rb") as file:
+            return _parsed(file.read(_LARGEST_JSON + 1))
+    except (FileNotFoundError, NotADirectoryError):
+        raise
+    except OSError as error:
+        raise ArchiveError(f"{path} cannot be read: {error.strerror or error}.") from error
+    except (ValueError, RecursionError) as error:
+        raise ArchiveError(f"{path} is damaged: it is not JSON ({plain_text(error)}).") from error
+
+
+def _parsed(content: bytes) -> Any:
+    if len(content) > _LARGEST_JSON or sum(map(content.count, (b",", b"[", b"{"))) > _MOST_VALUES:
+        raise ValueError(f"it has more than {_LARGEST_JSON >> 20} MiB or {_MOST_VALUES} values")
+    return json.loads(content)
+
+
+def own_folder(path: Path) -> Path:
+    """A folder inside another, as it is; ArchiveError where it is a link, which may lead out of that."""
+    if path.is_symlink():
+        raise ArchiveError(f"{path} is a link, and is not followed.")
+    return path
+
+
+def regular(path: Path) -> None:
+    """ArchiveError where a path is no file, or a link that leads out of the folder that it is in; OSError without one.
+
+    Whoever made a folder says with its links what else on this machine is read, or written. A pipe would be waited for.
+    """
+    if path.is_symlink() and path.resolve().parent != path.parent.resolve():
+        raise ArchiveError(f"{path} is a link that leads out of its folder, and is not followed.")
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise ArchiveError(f"{path} is not a file.")
 
 
 def check(path: Path, digest: str) -> None:
     """Raise ArchiveError, naming the file, unless it is there and has this sha256."""
     try:
+        regular(path)
         found = sha256(path)
     except FileNotFoundError:
         raise ArchiveError(f"{path} is missing, but the manifest beside it lists it.") from None

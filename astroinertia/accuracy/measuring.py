@@ -4,7 +4,6 @@ Times are of the steps alone, on compiled code: whatever is compiled is compiled
 Tests: tests/unit/test_tradeoff.py.
 """
 
-import json
 import shutil
 import time as clock
 from collections.abc import Callable, Sequence
@@ -20,13 +19,13 @@ from astroinertia.accuracy.knobs import Setting, duration, with_overrides
 from astroinertia.accuracy.observables import Observable, components, value
 from astroinertia.build import metadata, prepare
 from astroinertia.cache import content_key
-from astroinertia.errors import NumericalError, RunInterrupted, SceneError
+from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
 from astroinertia.models.evolution import Evolution
 from astroinertia.run import Progress, run_prepared
 from astroinertia.scene import load
 from astroinertia.scene.plan import gravity_method
 from astroinertia.scene.schema import Scene
-from astroinertia.sealed import write_json
+from astroinertia.sealed import read_json, write_json
 
 _RESULT = "measured.json"
 _WARMING_STEPS = 3  # the first sorts and compiles, the second goes on, the third finds all that is compiled
@@ -99,8 +98,8 @@ def folder_of(place: Path, scene: Scene, setting: Setting) -> Path:
 def stored(folder: Path, observables: Sequence[Observable]) -> Measured | None:
     """What a finished setting gave, or None where it is not finished or was asked for other observables."""
     try:
-        found = Measured(**json.loads((folder / _RESULT).read_text()))
-    except (OSError, ValueError, TypeError):
+        found = Measured(**read_json(folder / _RESULT))
+    except (OSError, ArchiveError, TypeError):
         return None
     return found if found.failure or all(each.name in found.values for each in observables) else None
 

@@ -16,10 +16,12 @@ from astroinertia import dataset as datasets
 from astroinertia import interrupts, run
 from astroinertia.accuracy.companion_runs import CompanionRun, companion_runs
 from astroinertia.archive import MANIFEST, Archive
+from astroinertia.build import scene_of
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
 from astroinertia.run import Completion, Listener, Progress
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
+from astroinertia.sealed import own_folder
 
 FOLDER = "companion_runs"
 
@@ -40,8 +42,7 @@ def run_scene(
 
 def resume(folder: Path, listener: Listener | None = None, deadline: float = math.inf) -> Path:
     """Go on with an interrupted run or its companion runs, bit for bit, and return the netCDF file."""
-    told = Archive.view(folder).metadata
-    scene = load.loads(told["scene"], origin=told["origin"])
+    scene = scene_of(Archive.view(folder))
     return run.resume(folder, listener, _completion(scene, folder, listener, deadline), deadline)
 
 
@@ -77,7 +78,7 @@ def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline:
 
 def _carried_out(companion: CompanionRun, folder: Path, listener: Listener | None, deadline: float) -> xr.Dataset:
     """The dataset of a companion run: as it is, gone on with, or run."""
-    if not (folder / MANIFEST).exists():
+    if not (own_folder(folder) / MANIFEST).exists():
         return datasets.open(run.run_scene(companion.scene, folder, listener, deadline=deadline))
     archive = Archive.view(folder)
     if archive.metadata["scene"] != load.resolved_text(companion.scene):

@@ -5,7 +5,6 @@ the base; then some settings along the balanced line, where no source of error i
 comes first. Tests: tests/unit/test_tradeoff.py, tests/physics/test_tradeoff_orders.py.
 """
 
-import json
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
@@ -19,10 +18,10 @@ from astroinertia.accuracy.knobs import BALANCED, Knob, Setting
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.observables import Observable, default_names, parsed
 from astroinertia.cache import content_key
-from astroinertia.errors import SceneError
+from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
-from astroinertia.sealed import write_json
+from astroinertia.sealed import read_json, write_json
 
 DEFAULT_MINUTES = 5.0
 _EXACT = "exact.json"
@@ -234,14 +233,14 @@ def stored_exact(scene: Scene, folder: Path) -> Exact | None:
     """The exact answer, kept in the folder, for some take a while to find."""
     path, key = folder / _EXACT, content_key(scene=load.resolved_text(scene))
     try:
-        told = json.loads(path.read_text())
+        told = read_json(path)
         if told["scene"] == key:
             if told["values"] is None:
                 return None
             values = {name: np.array(value) for name, value in told["values"].items()}
             return Exact(values, told["source"], told["accuracy"])
-    except (OSError, ValueError, KeyError):
-        pass
+    except (OSError, ArchiveError, ValueError, KeyError, TypeError, AttributeError):
+        pass  # another made the folder, or it is damaged: found anew
     found = exact(scene)
     if found is None:
         write_json(path, {"scene": key, "values": None})

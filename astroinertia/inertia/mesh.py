@@ -15,9 +15,11 @@ from astroinertia.errors import ArchiveError
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mean_squares import checked_points
 from astroinertia.inertia.tensor import inertia_from_second_moment, is_known
+from astroinertia.unpacked import plain_text
 
 Array = Any
 
+FORMATS = (".stl", ".obj", ".ply", ".off")
 _ROUNDINGS = 8.0  # roundings of the box around a mesh that its volume must exceed to be told from 0
 
 
@@ -145,12 +147,18 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
         import trimesh  # pyright: ignore[reportMissingImports]  an extra: only files need it
     except ImportError:
         raise ArchiveError(f"reading {path} needs the library trimesh: pip install 'astroinertia[mesh]'") from None
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise ArchiveError(
+            f"{path} cannot be read as a mesh: it must be a {', '.join(FORMATS[:-1])} or {FORMATS[-1]} file"
+        )
     try:
-        # As stored: merging within trimesh's fixed tolerance would ruin a mesh in large units.
-        loaded = trimesh.load_mesh(str(path), process=False)
+        with path.open("rb") as stream:  # not by its name, from which trimesh would find the other files that it names
+            # As stored: merging within trimesh's fixed tolerance would ruin a mesh in large units.
+            loaded = trimesh.load_mesh(stream, file_type=path.suffix[1:].lower(), process=False)
         vertices, faces = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int64)
     except Exception as failure:  # readers of foreign formats fail in their own ways
-        raise ArchiveError(f"{path} cannot be read as a mesh: {failure}") from failure
+        raise ArchiveError(f"{path} cannot be read as a mesh: {plain_text(failure)}") from failure
     if not len(faces):
         raise ArchiveError(f"{path} cannot be read as a mesh: it has no faces")
     places, numbers = np.unique(vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0 and 0 are one place

@@ -12,7 +12,8 @@ import numpy as np
 import xarray as xr
 
 from astroinertia import dataset
-from astroinertia.errors import SceneError
+from astroinertia.dataset_files import loaded, told
+from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.units import quantity
 
@@ -74,8 +75,13 @@ def snapshots_of(path: Path, which: str) -> Iterator[Snapshot]:
     if particles is None:
         model = headline.attrs.get("model", "unknown")
         raise SceneError(f"{path} has no snapshots of particles (its model is {model}); csv and zarr take the series")
+    if "snapshot_time" not in particles.sizes:
+        raise ArchiveError(f"{path} does not say when its snapshots are.")
     for number in chosen_numbers(particles.sizes["snapshot_time"], which, path):
-        yield _snapshot(headline, particles.isel(snapshot_time=number).load(), number)
+        one = loaded(path, particles.isel(snapshot_time=number))
+        with told(path, "does not hold the particles of a run"):
+            found = _snapshot(headline, one, number)
+        yield found
 
 
 def _snapshot(headline: xr.Dataset, one: xr.Dataset, number: int) -> Snapshot:

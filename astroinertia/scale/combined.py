@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia import dataset as datasets
+from astroinertia import trailer
 from astroinertia.archive import MANIFEST, final_name
 from astroinertia.dataset_schema import CONVENTIONS, FORMAT
 from astroinertia.errors import ArchiveError
@@ -67,6 +68,7 @@ def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
                     if name in found.variables:
                         place = (*_place(sweep, number), *layout.places(found, name))
                         variable[place] = found.variables[name].values
+        trailer.append(aside, aside.stat().st_size)
 
     target = path(sweep, folder)
     write_whole(target, fill)
@@ -92,7 +94,7 @@ def open_members(folder: Path) -> xr.DataTree:
     told = {number: found.sentence for number, found in failures.items() if found}
     groups = {"/": xr.Dataset(coords=_along_members(sweep, told))}
     for number in range(len(sweep.members)):
-        place = folder / member(number)
+        place = folders.place(folder, number)
         if not (place / MANIFEST).exists():
             continue
         try:
@@ -260,7 +262,7 @@ def _variable(target: netCDF4.Dataset, sweep: Sweep, layout: _Layout, name: str)
     else:
         chunks = [1] * len(swept) + sizes
         made = target.createVariable(
-            name, "f8", shape, compression="zlib", complevel=4, chunksizes=chunks, fill_value=np.nan
+            name, "f8", shape, compression="zlib", complevel=4, chunksizes=chunks, fill_value=np.nan, fletcher32=True
         )
     attrs = {key: value for key, value in told.attrs.items() if key not in ("_FillValue", "dtype")}
     beside = [each for each in layout.differing if each != name and layout.dimension(each) in dims]

@@ -24,6 +24,7 @@ from astroinertia.scale.folder import SESSION, Failure
 from astroinertia.scale.members import Outcome, Task, carry_out
 from astroinertia.scale.workers import side_by_side
 from astroinertia.scene.sweep import Sweep
+from astroinertia.sealed import write_whole
 
 DEFAULT_MINUTES = 60.0  # that a member may take whose settings are chosen for an accuracy
 SECONDS_TO_CLOSE = 6.0  # that workers take to be gone once their members are sealed
@@ -161,7 +162,11 @@ def _session(folder: Path) -> Iterator[str]:
     """The text by which members know that they are still wanted; without its file they stop."""
     session = uuid.uuid4().hex
     path = folder / SESSION
-    path.write_text(session)
+
+    def fill(aside: Path) -> None:
+        aside.write_text(session)
+
+    write_whole(path, fill)
     try:
         yield session
     finally:

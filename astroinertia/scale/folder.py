@@ -9,15 +9,17 @@
 Tests: tests/unit/test_sweeps_of_scenes.py.
 """
 
-import json
+import itertools
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from astroinertia.archive import MANIFEST, SWEEP, Archive, refuse_if_taken
-from astroinertia.errors import ArchiveError
-from astroinertia.scene.sweep import Sweep, member
-from astroinertia.sealed import write_json
+from astroinertia.errors import ArchiveError, SceneError
+from astroinertia.scene.sweep import GRID, Sweep, member
+from astroinertia.scene.sweep_values import MOST_MEMBERS, coordinate
+from astroinertia.sealed import own_folder, read_json, write_json
+from astroinertia.unpacked import plain_text
 
 FORMAT, VERSION = "astroinertia-sweep", 1
 SESSION = "session"
@@ -50,24 +52,42 @@ def read(folder: Path) -> Sweep:
     """The sweep that a folder holds; ArchiveError if there is none, or it cannot be read."""
     path = folder / SWEEP
     try:
-        told = json.loads(path.read_bytes())
+        told = read_json(path)
     except (FileNotFoundError, NotADirectoryError):
         raise ArchiveError(f"{folder} holds no sweep (it has no {SWEEP}).") from None
-    except OSError as error:
-        raise ArchiveError(f"{path} cannot be read: {error.strerror or error}.") from error
-    except ValueError as error:
-        raise ArchiveError(f"{path} is damaged: it is not JSON ({error}).") from error
     if not isinstance(told, dict) or told.pop("format", None) != FORMAT:
         raise ArchiveError(f"{path} does not describe a sweep of this package.")
     version = told.pop("version", 0)
-    if version > VERSION:
+    if isinstance(version, int) and version > VERSION:
         raise ArchiveError(f"{path} has format {version} of a newer version; this one reads up to {VERSION}.")
     try:
         told |= {name: tuple(told[name]) for name in ("overrides", "keys")}
         told |= {name: tuple(tuple(each) for each in told[name]) for name in ("members", "axes")}
-        return Sweep(**told, file=str(path))
-    except (KeyError, TypeError) as error:
-        raise ArchiveError(f"{path} is damaged: {error}.") from None
+        found = Sweep(**told, file=str(path))
+        _check(found)
+    except (KeyError, TypeError, ValueError, SceneError) as error:
+        raise ArchiveError(f"{path} is damaged: {plain_text(error).rstrip('.')}.") from None
+    return found
+
+
+def _check(sweep: Sweep) -> None:
+    """ValueError for what no sweep is, whoever wrote it; what is set in members, their scenes are asked when made."""
+    texts = (sweep.name, sweep.kind, sweep.text, sweep.source, *sweep.overrides, *sweep.keys)
+    if not all(isinstance(text, str) for text in texts) or not isinstance(sweep.origin, str | None):
+        raise ValueError("its texts are none")
+    if not 1 <= len(sweep.members) <= MOST_MEMBERS or not sweep.keys:
+        raise ValueError(f"it has {len(sweep.members)} members of {len(sweep.keys)} parameters")
+    if any(len(each) != len(sweep.keys) for each in sweep.members):
+        raise ValueError("a member has more or fewer values than there are parameters")
+    if sweep.kind == GRID and tuple(itertools.product(*sweep.axes)) != sweep.members:
+        raise ValueError("its members are not those of its grid")
+    for number in range(len(sweep.keys)):
+        coordinate([each[number] for each in sweep.members])
+
+
+def place(folder: Path, number: int) -> Path:
+    """The folder of a member; ArchiveError where it is a link, which may lead anywhere."""
+    return own_folder(folder / member(number))
 
 
 def _plain(sweep: Sweep) -> dict[str, Any]:
@@ -78,11 +98,11 @@ def _plain(sweep: Sweep) -> dict[str, Any]:
 
 def finished(folder: Path, number: int) -> Path | None:
     """The netCDF file of a member that is finished."""
-    place = folder / member(number)
-    if not (place / MANIFEST).exists():
+    own = place(folder, number)
+    if not (own / MANIFEST).exists():
         return None
     try:
-        return Archive.view(place).finished
+        return Archive.view(own).finished
     except ArchiveError:
         return None  # damaged: to be told when the member is gone on with
 
@@ -90,15 +110,16 @@ def finished(folder: Path, number: int) -> Path | None:
 def failure(folder: Path, number: int) -> Failure | None:
     """Why a member failed when it was last run, if it did."""
     try:
-        return Failure(**json.loads((folder / member(number) / FAILURE).read_text()))
-    except (OSError, ValueError, TypeError):
+        found = Failure(**read_json(place(folder, number) / FAILURE))
+    except (OSError, ArchiveError, TypeError):
         return None
+    return found if isinstance(found.sentence, str) and isinstance(found.lasting, bool) else None
 
 
-def note_failure(place: Path, found: Failure) -> None:
-    """Keep why the member in the folder `place` failed."""
-    place.mkdir(parents=True, exist_ok=True)
-    write_json(place / FAILURE, asdict(found))
+def note_failure(own: Path, found: Failure) -> None:
+    """Keep why the member in the folder `own` failed."""
+    own_folder(own).mkdir(parents=True, exist_ok=True)
+    write_json(own / FAILURE, asdict(found))
 
 
 def waiting(folder: Path, count: int) -> list[int]:

@@ -16,6 +16,7 @@ from astroinertia.run import LIMIT, Listener, Progress
 from astroinertia.scale import folder as folders
 from astroinertia.scale.folder import FAILURE, SESSION, Failure
 from astroinertia.scene.sweep import Sweep, member
+from astroinertia.sealed import own_folder
 
 PATIENCE = 30.0  # seconds that another process may still hold a member after its worker was given up
 SECONDS_BETWEEN_LOOKS = 1.0  # at the session's file
@@ -79,7 +80,7 @@ def carry_out(task: Task, listener: Listener | None = None) -> Outcome:
 
 
 def _run(task: Task, place: Path, listener: Listener) -> None:
-    _wait_for_lock(place)
+    _wait_for_lock(own_folder(place))
     deadline = clock.monotonic() + task.until - clock.time()
     if (place / MANIFEST).exists():
         if Archive.view(place).finished is None:

@@ -10,7 +10,6 @@ tests/unit/test_phantom_dumps.py.
 import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,8 @@ from astroinertia.errors import SceneError, SceneWarning
 from astroinertia.sph.columns import Columns, check_file, check_numbers, check_size, csv_columns, hdf5, npz_columns
 from astroinertia.sph.table_gadget import SI, UNKNOWN, snapshot_columns
 from astroinertia.sph.table_hdf5 import SUFFIXES as HDF5_SUFFIXES
-from astroinertia.sph.table_hdf5 import VECTORS, split_vectors
+from astroinertia.sph.table_hdf5 import split_vectors
+from astroinertia.sph.table_netcdf import netcdf_columns
 from astroinertia.sph.table_phantom import is_dump, read_dump
 
 REQUIRED = ("mass", "x", "y", "z")
@@ -78,34 +78,14 @@ def read_body(path: str | Path, dimensionless: bool) -> Table:
     return table
 
 
-def _netcdf_columns(path: Path, asked: Columns) -> dict[str, np.ndarray]:
-    import netCDF4  # only here: most runs read no file
-
-    try:
-        with netCDF4.Dataset(path) as file:
-            if "snapshots" in file.groups:
-                return _snapshot_columns(path, file.groups["snapshots"])
-            named = {asked.named(name): variable for name, variable in file.variables.items()}
-            found = {name: named[name] for name in (*REQUIRED, *OPTIONAL, *VECTORS) if name in named}
-            if any(variable.size > 3 * MAX_PARTICLES for variable in found.values()):
-                raise SceneError(f"particle table {path} has more than {MAX_PARTICLES} particles")
-            columns = {name: np.ma.filled(variable[:].astype(float), np.nan) for name, variable in found.items()}
-    except (OSError, KeyError, IndexError, ValueError, RuntimeError) as error:
-        raise SceneError(f"particle table {path} is not the result of a run, nor a netCDF file of columns") from error
-    columns = split_vectors(f"{asked.what} {path}", columns)
+def _netcdf(path: Path, asked: Columns) -> dict[str, np.ndarray]:
+    found = netcdf_columns(path, REQUIRED + OPTIONAL, MAX_PARTICLES, asked.named)
+    columns = split_vectors(f"{asked.what} {path}", found)
     asked.check(path, list(columns))
     return columns
 
 
-def _snapshot_columns(path: Path, group: Any) -> dict[str, np.ndarray]:
-    if len(group.dimensions["particle"]) > MAX_PARTICLES:
-        raise SceneError(f"particle table {path} has more than {MAX_PARTICLES} particles")
-    names = ("mass", "position", "velocity", "internal_energy")
-    mass, position, velocity, energy = (np.ma.filled(group[name][-1], np.nan).T for name in names)
-    return dict(zip(REQUIRED + OPTIONAL, [mass, *position, *velocity, energy], strict=True))
-
-
-_READERS = {".csv": csv_columns, ".npz": npz_columns, ".nc": _netcdf_columns} | dict.fromkeys(HDF5_SUFFIXES, hdf5)
+_READERS = {".csv": csv_columns, ".npz": npz_columns, ".nc": _netcdf} | dict.fromkeys(HDF5_SUFFIXES, hdf5)
 
 
 def _checked(path: Path, columns: dict[str, np.ndarray], fewest: int, units: str | None) -> Table:

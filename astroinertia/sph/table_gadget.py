@@ -48,12 +48,9 @@ def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.nda
         if len(peopled) != 1:
             raise SceneError(f"{name} has particles of {' and '.join(peopled) or 'no type'}; a body is of one type")
         fields = found[peopled[0]]
-        columns = {
-            key: numbers(name, each, fields[each], most)
-            for key, known in _FIELDS.items()
-            for each in known
-            if each in fields
-        }
+        own = {each: key for key, known in _FIELDS.items() for each in known if each in fields}
+        read = numbers(path, name, {each: fields[each] for each in own}, most)
+        columns = {own[each]: column for each, column in read.items()}
         if "position" not in columns:
             raise SceneError(f"{name} has no Coordinates in {peopled[0]}")
         if "mass" not in columns:

@@ -15,10 +15,13 @@ from typing import Any
 import numpy as np
 
 from astroinertia.errors import SceneError
+from astroinertia.unpacked import check_size, plain_text
 
 SUFFIXES = (".h5", ".hdf5")
 VECTORS = {"position": ("x", "y", "z"), "velocity": ("vx", "vy", "vz")}
 _MOST_MEMBERS = 1000  # names that are looked at in a group
+Member = tuple[Any, str | None]
+"""A dataset of h5py, and its field where it is structured."""
 
 
 def hdf5_columns(path: Path, known: tuple[str, ...], most: int, what: str) -> dict[str, np.ndarray]:
@@ -36,7 +39,7 @@ def hdf5_columns(path: Path, known: tuple[str, ...], most: int, what: str) -> di
             if inside and found:
                 raise SceneError(f"{name} has columns in more than one group")
             found = found or inside
-        return split_vectors(name, {key: numbers(name, key, member, most) for key, member in found.items()})
+        return split_vectors(name, numbers(path, name, found, most))
 
 
 @contextmanager
@@ -49,8 +52,10 @@ def opened(path: Path, name: str) -> Iterator[tuple[Any, Any]]:
     try:
         with h5py.File(path, "r") as file:
             yield h5py, file
-    except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
-        raise SceneError(f"{name} is not an HDF5 file that can be read") from error
+    except SceneError:
+        raise
+    except Exception as error:  # h5py passes on what HDF5 finds as errors of many kinds
+        raise SceneError(f"{name} is not an HDF5 file that can be read ({plain_text(error)})") from error
 
 
 def split_vectors(file: str, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -66,11 +71,11 @@ def split_vectors(file: str, columns: Mapping[str, np.ndarray]) -> dict[str, np.
     return split
 
 
-def members(h5py: Any, file_name: str, group: Any, wanted: tuple[str, ...]) -> dict[str, tuple[Any, str | None]]:
+def members(h5py: Any, file_name: str, group: Any, wanted: tuple[str, ...]) -> dict[str, Member]:
     """The wanted columns in a group: the dataset of each, and its field in that where it is structured."""
     own = {name: group[name] for name in _names(file_name, group) if _is_own(h5py, group, name)}
     datasets = {name: member for name, member in own.items() if isinstance(member, h5py.Dataset)}
-    found: dict[str, tuple[Any, str | None]] = {name: (datasets[name], None) for name in wanted if name in datasets}
+    found: dict[str, Member] = {name: (datasets[name], None) for name in wanted if name in datasets}
     tables = [member for member in datasets.values() if member.dtype.names]
     if found or len(tables) != 1:
         return found
@@ -97,15 +102,26 @@ def _is_own(h5py: Any, group: Any, name: str) -> bool:
     return isinstance(group.get(name, getlink=True), h5py.HardLink)
 
 
-def numbers(file_name: str, name: str, member: tuple[Any, str | None], most: int) -> np.ndarray:
-    """A column as float64, (N,) or (N, 3); SceneError if it is not of numbers, too large or in another file."""
-    dataset, field = member
-    kind = dataset.dtype if field is None else dataset.dtype[field]
-    shape = (*(dataset.shape or ()), *kind.shape)
-    if kind.base.kind not in "fiu":
-        raise SceneError(f"{file_name}: {name} is not of numbers")
-    if not shape or shape[0] > most or np.prod(shape[1:], dtype=float) > 3:
-        raise SceneError(f"{file_name}: {name} has the shape {shape}, not that of at most {most} rows")
-    if dataset.is_virtual or dataset.external:
-        raise SceneError(f"{file_name}: {name} is kept in another file, which is not read")
-    return np.asarray(dataset[:] if field is None else dataset.fields(field)[:], dtype=float)
+def numbers(path: Path, file_name: str, found: Mapping[str, Member], most: int) -> dict[str, np.ndarray]:
+    """Columns as float64, (N,) or (N, 3), all of which are looked at before one is read.
+
+    SceneError for what is not of numbers, too large or in another file, ValueError where the columns, or the chunks
+    that they are unpacked by, are out of proportion to the file: a chunk may say that it is larger than its dataset.
+    """
+    whole, chunk = 0.0, 0.0
+    for name, (dataset, field) in found.items():
+        kind = dataset.dtype if field is None else dataset.dtype[field]
+        shape = (*(dataset.shape or ()), *kind.shape)
+        if kind.base.kind not in "fiu":
+            raise SceneError(f"{file_name}: {name} is not of numbers")
+        if not shape or shape[0] > most or np.prod(shape[1:], dtype=float) > 3:
+            raise SceneError(f"{file_name}: {name} has the shape {shape}, not that of at most {most} rows")
+        if dataset.is_virtual or dataset.external:
+            raise SceneError(f"{file_name}: {name} is kept in another file, which is not read")
+        whole += 8.0 * np.prod(shape, dtype=float)
+        chunk = max(chunk, dataset.dtype.itemsize * np.prod(dataset.chunks or (), dtype=float))
+    check_size("it", whole + chunk, path)
+    return {
+        name: np.asarray(dataset[:] if field is None else dataset.fields(field)[:], dtype=float)
+        for name, (dataset, field) in found.items()
+    }

@@ -12,10 +12,12 @@ import xarray as xr
 
 from astroinertia import dataset
 from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE
-from astroinertia.errors import SceneError
+from astroinertia.dataset_files import loaded, told
+from astroinertia.errors import ArchiveError, SceneError
+from astroinertia.hdf5_structure import is_hdf5
 from astroinertia.inertia import tensor
 from astroinertia.inertia.body import Body
-from astroinertia.inertia.mesh import mesh_body, read_mesh
+from astroinertia.inertia.mesh import FORMATS, mesh_body, read_mesh
 from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_frame, principal_gap, undefined_axes
 from astroinertia.sph.columns import MAX_BYTES
 from astroinertia.sph.table import MAX_PARTICLES, read_table
@@ -23,7 +25,6 @@ from astroinertia.sph.table_gadget import SI
 from astroinertia.units import quantity
 
 PLAIN = ("1", "1")
-MESHES = (".stl", ".obj", ".ply", ".off")
 SAME_VOLUME = "radius of the sphere of the same volume"
 OUTERMOST = "distance of the outermost particle from the centre of mass"
 
@@ -62,11 +63,11 @@ def read_matter(
     1.000
     """
     path = Path(path)
-    if path.suffix.lower() in MESHES and snapshot is None:
+    if path.suffix.lower() in FORMATS and snapshot is None:
         return _mesh(path, units, 1.0 if density is None else density)
     if density is not None:
         raise SceneError(f"{path} is not a mesh, so its density is not to be given")
-    if path.is_dir() or (path.is_file() and path.suffix.lower() == ".nc"):
+    if path.is_dir() or (path.is_file() and path.suffix.lower() == ".nc" and is_hdf5(path)):
         found = _run_matter(path, units, -1 if snapshot is None else snapshot)
         if found is not None:
             return found
@@ -168,15 +169,14 @@ def _moment_unit(units: tuple[str, str]) -> str:
 
 def _run_matter(path: Path, units: tuple[str, str], snapshot: int) -> Matter | None:
     """A snapshot of a run; None for a netCDF file without any."""
-    try:
-        snapshots = dataset.open_snapshots(path)
-    except (OSError, ValueError) as error:
-        raise SceneError(f"{path} cannot be read as netCDF") from error
+    snapshots = dataset.open_snapshots(path)
     if snapshots is None:
         if path.is_dir():
             raise SceneError(f"the run {path} has no snapshots yet")
         return None
     # Not closed here: xarray shares the handle with whoever else has this file open in the process.
+    if not {"snapshot_time", "particle"} <= set(snapshots.sizes):
+        raise ArchiveError(f"{path} does not hold the particles of a run.")
     count = snapshots.sizes["snapshot_time"]
     if not -count <= snapshot < count:
         raise SceneError(f"{path} has {count} snapshots, numbered from 0: there is no {snapshot}")
@@ -184,13 +184,24 @@ def _run_matter(path: Path, units: tuple[str, str], snapshot: int) -> Matter | N
         raise SceneError(f"{path} has more than {MAX_PARTICLES} particles")
     if units != PLAIN:
         raise SceneError(f"{path} says which units it is in; leave --units out")
-    one = snapshots[["mass", "position"]].isel(snapshot_time=snapshot).load()
+    with told(path, "does not hold the particles of a run"):
+        one = loaded(path, snapshots[["mass", "position", "snapshot_time"]].isel(snapshot_time=snapshot))
+        mass, position, time = _of_a_snapshot(one)
     own = (str(one["mass"].attrs.get("units", "1")), str(one["position"].attrs.get("units", "1")))
-    time = one["snapshot_time"]
     text = f"snapshot {snapshot % count} of {count}, at time {float(time):.6g} {time.attrs.get('units', '')}".strip()
-    mass, position = one["mass"].values, one["position"].transpose("particle", "i").values
     found = _particles(mass, position, PLAIN, PARTICLE_GAP_TOLERANCE, f"{_counted(mass.size)}, {text}")
     return replace(found, units=own)
+
+
+def _of_a_snapshot(one: xr.Dataset) -> tuple[np.ndarray, np.ndarray, xr.DataArray]:
+    """Masses (N,), places (N, 3) and the time; ValueError where they are not such."""
+    mass, position, time = one["mass"].values, one["position"].transpose("particle", "i").values, one["snapshot_time"]
+    count = mass.size
+    if mass.shape != (count,) or position.shape != (count, 3) or time.ndim or not count:
+        raise ValueError("masses and positions are not those of particles")
+    if any(each.dtype.kind not in "fiu" for each in (mass, position, time)):
+        raise ValueError("masses, positions or times are not numbers")
+    return mass, position, time
 
 
 def _mesh(path: Path, units: tuple[str, str], density: float) -> Matter:
