@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+import netCDF4
 import xarray as xr
 
 from astroinertia import hdf5_structure, trailer
@@ -31,9 +32,9 @@ def told(path: Path, what: str = "cannot be read as netCDF") -> Iterator[None]:
 def headline(path: Path) -> xr.Dataset:
     """The headline series of a file, in memory; ArchiveError where it is damaged, or not of this package."""
     _look(path)
-    with told(path), xr.open_dataset(path, engine="netcdf4") as lazy:
-        check_size("it", sum(_size(variable) for variable in lazy.variables.values()), path)
-        dataset = lazy.load()
+    with told(path):
+        _check_sizes(path, None)
+        dataset = xr.load_dataset(path, engine="netcdf4")
     version = dataset.attrs.get("astroinertia_format")
     if version is None:
         raise ArchiveError(f"{path} is a netCDF file, but not one of this package.")
@@ -54,6 +55,7 @@ def snapshots(path: Path, chunks: Mapping[str, int] | None) -> xr.Dataset | None
     # strings was read from it and it was closed. Files have had their labels as characters since; of older ones those
     # of the snapshots are not read, and none is opened just to see what is in it.
     with told(path):
+        _check_sizes(path, "snapshots")
         try:
             return xr.open_dataset(path, group="snapshots", engine="netcdf4", drop_variables="i", chunks=chunks)
         except OSError as error:
@@ -72,6 +74,25 @@ def loaded(path: Path, found: xr.Dataset) -> xr.Dataset:
 def _size(variable: xr.Variable) -> float:
     """Bytes of a variable in memory, with the chunk that it is unpacked by, which may be larger."""
     return variable.nbytes + variable.dtype.itemsize * math.prod(map(float, variable.encoding.get("chunksizes") or ()))
+
+
+def _check_sizes(path: Path, group: str | None) -> None:
+    """ValueError where what xarray reads when it opens a group, or the root, is out of proportion to the file."""
+    with netCDF4.Dataset(path) as file:
+        if group is None:
+            read = list(file.variables.values())
+        else:  # of other groups only what labels dimensions
+            inside = file.groups.get(group)
+            read = (
+                [] if inside is None else [each for name, each in inside.variables.items() if name in each.dimensions]
+            )
+        whole, largest = 0.0, 0.0
+        for variable in read:
+            item = getattr(variable.dtype, "itemsize", None) or 1
+            whole += item * math.prod(map(float, variable.shape))
+            chunks = variable.chunking()
+            largest = max(largest, item * math.prod(map(float, () if isinstance(chunks, str) else chunks)))
+        check_size("it", whole + largest, path)
 
 
 def _look(path: Path) -> None:

@@ -157,6 +157,10 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
             # As stored: merging within trimesh's fixed tolerance would ruin a mesh in large units.
             loaded = trimesh.load_mesh(stream, file_type=path.suffix[1:].lower(), process=False)
         vertices, faces = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int64)
+    except ImportError as failure:  # what trimesh would guess the encoding of a text with
+        raise ArchiveError(
+            f"{path} cannot be read as a mesh: it is neither binary nor text as such files are"
+        ) from failure
     except Exception as failure:  # readers of foreign formats fail in their own ways
         raise ArchiveError(f"{path} cannot be read as a mesh: {plain_text(failure)}") from failure
     if not len(faces):

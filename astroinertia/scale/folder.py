@@ -58,8 +58,8 @@ def read(folder: Path) -> Sweep:
     if not isinstance(told, dict) or told.pop("format", None) != FORMAT:
         raise ArchiveError(f"{path} does not describe a sweep of this package.")
     version = told.pop("version", 0)
-    if isinstance(version, int) and version > VERSION:
-        raise ArchiveError(f"{path} has format {version} of a newer version; this one reads up to {VERSION}.")
+    if not isinstance(version, int) or version > VERSION:
+        raise ArchiveError(f"{path} has format {version!r:.20} of a newer version; this one reads up to {VERSION}.")
     try:
         told |= {name: tuple(told[name]) for name in ("overrides", "keys")}
         told |= {name: tuple(tuple(each) for each in told[name]) for name in ("members", "axes")}

@@ -21,6 +21,7 @@ from astroinertia.unpacked import npz_members, plain_text
 
 MAX_BYTES = 2**30
 _MAX_LINE = 1024
+_MOST_PASSED = 100_000
 
 
 @dataclass(frozen=True)
@@ -80,9 +81,7 @@ def csv_columns(path: Path, asked: Columns) -> dict[str, np.ndarray]:
     names: list[str] = []
     try:
         with path.open(newline="", encoding="utf-8") as file:
-            lines = csv.reader(
-                line for line in _limited(f"{asked.what} {path}", file) if line.strip() and not line.startswith("#")
-            )
+            lines = csv.reader(_limited(f"{asked.what} {path}", file))
             names = [asked.named(name.strip()) for name in next(lines, [])]
             asked.check(path, names)
             for row in itertools.islice(lines, asked.most + 1):
@@ -98,14 +97,18 @@ def csv_columns(path: Path, asked: Columns) -> dict[str, np.ndarray]:
 
 
 def _limited(name: str, file: TextIO) -> Iterator[str]:
-    """The lines of a text, none of which is read beyond what it may have."""
+    """The lines of a text but empty ones and comments, none of them read beyond what it may have."""
+    passed = 0
     for number in itertools.count(1):
         line = file.readline(_MAX_LINE + 1)
         if len(line) > _MAX_LINE:
             raise SceneError(f"{name}: line {number} is longer than {_MAX_LINE} characters")
         if not line:
             return
-        yield line
+        if line.strip() and not line.startswith("#"):
+            yield line
+        elif (passed := passed + 1) > _MOST_PASSED:
+            raise SceneError(f"{name} has more than {_MOST_PASSED} empty lines and comments")
 
 
 def npz_columns(path: Path, asked: Columns) -> dict[str, np.ndarray]:

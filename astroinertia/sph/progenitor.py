@@ -13,6 +13,7 @@ Radius and enclosed mass are those of the outer edge of a shell, as these codes 
 mass over its volume, and a column of densities is what that is checked against. Tests: tests/unit/test_progenitor.py.
 """
 
+import itertools
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -161,13 +162,15 @@ def read_progenitor(path: str | Path, mean_molecular_weight: float | None = None
     if path.stat().st_size > MAX_BYTES:
         raise SceneError(f"stellar profile {name} is larger than {MAX_BYTES >> 20} MiB")
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        with path.open(encoding="utf-8") as file:
+            lines = list(itertools.islice(iter(lambda: file.readline(MAX_LINE + 1), ""), MAX_SHELLS + 101))
     except UnicodeDecodeError:
         raise SceneError(f"stellar profile {name} is not text") from None
-    if len(lines) > MAX_SHELLS + 100:
-        raise SceneError(f"stellar profile {name} has more than {MAX_SHELLS} shells")
     if any(len(line) > MAX_LINE for line in lines):
         raise SceneError(f"stellar profile {name} has a line of more than {MAX_LINE} characters")
+    if len(lines) > MAX_SHELLS + 100:
+        raise SceneError(f"stellar profile {name} has more than {MAX_SHELLS} shells")
+    lines = [line.rstrip("\n") for line in lines]
     try:
         columns = _columns(path, lines)
         return _checked(columns, mean_molecular_weight)

@@ -1,0 +1,121 @@
+"""Reads files that may be malformed, one after the other, in a process of its own, and says what became of each.
+
+    python -m tests.hard.malformed_child FOLDER      a line of JSON in, {"kind": ..., "path": ...}; a line of JSON out
+
+FOLDER is the only place that files may appear in. What a reader does is everything that the package does with such a
+file before numbers are computed from it. Figures of each file: processor time, and the most memory above that before.
+"""
+
+import json
+import os
+import resource
+import sys
+import time
+import traceback
+import warnings
+from pathlib import Path
+
+from astroinertia import dataset
+from astroinertia import run as runs
+from astroinertia.archive import Archive
+from astroinertia.errors import ArchiveWarning, AstroinertiaError
+from astroinertia.interop.snapshots import snapshots_of
+from astroinertia.orbits import archive as orbits
+from astroinertia.scale import combined
+from astroinertia.scale import folder as sweeps
+from astroinertia.scene import load, sweep
+from astroinertia.sph.progenitor import read_progenitor
+from astroinertia.sph.table import read_table
+from astroinertia.sph.table_equation import read_equation
+from astroinertia.studies.moments import moments, read_matter
+
+HANG = 30  # seconds of processor time after which the system ends the process
+
+
+def of_result(path):
+    dataset.open(path)
+    for _ in snapshots_of(path, "all"):
+        pass
+    read_matter(path)
+
+
+def of_run(path):
+    dataset.open(path)
+    dataset.open_snapshots(path)
+    with Archive.open(path) as archive:
+        archive.read_checkpoint()
+    runs.resume(path)
+
+
+def of_sweep(path):
+    sweeps.waiting(path, len(sweeps.read(path).members))
+    combined.open_members(path)
+    dataset.open(path)
+
+
+def of_scene(path):
+    if sweep.load_file(path) is None:
+        load.load_file(path)
+
+
+READERS = {
+    "result": of_result,
+    "run": of_run,
+    "sweep": of_sweep,
+    "scene": of_scene,
+    "table": read_table,
+    "matter": lambda path: moments(read_matter(path)),
+    "equation": read_equation,
+    "profile": lambda path: read_progenitor(path, 1.3),
+    "orbits": orbits.snapshots,
+}
+# The sentence of a reader whose callers make it one of the package's errors.
+OWN = {"orbits": ValueError, "matter": ValueError}
+
+
+def outcome(kind, path):
+    """What became of a file: ("read" or "refused" or "foreign", what was said)."""
+    try:
+        READERS[kind](path)
+    except (AstroinertiaError, OWN.get(kind, AstroinertiaError)) as error:
+        said = str(error)
+        return ("refused" if said.strip() and "\n" not in said else "foreign"), said
+    except Exception:
+        return "foreign", traceback.format_exc()
+    return "read", ""
+
+
+def limited(seconds):
+    """Let the system end this process after so many more seconds of processor time."""
+    used = time.process_time()
+    hard = resource.getrlimit(resource.RLIMIT_CPU)[1]
+    resource.setrlimit(resource.RLIMIT_CPU, (int(used + seconds) + 1, hard))
+
+
+def peak_since_now():
+    Path("/proc/self/clear_refs").write_text("5")
+
+
+def memory(name):
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return 1024 * int(next(line for line in lines if line.startswith(name)).split()[1])
+
+
+def main():
+    warnings.simplefilter("error")
+    warnings.simplefilter("ignore", ArchiveWarning)
+    told = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # what libraries print is no answer
+    print("{}", file=told, flush=True)
+    for line in sys.stdin:
+        asked = json.loads(line)
+        limited(HANG)
+        peak_since_now()
+        before, begun = memory("VmRSS"), time.process_time()
+        became, said = outcome(asked["kind"], Path(asked["path"]))
+        figures = {"seconds": time.process_time() - begun, "bytes": memory("VmHWM") - before}
+        print(json.dumps({"became": became, "said": said[-3000:], **figures}), file=told, flush=True)
+
+
+if __name__ == "__main__":
+    main()
