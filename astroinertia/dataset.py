@@ -113,7 +113,8 @@ def finish(
     """
     archive.must_be_writable()
     lost = {"lost_outputs": "\n".join(archive.lost)} if archive.lost else {}
-    dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs({**(told or {}), **lost})
+    with dataset_files.told(archive.folder, NOT_OF_A_RUN):
+        dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs({**(told or {}), **lost})
     dataset = dataset if completed is None else completed(dataset)
 
     def fill(aside: Path) -> None:

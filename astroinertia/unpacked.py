@@ -24,7 +24,7 @@ def check_size(name: str, size: float, path: Path) -> None:
         )
 
 
-def plain_text(error: BaseException) -> str:
+def plain_text(error: BaseException | str) -> str:
     """What an error of a library says, on one line and not at length."""
     words = " ".join(str(error).split()) or type(error).__name__
     return words if len(words) <= 200 else f"{words[:200]}..."

@@ -165,6 +165,8 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
         raise ArchiveError(f"{path} cannot be read as a mesh: {plain_text(failure)}") from failure
     if not len(faces):
         raise ArchiveError(f"{path} cannot be read as a mesh: it has no faces")
+    if faces.ndim != 2 or vertices.shape[1:] != (3,) or faces.min() < 0 or faces.max() >= len(vertices):
+        raise ArchiveError(f"{path} cannot be read as a mesh: a face has a corner that is not there")
     places, numbers = np.unique(vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0 and 0 are one place
     return places, numbers.reshape(-1)[faces]
 

@@ -1,6 +1,9 @@
 """Orbits out of a REBOUND SimulationArchive, snapshot by snapshot."""
 
-import warnings
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -8,9 +11,10 @@ import numpy as np
 import rebound
 from rebound.units import hash_to_unit, lengths_SI, times_SI
 
+from astroinertia.orbits import archive_child
 from astroinertia.orbits.simulation import BODY
-from astroinertia.orbits.states import names
 from astroinertia.units import CodeUnits
+from astroinertia.unpacked import plain_text
 
 Array = Any
 
@@ -27,36 +31,59 @@ def snapshots(path: str | Path, body: str | int | None = None, units: CodeUnits 
     source = Path(path)
     if not source.is_file():
         raise ValueError(f"there is no archive {source.name}")
-    try:
-        with warnings.catch_warnings():
-            # An archive of another version of REBOUND: what cannot be read raises.
-            warnings.simplefilter("ignore", RuntimeWarning)
-            opened = rebound.Simulationarchive(str(source))
-            stored = list(opened)
-    except RuntimeError as error:
-        raise ValueError(f"{source.name} is not read as an archive of REBOUND's: {error}") from None
-    for each in stored:
-        each.synchronize()
-    if len({each.N for each in stored}) > 1:
-        raise ValueError(f"the particles of {source.name} come or go, but companions stay the same")
-    known = names(stored[-1])  # REBOUND 5.2 reads some names of the first snapshot wrong
-    number = _number(known, body)
-    order = [number, *(k for k in range(len(known)) if k != number)]
-    length, time = _scales(stored[0], units, source.name)
+    stored = _read(source)
+    number = _number(stored.names, body)
+    order = [number, *(k for k in range(len(stored.names)) if k != number)]
+    length, time = _scales(stored, units, source.name)
     found = []
-    for each in stored:
+    for moment, constant, particles in zip(stored.times, stored.constants, stored.particles, strict=True):
         fresh = rebound.Simulation()
         # What an orbit shows is G M: masses are those that it gives with G = 1.
-        fresh.G, mass = (each.G, 1.0) if units is None else (1.0, length**3 / time**2 / each.G)
+        fresh.G, mass = (constant, 1.0) if units is None else (1.0, length**3 / time**2 / constant)
         for k in order:
-            particle = each.particles[k]
-            place, speed = np.array(particle.xyz) / length, np.array(particle.vxyz) * (time / length)
+            place, speed = particles[k, 1:4] / length, particles[k, 4:7] * (time / length)
             keys = ("x", "y", "z", "vx", "vy", "vz")
             state = dict(zip(keys, map(float, (*place, *speed)), strict=True))
-            fresh.add(m=particle.m / mass, name=known[k], **state)
-        fresh.t = (each.t - stored[0].t) / time
+            fresh.add(m=float(particles[k, 0]) / mass, name=stored.names[k], **state)
+        fresh.t = (moment - stored.times[0]) / time
         found.append(fresh)
     return found
+
+
+@dataclass(frozen=True)
+class _Stored:
+    """What an archive of T snapshots of N particles holds, in its own units.
+
+    particles: m, x, y, z, vx, vy, vz, (T, N, 7). length, time: REBOUND's numbers of the units, 0 where it has none.
+    """
+
+    names: list[str]
+    times: list[float]
+    constants: list[float]
+    length: int
+    time: int
+    particles: np.ndarray
+
+
+def _read(source: Path) -> _Stored:
+    """The snapshots of a file, read by a process of its own; ValueError where that finds none, or ends at them."""
+    child = subprocess.run(
+        [sys.executable, "-P", archive_child.__file__, str(source.resolve())], capture_output=True, check=False
+    )
+    if child.returncode:
+        raise ValueError(f"{source.name} is not read as an archive of REBOUND's: it is damaged")
+    line, _, states = child.stdout.partition(b"\n")
+    told = json.loads(line)
+    if "error" in told:
+        raise ValueError(f"{source.name} is not read as an archive of REBOUND's: {plain_text(told['error'])}")
+    if len(set(told["counts"])) > 1:
+        raise ValueError(f"the particles of {source.name} come or go, but companions stay the same")
+    shape = (len(told["counts"]), told["counts"][0], 7)
+    particles = np.frombuffer(states, float).reshape(shape)
+    numbers = np.array([*told["times"], *told["constants"], 0.0])
+    if not shape[1] or not np.isfinite(particles).all() or not np.isfinite(numbers).all():
+        raise ValueError(f"{source.name} has no particles, or some without numbers")
+    return _Stored(told["names"], told["times"], told["constants"], told["length"], told["time"], particles)
 
 
 def _number(known: list[str], body: str | int | None) -> int:
@@ -69,11 +96,11 @@ def _number(known: list[str], body: str | int | None) -> int:
     return known.index(body or BODY) if (body or BODY) in known else 0
 
 
-def _scales(bodies: rebound.Simulation, units: CodeUnits | None, name: str) -> tuple[float, float]:
+def _scales(stored: _Stored, units: CodeUnits | None, name: str) -> tuple[float, float]:
     """The units of length and time in those of the archive."""
     if units is None or units.gravitational_constant == 1.0:
         return 1.0, 1.0
-    length, time = (hash_to_unit(each) if each else None for each in (bodies.python_unit_l, bodies.python_unit_t))
+    length, time = (hash_to_unit(each) if each else None for each in (stored.length, stored.time))
     if length is None or time is None:
         raise ValueError(f"{name} does not say what its units are: set Simulation.units before it is saved")
     return units.length / lengths_SI[length], units.time / times_SI[time]

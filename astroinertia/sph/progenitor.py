@@ -198,13 +198,15 @@ def _kepler(header: str, lines: list[str]) -> Columns:
     if names[0] != "grid":
         names = ["grid", *names]
     wanted = max(k for k, name in enumerate(names) if name in KEPLER) + 1
-    if short := next((k for k, row in enumerate(rows) if len(row) < wanted), None):
+    short = next((k for k, row in enumerate(rows) if len(row) < wanted), None)
+    if short is not None:
         raise ValueError(f"row {short + 1} has {len(rows[short])} values, fewer than the {wanted} that are read")
     return _known(names[:wanted], [row[:wanted] for row in rows], KEPLER)
 
 
 def _known(names: list[str], rows: list[list[str]], table: dict) -> Columns:
-    if wrong := next((k for k, row in enumerate(rows) if len(row) != len(names)), None):
+    wrong = next((k for k, row in enumerate(rows) if len(row) != len(names)), None)
+    if wrong is not None:
         raise ValueError(f"row {wrong + 1} has {len(rows[wrong])} values, not {len(names)}")
     found: Columns = {}
     for k, name in enumerate(names):

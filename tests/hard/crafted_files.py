@@ -28,15 +28,20 @@ class _RunsCode:
         return os.system, (f"touch {self.path}",)
 
 
-def crafted_files(folder: Path, whole: dict[str, Path], outside: Path) -> list[tuple[str, Path]]:
-    """Kind and path of each; none of them is to be read. outside: a folder that is not to be looked into."""
+def crafted_files(folder: Path, whole: dict[str, Path], outside: Path, few: bool = False) -> list[tuple[str, Path]]:
+    """Kind and path of each; none of them is to be read. outside: a folder that is not to be looked into.
+
+    whole: whole_files.py's by name. few: without those that take longer to make, for they are large.
+    """
     with h5py.File(outside / "secret.h5", "w") as file:
         file["snapshots/mass"] = SECRET
         for name in columns():
             file[name] = SECRET
     (outside / "secret.raw").write_bytes(SECRET.tobytes())
     (outside / "secret.csv").write_text("mass,x,y,z\n1,2,3,4\n" * 1)
-    made = [*_bombs(folder), *_texts(folder), *_npz(folder, outside), *_hdf5(folder, outside)]
+    made = [*_npz(folder, outside), *_hdf5(folder, outside)]
+    if not few:
+        made += [*_bombs(folder), *_texts(folder)]
     return [*made, *_meshes(folder, outside), *_runs(folder, whole, outside), *_sweeps(folder, whole, outside)]
 
 

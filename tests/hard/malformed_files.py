@@ -1,4 +1,4 @@
-"""Malformed files without end: whole ones changed by chance, and folders whose hashes agree with what is wrong there."""
+"""Malformed files without end: whole ones changed by chance, and folders whose hashes agree with their mistakes."""
 
 import hashlib
 import io

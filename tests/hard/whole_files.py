@@ -39,7 +39,7 @@ ROWS = 30
 
 def whole_files(folder: Path, few: bool = False) -> list[tuple[str, Path]]:
     """Kind (a reader of malformed_child.py) and path of each; few: without those that take longer to make."""
-    made = [*_tables(folder), *_texts(folder), *_meshes(folder), *_orbits(folder)]
+    made = [*_tables(folder), *text_files(folder), *_meshes(folder), *orbit_files(folder)]
     return [*made, *_results(folder)] + ([] if few else _folders(folder))
 
 
@@ -83,7 +83,7 @@ def _tables(folder):
     return [("table" if k % 2 else "matter", folder / name) for k, name in enumerate(names)] + equations
 
 
-def _texts(folder):
+def text_files(folder):
     (folder / "scene.toml").write_text(SCENE)
     (folder / "sweep.toml").write_text(SCENE.replace("[body]", f"{SWEEP}[body]", 1))
     radius = np.linspace(1, 9, 12)
@@ -108,7 +108,7 @@ def _meshes(folder):
     return [("matter", folder / name) for name in names]
 
 
-def _orbits(folder):
+def orbit_files(folder):
     bodies = rebound.Simulation()
     bodies.add(m=1.0)
     bodies.add(m=1e-3, a=1.0, e=0.1)
