@@ -49,6 +49,7 @@ $(VENV)/run: $(VENV)/made
 $(VENV)/test: $(VENV)/made
 	$(RUN) -m pip install -qq -e '.[test]'
 	@$(RUN) -m pip install -qq -e '.[reboundx]' || echo "reboundx cannot be installed here: comparisons with it are skipped"
+	@$(RUN) -m pip install -qq -e '.[fuzz]' || echo "atheris cannot be installed here: the fuzzer is skipped"
 	@touch $@ $(VENV)/run
 
 $(VENV)/bench: $(VENV)/test

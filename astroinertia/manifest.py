@@ -52,7 +52,7 @@ def read(folder: Path) -> dict[str, Any]:
     errors = []
     for name in (MANIFEST, COPY):
         try:
-            manifest = _whole(folder / name)
+            manifest = read_file(folder / name)
         except ArchiveError as error:
             errors.append(error)
             continue
@@ -62,7 +62,8 @@ def read(folder: Path) -> dict[str, Any]:
     raise errors[0]
 
 
-def _whole(path: Path) -> dict[str, Any]:
+def read_file(path: Path) -> dict[str, Any]:
+    """One of the two copies, in today's format; ArchiveError where it is missing, damaged or not of this package."""
     try:
         manifest = read_json(path)
     except (FileNotFoundError, NotADirectoryError):
