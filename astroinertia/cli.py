@@ -334,8 +334,9 @@ def _show(options: argparse.Namespace) -> int:
         print("\n".join(cli_sweep.summary(options.file)))
         return GOOD
     opened = cli_result.opened(options.file)
-    print(plots.summary(opened))
-    written = plots.write_all(opened, options.output or cli_result.beside(options.file))
+    with cli_result.shown(options.file):
+        print(plots.summary(opened))
+        written = plots.write_all(opened, options.output or cli_result.beside(options.file))
     print("pictures:")
     for path in written:
         print(f"  {path}")

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from astroinertia import cli_result
 from astroinertia.errors import SceneError
 
 HELP = """\
@@ -44,12 +45,14 @@ def report(options: argparse.Namespace) -> str:
     from astroinertia.plots import ladder, style
 
     runs = [(path, dataset.open(path)) for path in options.runs]
-    runs.sort(key=lambda run: ladder.fineness(run[1]))
+    with cli_result.shown(*options.runs):
+        runs.sort(key=lambda run: ladder.fineness(run[1]))
     opened = [each for _, each in runs]
     finest = len(runs) - 1 if options.against is None else [path for path, _ in runs].index(options.against)
-    try:
-        found = ladder.compared(opened, options.quantity, finest)
-    except ValueError as error:
-        raise SceneError(str(error)) from None
-    style.save(ladder.ladder_figure(opened, found, finest), options.plot)
-    return f"{ladder.ladder_table(opened, found, finest)}\n\npicture: {options.plot}"
+    with cli_result.shown(*options.runs):
+        try:
+            found = ladder.compared(opened, options.quantity, finest)
+        except ValueError as error:
+            raise SceneError(str(error)) from None
+        style.save(ladder.ladder_figure(opened, found, finest), options.plot)
+        return f"{ladder.ladder_table(opened, found, finest)}\n\npicture: {options.plot}"

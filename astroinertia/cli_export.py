@@ -3,6 +3,8 @@
 import argparse
 from pathlib import Path
 
+from astroinertia import cli_result
+
 HELP = """\
 formats:
   gadget   GADGET-2/4 snapshot in HDF5 (yt, pynbody, ...); needs the extra astroinertia[hdf5], as does swift
@@ -45,7 +47,8 @@ def report(options: argparse.Namespace) -> str:
     """What the command prints, once everything is written. SceneError or ArchiveError says what is wrong."""
     from astroinertia.interop.export import export
 
-    files = export(options.run, options.to, options.snapshot, options.output)
+    with cli_result.shown(options.run):
+        files = export(options.run, options.to, options.snapshot, options.output)
     if len(files) > 3:
         return f"wrote {len(files)} files, {files[0]} to {files[-1]}"
     return "\n".join(f"wrote {path}" for path in files)

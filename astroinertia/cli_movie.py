@@ -43,7 +43,8 @@ def carry_out(options: argparse.Namespace, told: Callable[[int, int], None]) -> 
         raise SceneError("--every must be a whole number of at least 1.")
     opened = cli_result.opened(options.run)
     path = options.output or cli_result.beside(options.run) / ("film.mp4" if movie.ffmpeg() else "film.gif")
-    count = movie.write_movie(opened, opened.inertia.snapshots, path, options.fps, options.every, told)
+    with cli_result.shown(options.run):
+        count = movie.write_movie(opened, opened.inertia.snapshots, path, options.fps, options.every, told)
     return f"wrote {path}: {count} pictures"
 
 

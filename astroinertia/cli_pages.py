@@ -19,7 +19,8 @@ def report(options: argparse.Namespace) -> str:
     from astroinertia.pages.report import write_report
 
     opened, path = cli_result.opened(options.run), _path(options, "report")
-    count = write_report(opened, opened.inertia.snapshots, path)
+    with cli_result.shown(options.run):
+        count = write_report(opened, opened.inertia.snapshots, path)
     return f"wrote {path}: one file with {count} pictures, for any browser"
 
 
@@ -28,7 +29,8 @@ def view(options: argparse.Namespace) -> str:
     from astroinertia.pages.view import write_view
 
     opened, path = cli_result.opened(options.run), _path(options, "view")
-    count = write_view(opened, opened.inertia.snapshots, path)
+    with cli_result.shown(options.run):
+        count = write_view(opened, opened.inertia.snapshots, path)
     return f"wrote {path}: {count} times to turn about; open it in a browser"
 
 
