@@ -16,6 +16,7 @@ from astroinertia.errors import AstroinertiaError, SceneError
 from astroinertia.sph.table_hdf5 import VECTORS
 from astroinertia.unpacked import check_size, plain_text
 
+_CLASSIC = (b"CDF\x01", b"CDF\x02")
 _OF_A_SNAPSHOT = {"mass": "mass", "position": "position", "velocity": "velocity", "u": "internal_energy"}
 
 
@@ -58,6 +59,9 @@ def _netcdf4(path: Path, known: tuple[str, ...], most: int, named: Callable[[str
 def _classic(path: Path, known: tuple[str, ...], most: int, named: Callable[[str], str]) -> dict[str, np.ndarray]:
     from scipy.io import netcdf_file
 
+    with path.open("rb") as file:
+        if file.read(4) not in _CLASSIC:
+            raise SceneError(f"particle table {path} cannot be read as netCDF: it is neither netCDF-4 nor classic")
     with netcdf_file(path, mmap=False, maskandscale=True) as file:
         chosen = _chosen(file.variables, known, named)
         if any(len(variable.shape) > 2 or max(variable.shape, default=0) > most for variable in chosen.values()):
