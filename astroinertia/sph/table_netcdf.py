@@ -61,7 +61,7 @@ def _classic(path: Path, known: tuple[str, ...], most: int, named: Callable[[str
 
     with path.open("rb") as file:
         if file.read(4) not in _CLASSIC:
-            raise SceneError(f"particle table {path} cannot be read as netCDF: it is neither netCDF-4 nor classic")
+            raise ValueError("it cannot be read as netCDF: it begins neither as netCDF-4 nor as classic files do")
     with netcdf_file(path, mmap=False, maskandscale=True) as file:
         chosen = _chosen(file.variables, known, named)
         if any(len(variable.shape) > 2 or max(variable.shape, default=0) > most for variable in chosen.values()):
