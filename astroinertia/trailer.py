@@ -1,6 +1,6 @@
 """What a finished file says of its own bytes, in a line behind its end, where readers of HDF5 do not look.
 
-    astroinertia-sha256 1 <bytes of the head> <its sha256> <bytes of the file> <their sha256>
+    astroinertia-sha256 1 <bytes of the head> <its sha256> <bytes of the file> <sha256 of them, or of the head again>
 
 A flipped bit, wherever it is, is noticed before a library that might trust it sees the file. A program that changes the
 file leaves the line out, so that it is not held to what it was. Large files are checked in their head alone, which has
@@ -15,7 +15,7 @@ from pathlib import Path
 
 from astroinertia.errors import ArchiveError
 
-WHOLE = 256 * 2**20  # bytes of a file that is checked as a whole: a third of a second
+WHOLE = 256 * 2**20  # bytes of a file that is checked as a whole: a third of a second. With another, the line is a 2
 _LINE = re.compile(rb"\nastroinertia-sha256 1 (\d{1,18}) ([0-9a-f]{64}) (\d{1,18}) ([0-9a-f]{64})\n\Z")
 _LONGEST = 256
 _BLOCK = 1 << 20
@@ -24,7 +24,7 @@ _BLOCK = 1 << 20
 def append(path: Path, head: int) -> None:
     """Put the line behind a file that is closed; head: how many of its bytes hold what is always checked."""
     size = path.stat().st_size
-    first, whole = _digests(path, head, size)
+    first, whole = _digests(path, head, _checked(head, size))
     with path.open("ab") as file:
         file.write(f"\nastroinertia-sha256 1 {head} {first} {size} {whole}\n".encode())
 
@@ -53,8 +53,13 @@ def _complaint(path: Path, size: int, changed: int, inode: int) -> str:
     damaged = f"{path} is damaged: its sha256 is not the one that was recorded when it was written."
     if length != size - len(line[0]) or head > length:
         return damaged
-    first, whole = _digests(path, head, length if length <= WHOLE else head)
-    return "" if first == line[2].decode() and (length > WHOLE or whole == line[4].decode()) else damaged
+    found = _digests(path, head, _checked(head, length))
+    return "" if found == (line[2].decode(), line[4].decode()) else damaged
+
+
+def _checked(head: int, size: int) -> int:
+    """How many bytes of a file are read whenever it is opened."""
+    return size if size <= WHOLE else head
 
 
 def _digests(path: Path, head: int, size: int) -> tuple[str, str]:

@@ -77,7 +77,12 @@ def test_large_files_are_checked_in_their_head_and_where_particles_are_read(fini
     """As if the file were too large to be read as a whole whenever it is opened."""
     monkeypatch.setattr(trailer, "WHOLE", 0)
     content, path = finished.read_bytes(), tmp_path / "flipped.nc"
-    head = int(content[content.rindex(b"\nastroinertia-sha256") :].split()[2])
+    end = content.rindex(b"\nastroinertia-sha256")
+    head = int(content[end:].split()[2])
+    path.write_bytes(content[:end])
+    trailer.append(path, head)
+    content = path.read_bytes()
+    assert content[end:].count(content[end:].split()[3]) == 2  # nothing but the head was read
     place = content.index(b"gravity")
     assert place < head
     path.write_bytes(flipped(content, place, 0))
