@@ -26,7 +26,16 @@ import numpy as np
 from astroinertia import manifest as manifests
 from astroinertia.errors import ArchiveError, ArchiveWarning
 from astroinertia.manifest import COPY, MANIFEST, SEALED
-from astroinertia.sealed import TEMPORARY, check, read_arrays, regular, sync_folder, write_arrays, write_whole
+from astroinertia.sealed import (
+    TEMPORARY,
+    check,
+    read_arrays,
+    read_json,
+    regular,
+    sync_folder,
+    write_arrays,
+    write_whole,
+)
 
 LOCK = "lock"
 SWEEP = "sweep.json"  # in place of the manifest, in the folder of a sweep: scale.folder
@@ -273,11 +282,12 @@ class Archive:
 def file_of_sweep(folder: Path) -> Path:
     """The result that the folder of a sweep names; ArchiveError where there is none yet."""
     try:
-        found = folder / final_name({"name": json.loads((folder / SWEEP).read_bytes())["name"]})
-    except (OSError, ValueError, LookupError, TypeError) as error:
+        found = folder / final_name({"name": read_json(folder / SWEEP)["name"]})
+    except (OSError, LookupError, TypeError) as error:
         raise ArchiveError(f"{folder / SWEEP} cannot be read, or does not name its sweep: {error}.") from error
     if not found.exists():
         raise ArchiveError(f"{folder} holds a sweep that is not finished; resume it.")
+    regular(found)
     return found
 
 

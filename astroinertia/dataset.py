@@ -340,8 +340,6 @@ def _source(path: Path) -> Path | Archive:
     return path
 
 
-
-
 @contextmanager
 def _refusals_told() -> Iterator[None]:
     """HDF5 keeps to itself what the system refused, and netCDF raises a RuntimeError for it."""

@@ -15,7 +15,7 @@ import xarray as xr
 from astroinertia import hdf5_structure, trailer
 from astroinertia.dataset_schema import FORMAT
 from astroinertia.errors import ArchiveError, AstroinertiaError
-from astroinertia.unpacked import check_size, plain_text
+from astroinertia.unpacked import check_proportion, plain_text
 
 
 @contextmanager
@@ -55,19 +55,15 @@ def snapshots(path: Path, chunks: Mapping[str, int] | None) -> xr.Dataset | None
     # strings was read from it and it was closed. Files have had their labels as characters since; of older ones those
     # of the snapshots are not read, and none is opened just to see what is in it.
     with told(path):
-        _check_sizes(path, "snapshots")
-        try:
-            return xr.open_dataset(path, group="snapshots", engine="netcdf4", drop_variables="i", chunks=chunks)
-        except OSError as error:
-            if "group not found" in str(error):
-                return None
-            raise
+        if not _check_sizes(path, "snapshots"):
+            return None
+        return xr.open_dataset(path, group="snapshots", engine="netcdf4", drop_variables="i", chunks=chunks)
 
 
 def loaded(path: Path, found: xr.Dataset) -> xr.Dataset:
     """What was opened lazily from a file, in memory; ArchiveError where the file is damaged there."""
     with told(path, "is damaged"):
-        check_size("it", sum(_size(variable) for variable in found.variables.values()), path)
+        check_proportion("it", sum(_size(variable) for variable in found.variables.values()), path)
         return found.load()
 
 
@@ -76,23 +72,23 @@ def _size(variable: xr.Variable) -> float:
     return variable.nbytes + variable.dtype.itemsize * math.prod(map(float, variable.encoding.get("chunksizes") or ()))
 
 
-def _check_sizes(path: Path, group: str | None) -> None:
-    """ValueError where what xarray reads when it opens a group, or the root, is out of proportion to the file."""
+def _check_sizes(path: Path, group: str | None) -> bool:
+    """Whether there is that group; ValueError where what xarray reads when it opens it is out of proportion."""
     with netCDF4.Dataset(path) as file:
         if group is None:
             read = list(file.variables.values())
+        elif group not in file.groups:
+            return False
         else:  # of other groups only what labels dimensions
-            inside = file.groups.get(group)
-            read = (
-                [] if inside is None else [each for name, each in inside.variables.items() if name in each.dimensions]
-            )
+            read = [each for name, each in file.groups[group].variables.items() if name in each.dimensions]
         whole, largest = 0.0, 0.0
         for variable in read:
             item = getattr(variable.dtype, "itemsize", None) or 1
             whole += item * math.prod(map(float, variable.shape))
             chunks = variable.chunking()
             largest = max(largest, item * math.prod(map(float, () if isinstance(chunks, str) else chunks)))
-        check_size("it", whole + largest, path)
+        check_proportion("it", whole + largest, path)
+    return True
 
 
 def _look(path: Path) -> None:

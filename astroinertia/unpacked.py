@@ -16,7 +16,7 @@ MOST_MEMBERS = 1000  # of an npz file
 _LONGEST_HEADER = 10_000  # bytes of the text that says what an array is
 
 
-def check_size(name: str, size: float, path: Path) -> None:
+def check_proportion(name: str, size: float, path: Path) -> None:
     """ValueError where the `size` bytes that a file becomes in memory are out of proportion to it."""
     if size > max(SMALL, SPREAD * path.stat().st_size):
         raise ValueError(
@@ -40,7 +40,7 @@ def npz_members(path: Path) -> dict[str, Callable[[], np.ndarray]]:
         entries = bundle.infolist()
         if len(entries) > MOST_MEMBERS:
             raise ValueError(f"it has more than {MOST_MEMBERS} members")
-        check_size("it", sum(entry.file_size for entry in entries), path)
+        check_proportion("it", sum(entry.file_size for entry in entries), path)
         found = {}
         for entry in entries:
             name = entry.filename.removesuffix(".npy")

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.errors import SceneError
-from astroinertia.unpacked import check_size, plain_text
+from astroinertia.unpacked import check_proportion, plain_text
 
 SUFFIXES = (".h5", ".hdf5")
 VECTORS = {"position": ("x", "y", "z"), "velocity": ("vx", "vy", "vz")}
@@ -120,7 +120,7 @@ def numbers(path: Path, file_name: str, found: Mapping[str, Member], most: int) 
             raise SceneError(f"{file_name}: {name} is kept in another file, which is not read")
         whole += 8.0 * np.prod(shape, dtype=float)
         chunk = max(chunk, dataset.dtype.itemsize * np.prod(dataset.chunks or (), dtype=float))
-    check_size("it", whole + chunk, path)
+    check_proportion("it", whole + chunk, path)
     return {
         name: np.asarray(dataset[:] if field is None else dataset.fields(field)[:], dtype=float)
         for name, (dataset, field) in found.items()

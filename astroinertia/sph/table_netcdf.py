@@ -14,7 +14,7 @@ import numpy as np
 from astroinertia import hdf5_structure, trailer
 from astroinertia.errors import AstroinertiaError, SceneError
 from astroinertia.sph.table_hdf5 import VECTORS
-from astroinertia.unpacked import check_size, plain_text
+from astroinertia.unpacked import check_proportion, plain_text
 
 _CLASSIC = (b"CDF\x01", b"CDF\x02")
 _OF_A_SNAPSHOT = {"mass": "mass", "position": "position", "velocity": "velocity", "u": "internal_energy"}
@@ -89,7 +89,7 @@ def _check(path: Path, chosen: dict[str, Any], most: int, share: float = 1.0) ->
         chunks = variable.chunking()
         whole += 8.0 * size * share
         whole += 0.0 if isinstance(chunks, str) else variable.dtype.itemsize * np.prod(chunks, dtype=float)
-    check_size("it", whole, path)
+    check_proportion("it", whole, path)
 
 
 def _plain(values: Any) -> np.ndarray:
