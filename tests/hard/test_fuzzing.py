@@ -69,10 +69,10 @@ def test_a_few_seconds_find_nothing(tmp_path):
 
 @fuzzer
 @pytest.mark.full(inputs=["tests/hard/fuzzing.py", "tests/hard/whole_files.py"])
-def test_ten_minutes_find_nothing(tmp_path, result):
+def test_eight_minutes_find_nothing(tmp_path, result):
     readers = seeds(tmp_path, few=False)
     assert sorted(readers) == sorted(READERS)
-    figures = {reader: fuzzed(tmp_path, reader, 75) for reader in readers}
+    figures = {reader: fuzzed(tmp_path, reader, 60) for reader in readers}
     keep = os.environ.get("FUZZ_FINDINGS")
     if keep:  # to mend what was found
         Path(keep).write_text(json.dumps(figures, indent=1))
