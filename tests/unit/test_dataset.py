@@ -369,7 +369,7 @@ def test_whether_there_are_snapshots_is_asked_of_the_file_not_of_an_error(run, t
 
     monkeypatch.setattr(xr, "open_dataset", refused)
     assert dataset.open_snapshots(without) is None
-    with pytest.raises(OSError, match="in words of another version"):
+    with pytest.raises(ArchiveError, match="in words of another version"):
         dataset.open_snapshots(run)
 
 
