@@ -1,12 +1,16 @@
 """Files that are either whole or absent: written aside, synced to disk, renamed, and known by their hash."""
 
+import ast
 import hashlib
 import io
 import json
+import math
 import os
+import struct
 import zipfile
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +21,7 @@ from astroinertia.errors import ArchiveError
 TEMPORARY = ".tmp"
 _CHUNK = 1 << 20
 _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)  # a fixed date, so that the same arrays give the same bytes
+_ZIP_NAME_LENGTHS = 26  # where the header of a file in a zip tells the lengths of its name and what follows that
 _SCALARS = "scalars.json"
 
 
@@ -80,8 +85,7 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], scalars: Mapping[str, An
     and dicts of these. Raises ArchiveError for anything else.
     """
     for name, array in arrays.items():
-        if np.asarray(array).dtype.hasobject:
-            raise ArchiveError(f"'{name}' holds Python objects, which are not archived; give numbers or text.")
+        must_be_plain(name, np.asarray(array))
     try:
         listing = json.dumps({name: _plain(value) for name, value in (scalars or {}).items()})
     except TypeError as error:
@@ -110,8 +114,49 @@ def read_arrays(path: Path, digest: str, prefix: str = "") -> tuple[dict[str, np
                 scalars = json.loads(bundle.read(member))
             elif member.startswith(prefix):
                 content = io.BytesIO(bundle.read(member))
-                arrays[member.removesuffix(".npy")] = np.lib.format.read_array(content, allow_pickle=False)
+                dtype, shape = _described(content)
+                plain = np.frombuffer(content.read(), np.uint8)
+                arrays[member.removesuffix(".npy")] = np.ndarray(shape, dtype, plain).copy()
     return arrays, scalars
+
+
+def must_be_plain(name: str, array: np.ndarray) -> None:
+    """Raise ArchiveError for an array of Python objects."""
+    if array.dtype.hasobject:
+        raise ArchiveError(f"'{name}' holds Python objects, which are not archived; give numbers or text.")
+
+
+def missing(path: Path) -> ArchiveError:
+    """The error of a file that the manifest lists and that is not there."""
+    return ArchiveError(f"{path} is missing, but the manifest beside it lists it.")
+
+
+class Rows:
+    """The arrays of a file of write_arrays, read row by row; before the first its hash is checked, once."""
+
+    def __init__(self, path: Path, digest: str) -> None:
+        self.path, self.digest = path, digest
+
+    @cached_property
+    def places(self) -> dict[str, tuple[int, np.dtype, tuple[int, ...]]]:
+        """Where each array begins, in bytes, its dtype and its shape; ArchiveError where the file is not whole."""
+        check(self.path, self.digest)
+        found = {}
+        with zipfile.ZipFile(self.path) as bundle, self.path.open("rb") as file:
+            for member in bundle.infolist():
+                if member.filename == _SCALARS:
+                    continue
+                file.seek(member.header_offset + _ZIP_NAME_LENGTHS)
+                file.seek(sum(struct.unpack("<HH", file.read(4))), os.SEEK_CUR)
+                dtype, shape = _described(file)
+                found[member.filename.removesuffix(".npy")] = (file.tell(), dtype, shape)
+        return found
+
+    def row(self, name: str, number: int) -> np.ndarray:
+        """Element `number` of an array along its first axis."""
+        begin, dtype, shape = self.places[name]
+        size = math.prod(shape[1:])
+        return np.fromfile(self.path, dtype, size, offset=begin + number * size * dtype.itemsize).reshape(shape[1:])
 
 
 def check(path: Path, digest: str) -> None:
@@ -119,13 +164,27 @@ def check(path: Path, digest: str) -> None:
     try:
         found = sha256(path)
     except FileNotFoundError:
-        raise ArchiveError(f"{path} is missing, but the manifest beside it lists it.") from None
+        raise missing(path) from None
     except OSError as error:
         raise ArchiveError(f"{path} cannot be read: {error.strerror or error}.") from error
     if found != digest:
         raise ArchiveError(
             f"{path} is damaged: its sha256 is {found[:12]}..., but {digest[:12]}... was recorded when it was written."
         )
+
+
+def _described(file: Any) -> tuple[np.dtype, tuple[int, ...]]:
+    """Dtype and shape of an array in NumPy's format that begins here; its numbers come next, in C order."""
+    version, _ = np.lib.format.read_magic(file)
+    (length,) = struct.unpack("<H", file.read(2)) if version == 1 else struct.unpack("<I", file.read(4))
+    return _parsed(file.read(length).decode("utf8" if version == 3 else "latin1"))
+
+
+@lru_cache(maxsize=1000)
+def _parsed(header: str) -> tuple[np.dtype, tuple[int, ...]]:
+    # To parse it takes longer than to read a table of records, and the segments of a run have the same few headers.
+    told = ast.literal_eval(header)
+    return np.lib.format.descr_to_dtype(told["descr"]), told["shape"]
 
 
 def _write_array(member: Any, array: np.ndarray) -> None:
