@@ -18,7 +18,6 @@ import json
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
@@ -27,12 +26,11 @@ import numpy as np
 from astroinertia import manifest as manifests
 from astroinertia.errors import ArchiveError, ArchiveWarning
 from astroinertia.manifest import COPY, MANIFEST
+from astroinertia.outputs import SERIES, SNAPSHOT, Snapshots, stacked, table, unread
 from astroinertia.sealed import (
     TEMPORARY,
-    Rows,
     check,
     missing,
-    must_be_plain,
     read_arrays,
     sync_folder,
     write_arrays,
@@ -41,20 +39,7 @@ from astroinertia.sealed import (
 
 LOCK = "lock"
 SWEEP = "sweep.json"  # in place of the manifest, in the folder of a sweep: scale.folder
-SERIES, SNAPSHOT = "series", "snapshot/"  # names of arrays in files
 _SEALED = re.compile(r"(segment|snapshots|checkpoint)-\d+\.npz")
-
-
-@dataclass(frozen=True)
-class Snapshots:
-    """The snapshots in one file: their times, the dtype and shape of each quantity in one of them, and how to read it.
-
-    rows: of the quantities under SNAPSHOT + name, one for each time.
-    """
-
-    times: np.ndarray
-    layout: dict[str, tuple[np.dtype, tuple[int, ...]]]
-    rows: Rows
 
 
 class Archive:
@@ -151,10 +136,10 @@ class Archive:
         self.must_be_writable()
         if not records and not snapshots:
             return
-        series, particles = _stacked(records, "record"), _stacked(snapshots, "snapshot")
+        series, particles = stacked(records, "record"), stacked(snapshots, "snapshot")
         number, entries = self._numbered(), []
         if records:
-            entry = self._write("segment", number, {SERIES: _table(series)})
+            entry = self._write("segment", number, {SERIES: table(series)})
             entries.append(entry | {"records": len(records), "snapshots": 0})
         if snapshots:
             arrays = {f"{SNAPSHOT}{name}": array for name, array in particles.items()}
@@ -190,11 +175,11 @@ class Archive:
         """
         for arrays in self._read("records", SERIES, damaged):
             # One table; in files of older versions an array for each quantity.
-            table = arrays.pop(SERIES, None)
-            if table is None:
+            records = arrays.pop(SERIES, None)
+            if records is None:
                 yield {name.removeprefix(f"{SERIES}/"): array for name, array in arrays.items()}
             else:
-                yield {name: table[name] for name in table.dtype.names or ()}
+                yield {name: records[name] for name in records.dtype.names or ()}
 
     def read_snapshots(self, damaged: str = "raise") -> Iterator[dict[str, np.ndarray]]:
         """Snapshots of each segment in turn, the snapshot's number leading; otherwise as `read_series`."""
@@ -207,7 +192,7 @@ class Archive:
         layout = listed[0]["layout"] if listed else {}
         return sum(entry["snapshots"] for entry in listed), {name: tuple(shape) for name, shape in layout.items()}
 
-    def snapshots_unread(self, damaged: str = "raise") -> list["Snapshots"]:
+    def snapshots_unread(self, damaged: str = "raise") -> list[Snapshots]:
         """What files hold of snapshots, none of which is read; each file is checked against its hash when it is.
 
         One that is missing raises ArchiveError; with damaged="skip" all are checked now, and left out with a warning.
@@ -222,7 +207,7 @@ class Archive:
                     check(path, entry["sha256"])
                 elif not path.exists():
                     raise missing(path)
-                found.append(_snapshots(path, entry))
+                found.append(unread(path, entry))
             except ArchiveError as error:
                 if damaged != "skip":
                     raise
@@ -396,45 +381,3 @@ def refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
 
 def _left_out(error: ArchiveError, entry: Mapping[str, Any], kind: str) -> None:
     warnings.warn(f"{error} Its {entry[kind]} {kind} are left out.", ArchiveWarning, stacklevel=4)
-
-
-def _snapshots(path: Path, entry: Mapping[str, Any]) -> Snapshots:
-    rows = Rows(path, entry["sha256"])
-    if "times" in entry:
-        layout = {name: (np.dtype(entry["types"][name]), tuple(shape)) for name, shape in entry["layout"].items()}
-        return Snapshots(np.array(entry["times"]), layout, rows)
-    # A file of an older version, with records in it, tells of itself only when it is read.
-    layout = {
-        name.removeprefix(SNAPSHOT): (dtype, shape[1:])
-        for name, (_, dtype, shape) in rows.places.items()
-        if name.startswith(SNAPSHOT)
-    }
-    return Snapshots(np.array([rows.row(f"{SNAPSHOT}time", k) for k in range(entry["snapshots"])]), layout, rows)
-
-
-def _table(columns: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Columns of the same length as one array of records: one is read in a tenth of the time of seventy."""
-    for name, array in columns.items():
-        must_be_plain(name, array)
-    count = len(next(iter(columns.values())))
-    table = np.empty(count, [(name, array.dtype, array.shape[1:]) for name, array in columns.items()])
-    for name, array in columns.items():
-        table[name] = array
-    return table
-
-
-def _stacked(records: Sequence[Mapping[str, Any]], what: str) -> dict[str, np.ndarray]:
-    if not records:
-        return {}
-    names = set(records[0])
-    for record in records[1:]:
-        if set(record) != names:
-            raise ArchiveError(f"the {what}s of a segment differ in what they hold: {sorted(names ^ set(record))}.")
-    stacked = {}
-    for name in records[0]:
-        values = [np.asarray(record[name]) for record in records]
-        shapes = {value.shape for value in values}
-        if len(shapes) > 1:
-            raise ArchiveError(f"'{name}' changes its shape from one {what} to the next: {sorted(shapes)}.")
-        stacked[name] = np.stack(values)
-    return stacked

@@ -11,8 +11,7 @@ import xarray as xr
 from xarray.backends import BackendArray, BackendEntrypoint
 from xarray.core import indexing
 
-from astroinertia.archive import SNAPSHOT as STORED
-from astroinertia.archive import Archive, Snapshots
+from astroinertia.archive import Archive
 from astroinertia.dataset_schema import (
     LABELS,
     SNAPSHOT,
@@ -24,6 +23,8 @@ from astroinertia.dataset_schema import (
     label,
 )
 from astroinertia.errors import ArchiveError
+from astroinertia.outputs import SNAPSHOT as STORED
+from astroinertia.outputs import Snapshots
 from astroinertia.units import CodeUnits
 
 

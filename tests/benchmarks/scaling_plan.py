@@ -123,7 +123,7 @@ def plan(a_particle: dict[str, float], held: float) -> str:
         rows_of(TODAY, all_here),
         f"What breaks first is memory: a device holds {MEMORY / held / 1e6:.0f} million particles at most, however "
         f"many devices there are. Next comes sorting, which every host does for all particles: beyond {crossing:.0f} "
-        "devices it takes longer than the rest of a step. Then the sums, which do not shrink with the number of devices.",
+        "devices it takes longer than the rest of a step. Then the sums, which do not shrink with their number.",
         "## With domains: each device the particles of a region",
         "A halo of w spacings has (n + 2 w)^3 - n^3 particles with n = (N/P)^(1/3), about 6 (N/P)^(2/3) w; "
         f"w = {reach:.2f} for the kernel (support times eta) and {edge:.2f} for gravity's near leaves of {LEAF}. Of "
