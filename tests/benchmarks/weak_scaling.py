@@ -196,14 +196,16 @@ def main() -> None:
     )
     text += "time cannot be judged here: processor time of all devices, divided among them, says what each of them "
     text += "would take if work were shared out evenly, and over that of one device what is done on every device "
-    text += "alike, for all particles. MB received are those of the results of all collectives in the compiled program "
+    text += "alike, for all particles; below 1 it shows costs that do not grow with the pairs, such as chunks of them "
+    text += "that are not full, and says that these bodies are too small to judge by. "
+    text += "MB received are those of the results of all collectives in the compiled program "
     names = sorted({name for figures in most.values() for name in figures["collectives"]})
     text += f"({', '.join(names)}), each once; held are arguments and temporary arrays.\n\n"
     text += table(found, chosen.particles)
     a_particle = {name: figures["received"] / particles for name, figures in most.items()}
     text += "\nBytes that every device receives a particle in a pass: "
     text += ", ".join(f"{name} {size:.0f}" for name, size in a_particle.items())
-    text += " (density: in all passes of its compiled loop once).\n\n"
+    text += " (density: once in its loop and once after it, so that a few passes take less than as often as much).\n\n"
     held = max(figures["held"] for figures in most.values()) / particles
     publish("weak_scaling", text + plan(a_particle, held), chosen.keep)
 
