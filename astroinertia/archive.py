@@ -2,7 +2,8 @@
 
     manifest.json            what belongs to the run, with the sha256 of every file; replaced as a whole
     manifest-copy.json       the same once more, for a disk that damages the first
-    segment-000001.npz ...   headline records and snapshots, in code units
+    segment-000001.npz ...   headline records, in code units
+    snapshots-000001.npz ... the snapshots sealed with them, apart: to open a run is to read the records alone
     checkpoint-000002.npz    the state from which the run goes on, after so many segments; and the one before it
     <name>.nc                the final dataset, written once (astroinertia.dataset)
     lock                     held by the one process that writes
@@ -26,9 +27,11 @@ import numpy as np
 from astroinertia import manifest as manifests
 from astroinertia.errors import ArchiveError, ArchiveWarning
 from astroinertia.manifest import COPY, MANIFEST, SEALED
+from astroinertia.outputs import SERIES, SNAPSHOT, Snapshots, stacked, table, unread
 from astroinertia.sealed import (
     TEMPORARY,
     check,
+    missing,
     read_arrays,
     read_json,
     regular,
@@ -109,7 +112,7 @@ class Archive:
 
     @property
     def segments(self) -> int:
-        """Number of sealed segments."""
+        """Number of sealed files of output."""
         return len(self._manifest["segments"])
 
     @property
@@ -132,25 +135,35 @@ class Archive:
     def write_segment(self, records: Sequence[Mapping[str, Any]], snapshots: Sequence[Mapping[str, Any]] = ()) -> None:
         """Seal headline records and snapshots, each a mapping of names to arrays or numbers; nothing if both are empty.
 
-        Every record of a segment has the same names and shapes (so have the snapshots, among themselves).
+        Every record of a segment has the same names and shapes (so have the snapshots, among themselves); a snapshot
+        has its `time`.
         """
+        self.must_be_writable()
         if not records and not snapshots:
             return
-        arrays = {f"series/{name}": array for name, array in _stacked(records, "record").items()}
-        arrays |= {f"snapshot/{name}": array for name, array in _stacked(snapshots, "snapshot").items()}
-        entry = self._write("segment", arrays, {})
-        entry |= {"records": len(records), "snapshots": len(snapshots)}
+        series, particles = stacked(records, "record"), stacked(snapshots, "snapshot")
+        number, entries = self._numbered(), []
+        if records:
+            entry = self._write("segment", number, {SERIES: table(series)})
+            entries.append(entry | {"records": len(records), "snapshots": 0})
         if snapshots:
-            entry["layout"] = {name: list(np.shape(value)) for name, value in snapshots[0].items()}
-        self._commit({**self._manifest, "segments": [*self._manifest["segments"], entry]})
+            arrays = {f"{SNAPSHOT}{name}": array for name, array in particles.items()}
+            entry = self._write("snapshots", number, arrays) | {"records": 0, "snapshots": len(snapshots)}
+            # So much of it that a folder is opened without the file.
+            entry["layout"] = {name: list(array.shape[1:]) for name, array in particles.items()}
+            entry["types"] = {name: array.dtype.str for name, array in particles.items()}
+            entry["times"] = [float(time) for time in particles["time"]]
+            entries.append(entry)
+        self._commit({**self._manifest, "segments": [*self._manifest["segments"], *entries]})
 
     def write_checkpoint(self, arrays: Mapping[str, Any], scalars: Mapping[str, Any]) -> None:
         """Seal the state after all segments written so far; the checkpoint before it stays, older ones go.
 
         Every bit of the arrays survives.
         """
+        self.must_be_writable()
         *older, before = self._manifest["checkpoints"]
-        entry = self._write("checkpoint", arrays, scalars) | {"segments": self.segments}
+        entry = self._write("checkpoint", self._numbered(), arrays, scalars) | {"segments": self.segments}
         self._commit({**self._manifest, "checkpoints": [before, entry]})
         for checkpoint in filter(None, older):
             (self.folder / checkpoint["file"]).unlink(missing_ok=True)
@@ -165,17 +178,46 @@ class Archive:
 
         A segment that is missing or damaged raises ArchiveError, or with damaged="skip" is left out with a warning.
         """
-        return self._read("records", "series/", damaged)
+        for arrays in self._read("records", SERIES, damaged):
+            # One table; in files of older versions an array for each quantity.
+            records = arrays.pop(SERIES, None)
+            if records is None:
+                yield {name.removeprefix(f"{SERIES}/"): array for name, array in arrays.items()}
+            else:
+                yield {name: records[name] for name in records.dtype.names or ()}
 
     def read_snapshots(self, damaged: str = "raise") -> Iterator[dict[str, np.ndarray]]:
         """Snapshots of each segment in turn, the snapshot's number leading; otherwise as `read_series`."""
-        return self._read("snapshots", "snapshot/", damaged)
+        for arrays in self._read("snapshots", SNAPSHOT, damaged):
+            yield {name.removeprefix(SNAPSHOT): array for name, array in arrays.items()}
 
     def snapshot_layout(self) -> tuple[int, dict[str, tuple[int, ...]]]:
         """Number of snapshots and the shape of each quantity in the first of them, without reading any."""
         listed = [entry for entry in self._kept() if entry["snapshots"]]
         layout = listed[0]["layout"] if listed else {}
         return sum(entry["snapshots"] for entry in listed), {name: tuple(shape) for name, shape in layout.items()}
+
+    def snapshots_unread(self, damaged: str = "raise") -> list[Snapshots]:
+        """What files hold of snapshots, none of which is read; each file is checked against its hash when it is.
+
+        One that is missing raises ArchiveError; with damaged="skip" all are checked now, and left out with a warning.
+        """
+        found = []
+        for entry in self._kept():
+            if not entry["snapshots"]:
+                continue
+            path = self.folder / entry["file"]
+            try:
+                if damaged == "skip":
+                    check(path, entry["sha256"])
+                elif not path.exists():
+                    raise missing(path)
+                found.append(unread(path, entry))
+            except ArchiveError as error:
+                if damaged != "skip":
+                    raise
+                _left_out(error, entry, "snapshots")
+        return found
 
     def damaged(self) -> dict[str, str]:
         """A sentence on each segment and checkpoint that is missing or damaged, by the name of its file."""
@@ -216,15 +258,19 @@ class Archive:
             except ArchiveError as error:
                 if damaged != "skip":
                     raise
-                warnings.warn(f"{error} Its {entry[kind]} {kind} are left out.", ArchiveWarning, stacklevel=2)
+                _left_out(error, entry, kind)
                 continue
-            yield {name.removeprefix(prefix): array for name, array in arrays.items()}
+            yield arrays
 
-    def _write(self, kind: str, arrays: Mapping[str, Any], scalars: Mapping[str, Any]) -> dict[str, Any]:
-        self.must_be_writable()
+    def _numbered(self) -> int:
         # The serial number never goes back, so that no reader of an older manifest finds other contents under a name.
         self._manifest["serial"] += 1
-        name = f"{kind}-{self._manifest['serial']:06d}.npz"
+        return self._manifest["serial"]
+
+    def _write(
+        self, kind: str, number: int, arrays: Mapping[str, Any], scalars: Mapping[str, Any] | None = None
+    ) -> dict[str, Any]:
+        name = f"{kind}-{number:06d}.npz"
         return {"file": name, "sha256": write_arrays(self.folder / name, arrays, scalars)}
 
     def _commit(self, manifest: dict[str, Any]) -> None:
@@ -252,8 +298,8 @@ class Archive:
         kept = segments[: _segments(checkpoints[-1])]
         for entry in kept:
             if entry["file"] in damaged:
-                outputs = f"Its {entry['records']} records and {entry['snapshots']} snapshots are lost."
-                self._lost[entry["file"]] = f"{damaged[entry['file']]} {outputs}"
+                held = " and ".join(f"{entry[kind]} {kind}" for kind in ("records", "snapshots") if entry[kind])
+                self._lost[entry["file"]] = f"{damaged[entry['file']]} Its {held} are lost."
         for file, sentence in damaged.items():
             whole = "The run goes on from a checkpoint that is whole, and nothing of this is lost."
             warnings.warn(self._lost.get(file, f"{sentence} {whole}"), ArchiveWarning, stacklevel=3)
@@ -341,18 +387,5 @@ def refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
         raise ArchiveError(f"{folder} already holds a result, {result.name}; choose another folder.")
 
 
-def _stacked(records: Sequence[Mapping[str, Any]], what: str) -> dict[str, np.ndarray]:
-    if not records:
-        return {}
-    names = set(records[0])
-    for record in records[1:]:
-        if set(record) != names:
-            raise ArchiveError(f"the {what}s of a segment differ in what they hold: {sorted(names ^ set(record))}.")
-    stacked = {}
-    for name in records[0]:
-        values = [np.asarray(record[name]) for record in records]
-        shapes = {value.shape for value in values}
-        if len(shapes) > 1:
-            raise ArchiveError(f"'{name}' changes its shape from one {what} to the next: {sorted(shapes)}.")
-        stacked[name] = np.stack(values)
-    return stacked
+def _left_out(error: ArchiveError, entry: Mapping[str, Any], kind: str) -> None:
+    warnings.warn(f"{error} Its {entry[kind]} {kind} are left out.", ArchiveWarning, stacklevel=4)

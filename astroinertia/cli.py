@@ -18,6 +18,7 @@ from astroinertia import (
     cli_compare,
     cli_export,
     cli_hard,
+    cli_hosts,
     cli_moments,
     cli_movie,
     cli_pages,
@@ -60,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 130 stopped before its end."""
     try:
         options = _parser().parse_args(arguments)
-        with cli_stop.warnings_told(_complain), interrupts.raised():
+        with cli_stop.warnings_told(_complain), interrupts.raised(), cli_hosts.joined(options):
             return options.command(options)
     except RunInterrupted as stopped:
         _complain(cli_stop.told(stopped))
@@ -125,11 +126,13 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--output", type=Path, metavar="DIR", help="folder of the run, new or empty (default: runs/NAME)")
     cli_choice.add_arguments(run)
     cli_stop.add_arguments(run)
+    cli_hosts.add_arguments(run)
     cli_sweep.add_arguments(run)
 
     resume = _command(commands, "resume", _resume, "go on with an interrupted run", "astroinertia resume runs/coarse")
     resume.add_argument("run", metavar="RUN", type=Path, help="folder of the run")
     cli_stop.add_arguments(resume)
+    cli_hosts.add_arguments(resume)
     cli_sweep.add_arguments(resume)
 
     show = _command(

@@ -32,8 +32,10 @@ def chosen(scene: "Scene", folder: Path, minutes: float, say: Say) -> "Scene":
     if not scene.wants_choice:
         return scene
     from astroinertia.accuracy.choice import choose, pilots_beside
+    from astroinertia.engines import hosts
     from astroinertia.errors import SceneError
 
+    hosts.must_be_alone("the choice of settings for an accuracy")
     if not minutes > 0.0:
         raise SceneError("--minutes must be a number above 0.")
     say(f"{scene.name}: settings are chosen for an accuracy of {scene.accuracy:g}")

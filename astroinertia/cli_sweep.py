@@ -63,9 +63,11 @@ def carry_out(
     sweep: "Sweep", folder: Path, options: argparse.Namespace, deadline: float, console: Console, say: Say
 ) -> "Carried":
     """Run the members of a sweep that are left, until a deadline, with a bar or lines on the console."""
+    from astroinertia.engines import hosts
     from astroinertia.scale import ensemble
     from astroinertia.scale.workers import NEEDS_DASK, has_dask
 
+    hosts.must_be_alone("a sweep")
     left = ensemble.left(sweep, folder)
     cluster = options.cluster
     workers: int = 1 if options.workers is None else options.workers

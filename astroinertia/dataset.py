@@ -26,12 +26,14 @@ from astroinertia.dataset_schema import (
     LABELS,
     OF_EFFECTS,
     RECORDED,
-    SNAPSHOT,
-    SNAPSHOT_TIME,
     TIME_QUANTITY,
-    Quantity,
+    attributes,
+    code_units,
+    converted,
+    label,
     reason_for_absence,
 )
+from astroinertia.dataset_snapshots import RunFolder, append_snapshots
 from astroinertia.dataset_waves import waves
 from astroinertia.errors import ArchiveError
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
@@ -65,32 +67,20 @@ def open(path: Path | str, damaged: str = "raise", chunks: Chunks = None) -> xr.
 
 
 def open_snapshots(path: Path | str, damaged: str = "raise", chunks: Chunks = None) -> xr.Dataset | None:
-    """The particles of the snapshots, lazily from a netCDF file, at once from a run folder; None if there are none.
+    """The particles of the snapshots, read when they are asked for; None if there are none.
 
-    chunks: as xarray takes them, for dask; {} are those of the file, one snapshot each.
+    chunks: as xarray takes them, for dask; {} are those of the file, one snapshot each. damaged: as in `open`; in a run
+    folder "raise" finds a damaged file when something of it is read, and "skip" reads all that there is at once.
     """
     source = _source(Path(path))
     if isinstance(source, Path):
         lazy = dataset_files.snapshots(source, chunks)
-        return None if lazy is None else lazy.assign_coords(i=_label("i"))
+        return None if lazy is None else lazy.assign_coords(i=label("i"))
     with dataset_files.told(source.folder, NOT_OF_A_RUN):
-        found = _particles(source, damaged)
-    return found if found is None or chunks is None else found.chunk({"snapshot_time": 1, **chunks})
-
-
-def _particles(source: Archive, damaged: str) -> xr.Dataset | None:
-    """The particles of the snapshots in a run folder; None if there are none."""
-    parts = list(source.read_snapshots(damaged))
-    if not parts:
-        return None
-    arrays = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    units = code_units(source.metadata)
-    variables = {}
-    for name, values in arrays.items():
-        quantity = snapshot_quantity(name, values.shape[1:])
-        variables[name] = (quantity.dims, _converted(values, quantity, units), attributes(quantity, source.metadata))
-    moments = variables.pop("time")
-    return xr.Dataset(variables, coords={"snapshot_time": moments, "i": _label("i")})
+        files = source.snapshots_unread(damaged)
+        if not files:
+            return None
+        return xr.open_dataset(source.folder, engine=RunFolder, files=files, metadata=source.metadata, chunks=chunks)
 
 
 def open_tree(path: Path | str, chunks: Chunks = None) -> xr.DataTree:
@@ -134,7 +124,7 @@ def finish(
             count, layout = archive.snapshot_layout()
             if count:
                 with netCDF4.Dataset(aside, "a") as file:
-                    _append_snapshots(file.createGroup("snapshots"), count, layout, archive)
+                    append_snapshots(file.createGroup("snapshots"), count, layout, archive)
         trailer.append(aside, head)
 
     return archive.finish(fill)
@@ -179,12 +169,12 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
         if skipped and "effect" in quantity.dims:
             array = _with_rows(array, len(skipped))
             attrs["skipped_effects"] = "; ".join(f"{kind}: {reason}" for kind, reason in skipped.items())
-        variables[name] = (quantity.dims, _converted(array, quantity, units), attrs)
+        variables[name] = (quantity.dims, converted(array, quantity, units), attrs)
     for name, quantity in OF_EFFECTS.items():
         if name in values:
             variables[name] = (
                 quantity.dims,
-                _converted(values.pop(name), quantity, units),
+                converted(values.pop(name), quantity, units),
                 attributes(quantity, metadata),
             )
     for name, array in values.items():
@@ -199,7 +189,7 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     seconds = time * units.unit("time")
     shown = {} if dimensionless else {"display_unit": display_unit("s", seconds)}
     coords: dict[str, Any] = {"time": ("time", seconds, attributes(TIME_QUANTITY, metadata) | shown)}
-    coords |= {name: _label(name) for name in LABELS}
+    coords |= {name: label(name) for name in LABELS}
     coords["effect"] = ("effect", np.array([*effects, *skipped], dtype=str), {"long_name": "effect"})
     bins = {"long_name": "shell of equal mass, from the centre outwards"}
     coords["frequency"] = ("frequency", frequency, {"units": "Hz", "long_name": "frequency of gravitational waves"})
@@ -217,13 +207,6 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     if warnings := resolution_warnings(series, metadata.get("neighbours")):
         attrs["resolution_warnings"] = "\n".join(warnings)
     return xr.Dataset(variables, coords=coords, attrs=attrs)
-
-
-def attributes(quantity: Quantity, metadata: Mapping[str, Any]) -> dict[str, str]:
-    """The attributes of a variable; in a dimensionless scene the unit of all that is converted is 1."""
-    plain = quantity.dimension is None or code_units(metadata) != DIMENSIONLESS
-    attrs = {"units": quantity.unit if plain else "1", "long_name": quantity.long_name}
-    return attrs | ({"comment": quantity.comment} if quantity.comment else {})
 
 
 def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str) -> dict[str, Any]:
@@ -254,14 +237,6 @@ def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str)
     }
 
 
-def code_units(metadata: Mapping[str, Any]) -> CodeUnits:
-    """The units that a run's records are in; with the G it used, so that old files keep their meaning."""
-    told = metadata.get("code_units")
-    if told is None or metadata.get("dimensionless"):
-        return DIMENSIONLESS
-    return CodeUnits(told["mass"], told["length"], told["G"])
-
-
 def frame_of(metadata: Mapping[str, Any]) -> str:
     """Name of the frame that vectors and tensors are in."""
     rotating = "rotating_frame" in metadata.get("effects", [])
@@ -272,17 +247,6 @@ def gap_tolerance(metadata: Mapping[str, Any]) -> float:
     """How near principal moments must be to count as equal: by how exact the model's moments are."""
     usual = PARTICLE_GAP_TOLERANCE if metadata.get("model") == "sph" else ROUND_OFF_GAP
     return float(metadata.get("principal_gap_tolerance") or usual)
-
-
-def snapshot_quantity(name: str, shape: tuple[int, ...]) -> Quantity:
-    """The schema's entry for a per-particle array, or one that says that the schema does not know it."""
-    if name == "time":
-        return SNAPSHOT_TIME
-    known = SNAPSHOT.get(name)
-    if known is not None and len(known.dims) == len(shape) + 1:
-        return known
-    dims = ("snapshot_time", "particle", *(f"{name}_{axis}" for axis in range(len(shape) - 1)))
-    return Quantity(dims[: len(shape) + 1], None, "1", name.replace("_", " "), "not in the schema; in code units")
 
 
 def _annotate(variables: dict, tolerance: float, radius: float | None, metadata: Mapping[str, Any]) -> None:
@@ -301,15 +265,6 @@ def _annotate(variables: dict, tolerance: float, radius: float | None, metadata:
 def _with_rows(array: np.ndarray, count: int) -> np.ndarray:
     """The rows of effects that the model skips, as NaN, after those it has, (time, effect, ...)."""
     return np.concatenate([array, np.full((len(array), count, *array.shape[2:]), np.nan)], axis=1)
-
-
-def _label(name: str) -> tuple[str, list, dict[str, str]]:
-    labels, text = LABELS[name]
-    return name, labels, {"long_name": text}
-
-
-def _converted(array: np.ndarray, quantity: Quantity, units: CodeUnits) -> np.ndarray:
-    return array if quantity.dimension is None else array * units.unit(quantity.dimension)
 
 
 def _sizes(values: Mapping[str, np.ndarray], effects: list[str]) -> dict[str, int]:
@@ -347,40 +302,3 @@ def _refusals_told() -> Iterator[None]:
         yield
     except RuntimeError as error:
         raise OSError(f"{error} (is the disk full?)") from error
-
-
-def _append_snapshots(group: Any, count: int, layout: Mapping[str, tuple[int, ...]], archive: Archive) -> None:
-    units, made = code_units(archive.metadata), {}
-    first = 0
-    for part in archive.read_snapshots():
-        for name, array in part.items():
-            if array.shape[1:] != layout.get(name):
-                raise ArchiveError(f"'{name}' has another shape in a later snapshot; the particles must stay the same.")
-            quantity = snapshot_quantity(name, array.shape[1:])
-            if name not in made:
-                made[name] = _snapshot_variable(group, name, quantity, count, array, archive.metadata)
-            made[name][first : first + len(array)] = _converted(array, quantity, units)
-        first += len(part["time"])
-    if "i" in group.dimensions:
-        group.createDimension("character", 1)
-        labels = group.createVariable("i", "S1", ("i", "character"), fletcher32=True)
-        labels.setncatts({"long_name": LABELS["i"][1], "_Encoding": "utf-8"})
-        labels.set_auto_chartostring(False)
-        labels[:] = np.array(LABELS["i"][0], dtype="S1")[:, None]
-
-
-def _snapshot_variable(group: Any, name: str, quantity: Quantity, count: int, array: np.ndarray, metadata: Any) -> Any:
-    shape = (count, *array.shape[1:])
-    for dim, size in zip(quantity.dims, shape, strict=True):
-        if dim not in group.dimensions:
-            group.createDimension(dim, size)
-    if name == "time":
-        variable = group.createVariable("snapshot_time", array.dtype, quantity.dims, fletcher32=True)
-    else:
-        # One chunk a snapshot and the fastest compression: particle arrays hardly compress, and runs should not wait.
-        chunks = (1, *shape[1:])
-        variable = group.createVariable(
-            name, array.dtype, quantity.dims, compression="zlib", complevel=1, chunksizes=chunks, fletcher32=True
-        )
-    variable.setncatts(attributes(quantity, metadata))
-    return variable

@@ -1,8 +1,11 @@
 """The dataset's table: every quantity with its dimensions, physical dimension, unit and meaning. One for all models."""
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
-from astroinertia.units import Dimension
+import numpy as np
+
+from astroinertia.units import DIMENSIONLESS, CodeUnits, Dimension
 
 FORMAT = 1
 CONVENTIONS = "CF-1.11"
@@ -316,3 +319,29 @@ def reason_for_absence(name: str, effects: list[str], dimensionless: bool, frame
     if name == "figure_rotation_rate":
         return "the principal axes are undefined throughout: moments are equal within the tolerance"
     return UNRECORDED
+
+
+def code_units(metadata: Mapping[str, Any]) -> CodeUnits:
+    """The units that a run's records are in; with the G it used, so that old files keep their meaning."""
+    told = metadata.get("code_units")
+    if told is None or metadata.get("dimensionless"):
+        return DIMENSIONLESS
+    return CodeUnits(told["mass"], told["length"], told["G"])
+
+
+def attributes(quantity: Quantity, metadata: Mapping[str, Any]) -> dict[str, str]:
+    """The attributes of a variable; in a dimensionless scene the unit of all that is converted is 1."""
+    plain = quantity.dimension is None or code_units(metadata) != DIMENSIONLESS
+    attrs = {"units": quantity.unit if plain else "1", "long_name": quantity.long_name}
+    return attrs | ({"comment": quantity.comment} if quantity.comment else {})
+
+
+def label(name: str) -> tuple[str, list, dict[str, str]]:
+    """A coordinate of labels, as xarray takes it."""
+    labels, text = LABELS[name]
+    return name, labels, {"long_name": text}
+
+
+def converted(array: np.ndarray, quantity: Quantity, units: CodeUnits) -> np.ndarray:
+    """An array in code units, in SI where its quantity is one of these."""
+    return array if quantity.dimension is None else array * units.unit(quantity.dimension)

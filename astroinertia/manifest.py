@@ -18,10 +18,12 @@ from astroinertia.sealed import read_json, write_json
 MANIFEST = "manifest.json"
 COPY = "manifest-copy.json"
 FORMAT = "astroinertia-run"
-SEALED = re.compile(r"(segment|checkpoint)-[0-9]+\.npz")
+SEALED = re.compile(r"(segment|snapshots|checkpoint)-[0-9]+\.npz")
+_TYPE = re.compile(r"[<>|=][biufcSU][0-9]{1,4}")
 _FINAL = re.compile(r"[^/\\\s]*\.nc")  # in this folder
-VERSION = 2
-"""1: one checkpoint, one manifest without a hash. 2: the last two checkpoints, the manifest twice and hashed."""
+VERSION = 3
+"""1: one checkpoint, one manifest without a hash. 2: the last two checkpoints, the manifest twice and hashed, snapshots
+with the records of a segment. 3: snapshots in files of their own, described here; records as one table."""
 
 
 def empty(metadata: dict[str, Any]) -> dict[str, Any]:
@@ -86,9 +88,9 @@ def read_file(path: Path) -> dict[str, Any]:
 def _current(manifest: dict[str, Any]) -> dict[str, Any]:
     """The same in today's format."""
     if manifest.get("version") == 1:
-        manifest = {**manifest, "version": VERSION, "checkpoints": [manifest.get("checkpoint")]}
+        manifest = {**manifest, "checkpoints": [manifest.get("checkpoint")]}
         manifest.pop("checkpoint", None)
-    return manifest
+    return {**manifest, "version": VERSION} if manifest.get("version") in range(1, VERSION) else manifest
 
 
 def _complaint(manifest: Mapping[str, Any]) -> str:
@@ -103,9 +105,9 @@ def _complaint(manifest: Mapping[str, Any]) -> str:
     if not isinstance(segments, list) or not isinstance(checkpoints, list) or not 1 <= len(checkpoints) <= 2:
         return "it has no lists of segments and checkpoints"
     counted = ("records", "snapshots")
-    if not all(_is_sealed(each, "segment", counted) and _has_layout(each) for each in segments):
+    if not all(_is_sealed(each, ("segment", "snapshots"), counted) and _has_layout(each) for each in segments):
         return "it lists something that is no segment"
-    if not all(each is None or _is_sealed(each, "checkpoint", ("segments",)) for each in checkpoints):
+    if not all(each is None or _is_sealed(each, ("checkpoint",), ("segments",)) for each in checkpoints):
         return "it lists something that is no checkpoint"
     numbers = [0 if each is None else each["segments"] for each in checkpoints]
     if sorted(numbers) != numbers or numbers[-1] > len(segments):
@@ -116,8 +118,9 @@ def _complaint(manifest: Mapping[str, Any]) -> str:
     return ""
 
 
-def _is_sealed(entry: Any, kind: str, counted: tuple[str, ...]) -> bool:
-    return _is_entry(entry, counted) and SEALED.fullmatch(entry["file"]) is not None and entry["file"].startswith(kind)
+def _is_sealed(entry: Any, kinds: tuple[str, ...], counted: tuple[str, ...]) -> bool:
+    found = SEALED.fullmatch(entry["file"]) if _is_entry(entry, counted) else None
+    return found is not None and found[1] in kinds
 
 
 def _is_entry(entry: Any, counted: tuple[str, ...]) -> bool:
@@ -135,6 +138,21 @@ def _has_layout(segment: Mapping[str, Any]) -> bool:
         isinstance(layout, dict)
         and ("layout" in segment or not segment["snapshots"])
         and all(isinstance(shape, list) and all(map(_is_count, shape)) for shape in layout.values())
+        and ("times" not in segment or _is_described(segment, layout))
+    )
+
+
+def _is_described(segment: Mapping[str, Any], layout: Mapping[str, Any]) -> bool:
+    """Whether the times and types of snapshots are those of so many, and of what is laid out."""
+    times, types = segment["times"], segment.get("types")
+    return (
+        isinstance(times, list)
+        and len(times) == segment["snapshots"]
+        and all(isinstance(time, int | float) and not isinstance(time, bool) for time in times)
+        and isinstance(types, dict)
+        and types.keys() == layout.keys()
+        and "time" in layout
+        and all(isinstance(kind, str) and _TYPE.fullmatch(kind) for kind in types.values())
     )
 
 

@@ -12,16 +12,19 @@ import jax
 import xarray as xr
 
 from astroinertia import dataset, interrupts
-from astroinertia.archive import Archive, refuse_if_taken
+from astroinertia.archive import Archive, final_name, refuse_if_taken
 from astroinertia.build import Prepared, metadata, prepare, restore, scene_of, told_by
 from astroinertia.costs import experience, machine
 from astroinertia.costs.prediction import predict
+from astroinertia.engines import hosts
 from astroinertia.engines.devices import shared_out
 from astroinertia.errors import NumericalError, RunInterrupted
+from astroinertia.outputs import Unwritten
 from astroinertia.scene.schema import Scene
 from astroinertia.units import DIMENSIONLESS
 
 LIMIT = "its limit of wall time"
+CAUSES = (None, LIMIT, interrupts.CTRL_C, *(number.name for number in interrupts.SIGNALS[1:]))
 MARGIN = 1.5  # steps and seals take their time unevenly: so much of what the last ones took is left for the next
 
 
@@ -70,11 +73,12 @@ def run_scene(
     """
     begun = clock.monotonic() if begun is None else begun
     described = metadata(scene) | _predicted(scene)
-    refuse_if_taken(folder, described)
+    hosts.first_then_others(lambda: refuse_if_taken(folder, described), lambda: None)
     with jax.enable_x64(True), shared_out(scene.numerics.devices):
         # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
         finished = run_prepared(described, prepare(scene), folder, listener, begun, completed, deadline)
-    experience.note(scene)
+    if hosts.is_first():
+        experience.note(scene)
     return finished
 
 
@@ -83,7 +87,8 @@ def run_prepared(
     completed: Completion | None = None, deadline: float = math.inf,
 ) -> Path:  # fmt: skip
     """The same for a scene at time 0 that is prepared and described (build.metadata); under jax.enable_x64."""
-    with Archive.create(folder, {**described, **told_by(prepared.evolution)}) as archive:
+    told = {**described, **told_by(prepared.evolution)}
+    with hosts.first_then_others(lambda: Archive.create(folder, told), lambda: Unwritten(folder, told)) as archive:
         return _Run(prepared, archive, listener, begun, deadline).finish(completed)
 
 
@@ -114,15 +119,17 @@ def resume(
     Where a disk has damaged files of the run: Archive.open. Otherwise as run_scene. Tests: tests/crash.
     """
     begun = clock.monotonic()
-    with jax.enable_x64(True), Archive.open(folder) as archive, shared_out(scene_of(archive).numerics.devices):
-        return _Run(restore(archive), archive, listener, begun, deadline).finish(completed)
+    opened = hosts.first_then_others(lambda: Archive.open(folder), lambda: Archive.view(folder))
+    with jax.enable_x64(True), opened, shared_out(scene_of(opened).numerics.devices):
+        archive = opened if hosts.is_first() else Unwritten(folder, opened.metadata)
+        return _Run(restore(opened), archive, listener, begun, deadline).finish(completed)
 
 
 class _Run:
     """The loop over steps; what it holds beside the body is what the outputs still need."""
 
     def __init__(
-        self, prepared: Prepared, archive: Archive, listener: Listener | None, begun: float, deadline: float
+        self, prepared: Prepared, archive: Archive | Unwritten, listener: Listener | None, begun: float, deadline: float
     ) -> None:
         self.archive, self.listener, self.begun, self.deadline = archive, listener, begun, deadline
         self.body, self.output, self.units = prepared.evolution, prepared.outputs, prepared.units
@@ -145,7 +152,7 @@ class _Run:
             while not self._ended():
                 if body.resumable:
                     due = clock.monotonic() - self.saved >= output.checkpoint_seconds
-                    cause = self.stopping[0] if self.stopping else LIMIT if self._late() else None
+                    cause = self._cause()
                     if (due or cause) and body.steps != self.saved_step:
                         self._checkpoint()
                     if cause:
@@ -161,12 +168,22 @@ class _Run:
         self._tell(force=True)
         try:
             with interrupts.raised():
-                return dataset.finish(self.archive, self.counters["measured"], completed)
+                return hosts.first_then_others(lambda: self._written(completed), lambda: self._written(completed))
         except KeyboardInterrupt as stopped:
             raise RunInterrupted(self.archive.folder, body.time, output.end, interrupts.cause(stopped)) from None
 
+    def _written(self, completed: Completion | None) -> Path:
+        if isinstance(self.archive, Unwritten):
+            return self.archive.folder / final_name(self.archive.metadata)
+        return dataset.finish(self.archive, self.counters["measured"], completed)
+
     def _ended(self) -> bool:
         return self.body.time >= self.output.end * (1.0 - 1e-14) or self.body.steps >= self.output.max_steps
+
+    def _cause(self) -> str | None:
+        """What stops the run now, in any of its processes: all of them stop after the same step."""
+        mine = self.stopping[0] if self.stopping else LIMIT if self._late() else None
+        return CAUSES[hosts.agreed(CAUSES.index(mine))] if hosts.several() else mine
 
     def _late(self) -> bool:
         """Whether the deadline could pass before the run can be stopped and sealed the next time."""

@@ -6,22 +6,26 @@ Tests: tests/unit/test_archive.py, tests/hard/test_crafted_files.py.
 
 import hashlib
 import json
+import math
 import os
 import stat
+import struct
 import zipfile
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from astroinertia.errors import ArchiveError
-from astroinertia.unpacked import array_of, plain_text
+from astroinertia.unpacked import array_of, described, plain_text
 
 TEMPORARY = ".tmp"
 _CHUNK = 1 << 20
 _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)  # a fixed date, so that the same arrays give the same bytes
+_ZIP_NAME_LENGTHS = 26  # where the header of a file in a zip tells the lengths of its name and what follows that
 _SCALARS = "scalars.json"
 _LARGEST_JSON = 32 * 2**20  # bytes
 _MOST_VALUES = 2_000_000  # in a JSON file: an empty list takes 2 bytes there, and 60 in memory
@@ -88,8 +92,7 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], scalars: Mapping[str, An
     and dicts of these. Raises ArchiveError for anything else.
     """
     for name, array in arrays.items():
-        if np.asarray(array).dtype.hasobject:
-            raise ArchiveError(f"'{name}' holds Python objects, which are not archived; give numbers or text.")
+        must_be_plain(name, np.asarray(array))
     try:
         listing = json.dumps({name: _plain(value) for name, value in (scalars or {}).items()})
     except TypeError as error:
@@ -112,20 +115,15 @@ def read_arrays(path: Path, digest: str, prefix: str = "") -> tuple[dict[str, np
     """
     check(path, digest)
     arrays, scalars = {}, {}
-    try:
-        with zipfile.ZipFile(path) as bundle:
-            for entry in bundle.infolist():
-                if entry.compress_type != zipfile.ZIP_STORED:  # nothing here may become larger than it is
-                    raise ValueError(f"its member {entry.filename!r:.80} is compressed")
-                with bundle.open(entry) as member:
-                    if entry.filename == _SCALARS:
-                        scalars = _parsed(member.read(_LARGEST_JSON + 1))
-                    elif entry.filename.startswith(prefix):
-                        arrays[entry.filename.removesuffix(".npy")] = array_of(member, entry.file_size)
+    with _told(path), zipfile.ZipFile(path) as bundle:
+        for entry in _stored(bundle):
+            with bundle.open(entry) as member:
+                if entry.filename == _SCALARS:
+                    scalars = _parsed(member.read(_LARGEST_JSON + 1))
+                elif entry.filename.startswith(prefix):
+                    arrays[entry.filename.removesuffix(".npy")] = array_of(member, entry.file_size)
         if not isinstance(scalars, dict):
             raise ValueError("its scalars are no table of names and values")
-    except Exception as error:  # only files that others made get here, and zipfile fails in its own ways
-        raise ArchiveError(f"{path} does not hold the arrays of a run: {plain_text(error)}.") from error
     return arrays, scalars
 
 
@@ -170,13 +168,78 @@ def regular(path: Path) -> None:
         raise ArchiveError(f"{path} is not a file.")
 
 
+def must_be_plain(name: str, array: np.ndarray) -> None:
+    """Raise ArchiveError for an array of Python objects."""
+    if array.dtype.hasobject:
+        raise ArchiveError(f"'{name}' holds Python objects, which are not archived; give numbers or text.")
+
+
+def missing(path: Path) -> ArchiveError:
+    """The error of a file that the manifest lists and that is not there."""
+    return ArchiveError(f"{path} is missing, but the manifest beside it lists it.")
+
+
+class Rows:
+    """The arrays of a file of write_arrays, read row by row; before the first its hash is checked, once."""
+
+    def __init__(self, path: Path, digest: str) -> None:
+        self.path, self.digest = path, digest
+
+    @cached_property
+    def places(self) -> dict[str, tuple[int, np.dtype, tuple[int, ...]]]:
+        """Where each array begins, in bytes, its dtype and its shape; ArchiveError where the file is not whole."""
+        check(self.path, self.digest)
+        found = {}
+        with _told(self.path), zipfile.ZipFile(self.path) as bundle, self.path.open("rb") as file:
+            for entry in _stored(bundle):
+                if entry.filename == _SCALARS:
+                    continue
+                with bundle.open(entry) as member:
+                    shape, fortran, dtype = described(member, entry.file_size)
+                    before = member.tell()
+                if fortran:
+                    raise ValueError(f"its array {entry.filename!r:.80} is not in the order that runs have")
+                file.seek(entry.header_offset + _ZIP_NAME_LENGTHS)
+                names = sum(struct.unpack("<HH", file.read(4)))
+                found[entry.filename.removesuffix(".npy")] = (file.tell() + names + before, dtype, shape)
+        return found
+
+    def row(self, name: str, number: int) -> np.ndarray:
+        """Element `number` of an array along its first axis; ArchiveError as `places`, or where there is none."""
+        with _told(self.path):
+            begin, dtype, shape = self.places[name]
+            size = math.prod(shape[1:])
+            if not 0 <= number < shape[0]:
+                raise ValueError(f"{name!r:.80} has no element {number}")
+            taken = np.fromfile(self.path, dtype, size, offset=begin + number * size * dtype.itemsize)
+            return taken.reshape(shape[1:])
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Make an ArchiveError of whatever is wrong: only files that others made get here, and zipfile has its own ways."""
+    try:
+        yield
+    except ArchiveError:
+        raise
+    except Exception as error:
+        raise ArchiveError(f"{path} does not hold the arrays of a run: {plain_text(error)}.") from error
+
+
+def _stored(bundle: zipfile.ZipFile) -> Iterator[zipfile.ZipInfo]:
+    for entry in bundle.infolist():
+        if entry.compress_type != zipfile.ZIP_STORED:  # nothing here may become larger than it is
+            raise ValueError(f"its member {entry.filename!r:.80} is compressed")
+        yield entry
+
+
 def check(path: Path, digest: str) -> None:
     """Raise ArchiveError, naming the file, unless it is there and has this sha256."""
     try:
         regular(path)
         found = sha256(path)
     except FileNotFoundError:
-        raise ArchiveError(f"{path} is missing, but the manifest beside it lists it.") from None
+        raise missing(path) from None
     except OSError as error:
         raise ArchiveError(f"{path} cannot be read: {error.strerror or error}.") from error
     if found != digest:

@@ -3,6 +3,8 @@
 Tests: tests/hard/test_malformed_files.py, tests/hard/test_crafted_files.py.
 """
 
+import functools
+import io
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -13,7 +15,12 @@ import numpy as np
 SMALL = 64 * 2**20  # bytes that any file may become
 SPREAD = 200  # bytes that a byte of a larger file may become; zlib makes up to a thousand of one
 MOST_MEMBERS = 1000  # of an npz file
-_LONGEST_HEADER = 10_000  # bytes of the text that says what an array is
+_LONGEST_HEADER = 60_000  # bytes of the text that says what an array is
+# How many bytes tell how long that text is, and what reads it.
+_FORMATS: Mapping[tuple[int, int], tuple[int, Callable]] = {
+    (1, 0): (2, np.lib.format.read_array_header_1_0),
+    (2, 0): (4, np.lib.format.read_array_header_2_0),
+}
 
 
 def check_proportion(name: str, size: float, path: Path) -> None:
@@ -47,7 +54,7 @@ def npz_members(path: Path) -> dict[str, Callable[[], np.ndarray]]:
             if name in found or entry.flag_bits & 1:
                 raise ValueError(f"its member {name!r:.80} is there twice, or encrypted")
             with bundle.open(entry) as member:
-                _described(member, entry.file_size)
+                described(member, entry.file_size)
             found[name] = lambda entry=entry: _read(path, entry)
     return found
 
@@ -59,7 +66,7 @@ def _read(path: Path, entry: zipfile.ZipInfo) -> np.ndarray:
 
 def array_of(member: Any, size: int) -> np.ndarray:
     """The array of an npy stream of `size` bytes; ValueError where it is none."""
-    shape, fortran, dtype = _described(member, size)
+    shape, fortran, dtype = described(member, size)
     found = np.empty(shape[::-1] if fortran else shape, dtype)
     content, done = found.reshape(-1).view(np.uint8), 0
     while block := member.read(min(content.size - done, 2**20)):
@@ -70,16 +77,17 @@ def array_of(member: Any, size: int) -> np.ndarray:
     return found.T if fortran else found
 
 
-def _described(member: Any, size: int) -> tuple[tuple[int, ...], bool, np.dtype]:
-    """Shape, order and dtype of an npy stream of `size` bytes, which is read up to its data."""
-    formats: Mapping[Any, Callable] = {
-        (1, 0): np.lib.format.read_array_header_1_0,
-        (2, 0): np.lib.format.read_array_header_2_0,
-    }
+def described(member: Any, size: int) -> tuple[tuple[int, ...], bool, np.dtype]:
+    """Shape, whether in Fortran's order, and dtype of an npy stream of `size` bytes, which is read up to its data."""
     version = np.lib.format.read_magic(member)
-    if version not in formats:
+    if version not in _FORMATS:
         raise ValueError(f"an array is of the unknown format {version}")
-    shape, fortran, dtype = formats[version](member, max_header_size=_LONGEST_HEADER)
+    width = _FORMATS[version][0]
+    told = member.read(width)
+    length = int.from_bytes(told, "little")
+    if length > _LONGEST_HEADER:
+        raise ValueError("the description of an array is longer than any of a run")
+    shape, fortran, dtype = _parsed(version, told + member.read(length))
     if dtype.hasobject:
         raise ValueError("an array holds Python objects, which are not read")
     if dtype.itemsize == 0 and 0 not in shape:
@@ -90,3 +98,9 @@ def _described(member: Any, size: int) -> tuple[tuple[int, ...], bool, np.dtype]
     if any(length < 0 for length in shape) or wanted != size - member.tell():
         raise ValueError(f"an array of shape {shape!s:.80} and type {dtype!s:.40} has other than its bytes")
     return shape, bool(fortran), dtype
+
+
+@functools.lru_cache(maxsize=1000)
+def _parsed(version: tuple[int, int], header: bytes) -> tuple[tuple[int, ...], bool, np.dtype]:
+    # To parse it takes longer than to read a table of records, and the segments of a run have the same few headers.
+    return _FORMATS[version][1](io.BytesIO(header), max_header_size=_LONGEST_HEADER)

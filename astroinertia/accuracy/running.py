@@ -17,6 +17,7 @@ from astroinertia import interrupts, run
 from astroinertia.accuracy.companion_runs import CompanionRun, companion_runs
 from astroinertia.archive import MANIFEST, Archive
 from astroinertia.build import scene_of
+from astroinertia.engines import hosts
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
 from astroinertia.run import Completion, Listener, Progress
 from astroinertia.scene import load
@@ -49,6 +50,7 @@ def resume(folder: Path, listener: Listener | None = None, deadline: float = mat
 def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline: float) -> Completion | None:
     if not scene.output.error_bars:
         return None
+    hosts.must_be_alone("a run with error bars")
     runs = companion_runs(scene)  # now, so that a scene that cannot have them is refused before it is run
 
     def completed(main: xr.Dataset) -> xr.Dataset:

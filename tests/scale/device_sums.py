@@ -48,6 +48,10 @@ def answers(derivatives):
         moved = {**fields, "position": position}
         return (engine.neighbour_sums(arrangement, "wendland_c2", (FLOW,), moved)["flow"]["heating"] ** 2).sum()
 
+    def signalled(velocity):
+        moving = {**fields, "velocity": velocity}
+        return (engine.neighbour_sums(arrangement, "wendland_c2", (FLOW,), moving)["flow"]["signal"] ** 2).sum()
+
     def solved(position):
         return engine.density(arrangement, "wendland_c2", position, mass, guess[order], 1.3, 1e-10, False).density.sum()
 
@@ -57,6 +61,7 @@ def answers(derivatives):
     if derivatives:
         gathered["derivative of heating"] = jax.grad(heating)(position)
         gathered["derivative of density"] = jax.grad(solved)(position)
+        gathered["derivative of a largest"] = jax.grad(signalled)(jnp.asarray(fields["velocity"]))
     return {name: np.asarray(value) for name, value in gathered.items()}
 
 

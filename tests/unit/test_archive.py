@@ -65,7 +65,7 @@ def assert_consistent(folder: Path) -> int:
         expected = [snapshot(number)["position"] for number in range(0, outputs, 2)]
         np.testing.assert_array_equal(np.concatenate(positions) if positions else np.empty(0), np.array(expected))
         listed = {entry["file"] for entry in archive._manifest["segments"]}
-    found = {path.name for path in folder.iterdir() if path.name.startswith("segment")}
+    found = {path.name for path in folder.iterdir() if path.name.startswith(("segment", "snapshots"))}
     assert found == listed, "segments are left over or missing"
     assert not list(folder.glob(f"*{TEMPORARY}"))
     return outputs
@@ -196,8 +196,8 @@ def test_the_last_two_checkpoints_are_kept(tmp_path):
     assert len(list(tmp_path.glob("checkpoint-*"))) == 2
 
 
-# Of segments 1, 2, 4 and 5 and checkpoints 3 and 6, in the order in which they are written.
-NEEDED_LAST = ["checkpoint-000006.npz", "segment-000004.npz", "segment-000005.npz"]
+# Of segments and snapshots 1, 2, 4 and 5 and checkpoints 3 and 6, in the order in which they are written.
+NEEDED_LAST = ["checkpoint-000006.npz", "segment-000004.npz", "segment-000005.npz", "snapshots-000005.npz"]
 
 
 @pytest.mark.parametrize("how", ["damaged", "missing"])
@@ -224,7 +224,7 @@ def test_outputs_older_than_both_checkpoints_are_lost_and_told(tmp_path, how):
     spoil(tmp_path / "segment-000001.npz", how)
     with pytest.raises(ArchiveError, match=rf"segment-000001\.npz is {how}"):
         list(Archive.view(tmp_path).read_series())
-    with pytest.warns(ArchiveWarning, match=rf"segment-000001\.npz is {how}.* Its 2 records and 1 snapshots are lost"):
+    with pytest.warns(ArchiveWarning, match=rf"segment-000001\.npz is {how}.* Its 2 records are lost"):
         archive = Archive.open(tmp_path)
     with archive:
         (sentence,) = archive.lost
@@ -232,7 +232,24 @@ def test_outputs_older_than_both_checkpoints_are_lost_and_told(tmp_path, how):
         write_on(archive, 12)
         found = np.concatenate([part["inertia_tensor"] for part in archive.read_series()])
         np.testing.assert_array_equal(found, [record(number)["inertia_tensor"] for number in range(2, 12)])
-        assert archive.snapshot_layout()[0] == sum(len(part["time"]) for part in archive.read_snapshots()) == 5
+        assert archive.snapshot_layout()[0] == sum(len(part["time"]) for part in archive.read_snapshots()) == 6
+
+
+@pytest.mark.parametrize("how", ["damaged", "missing"])
+def test_snapshots_are_lost_without_the_records_of_their_time(tmp_path, how):
+    with Archive.create(tmp_path, METADATA) as archive:
+        write_on(archive, 8)
+    spoil(tmp_path / "snapshots-000001.npz", how)
+    assert sum(len(part["time"]) for part in Archive.view(tmp_path).read_series()) == 8
+    with pytest.raises(ArchiveError, match=rf"snapshots-000001\.npz is {how}"):
+        list(Archive.view(tmp_path).read_snapshots())
+    with pytest.warns(ArchiveWarning, match=rf"snapshots-000001\.npz is {how}.* Its 1 snapshots are lost"):
+        archive = Archive.open(tmp_path)
+    with archive:
+        write_on(archive, 12)
+        assert sum(len(part["time"]) for part in archive.read_series()) == 12
+        positions = np.concatenate([part["position"] for part in archive.read_snapshots()])
+        np.testing.assert_array_equal(positions, [snapshot(number)["position"] for number in range(2, 12, 2)])
 
 
 def test_a_run_without_a_checkpoint_that_is_whole_is_refused(tmp_path):
@@ -382,7 +399,7 @@ def test_two_writers_on_one_folder_are_refused(tmp_path):
         write_on(archive, 4)
         with pytest.raises(ArchiveError, match="another process"):
             Archive.open(tmp_path)
-        assert Archive.view(tmp_path).segments == 2  # reading goes on
+        assert Archive.view(tmp_path).segments == 4  # reading goes on
     writer = run_script(WRITER, str(tmp_path))
     assert writer.stdout is not None
     assert writer.stdout.readline() == "writing\n"
@@ -417,9 +434,9 @@ def test_a_disk_that_refuses_leaves_what_is_there(tmp_path, monkeypatch):
             patch.setattr(os, "fsync", full)
             with pytest.raises(ArchiveError, match="No space left on device"):
                 archive.write_segment([record(4)])
-        assert archive.segments == 2
+        assert archive.segments == 4
         archive.write_segment([record(4), record(5)], [snapshot(4)])
-        assert archive.segments == 3
+        assert archive.segments == 6
     assert_consistent(tmp_path)
 
 

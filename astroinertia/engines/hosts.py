@@ -1,0 +1,72 @@
+"""Several processes, of one host or of many, that carry out one run together by jax.distributed.
+
+All of them do the same steps, with pair sums shared out over the devices of all (engines.devices). What one of them
+decides by a clock or a signal, all must decide; the first alone writes. Tests: tests/scale/test_hosts.py.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TypeVar
+
+import jax
+import numpy as np
+
+from astroinertia.errors import ArchiveError, SceneError
+
+Made = TypeVar("Made")
+
+
+@contextmanager
+def joined(coordinator: str | None, processes: int | None, number: int | None) -> Iterator[None]:
+    """Within it, this is process `number` of so many, which find each other at HOST:PORT of the first.
+
+    Without them they are those that Slurm or MPI has started, as JAX finds out. SceneError where they do not meet.
+    """
+    try:
+        jax.distributed.initialize(coordinator, processes, number)
+    except (RuntimeError, ValueError) as error:
+        raise SceneError(f"the processes of the run do not find each other: {str(error).splitlines()[0]}") from None
+    try:
+        yield
+    finally:
+        jax.distributed.shutdown()
+
+
+def several() -> bool:
+    """Whether this process has been joined by others."""
+    return jax.distributed.is_initialized() and jax.process_count() > 1
+
+
+def is_first() -> bool:
+    """Whether this process is the one that writes."""
+    return not several() or jax.process_index() == 0
+
+
+def must_be_alone(what: str) -> None:
+    """Raise SceneError for what several processes cannot do together."""
+    if several():
+        raise SceneError(f"{what} cannot be done by several processes together; leave it out, or use one.")
+
+
+def agreed(number: int) -> int:
+    """The largest of the numbers that the processes have here; all of them must ask."""
+    if not several():
+        return number
+    from jax.experimental import multihost_utils
+
+    return int(np.max(multihost_utils.process_allgather(np.asarray(number, dtype=np.int32))))
+
+
+def first_then_others(first: Callable[[], Made], others: Callable[[], Made]) -> Made:
+    """What the first process makes, and the others once it has; ArchiveError in them where it failed."""
+    if not is_first():
+        if agreed(0):
+            raise ArchiveError("the first process of the run cannot write its folder.")
+        return others()
+    try:
+        made = first()
+    except BaseException:
+        agreed(1)
+        raise
+    agreed(0)
+    return made
