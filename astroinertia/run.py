@@ -167,7 +167,8 @@ class _Run:
             self._checkpoint()
         self._tell(force=True)
         try:
-            with interrupts.raised():
+            # Of several processes the first alone can leave here: the others wait for it, and are told.
+            with interrupts.raised() if hosts.is_first() else interrupts.noted([]):
                 return hosts.first_then_others(lambda: self._written(completed), lambda: self._written(completed))
         except KeyboardInterrupt as stopped:
             raise RunInterrupted(self.archive.folder, body.time, output.end, interrupts.cause(stopped)) from None

@@ -61,7 +61,7 @@ def first_then_others(first: Callable[[], Made], others: Callable[[], Made]) -> 
     """What the first process makes, and the others once it has; ArchiveError in them where it failed."""
     if not is_first():
         if agreed(0):
-            raise ArchiveError("the first process of the run cannot write its folder.")
+            raise ArchiveError("the first process of the run cannot write its folder, or was stopped.")
         return others()
     try:
         made = first()

@@ -18,7 +18,7 @@ from astroinertia.cli import main
 ROOT = Path(__file__).parents[2]
 TOP = ("tennis_racket", "time.end=1 s", "output.series_every=0.05 s")
 STAR = (
-    "rotating_star", "body.particles=200", "body.relax=false", "numerics.engine='xla'", "time.max_steps=12",
+    "rotating_star", "body.particles=200", "body.relax=false", "numerics.engine='xla'", "time.max_steps=60",
     "output.checkpoint_seconds=0",
 )  # fmt: skip
 ALONE = {"JAX_PLATFORMS": "cpu", "PYTHONPATH": str(ROOT), "XLA_FLAGS": ""}
@@ -68,16 +68,25 @@ def last_state(folder):
 
 
 def difference(one, other, exactly=True):
-    """The largest difference of any array of two states, over its largest value."""
+    """The largest difference of any array of two states, over its largest value; the impulse's, which is nil, over
+    sum m |v|. What is carried of rounding is as large as rounding, and is compared only where all is to be the same.
+    """
     assert set(one) == set(other)
     worst = 0.0
     for name, array in one.items():
-        if array.dtype.kind == "f" and array.size:
+        if array.dtype.kind == "f" and array.size and not name.endswith((".remainder", ".carry")):
             scale = np.abs(array[np.isfinite(array)]).max(initial=1e-300)
+            if name == ".ledger.impulse.value":
+                scale = np.sum(one[".mass"] * np.linalg.norm(one[".velocity"], axis=1))
             worst = max(worst, float(np.nanmax(np.abs(array - other[name]), initial=0.0) / scale))
         elif exactly and array.dtype.kind in "iub":
             np.testing.assert_array_equal(array, other[name], err_msg=name)
     return worst
+
+
+def same(one, other):
+    """Whether two states are the same to the bit."""
+    return set(one) == set(other) and all(np.array_equal(one[name], other[name], equal_nan=True) for name in one)
 
 
 @pytest.mark.slow
@@ -125,10 +134,10 @@ def test_a_run_by_two_processes_is_that_by_one(tmp_path, result):
     left = difference(last_state(together), last_state(stopped), exactly=False)
     assert left > 1e-6  # it was under way
     ended(both((stopped, stopped), None))
-    resumed = difference(last_state(together), last_state(stopped))
-    result(difference_where_it_stopped=left, difference_after_resuming=resumed)
+    resumed = same(last_state(together), last_state(stopped))
+    result(difference_where_it_stopped=left, the_same_after_resuming=resumed)
     assert apart <= 1e-13
-    assert resumed == 0.0
+    assert resumed
 
 
 @pytest.mark.parametrize(
