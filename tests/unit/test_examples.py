@@ -1,5 +1,7 @@
 """Examples in docstrings: every public function of the rooms below has one, and all of them are run.
 
+Those of DEAR take seconds each and run with the full tests, the others together some fifteen seconds.
+
 They are run in the namespace of their module, with `np`, in a folder that has sims/, the scenes, and two finished runs:
 runs/star, a star that falls together (its dataset is `ds`), and runs/sweep, of two members.
 """
@@ -17,15 +19,25 @@ import astroinertia
 PACKAGE = Path(__file__).parents[2] / "astroinertia"
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 ROOMS = [
-    *("__init__", "accessor", "inertia", "rotation", "studies", "units"),
-    *("interop/export", "interop/snapshots", "interop/tables", "interop/paraview"),
-    *("orbits/particles", "orbits/simulation"),
+    *("__init__", "accessor", "inertia", "interop", "movie", "rotation", "studies", "units"),
+    *("orbits/archive", "orbits/particles", "orbits/simulation", "orbits/states"),
+    *("bodies/affine", "bodies/affine_motion"),
     *("bodies/apsidal", "bodies/clairaut", "bodies/cold_spheroid", "bodies/composite_polytrope", "bodies/darwin"),
     *("bodies/earth", "bodies/ellipsoid_gravity", "bodies/ellipsoid_secular", "bodies/ellipsoid_stability"),
     *("bodies/equations_of_state", "bodies/figures", "bodies/giant_planets", "bodies/inversion", "bodies/jacobi"),
     *("bodies/layered", "bodies/maclaurin", "bodies/moment_ratios", "bodies/neutron_star_fits"),
     *("bodies/neutron_stars", "bodies/oscillations", "bodies/planets", "bodies/polytrope", "bodies/riemann"),
-    *("bodies/roche", "bodies/rotating_star"),
+    *("bodies/bar_analysis", "bodies/barotropes", "bodies/degenerate", "bodies/homogeneous_ellipsoid"),
+    *("bodies/hydrostatic", "bodies/materials", "bodies/roche", "bodies/roche_polytrope", "bodies/rotating_star"),
+    *("bodies/rotating_sequence", "bodies/rotation_laws", "bodies/spectral_polytrope"),
+    *("bodies/scf", "bodies/scf_matter", "bodies/scf_mesh", "bodies/slow_rotation", "bodies/tabulated_equation"),
+    "bodies/tillotson",
+]
+# Those of the rooms that would keep the ordinary tests waiting: what is compiled for a second, run or drawn.
+DEAR = [
+    *("interop/zarr_store", "movie"),
+    *("bodies/affine", "bodies/affine_motion", "bodies/hydrostatic", "bodies/rotating_sequence"),
+    "bodies/spectral_polytrope",
 ]
 # What only the package itself calls.
 INSIDES = {
@@ -87,14 +99,18 @@ series_every = "1 d"
 """
 
 
-def modules():
+def modules(rooms):
     """The modules of the rooms, without those of INSIDES and LONG."""
     found = []
-    for room in ROOMS:
+    for room in rooms:
         path = PACKAGE / room
         files = path.rglob("*.py") if path.is_dir() else [path.with_suffix(".py")]
         found += [".".join(each.relative_to(PACKAGE).with_suffix("").parts) for each in files if each.stat().st_size]
     return sorted(set(found) - INSIDES - LONG)
+
+
+def source(name):
+    return PACKAGE / f"{name.replace('.', '/')}.py"
 
 
 def without_example(name):
@@ -102,7 +118,7 @@ def without_example(name):
 
     Other classes are what functions return: their examples are those of the functions.
     """
-    tree = ast.parse((PACKAGE / f"{name.replace('.', '/')}.py").read_text())
+    tree = ast.parse(source(name).read_text())
     bodies = [(tree.body, "")]
     bodies += [(each.body, examples_of(each)) for each in tree.body if getattr(each, "name", "").endswith("Accessor")]
     functions = [(each, shown) for body, shown in bodies for each in body if isinstance(each, ast.FunctionDef)]
@@ -127,16 +143,38 @@ def workplace(tmp_path_factory):
     return folder
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", modules())
-def test_examples_print_what_they_say(name, workplace, monkeypatch):
-    monkeypatch.chdir(workplace)
+def examples_within(name):
+    """How many examples a module has in all its docstrings."""
+    nodes = ast.walk(ast.parse(source(name).read_text()))
+    parser, documented = doctest.DocTestParser(), (ast.Module, ast.ClassDef, ast.FunctionDef)
+    return sum(
+        len(parser.get_examples(ast.get_docstring(each) or "")) for each in nodes if isinstance(each, documented)
+    )
+
+
+def tried(name):
+    """How many examples of a module were run, and how many of them failed."""
     module = importlib.import_module(f"astroinertia.{name}".removesuffix(".__init__"))
     with astroinertia.open("runs/star") as star:
         found = doctest.testmod(module, extraglobs={"np": np, "ds": star}, optionflags=FLAGS)
-    assert found.failed == 0
+    return found.attempted, found.failed
 
 
-@pytest.mark.parametrize("name", modules())
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(set(modules(ROOMS)) - set(modules(DEAR))))
+def test_examples_print_what_they_say(name, workplace, monkeypatch):
+    monkeypatch.chdir(workplace)
+    assert tried(name) == (examples_within(name), 0)
+
+
+@pytest.mark.full(inputs=[str(source(name).relative_to(PACKAGE.parent)) for name in modules(DEAR)])
+def test_dear_examples_print_what_they_say(workplace, monkeypatch, result):
+    monkeypatch.chdir(workplace)
+    found = {name: tried(name) for name in modules(DEAR)}
+    result(examples=sum(attempted for attempted, _ in found.values()), modules=len(found))
+    assert found == {name: (examples_within(name), 0) for name in found}
+
+
+@pytest.mark.parametrize("name", modules(ROOMS))
 def test_every_public_function_has_an_example(name):
     assert without_example(name) == []
