@@ -19,7 +19,7 @@ import astroinertia
 PACKAGE = Path(__file__).parents[2] / "astroinertia"
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 ROOMS = [
-    *("__init__", "accessor", "inertia", "interop", "movie", "rotation", "studies", "units"),
+    *("__init__", "accessor", "accuracy", "inertia", "interop", "movie", "rotation", "scale", "studies", "units"),
     *("orbits/archive", "orbits/particles", "orbits/simulation", "orbits/states"),
     *("bodies/affine", "bodies/affine_motion"),
     *("bodies/apsidal", "bodies/clairaut", "bodies/cold_spheroid", "bodies/composite_polytrope", "bodies/darwin"),
@@ -35,7 +35,8 @@ ROOMS = [
 ]
 # Those of the rooms that would keep the ordinary tests waiting: what is compiled for a second, run or drawn.
 DEAR = [
-    *("interop/zarr_store", "movie"),
+    *("accuracy/analysis", "accuracy/choice", "accuracy/error_bars", "accuracy/running", "accuracy/table"),
+    *("accuracy/tradeoff", "interop/zarr_store", "movie", "scale/ensemble"),
     *("bodies/affine", "bodies/affine_motion", "bodies/hydrostatic", "bodies/rotating_sequence"),
     "bodies/spectral_polytrope",
 ]
@@ -56,6 +57,11 @@ INSIDES = {
     "bodies.ellipsoid_stability.families",
     *("bodies.oscillations.radial_spectrum", "bodies.oscillations.nonradial_spectrum"),
     *("bodies.polytrope.central_series", "bodies.polytrope.nodes_of", "bodies.polytrope.hermite"),
+    "accuracy.affine_exact",  # exact answers of scenes, computed there
+    *("accuracy.analysis.reference_of", "accuracy.tradeoff.stored_exact", "accuracy.measuring"),  # parts of a tradeoff
+    "accuracy.budget",  # what it has time for
+    *("accuracy.choice_particles", "accuracy.choice_smooth", "accuracy.pilots"),  # how accuracy.choice looks
+    *("scale.combined.write", "scale.members", "scale.workers.side_by_side"),  # parts of a sweep under way
     "studies.core_collapse.dynamics",
     *("studies.turning_planets.orbits", "studies.turning_planets.torque_of", "studies.turning_planets.axis_history"),
     *("studies.relax.polytrope_problem", "studies.spinning_planet"),
