@@ -19,7 +19,8 @@ import astroinertia
 PACKAGE = Path(__file__).parents[2] / "astroinertia"
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 ROOMS = [
-    *("__init__", "accessor", "accuracy", "inertia", "interop", "movie", "rotation", "scale", "studies", "units"),
+    *("__init__", "accessor", "accuracy", "inertia", "interop", "movie", "plots", "rotation", "scale"),
+    *("studies", "units"),
     *("orbits/archive", "orbits/particles", "orbits/simulation", "orbits/states"),
     *("bodies/affine", "bodies/affine_motion"),
     *("bodies/apsidal", "bodies/clairaut", "bodies/cold_spheroid", "bodies/composite_polytrope", "bodies/darwin"),
@@ -36,7 +37,7 @@ ROOMS = [
 # Those of the rooms that would keep the ordinary tests waiting: what is compiled for a second, run or drawn.
 DEAR = [
     *("accuracy/analysis", "accuracy/choice", "accuracy/error_bars", "accuracy/running", "accuracy/table"),
-    *("accuracy/tradeoff", "interop/zarr_store", "movie", "scale/ensemble"),
+    *("accuracy/tradeoff", "interop/zarr_store", "movie", "plots", "scale/ensemble"),
     *("bodies/affine", "bodies/affine_motion", "bodies/hydrostatic", "bodies/rotating_sequence"),
     "bodies/spectral_polytrope",
 ]
@@ -61,6 +62,13 @@ INSIDES = {
     *("accuracy.analysis.reference_of", "accuracy.tradeoff.stored_exact", "accuracy.measuring"),  # parts of a tradeoff
     "accuracy.budget",  # what it has time for
     *("accuracy.choice_particles", "accuracy.choice_smooth", "accuracy.pilots"),  # how accuracy.choice looks
+    *("plots.attitude.motion", "plots.attitude.nutation_and_precession", "plots.attitude.reference_direction"),
+    *("plots.bands", "plots.film", "plots.matter", "plots.polhodes", "plots.render", "plots.scales", "plots.style"),
+    *("plots.density.column_unit", "plots.density.draw_density", "plots.density.frame_view"),  # what figures share
+    *("plots.density.moments_to_show", "plots.density.name_view", "plots.density.scale_of_colours"),
+    *("plots.ellipsoid.draw_axes", "plots.ellipsoid.draw_curves", "plots.ellipsoid.draw_ellipsoid"),
+    *("plots.ellipsoid.draw_triad", "plots.ellipsoid.heading", "plots.ellipsoid.lit_ellipsoid"),
+    *("plots.ellipsoid.view_of", "plots.error_bars.has_error_bars", "plots.error_bars.known_bars"),
     *("scale.combined.write", "scale.members", "scale.workers.side_by_side"),  # parts of a sweep under way
     "studies.core_collapse.dynamics",
     *("studies.turning_planets.orbits", "studies.turning_planets.torque_of", "studies.turning_planets.axis_history"),
@@ -73,6 +81,7 @@ LONG = {
     *("bodies.figures.figure_of_barotropes", "bodies.figures.figure_of_layered_body"),
     *("bodies.rotating_star.end_of_sequence", "bodies.rotating_star.rotating_star_with"),
     "rotation.break_up.polytropic_limit",
+    "plots.precession.precession_figure",
     *("rotation.break_up.spun_up_polytrope", "rotation.tumbling.divergence"),
     *("studies.bar_mode", "studies.compressed_core", "studies.debris.orbital_energies", "studies.impact_remnant"),
     *("studies.core_collapse.core_collapse", "studies.core_collapse.core_scene", "studies.core_collapse.initial_star"),
@@ -81,6 +90,7 @@ LONG = {
     *("studies.sampling.sample", "studies.sampling.diagnostics", "studies.sampling.summary"),
     *("studies.slow_spin_up", "studies.spinup.core_to_neutron_star", "studies.spinup.star_of_baryons"),
 }
+SCENES = ["sims/one_star_three_models.toml", "sims/tennis_racket.toml"]  # of the dear examples
 SWEEP = """
 name = "sweep"
 model = "scaling"
@@ -142,7 +152,7 @@ def workplace(tmp_path_factory):
     folder = tmp_path_factory.mktemp("examples")
     (folder / "sims").symlink_to(PACKAGE.parent / "sims")
     settings = ["body.particles=100", "time.end='20 min'", "output.snapshot_every='10 min'"]
-    star = astroinertia.load(folder / "sims/one_star_three_models.toml", settings)
+    star = astroinertia.load(folder / SCENES[0], settings)
     astroinertia.run_scene(star, folder / "runs/star")
     (folder / "sweep.toml").write_text(SWEEP)
     astroinertia.run_scene(folder / "sweep.toml", folder / "runs/sweep")
@@ -173,7 +183,7 @@ def test_examples_print_what_they_say(name, workplace, monkeypatch):
     assert tried(name) == (examples_within(name), 0)
 
 
-@pytest.mark.full(inputs=[str(source(name).relative_to(PACKAGE.parent)) for name in modules(DEAR)])
+@pytest.mark.full(inputs=[*SCENES, *(str(source(name).relative_to(PACKAGE.parent)) for name in modules(DEAR))])
 def test_dear_examples_print_what_they_say(workplace, monkeypatch, result):
     monkeypatch.chdir(workplace)
     found = {name: tried(name) for name in modules(DEAR)}
