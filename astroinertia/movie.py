@@ -39,6 +39,11 @@ def write_movie(
     path: ends in .mp4 or .gif. fps: pictures a second; without it the film lasts some 8 s. every: take every so many
     snapshots. told: called with the pictures that are done and their number. ArchiveError for what cannot be filmed or
     written; nothing is left behind then, nor after Ctrl-C. Tests: tests/unit/test_film.py.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     print(write_movie(ds, ds.inertia.snapshots, Path(folder, "star.gif")))  # pictures, one a snapshot
+    3
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
@@ -64,7 +69,11 @@ def write_movie(
 
 
 def ffmpeg() -> str | None:
-    """The ffmpeg of this machine, or the one that imageio-ffmpeg brings along."""
+    """The ffmpeg of this machine, or the one that imageio-ffmpeg brings along.
+
+    >>> print(ffmpeg() is None or Path(str(ffmpeg())).is_file())
+    True
+    """
     found = shutil.which("ffmpeg")
     if found is None and find_spec("imageio_ffmpeg") is not None:
         import imageio_ffmpeg  # type: ignore[import-not-found]

@@ -102,7 +102,16 @@ class Analysis:
 
 
 def analysed(table: "Table") -> Analysis:
-    """Everything that the table says so far."""
+    """Everything that the table says so far.
+
+    >>> from pathlib import Path
+    >>> from astroinertia.accuracy.tradeoff import carry_out
+    >>> from astroinertia.scene import load
+    >>> scene = load.load_file("sims/tennis_racket.toml", ["time.end='1 s'"])
+    >>> table = carry_out(scene, Path("runs/tradeoff"), minutes=1.0, only=["steps_per_rotation"])
+    >>> print([f"{source.knob.name} {source.law.order:.0f}" for source in analysed(table).judged[0].sources])
+    ['steps_per_rotation 8']
+    """
 
     def values(setting: Setting, observable: Observable) -> np.ndarray | None:
         found = table.measured.get(setting)

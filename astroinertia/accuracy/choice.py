@@ -42,7 +42,11 @@ class Choice:
 
 
 def pilots_beside(folder: Path) -> Path:
-    """Where the pilots of a run are kept: beside its folder."""
+    """Where the pilots of a run are kept: beside its folder.
+
+    >>> print(pilots_beside(Path("runs/star")).name)
+    star-pilots
+    """
     return folder.with_name(f"{folder.name}-pilots")
 
 
@@ -52,6 +56,12 @@ def choose(scene: Scene, folder: Path, minutes: float = DEFAULT_MINUTES, told: T
     minutes: of wall time that the run itself may take. told: is given a line before each pilot. The model is chosen,
     too, unless the scene names one. SceneError where a scene asks for no accuracy or has nothing to choose, and
     UnreachableAccuracy, with the price, where it takes longer.
+
+    >>> from astroinertia.scene import load
+    >>> scene = load.load_file("sims/tennis_racket.toml", ["accuracy=1e-6", "time.end='1 s'"])
+    >>> found = choose(scene, Path("runs/racket-pilots"))
+    >>> print(found.found.error < 1e-6)
+    True
     """
     if scene.accuracy is None:
         raise SceneError("accuracy is not asked for: write accuracy = 1e-3, or another number, into the scene.")
@@ -141,7 +151,14 @@ def _of_rung(pilots: Pilots, rung: str, scene: Scene, accuracy: float, seconds: 
 
 
 def measured(choice: Choice, folder: Path) -> Measured:
-    """What the chosen setting gives and takes, as a tradeoff measures it."""
+    """What the chosen setting gives and takes, as a tradeoff measures it.
+
+    >>> from astroinertia.scene import load
+    >>> scene = load.load_file("sims/tennis_racket.toml", ["accuracy=1e-6", "time.end='1 s'"])
+    >>> found = measured(choose(scene, Path("runs/racket-pilots")), Path("runs/racket-pilots"))
+    >>> print(sorted(found.values))
+    ['angular_velocity', 'attitude 3']
+    """
     scene = choice.scene
     asked = tuple(parsed(name) for name in (scene.judged_by or default_names(scene)))
     quiet = measuring.scene_of(scene, measuring.AS_IT_IS, asked)

@@ -47,6 +47,11 @@ def companion_runs(scene: Scene) -> tuple[CompanionRun, ...]:
     steps: two with fewer particles, which also tell the order, and one with the fewest and longer steps, or coarser
     gravity. A run with too few particles for that has one with more. SceneError for a scene whose resolution no knob
     sets.
+
+    >>> from astroinertia.scene import load
+    >>> scene = load.load_file("sims/evrard.toml", ["body.particles=9000"])
+    >>> print([run.name for run in companion_runs(scene)])
+    ['particles-3000', 'particles-1000', 'timestep_factor-2', 'force_error-0.002']
     """
     found = knobs(scene)
     if not found or found[0].step is None:

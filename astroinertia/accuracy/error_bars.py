@@ -57,7 +57,13 @@ class Estimate(NamedTuple):
 
 
 def with_error_bars(main: xr.Dataset, found: Sequence[Found]) -> xr.Dataset:
-    """A run's dataset with `<variable>_error` beside every headline series that it has a number for."""
+    """A run's dataset with `<variable>_error` beside every headline series that it has a number for.
+
+    >>> run = CompanionRun("coarser", "timestep_factor", "", 2.0, 2.0, scatter=False, scene=None)
+    >>> found = [(run, ds.assign(inertia_tensor=1.02 * ds.inertia_tensor))]
+    >>> print(with_error_bars(ds, found).inertia_tensor_error.attrs["units"])
+    kg m2
+    """
     bars = error_bars(main, found)
     named = {name: main[name].assign_attrs(ancillary_variables=f"{name}{SUFFIX}") for name in bars}
     return main.assign(named | {f"{name}{SUFFIX}": bar for name, bar in bars.items()})
@@ -67,6 +73,12 @@ def error_bars(main: xr.Dataset, found: Sequence[Found]) -> dict[str, xr.DataArr
     """The error bar of each headline series, with its dimensions and unit; NaN with a reason where a companion failed.
 
     Test: tests/unit/test_error_bars.py.
+
+    >>> run = CompanionRun("coarser", "timestep_factor", "", 2.0, 2.0, scatter=False, scene=None)
+    >>> found = [(run, ds.assign(inertia_tensor=1.02 * ds.inertia_tensor))]
+    >>> bars = error_bars(ds, found)["inertia_tensor"] / ds.inertia_tensor  # of half the order, times 1.25
+    >>> print(f"{float(bars[0, 2, 2]):.4f}")
+    0.0250
     """
     failures = [f"the companion run {run.name} failed: {told}" for run, told in found if isinstance(told, str)]
     datasets = {run.name: told for run, told in found if not isinstance(told, str)}
@@ -88,6 +100,11 @@ def at_end(dataset: xr.Dataset, observable: Observable) -> float:
     """The bar of an observable at the end over its size, to be held against observables.relative_error.
 
     SceneError where there is none: for frequencies of a series, and for what is no headline series.
+
+    >>> from astroinertia.accuracy.observables import parsed
+    >>> told = ds.assign(mass_error=0.01 * ds.mass)
+    >>> print(f"{at_end(told, parsed('mass')):.4f}")
+    0.0100
     """
     name = f"{observable.variable}{SUFFIX}"
     if observable.of_series or name not in dataset:
@@ -102,6 +119,9 @@ def order_told(steps: Sequence[float], first: np.ndarray, second: np.ndarray, th
 
     steps: of the three, from the finest; first, second (T, ...): differences of the finest from the middle one, and of
     that from the coarsest. Sizes are taken over the whole series, so that no crossing of zero tells an order.
+
+    >>> print(order_told((1.0, 2.0, 4.0), np.full(9, 3.0), np.full(9, 12.0), theory=4.0))  # differences as of r^2
+    2.0
     """
     fine, middle, coarse = steps
     sizes = float(np.linalg.norm(first)), float(np.linalg.norm(second))
@@ -118,7 +138,11 @@ def order_told(steps: Sequence[float], first: np.ndarray, second: np.ndarray, th
 
 
 def largest_lately(times: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """The largest of sizes (T,) between half of each time since the start and that time; those not known are NaN."""
+    """The largest of sizes (T,) between half of each time since the start and that time; those not known are NaN.
+
+    >>> print(largest_lately(np.arange(5.0), np.array([0.0, 3.0, 1.0, 1.0, 2.0])))
+    [0. 3. 3. 1. 2.]
+    """
     since, found, held = times - times[0], np.full(len(times), np.nan), deque[int]()
     for number, now in enumerate(since):
         if not np.isfinite(sizes[number]):
@@ -136,6 +160,10 @@ def at_times(times: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.nda
     """Values (K, ...) that are known at some times, at others (T, ...), by a cubic spline; NaN beyond them.
 
     What was recorded at the same time is taken as it is, to the last bit.
+
+    >>> known = np.arange(6.0)
+    >>> print(at_times(np.array([2.5, 7.0]), known, known**3))
+    [15.625    nan]
     """
     good = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
     known, values = known[good], values[good]

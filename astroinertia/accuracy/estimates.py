@@ -43,6 +43,11 @@ def estimate(
     which it is weighed against the ladder's own; orders: the least and the largest that are believed.
     Each coarser value gives an estimate by Richardson's rule; the largest one counts, for two runs may agree by chance
     while three or four do not. UNKNOWN with fewer than two values. Source: Richardson 1911 (see convergence).
+
+    >>> steps = np.array([0.4, 0.2, 0.1])
+    >>> found = estimate(steps, 1 + steps[:, None] ** 2, order=2.0, orders=(1.0, 4.0))
+    >>> print(f"{found.error:.4f} {found.order:.2f}")  # 0.01/1.01
+    0.0099 2.00
     """
     r, v = np.asarray(steps, float), np.atleast_2d(np.asarray(values, float))
     finest = int(np.argmin(r))
@@ -64,7 +69,11 @@ def estimate(
 
 
 def worst(found: Sequence[Estimate]) -> Estimate:
-    """The least certain of several observables: the largest error, the lowest order."""
+    """The least certain of several observables: the largest error, the lowest order.
+
+    >>> print(worst([Estimate(1e-3, 2.0), Estimate(1e-5, 1.0)]))
+    Estimate(error=0.001, order=1.0)
+    """
     if any(math.isnan(each.error) for each in found):
         return UNKNOWN
     return Estimate(max(each.error for each in found), min(each.order for each in found))

@@ -52,7 +52,13 @@ class Exact:
 
 
 def exact(scene: Scene) -> Exact | None:
-    """The exact answer to a scene, None where none is known here. Test: tests/unit/test_exact_answers.py."""
+    """The exact answer to a scene, None where none is known here. Test: tests/unit/test_exact_answers.py.
+
+    >>> from astroinertia.scene import load
+    >>> found = exact(load.load_file("sims/tennis_racket.toml"))
+    >>> print(found.source.split(",")[0], found.values["attitude"].shape)
+    free top in closed form (3, 3)
+    """
     if scene.bodies or scene.box is not None or scene.body.change is not None or scene.time.max_steps is not None:
         return None
     units = code_units(scene)

@@ -10,7 +10,11 @@ _DIGIT = 10.0
 
 
 def pareto(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Whether no other setting is cheaper and at least as exact, or as cheap and more exact, (n,) of truth values."""
+    """Whether no other setting is cheaper and at least as exact, or as cheap and more exact, (n,) of truth values.
+
+    >>> print(pareto([1.0, 2.0, 3.0], [0.1, 0.2, 0.01]))  # the second costs more and errs more
+    [ True False  True]
+    """
     cost, error = np.asarray(cost, float), np.asarray(error, float)
     good = np.isfinite(cost) & np.isfinite(error)
     best, on_front = np.inf, np.zeros(len(cost), dtype=bool)
@@ -25,6 +29,9 @@ def knee(cost: np.ndarray, error: np.ndarray) -> int | None:
 
     None where the front has less than three settings, or none below that line. Source: Satopaa et al. 2011, Proc. 31st
     ICDCS Workshops, 166 (the knee of a curve). Test: tests/unit/test_frontier.py.
+
+    >>> print(knee([1.0, 2.0, 100.0], [1.0, 1e-3, 1e-4]))
+    1
     """
     cost, error = np.asarray(cost, float), np.asarray(error, float)
     front = np.flatnonzero(pareto(cost, error) & (error > 0) & (cost > 0))
@@ -39,10 +46,18 @@ def knee(cost: np.ndarray, error: np.ndarray) -> int | None:
 
 
 def cost_of_a_digit(error_order: float, cost_order: float) -> float:
-    """By what factor the cost grows for a tenth of the error, with error ~ r^error_order and cost ~ r^-cost_order."""
+    """By what factor the cost grows for a tenth of the error, with error ~ r^error_order and cost ~ r^-cost_order.
+
+    >>> print(f"{cost_of_a_digit(2.0, 4.0):g}")  # error ~ r^2 at a cost of r^-4
+    100
+    """
     return float(_DIGIT ** (cost_order / error_order)) if error_order > 0 else float("inf")
 
 
 def step_of_a_digit(error_order: float) -> float:
-    """By what factor the step must shrink for a tenth of the error."""
+    """By what factor the step must shrink for a tenth of the error.
+
+    >>> print(f"{step_of_a_digit(2.0):.3f}")  # 10^(-1/2)
+    0.316
+    """
     return float(_DIGIT ** (-1.0 / error_order)) if error_order > 0 else 0.0

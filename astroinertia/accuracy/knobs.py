@@ -71,25 +71,42 @@ class Setting:
 
 
 def shown(value: Value) -> str:
-    """A value as a person writes it."""
+    """A value as a person writes it.
+
+    >>> print(shown(3000.0), shown(1e-12), shown("cubic"))
+    3000 1e-12 cubic
+    """
     if isinstance(value, str):
         return value
     return f"{value:.0f}" if value == round(value) and 1 <= abs(value) < 1e9 else f"{value:g}"
 
 
 def knobs(scene: Scene) -> tuple[Knob, ...]:
-    """The knobs of a scene; the first is the one that sets its resolution."""
+    """The knobs of a scene; the first is the one that sets its resolution.
+
+    >>> print([knob.name for knob in knobs(load.load_file("sims/skater.toml"))])
+    ['tolerance', 'steps_per_rotation']
+    """
     found = {"sph": _of_particles, "ellipsoid": _of_ellipsoid, "rigid": _of_rigid, "scaling": lambda _: ()}
     return (*found[scene.model](scene), *_model(scene))
 
 
 def with_overrides(scene: Scene, overrides: tuple[str, ...]) -> Scene:
-    """The scene with more overrides; SceneError where it does not allow them."""
+    """The scene with more overrides; SceneError where it does not allow them.
+
+    >>> scene = load.load_file("sims/skater.toml")
+    >>> print(with_overrides(scene, ("numerics.steps_per_rotation=100",)).numerics.steps_per_rotation)
+    100.0
+    """
     return load.loads(load.resolved_text(scene), overrides, scene.origin)
 
 
 def duration(scene: Scene, value: float) -> str:
-    """A time of a scene as an override gives it."""
+    """A time of a scene as an override gives it.
+
+    >>> print(duration(load.load_file("sims/skater.toml"), 0.5))
+    "0.5 s"
+    """
     return repr(value) if scene.dimensionless else f'"{value!r} s"'
 
 

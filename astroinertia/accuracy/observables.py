@@ -42,7 +42,11 @@ class Observable:
 
 
 def parsed(name: str) -> Observable:
-    """The observable that a name stands for; SceneError where no dataset has such a variable."""
+    """The observable that a name stands for; SceneError where no dataset has such a variable.
+
+    >>> print(parsed("inertia_tensor z z").labels, parsed("frequency of inertia_tensor z z").of_series)
+    ('z', 'z') True
+    """
     told = " ".join(name.split())
     of_series = told.startswith(_OF_SERIES)
     words = told.removeprefix(_OF_SERIES).split()
@@ -56,7 +60,12 @@ def parsed(name: str) -> Observable:
 
 
 def default_names(scene: Scene) -> tuple[str, ...]:
-    """What a scene is judged by unless something else is asked for; a body at rest has no angular velocity."""
+    """What a scene is judged by unless something else is asked for; a body at rest has no angular velocity.
+
+    >>> from astroinertia.scene import load
+    >>> print(default_names(load.load_file("sims/tennis_racket.toml")))
+    ('angular_velocity', 'attitude 3')
+    """
     names = DEFAULTS[scene.model]
     body = scene.body
     still = body.rotation is None and body.velocity_gradient is None and getattr(body, "law", None) is None
@@ -68,6 +77,9 @@ def value(dataset: xr.Dataset, observable: Observable) -> np.ndarray:
     """The numbers (K,) of an observable, in the dataset's units.
 
     SceneError where the dataset has no such variable or label, NumericalError where the run has no number for it.
+
+    >>> print(value(ds, parsed("inertia_tensor z z")) == ds.inertia_tensor.sel(i="z", j="z").values[-1])
+    [ True]
     """
     series = _selected(dataset, observable)
     if observable.of_series:
@@ -82,7 +94,11 @@ def value(dataset: xr.Dataset, observable: Observable) -> np.ndarray:
 
 
 def components(dataset: xr.Dataset, observable: Observable) -> list[str]:
-    """Names of the numbers of an observable, in the order of `value`."""
+    """Names of the numbers of an observable, in the order of `value`.
+
+    >>> print(components(ds, parsed("angular_velocity")))
+    ['angular_velocity x', 'angular_velocity y', 'angular_velocity z']
+    """
     if observable.of_series:
         return [observable.name]
     series = _selected(dataset, observable).isel(time=-1)
@@ -93,7 +109,11 @@ def components(dataset: xr.Dataset, observable: Observable) -> list[str]:
 
 
 def relative_error(found: np.ndarray, reference: np.ndarray) -> float:
-    """|found - reference|/|reference|, both (K,); of a direction, a unit vector, the angle in radians where small."""
+    """|found - reference|/|reference|, both (K,); of a direction, a unit vector, the angle in radians where small.
+
+    >>> print(f"{relative_error(np.array([3.0, 4.0]), np.array([3.0, 4.1])):.4f}")
+    0.0197
+    """
     size = float(np.linalg.norm(reference))
     return float(np.linalg.norm(np.asarray(found) - reference)) / size if size > 0.0 else float("nan")
 
@@ -103,6 +123,10 @@ def frequency(times: np.ndarray, values: np.ndarray) -> float:
 
     The residual of the linear fit is scanned over frequencies and its least one found by Brent's method. NumericalError
     for a series that is too short to tell. Test: tests/unit/test_observables.py.
+
+    >>> times = np.linspace(0.0, 20.0, 100)
+    >>> print(f"{frequency(times, 1 + 0.1 * times + np.cos(1.7 * times)):.6f}")  # beside a drift
+    1.700000
     """
     times, values = np.asarray(times, float), np.asarray(values, float)
     if len(times) < _FEWEST_RECORDS or not np.isfinite(values).all():

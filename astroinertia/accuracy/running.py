@@ -37,12 +37,22 @@ def run_scene(
     """Run a scene in a new run folder, with its companion runs where it asks for error bars; returns the netCDF file.
 
     Otherwise as run.run_scene; SceneError, too, for a scene that cannot have error bars.
+
+    >>> import tempfile
+    >>> scene = load.load_file("sims/tennis_racket.toml", ["time.end='1 s'", "output.error_bars=true"])
+    >>> with tempfile.TemporaryDirectory() as folder, xr.open_dataset(run_scene(scene, Path(folder, "run"))) as found:
+    ...     print("angular_velocity_error" in found, found.attrs["error_bars_companion_runs"])
+    True steps_per_rotation-80
     """
     return run.run_scene(scene, folder, listener, begun, _completion(scene, folder, listener, deadline), deadline)
 
 
 def resume(folder: Path, listener: Listener | None = None, deadline: float = math.inf) -> Path:
-    """Go on with an interrupted run or its companion runs, bit for bit, and return the netCDF file."""
+    """Go on with an interrupted run or its companion runs, bit for bit, and return the netCDF file.
+
+    >>> print(resume(Path("runs/star")).name)  # finished: it has nothing to do
+    one_star_three_models.nc
+    """
     scene = scene_of(Archive.view(folder))
     return run.resume(folder, listener, _completion(scene, folder, listener, deadline), deadline)
 

@@ -28,7 +28,14 @@ FORMAT = 1
 
 
 def dataset(table: Table) -> xr.Dataset:
-    """Everything that was run and found, along the dimensions setting, observable, knob and component (SI)."""
+    """Everything that was run and found, along the dimensions setting, observable, knob and component (SI).
+
+    >>> from astroinertia.accuracy.tradeoff import carry_out
+    >>> scene = load.load_file("sims/tennis_racket.toml", ["time.end='1 s'"])
+    >>> table = carry_out(scene, Path("runs/tradeoff"), minutes=1.0, only=["steps_per_rotation"])
+    >>> print(dict(dataset(table).error.sizes))
+    {'setting': 6, 'observable': 2}
+    """
     found = analysed(table)
     settings = list(table.measured)
     runs = [table.measured[setting] for setting in settings]
@@ -119,7 +126,14 @@ def dataset(table: Table) -> xr.Dataset:
 
 
 def write(table: Table) -> Path:
-    """Write the table into its folder, whole or not at all, and return the file."""
+    """Write the table into its folder, whole or not at all, and return the file.
+
+    >>> from astroinertia.accuracy.tradeoff import carry_out
+    >>> scene = load.load_file("sims/tennis_racket.toml", ["time.end='1 s'"])
+    >>> table = carry_out(scene, Path("runs/tradeoff"), minutes=1.0, only=["steps_per_rotation"])
+    >>> print(write(table).name)
+    tradeoff.nc
+    """
     path = table.folder / FILE
 
     def fill(aside: Path) -> None:
@@ -130,7 +144,14 @@ def write(table: Table) -> Path:
 
 
 def read(path: Path) -> xr.Dataset:
-    """The table in a folder or file; ArchiveError where there is none."""
+    """The table in a folder or file; ArchiveError where there is none.
+
+    >>> from astroinertia.accuracy.tradeoff import carry_out
+    >>> scene = load.load_file("sims/tennis_racket.toml", ["time.end='1 s'"])
+    >>> table = carry_out(scene, Path("runs/tradeoff"), minutes=1.0, only=["steps_per_rotation"])
+    >>> print(read(write(table)).attrs["name"])
+    tennis_racket
+    """
     file = path / FILE if path.is_dir() else path
     try:
         found = xr.load_dataset(file, engine="netcdf4")
@@ -142,7 +163,14 @@ def read(path: Path) -> xr.Dataset:
 
 
 def conclusions(table: Table, found: Analysis | None = None) -> list[str]:
-    """What the table says, a sentence a line."""
+    """What the table says, a sentence a line.
+
+    >>> from astroinertia.accuracy.tradeoff import carry_out
+    >>> scene = load.load_file("sims/tennis_racket.toml", ["time.end='1 s'"])
+    >>> table = carry_out(scene, Path("runs/tradeoff"), minutes=1.0, only=["steps_per_rotation"])
+    >>> print(conclusions(table)[0].split(":")[0])
+    angular_velocity
+    """
     found = analysed(table) if found is None else found
     lines = []
     for each in found.judged:
@@ -163,7 +191,11 @@ def conclusions(table: Table, found: Analysis | None = None) -> list[str]:
 
 
 def machine() -> str:
-    """The machine in words."""
+    """The machine in words.
+
+    >>> print("Python" in machine())
+    True
+    """
     found = described()
     return f"{found['processor']}, {found['cores']} cores, Python {found['python']}"
 

@@ -74,6 +74,12 @@ def carry_out(
     only: names of knobs, all without; the first, which sets the resolution, is always among them. What was run before
     in the folder is taken as it is and costs nothing. After Ctrl-C the table holds what is done, and says that it was
     interrupted. SceneError for a scene without knobs, an unknown knob or observable.
+
+    >>> from astroinertia.scene import load
+    >>> scene = load.load_file("sims/tennis_racket.toml", ["time.end='1 s'"])
+    >>> found = carry_out(scene, Path("runs/tradeoff"), minutes=1.0, only=["steps_per_rotation"])
+    >>> print(len(found.measured), found.exact.source.split(",")[0])
+    6 free top in closed form
     """
     found = knobs.knobs(scene)
     if not found:

@@ -6,7 +6,11 @@ _MINUTE, _HOUR, _DAY = 60.0, 3600.0, 86400.0
 
 
 def duration(seconds: float) -> str:
-    """A length of time as it is said."""
+    """A length of time as it is said.
+
+    >>> print(duration(7200.0), duration(0.0123))
+    2 h 12 ms
+    """
     if not math.isfinite(seconds):
         return "an unknown time"
     for size, unit in ((_DAY, "d"), (_HOUR, "h"), (_MINUTE, "min"), (1.0, "s")):

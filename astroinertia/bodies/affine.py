@@ -34,6 +34,9 @@ def index_symbols(axes: Array) -> Array:
 
     To 2e-15 for axes from 1 to 1e12 apart, differentiable for equal axes too. Source: Carlson 1995; Chandrasekhar
     1969, section 18. Test: tests/unit/test_affine.py::test_index_symbols.
+
+    >>> print(index_symbols(np.ones(3)), f"{index_symbols(np.array([3.0, 2.0, 1.0])).sum():.9f}")
+    [0.66666667 0.66666667 0.66666667] 2.000000000
     """
     scaled = jnp.asarray(axes) / jnp.max(jax.lax.stop_gradient(jnp.asarray(axes)))
     squares = scaled**2
@@ -47,6 +50,9 @@ def gravitational_energy(deformation: Array, sphere_energy: Array) -> Array:
     """Return W (a number below 0) of the body with deformation gradient (3, 3) whose sphere (F = 1) has sphere_energy.
 
     Source: Roberts 1962; Chandrasekhar 1969, section 22. Test: tests/unit/test_affine.py.
+
+    >>> print(f"{gravitational_energy(2 * np.eye(3), -0.6):.6f}")  # twice the radius, half the energy
+    -0.300000
     """
     size, first, second, third = _scaled_invariants(deformation)
     return sphere_energy * first_integral(first, second, third) / size
@@ -59,6 +65,10 @@ def gravity_tensor(deformation: Array, sphere_energy: Array) -> Array:
     deformation (3, 3) is F, sphere_energy the W of the sphere F = 1. Chandrasekhar's potential-energy tensor, along
     the principal axes -2 pi G rho A_i Q_ii where the density is uniform. Source: Chandrasekhar 1969, sections 11, 22.
     Test: tests/unit/test_affine.py.
+
+    >>> tensor = gravity_tensor(np.diag([2.0, 1.0, 0.5]), -0.6)
+    >>> print(f"{np.trace(tensor) / gravitational_energy(np.diag([2.0, 1.0, 0.5]), -0.6):.9f}")
+    1.000000000
     """
     size, first, second, third = _scaled_invariants(deformation)
     alpha, beta, gamma = symmetric_integrals(first, second, third)
@@ -75,6 +85,11 @@ def gravity_force(deformation: Array, sphere_energy: Array) -> Array:
 
     V is F times its transpose; here nothing is divided by F, so that a pancake's loses no digits. Arguments as of
     `gravity_tensor`. Test: tests/unit/test_affine.py.
+
+    >>> print(np.round(gravity_force(np.eye(3), -0.6), 9) + 0.0)  # a third of W along each axis
+    [[-0.2  0.   0. ]
+     [ 0.  -0.2  0. ]
+     [ 0.   0.  -0.2]]
     """
     size, first, second, third = _scaled_invariants(deformation)
     alpha, beta, gamma = symmetric_integrals(first, second, third)
@@ -88,14 +103,22 @@ def gravity_force(deformation: Array, sphere_energy: Array) -> Array:
 
 
 def cofactor(matrix: Array) -> Array:
-    """Return the cofactors det(M) M^-T, (3, 3), of M (3, 3): dJ/dF where M is F, and defined for a singular M too."""
+    """Return the cofactors det(M) M^-T, (3, 3), of M (3, 3): dJ/dF where M is F, and defined for a singular M too.
+
+    >>> print(np.diag(cofactor(np.diag([1.0, 2.0, 3.0]))))
+    [6. 3. 2.]
+    """
     return jnp.stack(
         [jnp.cross(matrix[1], matrix[2]), jnp.cross(matrix[2], matrix[0]), jnp.cross(matrix[0], matrix[1])]
     )
 
 
 def volume_ratio(deformation: Array) -> Array:
-    """Return J = det F, the volume over that of the sphere."""
+    """Return J = det F, the volume over that of the sphere.
+
+    >>> print(volume_ratio(np.diag([1.0, 2.0, 3.0])))
+    6.0
+    """
     return deformation[0] @ jnp.cross(deformation[1], deformation[2])
 
 
@@ -105,6 +128,9 @@ def first_integral(first: Array, second: Array, third: Array) -> Array:
     R_F = 1/2 integral du/((x + u)(y + u)(z + u))^(1/2) over u from 0 to infinity. Every duplication takes
     x to (x + lambda)/4 with lambda = (xy)^(1/2) + (yz)^(1/2) + (zx)^(1/2), and the invariants with them. Source:
     Carlson 1995, eqs. 2.1 to 2.10. Test: tests/unit/test_affine.py.
+
+    >>> print(f"{first_integral(3.0, 3.0, 1.0):.5f}")  # R_F(1, 1, 1)
+    1.00000
     """
 
     def duplicate(invariants: tuple[Array, Array, Array], _: None) -> tuple[tuple[Array, Array, Array], None]:
@@ -129,6 +155,10 @@ def symmetric_integrals(first: Array, second: Array, third: Array) -> tuple[Arra
 
     Arguments as of `first_integral`, of which they are -2 times the derivatives by the third, second and first.
     R_D(x, y, z)/3 = gamma + beta (x + y) + alpha xy. Test: tests/unit/test_affine.py.
+
+    >>> alpha, beta, gamma = symmetric_integrals(*jnp.array([3.0, 3.0, 1.0]))
+    >>> print(f"{3 * (gamma + 2 * beta + alpha):.4f}")  # R_D(1, 1, 1)
+    1.0000
     """
 
     def along(direction: Array) -> Array:

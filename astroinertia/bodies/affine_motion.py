@@ -29,7 +29,11 @@ _CIRCLE = 0.2  # its radius, over the time in which the body changes
 
 @double_precision()
 def velocity_gradient(deformation: Array, rate: Array) -> Array:
-    """Return L with v = L x, (3, 3), from F and dF/dt (3, 3)."""
+    """Return L with v = L x, (3, 3), from F and dF/dt (3, 3).
+
+    >>> print(velocity_gradient(2 * np.eye(3), np.eye(3))[0, 0])  # v = x/2
+    0.5
+    """
     return rate @ cofactor(deformation).T / volume_ratio(deformation)
 
 
@@ -39,6 +43,10 @@ def circulation(deformation: Array, rate: Array, second_moment: Array) -> Array:
 
     It is the angular momentum of the adjoint motion F^T (Dedekind), and along an axis q/(pi a b) times the circulation
     in the section across it. Source: Chandrasekhar 1969, section 28. Test: tests/unit/test_affine_motion.py.
+
+    >>> turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    >>> print(circulation(np.eye(3), turn, 0.2))  # of a sphere: minus its angular momentum, 2 q Omega
+    [ 0.   0.  -0.4]
     """
     turned = second_moment * deformation.T @ rate
     return jnp.stack([turned[1, 2] - turned[2, 1], turned[2, 0] - turned[0, 2], turned[0, 1] - turned[1, 0]])
@@ -46,7 +54,11 @@ def circulation(deformation: Array, rate: Array, second_moment: Array) -> Array:
 
 @double_precision()
 def pressure_force(deformation: Array, slope: Array) -> Array:
-    """Return G of a pressure whose internal energy is U(J), slope = dU/dJ: -(dU/dJ) dJ/dF, with V = -(dU/dJ) J 1."""
+    """Return G of a pressure whose internal energy is U(J), slope = dU/dJ: -(dU/dJ) dJ/dF, with V = -(dU/dJ) J 1.
+
+    >>> print(np.diag(pressure_force(np.eye(3), -1.0)))  # outwards where compression costs energy
+    [1. 1. 1.]
+    """
     return -slope * cofactor(deformation)
 
 
@@ -60,6 +72,10 @@ def constraint_slope(
     J'' + 2 k J' + k^2 (J - volume) = 0: nothing for an exact solution, and no drift for one in steps. d2J/dt2 is
     cof F : d2F/dt2 + 2 F : cof dF/dt. Source: Chandrasekhar 1969, section 27 (pressure as the multiplier); Baumgarte
     1972, Comput. Methods Appl. Mech. Eng. 1, 1. Test: tests/unit/test_affine_motion.py.
+
+    >>> slope = constraint_slope(np.eye(3), np.zeros((3, 3)), gravity_force(np.eye(3), -0.6), 0.2)
+    >>> print(f"{-slope:.3f}")  # the mean pressure of a sphere at rest, a third of |W|
+    0.200
     """
     cofactors = cofactor(deformation)
     drift = jnp.sum(cofactors * rate)
@@ -76,6 +92,11 @@ def incompressible_acceleration(
 
     sphere_energy is W and second_moment q of the sphere F = 1. Source: Chandrasekhar 1969, section 27. Test:
     tests/unit/test_affine_motion.py.
+
+    >>> print(np.round(incompressible_acceleration(np.eye(3), np.zeros((3, 3)), -0.6, 0.2), 9) + 0.0)  # at rest
+    [[0. 0. 0.]
+     [0. 0. 0.]
+     [0. 0. 0.]]
     """
     force = gravity_force(deformation, sphere_energy) + others
     slope = constraint_slope(deformation, rate, force, second_moment)
@@ -84,7 +105,11 @@ def incompressible_acceleration(
 
 @double_precision()
 def shear_tensor(deformation: Array, rate: Array) -> Array:
-    """Return the symmetric part of the velocity gradient without its trace, (3, 3)."""
+    """Return the symmetric part of the velocity gradient without its trace, (3, 3).
+
+    >>> print(np.diag(shear_tensor(np.eye(3), np.diag([1.0, 1.0, -2.0]))), shear_tensor(np.eye(3), np.eye(3))[0, 0])
+    [ 1.  1. -2.] 0.0
+    """
     gradient = velocity_gradient(deformation, rate)
     return 0.5 * (gradient + gradient.T) - jnp.trace(gradient) / 3 * jnp.eye(3)
 
@@ -95,6 +120,10 @@ def shear_force(deformation: Array, rate: Array, strength: Array) -> Array:
 
     The velocity stays linear in position, as where the boundary layer is thin or the viscosity small. Source:
     Rosenkilde 1967, ApJ 148, 825 (the viscous tensor virial theorem). Test: tests/unit/test_affine_motion.py.
+
+    >>> force = shear_force(np.eye(3), np.diag([1.0, 1.0, -2.0]), 0.5)
+    >>> print(np.sum(force * np.diag([1.0, 1.0, -2.0])))  # power, -2 strength times the shear squared
+    -6.0
     """
     tensor = -2 * strength * shear_tensor(deformation, rate)
     return tensor @ cofactor(deformation) / volume_ratio(deformation)
@@ -108,6 +137,11 @@ def second_moment_derivatives(
     acceleration(F, dF/dt) is d2F/dt2 of the motion that nothing dissipates. Its own derivatives are means over a circle
     of complex times, one order after the other: to 1e-11 of the body's rates. Source: Lyness & Moler 1967, SIAM J.
     Numer. Anal. 4, 202. Test: tests/unit/test_affine_motion.py.
+
+    >>> with jax.enable_x64(True):
+    ...     swing = second_moment_derivatives(np.eye(3), np.zeros((3, 3)), 1.0, lambda matrix, rate: -matrix)  # cos(t)
+    >>> print([round(float(each[0, 0]), 6) + 0.0 for each in swing])  # of Q = cos(t)^2
+    [0.0, -2.0, 0.0, 8.0, 0.0]
     """
     first = acceleration(deformation, rate)
     inverse = cofactor(deformation).T / volume_ratio(deformation)
@@ -144,5 +178,8 @@ def radiation_reaction_tensor(fifth_derivative: Array, coupling: Array) -> Array
 
     M_ij = -(2/5) (G/c^5) d5 (Q_ij - tr(Q)/3)/dt5. Source: Burke & Thorne 1970, in Relativity (Carmeli et al., eds.),
     p. 209; Misner, Thorne & Wheeler 1973, eq. 36.8. Test: tests/unit/test_affine_motion.py.
+
+    >>> print(np.diag(radiation_reaction_tensor(np.diag([3.0, 0.0, 0.0]), 1.0)))
+    [-0.8  0.4  0.4]
     """
     return -0.4 * coupling * (fifth_derivative - jnp.trace(fifth_derivative) / 3 * jnp.eye(3))

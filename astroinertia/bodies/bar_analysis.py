@@ -59,6 +59,12 @@ def bar_history(
 
     axis (3,): the line of sight, of any length. ValueError for arrays of another shape, or an axis of length 0.
     Source: Chandrasekhar 1969. Test: tests/unit/test_bar_analysis.py.
+
+    >>> from astroinertia.bodies.riemann import dedekind
+    >>> figure = dedekind(0.6)
+    >>> seen = bar_history(figure.deformation(2.0), figure.deformation_rate(2.0))
+    >>> print(f"{abs(seen.pattern_speed):.6f} {seen.internal_rate / figure.internal_angular_velocity:.6f}")  # it stands
+    0.000000 1.000000
     """
     matrix, rate = np.asarray(deformation, float), np.asarray(deformation_rate, float)
     if matrix.shape[-2:] != (3, 3) or rate.shape != matrix.shape:
@@ -96,6 +102,11 @@ def bar(second_moment, mixed_moment, axis=(0.0, 0.0, 1.0)) -> tuple[np.ndarray, 
     second_moment and mixed_moment (..., 3, 3), as every dataset has them; axis (3,): the line of sight. The phase is
     within pi of the first direction across the axis (x for z); without a bar the pattern speed is nan. ValueError for
     an axis of length 0. Source: Saijo et al. 2001. Test: tests/unit/test_bar_analysis.py.
+
+    >>> moved = np.diag([4.0, 1.0, 1.0])  # a bar twice as long as wide, which turns rigidly by 0.3
+    >>> strength, phase, pattern = bar(moved, 0.3 * moved @ np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 0]]))
+    >>> print(f"{strength:.1f} {phase:.1f} {pattern:.1f}")
+    0.6 0.0 0.3
     """
     plane = _plane(np.asarray(axis, float))
     mixed = np.asarray(mixed_moment, float)
@@ -114,6 +125,10 @@ def circulation_of_moments(second_moment, mixed_moment, kinetic_tensor) -> np.nd
 
     (tr(Q K) - tr(P P))^(1/2): of another flow it is an upper limit, in which the spread of velocities counts.
     Source: P = q F (dF/dt)^T and K = q dF/dt (dF/dt)^T. Test: tests/unit/test_bar_analysis.py.
+
+    >>> turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    >>> print(circulation_of_moments(np.eye(3), turn.T, turn @ turn.T))  # q = 1, Omega = 1: 2 q Omega
+    2.0
     """
     moved, mixed, kinetic = (np.asarray(each, float) for each in (second_moment, mixed_moment, kinetic_tensor))
     square = np.einsum("...ij,...ji->...", moved, kinetic) - np.einsum("...ij,...ji->...", mixed, mixed)
@@ -125,6 +140,10 @@ def growth_rate(times, strength, low: float, high: float) -> float:
 
     A least-squares line through ln(strength), from the last time that it passes `low` before it first reaches `high`.
     ValueError when fewer than three points lie between. Test: tests/unit/test_bar_analysis.py.
+
+    >>> times = np.linspace(0.0, 10.0, 50)
+    >>> print(f"{growth_rate(times, 1e-3 * np.exp(0.5 * times), 0.01, 0.1):.6f}")
+    0.500000
     """
     times, strength = np.asarray(times, float), np.asarray(strength, float)
     reached = np.nonzero(strength >= high)[0]

@@ -37,7 +37,12 @@ class Barotrope(Protocol):
 
 @dataclass(frozen=True)
 class PolytropicLaw:
-    """P = K rho^(1 + 1/n) with index n > 0: e = (n + 1) K rho^(1/n)."""
+    """P = K rho^(1 + 1/n) with index n > 0: e = (n + 1) K rho^(1/n).
+
+    >>> law = PolytropicLaw(1.5)
+    >>> print(f"{law.pressure(law.enthalpy(2.0)):.6f} {law.pressure(2.0) / law.density(2.0) ** (5 / 3):.6f}")
+    2.000000 1.000000
+    """
 
     index: float
     constant: float = 1.0
@@ -67,7 +72,11 @@ class PolytropicLaw:
 
 @dataclass(frozen=True)
 class Incompressible:
-    """One density at any pressure: e = P/rho."""
+    """One density at any pressure: e = P/rho.
+
+    >>> print(Incompressible(2.0).enthalpy(np.array([0.0, 1.0])))  # P/rho
+    [0.  0.5]
+    """
 
     value: float
 
@@ -99,6 +108,10 @@ class CondensedLaw:
 
     The enthalpy P/rho + int P/rho^2 drho is integrated from a Chebyshev series of `terms` terms, and inverted by
     Newton's method. Densities beyond the largest are refused with ValueError.
+
+    >>> law = CondensedLaw(lambda rho: rho - 1, zero_density=1.0, largest_density=3.0)  # P = rho - 1: h = ln(rho)
+    >>> print(f"{law.density(np.log(2.0)):.9f}")
+    2.000000000
     """
 
     pressure_of_density: Callable
@@ -158,6 +171,11 @@ class TabulatedLaw:
 
     Below the first row it goes on as the polytrope that touches it there. Beyond the last it is refused with
     ValueError. Rows of a smooth law a factor of 2 apart in pressure keep it to 3e-6, of 1.1 to 1e-10.
+
+    >>> pressures = np.geomspace(1e-6, 1.0, 30)
+    >>> law = TabulatedLaw(pressures, pressures ** (3 / 5))  # of a polytrope of n = 3/2
+    >>> print(f"{law.surface_index:.6f} {law.density(2.5 * 0.25 ** (2 / 5)) / 0.25 ** (3 / 5):.6f}")
+    1.500000 1.000000
     """
 
     pressures: np.ndarray

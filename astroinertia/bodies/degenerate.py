@@ -52,6 +52,10 @@ def degenerate_electrons(nucleons_per_electron: float = 2.0) -> Barotrope:
     """The ideal gas of cold electrons that nucleons make heavy, mu_e of them each: 2 for He, C and O, 2.15 for Fe.
 
     ValueError unless mu_e is at least 1.
+
+    >>> from astroinertia.bodies.neutron_stars import star
+    >>> print(f"{star(degenerate_electrons(), central_rest_density=1e-8).mass:.2f}")  # solar masses
+    1.41
     """
     if not (math.isfinite(nucleons_per_electron) and nucleons_per_electron >= 1):
         raise ValueError(f"there is at least one nucleon for each electron, not {nucleons_per_electron!r}")

@@ -18,6 +18,10 @@ class HomogeneousEllipsoid:
     """An ellipsoid with semi-axes a >= b >= c that turns rigidly about c, of given mass and mean radius (abc)^(1/3).
 
     b_over_a, c_over_a: axis ratios; omega2: Omega^2/(pi G rho). Everything else follows in units with the given G.
+
+    >>> sphere = HomogeneousEllipsoid(1.0, 1.0, 0.0)
+    >>> print(f"{sphere.moment_ratio:.3f} {sphere.gravitational_energy:.3f}")  # 2/5 M R^2, -3/5 G M^2/R
+    0.400 -0.600
     """
 
     b_over_a: float

@@ -130,6 +130,11 @@ def planet_from_masses(
     where no equilibrium is found or a material is asked for more pressure than its equation reaches. Within a JAX
     transformation nothing is refused: see `residual`; a gradient by the mass of a core that is absent is not its own.
     Source and checks: the module.
+
+    >>> from astroinertia.bodies.materials import FORSTERITE, IRON_HCP
+    >>> planet = planet_from_masses([1.9e24, 4.1e24], [IRON_HCP, FORSTERITE], gravitational_constant=6.6743e-11)
+    >>> print(f"{planet.mean_radius / 1e3:.0f} km, I/(M R^2) = {planet.moment_ratio:.3f}")  # Earth: 6371, 0.331
+    6557 km, I/(M R^2) = 0.323
     """
     return _planet(layer_masses, materials, surface_pressure, gravitational_constant, steps, "mass")
 
@@ -145,6 +150,11 @@ def planet_from_radii(
     """The planet of layers with given outer radii (layers,), ascending, each of one material; its mass is found.
 
     Arguments and errors as for `planet_from_masses`. Source and checks: the module.
+
+    >>> from astroinertia.bodies.materials import ModifiedPolytrope
+    >>> planet = planet_from_radii([1.0], [ModifiedPolytrope(3 / (4 * np.pi), 0.0)])  # incompressible
+    >>> print(f"{planet.mass:.6f} {planet.moment_ratio:.6f} {planet.gravitational_energy:.6f}")  # 1, 2/5 and -3/5
+    1.000000 0.400000 -0.600000
     """
     return _planet(outer_radii, materials, surface_pressure, gravitational_constant, steps, "radius")
 

@@ -144,6 +144,10 @@ def inverted(material: Any, pressure: Array) -> Array:
     Newton's method kept inside a bracket, from Murnaghan's density for the same K and K'; NaN where the pressure is
     beyond what the material reaches at 20 times its reference density or before its bulk modulus vanishes. Below no
     pressure the density is rho_0 exp(P/K). Checked by tests/unit/test_materials.py.
+
+    >>> with jax.enable_x64(True):
+    ...     print(f"{inverted(IRON_HCP, IRON_HCP.pressure(12000.0)):.6f}")
+    12000.000000
     """
     reference, modulus = material.reference_density, material.bulk_modulus
     wanted = jnp.maximum(jnp.asarray(pressure, dtype=float), 0.0)
@@ -183,7 +187,11 @@ def inverted(material: Any, pressure: Array) -> Array:
 
 @double_precision()
 def pressure(material: Material, density: Array) -> Array:
-    """The cold pressure of a material at densities of any shape. Checked by tests/unit/test_materials.py."""
+    """The cold pressure of a material at densities of any shape. Checked by tests/unit/test_materials.py.
+
+    >>> print(f"{pressure(IRON_HCP, 13000.0) / 1e9:.0f} GPa")  # cold iron as dense as the Earth's centre
+    253 GPa
+    """
     return material.pressure(jnp.asarray(density, dtype=float))
 
 
@@ -192,13 +200,20 @@ def density(material: Material, pressure: Array) -> Array:
     """The density of a material at pressures of any shape; NaN beyond the reach of its equation.
 
     Checked by tests/unit/test_materials.py.
+
+    >>> print(f"{density(PEROVSKITE, 136e9):.0f} kg/m3")  # at the foot of the Earth's mantle, cold
+    5547 kg/m3
     """
     return material.density(jnp.asarray(pressure, dtype=float))
 
 
 @double_precision()
 def bulk_modulus(material: Material, density: Array) -> Array:
-    """K = rho dP/d rho at densities of any shape, by exact differentiation. Checked by tests/unit/test_materials.py."""
+    """K = rho dP/d rho at densities of any shape, by exact differentiation. Checked by tests/unit/test_materials.py.
+
+    >>> print(f"{bulk_modulus(IRON_HCP, 8300.0) / 1e9:.1f} GPa")  # at no pressure: that of the table
+    156.2 GPa
+    """
     return density * _slope(material.pressure, density)[1]
 
 
@@ -208,6 +223,10 @@ def cold_energy(material: Material, density: Array) -> Array:
 
     Gauss-Legendre quadrature, exact to round-off up to some fivefold compression. Source: dE = -P dV. Checked by
     tests/unit/test_materials.py.
+
+    >>> small = cold_energy(IRON_HCP, 8300.0 * 1.001)
+    >>> print(f"{small / (156.2e9 * 0.001**2 / (2 * 8300.0)):.3f}")  # Hooke: K (drho/rho)^2/(2 rho)
+    1.000
     """
     nodes, weights = np.polynomial.legendre.leggauss(_ENERGY_NODES)
     share = (nodes + 1) / 2

@@ -48,6 +48,11 @@ def rotating_sequence(index: float, law: RotationLaw = RIGID, members: int = 31)
 
     The scale of the law is in equatorial radii. ValueError for an index that is not in (0, 3): an entropy does not give
     a radius to n = 0 or n = 3. Source: Hachisu 1986, ApJS 61, 479. Test: tests/unit/test_rotating_sequence.py.
+
+    >>> stars = rotating_sequence(1.5, members=5)
+    >>> first, last = (stars.at(each) for each in (0.0, stars.angular_momentum[-1]))
+    >>> print(f"{last['rotational_to_gravitational']:.3f} {last['polar_moment'] / first['polar_moment']:.2f}")
+    0.059 1.55
     """
     if not 0 < index < 3:
         raise ValueError(f"a star's mass and entropy give it a radius for an index between 0 and 3, not {index!r}")

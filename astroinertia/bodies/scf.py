@@ -114,6 +114,12 @@ def solve_field(
     A ring has -axis_ratio = inner/outer radius (Hachisu's sign). The scale of the law is in equatorial radii; one that
     follows from the star is found with it. NumericalError where the iteration does not converge; whether what converged
     is a body, check_field says. Test: tests/unit/test_scf.py, tests/unit/test_maclaurin_momentum.py.
+
+    >>> from astroinertia.bodies.maclaurin import from_axis_ratio
+    >>> from astroinertia.bodies.scf_matter import polytropic_matter
+    >>> field = solve_field(polytropic_matter(0.0), 0.8)  # a liquid: Maclaurin's spheroid
+    >>> print(f"{field.rate_squared / np.pi:.6f} {from_axis_ratio(0.8).omega2:.6f}")  # Omega^2/(pi G rho)
+    0.201353 0.201352
     """
     if not -1 < axis_ratio <= 1 or axis_ratio == 0:
         raise ValueError(f"the axis ratio must lie in (0, 1], or in (-1, 0) for a ring, not {axis_ratio!r}")
@@ -288,6 +294,13 @@ def check_field(field: Field) -> None:
     """Raise NumericalError where a field is no body (past mass shedding, torn), or not resolved by its harmonics.
 
     Test: tests/hard/test_scf_hard.py.
+
+    >>> from astroinertia.bodies.scf_matter import polytropic_matter
+    >>> check_field(solve_field(polytropic_matter(1.5), 0.9))  # a body
+    >>> check_field(solve_field(polytropic_matter(1.5), 0.5))
+    Traceback (most recent call last):
+        ...
+    astroinertia.errors.NumericalError: no polytrope of index 1.5 with axis ratio 0.5 ... (mass shedding)
     """
     told = _told(field.matter, field.axis_ratio, field.law)
     if field.equatorial_gravity >= 0:

@@ -42,6 +42,10 @@ def polytropic_matter(index: float) -> Matter:
     """Return P = K rho^(1 + 1/n): rho ~ h^n, P = rho h/(n + 1); ValueError outside 0 <= n <= 4.5. n = 0 is a liquid.
 
     Source: Hachisu 1986, ApJS 61, 479, eq. 6. Test: tests/unit/test_scf.py.
+
+    >>> matter = polytropic_matter(1.5)
+    >>> print(float(matter.density(np.array(0.25))), float(matter.pressure(np.array(1.0))))  # x^n, 1/(n + 1)
+    0.125 0.4
     """
     n = float(index)
     if not 0 <= n <= SOFTEST:
@@ -57,6 +61,11 @@ def matter_of(law: Law, max_enthalpy: float, name: str = "barotrope") -> Matter:
     """Return the matter of a law up to a largest enthalpy, in the law's units; ValueError unless that is positive.
 
     Test: tests/unit/test_scf.py.
+
+    >>> from astroinertia.bodies.barotropes import PolytropicLaw
+    >>> matter = matter_of(PolytropicLaw(1.5), 2.0)
+    >>> print(f"{matter.max_density:.6f} {matter.density(np.array(0.25)):.6f}")  # (2/2.5)^1.5, and 0.25^1.5
+    0.715542 0.125000
     """
     if not (math.isfinite(max_enthalpy) and max_enthalpy > 0):
         raise ValueError(f"the largest enthalpy must be positive and finite, not {max_enthalpy!r}")

@@ -85,6 +85,10 @@ def build_mesh(inner: float, elements: int, degree: int, hollow: bool = False) -
     """Return the mesh with `elements` inside and as many outside `inner` (0 < inner <= 1), for l = 0, 2, ... degree.
 
     A hollow mesh, a ring's, has none inside; one with inner = 1, a sphere's, none outside.
+
+    >>> mesh = build_mesh(0.8, elements=4, degree=8)
+    >>> print(len(mesh.radius), f"{mesh.volume_weight.sum():.9f}", mesh.degrees)  # the integral of r^2 dr to 1 is 1/3
+    64 0.333333333 [0 2 4 6 8]
     """
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     parts = ([] if hollow else [(0.0, inner)]) + ([(inner, 1.0)] if inner < 1 else [])
@@ -135,7 +139,13 @@ def _operators(low, high, element, elements, degrees):
 
 
 def even_legendre(mu: np.ndarray, degree: int) -> np.ndarray:
-    """P_l(mu) for l = 0, 2, ... degree, on a new first axis (L, ...)."""
+    """P_l(mu) for l = 0, 2, ... degree, on a new first axis (L, ...).
+
+    >>> print(even_legendre(np.array([0.0, 1.0]), 4))  # P_0, P_2, P_4
+    [[ 1.     1.   ]
+     [-0.5    1.   ]
+     [ 0.375  1.   ]]
+    """
     mu = np.asarray(mu, dtype=float)
     table = [np.ones_like(mu), mu]
     for l in range(1, degree):  # noqa: E741 (the field's letter)

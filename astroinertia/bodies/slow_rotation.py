@@ -74,14 +74,22 @@ class Equations:
 
 
 def decaying_exterior(compactness: float) -> tuple[float, float]:
-    """Return R^3 times the decaying h_2 = r^-3 (1 - 2M/r) 2F1(3, 5; 6; 2M/r) at the surface, and its dln h_2/dln r."""
+    """Return R^3 times the decaying h_2 = r^-3 (1 - 2M/r) 2F1(3, 5; 6; 2M/r) at the surface, and its dln h_2/dln r.
+
+    >>> print(*decaying_exterior(0.0))  # Newton's r^-3
+    1.0 -3.0
+    """
     x = 2 * compactness
     value, slope = hyp2f1(3, 5, 6, x), 2.5 * hyp2f1(4, 6, 7, x)
     return (1 - x) * value, -3 + x / (1 - x) - x * slope / value
 
 
 def love_number(compactness: float, y: float) -> float:
-    """k2 from y = dln h_2/dln r just outside the surface (Hinderer 2008, Eq. 23 without its cancellations)."""
+    """k2 from y = dln h_2/dln r just outside the surface (Hinderer 2008, Eq. 23 without its cancellations).
+
+    >>> print(f"{love_number(0.0, -1.0):.2f}")  # a Newtonian star of one density, whose surface is a jump: 3/4
+    0.75
+    """
     x = 2 * compactness
     value, y_decaying = decaying_exterior(compactness)
     y_growing = 2 + x / (1 - x)
@@ -89,7 +97,14 @@ def love_number(compactness: float, y: float) -> float:
 
 
 def slow_rotation(star: Structure) -> SlowRotation:
-    """Return what the perturbations integrated with `star` mean, by matching them to the exterior."""
+    """Return what the perturbations integrated with `star` mean, by matching them to the exterior.
+
+    >>> from astroinertia.bodies.equations_of_state import polytrope
+    >>> from astroinertia.bodies.tov import structure
+    >>> found = slow_rotation(structure(polytrope(100.0, 2.0), 1e-4, relativistic=False, perturbation=Equations()))
+    >>> print(f"{found.moment_ratio:.4f} {2 / 3 * (1 - 6 / np.pi**2):.4f} {found.tidal_love_number:.2f}")  # of n = 1
+    0.2614 0.2614 0.26
+    """
     if len(star.perturbation) != 6:
         raise ValueError("the star was integrated without the equations of slow rotation")
     A, L, H, V, H_source, V_source = star.perturbation

@@ -269,6 +269,10 @@ def mass_shedding(tolerance: float = 1e-5) -> RotatingPolytrope:
     """Return the figure of mass shedding (unit mass, mean radius and G), whose equator is a cusp without gravity.
 
     q = 1.10339, c/a = 0.556978, T/|W| = 0.1028247, Omega^2/(4 pi G rho_c) = 0.0418720. Test: the hard ones.
+
+    >>> body = mass_shedding()
+    >>> print(f"{body.rotation_parameter:.3f} {body.axis_ratio:.4f}")
+    1.103 0.5570
     """
     return _converged("saddle", 0.0, _milestones()[-1], _DEGREES, tolerance)
 
@@ -293,6 +297,10 @@ def rotating_polytrope(
     used as it is, and `truncation_error` tells what it has reached against three quarters of it. ValueError for an
     argument out of range; NumericalError beyond mass shedding, or so close to it that the tolerance is not reached.
     Test: tests/unit/test_spectral_polytrope.py.
+
+    >>> body = rotating_polytrope(0.0892)  # Jupiter's Omega^2 a^3/(G M)
+    >>> print(f"{body.zonal_harmonics[0]:.4f} {body.flattening:.3f}")  # of Jupiter 0.0147 and 0.065
+    0.0140 0.064
     """
     given = {
         "rotation_parameter": rotation_parameter,

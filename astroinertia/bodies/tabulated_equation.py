@@ -121,6 +121,11 @@ def tabulated(pressure, energy_density=None, rest_density=None, name: str = "tab
     Below the first row the pressure falls to zero as a power law with the gamma of the first two rows; beyond the last
     one the equation is not given. ValueError for tables that are not monotone, too short, or not those of matter.
     Sound faster than light is allowed (`Barotrope.causal_up_to` tells).
+
+    >>> rest = np.geomspace(1e-6, 1e-2, 30)
+    >>> table = tabulated(100 * rest**2, rest_density=rest)  # a polytrope of gamma = 2
+    >>> print(f"{table.enthalpy_of('pressure', 1e-4):.6f}")  # 2 K rho
+    0.200000
     """
     if energy_density is None and rest_density is None:
         raise ValueError("a table needs energy_density or rest_density beside the pressure")

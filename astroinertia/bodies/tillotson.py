@@ -29,6 +29,9 @@ class Tillotson:
     With eta = rho/rho_0 and mu = eta - 1, compressed or cold: P = (a + b/(E/(E_0 eta^2) + 1)) rho E + A mu + B mu^2;
     expanded and above the energy of complete vaporisation: P = a rho E + (b rho E/(E/(E_0 eta^2) + 1) + A mu
     exp(-beta (1/eta - 1))) exp(-alpha (1/eta - 1)^2); between, linear in E. SI. Source: Melosh 1989, eqs. AII.3 to 5.
+
+    >>> print(f"{GRANITE.pressure_at(2680.0, 1e6) / 1e9:.2f} GPa")  # heated at its reference density
+    4.62 GPa
     """
 
     reference_density: Array

@@ -29,7 +29,16 @@ TYPES = 6  # of particles: gas is type 0
 
 
 def write_gadget(snapshot: Snapshot, path: Path) -> None:
-    """Write one snapshot; the numbers are the dataset's own, bit for bit."""
+    """Write one snapshot; the numbers are the dataset's own, bit for bit.
+
+    >>> import h5py, tempfile
+    >>> from astroinertia.interop.snapshots import snapshots_of
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_gadget(next(snapshots_of(Path("runs/star"), "last")), Path(folder, "snap_000.hdf5"))
+    ...     with h5py.File(Path(folder, "snap_000.hdf5")) as file:
+    ...         print(file["Header"].attrs["NumPart_Total"][0], f"{file['PartType0/Masses'][:].sum():.4g} kg")
+    100 1.988e+30 kg
+    """
     arrays = snapshot.arrays
     columns = {"PartType0/ParticleIDs": Column(snapshot.identity, _scaling(Dimension(0, 0, 0)))}
     for name, written in NAMES.items():

@@ -28,6 +28,13 @@ def write_hdf5(path: Path, groups: Mapping[str, Mapping[str, Any]], columns: Map
     """Write groups by name with their attributes, and columns by path, whole or not at all.
 
     SceneError if h5py is not installed, ArchiveError if the file cannot be written.
+
+    >>> import h5py, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_hdf5(Path(folder, "a.hdf5"), {"Header": {"Time": 2.0}}, {"mass": Column(np.ones(3), {"unit": "kg"})})
+    ...     with h5py.File(Path(folder, "a.hdf5")) as file:
+    ...         print(file["Header"].attrs["Time"], file["mass"].attrs["unit"], file["mass"][:])
+    2.0 kg [1. 1. 1.]
     """
     try:
         import h5py  # pyright: ignore[reportMissingImports]  an extra: only these files need it
@@ -45,12 +52,22 @@ def write_hdf5(path: Path, groups: Mapping[str, Mapping[str, Any]], columns: Map
 
 
 def dimension(name: str) -> Dimension:
-    """Exponents of mass, length and time of a quantity of the snapshots."""
+    """Exponents of mass, length and time of a quantity of the snapshots.
+
+    >>> print(dimension("density") == Dimension(1, -3, 0))
+    True
+    """
     return SNAPSHOT[name].dimension or Dimension(0, 0, 0)
 
 
 def origin(snapshot: Snapshot) -> dict[str, Any]:
-    """What the file says of the run; a reader knows by units_system whether its numbers have units at all."""
+    """What the file says of the run; a reader knows by units_system whether its numbers have units at all.
+
+    >>> from astroinertia.interop.snapshots import snapshots_of
+    >>> told = origin(next(snapshots_of(Path("runs/star"), "last")))
+    >>> print(told["snapshot"], told["units_system"])
+    2 SI
+    """
     return {
         "name": snapshot.name,
         "source": snapshot.source,
@@ -60,10 +77,18 @@ def origin(snapshot: Snapshot) -> dict[str, Any]:
 
 
 def in_cgs(of: Dimension) -> float:
-    """The SI unit of a dimension in cgs."""
+    """The SI unit of a dimension in cgs.
+
+    >>> print(f"{in_cgs(dimension('density')):g} g/cm3")  # 1 kg/m3
+    0.001 g/cm3
+    """
     return CM**of.length * GRAM**of.mass
 
 
 def plain(name: str, values: np.ndarray) -> np.ndarray:
-    """Values as other codes have them: numbers of materials are whole."""
+    """Values as other codes have them: numbers of materials are whole.
+
+    >>> print(plain("material", np.array([0.0, 2.0])), plain("mass", np.array([0.0, 2.0])))
+    [0 2] [0. 2.]
+    """
     return values.astype(np.int32) if name == "material" else values

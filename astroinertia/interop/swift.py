@@ -37,7 +37,16 @@ KERNELS = {  # SWIFT's name, and the radius of the support over twice the standa
 
 
 def write_swift(snapshot: Snapshot, path: Path) -> None:
-    """Write one snapshot; the numbers are the dataset's own, bit for bit."""
+    """Write one snapshot; the numbers are the dataset's own, bit for bit.
+
+    >>> import h5py, tempfile
+    >>> from astroinertia.interop.snapshots import snapshots_of
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_swift(next(snapshots_of(Path("runs/star"), "last")), Path(folder, "star.hdf5"))
+    ...     with h5py.File(Path(folder, "star.hdf5")) as file:
+    ...         print(file["Header"].attrs["Time"][0], file["PartType0/Coordinates"].shape)
+    1200.0 (100, 3)
+    """
     arrays = snapshot.arrays
     nothing = Dimension(0, 0, 0)
     columns = {"PartType0/ParticleIDs": Column(snapshot.identity, _field(nothing, "number of the particle, from 1"))}

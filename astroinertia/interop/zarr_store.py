@@ -19,6 +19,13 @@ def write_zarr(source: Path, path: Path) -> None:
     """Write headline series and snapshots of a run; a chunk holds one snapshot, and memory no more than a few.
 
     SceneError if zarr or dask is not installed, ArchiveError if the store cannot be written.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_zarr(Path("runs/star"), Path(folder, "star.zarr"))
+    ...     with xr.open_datatree(Path(folder, "star.zarr"), engine="zarr") as tree:
+    ...         print(tree.groups, bool((tree["inertia_tensor"] == ds.inertia_tensor).all()))
+    ('/', '/snapshots') True
     """
     try:
         import dask  # noqa: F401  # pyright: ignore[reportMissingImports]

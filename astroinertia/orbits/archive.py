@@ -27,6 +27,17 @@ def snapshots(path: str | Path, body: str | int | None = None, units: CodeUnits 
     the code units are dimensionless. They go on by IAS15, whatever the archive was made with. ValueError, in a
     sentence, for a file that is no archive, a particle that is not there, or particles that come or go. Source: Rein &
     Tamayo 2017, MNRAS 467, 2377. Checked by tests/unit/test_orbit_archive.py.
+
+    >>> import tempfile
+    >>> bodies = rebound.Simulation()
+    >>> bodies.add(m=1.0, name="body")
+    >>> bodies.add(a=1.0, name="moon")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     bodies.save_to_file(str(Path(folder, "orbit.bin")), step=100)
+    ...     bodies.integrate(10.0)
+    ...     found = snapshots(Path(folder, "orbit.bin"))
+    >>> print(found[0].t, found[0].particles[0].name, f"{found[-1].particles[1].a:.9f}")
+    0.0 body 1.000000000
     """
     source = Path(path)
     if not source.is_file():

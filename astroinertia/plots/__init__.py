@@ -50,6 +50,9 @@ def figures(dataset: xr.Dataset, snapshots: xr.Dataset | None = None) -> Iterato
     """Every figure that the dataset has something for, by file name.
 
     snapshots: the particles; found beside the series by themselves when the dataset was opened from a file or folder.
+
+    >>> print([name for name, _ in figures(ds)])
+    ['inertia', 'spin', 'ledger', 'shape', 'energy', 'profiles', 'waves', 'density', 'projection']
     """
     yield from ((name, figure(dataset)) for name, figure in FIGURES.items() if _has_something(dataset, name))
     snapshots = dataset.inertia.snapshots if snapshots is None else snapshots
@@ -62,7 +65,13 @@ def figures(dataset: xr.Dataset, snapshots: xr.Dataset | None = None) -> Iterato
 
 
 def write_all(dataset: xr.Dataset, folder: Path | str, snapshots: xr.Dataset | None = None) -> list[Path]:
-    """Write every picture that the dataset has something for as a PNG into a folder, and return the paths."""
+    """Write every picture that the dataset has something for as a PNG into a folder, and return the paths.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     print(len(write_all(ds, folder)), "pictures")
+    9 pictures
+    """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     return [save(figure, folder / f"{name}.png") for name, figure in figures(dataset, snapshots)]

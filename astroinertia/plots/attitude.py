@@ -44,7 +44,11 @@ class Motion(NamedTuple):
 
 
 def has_attitude(dataset: xr.Dataset) -> bool:
-    """Whether the dataset is of a rigid body that turns."""
+    """Whether the dataset is of a rigid body that turns.
+
+    >>> print(has_attitude(ds))  # a star of fluid
+    False
+    """
     return dataset.attrs.get("model") == "rigid" and angular_momentum_scale(dataset)[1]
 
 
@@ -79,7 +83,17 @@ def _oriented(axes: np.ndarray, spin: np.ndarray) -> np.ndarray:
 
 
 def attitude_figure(dataset: xr.Dataset) -> Figure:
-    """Body rates, nutation and precession, the polhode on the inertia ellipsoid, and conservation."""
+    """Body rates, nutation and precession, the polhode on the inertia ellipsoid, and conservation.
+
+    >>> import tempfile
+    >>> from astroinertia import load, open, run_scene
+    >>> scene = load("sims/tennis_racket.toml", ["time.end='3 s'"])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     figure = attitude_figure(open(run_scene(scene, folder + "/run")))
+    >>> rates = figure.axes[0].lines[1].get_ydata()  # about the axis across the head: the racket flips
+    >>> print(bool(rates.min() < 0 < rates.max()))
+    True
+    """
     found = motion(dataset)
     with style.styled():
         figure = style.begin(dataset, "attitude", (12.6, 9.0))

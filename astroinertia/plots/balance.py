@@ -21,6 +21,12 @@ def balance_figure(before: Body, after: Body, mass_unit: str = "kg", length_unit
 
     The rotor spins about z through the origin. The last panel shows shares of M k for the static unbalance, and of
     I_zz = M k^2 for the products.
+
+    >>> from astroinertia.inertia import shapes
+    >>> wheel = shapes.disc(10.0, 0.3)
+    >>> figure = balance_figure(wheel + shapes.point(0.02, (0.3, 0.0, 0.05)), wheel)
+    >>> print([axes.get_title(loc="left") for axes in figure.axes][2])
+    Unbalance and products of inertia
     """
     with style.styled():
         figure = style.page(f"{name}: balancing" if name else "balancing", (12.0, 4.6))

@@ -12,7 +12,12 @@ _WIDTH, _COLUMN = 30, 15
 
 
 def body_summary(dataset: xr.Dataset) -> str:
-    """All that studies.moments found, one fact a line; an axis without a direction of its own says so."""
+    """All that studies.moments found, one fact a line; an axis without a direction of its own says so.
+
+    >>> from astroinertia.studies.moments import moments, read_matter
+    >>> print(body_summary(moments(read_matter("runs/star"))).splitlines()[3])
+    mass (kg)                         1.98841e+30
+    """
     whole = [
         _title(dataset),
         "\n".join([_row("mass", dataset["mass"]), _row("centre of mass  (x y z)", dataset["centre_of_mass"])]),
@@ -24,7 +29,12 @@ def body_summary(dataset: xr.Dataset) -> str:
 
 
 def plain_values(dataset: xr.Dataset) -> dict[str, Any]:
-    """The dataset as numbers, lists and texts that JSON can hold; what is undefined is None."""
+    """The dataset as numbers, lists and texts that JSON can hold; what is undefined is None.
+
+    >>> from astroinertia.studies.moments import moments, read_matter
+    >>> print(plain_values(moments(read_matter("runs/star")))["mass"]["units"])
+    kg
+    """
     return {str(name): str(text) for name, text in dataset.attrs.items()} | {
         str(name): {"value": _plain(variable.values.tolist()), "units": unit_of(variable)}
         for name, variable in dataset.data_vars.items()

@@ -22,12 +22,22 @@ SLICES, COLUMNS = ("meridional plane", "equatorial plane"), ("side-on", "pole-on
 
 
 def density_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure:
-    """Meridional and equatorial slices with the flow, each column with its own width and its own scale of density."""
+    """Meridional and equatorial slices with the flow, each column with its own width and its own scale of density.
+
+    >>> figure = density_figure(ds, ds.inertia.snapshots)
+    >>> print(sum(len(axes.images) for axes in figure.axes))  # from the side and from above: at start, densest, end
+    6
+    """
     return _figure(dataset, snapshots, "density and flow", SLICES)
 
 
 def projection_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure:
-    """Column density side-on and pole-on, with the principal axes as long as the tensor makes them."""
+    """Column density side-on and pole-on, with the principal axes as long as the tensor makes them.
+
+    >>> figure = projection_figure(ds, ds.inertia.snapshots)
+    >>> print(figure.axes[-1].get_xlabel().split(" (")[0])
+    column density
+    """
     return _figure(dataset, snapshots, "column density and principal axes", COLUMNS)
 
 

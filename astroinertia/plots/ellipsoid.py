@@ -26,6 +26,11 @@ def ellipsoid_figure(dataset: xr.Dataset, points: np.ndarray | None = None, name
     """The equivalent homogeneous ellipsoid and the inertia ellipsoid, from the same side.
 
     dataset: as studies.moments gives it. points (N, 3): matter to show around the first, in the same unit.
+
+    >>> from astroinertia.studies.moments import moments, read_matter
+    >>> figure = ellipsoid_figure(moments(read_matter("runs/star")))
+    >>> print([text.get_text() for text in figure.axes[0].texts][6])
+    Homogeneous ellipsoid with this tensor
     """
     moments, axes = dataset["principal_moments"].values, dataset["principal_axes"].transpose("principal", "i").values
     defined = dataset["axis_defined"].values.astype(bool)

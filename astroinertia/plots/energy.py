@@ -17,7 +17,11 @@ _KINDS = (
 
 
 def energy_figure(dataset: xr.Dataset) -> Figure:
-    """Energies, each effect's work and heating, and the errors of energy and of the ledger."""
+    """Energies, each effect's work and heating, and the errors of energy and of the ledger.
+
+    >>> print([axes.get_ylabel().split(" (")[0] for axes in energy_figure(ds).axes])
+    ['energy', 'energy given', 'relative size']
+    """
     with style.styled():
         drawn = [(_energies, 1.8), *([(_given, 1.5)] if moved(dataset, "work", "heating") else []), (_errors, 1.3)]
         figure = style.begin(dataset, "energy", (9.0, 2.0 * sum(height for _, height in drawn)))

@@ -29,6 +29,9 @@ def figure_sequences(points: int = 40) -> Figure:
 
     points: the number of figures along each line, and of axis ratios of the map in both directions; ValueError below 8.
     Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium. Test: tests/unit/test_figure_sequences.py.
+
+    >>> print(figure_sequences(10).axes[6].get_title(loc="left"))
+    Where Riemann ellipsoids exist
     """
     if points < 8:
         raise ValueError(f"the sequences need at least 8 points, not {points!r}")

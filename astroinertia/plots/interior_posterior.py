@@ -22,6 +22,11 @@ def posterior_figure(
 
     posterior: as studies.interior_inference gives it; marks: a value of each name, in SI, to be drawn as a line. The
     titles have the median and the 16th and 84th percentiles. SceneError without the package corner.
+
+    >>> draws = np.random.default_rng(1).normal(size=(2, 1000))
+    >>> posterior = xr.Dataset({"core_density": ("draw", 8000 + 60 * draws[0]), "moment_ratio": ("draw", draws[1])})
+    >>> print(len(posterior_figure(posterior).axes))
+    4
     """
     try:
         import corner  # pyright: ignore[reportMissingImports]  an extra: only this picture needs it

@@ -45,7 +45,11 @@ class Compared:
 
 
 def fineness(dataset: xr.Dataset) -> tuple[int, float]:
-    """By which runs are put in order: the rung of the model, then the number of particles or of steps an output."""
+    """By which runs are put in order: the rung of the model, then the number of particles or of steps an output.
+
+    >>> print(fineness(ds))  # the rung of the model, and particles
+    (3, 100)
+    """
     model = str(dataset.attrs.get("model", ""))
     rung = MODELS.index(model) if model in MODELS else -1
     particles = _particles(dataset)
@@ -54,7 +58,11 @@ def fineness(dataset: xr.Dataset) -> tuple[int, float]:
 
 
 def labels(datasets: Sequence[xr.Dataset]) -> list[str]:
-    """What tells the runs apart: model and particles, then the run's name, then a number."""
+    """What tells the runs apart: model and particles, then the run's name, then a number.
+
+    >>> print(labels([ds, ds]))
+    ['sph, 100 particles [1]', 'sph, 100 particles [2]']
+    """
     told = []
     for dataset in datasets:
         particles = _particles(dataset)
@@ -75,6 +83,11 @@ def compared(datasets: Sequence[xr.Dataset], names: Sequence[str] = (), finest: 
     the usual ones without. Vectors and tensors are told by their size. finest: number of the run that the others are
     measured against, the finest by `fineness` without. ValueError for fewer than two runs, more than can be told apart,
     a quantity that no two runs have, or runs of which some have units and some have not.
+
+    >>> runs = [ds, ds.assign(inertia_tensor=1.01 * ds.inertia_tensor)]
+    >>> (found,) = compared(runs, ["inertia_tensor"], finest=0)
+    >>> print(f"{found.lines[1].difference.max() / found.size:.4f}")
+    0.0100
     """
     if not 2 <= len(datasets) <= MOST_RUNS:
         raise ValueError(f"two to {MOST_RUNS} runs can be compared, not {len(datasets)}")
@@ -93,7 +106,13 @@ def compared(datasets: Sequence[xr.Dataset], names: Sequence[str] = (), finest: 
 
 
 def ladder_figure(datasets: Sequence[xr.Dataset], found: Sequence[Compared], finest: int) -> Figure:
-    """Each quantity of all runs in one panel, and beside it how far they are from the finest."""
+    """Each quantity of all runs in one panel, and beside it how far they are from the finest.
+
+    >>> runs = [ds, ds.assign(inertia_tensor=1.01 * ds.inertia_tensor)]
+    >>> figure = ladder_figure(runs, compared(runs, ["inertia_tensor"], finest=0), 0)
+    >>> print(len(figure.axes))  # the quantity, and how far the runs are apart
+    2
+    """
     told = labels(datasets)
     with style.styled():
         figure = style.begin(datasets[finest], "runs beside each other", (12.0, 1.4 + 2.15 * len(found)))
@@ -116,7 +135,13 @@ def ladder_figure(datasets: Sequence[xr.Dataset], found: Sequence[Compared], fin
 
 
 def ladder_table(datasets: Sequence[xr.Dataset], found: Sequence[Compared], finest: int) -> str:
-    """The same in words: what each run costs, and start, extremes, end and differences of every quantity."""
+    """The same in words: what each run costs, and start, extremes, end and differences of every quantity.
+
+    >>> runs = [ds, ds.assign(inertia_tensor=1.01 * ds.inertia_tensor)]
+    >>> told = ladder_table(runs, compared(runs, ["inertia_tensor"], finest=0), 0)
+    >>> print(told.splitlines()[-3].split()[-1])  # the largest difference
+    1.00e-02
+    """
     told = labels(datasets)
     width = max(max(map(len, told)), 18) + 2
     lines = [f"{'run':{width}}{'computed in':>{_COLUMN}}{'outputs':>{_COLUMN}}{'to':>{_COLUMN}}"]

@@ -10,7 +10,12 @@ from astroinertia.plots.scales import angular_momentum_scale
 
 
 def ledger_figure(dataset: xr.Dataset) -> Figure:
-    """Each effect's share in d2I_zz/dt2, absolute and relative, and the angular momentum that each has given."""
+    """Each effect's share in d2I_zz/dt2, absolute and relative, and the angular momentum that each has given.
+
+    >>> figure = ledger_figure(ds)
+    >>> print({"gravity", "pressure", "viscosity"} <= {line.get_label() for line in figure.axes[0].lines})
+    True
+    """
     with style.styled():
         given = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
         turned = bool((abs(given) > 0).any())

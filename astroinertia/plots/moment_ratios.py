@@ -34,6 +34,11 @@ def moment_ratio_figure(bodies: xr.Dataset, polytropes: xr.Dataset) -> Figure:
     """I/(M R^2) of mean moment and mean radius against rho_c over the mean density, whole and for the solid bodies.
 
     bodies: as studies.moment_ratio.moment_ratio gives it; polytropes: as studies.moment_ratio.polytropes does.
+
+    >>> from astroinertia.studies.moment_ratio import moment_ratio, polytropes
+    >>> figure = moment_ratio_figure(moment_ratio(), polytropes())
+    >>> print("Mars" in "".join(text.get_text() for axes in figure.axes for text in axes.texts))
+    True
     """
     known = bodies.where(np.isfinite(bodies["central_condensation"]) & np.isfinite(bodies["moment_ratio"]), drop=True)
     with style.styled():

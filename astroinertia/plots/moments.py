@@ -14,7 +14,11 @@ CLOSURE_BAR = 1e-12  # what double precision should keep, over the largest inert
 
 
 def inertia_figure(dataset: xr.Dataset) -> Figure:
-    """Diagonal of I(t), its rate, and the difference between the evolved and the direct tensor."""
+    """Diagonal of I(t), its rate, and the difference between the evolved and the direct tensor.
+
+    >>> print([axes.get_ylabel().split(" (")[0] for axes in inertia_figure(ds).axes])
+    ['moment of inertia', 'd$I$/d$t$', 'closure']
+    """
     with style.styled():
         below = [draw for draw, name in ((_rate, "inertia_rate"), (_closure, "ledger_closure")) if known(dataset, name)]
         figure = style.begin(dataset, "inertia tensor", (9.0, 4.4 + 2.1 * len(below)))

@@ -48,6 +48,10 @@ def chandler_figure(dataset: xr.Dataset) -> Figure:
     """The period of the Earth's free wobble from cause to cause, of `studies.precession.chandler_wobble`.
 
     SceneError for another Dataset. Checked by tests/unit/test_precession_plots.py.
+
+    >>> from astroinertia.studies.precession import chandler_wobble
+    >>> print([text.get_text() for text in chandler_figure(chandler_wobble()).axes[0].texts][-1])
+    observed 433 d
     """
     _require(dataset, "period_of_all", "chandler_wobble")
     with style.styled():
@@ -87,6 +91,12 @@ def section_figure(section, eccentricity: float, asphericity: float, resonances:
     """A surface of section of `rotation.spin_orbit`: angle of the long axis and rate at each pericentre.
 
     resonances: p of those whose width is drawn in the margin. Checked by tests/unit/test_precession_plots.py.
+
+    >>> from astroinertia.rotation.spin_orbit import surface_of_section
+    >>> section = surface_of_section(0.1, 0.2, np.zeros(5), np.linspace(0.5, 2.0, 5), 20, 24)
+    >>> (axes,) = section_figure(section, 0.1, 0.2, (1, 1.5)).axes
+    >>> print(axes.get_xlabel())
+    angle of the long axis from the pericentre (deg)
     """
     # Only here: the other figures do without.
     from astroinertia.rotation.spin_orbit import resonance_half_width
@@ -117,6 +127,11 @@ def obliquity_figure(dataset: xr.Dataset) -> Figure:
     """The obliquity against time, of `studies.obliquity.obliquity_history`.
 
     SceneError for another Dataset. Checked by tests/unit/test_precession_plots.py.
+
+    >>> from astroinertia.studies.obliquity import obliquity_history
+    >>> (axes,) = obliquity_figure(obliquity_history("Mars", 1e6, samples=200)).axes
+    >>> print(axes.get_ylabel(), bool(np.ptp(axes.lines[0].get_ydata()) > 5.0))
+    obliquity (deg) True
     """
     _require(dataset, "inclination", "obliquity_history")
     with style.styled():

@@ -19,7 +19,11 @@ _PROFILES = (
 
 
 def profiles_figure(dataset: xr.Dataset) -> Figure:
-    """Density and, of a body that spins, rotation and specific angular momentum against the radius of equal shells."""
+    """Density and, of a body that spins, rotation and specific angular momentum against the radius of equal shells.
+
+    >>> print([axes.get_ylabel().split(" (")[0] for axes in profiles_figure(ds).axes[:2]])
+    ['density', 'angular velocity about $z$']
+    """
     spins = angular_momentum_scale(dataset)[1]
     drawn = _PROFILES if spins else _PROFILES[:1]
     with style.styled():

@@ -17,7 +17,11 @@ _CIRCLE = np.stack([np.cos(np.linspace(0, 2 * np.pi, 181)), np.sin(np.linspace(0
 
 
 def shape_figure(dataset: xr.Dataset) -> Figure:
-    """Semi-axes and their ratios against time; outlines of the inertia ellipsoid seen along z and along y."""
+    """Semi-axes and their ratios against time; outlines of the inertia ellipsoid seen along z and along y.
+
+    >>> print([axes.get_ylabel().split(" (")[0] for axes in shape_figure(ds).axes[:2]])
+    ['semi-axis', 'ratio of semi-axes']
+    """
     with style.styled():
         figure = style.begin(dataset, "shape", (10.0, 8.8))
         grid = figure.add_gridspec(2, 2, height_ratios=[1, 1.25])

@@ -15,7 +15,11 @@ UNBOUND = 1.0  # T/|W| of what is torn apart rather than unstable to a bar
 
 
 def spin_figure(dataset: xr.Dataset) -> Figure:
-    """Spin against the scalings with 1/I and R^-2, their ratio to it, and T/|W|."""
+    """Spin against the scalings with 1/I and R^-2, their ratio to it, and T/|W|.
+
+    >>> print(len(spin_figure(ds).axes))  # the spin, over what L/I and others predict, T/|W|
+    3
+    """
     with style.styled():
         turning = angular_momentum_scale(dataset)[1]
         drawn = [(_spin, 2.4)]

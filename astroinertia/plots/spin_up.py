@@ -37,6 +37,10 @@ def period_radius_figure(dataset: xr.Dataset) -> Figure:
 
     Compact remnants have a panel of their own. Dashed is the period of an orbit at the equator, grey what is faster;
     a cross ends a body that reaches it and can shrink no further.
+
+    >>> from astroinertia.studies.spinup import period_against_radius
+    >>> print([axes.get_xlabel() for axes in period_radius_figure(period_against_radius()).axes])
+    ['radius (km)', 'radius (km)']
     """
     compact = dataset["radius"].values[:, -1] < _COMPACT
     groups = [(np.flatnonzero(which), title) for which, title in
@@ -99,6 +103,12 @@ def pulsar_diagram(
     The spin-up line is that of accretion at Eddington's rate from the whole Alfven radius. stars: the package's table
     without it. tracks: (label, P in s, P', braking index) of stars to be followed to where their law leads in a million
     years, and back to a period of 10 ms.
+
+    >>> from astroinertia.rotation.pulsar_table import pulsar
+    >>> crab = pulsar("Crab")
+    >>> (axes,) = pulsar_diagram(tracks=[("Crab", crab.period, crab.period_derivative, 2.51)]).axes
+    >>> print(axes.get_xscale(), axes.get_xlabel(), "Crab" in [text.get_text() for text in axes.texts])
+    log period $P$ (s) True
     """
     chosen = observed() if stars is None else tuple(stars)
     with style.styled():

@@ -13,7 +13,11 @@ LABELS = {"x": "x", "r": "distance from the centre", "s": "distance from the axi
 
 
 def standard_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure | None:
-    """Particles and the exact flow where they are, with the L1 errors; None for what has no exact flow."""
+    """Particles and the exact flow where they are, with the L1 errors; None for what has no exact flow.
+
+    >>> print(standard_figure(ds, ds.inertia.snapshots))  # a star has no exact flow
+    None
+    """
     if "scene" not in dataset.attrs or "standard" not in dataset.attrs["scene"]:
         return None
     scene = load.loads(dataset.attrs["scene"])

@@ -44,19 +44,31 @@ class Table:
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Size, spin, shape, accuracy and the effects' shares, one fact a line."""
+    """Size, spin, shape, accuracy and the effects' shares, one fact a line.
+
+    >>> print("flattening" in summary(ds), "T/|W|" in summary(ds))
+    True True
+    """
     parts = [heading(dataset), *(table.text() for table in tables(dataset)), told(dataset.attrs)]
     return "\n\n".join(part for part in parts if part)
 
 
 def tables(dataset: xr.Dataset) -> list[Table]:
-    """The body, its regions, accuracy, error bars and effects, as far as the dataset tells of them."""
+    """The body, its regions, accuracy, error bars and effects, as far as the dataset tells of them.
+
+    >>> print([table.title for table in tables(ds)])
+    ['The body', 'Accuracy and conservation', 'The ledger of effects']
+    """
     found = [_body(dataset), _regions(dataset), _accuracy(dataset), _bars(dataset), _effects(dataset)]
     return [table for table in found if table is not None and table.rows]
 
 
 def heading(dataset: xr.Dataset) -> str:
-    """The run's name and description; model, engine, precision, and how long it took."""
+    """The run's name and description; model, engine, precision, and how long it took.
+
+    >>> print(heading(ds).splitlines()[1].split(";")[0])
+    sph, numba_cpu, float64
+    """
     attrs = dataset.attrs
     lines = [f"{attrs.get('name', 'run')}: {attrs.get('description', '')}".rstrip(": ")]
     how = ", ".join(str(attrs[name]) for name in ("model", "engine", "precision") if name in attrs)

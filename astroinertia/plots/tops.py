@@ -29,7 +29,13 @@ _NUTATIONS = 5
 
 
 def free_top_figure(top: FreeTop, name: str = "") -> Figure:
-    """The polhode on the inertia ellipsoid, the herpolhode on its plane and the rates in the body, of a free top."""
+    """The polhode on the inertia ellipsoid, the herpolhode on its plane and the rates in the body, of a free top.
+
+    >>> from astroinertia.rotation.free_top import free_top
+    >>> figure = free_top_figure(free_top([1.0, 2.0, 3.0], [0.1, 1.0, 0.1]), "racket")
+    >>> print(figure.axes[2].get_title(loc="left"))
+    Rates in the body: period 22.9963
+    """
     with style.styled():
         figure = style.page(f"{name}: free rotation" if name else "free rotation", (14.0, 5.4))
         on_ellipsoid, on_plane, rates = figure.subplots(1, 3, width_ratios=(1.0, 0.95, 1.1))
@@ -43,6 +49,11 @@ def heavy_top_figure(tops: Mapping[str, HeavyTop], name: str = "") -> Figure:
     """The paths of the axes of heavy tops, each with its name, seen from above, between their least and greatest tilt.
 
     The distance from the middle is twice the sine of half the tilt, so that equal areas of the sphere look equal.
+
+    >>> from astroinertia.rotation.heavy_top import heavy_top
+    >>> (axes,) = heavy_top_figure({"let go": heavy_top(1.0, 0.6, 0.8, 0.7, (0.0, 0.0, 5.0))}).axes
+    >>> print(axes.texts[0].get_text().splitlines()[0])  # 0.7 rad and below
+    tilt 40.11 to 48.25 deg
     """
     with style.styled():
         figure = style.page(f"{name}: heavy tops" if name else "heavy tops", (4.6 * len(tops), 5.2))

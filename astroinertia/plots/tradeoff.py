@@ -25,6 +25,14 @@ def tradeoff_figure(table: xr.Dataset) -> Figure:
 
     The base is ringed, the Pareto front drawn, its knee marked; a triangle shows the slope that the fitted order of the
     knob that limits the error gives, with the cost as it was measured.
+
+    >>> from pathlib import Path
+    >>> from astroinertia.accuracy import table, tradeoff
+    >>> from astroinertia.scene import load
+    >>> scene = load.load_file("sims/tennis_racket.toml", ["time.end='1 s'"])
+    >>> found = tradeoff.carry_out(scene, Path("runs/tradeoff"), minutes=1.0, only=["steps_per_rotation"])
+    >>> print(len(tradeoff_figure(table.dataset(found)).axes))  # a panel an observable
+    2
     """
     names = [str(name) for name in table["observable"].values]
     with style.styled():

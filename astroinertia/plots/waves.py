@@ -12,7 +12,11 @@ _TEN_KILOPARSECS = 10 * 3.0856775814913673e19  # m, the usual distance of a gala
 
 
 def waves_figure(dataset: xr.Dataset) -> Figure:
-    """Strain times distance, plus and cross, from the pole and the equatorial plane, and the characteristic strain."""
+    """Strain times distance, plus and cross, from the pole and the equatorial plane, and the characteristic strain.
+
+    >>> print(len(waves_figure(ds).axes))  # seen from the pole, from the equator, and by frequency
+    3
+    """
     with style.styled():
         figure = style.begin(dataset, "gravitational waves", (9.0, 8.8))
         *panels, spectrum = figure.subplots(3, 1)

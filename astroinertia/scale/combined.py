@@ -39,7 +39,12 @@ _OF_ONE_RUN = (
 
 
 def path(sweep: Sweep, folder: Path) -> Path:
-    """Where the result is."""
+    """Where the result is.
+
+    >>> from astroinertia.scale.folder import read
+    >>> print(path(read(Path("runs/sweep")), Path("runs/sweep")).name)
+    sweep.nc
+    """
     return folder / final_name({"name": sweep.name})
 
 
@@ -79,6 +84,10 @@ def at_end(found: xr.Dataset) -> xr.Dataset:
     """What each member ended with: the last record of every series that it has, without the dimension of records.
 
     Where members have other numbers of records, the last of each is taken.
+
+    >>> with xr.open_dataset("runs/sweep/sweep.nc") as found:
+    ...     print(at_end(found).inertia_tensor.dims, found.sizes["time"])
+    ('body_index', 'i', 'j') 2
     """
     records = OUTPUT if OUTPUT in found.dims else "time"
     series = found[[name for name, variable in found.data_vars.items() if records in variable.dims]]
@@ -88,7 +97,11 @@ def at_end(found: xr.Dataset) -> xr.Dataset:
 
 
 def open_members(folder: Path) -> xr.DataTree:
-    """All members that have output, by name, with their snapshots, and at the root the parameters of each."""
+    """All members that have output, by name, with their snapshots, and at the root the parameters of each.
+
+    >>> print(list(open_members(Path("runs/sweep")).children))
+    ['member-0000', 'member-0001']
+    """
     sweep = folders.read(folder)
     failures = {number: folders.failure(folder, number) for number in range(len(sweep.members))}
     told = {number: found.sentence for number, found in failures.items() if found}
@@ -220,7 +233,11 @@ def _skeleton(sweep: Sweep, failures: Mapping[int, str], layout: _Layout, taken:
 
 
 def variable_name(key: str) -> str:
-    """How a swept key of a scene is called in datasets: body.mass is body_mass, for names in netCDF have no dots."""
+    """How a swept key of a scene is called in datasets: body.mass is body_mass, for names in netCDF have no dots.
+
+    >>> print(variable_name("body.mass"))
+    body_mass
+    """
     name = key.replace(".", "_").replace("-", "_")
     return name if "." in key else f"scene_{name}"
 

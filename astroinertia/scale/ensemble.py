@@ -68,6 +68,17 @@ def run_sweep(
     sees the same files. deadline: of time.monotonic(), by which members under way are sealed and no more are begun.
     Members that failed for good stay as they are. Raises SceneError, ArchiveError (the folder holds something else, or
     another process runs it), and RunInterrupted after a signal or for the deadline: the same call goes on.
+
+    >>> import tempfile
+    >>> from astroinertia.scene.sweep import load_file
+    >>> sweep = load_file("sweep.toml")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     done = run_sweep(sweep, Path(folder), told=lambda standing: print(f"{standing.done} of {standing.members}"))
+    0 of 2
+    1 of 2
+    2 of 2
+    >>> print(done.file.name, done.failures)
+    sweep.nc {}
     """
     if workers < 1:
         raise SceneError("the number of workers must be at least 1.")
@@ -92,17 +103,31 @@ def resume(
     folder: Path, workers: int = 1, cluster: str | None = None, minutes: float = DEFAULT_MINUTES,
     told: Told | None = None, deadline: float = math.inf,
 ) -> Carried:  # fmt: skip
-    """Go on with the sweep that a folder holds, as run_sweep."""
+    """Go on with the sweep that a folder holds, as run_sweep.
+
+    >>> print(resume(Path("runs/sweep")).file.name)  # finished: it has nothing to do
+    sweep.nc
+    """
     return run_sweep(folders.read(folder), folder, workers, cluster, minutes, told, deadline)
 
 
 def left(sweep: Sweep, folder: Path) -> list[int]:
-    """Numbers of the members that a sweep's folder, which may not be there yet, has left to run."""
+    """Numbers of the members that a sweep's folder, which may not be there yet, has left to run.
+
+    >>> sweep = folders.read(Path("runs/sweep"))
+    >>> print(left(sweep, Path("runs/sweep")), left(sweep, Path("runs/another")))
+    [] [0, 1]
+    """
     return folders.waiting(folder, len(sweep.members))
 
 
 def predictions(sweep: Sweep, numbers: Sequence[int]) -> list[Prediction | None]:
-    """What members will take, None where that is not known."""
+    """What members will take, None where that is not known.
+
+    >>> sweep = folders.read(Path("runs/sweep"))
+    >>> print([each.evolution.wall < 60.0 for each in predictions(sweep, [0, 1])])
+    [True, True]
+    """
     known = machine.known()
     found: list[Prediction | None] = []
     for number in numbers:
@@ -114,7 +139,11 @@ def predictions(sweep: Sweep, numbers: Sequence[int]) -> list[Prediction | None]
 
 
 def usual_workers(found: Sequence[Prediction | None]) -> int:
-    """Processes that are worth their start for what members will take: one for each core, or this one alone."""
+    """Processes that are worth their start for what members will take: one for each core, or this one alone.
+
+    >>> print(usual_workers([]))
+    1
+    """
     seconds = sum(math.inf if each is None else each.evolution.wall for each in found)
     cores = os.cpu_count() or 1
     return min(cores, len(found)) if seconds > WORTH_WORKERS and len(found) > 1 else 1

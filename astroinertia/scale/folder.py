@@ -35,7 +35,14 @@ class Failure:
 
 
 def describe(sweep: Sweep, folder: Path) -> None:
-    """Make the folder of a new sweep, or see that it holds this one; ArchiveError if it holds something else."""
+    """Make the folder of a new sweep, or see that it holds this one; ArchiveError if it holds something else.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     describe(read(Path("runs/sweep")), Path(folder))
+    ...     print(read(Path(folder)).members)
+    ((1.5,), (3.0,))
+    """
     if not (folder / SWEEP).exists():
         refuse_if_taken(folder, {"name": sweep.name})
     try:
@@ -49,7 +56,11 @@ def describe(sweep: Sweep, folder: Path) -> None:
 
 
 def read(folder: Path) -> Sweep:
-    """The sweep that a folder holds; ArchiveError if there is none, or it cannot be read."""
+    """The sweep that a folder holds; ArchiveError if there is none, or it cannot be read.
+
+    >>> print(read(Path("runs/sweep")).keys, read(Path("runs/sweep")).members)
+    ('body.index',) ((1.5,), (3.0,))
+    """
     path = folder / SWEEP
     try:
         told = read_json(path)
@@ -86,7 +97,11 @@ def _check(sweep: Sweep) -> None:
 
 
 def place(folder: Path, number: int) -> Path:
-    """The folder of a member; ArchiveError where it is a link, which may lead anywhere."""
+    """The folder of a member; ArchiveError where it is a link, which may lead anywhere.
+
+    >>> print(place(Path("runs/sweep"), 3))
+    runs/sweep/member-0003
+    """
     return own_folder(folder / member(number))
 
 
@@ -97,7 +112,11 @@ def _plain(sweep: Sweep) -> dict[str, Any]:
 
 
 def finished(folder: Path, number: int) -> Path | None:
-    """The netCDF file of a member that is finished."""
+    """The netCDF file of a member that is finished.
+
+    >>> print(finished(Path("runs/sweep"), 0).parent.name, finished(Path("runs/sweep"), 7))
+    member-0000 None
+    """
     own = place(folder, number)
     if not (own / MANIFEST).exists():
         return None
@@ -108,7 +127,11 @@ def finished(folder: Path, number: int) -> Path | None:
 
 
 def failure(folder: Path, number: int) -> Failure | None:
-    """Why a member failed when it was last run, if it did."""
+    """Why a member failed when it was last run, if it did.
+
+    >>> print(failure(Path("runs/sweep"), 0))
+    None
+    """
     try:
         found = Failure(**read_json(place(folder, number) / FAILURE))
     except (OSError, ArchiveError, TypeError):
@@ -117,12 +140,23 @@ def failure(folder: Path, number: int) -> Failure | None:
 
 
 def note_failure(own: Path, found: Failure) -> None:
-    """Keep why the member in the folder `own` failed."""
+    """Keep why the member in the folder `own` failed.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     note_failure(Path(folder, member(3)), Failure("the body sheds mass", lasting=True))
+    ...     print(failure(Path(folder), 3).sentence, waiting(Path(folder), 5))
+    the body sheds mass [0, 1, 2, 4]
+    """
     own_folder(own).mkdir(parents=True, exist_ok=True)
     write_json(own / FAILURE, asdict(found))
 
 
 def waiting(folder: Path, count: int) -> list[int]:
-    """Numbers of the members that are to be run, or run again."""
+    """Numbers of the members that are to be run, or run again.
+
+    >>> print(waiting(Path("runs/sweep"), 4))
+    [2, 3]
+    """
     left = [number for number in range(count) if finished(folder, number) is None]
     return [number for number in left if not ((known := failure(folder, number)) and known.lasting)]

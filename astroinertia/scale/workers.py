@@ -32,7 +32,11 @@ _KILLED = (
 
 
 def has_dask() -> bool:
-    """Whether members can be run side by side."""
+    """Whether members can be run side by side.
+
+    >>> print(has_dask() in (True, False))
+    True
+    """
     return importlib.util.find_spec("distributed") is not None
 
 

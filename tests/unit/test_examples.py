@@ -1,5 +1,7 @@
 """Examples in docstrings: every public function of the rooms below has one, and all of them are run.
 
+Those of DEAR take seconds each and run with the full tests, the others together some fifteen seconds.
+
 They are run in the namespace of their module, with `np`, in a folder that has sims/, the scenes, and two finished runs:
 runs/star, a star that falls together (its dataset is `ds`), and runs/sweep, of two members.
 """
@@ -17,15 +19,27 @@ import astroinertia
 PACKAGE = Path(__file__).parents[2] / "astroinertia"
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 ROOMS = [
-    *("__init__", "accessor", "inertia", "rotation", "studies", "units"),
-    *("interop/export", "interop/snapshots", "interop/tables", "interop/paraview"),
-    *("orbits/particles", "orbits/simulation"),
+    *("__init__", "accessor", "accuracy", "inertia", "interop", "movie", "plots", "rotation", "scale"),
+    *("studies", "units"),
+    *("orbits/archive", "orbits/particles", "orbits/simulation", "orbits/states"),
+    *("bodies/affine", "bodies/affine_motion"),
     *("bodies/apsidal", "bodies/clairaut", "bodies/cold_spheroid", "bodies/composite_polytrope", "bodies/darwin"),
     *("bodies/earth", "bodies/ellipsoid_gravity", "bodies/ellipsoid_secular", "bodies/ellipsoid_stability"),
     *("bodies/equations_of_state", "bodies/figures", "bodies/giant_planets", "bodies/inversion", "bodies/jacobi"),
     *("bodies/layered", "bodies/maclaurin", "bodies/moment_ratios", "bodies/neutron_star_fits"),
     *("bodies/neutron_stars", "bodies/oscillations", "bodies/planets", "bodies/polytrope", "bodies/riemann"),
-    *("bodies/roche", "bodies/rotating_star"),
+    *("bodies/bar_analysis", "bodies/barotropes", "bodies/degenerate", "bodies/homogeneous_ellipsoid"),
+    *("bodies/hydrostatic", "bodies/materials", "bodies/roche", "bodies/roche_polytrope", "bodies/rotating_star"),
+    *("bodies/rotating_sequence", "bodies/rotation_laws", "bodies/spectral_polytrope"),
+    *("bodies/scf", "bodies/scf_matter", "bodies/scf_mesh", "bodies/slow_rotation", "bodies/tabulated_equation"),
+    "bodies/tillotson",
+]
+# Those of the rooms that would keep the ordinary tests waiting: what is compiled for a second, run or drawn.
+DEAR = [
+    *("accuracy/analysis", "accuracy/choice", "accuracy/error_bars", "accuracy/running", "accuracy/table"),
+    *("accuracy/tradeoff", "interop/zarr_store", "movie", "plots", "scale/ensemble"),
+    *("bodies/affine", "bodies/affine_motion", "bodies/hydrostatic", "bodies/rotating_sequence"),
+    "bodies/spectral_polytrope",
 ]
 # What only the package itself calls.
 INSIDES = {
@@ -44,6 +58,18 @@ INSIDES = {
     "bodies.ellipsoid_stability.families",
     *("bodies.oscillations.radial_spectrum", "bodies.oscillations.nonradial_spectrum"),
     *("bodies.polytrope.central_series", "bodies.polytrope.nodes_of", "bodies.polytrope.hermite"),
+    "accuracy.affine_exact",  # exact answers of scenes, computed there
+    *("accuracy.analysis.reference_of", "accuracy.tradeoff.stored_exact", "accuracy.measuring"),  # parts of a tradeoff
+    "accuracy.budget",  # what it has time for
+    *("accuracy.choice_particles", "accuracy.choice_smooth", "accuracy.pilots"),  # how accuracy.choice looks
+    *("plots.attitude.motion", "plots.attitude.nutation_and_precession", "plots.attitude.reference_direction"),
+    *("plots.bands", "plots.film", "plots.matter", "plots.polhodes", "plots.render", "plots.scales", "plots.style"),
+    *("plots.density.column_unit", "plots.density.draw_density", "plots.density.frame_view"),  # what figures share
+    *("plots.density.moments_to_show", "plots.density.name_view", "plots.density.scale_of_colours"),
+    *("plots.ellipsoid.draw_axes", "plots.ellipsoid.draw_curves", "plots.ellipsoid.draw_ellipsoid"),
+    *("plots.ellipsoid.draw_triad", "plots.ellipsoid.heading", "plots.ellipsoid.lit_ellipsoid"),
+    *("plots.ellipsoid.view_of", "plots.error_bars.has_error_bars", "plots.error_bars.known_bars"),
+    *("scale.combined.write", "scale.members", "scale.workers.side_by_side"),  # parts of a sweep under way
     "studies.core_collapse.dynamics",
     *("studies.turning_planets.orbits", "studies.turning_planets.torque_of", "studies.turning_planets.axis_history"),
     *("studies.relax.polytrope_problem", "studies.spinning_planet"),
@@ -55,6 +81,7 @@ LONG = {
     *("bodies.figures.figure_of_barotropes", "bodies.figures.figure_of_layered_body"),
     *("bodies.rotating_star.end_of_sequence", "bodies.rotating_star.rotating_star_with"),
     "rotation.break_up.polytropic_limit",
+    "plots.precession.precession_figure",
     *("rotation.break_up.spun_up_polytrope", "rotation.tumbling.divergence"),
     *("studies.bar_mode", "studies.compressed_core", "studies.debris.orbital_energies", "studies.impact_remnant"),
     *("studies.core_collapse.core_collapse", "studies.core_collapse.core_scene", "studies.core_collapse.initial_star"),
@@ -63,6 +90,7 @@ LONG = {
     *("studies.sampling.sample", "studies.sampling.diagnostics", "studies.sampling.summary"),
     *("studies.slow_spin_up", "studies.spinup.core_to_neutron_star", "studies.spinup.star_of_baryons"),
 }
+SCENES = ["sims/one_star_three_models.toml", "sims/tennis_racket.toml"]  # of the dear examples
 SWEEP = """
 name = "sweep"
 model = "scaling"
@@ -87,14 +115,18 @@ series_every = "1 d"
 """
 
 
-def modules():
+def modules(rooms):
     """The modules of the rooms, without those of INSIDES and LONG."""
     found = []
-    for room in ROOMS:
+    for room in rooms:
         path = PACKAGE / room
         files = path.rglob("*.py") if path.is_dir() else [path.with_suffix(".py")]
         found += [".".join(each.relative_to(PACKAGE).with_suffix("").parts) for each in files if each.stat().st_size]
     return sorted(set(found) - INSIDES - LONG)
+
+
+def source(name):
+    return PACKAGE / f"{name.replace('.', '/')}.py"
 
 
 def without_example(name):
@@ -102,7 +134,7 @@ def without_example(name):
 
     Other classes are what functions return: their examples are those of the functions.
     """
-    tree = ast.parse((PACKAGE / f"{name.replace('.', '/')}.py").read_text())
+    tree = ast.parse(source(name).read_text())
     bodies = [(tree.body, "")]
     bodies += [(each.body, examples_of(each)) for each in tree.body if getattr(each, "name", "").endswith("Accessor")]
     functions = [(each, shown) for body, shown in bodies for each in body if isinstance(each, ast.FunctionDef)]
@@ -120,23 +152,45 @@ def workplace(tmp_path_factory):
     folder = tmp_path_factory.mktemp("examples")
     (folder / "sims").symlink_to(PACKAGE.parent / "sims")
     settings = ["body.particles=100", "time.end='20 min'", "output.snapshot_every='10 min'"]
-    star = astroinertia.load(folder / "sims/one_star_three_models.toml", settings)
+    star = astroinertia.load(folder / SCENES[0], settings)
     astroinertia.run_scene(star, folder / "runs/star")
     (folder / "sweep.toml").write_text(SWEEP)
     astroinertia.run_scene(folder / "sweep.toml", folder / "runs/sweep")
     return folder
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", modules())
-def test_examples_print_what_they_say(name, workplace, monkeypatch):
-    monkeypatch.chdir(workplace)
+def examples_within(name):
+    """How many examples a module has in all its docstrings."""
+    nodes = ast.walk(ast.parse(source(name).read_text()))
+    parser, documented = doctest.DocTestParser(), (ast.Module, ast.ClassDef, ast.FunctionDef)
+    return sum(
+        len(parser.get_examples(ast.get_docstring(each) or "")) for each in nodes if isinstance(each, documented)
+    )
+
+
+def tried(name):
+    """How many examples of a module were run, and how many of them failed."""
     module = importlib.import_module(f"astroinertia.{name}".removesuffix(".__init__"))
     with astroinertia.open("runs/star") as star:
         found = doctest.testmod(module, extraglobs={"np": np, "ds": star}, optionflags=FLAGS)
-    assert found.failed == 0
+    return found.attempted, found.failed
 
 
-@pytest.mark.parametrize("name", modules())
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(set(modules(ROOMS)) - set(modules(DEAR))))
+def test_examples_print_what_they_say(name, workplace, monkeypatch):
+    monkeypatch.chdir(workplace)
+    assert tried(name) == (examples_within(name), 0)
+
+
+@pytest.mark.full(inputs=[*SCENES, *(str(source(name).relative_to(PACKAGE.parent)) for name in modules(DEAR))])
+def test_dear_examples_print_what_they_say(workplace, monkeypatch, result):
+    monkeypatch.chdir(workplace)
+    found = {name: tried(name) for name in modules(DEAR)}
+    result(examples=sum(attempted for attempted, _ in found.values()), modules=len(found))
+    assert found == {name: (examples_within(name), 0) for name in found}
+
+
+@pytest.mark.parametrize("name", modules(ROOMS))
 def test_every_public_function_has_an_example(name):
     assert without_example(name) == []
