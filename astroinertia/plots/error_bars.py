@@ -60,13 +60,17 @@ def error_bars_figure(dataset: xr.Dataset) -> Figure:
             return figure
         times, factor, _ = style.shown_times(dataset)
         greatest = max(float(np.nanmax(bar)) for bar in bars.values())
+        if not greatest > 0.0:
+            style.note(axes, "all error bars are zero")
+            return figure
+        axes.set_yscale("log")
+        axes.set_ylim(_LEAST_DRAWN * greatest, 3.0 * greatest)  # first: bars may be the same at all times
         for name, bar in bars.items():
             if not np.nanmax(bar) > _LEAST_DRAWN * greatest:
                 continue  # of what is kept to rounding
             colour, dashes = _SHOWN[name]
             shown = np.where(bar > 0.0, bar, np.nan)
-            axes.semilogy(times, shown, color=colour, linestyle=dashes, linewidth=1.5, label=style.words(name))
-        axes.set_ylim(_LEAST_DRAWN * greatest, 3.0 * greatest)
+            axes.plot(times, shown, color=colour, linestyle=dashes, linewidth=1.5, label=style.words(name))
         axes.set_ylabel("error bar / value")
         axes.set_title("Estimated errors, over the values")
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

@@ -173,6 +173,8 @@ def _index_labels(panel, polytropes: xr.Dataset) -> list[Any]:
 
 def _labels(canvas: FigureCanvasAgg, panel, bodies: xr.Dataset, polytropes: xr.Dataset, taken: list[Any]) -> None:
     """Write the names where they cover neither each other nor points, error bars, the curve or its ticks."""
+    if not bodies.sizes["body"]:
+        return
     renderer, scale = canvas.get_renderer(), canvas.figure.dpi / 72
     obstacles = [panel.transData.transform(_dense_curve(polytropes))]
     x, y = bodies["central_condensation"].values, bodies["moment_ratio"].values

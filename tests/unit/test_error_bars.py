@@ -356,6 +356,10 @@ def test_the_command_line_asks_for_bars_and_the_plan_tells_what_they_cost(tmp_pa
         bands = draw(data).axes[panel].collections
         assert bands, draw.__name__
     assert_legible(error_bars_figure(data))
+    bars = [name for name in data if str(name).endswith("_error")]
+    for size in (0.01, 0.0):  # the same at all times, and none
+        same = {name: size * abs(data[name.removesuffix("_error")]) for name in map(str, bars) if name[:-6] in data}
+        assert_legible(error_bars_figure(data.assign(same)))
     assert "error_bars.png" in [path.name for path in write_all(data, tmp_path / "pictures")]
 
 

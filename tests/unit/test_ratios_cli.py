@@ -143,3 +143,7 @@ def test_the_picture_has_every_known_body_with_labels_apart(elsewhere):
             assert not any(box.overlaps(other) for other in boxes[:k])
     written = style.save(figure, elsewhere / "ratios.png")
     assert written.stat().st_size > 50_000
+    # A table of planets alone, and one of a planet that has no place among the solid bodies.
+    for some in (["Earth", "Mars"], ["Jupiter"]):
+        drawn = moment_ratios.moment_ratio_figure(moment_ratio(some), polytropes())
+        assert {text.get_text() for axes in drawn.axes for text in axes.texts} >= set(some)
