@@ -61,9 +61,14 @@ def fuzzed(folder, reader, seconds):
 
 @fuzzer
 def test_a_few_seconds_find_nothing(tmp_path):
-    seeds(tmp_path, few=True)
-    found = fuzzed(tmp_path, "columns", 2)
-    assert not found["findings"]
+    for seconds in (2, 8, 32):  # a machine that is busy takes longer
+        folder = tmp_path / str(seconds)
+        folder.mkdir()
+        seeds(folder, few=True)
+        found = fuzzed(folder, "columns", seconds)
+        assert not found["findings"]
+        if found["executions"] > 500:
+            break
     assert found["executions"] > 500 and found["edges"] > 100
 
 
