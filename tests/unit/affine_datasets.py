@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from astroinertia import dataset
+from astroinertia import dataset, dataset_snapshots
 from tests.unit.affine_body import METADATA
 
 
@@ -19,7 +19,7 @@ def particles(parts, metadata=METADATA):
     units = dataset.code_units(metadata)
     found = {}
     for name, values in arrays.items():
-        quantity = dataset.snapshot_quantity(name, values.shape[1:])
+        quantity = dataset_snapshots.snapshot_quantity(name, values.shape[1:])
         factor = 1.0 if quantity.dimension is None else units.unit(quantity.dimension)
         found[name] = (quantity.dims, values * factor, {"units": quantity.unit})
     return xr.Dataset(found).rename(time="snapshot_time").set_coords("snapshot_time").assign_coords(i=["x", "y", "z"])
