@@ -47,9 +47,8 @@ def report(options: argparse.Namespace) -> str:
     runs = [(path, dataset.open(path)) for path in options.runs]
     with cli_result.shown(*options.runs):
         runs.sort(key=lambda run: ladder.fineness(run[1]))
-    opened = [each for _, each in runs]
-    finest = len(runs) - 1 if options.against is None else [path for path, _ in runs].index(options.against)
-    with cli_result.shown(*options.runs):
+        opened = [each for _, each in runs]
+        finest = len(runs) - 1 if options.against is None else [path for path, _ in runs].index(options.against)
         try:
             found = ladder.compared(opened, options.quantity, finest)
         except ValueError as error:

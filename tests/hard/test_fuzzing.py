@@ -13,7 +13,9 @@ import pytest
 from tests.hard.whole_files import ROOT, text_files, whole_files
 
 READERS = ("scene", "csv", "npz", "equation", "profile", "columns", "manifest", "structure")
-fuzzer = pytest.mark.skipif(find_spec("atheris") is None, reason="needs atheris: pip install 'astroinertia[fuzz]'")
+fuzzer = pytest.mark.skipif(
+    find_spec("atheris") is None, reason="atheris, which exists for Linux on x86-64 only, is not installed"
+)
 
 
 def seeds(folder, few):

@@ -13,6 +13,7 @@ from astroinertia.cli import main
 from astroinertia.errors import RunInterrupted
 from astroinertia.models.rigid_evolution import RigidBody
 from astroinertia.plots import style
+from tests.stepped_clock import moved_by_steps
 from tests.tradeoff_scenes import SIMS
 
 pytestmark = pytest.mark.slow
@@ -38,29 +39,10 @@ def whole(tmp_path_factory):
     return astroinertia.open(astroinertia.run_scene(scene(), tmp_path_factory.mktemp("runs") / "whole"))
 
 
-class Clock:
-    """One that only steps move: machines that test are shared."""
-
-    now = 1000.0
-
-    def monotonic(self):
-        return self.now
-
-
 @pytest.fixture
 def slow(monkeypatch):
     """The clock by which runs are stopped: each of the 20 steps takes 10 s."""
-    clock, advance = Clock(), RigidBody.advance
-
-    def slowly(*arguments):
-        clock.now += 10.0
-        advance(*arguments)
-
-    monkeypatch.setattr(RigidBody, "advance", slowly)
-    monkeypatch.setattr(run, "clock", clock)
-    monkeypatch.setattr(cli, "time", clock)
-    monkeypatch.setattr(cli_stop, "time", clock)
-    return clock
+    return moved_by_steps(monkeypatch, RigidBody, (run, cli, cli_stop))
 
 
 def same(one: xr.Dataset, other: xr.Dataset) -> bool:

@@ -21,6 +21,7 @@ from astroinertia.scale import combined, ensemble, folder, members, workers
 from astroinertia.scene import sweep as sweeps
 from astroinertia.scene.sweep import member
 from astroinertia.units import SOLAR_MASS
+from tests.stepped_clock import moved_by_steps
 
 OF_THE_CLOCK = ["wall_time", "measured_wall_time", "measured_memory"]
 SCENE = """\
@@ -178,31 +179,10 @@ def same_numbers(one, other):
             np.testing.assert_array_equal(one[name].values, other[name].values, err_msg=str(name))
 
 
-class Clock:
-    """One that only steps move: machines that test are shared. Its two readings differ, as those of a machine do."""
-
-    now = 1000.0
-
-    def monotonic(self):
-        return self.now
-
-    def time(self):
-        return self.now + 1.7e9
-
-
 @pytest.fixture
 def slow(monkeypatch):
     """The clock by which sweeps are stopped: each step of a member takes 10 s."""
-    clock, advance = Clock(), Scaling.advance
-
-    def slowly(*arguments):
-        clock.now += 10.0
-        advance(*arguments)
-
-    monkeypatch.setattr(Scaling, "advance", slowly)
-    for module in (run, members, ensemble, workers, cli, cli_stop):
-        monkeypatch.setattr(module, "time" if module in (cli, cli_stop) else "clock", clock)
-    return clock
+    return moved_by_steps(monkeypatch, Scaling, (run, members, ensemble, workers, cli, cli_stop))
 
 
 def test_a_sweep_is_stopped_in_time_with_its_member_sealed_and_goes_on(grid, tmp_path, monkeypatch, slow, capsys):
