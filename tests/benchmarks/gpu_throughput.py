@@ -11,7 +11,6 @@ its compiler included, and means little below a million particles.
 
 import argparse
 import math
-import resource
 import time
 from collections.abc import Callable
 from typing import Any
@@ -19,6 +18,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from astroinertia.costs.machine import peak_memory
 from astroinertia.effects.catalogue import build
 from astroinertia.engines.xla import Engine
 from astroinertia.gravity.expansions_xla import multi_indices
@@ -62,7 +62,7 @@ def held_bytes() -> float:
     statistics = jax.devices()[0].memory_stats() or {}
     if "peak_bytes_in_use" in statistics:
         return float(statistics["peak_bytes_in_use"])
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0
+    return peak_memory()
 
 
 def flops_of_gravity(lists: Any) -> float:

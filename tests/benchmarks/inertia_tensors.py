@@ -12,7 +12,6 @@ memory and of one from the file. For meshes against trimesh see mesh_inertia.py.
 
 import argparse
 import os
-import resource
 import tempfile
 import time
 from collections.abc import Callable
@@ -23,6 +22,7 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
+from astroinertia.costs.machine import peak_memory
 from astroinertia.engines.threads import available_threads
 from astroinertia.inertia import tensor
 from astroinertia.studies.moments_series import moments_series
@@ -98,11 +98,6 @@ def in_memory(particles: int, repeats: int) -> list[tuple[str, float]]:
         "moments_series": lambda: moments_series(given),
     }
     return [(name, best_time(way, repeats) / IN_MEMORY) for name, way in ways.items()]
-
-
-def peak_memory() -> float:
-    """The most memory that the process has held so far, in bytes."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0
 
 
 def from_file(path: Path, known: np.ndarray, with_numpy: bool) -> tuple[list[tuple[str, float]], float, float]:

@@ -106,7 +106,7 @@ def main(reader, seconds, seeds, corpus, findings):
 
 
 if __name__ == "__main__":
-    # In a fork: the largest memory of a process, by which libFuzzer judges, begins with that of what started it (Linux).
+    # In a fork: the peak memory of a process, by which libFuzzer judges, begins with that of the one that started it.
     if child := os.fork():
         sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
     main(*sys.argv[1:])

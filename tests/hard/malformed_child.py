@@ -13,6 +13,7 @@ import sys
 import time
 import traceback
 import warnings
+from contextlib import suppress
 from pathlib import Path
 
 from astroinertia import dataset
@@ -108,6 +109,8 @@ def memory(name):
 
 
 def main():
+    with suppress(ImportError):
+        import sarracen  # noqa: F401  an extra that takes seconds: what is measured is reading
     warnings.simplefilter("error")
     warnings.simplefilter("ignore", ArchiveWarning)
     told = os.fdopen(os.dup(1), "w")

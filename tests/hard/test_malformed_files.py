@@ -17,10 +17,8 @@ from tests.hard.whole_files import orbit_files, text_files, whole_files
 
 LONGEST = 2.0  # seconds of processor time
 MOST = 300e6  # bytes more than before
-INPUTS = [
-    f"tests/hard/{name}.py"
-    for name in ("crafted_files", "malformed_bytes", "malformed_child", "malformed_files", "whole_files")
-]
+PARTS = ("crafted_files", "malformed_bytes", "malformed_child", "malformed_files", "whole_files")
+INPUTS = ["tests/phantom_dump.py", *(f"tests/hard/{name}.py" for name in PARTS)]
 
 
 class Judge:

@@ -1,6 +1,7 @@
 """Small files of every kind that the package reads, all of them whole: what malformed ones are made of."""
 
 import shutil
+from importlib.util import find_spec
 from pathlib import Path
 
 import h5py
@@ -14,6 +15,7 @@ from astroinertia.archive import Archive
 from astroinertia.run import run_scene
 from astroinertia.scale import ensemble
 from astroinertia.scene import load, sweep
+from tests import phantom_dump
 
 ROOT = Path(__file__).parents[2]
 SCENE = """\
@@ -80,7 +82,16 @@ def _tables(folder):
         comments="",
     )
     equations = [("equation", folder / f"equation.{suffix}") for suffix in ("npz", "csv")]
-    return [("table" if k % 2 else "matter", folder / name) for k, name in enumerate(names)] + equations
+    tables = [("table" if k % 2 else "matter", folder / name) for k, name in enumerate(names)]
+    return tables + equations + (_dump(folder) if find_spec("sarracen") else [])
+
+
+def _dump(folder):
+    """A dump of Phantom with a sink; sarracen, an extra, reads it."""
+    sink = {5: {name: [1.0] for name in ("x", "y", "z", "vx", "vy", "vz", "m")}}
+    content = phantom_dump.dump(phantom_dump.header(), phantom_dump.gas(), sink)
+    (folder / "star_00010").write_bytes(content)
+    return [("matter", folder / "star_00010")]
 
 
 def text_files(folder):
