@@ -4,8 +4,9 @@ All of them do the same steps, with pair sums shared out over the devices of all
 decides by a clock or a signal, all must decide; the first alone writes. Tests: tests/scale/test_hosts.py.
 """
 
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TypeVar
 
 import jax
@@ -14,6 +15,7 @@ import numpy as np
 from astroinertia.errors import ArchiveError, SceneError
 
 Made = TypeVar("Made")
+_LAST_ANSWER = 0.5  # seconds in which the first process, whom the others ask, has answered what they asked last
 
 
 @contextmanager
@@ -29,7 +31,20 @@ def joined(coordinator: str | None, processes: int | None, number: int | None) -
     try:
         yield
     finally:
-        jax.distributed.shutdown()
+        _part()
+
+
+def _part() -> None:
+    # Closed while it answers, the service of the first process aborts it, after the run (gRPC of JAX 0.10.1, seldom):
+    # jax.distributed.shutdown() closes it right after its last answer. What it does is done here with a pause between.
+    with suppress(ImportError, AttributeError):  # parts of JAX that it promises nobody
+        from jax._src.distributed import global_state
+
+        if global_state.service is not None and global_state.client is not None:
+            global_state.client.shutdown()
+            global_state.client = None
+            time.sleep(_LAST_ANSWER)
+    jax.distributed.shutdown()
 
 
 def several() -> bool:
