@@ -206,13 +206,16 @@ class _Particles:
         handed_end = np.zeros(len(nodes.task), np.int64)
         handed_local = np.zeros((len(nodes.task), len(harmonic(order))))
         rest = (
-            nodes.begin, *structure, MOST_LEVELS, parent, where_is, about, multipoles, x, y, z, m, clamp, nodes.order,
-            real(theta), real(tolerance), acceleration, potential, *self.units, nodes.leaf_size, handed_end,
-            handed_local, task_of,
+            *structure, MOST_LEVELS, parent, where_is, about, multipoles, x, y, z, m, clamp, nodes.order, real(theta),
+            real(tolerance), acceleration, potential, *self.units, nodes.leaf_size, handed_end, handed_local, task_of,
         )  # fmt: skip
-        handed = module.descend_top(*rest)
+        root, nothing = np.zeros(1, nodes.task.dtype), np.empty(0, np.int32)
+        none = np.zeros(1, np.int64)
+        handed = module.descend(np.zeros(1, np.int64), True, root, nothing, none, none, np.zeros_like(handed_local[:1]), *rest)
         handed_begin = np.concatenate([[0], handed_end[:-1]])
-        share_out(module.descend_tasks, self.threads, nodes.task, handed, handed_begin, *rest)
+        share_out(
+            module.descend, self.threads, False, nodes.task, handed, handed_begin, handed_end, handed_local, *rest
+        )
         return acceleration, potential
 
 

@@ -135,14 +135,17 @@ def _split(columns, order, nodes, leaf_size, above, further):
     stack[0] = 0
     height = filled = 1
     room = nodes.shape[1]
-    path = above[0].copy()
+    path = np.empty((above.shape[1], above.shape[2]))
+    for k in range(len(path)):
+        path[k, 0], path[k, 1] = above[0, k, 0], above[0, k, 1]
     while height > 0:
         height -= 1
         node = stack[height]
         first, last, level = nodes[0, node], nodes[1, node], nodes[3, node]
         nodes[2, node] = 0
         if not further:
-            above[node, :level] = path[:level]
+            for k in range(level):  # by number: numba takes seconds to compile the same of slices and rows
+                above[node, k, 0], above[node, k, 1] = path[k, 0], path[k, 1]
         if last - first <= (1 if further else leaf_size) or filled + 2 > room:
             continue
         axis, longest, middle, width2 = 0, -1.0, 0.0, 0.0

@@ -124,12 +124,20 @@ def leaf_sums(node, near, near_count, local, first, last, where_is, about, x, y,
 
 
 @njit(**PART)
+def set_to(values, row):
+    # By number: numba takes seconds to compile the same of slices and rows.
+    for k in range(len(row)):
+        row[k] = values[k]
+
+
+@njit(**PART)
 def roomier(array, filled, count):
     # Room for `count` more elements after what is kept.
     if filled + count + 2 * LANES <= len(array):
         return array
     larger = np.empty(2 * (filled + count) + 2 * LANES, array.dtype)
-    larger[:filled] = array[:filled]
+    for k in range(filled):
+        larger[k] = array[k]
     return larger
 
 
@@ -173,16 +181,18 @@ def room_for(levels, nodes, width, leaf_size):
     )
 
 
-@njit(**ENTRY)
-def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds, seed_local, where_is, about,
-            moments, x, y, z, m, clamp, order, theta, tolerance, acceleration, potential,
-            force_unit, potential_unit, leaf_size, saved, saved_end, saved_local, task_of, room, handed, sources):
+@njit(**PART)
+def descend_from(start, only_top, seeds, seed_local, first, last, child, levels, parent_of, where_is, about, moments,
+                 x, y, z, m, clamp, order, theta, tolerance, acceleration, potential, force_unit, potential_unit,
+                 leaf_size, saved, saved_end, saved_local, task_of, room, handed, sources):
     # From the node `start`, which was handed the candidates `seeds` and its parent's coefficients, to the leaves below.
     # With only_top, tasks are not entered: what they are handed is saved.
     ends, local, lists, keys, places, features, columns, coming, targets, field, nothing = room
     handed = roomier(handed, 0, len(seeds))
-    handed[: len(seeds)] = seeds
-    ends[0], local[0] = len(seeds), seed_local
+    for k in range(len(seeds)):
+        handed[k] = seeds[k]
+    ends[0] = len(seeds)
+    set_to(seed_local, local[0])
     bucket = real(leaf_size)
     stack, depths = coming[0], coming[1]
     stack[0], depths[0], height = start, 1, 1
@@ -205,7 +215,7 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
                 saved[saved_count + k] = handed[offset + k]
             saved_count += ends[depth - 1] - offset
             saved_end[task_of[node]] = saved_count
-            saved_local[task_of[node]] = local[depth - 1]
+            set_to(local[depth - 1], saved_local[task_of[node]])
             continue
         fars, nears, hands = seek(
             node, handed[offset:filled], filled - offset, where_is, about, child, bucket, theta, tolerance, lists, keys,
@@ -245,34 +255,21 @@ def descend(start, only_top, begin, first, last, child, levels, parent_of, seeds
 
 
 @njit(**ENTRY)
-def descend_top(begin, first, last, child, levels, parent_of, where_is, about, moments, x, y, z, m, clamp, order, theta,
-                tolerance, acceleration, potential, force_unit, potential_unit, leaf_size, saved_end, saved_local,
-                task_of):
-    # From the root to the tasks: returns what they are handed.
-    width = saved_local.shape[1]
-    saved, _, _ = descend(
-        0, True, begin, first, last, child, levels, parent_of, np.empty(0, np.int32), np.zeros(width), where_is, about,
-        moments, x, y, z, m, clamp, order, theta, tolerance, acceleration, potential, force_unit, potential_unit,
-        leaf_size, np.empty(1024, np.int32), saved_end, saved_local, task_of,
-        room_for(levels, len(first), width, leaf_size), np.empty(1024, np.int32), np.empty((5, 1024), real)
-    )
-    return saved
-
-
-@njit(**ENTRY)
-def descend_tasks(counter, task, saved, saved_begin, begin, first, last, child, levels, parent_of, where_is, about,
-                  moments, x, y, z, m, clamp, order, theta, tolerance, acceleration, potential, force_unit,
-                  potential_unit, leaf_size, saved_end, saved_local, task_of):
+def descend(counter, only_top, task, seeds, seed_begin, seed_end, seed_local, first, last, child, levels, parent_of,
+            where_is, about, moments, x, y, z, m, clamp, order, theta, tolerance, acceleration, potential, force_unit,
+            potential_unit, leaf_size, saved_end, saved_local, task_of):
+    # From each of the nodes `task`; what those were handed lies in `seeds` one after the other. With only_top, returns
+    # what tasks below are handed.
     room = room_for(levels, len(first), saved_local.shape[1], leaf_size)
-    handed, sources = np.empty(1024, np.int32), np.empty((5, 2048), real)
+    saved, handed, sources = np.empty(1024, np.int32), np.empty(1024, np.int32), np.empty((5, 2048), real)
     while True:
         t = take(counter)
         if t >= len(task):
             break
-        _, handed, sources = descend(
-            task[t], False, begin, first, last, child, levels, parent_of, saved[saved_begin[t] : saved_end[t]],
-            saved_local[t], where_is, about, moments, x, y, z, m, clamp, order, theta, tolerance, acceleration,
-            potential, force_unit, potential_unit, leaf_size, saved, saved_end, saved_local, task_of, room, handed,
-            sources
+        saved, handed, sources = descend_from(
+            task[t], only_top, seeds[seed_begin[t] : seed_end[t]], seed_local[t], first, last, child, levels, parent_of,
+            where_is, about, moments, x, y, z, m, clamp, order, theta, tolerance, acceleration, potential, force_unit,
+            potential_unit, leaf_size, saved, saved_end, saved_local, task_of, room, handed, sources
         )
+    return saved
 """
