@@ -5,10 +5,13 @@ import builtins
 import numpy as np
 import pytest
 
+import astroinertia
 from astroinertia.cli import main
 from astroinertia.errors import SceneError, SceneWarning
 from astroinertia.inertia import tensor
 from astroinertia.inertia.spin import angular_momentum
+from astroinertia.run import run_scene
+from astroinertia.scene.load import loads
 from astroinertia.sph.table import read_body, read_table
 from astroinertia.studies.moments import moments, read_matter
 from tests.phantom_dump import COUNT, MASS, PARTICLES, SMOOTHING, UNITS, dump, gas, header, record
@@ -201,3 +204,52 @@ def test_without_sarracen_it_is_told_what_to_install(tmp_path, monkeypatch):
     path = written(tmp_path / "star_00010", dump(header(), gas(), {}))
     with pytest.raises(SceneError, match=r"No module named 'sklearn'.*pip install 'astroinertia\[phantom\]'"):
         read_table(path)
+
+
+def test_a_scene_runs_from_a_dump(tmp_path):
+    """A ball of gas in solar units, at rest but for its rotation: it begins with the dump's mass, L and I."""
+    needs_sarracen()
+    random = np.random.default_rng(4)
+    count = 120
+    position = random.normal(size=(count, 3))
+    position *= (random.random(count) ** (1 / 3) / np.linalg.norm(position, axis=1))[:, None]
+    columns = dict(zip("xyz", position.T, strict=True))
+    columns |= {
+        "vx": -0.1 * position[:, 1],
+        "vy": 0.1 * position[:, 0],
+        "vz": np.zeros(count),
+        "u": np.full(count, 0.5),
+    }
+    one = {0: {"nparttot": count, "nblocks": 1}, 5: {"massoftype#0": 1.0 / count}, 7: UNITS}
+    block = {5: columns, 6: {"h": np.full(count, 0.3, np.float32)}}
+    written(tmp_path / "star_00000", dump(one, block, {}))
+    text = f"""
+name = "star"
+model = "sph"
+[units]
+mass = "1 Msun"
+length = "1 Rsun"
+[body]
+kind = "table"
+file = "{tmp_path / "star_00000"}"
+[effects.gravity]
+[effects.pressure]
+[effects.viscosity]
+[equation_of_state]
+kind = "ideal"
+gamma = 1.6666666666666667
+[time]
+end = "30 min"
+[output]
+series_every = "10 min"
+"""
+    run_scene(loads(text), tmp_path / "run")
+    series = astroinertia.open(tmp_path / "run")
+    mass, table = UNITS["umass"] / 1000, read_table(tmp_path / "star_00000")
+    assert float(series["mass"][0]) == pytest.approx(mass, rel=1e-12)
+    first = series.isel(time=0)
+    np.testing.assert_allclose(first["inertia_tensor"], tensor.inertia_tensor(table.mass, table.position), rtol=1e-9)
+    spin = angular_momentum(table.mass, table.position, table.velocity)
+    np.testing.assert_allclose(first["angular_momentum"], spin, rtol=1e-9, atol=1e-12 * np.abs(spin).max())
+    assert float(np.abs(series["angular_momentum"][-1] - spin).max()) < 1e-12 * np.abs(spin).max()
+    assert float(series["time"][-1]) == pytest.approx(1800.0)
