@@ -27,6 +27,7 @@ def stopped(scene, until=1e3, *settings):
     return body, caught.value
 
 
+@pytest.mark.full
 def test_cold_spheroids_collapse_when_and_how_they_should():
     """Lin, Mestel & Shu 1965: pancakes and spindles, their times to 1e-10 and their sizes to what remains to fall."""
     for entry in COLD:
@@ -49,6 +50,7 @@ def test_loose_steps_see_the_collapse_too():
     assert "pancake" in error.message and error.time == pytest.approx(0.88369577131, rel=1e-3)
 
 
+@pytest.mark.full
 def test_pressure_stops_a_pancake_that_is_very_thin():
     """A gas with one part in 1e5 of the pressure of equilibrium bounces, and keeps its energy through it."""
     body = started(affine_scenes.compressible([1.0, 1.0, 0.5], STILL, 5 / 3, 1e-5))
@@ -61,6 +63,7 @@ def test_pressure_stops_a_pancake_that_is_very_thin():
     assert abs(last["total_energy"] - first["total_energy"]) < 1e-11 * last["kinetic_energy"]
 
 
+@pytest.mark.full
 def test_a_strong_tide_tears_the_body_apart():
     tide = "[effects.tide]\nmass = 1000.0\nposition = [20.0, 0.0, 0.0]\n"
     body, error = stopped(affine_scenes.incompressible([1.0, 1.0, 1.0], STILL, tide))

@@ -25,7 +25,7 @@ def test_mass_shedding_of_index_one_is_that_of_the_bessel_expansion():
     assert star.rotational_to_gravitational == pytest.approx(exact.rotational_to_gravitational, rel=1e-5)
 
 
-@pytest.mark.parametrize("index", [1.5, 2.0, 3.0])
+@pytest.mark.parametrize("index", [1.5, *(pytest.param(index, marks=pytest.mark.full) for index in (2.0, 3.0))])
 def test_stars_are_solved_up_to_mass_shedding_and_refused_beyond(index):
     last = end_of_sequence(polytropic_matter(index))
     ratio = last.field.axis_ratio
@@ -39,6 +39,7 @@ def test_stars_are_solved_up_to_mass_shedding_and_refused_beyond(index):
             rotating_star(polytropic_matter(index), beyond)
 
 
+@pytest.mark.full
 def test_soft_stars_shed_mass_as_roches_model_does():
     """With all mass at the centre: polar over equatorial radius 2/3, Omega^2 a^3/(G M) = 1."""
     ends = [end_of_sequence(polytropic_matter(index)) for index in (3.0, 3.5, 4.0)]

@@ -63,6 +63,7 @@ def test_what_has_not_converged_is_refused():
     assert rotating_polytrope(1.05, tolerance=1e-6).truncation_error < 1e-6
 
 
+@pytest.mark.full
 def test_truncation_error_is_honest():
     for q in (0.4, 0.8, 1.0):
         exact = rotating_polytrope(q, tolerance=1e-9 if q < 1 else 1e-7)

@@ -48,6 +48,7 @@ def test_a_riemann_ellipsoid_of_type_s_keeps_its_shape_and_turns_at_its_rate():
     assert abs(np.sin(turned)) < 1e-11
 
 
+@pytest.mark.full
 def test_what_viscosity_takes_heats_the_gas():
     text = affine_scenes.compressible([1.2, 1.0, 0.8], 0.3 * SPIN, 5 / 3, 0.45)
     body = started(text + "\n", "effects.shear_viscosity={kinematic_viscosity=0.05}")
@@ -60,6 +61,7 @@ def test_what_viscosity_takes_heats_the_gas():
     assert last["total_energy"] == pytest.approx(first["total_energy"], rel=1e-12)
 
 
+@pytest.mark.full
 def test_waves_take_the_energy_and_the_spin_of_the_quadrupole_formula():
     """A Jacobi ellipsoid: dE/dt = -(32/5) G/c^5 Omega^6 (Q_1 - Q_2)^2 = Omega dL/dt.
 

@@ -21,6 +21,7 @@ DAY = 86400.0
 NODE, LONGITUDE = np.radians([125.04455501, 218.31664563])  # mean, of the Moon at J2000: Simon et al. 1994
 
 
+@pytest.mark.full
 def test_the_moon_stays_in_its_cassini_state():
     """Measured over 18.6 years: 1.555 degrees on average, 1.549 by the formula, 1.543 observed."""
     known, moon = j2000.states("Earth"), body("Moon")

@@ -25,6 +25,7 @@ def errors(name, particles, end, *settings):
     return data.bounce_time / wanted["time"] - 1, data.bounce_density / wanted["density"] - 1, data
 
 
+@pytest.mark.full
 def test_a_core_at_rest_bounces_when_and_as_densely_as_on_a_grid():
     """500 particles: late by 5 to 15 %, as dense to 20 %; energy to 1e-3 of the deepest binding."""
     late, dense, data = errors("G3", 500, 0.056, "numerics.precision=float64")

@@ -101,7 +101,7 @@ BARS = {"dyson": (0.0050, 0.0086), "cold": (0.030, 0.024), "toy_star": (0.027, 0
 COLD = pytest.param("cold", marks=pytest.mark.full(inputs=["sims/cold_spheroid.toml"]))  # a minute
 
 
-@pytest.mark.parametrize("family", ["dyson", COLD, "toy_star"])
+@pytest.mark.parametrize("family", [pytest.param("dyson", marks=pytest.mark.full), COLD, "toy_star"])
 def test_an_ellipsoid_follows_its_exact_solution_and_converges(family: str) -> None:
     coarse, fine = ellipsoid_errors(family, 1000), ellipsoid_errors(family, 3000)
     assert fine["I_zz"] < BARS[family][0], fine

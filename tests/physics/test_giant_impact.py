@@ -36,7 +36,7 @@ def keeps_its_books(series, momentum, energy):
     assert series.ledger_closure.max() < 1e-12
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_an_impact_spins_a_planet_up_and_keeps_its_books(tmp_path):
     """500 particles, 3 h: angular momentum to 1e-13, energy to 1e-3 (measured 2e-4 over the whole day).
 

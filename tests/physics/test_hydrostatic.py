@@ -129,6 +129,7 @@ def test_published_radii_of_planets_of_one_material(material, scales):
     assert found.mean_radius / EARTH_RADIUS == pytest.approx(radius, rel=0.03)
 
 
+@pytest.mark.full
 def test_a_strongly_compressed_planet_converges_as_its_resolution_error_tells():
     """Iron at zero pressure is close to where it would yield in tension: a singularity just outside the surface."""
     exact = planet_from_masses([EARTH_MASS], [IRON_HCP], gravitational_constant=G, steps=24)
@@ -138,6 +139,7 @@ def test_a_strongly_compressed_planet_converges_as_its_resolution_error_tells():
         assert error < most and 0.05 < error / float(found.resolution_error) ** 2 < 1
 
 
+@pytest.mark.full
 def test_gradients_by_composition_and_by_material():
     def moment_ratio(parameters):
         share, modulus, mass = parameters

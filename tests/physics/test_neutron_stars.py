@@ -162,9 +162,9 @@ def test_moments_of_inertia_of_the_fits():
             assert fits.breu_rezzolla_moment_bar(body.compactness) == pytest.approx(bar, rel=0.034), name
 
 
-@pytest.mark.parametrize("every", [4, pytest.param(1, marks=pytest.mark.full)])
+@pytest.mark.parametrize("every", [17, pytest.param(1, marks=pytest.mark.full)])
 def test_every_equation_of_read_2009_has_its_stars(every):
-    """Of all equations, or of every fourth."""
+    """Of all equations, or of two of them."""
     for name in list(read2009_table())[::every]:
         along = sequence(read2009(name), count=3)
         assert along.stable.all(), name

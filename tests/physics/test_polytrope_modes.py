@@ -136,8 +136,8 @@ def test_radial_modes_by_shooting(index, gamma):
 @pytest.mark.parametrize(
     ("index", "gamma", "degree"),
     [
-        (0.3, 4.5, 2),
-        (0.7, 5 / 3, 3),
+        pytest.param(0.3, 4.5, 2, marks=pytest.mark.full),
+        pytest.param(0.7, 5 / 3, 3, marks=pytest.mark.full),
         (1.5, 5 / 3, 4),
         (2.7, 5 / 3, 2),
         pytest.param(2.7, 1.3, 3, marks=pytest.mark.full),

@@ -23,6 +23,7 @@ KNOWN = {
 }
 
 
+@pytest.mark.full
 def test_the_earth():
     """Measured: 6.6e-6 from the IAU's rate with the corrections by name, over 74 years, in 4-hour steps."""
     found = precession("Earth")

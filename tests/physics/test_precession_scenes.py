@@ -41,6 +41,7 @@ def nodding(dataset, planet):
     return *fits, longitude - fits[0].steady(middle)
 
 
+@pytest.mark.full
 def test_mars_goes_back(tmp_path):
     found, _, unsteady = nodding(ran("mars_precession", tmp_path), turning_planets.mars())
     assert found.rate / ARCSECOND_PER_YEAR == pytest.approx(7.604, abs=0.001)
@@ -72,6 +73,7 @@ def test_the_pole_wobbles(love_number, days, tmp_path):
     assert 2 * np.pi / turning / DAY == pytest.approx(days, abs=0.01)
 
 
+@pytest.mark.full
 def test_hyperion_tumbles(tmp_path):
     scene = load.load_file(SIMS / "hyperion.toml")
     dataset = ran("hyperion", tmp_path)

@@ -64,6 +64,7 @@ def test_a_star_that_was_never_so_fast_is_said_to_be() -> None:
         along_sequence(series, 1.5)
 
 
+@pytest.mark.full
 def test_a_star_settles_in_a_frame_that_turns() -> None:
     """500 particles at four fifths of the shedding rate: the exact star's axis ratio within 1.5 %, and still.
 

@@ -29,7 +29,7 @@ def scene_and_rate(*settings):
     return scene, still, rate, math.sqrt(still.radius**3 / still.mass)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_figure_is_the_planet_at_rest_and_clairauts_in_slow_rotation():
     """At rest the moment ratio of the hydrostatic solver to 1e-7; in slow rotation its first-order flattening.
 

@@ -109,6 +109,7 @@ def test_a_star_at_rest_stays_and_rings_when_kicked() -> None:
     assert abs(rung(stay)) < 0.04
 
 
+@pytest.mark.full
 def test_a_star_in_differential_rotation_keeps_it() -> None:
     """500 particles for 20 dynamical times: L to round-off; at most a quarter leaves the inner half (measured 15 %)."""
     stay = stayed(20.0, "body.particles=500", *DIFFERENTIAL)

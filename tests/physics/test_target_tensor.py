@@ -138,6 +138,7 @@ def test_impossible_targets_are_refused(options: str, sentence: str) -> None:
         prepared(SCENE.format(options=options, damping=DAMPED))
 
 
+@pytest.mark.full
 def test_the_star_made_to_order_runs_and_is_shown(tmp_path: Path) -> None:
     """It starts at rest and is turned: no scaling law has a spin to begin with."""
     scene = Path(__file__).parents[2] / "sims" / "made_to_order.toml"

@@ -18,6 +18,7 @@ def sources(judged):
     return {source.knob.name: source for source in judged.sources}
 
 
+@pytest.mark.full
 def test_the_error_of_an_ellipsoid_goes_as_its_tolerance(tmp_path):
     """Riemann's figure against its closed form, over eight decades of the error. Measured: orders 1.07 and 1.03."""
     table, judged = found("riemann", tmp_path, "time.end=30.0", only=["tolerance"])

@@ -72,7 +72,7 @@ def test_fastest_polytropes_against_published_figures():
     )
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_spun_up_polytrope_swells_and_turns_more_slowly_than_its_sphere():
     mass, radius, momentum = 2.0, 3.0, 0.1 * math.sqrt(6.0 * 2.0**3 * 3.0)
     star = spun_up_polytrope(1.0, mass, radius, momentum, gravitational_constant=6.0)

@@ -153,6 +153,7 @@ def test_the_cheapest_of_all_integrations_is_taken(runs, tmp_path):
         assert seconds <= 1.8 * min(scan)
 
 
+@pytest.mark.full
 def test_a_real_top_has_the_accuracy(tmp_path):
     scene = load.loads(TOP, ("accuracy=1e-6", "judged_by=['angular_velocity']"))
     found = choice.choose(scene, tmp_path)

@@ -107,7 +107,7 @@ def test_profile_units():
     assert body.gravitational_energy == pytest.approx(plain.gravitational_energy, rel=1e-13)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_fractions_that_no_or_several_interfaces_have_are_refused():
     """Cores of index 5 in n = 1 have a largest mass if the weights differ by more than 3 (Eggleton et al. 1998)."""
     assert composite_polytrope(5, 1, mass_fraction=0.9, weight_ratio=0.34).core_mass_fraction == pytest.approx(0.9)

@@ -23,6 +23,7 @@ def _stiffer(factor: float) -> list:
     ]
 
 
+@pytest.mark.full
 def test_stiff_layers_are_the_exact_inversion_and_the_difference_goes_with_the_compressibility():
     uniform = core_inversion(MARS).core_radius
     assert compressed_core(MARS, 0, *_stiffer(1e12)).core_radius == pytest.approx(uniform, rel=1e-10)
@@ -30,6 +31,7 @@ def test_stiff_layers_are_the_exact_inversion_and_the_difference_goes_with_the_c
     np.testing.assert_allclose(np.log2(np.array(away[:-1]) / away[1:]), 1.0, atol=0.05)
 
 
+@pytest.mark.full
 def test_the_core_of_mars_agrees_with_seismology_and_nutation():
     found = compressed_core(MARS)
     for published in MARS.published["core_radius"][:2]:  # beneath a solid mantle

@@ -53,7 +53,7 @@ def test_every_draw_has_the_mass_and_moment_of_its_coordinates(posterior):
     assert posterior.attrs["sampled"] == ["mean_density", "moment_ratio", "core_density"]
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_fluid_love_number_alone_finds_the_ratio():
     observed = {"mean_density": MEAN, "love_number": Gaussian(LOVE, 2e-3)}
     found = summary(
@@ -67,7 +67,7 @@ def test_a_fluid_love_number_alone_finds_the_ratio():
     assert float(found["mean"].sel(parameter="core_radius_ratio")) == pytest.approx(TRUTH.core_radius_ratio, rel=0.01)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_j2_and_flattening_are_the_love_number_times_the_rotation():
     small_m = 0.004
     observed = {"mean_density": MEAN, "zonal_harmonic_2": Gaussian(small_m * LOVE / 3, 1e-6)}

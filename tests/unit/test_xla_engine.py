@@ -166,26 +166,55 @@ def energy(engine, arrangement, fields, position):
     now = {**fields, "position": position, "smoothing_length": solved.smoothing_length, "weight": solved.density}
     near = engine.neighbour_sums(arrangement, "cubic", NEIGHBOURS, now)
     all_pairs = engine.all_pair_sums(arrangement, "cubic", (DIRECT_GRAVITY,), now)
-    return sum(jnp.log1p(value**2).mean() for value in jax.tree.leaves([near, all_pairs]))
+    return scalar([near, all_pairs])
 
 
-@pytest.mark.slow
-def test_forward_and_reverse_derivatives_agree_and_are_right():
-    engine = Engine(wide_leaf=32, motion=0.05)
-    arrangement, fields = body(engine)
-    at = jnp.asarray(fields["position"])
-    direction = jnp.asarray(np.random.default_rng(6).normal(size=at.shape))
-    function = jax.jit(lambda position: energy(engine, arrangement, fields, position))
-    gradient = jax.jit(jax.grad(function))(at)
-    assert np.all(np.isfinite(gradient))  # although two particles coincide
-    _, forward = jax.jvp(function, (at,), (direction,))
-    assert float((gradient * direction).sum()) == pytest.approx(float(forward), rel=1e-11)
+def scalar(sums):
+    """One number of many arrays."""
+    return sum(jnp.log1p(value**2).mean() for value in jax.tree.leaves(sums))
+
+
+def assert_slope(function, gradient, fields):
+    """The gradient against a difference of the function along a random direction."""
+    at, direction = jnp.asarray(fields["position"]), random_direction(fields)
     # The coincident pair flies apart along the direction: keep it together, r is not smooth there.
     together = jnp.asarray(np.flatnonzero((fields["position"] == clustered(COUNT)[0]).all(axis=1)))
     direction = direction.at[together].set(direction[together[0]])
     width = 1e-8
     difference = (function(at + width * direction) - function(at - width * direction)) / (2 * width)
+    assert np.all(np.isfinite(gradient))  # although two particles coincide
     assert float((gradient * direction).sum()) == pytest.approx(float(difference), rel=1e-6)
+
+
+def random_direction(fields):
+    return jnp.asarray(np.random.default_rng(6).normal(size=fields["position"].shape))
+
+
+@pytest.mark.slow
+def test_reverse_derivatives_of_sums_are_right():
+    """At given smoothing lengths: tests/physics/test_variational.py differentiates through those that are solved."""
+    engine = Engine(wide_leaf=32, motion=0.05)
+    arrangement, fields = body(engine)
+
+    def sums(position):
+        now = {**fields, "position": position}
+        near = engine.neighbour_sums(arrangement, "cubic", NEIGHBOURS, now)
+        return scalar([near, engine.all_pair_sums(arrangement, "cubic", (DIRECT_GRAVITY,), now)])
+
+    both = jax.jit(jax.value_and_grad(sums))
+    assert_slope(lambda position: both(position)[0], both(jnp.asarray(fields["position"]))[1], fields)
+
+
+@pytest.mark.full
+def test_forward_and_reverse_derivatives_agree_and_are_right():
+    engine = Engine(wide_leaf=32, motion=0.05)
+    arrangement, fields = body(engine)
+    at, direction = jnp.asarray(fields["position"]), random_direction(fields)
+    function = jax.jit(lambda position: energy(engine, arrangement, fields, position))
+    gradient = jax.jit(jax.grad(function))(at)
+    _, forward = jax.jvp(function, (at,), (direction,))
+    assert float((gradient * direction).sum()) == pytest.approx(float(forward), rel=1e-11)
+    assert_slope(function, gradient, fields)
 
 
 @pytest.mark.slow
