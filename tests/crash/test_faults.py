@@ -21,7 +21,6 @@ from tests.unit.test_archive import METADATA, assert_consistent, record, snapsho
 
 INTERVAL = 4  # outputs from one checkpoint to the next
 OUTPUTS = 12
-DAMAGES = 500
 
 
 class FillsUp:
@@ -114,14 +113,15 @@ def outputs_of(archive: Archive) -> dict[int, dict]:
     }
 
 
-def test_no_damage_to_a_file_goes_unnoticed_and_an_interval_at_most_is_lost(tmp_path, quick_disk):
-    """A bit flipped or an end cut off, at random, in one file of each of 500 run folders."""
-    chance = random.Random(17)
+@pytest.mark.parametrize("damages", [150, pytest.param(500, marks=pytest.mark.full)])
+def test_no_damage_to_a_file_goes_unnoticed_and_an_interval_at_most_is_lost(tmp_path, quick_disk, damages):
+    """A bit flipped or an end cut off, at random, in one file of each of so many run folders."""
+    chance = random.Random(3)
     with Archive.create(tmp_path / "whole", METADATA) as archive:
         write_on(archive, OUTPUTS)
     names = sorted(path.name for path in (tmp_path / "whole").iterdir() if path.name != "lock")
     told = {"back": 0, "lost": 0, "copy": 0, "harmless": 0}
-    for number in range(DAMAGES):
+    for number in range(damages):
         folder = tmp_path / "damaged"
         shutil.copytree(tmp_path / "whole", folder)
         name = chance.choice(names)
@@ -160,8 +160,8 @@ def test_no_damage_to_a_file_goes_unnoticed_and_an_interval_at_most_is_lost(tmp_
         kind = "lost" if lost or dropped else "back" if outputs < OUTPUTS else "copy" if sentences else "harmless"
         told[kind] += 1
         shutil.rmtree(folder)
-    assert min(told.values()) > 10, told
-    assert sum(told.values()) == DAMAGES
+    assert min(told.values()) > damages // 50, told
+    assert sum(told.values()) == damages
 
 
 def test_damage_while_only_looking_is_an_error_that_names_the_file(tmp_path, quick_disk):

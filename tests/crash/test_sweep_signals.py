@@ -15,18 +15,20 @@ from astroinertia.scene.sweep import member
 COMMAND = "import sys; from astroinertia.cli import main; sys.exit(main())"
 WORKERS = 2
 SCENE = """
-name = "tumbling"
-model = "rigid"
+name = "shrinking"
+model = "scaling"
 units = "code"
 [sweep]
 "body.rotation.rate" = [0.5, 1.0, 1.5, 2.0]
 [body]
-kind = "rigid"
+kind = "power_law"
+exponent = 1.0
 mass = 1.0
-moments = [1.0, 2.0, 2.5]
-[body.rotation]
-axis = [0.01, 1.0, 0.0]
-[effects]
+radius = 1.0
+[body.change]
+times = [1e4]
+factors = [0.5]
+[effects.gravity]
 [time]
 end = 1e4
 [output]
@@ -47,7 +49,7 @@ def test_members_under_way_in_workers_are_sealed_when_all_processes_get_a_signal
             while not all(any(place.glob("checkpoint-*")) for place in under_way):  # that of the beginning
                 assert sweep.poll() is None and time.monotonic() < end
                 time.sleep(0.1)
-            time.sleep(3.0)  # some steps
+            time.sleep(2.0)  # some steps
             for _ in range(2):
                 os.killpg(sweep.pid, signal.SIGTERM)
             _, told = sweep.communicate(timeout=120.0)

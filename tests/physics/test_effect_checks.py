@@ -129,7 +129,7 @@ def checked(problem: sph.Problem, state: Any, arrangement: Any, virials: Any = N
     )
 
 
-# The engines compile long for all effects at once: otherwise test_conservation checks every effect in numba_cpu.
+# The engines compile long for all effects at once: test_conservation has most of them in numba_cpu, too.
 COMPILED = [pytest.param(engine, marks=pytest.mark.full) for engine in ("numba_cpu", "xla")]
 
 

@@ -29,7 +29,9 @@ relaxed = partial(relaxed_polytrope, use_cache=False)
 AT_1000 = {1.0: 0.039, 1.5: 0.025, 3.0: 0.06}
 
 
-@pytest.mark.parametrize("index", [1.0, 1.5, 3.0])
+@pytest.mark.parametrize(
+    "index", [pytest.param(1.0, marks=pytest.mark.full), pytest.param(1.5, marks=pytest.mark.full), 3.0]
+)
 def test_structure_converges_to_the_exact_polytrope(index):
     found = {count: errors(relaxed(index, count)) for count in (400, 1600)}
     for count, error in found.items():
@@ -138,21 +140,27 @@ def _rotating_reference():
     return value
 
 
-def test_rotating_equilibrium_has_the_figure_of_the_exact_one():
-    """Rigid n = 1 body at q = 0.155: its moments, T/|W|, and the rate over the central density."""
+@pytest.mark.parametrize("count", [1000, pytest.param(2000, marks=pytest.mark.full)])
+def test_rotating_equilibrium_has_the_figure_of_the_exact_one(count):
+    """Rigid n = 1 body at q = 0.155: its moments, T/|W|, and the rate over the central density.
+
+    Flattening and rate are off by 6.8 and 6.2 % with 1000 particles, 4.1 and 3.8 % with 2000: as N^-0.7.
+    """
     exact = _rotating_reference()
-    share = exact["T_W"]
-    body = relaxed(1.0, 2000, Rotation("t_over_w", share))
-    still = relaxed(1.0, 2000)
+    share, fewer = exact["T_W"], (2000 / count) ** 0.7
+    body = relaxed(1.0, count, Rotation("t_over_w", share))
+    still = relaxed(1.0, count)
     tensor = body.moment_of_inertia.values
     assert float(body.rotational_to_gravitational) == pytest.approx(share, rel=1e-9)
     assert abs(tensor[0, 1]) + abs(tensor[0, 2]) + abs(tensor[1, 2]) < 0.01 * tensor[2, 2]
     flattening = 1 - 0.5 * (tensor[0, 0] + tensor[1, 1]) / tensor[2, 2]
-    assert flattening == pytest.approx(1 - exact["Ixx_MRe2"] / exact["Izz_MRe2"], rel=0.05)
+    assert flattening == pytest.approx(1 - exact["Ixx_MRe2"] / exact["Izz_MRe2"], rel=0.05 * fewer)
     rate = body.relaxation_rate
     velocity = rate * np.cross([0.0, 0.0, 1.0], body.position.values)
     np.testing.assert_allclose(body.velocity.values, velocity, rtol=0, atol=1e-12)
-    assert rate**2 / (4 * np.pi * float(body.central_density)) == pytest.approx(exact["Omega2_4piGrhoc"], rel=0.04)
+    assert rate**2 / (4 * np.pi * float(body.central_density)) == pytest.approx(
+        exact["Omega2_4piGrhoc"], rel=0.04 * fewer
+    )
     assert float(np.trace(body.moment_of_inertia)) > 1.05 * float(np.trace(still.moment_of_inertia))
 
 

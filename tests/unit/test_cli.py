@@ -140,9 +140,12 @@ def test_a_closed_pipe_is_no_error(elsewhere):
 
 
 @pytest.mark.slow
-def test_a_scene_runs_resumes_and_shows(elsewhere, capsys):
+def test_a_scene_runs_resumes_and_shows(elsewhere, capsys, monkeypatch):
     import xarray
 
+    from astroinertia import plots
+
+    monkeypatch.setattr(plots, "FIGURES", {"inertia": plots.FIGURES["inertia"]})  # all are drawn in test_plots.py
     settings = ["body.particles=64", "body.relax=false", "body.placement=lattice", "time.max_steps=3"]
     main(["new", "star.toml"])
     overrides = [part for setting in settings for part in ("--set", setting)]

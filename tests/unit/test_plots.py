@@ -1,5 +1,6 @@
 """Figures are drawn without a warning for every kind of run, keep their text apart, and show the right numbers."""
 
+import matplotlib
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -10,6 +11,13 @@ from astroinertia.dataset_schema import RECORDED
 from astroinertia.plots import style
 from tests.unit.affine_body import METADATA, affine_run
 from tests.unit.affine_datasets import headline, particles
+
+
+@pytest.fixture(autouse=True)
+def _matplotlib_is_left_as_it_was():
+    before = dict(matplotlib.rcParams)
+    yield
+    assert dict(matplotlib.rcParams) == before
 
 
 @pytest.fixture(scope="module")
@@ -73,17 +81,20 @@ def test_a_name_with_signs_of_formulae_is_a_name(series):
 
 
 @pytest.mark.slow
-def test_write_all_writes_pngs_and_leaves_matplotlib_as_it_was(series, snapshots, tmp_path):
-    import matplotlib
+def test_write_all_writes_a_png_of_each_figure(series, snapshots, tmp_path, monkeypatch):
+    def empty(dataset, _=None):
+        return style.begin(dataset, "a figure", (4.0, 3.0))
 
-    before = dict(matplotlib.rcParams)
+    # One as it is; that all can be drawn is shown by the tests of each.
+    monkeypatch.setattr(plots, "FIGURES", dict.fromkeys(plots.FIGURES, empty) | {"shape": plots.FIGURES["shape"]})
+    for name in ("density_figure", "projection_figure"):
+        monkeypatch.setattr(plots, name, empty)
     written = plots.write_all(series.isel(time=slice(0, None, 10)), tmp_path / "pictures", snapshots=snapshots)
     # Only rigid bodies have an attitude, and only runs that were asked for them error bars.
     fluid = [name for name in plots.FIGURES if name not in ("attitude", "error_bars")]
     assert [path.name for path in written] == [*(f"{name}.png" for name in fluid), "density.png", "projection.png"]
     for path in written:
         assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
-    assert dict(matplotlib.rcParams) == before
 
 
 def variants():
@@ -96,6 +107,7 @@ def variants():
         record.update({name: np.asarray(record[name])[:0] for name in per_effect})
     return {
         "one output": (records[:1], METADATA),
+        "one output, dimensionless, without spin": (still[:1], code),
         "two outputs": (records[:2], METADATA),
         "dimensionless": (records[::10], code),
         "without spin": (still, METADATA),
@@ -107,7 +119,8 @@ def variants():
 
 
 KINDS = {
-    "dimensionless": "quick", "no effects": "quick", "one output": "slow", "without spin": "slow",
+    "one output, dimensionless, without spin": "slow", "no effects": "slow",
+    "one output": "full", "dimensionless": "full", "without spin": "full",
     "two outputs": "full", "rotating frame": "full", "an effect of the user's": "full", "another size": "full",
 }  # fmt: skip
 

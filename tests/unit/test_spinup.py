@@ -92,7 +92,7 @@ def test_a_scene_comes_back_with_its_limits(tmp_path):
 
 @pytest.mark.slow
 def test_a_core_becomes_a_neutron_star():
-    dataset = spinup.core_to_neutron_star()
+    dataset = spinup.core_to_neutron_star(equations_of_state=("SLy",))
     names = [str(name) for name in dataset["remnant"].values]
     period = dict(zip(names, dataset["period"].values, strict=True))
     # 100 s and 1500 km give tens of milliseconds, whatever is assumed of the star.

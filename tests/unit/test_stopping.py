@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import astroinertia
-from astroinertia import cli, cli_stop, dataset, run
+from astroinertia import cli, cli_stop, dataset, plots, run
 from astroinertia.cli import main
 from astroinertia.errors import RunInterrupted
 from astroinertia.models.rigid_evolution import RigidBody
@@ -69,7 +69,9 @@ def test_a_signal_seals_the_run_also_when_it_comes_twice(tmp_path, whole, number
     assert same(astroinertia.open(astroinertia.resume(tmp_path / "run")), whole)
 
 
-@pytest.mark.parametrize(("number", "name"), [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM")])
+@pytest.mark.parametrize(
+    ("number", "name"), [(signal.SIGTERM, "SIGTERM"), pytest.param(signal.SIGINT, "Ctrl-C", marks=pytest.mark.full)]
+)
 def test_a_signal_at_any_moment_of_the_last_file_loses_nothing(tmp_path, whole, monkeypatch, number, name):
     """At each of the files that are synced once the run has ended, and between the halves of the netCDF file."""
     finish, sync, write, moments = dataset.finish, os.fsync, xr.Dataset.to_netcdf, range(1, 50)
@@ -122,11 +124,14 @@ def test_a_signal_while_pictures_are_drawn_leaves_none_by_half(tmp_path, whole, 
         os.kill(os.getpid(), signal.SIGTERM)
 
     before = set(file.parent.iterdir())
+    few = {"spin": plots.FIGURES["spin"]}  # all are drawn in test_plots.py
+    monkeypatch.setattr(plots, "FIGURES", few)
     monkeypatch.setattr(style.Figure, "savefig", stopped_in_the_middle)
     assert main(["show", str(file.parent)]) == 130
     assert capsys.readouterr().err.strip().endswith("interrupted.")
     assert set(file.parent.iterdir()) == before
     monkeypatch.undo()
+    monkeypatch.setattr(plots, "FIGURES", few)
     assert main(["show", str(file.parent)]) == 0
     assert set(file.parent.iterdir()) > before
 

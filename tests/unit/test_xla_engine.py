@@ -198,7 +198,7 @@ def test_reverse_derivatives_of_sums_are_right():
 
     def sums(position):
         now = {**fields, "position": position}
-        near = engine.neighbour_sums(arrangement, "cubic", NEIGHBOURS, now)
+        near = engine.neighbour_sums(arrangement, "cubic", (FLOW,), now)
         return scalar([near, engine.all_pair_sums(arrangement, "cubic", (DIRECT_GRAVITY,), now)])
 
     both = jax.jit(jax.value_and_grad(sums))
