@@ -40,7 +40,8 @@ def assert_alike(found, quantities):
 
 
 def test_eight_devices_find_what_one_finds():
-    assert_alike(told(started("8", **VIRTUAL)), 10)
+    """Densities, and sums and a largest over neighbours; the full test has gravity and derivatives, too."""
+    assert_alike(told(started("8", "--few", **VIRTUAL)), 5)
 
 
 @pytest.mark.full
