@@ -211,7 +211,9 @@ class _Particles:
         )  # fmt: skip
         root, nothing = np.zeros(1, nodes.task.dtype), np.empty(0, np.int32)
         none = np.zeros(1, np.int64)
-        handed = module.descend(np.zeros(1, np.int64), True, root, nothing, none, none, np.zeros_like(handed_local[:1]), *rest)
+        handed = module.descend(
+            np.zeros(1, np.int64), True, root, nothing, none, none, np.zeros_like(handed_local[:1]), *rest
+        )
         handed_begin = np.concatenate([[0], handed_end[:-1]])
         share_out(
             module.descend, self.threads, False, nodes.task, handed, handed_begin, handed_end, handed_local, *rest
