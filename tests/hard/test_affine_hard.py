@@ -40,6 +40,7 @@ def test_cold_spheroids_collapse_when_and_how_they_should():
         assert semi_axes(body)[0] == pytest.approx(float(wanted["other_axis_at_collapse"]), rel=2e-6)
 
 
+@pytest.mark.full
 def test_a_cold_sphere_collapses_to_a_point():
     _, error = stopped(affine_scenes.cold([1.0, 1.0, 1.0], STILL))
     assert "a point" in error.message and error.time == pytest.approx(np.pi / 2 / 2**0.5, rel=1e-10)

@@ -17,6 +17,7 @@ from astroinertia.errors import NumericalError
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "rapid_rotation.json").read_text())
 
 
+@pytest.mark.full
 def test_mass_shedding_of_index_one_is_that_of_the_bessel_expansion():
     star, exact = end_of_sequence(polytropic_matter(1.0)), spectral_polytrope.mass_shedding()
     assert star.keplerian_fraction == pytest.approx(1.0, abs=1e-8)

@@ -22,6 +22,7 @@ def of_sims(name):
         return prepare(load.load_file(SIMS / f"{name}.toml")).evolution
 
 
+@pytest.mark.full
 def test_viscosity_takes_a_maclaurin_spheroid_to_the_jacobi_ellipsoid_of_equal_spin():
     body = of_sims("maclaurin_to_jacobi")
     first = body.record(None)

@@ -87,6 +87,7 @@ def test_the_incompressible_planet_and_the_polytrope_of_index_one():
     assert cut.mean_moment == pytest.approx(moment, rel=1e-11)
 
 
+@pytest.mark.full
 def test_an_earth_of_iron_and_perovskite():
     """An adaptive integration of the textbook's equations in r from the same centre; and what the Earth is like."""
     earth = planet_from_masses(

@@ -33,9 +33,8 @@ GAS = CLOUD.replace('"power_law"\nexponent', '"dyson"\ngamma').replace("gamma = 
 GAS = GAS.replace("[effects.gravity]\n", "").replace("end = 1.2", "end = 2.0")
 
 
-@pytest.mark.parametrize(
-    "text", [CLOUD, pytest.param(GAS, marks=pytest.mark.full)], ids=["a collapse with a bounce", "an expansion"]
-)
+@pytest.mark.full
+@pytest.mark.parametrize("text", [CLOUD, GAS], ids=["a collapse with a bounce", "an expansion"])
 def test_steps_of_more_particles_are_predicted_within_a_factor(text, tmp_path, monkeypatch):
     """Five times the particles: what sound limits takes 1.7 times the steps, which a mere repetition would miss."""
     monkeypatch.setattr(cache, "cache_directory", lambda: tmp_path)  # a pilot of its own

@@ -117,6 +117,7 @@ def test_the_switch_is_on_in_the_shock_and_off_ahead_of_it() -> None:
     assert found.alpha[found.far].mean() < 0.1, found.alpha[found.far].mean()
 
 
+@pytest.mark.full
 def test_too_little_viscosity_lets_the_streams_through() -> None:
     """What the bars above would show of a switch that is too slow: alpha at the 0.13 that it then reached."""
     found = collide(1.0, switch="none", alpha_max=0.13)

@@ -75,7 +75,7 @@ def figures(shapes):
     }
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_small_planet_spins_as_it_was_settled():
     """Measured at 1000: mean moment 3.0 % below the figure's, as at rest, flattening 5.9 % above."""
     found = figures(settled(1000, 4.0))

@@ -90,7 +90,7 @@ def same(one, other):
     return set(one) == set(other) and all(np.array_equal(one[name], other[name], equal_nan=True) for name in one)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_two_processes_stop_together_and_the_first_alone_writes(tmp_path):
     together, elsewhere = tmp_path / "together", tmp_path / "elsewhere"
     # The limit of the second is over at once.

@@ -122,6 +122,7 @@ def test_out_of_reach_is_refused_with_the_price(runs, tmp_path):
         choice.choose(particles(1e-4, "model='sph'"), tmp_path, minutes=0.1)
 
 
+@pytest.mark.full
 def test_an_exact_rung_is_taken_without_a_single_particle(tmp_path):
     found = choice.choose(particles(1e-3), tmp_path)
     assert found.scene.model == "ellipsoid"

@@ -52,6 +52,7 @@ def test_the_older_ratio_of_mercury_gives_the_published_core():
     assert newer.core_density > 7800  # what Genova et al. 2019 take as a sign of a solid inner core
 
 
+@pytest.mark.full
 def test_the_error_of_the_core_is_that_of_draws_where_compression_is_small():
     moon = body("Moon")
     uniform = core_inversion(moon)

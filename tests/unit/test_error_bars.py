@@ -267,7 +267,8 @@ def judged(case, *settings, folder):
         ("rigid_top", ("time.end='1 s'", "output.series_every='0.2 s'", "numerics.steps_per_rotation=20")),
         ("rigid_top", ("time.end='1 s'", "numerics.integrator='adaptive'", "numerics.tolerance=1e-7",
                        "output.series_every='0.5 s'")),
-        ("riemann", ("time.end=12", "output.series_every=6", "numerics.tolerance=1e-5")),
+        pytest.param("riemann", ("time.end=12", "output.series_every=6", "numerics.tolerance=1e-5"),
+                     marks=pytest.mark.full),
         ("maclaurin", ("time.end=10", "output.series_every=5", "numerics.tolerance=1e-8")),
     ],
 )  # fmt: skip

@@ -119,8 +119,8 @@ def variants():
 
 
 KINDS = {
-    "one output, dimensionless, without spin": "slow", "no effects": "slow",
-    "one output": "full", "dimensionless": "full", "without spin": "full",
+    "one output, dimensionless, without spin": "slow",
+    "no effects": "full", "one output": "full", "dimensionless": "full", "without spin": "full",
     "two outputs": "full", "rotating frame": "full", "an effect of the user's": "full", "another size": "full",
 }  # fmt: skip
 

@@ -70,9 +70,13 @@ CASES = {
     "sparse": {"end": 200.0, "outputs": 40},
     "one output": {"outputs": 1, "end": 1e-9},
 }
+FEW = ("symmetric", "wobble", "one output")  # the others are drawn in the full tests
 
 
-@pytest.mark.parametrize("name", ["racket", *(pytest.param(n, marks=pytest.mark.slow) for n in list(CASES)[1:])])
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=() if n == "racket" else pytest.mark.slow if n in FEW else pytest.mark.full) for n in CASES],
+)
 def test_every_kind_of_attitude_can_be_drawn(name):
     series = free_top(**CASES[name])
     assert has_attitude(series)

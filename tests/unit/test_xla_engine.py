@@ -81,7 +81,7 @@ def assert_close(found, expected, bar):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kernel", ["cubic", "wendland_c6"])
+@pytest.mark.parametrize("kernel", ["cubic", pytest.param("wendland_c6", marks=pytest.mark.full)])
 def test_sums_are_those_over_all_pairs(kernel):
     engine = Engine(wide_leaf=32)
     arrangement, fields = body(engine, kernel)
@@ -217,7 +217,7 @@ def test_forward_and_reverse_derivatives_agree_and_are_right():
     assert_slope(function, gradient, fields)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_reverse_mode_stores_no_pairs():
     engine = Engine(wide_leaf=32, pairs_in_chunk=2048)
     arrangement, fields = body(engine)
