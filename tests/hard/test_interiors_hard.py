@@ -112,7 +112,7 @@ def test_two_separate_peaks_are_not_taken_for_a_posterior():
     def start(generator, count):
         return generator.choice([-5.0, 5.0]) + 0.1 * generator.normal(size=(count, 2))
 
-    found = sample(peaks, start, ["one", "other"], draws=1500, chains=4, walkers=8, seed=5)
+    found = sample(peaks, start, ["one", "other"], draws=300, chains=4, walkers=8, seed=5)
     assert 0.2 < float((found["one"] > 0).mean()) < 0.8
     with pytest.raises(NumericalError, match="R-hat"):
         summary(found, ["one", "other"])

@@ -113,6 +113,7 @@ def test_many_overtones():
     np.testing.assert_allclose(np.diff(steps[15:]), 0, atol=2e-3)
 
 
+@pytest.mark.full
 def test_what_does_not_converge_is_not_returned():
     with pytest.raises(NumericalError, match="do not converge"):
         radial_modes(3.0, 5 / 3, 300)

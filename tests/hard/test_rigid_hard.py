@@ -16,6 +16,10 @@ BEST = {
     "adaptive": Settings("adaptive", tolerance=1e-14),
 }
 both = pytest.mark.parametrize("settings", BEST.values(), ids=BEST)
+# Where each has a program of its own to compile: the adaptive one in the full tests.
+each = pytest.mark.parametrize(
+    "settings", [BEST["splitting"], pytest.param(BEST["adaptive"], marks=pytest.mark.full)], ids=BEST
+)
 TILTED = (0.8, 0.1, -0.5, 0.3)
 TINY = 1e-12
 
@@ -66,7 +70,7 @@ def test_a_tilted_needle_keeps_its_own_spin(settings):
     assert spin(run)[0] == pytest.approx(30.0, rel=1e-12)
 
 
-@both
+@each
 def test_a_spin_is_reversed_through_rest(settings):
     # Against a torque along the spin: L passes zero to round-off, and the body turns the other way.
     run = under_way([1.0, 2.0, 2.5], [0.0, 0.0, 1.0], effect("constant_torque", vector=[0.0, 0.0, -0.5]),
@@ -106,7 +110,7 @@ def test_next_to_the_separatrix_nothing_is_lost_but_the_phase(offset, settings):
         assert min(seen) < 0.0  # it flips: half a period is 67.4
 
 
-@both
+@each
 def test_a_spin_is_carried_across_the_separatrix_by_blows(settings):
     blows = effect("impulses", angular_momentum=[0.0, 0.0, 4.0], time=7.0, frame="body")
     run = under_way([1.0, 2.0, 3.0], [1.0, 0.3, 0.1], blows, settings=settings)
@@ -137,7 +141,7 @@ def test_a_torque_sets_a_body_at_rest_in_motion(settings):
     assert attitude(run) == pytest.approx(rotation(np.array([0.0, 0.25, 0.0])).T, abs=1e-11)
 
 
-@both
+@each
 def test_a_pendulum_swings_through_the_vertical_from_next_to_it(settings):
     # Upside down but for 1e-6: it takes long, and has all of its energy when it comes down.
     start = quaternion(rotation(np.array([np.pi - 1e-6, 0.0, 0.0])).T)

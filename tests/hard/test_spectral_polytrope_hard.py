@@ -56,6 +56,7 @@ def test_solved_just_below_and_refused_just_beyond():
         rotating_polytrope(axis_ratio=0.5)
 
 
+@pytest.mark.full
 def test_what_has_not_converged_is_refused():
     """Degree 80 reaches 1e-8 at q = 1.05: asked for more, it says how far it came."""
     with pytest.raises(NumericalError, match=r"converged to \d\.\de-(0[89]|10) only"):

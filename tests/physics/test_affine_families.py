@@ -106,6 +106,7 @@ def test_tilted_compressible_body() -> None:
     np.testing.assert_allclose(body.state.deformation, wanted, atol=1e-11)
 
 
+@pytest.mark.full
 def test_tilted_incompressible_body_keeps_volume_circulation_and_all_it_should() -> None:
     axes, still = np.array([1.25, 1.0, 0.8]), TILTED
     gradient = still - np.trace(still) / 3 * np.eye(3)

@@ -106,6 +106,7 @@ CATALOGUE = {**CATALOGUE, "newcomer": Entry("astroinertia.effects.newcomer", "Ne
 """
 
 
+@pytest.mark.full
 def test_a_new_effect_changes_no_operation_of_scenes_that_do_not_list_it(tmp_path: Path, monkeypatch) -> None:
     """A file and its entry are added to a copy of the package: programs stay the same, unless they ask for it."""
     copy = tmp_path / "astroinertia"

@@ -64,7 +64,7 @@ def test_both_engines_move_the_same_planet():
         np.testing.assert_allclose(states[1][name], states[0][name], rtol=0, atol=1e-12 * scale, err_msg=name)
 
 
-@pytest.mark.parametrize("timesteps", ["global", "individual"])
+@pytest.mark.parametrize("timesteps", [pytest.param("global", marks=pytest.mark.full), "individual"])
 def test_a_checkpoint_goes_on_bit_for_bit(timesteps):
     scene = scene_of(*UNSETTLED, f"numerics.timesteps={timesteps}")
     with jax.enable_x64(True):

@@ -12,7 +12,7 @@ from tests.sims import SIMS, single_scenes
 
 SCENES = sorted(path.stem for path in single_scenes() if load.load_file(path).model != "sph")
 # Those that take the least; the others, which compile as long: test-full.
-FEW = ("asteroid_settles", "core_to_pulsar_scaling", "crab_pulsar")
+FEW = ("core_to_pulsar_scaling", "crab_pulsar")
 CRASH_AT = 4  # the checkpoint at which a run is made to crash
 
 

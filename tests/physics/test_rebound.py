@@ -78,13 +78,14 @@ def test_orbit_and_spin_are_those_of_a_body_inside_rebound():
         assert differences(coupled, one_sided)[0] > 1e-5
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("orbits", "more", "settings", "bound"),
     # Measured: 3e-12, 1.3e-10 and 3.8e-9.
     [
         (100.0, (PLANET,), Settings("splitting", 1e-12, 20.0, 8), 2e-11),
-        pytest.param(1000.0, (), Settings("splitting", 1e-12, 20.0, 8), 1e-9, marks=pytest.mark.full),
-        pytest.param(1000.0, (), Settings("adaptive", 1e-14, 20.0, 8), 1e-8, marks=pytest.mark.full),
+        (1000.0, (), Settings("splitting", 1e-12, 20.0, 8), 1e-9),
+        (1000.0, (), Settings("adaptive", 1e-14, 20.0, 8), 1e-8),
     ],
 )
 def test_the_spin_on_a_tabulated_orbit_is_that_of_a_body_inside_rebound(orbits, more, settings, bound):

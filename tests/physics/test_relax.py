@@ -29,9 +29,8 @@ relaxed = partial(relaxed_polytrope, use_cache=False)
 AT_1000 = {1.0: 0.039, 1.5: 0.025, 3.0: 0.06}
 
 
-@pytest.mark.parametrize(
-    "index", [pytest.param(1.0, marks=pytest.mark.full), pytest.param(1.5, marks=pytest.mark.full), 3.0]
-)
+@pytest.mark.full
+@pytest.mark.parametrize("index", [1.0, 1.5, 3.0])
 def test_structure_converges_to_the_exact_polytrope(index):
     found = {count: errors(relaxed(index, count)) for count in (400, 1600)}
     for count, error in found.items():

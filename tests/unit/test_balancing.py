@@ -182,16 +182,18 @@ def test_what_cannot_be_balanced_is_refused():
 
 
 @pytest.mark.slow
-def test_the_balanced_wheel_of_sims(tmp_path):
+@pytest.mark.parametrize(
+    "extra", [[], pytest.param(["--remove"], marks=pytest.mark.full)], ids=["weights are added", "weights are removed"]
+)
+def test_the_balanced_wheel_of_sims(extra, tmp_path):
     picture = tmp_path / "wheel.png"
     script = Path(__file__).parents[2] / "sims" / "balanced_wheel.py"
-    for extra in ([], ["--remove"]):
-        command = [sys.executable, str(script), "--speed", "3000", "--output", str(picture), *extra]
-        done = subprocess.run(command, cwd=script.parents[1], capture_output=True, text=True, check=True)
-        lines = [line for line in done.stdout.splitlines() if line.startswith(("I_xz", "I_yz", "force"))]
-        before, corrected, clips = np.array([[float(word) for word in line.split()[-3:]] for line in lines]).T
-        np.testing.assert_allclose(before[2:], [9 * 109, 9 * 8.86], rtol=5e-3)  # nine times those at 1000
-        assert (abs(corrected) < 1e-12 * abs(before)).all()
-        assert np.linalg.norm(clips[2:]) < 0.15 * np.linalg.norm(before[2:])
-        assert picture.read_bytes().startswith(b"\x89PNG")
-        assert (" off at " in done.stdout) == bool(extra)
+    command = [sys.executable, str(script), "--speed", "3000", "--output", str(picture), *extra]
+    done = subprocess.run(command, cwd=script.parents[1], capture_output=True, text=True, check=True)
+    lines = [line for line in done.stdout.splitlines() if line.startswith(("I_xz", "I_yz", "force"))]
+    before, corrected, clips = np.array([[float(word) for word in line.split()[-3:]] for line in lines]).T
+    np.testing.assert_allclose(before[2:], [9 * 109, 9 * 8.86], rtol=5e-3)  # nine times those at 1000
+    assert (abs(corrected) < 1e-12 * abs(before)).all()
+    assert np.linalg.norm(clips[2:]) < 0.15 * np.linalg.norm(before[2:])
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert (" off at " in done.stdout) == bool(extra)

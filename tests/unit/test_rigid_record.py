@@ -38,7 +38,7 @@ def _float64():
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(name, marks=() if name in ("settling", "pivot") else pytest.mark.full) for name in BODIES],
+    [pytest.param(name, marks=() if name == "pivot" else pytest.mark.full) for name in BODIES],
 )
 def test_the_ledger_closes(name):
     effects, rest = BODIES[name]
