@@ -24,7 +24,7 @@ def by_differences(function, at, step=3e-3):
     return np.array(out)
 
 
-# Both kinds of layer, and a quantity of each kind; the other pairs of them: test-full.
+# Both kinds of layer; flattening, pressure and the other pairs: test-full.
 QUANTITIES = ("moment_ratio", "k2", "k5", "flattening", "pressure")
 FEW = {("moment_ratio", "constant"), ("k2", "linear"), ("k5", "constant")}
 PAIRS = [
