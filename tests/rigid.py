@@ -1,6 +1,7 @@
 """Rigid bodies under way, for tests: a body, how it turns at the start, how it is integrated."""
 
 import numpy as np
+import pytest
 
 from astroinertia.effects import catalogue
 from astroinertia.models import rigid
@@ -10,6 +11,8 @@ from astroinertia.rotation.attitude import attitude_of_quaternion
 AT_REST = (1.0, 0.0, 0.0, 0.0)
 SPLITTING = Settings("splitting", order=8, steps_per_rotation=60.0)
 ADAPTIVE = Settings("adaptive", tolerance=1e-13)
+BEST = {"splitting": SPLITTING, "adaptive": Settings("adaptive", tolerance=1e-14)}
+both = pytest.mark.parametrize("settings", BEST.values(), ids=BEST)
 
 
 def effect(kind, **options):

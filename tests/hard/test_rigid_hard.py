@@ -6,16 +6,10 @@ import pytest
 
 from astroinertia.errors import NumericalError
 from astroinertia.integrate import adaptive
-from astroinertia.models.rigid_evolution import Settings
 from astroinertia.rotation import free_attitude, free_top
 from astroinertia.rotation.attitude import quaternion, rotation
-from tests.rigid import attitude, effect, momentum, spin, under_way
+from tests.rigid import BEST, attitude, both, effect, momentum, spin, under_way
 
-BEST = {
-    "splitting": Settings("splitting", order=8, steps_per_rotation=60.0),
-    "adaptive": Settings("adaptive", tolerance=1e-14),
-}
-both = pytest.mark.parametrize("settings", BEST.values(), ids=BEST)
 # Where each has a program of its own to compile: the adaptive one in the full tests.
 each = pytest.mark.parametrize(
     "settings", [BEST["splitting"], pytest.param(BEST["adaptive"], marks=pytest.mark.full)], ids=BEST

@@ -11,17 +11,12 @@ from astroinertia.inertia.prescribed import change
 from astroinertia.models.rigid_evolution import Settings
 from astroinertia.rotation import free_attitude, free_top, heavy_top
 from astroinertia.rotation.attitude import quaternion
-from tests.rigid import attitude, effect, momentum, spin, under_way
+from tests.rigid import BEST, attitude, both, effect, momentum, spin, under_way
 
 TOPS = [
     entry for entry in json.loads((Path(__file__).parent.parent / "reference" / "free_top.json").read_text())
     if entry["name"] == "asymmetric_top"
 ]  # fmt: skip
-BEST = {
-    "splitting": Settings("splitting", order=8, steps_per_rotation=60.0),
-    "adaptive": Settings("adaptive", tolerance=1e-14),
-}
-both = pytest.mark.parametrize("settings", BEST.values(), ids=BEST)
 PERIODS = 100.0
 
 
