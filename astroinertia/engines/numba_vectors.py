@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from llvmlite.binding import get_host_cpu_features
 from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
 from astroinertia.engines.numba_compiler import PartCompiler
+from astroinertia.engines.processor import vector_bits
 
 # Boxes are pruned only where they are certainly out of reach, whatever the rounding of pair distances in float32.
 SLACK = 1.0 + 2e-5
@@ -26,7 +26,7 @@ ENTRY: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "
 # Arrays are filled up to whole vectors of float32 on the widest machines, and hold one more vector for loose ends.
 LANES = 16
 # Bits of the vectors that the processor closes up; 0 where it cannot.
-CLOSED_UP = next((bits for name, bits in (("avx512f", 512), ("avx2", 256)) if get_host_cpu_features().get(name)), 0)
+CLOSED_UP = vector_bits()
 INT64 = ir.IntType(64)
 
 
@@ -186,7 +186,7 @@ class Lanes:
         """Close up what is kept of a vector and store it in array k, from a position on."""
         builder, count, width = self.builder, values.type.count, self.signature.args[k].dtype.bitwidth
         nothing, lanes = ir.Constant(values.type, ir.Undefined), CLOSED_UP // width
-        if lanes == count:
+        if CLOSED_UP == 512:  # of narrow numbers beside wide ones there are fewer than such a vector holds
             letter = "i" if isinstance(self.scalar_type(k), ir.IntType) else "f"
             compress = cgutils.get_or_insert_function(
                 builder.module,

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.engines import numba_cache, numba_modules, numba_vectors
+from astroinertia.engines import numba_cache
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.gravity.direct import DIRECT_GRAVITY
@@ -312,24 +312,6 @@ def test_what_cannot_be_compiled_is_refused_with_a_reason(reference, pair, sente
     term = PairTerm("odd", pair, (Output("value", "sum"),))
     with pytest.raises(ValueError, match=sentence):
         Engine().neighbour_sums(reference[0], KERNEL, (term,), reference[2])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("bits", [bits for bits in (0, 256) if bits < numba_vectors.CLOSED_UP])
-def test_processors_that_cannot_close_up_vectors_as_wide_do_the_same(reference, monkeypatch, bits):
-    arrangement, solved, fields = reference
-    quick = Engine().neighbour_sums(arrangement, KERNEL, (SHEAR,), fields)["shear"]
-    made = (numba_modules.neighbour_pass, numba_modules.density_pass)
-    monkeypatch.setattr(numba_vectors, "CLOSED_UP", bits)
-    for make in made:
-        make.cache_clear()
-    plain = Engine().neighbour_sums(arrangement, KERNEL, (SHEAR,), fields)["shear"]
-    found = Engine().density(arrangement, KERNEL, fields["position"], fields["mass"], np.full(COUNT, 0.1), ETA, 1e-14)
-    for make in made:
-        make.cache_clear()
-    for name, value in plain.items():
-        assert np.abs(value - quick[name]).max() < 1e-13 * np.abs(quick[name]).max()
-    assert np.max(np.abs(found.smoothing_length / solved.smoothing_length - 1)) < 1e-13
 
 
 def test_missing_fields_and_wrong_choices_are_named(reference):

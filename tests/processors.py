@@ -1,0 +1,190 @@
+"""Classes of processors, and a program that computes the sums of a step as numba compiles them for one of them.
+
+`python -m tests.processors compute FILE` writes the sums and the types that the programs were compiled for.
+`python -m tests.processors assemble FILE` also has LLVM make programs for arm64 of them, which it verifies.
+`python -m tests.processors generate FILE` compiles the same programs for those types and runs none of them: for
+processors that the machine does not have.
+"""
+
+import inspect
+import os
+import pickle
+import platform
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from llvmlite import binding as llvm
+from numba import njit
+from numba.core.dispatcher import Dispatcher
+
+from astroinertia.effects.pressure import PRESSURE
+from astroinertia.effects.viscosity import GUARDED, TREND, VELOCITY_GRADIENT
+from astroinertia.engines import numba_cache, numba_lists, numba_modules, numba_vectors
+from astroinertia.engines.numba_cpu import Engine
+from astroinertia.gravity import multipole
+from astroinertia.gravity.direct import DIRECT_GRAVITY
+from astroinertia.gravity.points import SOFTENED_LESS_POINT
+
+ROOT = Path(__file__).parent.parent
+ARM64 = "aarch64-unknown-linux-gnu"
+KERNEL, ETA, COUNT, ACCURACY = "wendland_c2", 1.3, 600, 1e-4
+PRECISIONS = ("float64", "mixed")
+PASSES = {"gradients": (VELOCITY_GRADIENT, TREND), "forces": (PRESSURE, GUARDED)}
+
+
+@dataclass(frozen=True)
+class Processor:
+    """A class of processors: LLVM's name for it, the features that tell it, and the vectors that it closes up."""
+
+    name: str
+    features: tuple[str, ...]
+    bits: int
+
+    @property
+    def environment(self):
+        """What makes numba compile for it."""
+        return {"NUMBA_CPU_NAME": self.name, "NUMBA_CPU_FEATURES": ""}
+
+    @property
+    def is_here(self):
+        """Whether this machine runs its programs."""
+        features = llvm.get_host_cpu_features()
+        return platform.machine() in ("x86_64", "AMD64") and all(features.get(name) for name in self.features)
+
+
+V3 = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
+PROCESSORS = {
+    "generic": Processor("x86-64", (), 0),
+    "AVX2": Processor("x86-64-v3", V3, 256),
+    "AVX-512": Processor("x86-64-v4", (*V3, "avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"), 512),
+}
+
+
+def fields_of_a_step():
+    """A dense clump in a thin envelope with two particles in one place, in the order of an arrangement, and that.
+
+    Every field that a pair function of PASSES names has random values.
+    """
+    random = np.random.default_rng(1)
+    position = random.normal(size=(COUNT, 3))
+    position[: COUNT // 2] *= 0.04
+    position[11] = position[10]
+    order, arrangement = Engine().arrange(position, np.ones(COUNT))
+    fields = {
+        "position": position[order],
+        "mass": random.uniform(0.5, 1.5, COUNT) / COUNT,
+        "velocity": random.normal(size=(COUNT, 3)),
+        "acceleration": random.normal(size=(COUNT, 3)),
+        "smoothing_length": random.uniform(0.5, 2.0, COUNT),
+    }
+    named = {
+        name
+        for terms in PASSES.values()
+        for term in terms
+        for name in list(inspect.signature(term.pair).parameters)[1:]
+    }
+    for name in sorted(name[:-2] for name in named if name.endswith(("_i", "_j"))):
+        if name not in ("W", "dW", "phi", "dphi", "h"):
+            fields.setdefault(name, random.uniform(1.0, 2.0, COUNT))
+    return arrangement, fields
+
+
+def sums_of_a_step(precision):
+    """Every sum over neighbours, over all pairs and by multipoles, by name."""
+    arrangement, fields = fields_of_a_step()
+    engine = Engine(precision)
+    position, mass = fields["position"], fields["mass"]
+    found = vars(engine.density(arrangement, KERNEL, position, mass, fields["smoothing_length"], ETA, 1e-14, True))
+    lengths = found["smoothing_length"]
+    fields["smoothing_length"] = lengths
+    listed = engine.listed(arrangement, KERNEL, position, lengths)
+    for name, terms in PASSES.items():
+        outputs = engine.neighbour_sums(listed, KERNEL, terms, fields)
+        found |= {f"{name} {effect} {key}": value for effect, each in outputs.items() for key, value in each.items()}
+    direct = engine.all_pair_sums(arrangement, KERNEL, (DIRECT_GRAVITY,), fields)["gravity"]
+    found |= {f"direct {key}": value for key, value in direct.items()}
+    strength = np.linalg.norm(direct["acceleration"], axis=1)
+    fast = multipole.gravity(mass, position, lengths, KERNEL, ACCURACY, strength, precision=precision)
+    return found | dict(zip(("multipole acceleration", "multipole potential"), fast, strict=True))
+
+
+def programs():
+    """The generated modules of those sums in both precisions, by name."""
+    order, _ = multipole.settings(ACCURACY)
+    neighbours = [*PASSES.values(), (SOFTENED_LESS_POINT,)]
+    modules = {"lists": sys.modules[numba_lists.lists_pass().py_func.__module__]}
+    for precision in PRECISIONS:
+        made = [
+            numba_modules.density_pass(KERNEL, precision, True)[0],
+            *(numba_modules.neighbour_pass(KERNEL, terms, precision, False).module for terms in neighbours),
+            numba_modules.all_pairs_pass(KERNEL, (DIRECT_GRAVITY,), precision, False)[0],
+            multipole._module(order, precision),
+        ]
+        modules |= {f"{precision} {module.__name__.rpartition('_')[0]}": module for module in made}
+    return modules
+
+
+def entries(module):
+    """The functions of a module that Python calls, by name, with the types of arguments that they were compiled for."""
+    functions = {name: value for name, value in vars(module).items() if isinstance(value, Dispatcher)}
+    called = {name: value for name, value in functions.items() if "no_cpython_wrapper" not in value.targetoptions}
+    return {name: value.signatures for name, value in called.items() if value.signatures}
+
+
+def compute(file):
+    """Write the sums in both precisions, and the types that each program was compiled for."""
+    found = {precision: sums_of_a_step(precision) for precision in PRECISIONS}
+    modules = programs()
+    kept = {name for name in sys.modules if (numba_cache.cache_directory() / f"{name}.py").exists()}
+    assert {name for name in kept if not name.startswith("parts_")} == {each.__name__ for each in modules.values()}
+    Path(file).write_bytes(pickle.dumps((found, {name: entries(module) for name, module in modules.items()})))
+
+
+def assemble(file):
+    """As `compute`; writes the sizes of the programs for arm64 besides.
+
+    What numba keeps from another process has no text: with a folder of its own for that, this process compiles all.
+    """
+    compute(file)
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    machine = llvm.Target.from_triple(ARM64).create_target_machine(cpu="generic")
+    target = f'target datalayout = "{machine.target_data}"\ntarget triple = "{ARM64}"\n'
+    sizes = {}
+    for name, module in programs().items():
+        for function, signatures in entries(module).items():
+            lowered = njit(**numba_vectors.PART)(getattr(module, function).py_func)  # no code for this machine
+            for signature in signatures:
+                lowered.compile(signature)
+                text = lowered.overloads[signature].library.get_llvm_str()
+                program = llvm.parse_assembly(target + re.sub(r"^target \w+ = .*\n", "", text, flags=re.MULTILINE))
+                program.verify()
+                sizes[name, function] = len(machine.emit_assembly(program))
+    Path(file).write_bytes(pickle.dumps((*pickle.loads(Path(file).read_bytes()), sizes)))
+
+
+def generate(file):
+    """Compile the programs for the types that `compute` wrote, and run none."""
+    types = pickle.loads(Path(file).read_bytes())[1]
+    modules = programs()
+    assert set(types) == set(modules)
+    for name, functions in types.items():
+        assert functions
+        for function, signatures in functions.items():
+            for signature in signatures:
+                getattr(modules[name], function).compile(signature)
+
+
+def run_for(environment, *arguments):
+    """Run this program in a process that compiles for another processor."""
+    command = [sys.executable, "-m", "tests.processors", *map(str, arguments)]
+    done = subprocess.run(command, cwd=ROOT, env=os.environ | environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-3000:]
+
+
+if __name__ == "__main__":
+    {"compute": compute, "assemble": assemble, "generate": generate}[sys.argv[1]](sys.argv[2])
