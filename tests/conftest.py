@@ -47,10 +47,10 @@ def pytest_collection_finish(session):
     longest, again = session.config.getoption("--at-most"), session.config.getoption("--again")
     for item in session.items:
         if item.get_closest_marker("full"):
-            if longest is not None and full_results.seconds(item) > longest:
-                item.add_marker(pytest.mark.skip(reason=f"took more than {longest:g} s when it last ran, or never ran"))
-            elif not again and full_results.is_done(item):
+            if not again and full_results.is_done(item):
                 item.add_marker(pytest.mark.skip(reason="has passed with this code; --again repeats it"))
+            elif longest is not None and full_results.seconds(item) > longest:
+                item.add_marker(pytest.mark.skip(reason=f"took more than {longest:g} s when it last ran, or never ran"))
     return (yield)
 
 
