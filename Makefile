@@ -1,9 +1,10 @@
 # Everything that is run by name. The environment in .venv is made, and made anew when the project's needs change.
 #
 #   make demo         a star collapses: runs/pulsar_collapse with a netCDF file and pictures
-#   make test         all tests but the long ones (under 20 minutes on two cores)
+#   make test         all tests but the long ones (under 25 minutes on two cores)
 #   make test-quick   the quick ones (under 3 minutes)
 #   make test-full    the long ones, hours in all; can be stopped and goes on where it was; results in tests/results
+#   make test-status  which results of the long ones are valid for this code and this kind of processor, which stale
 #   make bench        the benchmarks
 #   make notebooks    executes the notebooks of sims/notebooks and writes them
 #   make lint         format, lint, types, import order
@@ -11,7 +12,7 @@
 
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: help demo test test-quick test-full bench notebooks lint venv clean
+.PHONY: help demo test test-quick test-full test-status bench notebooks lint venv clean
 
 VENV := .venv
 RUN := $(VENV)/bin/python
@@ -70,13 +71,16 @@ demo: $(VENV)/run
 # Each worker is to use one core: two threads of linear algebra in each of two wait for one another, ten times as long.
 test test-quick: export OPENBLAS_NUM_THREADS := 1
 test: $(VENV)/test
-	$(RUN) -m pytest -m "not full" -n $(WORKERS) --dist worksteal
+	$(RUN) -m pytest -m "not full" --kept -n $(WORKERS) --dist worksteal
 
 test-quick: $(VENV)/test
 	$(RUN) -m pytest -m "quick and not full" -n $(WORKERS) --dist worksteal
 
 test-full: $(VENV)/test
-	$(RUN) -m pytest -m full
+	$(RUN) -m pytest -m full --kept
+
+test-status: $(VENV)/test
+	@$(RUN) -m tests.full_results
 
 bench: $(VENV)/bench
 	@for each in $(filter-out $(BENCH_PARTS:%=tests/benchmarks/%.py),$(wildcard tests/benchmarks/*.py)); do \

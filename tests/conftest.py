@@ -7,9 +7,9 @@ from pathlib import Path
 
 import hypothesis
 import pytest
-from numba.core.targetconfig import TargetConfig
 
-from tests.full_results import FullResult, is_done
+from tests import full_results
+from tests.full_results import FullResult
 
 HERE = Path(__file__).parent
 LARGE = 2.5e9  # bytes of a process
@@ -22,35 +22,42 @@ hypothesis.settings.load_profile("project")
 gc.set_threshold(50_000, 20, 100)
 
 
-def _values(config):
-    """All options of how numba compiles, set ones over those of the class: what TargetConfig.values tells, sooner."""
-    kind = type(config)
-    if kind not in DEFAULTS:
-        DEFAULTS[kind] = {name: option.default for name, option in kind.options.items()}
-    return DEFAULTS[kind] | config._values
-
-
-# Numba asks for them half a million times for the programs of one scene, by a property each: 8 % of compiling.
-DEFAULTS = {}
-TargetConfig.values = _values
-
-
 def pytest_addoption(parser):
-    parser.addoption("--again", action="store_true", help="run long tests that have passed before, too")
+    parser.addoption("--again", action="store_true", help="run long tests whose results are valid, too")
+    parser.addoption(
+        "--at-most",
+        type=float,
+        metavar="SECONDS",
+        help="of the long tests only those that took no longer when last run",
+    )
+    parser.addoption("--kept", action="store_true", help="say at the end how many results of long tests are valid")
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
     for item in items:
         folders = item.path.relative_to(HERE).parts
         if folders[0] == "unit" and not any(item.get_closest_marker(name) for name in ("slow", "full")):
             item.add_marker(pytest.mark.quick)
-        if item.get_closest_marker("full") and not config.getoption("--again") and is_done(item):
-            item.add_marker(
-                pytest.mark.skip(
-                    reason="takes minutes to hours and has passed before with the same inputs; "
-                    "its figures are in tests/results, and --again repeats it"
-                )
-            )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection_finish(session):
+    # Only now, of the tests that were chosen: to find what a long test depends on is to read much code.
+    longest, again = session.config.getoption("--at-most"), session.config.getoption("--again")
+    for item in session.items:
+        if item.get_closest_marker("full"):
+            if not again and full_results.is_done(item):
+                item.add_marker(pytest.mark.skip(reason="has passed with this code; --again repeats it"))
+            elif longest is not None and full_results.seconds(item) > longest:
+                item.add_marker(pytest.mark.skip(reason=f"took more than {longest:g} s when it last ran, or never ran"))
+    return (yield)
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    if config.getoption("--kept"):
+        states = [full_results.state(content) for _, content in full_results.kept()]
+        terminalreporter.write_line(full_results.summary(states))
 
 
 @pytest.hookimpl(wrapper=True)

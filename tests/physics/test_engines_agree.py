@@ -223,8 +223,7 @@ def test_accelerations_and_heating_agree_effect_by_effect(kinds):
     assert one.timestep == pytest.approx(other.timestep, rel=1e-12)
 
 
-@pytest.mark.full
-@pytest.mark.parametrize("name", ["numba_cpu", "xla"])
+@pytest.mark.parametrize("name", ["numba_cpu", pytest.param("xla", marks=pytest.mark.full)])
 def test_mixed_precision_costs_what_single_precision_pairs_cost(name, kinds):
     """A pair value goes through some 30 roundings, a few of them amplified by the slope of the kernel (below 10)."""
     errors = pass_errors(name, "mixed", kinds)
