@@ -31,6 +31,9 @@ def load(path: str | PathLike[str], settings: Sequence[str] = ()) -> "Scene":
     >>> print(scene.model, list(scene.effects))
     scaling ['gravity', 'pressure', 'dipole_braking']
     """
+    from astroinertia import requirements
+
+    requirements.check()
     from astroinertia.scene.load import load_file
 
     return load_file(path, settings)
@@ -54,6 +57,10 @@ def run_scene(
     ...     print(run_scene("sims/core_to_pulsar_scaling.toml", folder + "/run").name)
     core_to_pulsar_scaling.nc
     """
+    from astroinertia import kept_programs, requirements
+
+    requirements.check()
+    kept_programs.keep_apart()
     from astroinertia.accuracy.running import run_scene as carry_out
     from astroinertia.scene.schema import Scene
     from astroinertia.scene.sweep import load_file
@@ -78,6 +85,10 @@ def resume(
     >>> print(resume("runs/star").name)  # finished: it has nothing to do, and tells where the result is
     one_star_three_models.nc
     """
+    from astroinertia import kept_programs, requirements
+
+    requirements.check()
+    kept_programs.keep_apart()
     from astroinertia.accuracy.running import resume as go_on
     from astroinertia.archive import SWEEP
 

@@ -30,6 +30,8 @@ from astroinertia import (
     cli_tradeoff,
     cli_verify,
     interrupts,
+    kept_programs,
+    requirements,
 )
 from astroinertia.cli_help import DESCRIPTION, EXAMPLES
 from astroinertia.cli_meter import Meter
@@ -61,6 +63,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 130 stopped before its end."""
     try:
         options = _parser().parse_args(arguments)
+        requirements.check()
+        kept_programs.keep_apart()
         with cli_stop.warnings_told(_complain), interrupts.raised(), cli_hosts.joined(options):
             return options.command(options)
     except RunInterrupted as stopped:

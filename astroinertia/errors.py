@@ -9,6 +9,10 @@ class SceneError(AstroinertiaError):
     """A scene, or an argument that stands for part of one, is wrong: what, where, and what would be right."""
 
 
+class InstallationError(AstroinertiaError):
+    """A package that this one stands on is missing, or of a version with which it does not work."""
+
+
 class ArchiveError(AstroinertiaError):
     """A run directory, segment, checkpoint or dataset file cannot be read, written or continued."""
 

@@ -11,6 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
+from astroinertia.blas import one_thread
 from astroinertia.bodies.barotropes import Barotrope
 from astroinertia.bodies.figure_layers import Layer
 from astroinertia.bodies.figure_shapes import (
@@ -220,6 +221,7 @@ def on_points(start: Solution, sphere: Angles) -> np.ndarray:
     return series @ even_legendre(sphere.mu, 2 * count - 2)
 
 
+@one_thread
 def solve(
     layers: Sequence[Layer], material: Material, rotation: Rotation, harmonics: int, start: Solution | None = None
 ) -> Solution:

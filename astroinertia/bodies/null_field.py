@@ -24,6 +24,7 @@ from functools import cached_property
 
 import numpy as np
 
+from astroinertia.blas import one_thread
 from astroinertia.bodies.spheroidal_basis import SpheroidalBasis
 
 # Below it spherical functions lose no digits, and cancellation can be kept out of the integrals.
@@ -179,6 +180,7 @@ def sphere(degree: int) -> Trial:
     return trial
 
 
+@one_thread
 def rebased(trial: Trial, degree: int) -> Trial | None:
     """The same density in functions up to `degree` that fit its flattening, by least squares on its surface."""
     equator, pole = trial.r[-2:]
@@ -241,6 +243,7 @@ QUANTITIES = {
 }
 
 
+@one_thread
 def newton(trial: Trial | None, quantity: str, target: float) -> Trial | None:
     """Solve F_l = 0 and quantity = target; None where Newton's method does not converge to round-off."""
     cusp, last = quantity == "saddle", math.inf

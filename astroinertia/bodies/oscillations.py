@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh, solve_triangular
 
+from astroinertia.blas import one_thread
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.bodies.polytrope_elements import BUOYANT, Basis, Elements, polytrope_elements
 from astroinertia.errors import NumericalError
@@ -81,6 +82,7 @@ def _displacement_basis(elements: Elements, slope_weight: float) -> Basis:
     return elements.basis(elements.polynomials, elements.mass_power, mass, slope_weight * mass * elements.x**2)
 
 
+@one_thread
 def radial_spectrum(elements: Elements, gamma: float) -> Spectrum:
     """Return all radial modes of one discretisation, true and unconverged ones alike: what `radial_modes` chooses from.
 
@@ -99,6 +101,7 @@ def radial_spectrum(elements: Elements, gamma: float) -> Spectrum:
     return Spectrum(elements, values, radial, np.zeros_like(radial), x[:, None] * slope + 3 * y, None)
 
 
+@one_thread
 def nonradial_spectrum(elements: Elements, gamma: float, degree: int, gravity: bool = True) -> Spectrum:
     """Return all modes of one discretisation, converged or not: what `nonradial_modes` chooses from.
 

@@ -29,6 +29,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from astroinertia.blas import one_thread
 from astroinertia.bodies.rotating_star import RotatingStar
 from astroinertia.errors import NumericalError
 
@@ -86,6 +87,7 @@ def _bar(star: RotatingStar, gamma: float, degree: int, viscosity: float, bulk: 
     return complex(np.real(bars).max())
 
 
+@one_thread
 def spectrum(
     star: RotatingStar, gamma: float, mode: int, degree: int, kinematic_viscosity: float = 0.0,
     bulk_over_shear: float = 0.0,

@@ -1,6 +1,7 @@
 """Ordinary differential equations to a tolerance: an explicit pair of order 8(7) with steps that follow the error."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -28,6 +29,24 @@ class Advanced(NamedTuple):
     steps: jax.Array
     stopped: jax.Array
     failed: jax.Array
+
+
+class FirstStepGiven(diffrax.PIDController):
+    """A controller that knows the first step itself.
+
+    diffrax checks a first step that it is given by a call from compiled code into Python, and JAX keeps no program with
+    such a call on disk: each process would compile it, for seconds.
+    """
+
+    first: Any = None
+
+    def wrap(self, direction: Any) -> "FirstStepGiven":
+        """The same for time that runs forward."""
+        return replace(self, first=self.first * direction)
+
+    def init(self, terms: Any, t0: Any, t1: Any, y0: Any, dt0: Any, *rest: Any) -> Any:
+        """The end of the first step, and the controller's state."""
+        return super().init(terms, t0, t1, y0, self.first, *rest)
 
 
 @partial(jax.jit, static_argnames=("rate", "condition"))
@@ -59,10 +78,12 @@ def advance(
         diffrax.Dopri8(),
         t0=time,
         t1=until,
-        dt0=first,
+        dt0=None,
         y0=state,
         args=arguments,
-        stepsize_controller=diffrax.PIDController(rtol=relative, atol=absolute, dtmin=shortest, force_dtmin=False),
+        stepsize_controller=FirstStepGiven(
+            rtol=relative, atol=absolute, dtmin=shortest, force_dtmin=False, first=first
+        ),
         max_steps=MOST_STEPS,
         saveat=diffrax.SaveAt(t1=True),
         adjoint=diffrax.ForwardMode(),

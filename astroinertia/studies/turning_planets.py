@@ -6,7 +6,6 @@ Orbits: REBOUND from where all were at J2000, forwards and backwards, tabulated 
 
 from collections.abc import Mapping
 from dataclasses import replace
-from itertools import pairwise
 from typing import NamedTuple
 
 import jax
@@ -167,11 +166,19 @@ def axis_history(
     for direction in (-1, 1):
         times = direction * planet.every * np.arange(count + 1)
         state = rigid_splitting.rotor(attitude, np.array([0.0, 0.0, planet.spin_rate]), jnp.zeros(1))
-        momenta = [planet.spin_rate * axis]
-        for before, after in pairwise(times):
-            state = rigid_splitting.advance(state, turning.rates, before, after, steps, _ORDER, turning, rigid.kick)
-            momenta.append(np.asarray(state.angular_momentum.value))
-        histories.append((times, np.array(momenta)))
+        momenta = np.asarray(_momenta(state, turning, times, steps))
+        histories.append((times, np.concatenate([[planet.spin_rate * axis], momenta])))
     (past, before), (future, after) = histories
     momenta = np.concatenate([before[:0:-1], after])
     return np.concatenate([past[:0:-1], future]), momenta / np.linalg.norm(momenta, axis=1, keepdims=True)
+
+
+@jax.jit
+def _momenta(state: rigid_splitting.Rotor, turning: rigid.Rigid, times: jax.Array, steps: int) -> jax.Array:
+    """Angular momenta (N - 1, 3) at times (N,) but the first, which is that of the state; so many steps between two."""
+
+    def later(state: rigid_splitting.Rotor, span: tuple[jax.Array, jax.Array]) -> tuple:
+        state = rigid_splitting.advance(state, turning.rates, *span, steps, _ORDER, turning, rigid.kick)
+        return state, state.angular_momentum.value
+
+    return jax.lax.scan(later, state, (times[:-1], times[1:]))[1]

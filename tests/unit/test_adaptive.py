@@ -63,3 +63,16 @@ def test_a_condition_ends_it_with_the_step():
 def test_a_singularity_is_said_to_fail():
     found = adaptive.advance(blow_up, None, jnp.array(1.0), 0.0, 2.0, 0.1)  # 1 / (1 - t)
     assert bool(found.failed) and float(found.time) < 1.0 + 1e-9
+
+
+def test_no_compiled_program_calls_python_so_that_jax_can_keep_it():
+    """JAX leaves programs with such calls out of its cache on disk: each process compiled for five seconds."""
+    made = jax.make_jaxpr(adaptive.advance, static_argnums=(0, 8))
+    for condition in (None, below_a_tenth):
+        program = str(made(oscillator, 1.0, start(), 0.0, 1.0, 0.1, 1e-6, 1e-6, condition))
+        assert "while" in program and "callback" not in program
+
+
+def test_time_may_run_backward():
+    found = adaptive.advance(oscillator, 1.0, start(), 0.0, -1.0, -0.1)
+    assert abs(float(found.state[0]) - np.cos(1.0)) < 1e-12 and abs(float(found.state[1]) - np.sin(1.0)) < 1e-12

@@ -1,8 +1,9 @@
-"""What several processes compiled and kept is used side by side in one."""
+"""What several processes compiled and kept is used side by side in one, on the processor that it was made for."""
 
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -47,6 +48,24 @@ sums = engine.all_pair_sums(arrangement, "wendland_c2", build("gravity").all_pai
 print(hashlib.sha256(b"".join(np.ascontiguousarray(sums[name]).tobytes() for name in sorted(sums))).hexdigest())
 """
 
+# Of a library that the user's own program imports, and of a command: both keep what JAX compiles.
+COMPILED = """
+import sys
+from astroinertia import kept_programs
+
+kept_programs.keep_apart()
+kept_programs.keep_apart()
+import jax
+import jax.numpy as jnp
+
+print(kept_programs.processor())
+print(jax.config.jax_compilation_cache_dir)
+found = []
+jax.monitoring.register_event_listener(lambda name, **_: found.append(name))
+jax.jit(lambda x: jnp.sort(jnp.sin(x) @ jnp.cos(x)))(jnp.ones((20, 20))).block_until_ready()
+print(sum(name.endswith("/cache_hits") for name in found), sum(name.endswith("/cache_misses") for name in found))
+"""
+
 
 def told_by(program: str, place, *arguments: str) -> str:
     """What a process prints that keeps its programs in a folder."""
@@ -70,3 +89,39 @@ def test_programs_that_different_processes_compiled_do_not_mix(tmp_path):
     assert told_by(PROGRAM, tmp_path, "0") == "0 True\n"
     assert told_by(PROGRAM, tmp_path, "4") == "4 True\n"
     assert told_by(PROGRAM, tmp_path, "0", "4") == "0 True\n4 True\n"
+
+
+def compiled(folder: Path) -> tuple[str, Path, int, int]:
+    """Of a process that keeps JAX's programs under a folder: its processor, the folder it took, hits and misses."""
+    kept = {"JAX_COMPILATION_CACHE_DIR": str(folder), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0"}
+    given = {name: value for name, value in os.environ.items() if name != "TF_CPP_MIN_LOG_LEVEL"}
+    command = [sys.executable, "-c", COMPILED]
+    done = subprocess.run(command, env=given | kept, capture_output=True, text=True, check=True)
+    assert done.stderr == ""  # XLA's "could lead to execution errors such as SIGILL", 3 kB for each program
+    processor, place, counts = done.stdout.splitlines()
+    return processor, Path(place), *map(int, counts.split())
+
+
+def test_programs_of_another_processor_are_not_read_and_nothing_is_said_of_ones_own(tmp_path):
+    processor, place, _, misses = compiled(tmp_path)
+    assert place == tmp_path / processor and misses > 0
+    assert compiled(tmp_path) == (processor, place, misses, 0)
+    place.rename(tmp_path / "another-processor")
+    for each in (tmp_path / "another-processor").iterdir():
+        each.replace(tmp_path / each.name)  # as one folder for all processors was
+    assert compiled(tmp_path) == (processor, place, 0, misses)
+
+
+def test_the_command_line_keeps_programs_by_processor_and_says_nothing_of_it(tmp_path):
+    program = (
+        "import sys; from astroinertia.cli import main; code = main(['ratios', '--body', 'Mars']); "
+        "from astroinertia.kept_programs import processor; print(processor()); sys.exit(code)"
+    )
+    kept = {"JAX_COMPILATION_CACHE_DIR": str(tmp_path), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0"}
+    given = {name: value for name, value in os.environ.items() if name != "TF_CPP_MIN_LOG_LEVEL"}
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-c", program], env=given | kept, capture_output=True, text=True, check=True
+        )
+        assert done.stderr == ""
+        assert [each.name for each in tmp_path.iterdir()] == done.stdout.splitlines()[-1:]

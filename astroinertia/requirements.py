@@ -1,0 +1,35 @@
+"""Whether the packages that this one stands on are of versions that it works with, as its own metadata has them."""
+
+from functools import cache
+from importlib.metadata import PackageNotFoundError, requires, version
+
+from astroinertia.errors import InstallationError
+
+
+@cache
+def check() -> None:
+    """Look once at what is installed; InstallationError names the first package that is missing or of a wrong version.
+
+    The one list is `dependencies` in pyproject.toml, which an installed package knows. A checkout that is imported
+    without having been installed knows none, and is not checked. Tests: tests/unit/test_requirements.py.
+    """
+    from packaging.requirements import Requirement
+
+    try:
+        listed = requires("astroinertia") or []
+    except PackageNotFoundError:
+        return
+    for needed in map(Requirement, listed):
+        if needed.marker is not None and not needed.marker.evaluate({"extra": ""}):
+            continue
+        asked = f"{needed.name}{needed.specifier}"
+        try:
+            found = version(needed.name)
+        except PackageNotFoundError:
+            raise InstallationError(
+                f"{needed.name} is not installed, and astroinertia needs it: pip install '{asked}'."
+            ) from None
+        if not needed.specifier.contains(found, prereleases=True):
+            raise InstallationError(
+                f"{needed.name} {found} is installed, with which astroinertia does not work: pip install '{asked}'."
+            )
