@@ -136,7 +136,7 @@ def signalled(place: Place, name: str, numbers, after: float, counted: Counted, 
         env |= {"ASTROINERTIA_CACHE": empty, "NUMBA_CACHE_DIR": empty, "JAX_COMPILATION_CACHE_DIR": f"{empty}/jax"}
     command = [sys.executable, "-m", "astroinertia", *words]
     with subprocess.Popen(
-        command, start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env,
+        command, start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=env,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     ) as process:  # fmt: skip
         try:
