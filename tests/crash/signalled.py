@@ -4,6 +4,7 @@ Moments are processor seconds of a command's own process, which do not depend on
 """
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -21,6 +22,7 @@ from astroinertia.cli_stop import INTERRUPTED
 from tests.tradeoff_scenes import SIMS
 
 HANGS = 120.0  # s
+OF_JAX = re.compile(r"[EW]\d{4} .*\.cc:\d+\] ")  # what it says of a cache that another machine has filled
 OF_THE_CLOCK = ["wall_time", "measured_wall_time", "measured_memory"]
 TOP = [str(SIMS / "tennis_racket.toml"), "--set", "time.end=2 s", "--set", "output.series_every=0.02 s"]
 PARTICLES = [
@@ -151,6 +153,7 @@ def signalled(place: Place, name: str, numbers, after: float, counted: Counted, 
         finally:
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
+    complaints = "".join(line for line in complaints.splitlines(True) if not OF_JAX.match(line))
     said = f"{name}, {[each.name for each in numbers]} after {after:.2f} s, code {process.returncode}: {complaints}"
     counted.sent[name] += 1
     counted.ended[_judged(process.returncode, numbers, complaints, under_way, said)] += 1
