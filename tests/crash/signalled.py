@@ -137,8 +137,8 @@ def signalled(place: Place, name: str, numbers, after: float, counted: Counted, 
         empty = str(out.with_name(f"{out.name}-cache"))
         env |= {"ASTROINERTIA_CACHE": empty, "NUMBA_CACHE_DIR": empty, "JAX_COMPILATION_CACHE_DIR": f"{empty}/jax"}
     command = [sys.executable, "-m", "astroinertia", *words]
-    with subprocess.Popen(
-        command, start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=env,
+    with (out / "complaints").open("w+") as complained, subprocess.Popen(
+        command, start_new_session=True, stdout=subprocess.DEVNULL, stderr=complained, env=env,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     ) as process:  # fmt: skip
         try:
@@ -147,13 +147,14 @@ def signalled(place: Place, name: str, numbers, after: float, counted: Counted, 
             began = time.monotonic()
             under_way = process.poll() is None
             sent(process, numbers)
-            _, complaints = process.communicate(timeout=HANGS)
+            process.wait(HANGS)
             seconds = time.monotonic() - began
             gone(process.pid)
         finally:
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
-    complaints = "".join(line for line in complaints.splitlines(True) if not OF_JAX.match(line))
+    lines = (out / "complaints").read_text().splitlines(keepends=True)
+    complaints = "".join(line for line in lines if not OF_JAX.match(line))
     said = f"{name}, {[each.name for each in numbers]} after {after:.2f} s, code {process.returncode}: {complaints}"
     counted.sent[name] += 1
     counted.ended[_judged(process.returncode, numbers, complaints, under_way, said)] += 1
