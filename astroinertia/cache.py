@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia import interrupts
+
 
 def cache_directory() -> Path:
     """Return where cached arrays live: $ASTROINERTIA_CACHE, else astroinertia under $XDG_CACHE_HOME or ~/.cache."""
@@ -52,7 +54,7 @@ def save(kind: str, key: str, arrays: dict[str, np.ndarray]) -> None:
         directory.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(dir=directory, suffix=".tmp")
         try:
-            with os.fdopen(handle, "wb") as file:
+            with interrupts.leaving(Path(temporary).unlink), os.fdopen(handle, "wb") as file:
                 np.savez(file, allow_pickle=False, **arrays)
             Path(temporary).replace(directory / f"{kind}-{key}.npz")
         except BaseException:

@@ -2,9 +2,11 @@
 
 import argparse
 import os
+import select
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -42,7 +44,9 @@ if TYPE_CHECKING:
     from astroinertia.scene.schema import Scene
     from astroinertia.scene.sweep import Sweep
 
-GOOD, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+GOOD, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, cli_stop.INTERRUPTED
+SHOWN_CURSOR = b"\x1b[?25h\r\n"  # bars and spinners hide it
+KEPT = "interrupted; what is done is kept: go on with the same command."
 
 
 class _Console(Console):
@@ -60,12 +64,20 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 130 stopped before its end."""
+    """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 130 stopped before its end.
+
+    A signal where nothing is to be sealed, or a second one, ends the process at once, with 128 and its number.
+    """
+    with interrupts.watched(_end):
+        return _carried_out(arguments)
+
+
+def _carried_out(arguments: Sequence[str] | None) -> int:
     try:
         options = _parser().parse_args(arguments)
         requirements.check()
         kept_programs.keep_apart()
-        with cli_stop.warnings_told(_complain), interrupts.raised(), cli_hosts.joined(options):
+        with cli_stop.warnings_told(_complain), cli_hosts.joined(options):
             return options.command(options)
     except RunInterrupted as stopped:
         _complain(cli_stop.told(stopped))
@@ -73,9 +85,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except AstroinertiaError as error:
         _complain(_ended(str(error)))
         return BAD_INPUT if isinstance(error, SceneError | ArchiveError) else FAILED
-    except KeyboardInterrupt:
-        _complain("interrupted.")
-        return INTERRUPTED
     except BrokenPipeError:
         # the reader (head, less) has gone; without this, Python complains once more when it closes the stream
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -88,9 +97,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return FAILED
 
 
+def _end(how: interrupts.Ended) -> NoReturn:
+    """End this process from a thread beside the main one, which may hold any lock: that of a stream, too."""
+    code, sentence = cli_stop.ended(how)
+    if sys.stdout.isatty():
+        _written(1, SHOWN_CURSOR)
+    _written(2, f"{_line(sentence)}\n".encode())
+    interrupts.discard_leftovers()
+    os._exit(code)
+
+
+def _written(descriptor: int, text: bytes) -> None:
+    if select.select([], [descriptor], [], 0.0)[1]:  # nobody may read it
+        with suppress(OSError):
+            os.write(descriptor, text)
+
+
 def _complain(sentence: str) -> None:
-    line = "".join(character if character.isprintable() else " " for character in sentence)
-    print(f"astroinertia: {line}", file=sys.stderr)
+    print(_line(sentence), file=sys.stderr)
+
+
+def _line(sentence: str) -> str:
+    return f"astroinertia: {''.join(letter if letter.isprintable() else ' ' for letter in sentence)}"
 
 
 def _ended(sentence: str) -> str:
@@ -242,6 +270,11 @@ def _load(options: argparse.Namespace) -> "Scene":
     return load_file(options.scene, options.overrides)
 
 
+def _chosen(scene: "Scene", folder: Path, options: argparse.Namespace) -> "Scene":
+    with interrupts.under_way(lambda by: KEPT, resumable=False):
+        return cli_choice.chosen(scene, folder, options.minutes, _say)
+
+
 def _new(options: argparse.Namespace) -> int:
     from astroinertia.scene.example import example_text
 
@@ -268,7 +301,7 @@ def _plan(options: argparse.Namespace) -> int:
         return GOOD
     scene = _load(options)
     if options.pilot:
-        scene = cli_choice.chosen(scene, Path("runs") / scene.name, options.minutes, _say)
+        scene = _chosen(scene, Path("runs") / scene.name, options)
     told = plan(scene)
     told = cli_calibrate.with_cost(told, scene, options, _say)
     _Console(highlight=False).print(*cli_plan.parts(told), sep="\n")
@@ -293,7 +326,7 @@ def _run(options: argparse.Namespace) -> int:
     folder = options.output or Path("runs") / scene.name
     from astroinertia.accuracy.running import run_scene
 
-    scene = cli_choice.chosen(scene, folder, options.minutes, _say)
+    scene = _chosen(scene, folder, options)
     _say(f"{scene.name}: model {scene.model}, effects {', '.join(scene.effects) or 'none'}; preparing the body")
     with Meter(_Console(highlight=False)) as meter:
         result = run_scene(scene, folder, meter.tell, begun, cli_stop.deadline(options, begun))
@@ -366,11 +399,12 @@ def _tradeoff(options: argparse.Namespace) -> int:
         if not console.is_terminal:
             print(f"{line}: {standing.now}", flush=True)
 
-    with console.status("looking for the exact answer") as status:
+    begun = interrupts.under_way(lambda by: KEPT)
+    with begun, console.status("looking for the exact answer") as status:
         lines, interrupted = cli_tradeoff.carry_out(_load(options), options, tell)
     console.print(Text("\n".join(lines)), soft_wrap=True)
     if interrupted:
-        _complain("interrupted; what is done is kept: go on with the same command.")
+        _complain(KEPT)
         return INTERRUPTED
     return GOOD
 
@@ -379,8 +413,11 @@ def _verify(options: argparse.Namespace) -> int:
     console = _Console(highlight=False)
     if not console.is_terminal:
         console = _Console(highlight=False, width=cli_verify.WIDTH)
-    if options.hard:
-        return _verify_hard(options, console)
+    with interrupts.under_way(lambda by: "interrupted.", resumable=False):
+        return _verify_hard(options, console) if options.hard else _verify_sections(options, console)
+
+
+def _verify_sections(options: argparse.Namespace, console: Console) -> int:
     found = []
     for section in cli_verify.sections(options):
         found.append(section)

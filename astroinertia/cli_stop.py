@@ -8,10 +8,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from astroinertia.errors import ArchiveWarning, RunInterrupted, SceneError, SceneWarning
+from astroinertia.interrupts import Ended
+
+INTERRUPTED = 130
 
 EXIT_CODES = (
     "Exit codes: 0, the run has ended and its file is written; 1, it failed; 2, bad input; 130, it was stopped before "
-    "its end by Ctrl-C, SIGTERM, SIGUSR1 or --max-wall, everything is sealed, and `astroinertia resume` goes on."
+    "its end by Ctrl-C, SIGTERM, SIGUSR1 or --max-wall, everything is sealed, and `astroinertia resume` goes on; "
+    "128 + the number of the signal (130, 143, 138), it was ended at once, before the run had begun, or by another "
+    "signal a second after the first, before everything was sealed."
 )
 
 
@@ -32,6 +37,16 @@ def deadline(options: argparse.Namespace, begun: float | None = None) -> float:
 def told(stopped: RunInterrupted) -> str:
     """How to go on."""
     return f"{stopped}; go on with: astroinertia resume {stopped.folder}"
+
+
+def ended(how: Ended) -> tuple[int, str]:
+    """The exit code of a command that a signal has ended at once, and what is said."""
+    if isinstance(how.said, RunInterrupted) and how.sealed:
+        return INTERRUPTED, told(how.said)
+    if isinstance(how.said, RunInterrupted):
+        again = f"what was sealed before is kept; go on with: astroinertia resume {how.said.folder}"
+        return 128 + how.number, f"ended at once by {how.name}; {again}"
+    return 128 + how.number, how.said or "interrupted."
 
 
 @contextmanager

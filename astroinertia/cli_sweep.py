@@ -65,7 +65,6 @@ def carry_out(
     """Run the members of a sweep that are left, until a deadline, with a bar or lines on the console."""
     from astroinertia.engines import hosts
     from astroinertia.scale import ensemble
-    from astroinertia.scale.workers import NEEDS_DASK, has_dask
 
     hosts.must_be_alone("a sweep")
     left = ensemble.left(sweep, folder)
@@ -73,9 +72,6 @@ def carry_out(
     workers: int = 1 if options.workers is None else options.workers
     if options.workers is None and cluster is None:
         workers = ensemble.usual_workers(ensemble.predictions(sweep, left))
-    if cluster is None and workers > 1 and not has_dask():
-        say(f"dask is not installed, so members are run one after another ({NEEDS_DASK} lets {workers} run at once)")
-        workers = 1
     where = f"on {cluster}" if cluster else "one after another" if workers == 1 else f"by {workers} workers"
     done = len(sweep.members) - len(left)
     say(

@@ -1,54 +1,189 @@
-"""Signals that ask to stop: Ctrl-C, and what schedulers send before they kill.
+"""Signals that ask to stop: Ctrl-C, and what schedulers send before they kill. Handlers only note them.
 
-Handlers are the main thread's: elsewhere signals stay with whoever owns them. `timeout` and schedulers send theirs to a
-process and to its group, so that they come twice. Tests: tests/unit/test_stopping.py.
+A loop that has something to seal looks at what is noted. As a command (`watched`), a process in which nothing is to be
+sealed is ended at once by a thread of its own, whatever the main thread is doing: one that compiles sees no signal, and
+an exception raised inside a compiler's lock would never let go of it. `timeout` and schedulers send theirs to a process
+and to its group, so that what comes within AGAIN of the first is the same request; what comes later ends the process.
+Handlers are the main thread's: elsewhere signals stay with whoever owns them. Tests: tests/unit/test_stopping.py,
+tests/crash/test_signals.py.
 """
 
+import math
+import os
 import signal
+import threading
+import time as clock
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import Any
+from typing import Any, NamedTuple
+
+from astroinertia.errors import RunInterrupted
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 CTRL_C = "Ctrl-C"
+AGAIN = 1.0  # s
+
+Said = Callable[[str], RunInterrupted | str]
+"""What is said of the work that is ended, by what was sent."""
+
+
+class Ended(NamedTuple):
+    """What ends a process: the number of a signal, its name, and what is said of the work under way, if anything.
+
+    sealed: whether nothing of that is lost.
+    """
+
+    number: int
+    name: str
+    said: RunInterrupted | str | None
+    sealed: bool
+
+
+class _Loop(NamedTuple):
+    received: list[str]
+    unsealed: Callable[[], bool]
+
+
+class _Work(NamedTuple):
+    said: Said
+    resumable: bool
+
+
+_loops: list[_Loop] = []
+_work: list[_Work] = []
+_leftovers: list[Callable[[], Any]] = []
+_watchers: list["_Watcher"] = []
+
+
+def name(number: int) -> str:
+    """What a signal is called."""
+    return CTRL_C if number == signal.SIGINT else signal.Signals(number).name
 
 
 @contextmanager
-def noted(received: list[str]) -> Iterator[None]:
-    """Notes the names of SIGNALS meanwhile; a second Ctrl-C acts as usual, a second one of the others does not."""
+def noted(received: list[str], unsealed: Callable[[], bool] = lambda: True) -> Iterator[None]:
+    """Notes the name of the first of SIGNALS meanwhile; whoever runs the loop looks at it and seals what there is.
+
+    unsealed: whether anything would be lost now; a command ends at once where nothing would. A later signal ends a
+    command, and elsewhere acts as it did before.
+    """
+    loop = _Loop(received, unsealed)
+    first = math.inf
 
     def note(number: int, _: FrameType | None) -> None:
-        received.append(CTRL_C if number == signal.SIGINT else signal.Signals(number).name)
-        if number == signal.SIGINT:
+        nonlocal first
+        if _watchers or clock.monotonic() < first + AGAIN < math.inf:
+            return
+        if math.isinf(first):
+            first = clock.monotonic()
+            received.append(name(number))
+        else:
             signal.signal(number, before[number])
+            signal.raise_signal(number)
 
     before = _handled(SIGNALS, note)
+    _loops.append(loop)
     try:
         yield
     finally:
+        _loops.remove(loop)
         _restore(before)
 
 
 @contextmanager
-def raised() -> Iterator[None]:
-    """Has the others of SIGNALS raise KeyboardInterrupt as Ctrl-C does, but once."""
+def under_way(said: Said, resumable: bool = True) -> Iterator[None]:
+    """Has `said` say what becomes of the work that goes on meanwhile, if a command is ended in it.
 
-    def interrupt(number: int, _: FrameType | None) -> None:
-        for each in before:
-            signal.signal(each, signal.SIG_IGN)
-        raise KeyboardInterrupt(signal.Signals(number).name)
-
-    before = _handled(SIGNALS[1:], interrupt)
+    resumable: whether loops in it have something to seal; nothing goes on from runs that a comparison makes.
+    """
+    work = _Work(said, resumable)
+    _work.append(work)
     try:
         yield
     finally:
+        _work.remove(work)
+
+
+@contextmanager
+def leaving(discard: Callable[[], Any]) -> Iterator[None]:
+    """Has `discard` called if a command is ended meanwhile: it removes a file by half, or ends a child."""
+    left_behind(discard)
+    try:
+        yield
+    finally:
+        _leftovers.remove(discard)
+
+
+def left_behind(discard: Callable[[], Any]) -> None:
+    """The same, from now on."""
+    _leftovers.append(discard)
+
+
+def discard_leftovers() -> None:
+    """Remove what work that is ended has begun, the latest first."""
+    for discard in reversed(_leftovers.copy()):
+        with suppress(OSError):
+            discard()
+
+
+@contextmanager
+def watched(end: Callable[[Ended], Any]) -> Iterator[None]:
+    """Has `end`, which is to end the process, called in a thread of its own for a signal that no loop is to see."""
+    before = _handled(SIGNALS, lambda *_: None)
+    if not before:
+        yield
+        return
+    watcher = _Watcher(end)
+    fd = signal.set_wakeup_fd(watcher.writer, warn_on_full_buffer=False)
+    _watchers.append(watcher)
+    watcher.start()
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(fd)
+        _watchers.remove(watcher)
+        watcher.close()
         _restore(before)
 
 
-def cause(interrupt: KeyboardInterrupt) -> str:
-    """Which signal it was."""
-    return str((*interrupt.args, CTRL_C)[0])
+def ask(number: int) -> None:
+    """Do in a watched process what a signal would."""
+    _watchers[-1].take(number)
+
+
+class _Watcher(threading.Thread):
+    """Reads the numbers of signals as the system delivers them, also while the main thread is in compiled code."""
+
+    def __init__(self, end: Callable[[Ended], Any]) -> None:
+        super().__init__(name="signals", daemon=True)
+        self.end, self.first = end, math.inf
+        self.reader, self.writer = os.pipe()
+        os.set_blocking(self.writer, False)
+
+    def run(self) -> None:
+        while numbers := os.read(self.reader, 64):
+            for number in numbers:
+                if number in SIGNALS:
+                    self.take(number)
+        os.close(self.reader)
+
+    def close(self) -> None:
+        os.close(self.writer)
+        self.join()
+
+    def take(self, number: int) -> None:
+        if clock.monotonic() < self.first + AGAIN < math.inf:
+            return
+        work = _work.copy()
+        resumable = all(each.resumable for each in work)
+        unsealed = [loop for loop in _loops.copy() if loop.unsealed()] if resumable else []
+        if unsealed and math.isinf(self.first):
+            self.first = clock.monotonic()
+            unsealed[-1].received.append(name(number))
+            return
+        said = work[0].said(name(number)) if work else None
+        self.end(Ended(number, name(number), said, not unsealed))
 
 
 def _handled(numbers: Sequence[int], handler: Callable[[int, FrameType | None], None]) -> dict[int, Any]:

@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 from PIL import Image
 
+from astroinertia import interrupts
 from astroinertia.errors import ArchiveError
 from astroinertia.plots import film
 from astroinertia.sealed import write_whole
@@ -116,7 +117,10 @@ def _write_mp4(pictures: Iterator[np.ndarray], rate: float, path: Path, program:
         coder = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=said, start_new_session=True)
         stream: Any = coder.stdin
         try:
-            with suppress(BrokenPipeError):  # where it has given up, what it said tells why
+            with (
+                interrupts.leaving(coder.kill),
+                suppress(BrokenPipeError),
+            ):  # where it has given up, what it said tells why
                 for picture in chain([first], pictures):
                     stream.write(np.ascontiguousarray(picture[:height, :width]).tobytes())
         except BaseException:

@@ -142,36 +142,47 @@ class _Run:
         self.saved, self.saved_step = self.opened, self.body.steps
         self.could_stop, self.sealing = self.opened, 0.0
         self.stopping: list[str] = []
+        self.several = hosts.several()
 
     def finish(self, completed: Completion | None) -> Path:
-        body, output = self.body, self.output
-        with interrupts.noted(self.stopping):
-            if not self.counters["series"]:
-                self._record(force=True)
-                self._checkpoint()
-            while not self._ended():
-                if body.resumable:
-                    due = clock.monotonic() - self.saved >= output.checkpoint_seconds
-                    cause = self._cause()
-                    if (due or cause) and body.steps != self.saved_step:
-                        self._checkpoint()
-                    if cause:
-                        raise RunInterrupted(self.archive.folder, body.time, output.end, cause)
-                self._advance()
-                self._record(force=self._ended())
-            if "measured" not in self.counters:  # a run that is resumed after its end leaves the same file
-                taken = self.counters["wall_time"] + clock.monotonic() - self.begun
-                self.counters["measured"] = {
-                    "measured_wall_time": taken, "measured_memory": machine.peak_memory()
-                }  # fmt: skip
-            self._checkpoint()
-        self._tell(force=True)
-        try:
+        with interrupts.under_way(self._stopped):
+            with interrupts.noted(self.stopping, self._unsealed):
+                self._evolve()
+            self._tell(force=True)
             # Of several processes the first alone can leave here: the others wait for it, and are told.
-            with interrupts.raised() if hosts.is_first() else interrupts.noted([]):
-                return hosts.first_then_others(lambda: self._written(completed), lambda: self._written(completed))
-        except KeyboardInterrupt as stopped:
-            raise RunInterrupted(self.archive.folder, body.time, output.end, interrupts.cause(stopped)) from None
+            return hosts.first_then_others(lambda: self._written(completed), lambda: self._written(completed))
+
+    def _evolve(self) -> None:
+        """Take steps to the end, all of it sealed; RunInterrupted where it is to stop, which is sealed, too."""
+        body, output = self.body, self.output
+        if not self.counters["series"]:
+            self._record(force=True)
+            self._checkpoint()
+        while not self._ended():
+            if body.resumable:
+                due = clock.monotonic() - self.saved >= output.checkpoint_seconds
+                cause = self._cause()
+                if (due or cause) and body.steps != self.saved_step:
+                    self._checkpoint()
+                if cause:
+                    raise self._stopped(cause)
+            self._advance()
+            self._record(force=self._ended())
+        if "measured" not in self.counters:  # a run that is resumed after its end leaves the same file
+            taken = self.counters["wall_time"] + clock.monotonic() - self.begun
+            self.counters["measured"] = {
+                "measured_wall_time": taken, "measured_memory": machine.peak_memory()
+            }  # fmt: skip
+        self._checkpoint()
+        if cause := self._agreed(self._asked()):  # in the last step
+            raise self._stopped(cause)
+
+    def _stopped(self, by: str) -> RunInterrupted:
+        return RunInterrupted(self.archive.folder, self.body.time, self.output.end, by)
+
+    def _unsealed(self) -> bool:
+        """Whether steps were taken that no checkpoint has; of several processes none may leave the others waiting."""
+        return self.several or self.body.steps != self.saved_step
 
     def _written(self, completed: Completion | None) -> Path:
         if isinstance(self.archive, Unwritten):
@@ -183,8 +194,13 @@ class _Run:
 
     def _cause(self) -> str | None:
         """What stops the run now, in any of its processes: all of them stop after the same step."""
-        mine = self.stopping[0] if self.stopping else LIMIT if self._late() else None
-        return CAUSES[hosts.agreed(CAUSES.index(mine))] if hosts.several() else mine
+        return self._agreed(self._asked() or (LIMIT if self._late() else None))
+
+    def _asked(self) -> str | None:
+        return self.stopping[0] if self.stopping else None
+
+    def _agreed(self, cause: str | None) -> str | None:
+        return CAUSES[hosts.agreed(CAUSES.index(cause))] if self.several else cause
 
     def _late(self) -> bool:
         """Whether the deadline could pass before the run can be stopped and sealed the next time."""

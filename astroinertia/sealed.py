@@ -8,6 +8,7 @@ import hashlib
 import json
 import math
 import os
+import shutil
 import stat
 import struct
 import zipfile
@@ -15,10 +16,12 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cached_property
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
+from astroinertia import interrupts
 from astroinertia.errors import ArchiveError
 from astroinertia.unpacked import array_of, described, plain_text
 
@@ -40,11 +43,12 @@ def write_whole(path: Path, fill: Callable[[Path], None]) -> str:
     aside = path.with_name(path.name + TEMPORARY)
     try:
         aside.unlink(missing_ok=True)  # a link that somebody put there would be written through
-        fill(aside)
-        with aside.open("rb") as written:
-            os.fsync(written.fileno())
-        digest = sha256(aside)
-        aside.replace(path)
+        with interrupts.leaving(lambda: _discard(aside)):
+            fill(aside)
+            with aside.open("rb") as written:
+                os.fsync(written.fileno())
+            digest = sha256(aside)
+            aside.replace(path)
         sync_folder(path.parent)
     except OSError as error:
         _discard(aside)
@@ -55,6 +59,13 @@ def write_whole(path: Path, fill: Callable[[Path], None]) -> str:
         _discard(aside)
         raise
     return digest
+
+
+@contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """A folder of the system's temporary ones, gone afterwards, and where a signal ends the command."""
+    with TemporaryDirectory() as place, interrupts.leaving(lambda: shutil.rmtree(place, ignore_errors=True)):
+        yield Path(place)
 
 
 def sync_folder(folder: Path) -> None:

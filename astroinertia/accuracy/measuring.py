@@ -19,7 +19,7 @@ from astroinertia.accuracy.knobs import Setting, duration, with_overrides
 from astroinertia.accuracy.observables import Observable, components, value
 from astroinertia.build import metadata, prepare
 from astroinertia.cache import content_key
-from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
+from astroinertia.errors import ArchiveError, NumericalError, SceneError
 from astroinertia.models.evolution import Evolution
 from astroinertia.run import Progress, run_prepared
 from astroinertia.scene import load
@@ -209,6 +209,3 @@ def _peak() -> float:
 
 AS_IT_IS = Setting("default", "", ())
 """A scene without any override."""
-
-INTERRUPTIONS = (RunInterrupted, KeyboardInterrupt)
-"""What ends a setting on a signal: a run that was sealed, or anything before and after it."""

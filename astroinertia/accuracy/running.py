@@ -13,7 +13,7 @@ from pathlib import Path
 import xarray as xr
 
 from astroinertia import dataset as datasets
-from astroinertia import interrupts, run
+from astroinertia import run
 from astroinertia.accuracy.companion_runs import CompanionRun, companion_runs
 from astroinertia.archive import MANIFEST, Archive
 from astroinertia.build import scene_of
@@ -79,8 +79,6 @@ def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline:
                 seconds += clock.monotonic() - begin
             except RunInterrupted as stopped:
                 raise RunInterrupted(folder, 1.0 + number, 1.0 + len(runs), stopped.by) from None
-            except KeyboardInterrupt as stopped:
-                raise RunInterrupted(folder, 1.0 + number, 1.0 + len(runs), interrupts.cause(stopped)) from None
             found.append((each, told))
         names = ", ".join(each.name for each in runs)
         return with_error_bars(main, found).assign_attrs(error_bars_companion_runs=names, error_bars_wall_time=seconds)

@@ -18,7 +18,7 @@ from astroinertia.accuracy.knobs import BALANCED, Knob, Setting
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.observables import Observable, default_names, parsed
 from astroinertia.cache import content_key
-from astroinertia.errors import ArchiveError, SceneError
+from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 from astroinertia.sealed import read_json, write_json
@@ -72,8 +72,8 @@ def carry_out(
     """Run a scene over its knobs below `folder`, as many settings as fit into so many minutes of wall time.
 
     only: names of knobs, all without; the first, which sets the resolution, is always among them. What was run before
-    in the folder is taken as it is and costs nothing. After Ctrl-C the table holds what is done, and says that it was
-    interrupted. SceneError for a scene without knobs, an unknown knob or observable.
+    in the folder is taken as it is and costs nothing. After a signal in a run the table holds what is done, and says
+    that it was interrupted. SceneError for a scene without knobs, an unknown knob or observable.
 
     >>> from astroinertia.scene import load
     >>> scene = load.load_file("sims/tennis_racket.toml", ["time.end='1 s'"])
@@ -90,7 +90,7 @@ def carry_out(
     folder.mkdir(parents=True, exist_ok=True)
     try:
         study.run()
-    except measuring.INTERRUPTIONS:
+    except RunInterrupted:
         study.table.interrupted = True
     return study.table
 

@@ -6,13 +6,13 @@ nothing else: the text of a scene is all that it is given. Tests: tests/unit/tes
 
 import json
 import os
-import subprocess
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from astroinertia.audit.operations import COMMON
+from astroinertia.children import completed
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.errors import AstroinertiaError
 from astroinertia.scene.schema import Scene
@@ -112,12 +112,9 @@ def _asked(scene: Scene, leave_out: str | None, steps: int) -> Mapping[str, Any]
         "leave_out": leave_out,
         "steps": steps,
     }
-    run = subprocess.run(
+    run = completed(
         [sys.executable, "-P", "-m", "astroinertia.audit.child"],  # -P: not what lies in the working folder
-        input=json.dumps(question),
-        capture_output=True,
-        text=True,
-        check=False,
+        json.dumps(question),
         env=os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
     )
     if run.returncode:

@@ -6,19 +6,18 @@ Tests: tests/unit/test_costs.py.
 
 import json
 import os
-import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import netCDF4
 
+from astroinertia.children import completed
 from astroinertia.costs.machine import FORMAT, Machine, Seconds, described, keep, less, read, shipped
 from astroinertia.costs.probe_scenes import SCALING
 from astroinertia.errors import NumericalError
+from astroinertia.sealed import temporary_folder
 
 PROBES = {
     "ellipsoid": "ellipsoids: compiling, steps and records",
@@ -96,11 +95,11 @@ def probed(kind: str) -> dict[str, Any]:
 
 def _start() -> tuple[Seconds, float]:
     """A run that does next to nothing: its time, and the most bytes that it held."""
-    with tempfile.TemporaryDirectory() as folder:
-        scene = Path(folder) / "start.toml"
+    with temporary_folder() as folder:
+        scene = folder / "start.toml"
         scene.write_text(SCALING)
         _, taken = _run(["-m", "astroinertia.cli", "run", str(scene), "--output", f"{folder}/run"])
-        with netCDF4.Dataset(Path(folder) / "run" / "start.nc") as file:
+        with netCDF4.Dataset(folder / "run" / "start.nc") as file:
             return taken, float(file.measured_memory)
 
 
@@ -108,7 +107,7 @@ def _run(arguments: Sequence[str]) -> tuple[str, Seconds]:
     """What a Python program printed, and what it took; NumericalError where it failed."""
     begin = time.perf_counter()
     before = os.times()
-    done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=False)
+    done = completed([sys.executable, *arguments])
     after = os.times()
     taken = after.children_user + after.children_system - before.children_user - before.children_system
     if done.returncode != 0:

@@ -4,6 +4,7 @@ All of them do the same steps, with pair sums shared out over the devices of all
 decides by a clock or a signal, all must decide; the first alone writes. Tests: tests/scale/test_hosts.py.
 """
 
+import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -26,6 +27,8 @@ def joined(coordinator: str | None, processes: int | None, number: int | None) -
     """
     try:
         jax.distributed.initialize(coordinator, processes, number)
+        with suppress(ValueError):  # not the main thread
+            signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM))  # JAX takes it for a service of its own
     except (RuntimeError, ValueError) as error:
         raise SceneError(f"the processes of the run do not find each other: {str(error).splitlines()[0]}") from None
     try:

@@ -16,6 +16,8 @@ import tempfile
 from pathlib import Path
 from types import ModuleType
 
+from astroinertia import interrupts
+
 
 def cache_directory() -> Path:
     """$ASTROINERTIA_CACHE, or astroinertia/kernels under the user's cache; a temporary one if that is not writable.
@@ -53,7 +55,7 @@ def _loaded(name: str, text: str) -> ModuleType:
     path = cache_directory() / f"{name}.py"
     if not path.exists() or path.read_text(encoding="utf-8") != text:
         handle, temporary = tempfile.mkstemp(suffix=".tmp", dir=path.parent)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
+        with interrupts.leaving(Path(temporary).unlink), os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(text)
         Path(temporary).replace(path)
     spec = importlib.util.spec_from_file_location(name, path)
@@ -80,5 +82,7 @@ def _refuse_strangers(path: Path) -> None:
 @functools.cache
 def _temporary_directory() -> Path:
     path = tempfile.mkdtemp(prefix="astroinertia-")
-    atexit.register(shutil.rmtree, path, ignore_errors=True)
+    discard = functools.partial(shutil.rmtree, path, ignore_errors=True)
+    atexit.register(discard)
+    interrupts.left_behind(discard)
     return Path(path)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from astroinertia import dataset
+from astroinertia import dataset, interrupts
 from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.sealed import TEMPORARY
 
@@ -40,8 +40,9 @@ def write_zarr(source: Path, path: Path) -> None:
     if particles is not None:
         groups["/snapshots"] = particles.drop_encoding()
     try:
-        xr.DataTree.from_dict(groups).to_zarr(aside, mode="w", zarr_format=FORMAT, consolidated=True)
-        aside.rename(path)
+        with interrupts.leaving(lambda: shutil.rmtree(aside, ignore_errors=True)):
+            xr.DataTree.from_dict(groups).to_zarr(aside, mode="w", zarr_format=FORMAT, consolidated=True)
+            aside.rename(path)
     except OSError as error:
         raise ArchiveError(f"{path} cannot be written: {error.strerror or error}.") from error
     finally:

@@ -20,6 +20,7 @@ from astroinertia.costs.prediction import Prediction, predict
 from astroinertia.errors import RunInterrupted, SceneError
 from astroinertia.scale import combined
 from astroinertia.scale import folder as folders
+from astroinertia.scale.cluster import by_cluster
 from astroinertia.scale.folder import SESSION, Failure
 from astroinertia.scale.members import Outcome, Task, carry_out
 from astroinertia.scale.workers import side_by_side
@@ -157,28 +158,30 @@ def _carry_out(
     numbers = {task.number for task in tasks}
     failed = sum(number not in numbers and folders.failure(folder, number) is not None for number in range(count))
     outcomes: Any = _one_by_one(tasks)
-    if tasks and (workers > 1 or cluster is not None):
-        outcomes = side_by_side(tasks, workers, cluster, deadline)
+    if tasks and cluster is not None:
+        outcomes = by_cluster(tasks, cluster, deadline)
+    elif tasks and workers > 1:
+        outcomes = side_by_side(tasks, min(workers, len(tasks)), deadline)
     done, tell = 0, told or (lambda standing: None)
-    with interrupts.raised(), closing(outcomes):  # until workers are gone, a second signal changes nothing
+
+    def stopped(by: str) -> RunInterrupted:
+        return RunInterrupted(folder, before + done, count, by)
+
+    with interrupts.under_way(stopped), closing(outcomes):
         try:
             tell(Standing(before, failed, count, 0.0, math.nan))
             for done, outcome in enumerate(outcomes, 1):
                 failed += outcome.failure is not None
                 seconds = clock.monotonic() - begun
                 tell(Standing(before + done, failed, count, seconds, seconds / done * (len(tasks) - done)))
-        except (KeyboardInterrupt, RunInterrupted) as stopped:
-            by = stopped.by if isinstance(stopped, RunInterrupted) else interrupts.cause(stopped)
-            raise RunInterrupted(folder, before + done, count, by) from None
+        except RunInterrupted as one:
+            raise stopped(one.by) from None
 
 
 def _combine(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> None:
-    try:
-        with interrupts.raised():
-            combined.write(sweep, folder, failures)
-    except KeyboardInterrupt as stopped:
-        count = len(sweep.members)
-        raise RunInterrupted(folder, count, count, interrupts.cause(stopped)) from None
+    count = len(sweep.members)
+    with interrupts.under_way(lambda by: RunInterrupted(folder, count, count, by)):
+        combined.write(sweep, folder, failures)
 
 
 def _one_by_one(tasks: Sequence[Task]) -> Iterator[Outcome]:
@@ -197,6 +200,7 @@ def _session(folder: Path) -> Iterator[str]:
 
     write_whole(path, fill)
     try:
-        yield session
+        with interrupts.leaving(path.unlink):
+            yield session
     finally:
         path.unlink(missing_ok=True)

@@ -20,6 +20,10 @@ from astroinertia.sealed import own_folder
 
 PATIENCE = 30.0  # seconds that another process may still hold a member after its worker was given up
 SECONDS_BETWEEN_LOOKS = 1.0  # at the session's file
+KILLED = (
+    "the process that ran it was ended from outside again and again, as a system does that is out of memory; it goes "
+    "on from its last checkpoint when the sweep is resumed"
+)
 
 
 @dataclass(frozen=True)

@@ -1,129 +1,134 @@
-"""Members of a sweep, one after another in this process or side by side in workers of dask.distributed.
+"""Members of a sweep run side by side by processes of this machine, each at the other end of a pipe.
 
-Tests: tests/unit/test_sweeps_of_scenes.py.
+No port is opened. A worker sees no signal, which terminals and `timeout` send to all processes of a command; the
+process of the sweep says what is to be stopped.
+
+Tests: tests/unit/test_sweeps_of_scenes.py, tests/crash/test_sweep_signals.py.
 """
 
-import importlib.util
-import logging
 import math
 import os
-import re
 import signal
+import subprocess
+import sys
 import time as clock
+from collections import Counter, deque
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import suppress
+from dataclasses import astuple
+from multiprocessing import Pipe
+from multiprocessing.connection import wait
 from pathlib import Path
-from typing import Any
 
-from astroinertia.errors import AstroinertiaError, RunInterrupted, SceneError
-from astroinertia.interrupts import SIGNALS
+from astroinertia import interrupts
+from astroinertia.errors import AstroinertiaError, RunInterrupted
 from astroinertia.run import LIMIT
 from astroinertia.scale.folder import SESSION, Failure, note_failure
-from astroinertia.scale.members import PATIENCE, Outcome, Task, carry_out
-from astroinertia.units import shown
+from astroinertia.scale.members import KILLED, PATIENCE, Outcome, Task
 
-NEEDS_DASK = "pip install 'astroinertia[dask]'"
-_ADDRESS = re.compile(r"(?:[a-z]+://)?[^\s/]+:\d+")
-_SECONDS_TO_ANSWER = 10.0
-_KILLED = (
-    "the process that ran it was ended from outside again and again, as a system does that is out of memory; it goes "
-    "on from its last checkpoint when the sweep is resumed"
-)
+TRIES = 4  # of a member whose worker is killed each time
+_SECONDS_BETWEEN_LOOKS = 0.2  # at the clock and at what signals ask for
+_STOP = None
 
 
-def has_dask() -> bool:
-    """Whether members can be run side by side.
+def side_by_side(tasks: Sequence[Task], workers: int, deadline: float = math.inf) -> Iterator[Outcome]:
+    """Run members in so many processes of this machine; outcomes as they come.
 
-    >>> print(has_dask() in (True, False))
-    True
+    A worker that is killed is replaced, and what it ran is gone on with. When the iterator is closed, workers are gone,
+    once members under way are sealed. deadline: of time.monotonic(), after which members are waited for no longer:
+    RunInterrupted, as after a signal.
     """
-    return importlib.util.find_spec("distributed") is not None
-
-
-def side_by_side(
-    tasks: Sequence[Task], workers: int, address: str | None, deadline: float = math.inf
-) -> Iterator[Outcome]:
-    """Run members in so many processes of this machine, or on the cluster at an address; outcomes as they come.
-
-    A worker that is killed is replaced, and what it ran is gone on with. When the iterator is closed, so is all that it
-    started, once the sweep's session is over and members under way are sealed. deadline: of
-    time.monotonic(), after which members are waited for no longer, such as one that still compiles: RunInterrupted.
-    SceneError without dask, and where no cluster answers.
-    """
-    if not has_dask():
-        raise SceneError(f"members on a cluster need dask: {NEEDS_DASK}.")
-    import distributed  # pyright: ignore[reportMissingImports]  an extra
-
-    with ExitStack() as opened:
-        client = opened.enter_context(_client(distributed, workers, address, opened))
-        futures = {
-            client.submit(_in_worker, task, key=f"{task.session}-{task.number}", pure=False): task for task in tasks
-        }
-        try:
-            for future in distributed.as_completed(list(futures), timeout=_seconds_to(deadline)):
-                yield _outcome(distributed, future, futures.pop(future))
-        except TimeoutError:
-            raise RunInterrupted(Path(tasks[0].folder), 0.0, 1.0, LIMIT) from None
-        finally:
-            (Path(tasks[0].folder) / SESSION).unlink(missing_ok=True)  # by which members see that it is over
-            with suppress(TimeoutError, distributed.CancelledError):
-                distributed.wait(list(futures), timeout=min(PATIENCE, _seconds_to(deadline) or PATIENCE))
-
-
-def _in_worker(task: Task) -> Outcome:
-    """carry_out where xarray does not see that it is in a worker: else it asks the scheduler for a lock, hundreds of
-    times a file, though members write none but their own.
-    """
-    from dask import config  # pyright: ignore[reportMissingImports]  an extra
-
-    with config.set(scheduler="threads"):
-        return carry_out(task)
-
-
-def _seconds_to(deadline: float) -> float | None:
-    return max(0.1, deadline - clock.monotonic()) if math.isfinite(deadline) else None
-
-
-def _client(distributed: Any, workers: int, address: str | None, opened: ExitStack) -> Any:
-    if address is not None:
-        if not _ADDRESS.fullmatch(address):
-            raise SceneError(f"'{shown(address)}' is no address of a cluster; write for example tcp://host:8786.")
-        try:
-            return distributed.Client(address, timeout=_SECONDS_TO_ANSWER)
-        except (OSError, ValueError) as error:
-            said = str(error).split("\n")[0].rstrip(".")
-            raise SceneError(f"no cluster of dask answers at {shown(address)} ({said}).") from None
+    asked: list[str] = []
+    waiting, tries = deque(tasks), Counter[int]()
     threads = max(1, (os.cpu_count() or 1) // workers)
-    cluster = distributed.LocalCluster(
-        n_workers=workers,
-        threads_per_worker=1,  # of dask: one member at a time, which has threads of its own
-        env={"NUMBA_NUM_THREADS": str(threads)},
-        memory_limit=0,  # a worker's share of the memory is no limit: few members may be large
-        dashboard_address="127.0.0.1:0",  # any free port: the usual one may be taken
-        silence_logs=logging.CRITICAL,  # what happens to a worker is told with its member
-    )
-    opened.enter_context(cluster)
-    client = distributed.Client(cluster)
+    pool: list[_Worker] = []
+    with interrupts.noted(asked):
+        try:
+            while waiting or any(worker.task for worker in pool):
+                while waiting and len(pool) < workers:
+                    pool.append(_Worker(threads))
+                for worker in pool:
+                    if waiting and worker.task is None:
+                        worker.give(waiting.popleft())
+                for worker in _ready(pool):
+                    task, outcome = worker.taken()
+                    if outcome is None:
+                        pool.remove(worker)
+                        tries[task.number] += 1
+                        outcome = _given_up(task) if tries[task.number] == TRIES else waiting.appendleft(task)
+                    if outcome is not None:
+                        yield outcome
+                if asked or clock.monotonic() > deadline:
+                    raise RunInterrupted(Path(tasks[0].folder), 0.0, 1.0, (*asked, LIMIT)[0])
+        finally:
+            (Path(tasks[0].folder) / SESSION).unlink(missing_ok=True)
+            for worker in pool:
+                worker.stop()
+            for worker in pool:
+                worker.end(clock.monotonic() + PATIENCE)
 
-    class Deaf(distributed.WorkerPlugin):
-        """Workers leave signals, which a terminal and `timeout` send to them, too, to the process of the sweep."""
 
-        def setup(self, worker: Any) -> None:
-            for number in SIGNALS:
-                signal.signal(number, signal.SIG_IGN)
+class _Worker:
+    """A process that runs members (astroinertia.scale.worker), and the one that it runs."""
 
-    client.register_plugin(Deaf())
-    return client
+    def __init__(self, threads: int) -> None:
+        self.task: Task | None = None
+        self.connection, theirs = Pipe()
+        command = [sys.executable, "-P", "-m", "astroinertia.scale.worker", str(theirs.fileno())]
+        env = os.environ | {
+            "NUMBA_NUM_THREADS": str(threads),
+            "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
+        }
+        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, interrupts.SIGNALS)  # what a child inherits
+        try:
+            with theirs:
+                self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=[theirs.fileno()], env=env)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+
+    def give(self, task: Task) -> None:
+        self.task = task
+        with suppress(OSError):  # of one that was killed, `taken` says so
+            self.connection.send(astuple(task))
+
+    def taken(self) -> tuple[Task, Outcome | None]:
+        """The member that it ran, and the outcome; None where the process was killed. Raises what ended it."""
+        task, self.task = self.task, None
+        assert task is not None
+        try:
+            found = self.connection.recv()
+        except (EOFError, OSError):
+            self.connection.close()
+            if (code := self.process.wait()) < 0:
+                return task, None
+            raise AstroinertiaError(
+                f"a worker ended with exit code {code}; what is done is kept: go on with the same command."
+            ) from None
+        if isinstance(found, Exception):
+            raise found
+        return task, found
+
+    def stop(self) -> None:
+        """Ask it to seal what it runs, and to end."""
+        with suppress(OSError):
+            self.connection.send(_STOP)
+
+    def end(self, deadline: float) -> None:
+        """Wait until it has ended, and end it where it has not by a time."""
+        try:
+            self.process.wait(max(0.0, deadline - clock.monotonic()))
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        self.connection.close()
 
 
-def _outcome(distributed: Any, future: Any, task: Task) -> Outcome:
-    if future.status == "finished":
-        return future.result()
-    if future.status != "error":
-        raise AstroinertiaError("the cluster is gone; what is done is kept: go on with the same command.")
-    error = future.exception()
-    if not isinstance(error, distributed.KilledWorker):
-        raise error  # a sweep that is over, or what no member can do
-    found = Failure(_KILLED, lasting=False)
+def _ready(pool: Sequence[_Worker]) -> list[_Worker]:
+    found = wait([worker.connection for worker in pool if worker.task is not None], _SECONDS_BETWEEN_LOOKS)
+    return [worker for worker in pool if worker.connection in found]
+
+
+def _given_up(task: Task) -> Outcome:
+    found = Failure(KILLED, lasting=False)
     note_failure(task.place, found)
-    return Outcome(task.number, float("nan"), found)
+    return Outcome(task.number, math.nan, found)

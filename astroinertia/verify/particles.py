@@ -1,8 +1,5 @@
 """A short run of particles, from the scene to the file, and what its ledger and its budgets say."""
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
 import xarray as xr
 
@@ -10,6 +7,7 @@ from astroinertia import accessor, dataset
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.run import run_scene
 from astroinertia.scene.load import loads
+from astroinertia.sealed import temporary_folder
 from astroinertia.verify.comparison import Found
 
 assert accessor  # importing it registers `dataset.inertia`
@@ -73,8 +71,8 @@ def _tensors(variable: xr.DataArray) -> np.ndarray:
 
 
 def _run(text: str) -> xr.Dataset:
-    with tempfile.TemporaryDirectory() as folder:
-        return dataset.open(run_scene(loads(text), Path(folder) / "run"))
+    with temporary_folder() as folder:
+        return dataset.open(run_scene(loads(text), folder / "run"))
 
 
 COMPUTATIONS = (books,)

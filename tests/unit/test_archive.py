@@ -151,12 +151,20 @@ def test_kill_9_at_random_instants_leaves_a_consistent_folder_that_goes_on(tmp_p
         writer = run_script(WRITER, str(tmp_path))
         assert writer.stdout is not None
         assert writer.stdout.readline() == "writing\n", writer.communicate()[1]
-        time.sleep(instants.uniform(0.0, 0.15))
+        enough = newest_checkpoint(tmp_path) + instants.randint(0, 8)
+        while newest_checkpoint(tmp_path) < enough and writer.poll() is None:
+            time.sleep(instants.uniform(0.0, 0.005))
         writer.send_signal(signal.SIGKILL)
         writer.communicate()
         outputs.append(assert_consistent(tmp_path))
     assert sorted(outputs) == outputs
+    assert newest_checkpoint(tmp_path) > 6  # of every third file: the manifest lists those before the newest
     assert outputs[-1] > 0
+
+
+def newest_checkpoint(folder) -> int:
+    """Its number among the files of a run."""
+    return max((int(path.stem.split("-")[1]) for path in folder.glob("checkpoint-*.npz")), default=0)
 
 
 def test_checkpoints_return_every_bit(tmp_path):

@@ -105,7 +105,6 @@ def test_show_does_not_wait_for_a_pipe(elsewhere, capsys):
         ),
         (ArchiveError("the folder holds another run."), 2, "another run"),
         (RunInterrupted("runs/x", 1.0, 4.0), 130, "25.0%"),
-        (KeyboardInterrupt(), 130, "interrupted"),
         (MemoryError(), 1, "memory"),
         (OSError(28, "No space left on device", "runs/x"), 1, "no space left"),
     ],
@@ -173,7 +172,7 @@ def test_a_wheel_holds_the_package(tmp_path):
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
         entry = next(name for name in names if name.endswith("entry_points.txt"))
-        assert "astroinertia = astroinertia.cli:main" in archive.read(entry).decode()
+        assert "astroinertia = astroinertia.__main__:main" in archive.read(entry).decode()
     every = (path for kind in ("py", "html", "js") for path in (ROOT / "astroinertia").rglob(f"*.{kind}"))
     sources = {str(path.relative_to(ROOT)) for path in every}
     assert sources <= names

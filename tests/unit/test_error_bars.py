@@ -290,7 +290,7 @@ TOP = BY_NAME["rigid_top"].scene("time.end='1 s'", "output.series_every='0.1 s'"
 def test_a_companion_run_that_was_interrupted_is_gone_on_with_and_the_finished_run_stays(tmp_path):
     def interrupt(progress):
         if progress.part:
-            raise KeyboardInterrupt
+            raise RunInterrupted(tmp_path, 0.0, 1.0)
 
     with pytest.raises(RunInterrupted) as stopped:
         astroinertia.run_scene(TOP, tmp_path / "run", interrupt)

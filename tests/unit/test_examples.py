@@ -69,7 +69,12 @@ INSIDES = {
     *("plots.ellipsoid.draw_axes", "plots.ellipsoid.draw_curves", "plots.ellipsoid.draw_ellipsoid"),
     *("plots.ellipsoid.draw_triad", "plots.ellipsoid.heading", "plots.ellipsoid.lit_ellipsoid"),
     *("plots.ellipsoid.view_of", "plots.error_bars.has_error_bars", "plots.error_bars.known_bars"),
-    *("scale.combined.write", "scale.members", "scale.workers.side_by_side"),  # parts of a sweep under way
+    *(
+        "scale.combined.write",
+        "scale.members",
+        "scale.workers.side_by_side",
+        "scale.cluster.by_cluster",
+    ),  # parts of a sweep under way
     "studies.core_collapse.dynamics",
     *("studies.turning_planets.orbits", "studies.turning_planets.torque_of", "studies.turning_planets.axis_history"),
     *("studies.relax.polytrope_problem", "studies.spinning_planet"),

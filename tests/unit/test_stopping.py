@@ -1,18 +1,21 @@
 """What stops a run before its end: it is sealed, told how to go on, and goes on bit for bit."""
 
 import os
+import re
 import signal
+import subprocess
+import sys
 import time
 
 import pytest
 import xarray as xr
 
 import astroinertia
-from astroinertia import cli, cli_stop, dataset, plots, run
+from astroinertia import cli, cli_stop, dataset, interrupts, run
 from astroinertia.cli import main
 from astroinertia.errors import RunInterrupted
 from astroinertia.models.rigid_evolution import RigidBody
-from astroinertia.plots import style
+from tests.left_behind import Left
 from tests.stepped_clock import moved_by_steps
 from tests.tradeoff_scenes import SIMS
 
@@ -51,7 +54,7 @@ def same(one: xr.Dataset, other: xr.Dataset) -> bool:
 
 @pytest.mark.parametrize(
     ("number", "times", "name"),
-    [(signal.SIGINT, 1, "Ctrl-C"), (signal.SIGTERM, 2, "SIGTERM"), (signal.SIGUSR1, 2, "SIGUSR1")],
+    [(signal.SIGINT, 2, "Ctrl-C"), (signal.SIGTERM, 2, "SIGTERM"), (signal.SIGUSR1, 2, "SIGUSR1")],
 )
 def test_a_signal_seals_the_run_also_when_it_comes_twice(tmp_path, whole, number, times, name):
     """`timeout` and schedulers send theirs to the process and to its group: the second must not kill it."""
@@ -69,74 +72,125 @@ def test_a_signal_seals_the_run_also_when_it_comes_twice(tmp_path, whole, number
     assert same(astroinertia.open(astroinertia.resume(tmp_path / "run")), whole)
 
 
-@pytest.mark.parametrize(
-    ("number", "name"), [(signal.SIGTERM, "SIGTERM"), pytest.param(signal.SIGINT, "Ctrl-C", marks=pytest.mark.full)]
-)
-def test_a_signal_at_any_moment_of_the_last_file_loses_nothing(tmp_path, whole, monkeypatch, number, name):
+def test_a_command_that_is_ended_at_any_moment_of_the_last_file_loses_nothing(tmp_path, whole, monkeypatch):
     """At each of the files that are synced once the run has ended, and between the halves of the netCDF file."""
-    finish, sync, write, moments = dataset.finish, os.fsync, xr.Dataset.to_netcdf, range(1, 50)
-    for fatal in moments:
-        folder, passed = tmp_path / str(fatal), [-(10**9)]
+    finish, sync, write = dataset.finish, os.fsync, xr.Dataset.to_netcdf
+    left, finishing = Left(tmp_path / "run", tmp_path / "left"), []
 
-        def moment(fatal=fatal, passed=passed):
-            passed[0] += 1
-            if passed[0] == fatal:
-                os.kill(os.getpid(), number)
-                os.kill(os.getpid(), number if number != signal.SIGINT else signal.SIGUSR1)  # `timeout` sends two
+    def begun(*arguments):
+        finishing.append(True)
+        return finish(*arguments)
 
-        def begun(*arguments, passed=passed):
-            passed[0] = 0
-            return finish(*arguments)
+    def synced(descriptor):
+        if finishing:
+            left.at(signal.SIGTERM)
+        sync(descriptor)
 
-        def synced(descriptor, moment=moment):
-            moment()
-            sync(descriptor)
+    def written(self, *arguments, **options):
+        left.at(signal.SIGUSR1)
+        write(self, *arguments, **options)
+        left.at(signal.SIGINT)
 
-        def written(self, *arguments, moment=moment, **options):
-            moment()
-            write(self, *arguments, **options)
-            moment()
-
-        with monkeypatch.context() as patch:
-            patch.setattr(dataset, "finish", begun)
-            patch.setattr(os, "fsync", synced)
-            patch.setattr(xr.Dataset, "to_netcdf", written)
-            try:
-                run.run_scene(scene(), folder)
-                break
-            except RunInterrupted as interrupted:
-                stopped = interrupted
-        assert str(stopped).startswith(f"the run was stopped by {name} at 100.0%")
-        assert not list(folder.glob("*.tmp"))
+    with monkeypatch.context() as patch, interrupts.watched(left.end):
+        patch.setattr(dataset, "finish", begun)
+        patch.setattr(os, "fsync", synced)
+        patch.setattr(xr.Dataset, "to_netcdf", written)
+        run.run_scene(scene(), tmp_path / "run")
+    assert len(left.ends) >= 6  # netCDF begun and written, its file and folder synced, the manifest and its folder
+    for ended, folder in left.ends:
+        assert re.match(rf"the run was stopped by {ended.name} at 100\.0% and is sealed", str(ended.said))
+        assert ended.sealed
         file = astroinertia.resume(folder)
         assert [each.name for each in folder.glob("*.nc")] == [file.name]
+        assert not list(folder.glob("*.tmp"))
         assert same(astroinertia.open(file), whole)
-    assert fatal >= 6  # netCDF begun and written, its file and folder synced, the manifest and its folder
+    assert {ended.name for ended, _ in left.ends} == {"Ctrl-C", "SIGTERM", "SIGUSR1"}
 
 
-def test_a_signal_while_pictures_are_drawn_leaves_none_by_half(tmp_path, whole, monkeypatch, capsys):
+def test_a_command_is_ended_at_once_where_nothing_would_be_lost(tmp_path, whole):
+    """Before the first step, which may compile for long, and after one it is sealed instead, at the next."""
+    left, sent = Left(tmp_path / "run", tmp_path / "left"), []
+
+    def send(progress):
+        if progress.step == 0:
+            left.at(signal.SIGTERM)
+        elif not sent:
+            sent.append(progress.step)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with interrupts.watched(left.end), pytest.raises(RunInterrupted, match="stopped by Ctrl-C") as stopped:
+        run.run_scene(scene(), tmp_path / "run", send)
+    ((ended, folder),) = left.ends
+    assert (str(ended.said), ended.sealed) == (
+        f"the run was stopped by SIGTERM at 0.0% and is sealed in {tmp_path / 'run'}",
+        True,
+    )
+    assert 0.0 < stopped.value.share < 1.0
+    for place in (folder, tmp_path / "run"):
+        assert same(astroinertia.open(astroinertia.resume(place)), whole)
+
+
+def test_a_second_signal_ends_a_command_at_once_unless_it_comes_right_after_the_first(tmp_path, whole, monkeypatch):
+    left, received, answered = Left(tmp_path / "run", tmp_path / "left"), [], []
+    monkeypatch.setattr(interrupts, "AGAIN", 3600.0)
+
+    def send(progress):
+        if progress.step and not answered:
+            answered.append(True)
+            os.kill(os.getpid(), signal.SIGTERM)
+            os.kill(os.getpid(), signal.SIGUSR1)
+            while not received:
+                time.sleep(0.01)
+            monkeypatch.setattr(interrupts, "AGAIN", 0.0)
+            left.at(signal.SIGTERM)
+
+    noted = interrupts.noted
+
+    def seen(given, *arguments):
+        nonlocal received
+        received = given
+        return noted(given, *arguments)
+
+    monkeypatch.setattr(interrupts, "noted", seen)
+    with interrupts.watched(left.end), pytest.raises(RunInterrupted, match="stopped by SIGTERM"):
+        run.run_scene(scene(), tmp_path / "run", send)
+    ((ended, folder),) = left.ends
+    assert not ended.sealed
+    assert cli_stop.ended(ended) == (
+        143,
+        f"ended at once by SIGTERM; what was sealed before is kept; go on with: astroinertia resume {tmp_path / 'run'}",
+    )
+    assert same(astroinertia.open(astroinertia.resume(folder)), whole)
+
+
+DRAWING = """
+import os, signal, sys, time
+from astroinertia import plots
+from astroinertia.cli import main
+from astroinertia.plots import style
+
+def stopped_in_the_middle(figure, aside, **options):
+    aside.write_bytes(b"half a picture")
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(600.0)
+
+plots.FIGURES = {"spin": plots.FIGURES["spin"]}
+style.Figure.savefig = stopped_in_the_middle
+sys.exit(main(["show", sys.argv[1]]))
+"""
+
+
+def test_a_signal_while_pictures_are_drawn_leaves_none_by_half(tmp_path):
     file = astroinertia.run_scene(scene(), tmp_path / "run")
-    draw = style.Figure.savefig
-
-    def stopped_in_the_middle(figure, aside, **options):
-        draw(figure, aside, **options)
-        aside.write_bytes(aside.read_bytes()[:100])
-        os.kill(os.getpid(), signal.SIGTERM)
-
     before = set(file.parent.iterdir())
-    few = {"spin": plots.FIGURES["spin"]}  # all are drawn in test_plots.py
-    monkeypatch.setattr(plots, "FIGURES", few)
-    monkeypatch.setattr(style.Figure, "savefig", stopped_in_the_middle)
-    assert main(["show", str(file.parent)]) == 130
-    assert capsys.readouterr().err.strip().endswith("interrupted.")
+    done = subprocess.run([sys.executable, "-c", DRAWING, file.parent], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (143, "astroinertia: interrupted.\n")
     assert set(file.parent.iterdir()) == before
-    monkeypatch.undo()
-    monkeypatch.setattr(plots, "FIGURES", few)
-    assert main(["show", str(file.parent)]) == 0
-    assert set(file.parent.iterdir()) > before
 
 
-def test_a_second_ctrl_c_stops_at_once(tmp_path):
+def test_a_later_second_ctrl_c_acts_as_usual_where_no_command_runs(tmp_path, monkeypatch):
+    monkeypatch.setattr(interrupts, "AGAIN", 0.0)
+
     def send(_):
         os.kill(os.getpid(), signal.SIGINT)
         os.kill(os.getpid(), signal.SIGINT)

@@ -11,16 +11,18 @@ import pytest
 import xarray as xr
 
 import astroinertia
-from astroinertia import cli, cli_stop, run
+from astroinertia import cli, cli_stop, interrupts, run
 from astroinertia.accuracy import running
 from astroinertia.archive import Archive, locked
 from astroinertia.cli import main
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
 from astroinertia.models.scaling import Scaling
+from astroinertia.scale import cluster as clusters
 from astroinertia.scale import combined, ensemble, folder, members, workers
 from astroinertia.scene import sweep as sweeps
 from astroinertia.scene.sweep import member
 from astroinertia.units import SOLAR_MASS
+from tests.left_behind import Left
 from tests.stepped_clock import moved_by_steps
 
 OF_THE_CLOCK = ["wall_time", "measured_wall_time", "measured_memory"]
@@ -155,7 +157,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(grid, tmp_path, monkeypatch):
         seal(archive, arrays, scalars)
         sealed.append(archive.folder.name)
         if sealed.count(member(2)) == 2:
-            raise KeyboardInterrupt
+            os.kill(os.getpid(), signal.SIGINT)
 
     monkeypatch.setattr(Archive, "write_checkpoint", stop)
     with pytest.raises(RunInterrupted, match=r"50.0% and is sealed in .*run"):
@@ -182,7 +184,7 @@ def same_numbers(one, other):
 @pytest.fixture
 def slow(monkeypatch):
     """The clock by which sweeps are stopped: each step of a member takes 10 s."""
-    return moved_by_steps(monkeypatch, Scaling, (run, members, ensemble, workers, cli, cli_stop))
+    return moved_by_steps(monkeypatch, Scaling, (run, members, ensemble, workers, clusters, cli, cli_stop))
 
 
 def test_a_sweep_is_stopped_in_time_with_its_member_sealed_and_goes_on(grid, tmp_path, monkeypatch, slow, capsys):
@@ -239,21 +241,23 @@ def test_a_signal_seals_the_member_under_way(tmp_path, monkeypatch, number):
         assert under_way.read_checkpoint()[1]["series"] == 2
 
 
-def test_a_signal_while_the_sweeps_file_is_written_leaves_none_by_half(grid, tmp_path, monkeypatch):
-    write = xr.Dataset.to_netcdf
+def test_a_command_that_is_ended_while_the_sweeps_file_is_written_leaves_none_by_half(grid, tmp_path, monkeypatch):
+    write, left = xr.Dataset.to_netcdf, Left(tmp_path / "run", tmp_path / "left")
 
     def signalled(self, path, **options):
         write(self, path, **options)
         if path.name.startswith("core.nc") and path.parent == tmp_path / "run":
-            os.kill(os.getpid(), signal.SIGTERM)
+            left.at(signal.SIGTERM)
 
     monkeypatch.setattr(xr.Dataset, "to_netcdf", signalled)
-    with pytest.raises(RunInterrupted, match=r"stopped by SIGTERM at 100\.0%"):
+    with interrupts.watched(left.end):
         ensemble.run_sweep(made(), tmp_path / "run")
-    assert not list((tmp_path / "run").glob("core.nc*"))
     monkeypatch.undo()
-    ensemble.resume(tmp_path / "run")
-    same(astroinertia.open(tmp_path / "run"), astroinertia.open(grid[0]))
+    ((ended, folder),) = left.ends
+    assert "stopped by SIGTERM at 100.0%" in str(ended.said) and ended.sealed
+    assert not (folder / "core.nc").exists()
+    ensemble.resume(folder)
+    same(astroinertia.open(folder), astroinertia.open(grid[0]))
 
 
 def test_workers_ask_no_scheduler_for_the_files_of_their_members(cluster, tmp_path):
@@ -343,14 +347,13 @@ def test_folders_are_not_mixed_up(grid, tmp_path):
 def test_the_command_line_runs_plans_and_shows_sweeps(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
-    monkeypatch.setattr(workers, "has_dask", lambda: False)
     (tmp_path / "core.toml").write_text(SCENE.replace("{sweep}", '"body.exponent" = [0.5, 2.6]'))
     assert main(["plan", "core.toml"]) == 0
     told = capsys.readouterr().out
     assert "members" in told and "0.5, 2.6" in told and "time of all" in told and "one after another" in told
-    assert main(["run", "core.toml", "--workers", "2"]) == 1
+    assert main(["run", "core.toml", "--workers", "1"]) == 1
     told = capsys.readouterr().out
-    assert "dask is not installed, so members are run one after another" in told
+    assert "one after another" in told
     assert "2 of 2 members" in told and "core.nc" in told
     assert "member-0001  body.exponent = 2.6  [body] has an infinite gravitational energy" in told
     assert main(["show", "runs/core"]) == 0

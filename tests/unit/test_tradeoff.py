@@ -10,7 +10,7 @@ from astroinertia.accuracy.analysis import analysed
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.tradeoff import carry_out
 from astroinertia.cli import main
-from astroinertia.errors import NumericalError, SceneError
+from astroinertia.errors import NumericalError, RunInterrupted, SceneError
 from astroinertia.plots.tradeoff import tradeoff_figure
 from astroinertia.scene import load
 
@@ -45,7 +45,7 @@ class Formula:
 
     def __call__(self, scene, observables, folder, listener):
         if self.stop_after is not None and len(self.runs) >= self.stop_after:
-            raise KeyboardInterrupt
+            raise RunInterrupted(folder, 0.0, 1.0)
         self.runs.append(folder.name)
         if self.fails and folder.name.startswith(self.fails):
             raise NumericalError("the state is no longer finite", "pressure", 0.5, 7)
