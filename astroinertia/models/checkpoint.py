@@ -47,10 +47,10 @@ def check(
     """ValueError, in a sentence, where the arrays of a checkpoint are not those of a state.
 
     like: the dtype and the shape of each array. limits: the least and the largest value of arrays by the last part of
-    their names; all numbers are finite and within LARGEST of zero.
+    their names; all numbers are finite and within LARGEST of zero. Other arrays there may be, and are not read.
     """
-    if odd := sorted(arrays.keys() ^ like.keys()):
-        raise ValueError(f"it {'has' if odd[0] in arrays else 'lacks'} the array {odd[0]!r:.80}")
+    if missing := [name for name in like if name not in arrays]:
+        raise ValueError(f"it lacks the array {missing[0]!r:.80}")
     for name, (dtype, shape) in like.items():
         array = arrays[name]
         if array.dtype != dtype or array.shape != shape:
