@@ -228,7 +228,7 @@ def test_files(tmp_path, ending, scale):
     vertices, faces = ellipsoid_mesh(np.array([1.0, 1.4, 0.6]) * scale, 2)
     path = tmp_path / f"body.{ending}"
     options = {"digits": 26} if ending in ("obj", "off") else {}
-    pytest.importorskip("trimesh").Trimesh(vertices, faces, process=False).export(str(path), **options)
+    trimesh.Trimesh(vertices, faces, process=False).export(str(path), **options)
     found = mesh.mesh_body(*mesh.read_mesh(path), mass=1.0)
     single = ending in ("stl", "ply")  # which hold 32 bits
     agree(found, mesh.mesh_body(vertices, faces, mass=1.0), 1e-6 if single else 1e-12)
