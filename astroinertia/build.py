@@ -4,11 +4,14 @@ import importlib
 import platform
 from dataclasses import dataclass
 from importlib.metadata import version
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
 
 from astroinertia.archive import Archive
 from astroinertia.effects import catalogue
-from astroinertia.errors import ArchiveError, AstroinertiaError
+from astroinertia.errors import ArchiveError
+from astroinertia.manifest import complaint
 from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
 from astroinertia.scene.plan import cadence, code_units, plan, regions_told, smoothing
@@ -17,7 +20,21 @@ from astroinertia.start.spheres import Sphere, Star, sphere
 from astroinertia.units import CodeUnits
 from astroinertia.unpacked import plain_text
 
-_COUNTED: dict[str, float] = {"series": 0, "snapshot": 0, "wall_time": 0.0, "opening_energy": 0.0}
+_Count = Annotated[int, Field(ge=0, lt=2**53)]
+_Seconds = Annotated[float, Field(ge=0.0, le=1e12)]
+
+
+class Counters(BaseModel):
+    """Where the outputs of a run stand, as its checkpoints have it; they may come from anywhere."""
+
+    model_config = ConfigDict(strict=True)
+
+    opening_potential: float | None = None
+    series: _Count = 0
+    snapshot: _Count = 0
+    wall_time: _Seconds = 0.0
+    opening_energy: float = 0.0
+    measured: dict[str, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -46,8 +63,7 @@ class Prepared:
 def prepare(scene: Scene) -> Prepared:
     """The scene at time 0."""
     units = code_units(scene)
-    counters = {"opening_potential": None, **_COUNTED}
-    return Prepared(_model(scene).evolution(scene, units), outputs_of(scene, units), units, counters)
+    return Prepared(_model(scene).evolution(scene, units), outputs_of(scene, units), units, _plain(Counters()))
 
 
 def scene_of(archive: Archive) -> Scene:
@@ -65,16 +81,18 @@ def restore(archive: Archive) -> Prepared:
     if stored is None:
         return prepare(scene)
     units = code_units(scene)
-    arrays, counters = stored
+    arrays, told = stored
     try:
-        if not all(isinstance(counters[name], int | float) for name in _COUNTED):
-            raise ValueError("its counters are no numbers")
+        if wrong := complaint(Counters, told):
+            raise ValueError(wrong)
         body = _model(scene).resumed(scene, units, arrays)
-    except AstroinertiaError:
-        raise
-    except Exception as error:  # a state that is not of this scene fails wherever it is first used
+    except ValueError as error:
         raise ArchiveError(f"{archive.folder} has a checkpoint of another scene: {plain_text(error)}.") from error
-    return Prepared(body, outputs_of(scene, units), units, counters)
+    return Prepared(body, outputs_of(scene, units), units, _plain(Counters(**told)))
+
+
+def _plain(counters: Counters) -> dict[str, Any]:
+    return counters.model_dump(exclude={"measured"} if counters.measured is None else None)
 
 
 def _model(scene: Scene) -> Any:

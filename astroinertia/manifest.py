@@ -10,20 +10,114 @@ import re
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from astroinertia.errors import ArchiveError, ArchiveWarning
 from astroinertia.sealed import read_json, write_json
+from astroinertia.unpacked import plain_text
 
 MANIFEST = "manifest.json"
 COPY = "manifest-copy.json"
 FORMAT = "astroinertia-run"
 SEALED = re.compile(r"(segment|snapshots|checkpoint)-[0-9]+\.npz")
-_TYPE = re.compile(r"[<>|=][biufcSU][0-9]{1,4}")
-_FINAL = re.compile(r"[^/\\\s]*\.nc")  # in this folder
 VERSION = 3
 """1: one checkpoint, one manifest without a hash. 2: the last two checkpoints, the manifest twice and hashed, snapshots
 with the records of a segment. 3: snapshots in files of their own, described here; records as one table."""
+
+
+_Count = Annotated[int, Field(ge=0, lt=2**53)]
+_Size = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+_Text = str | None
+_Value = None | bool | Annotated[int, Field(ge=-(2**63), lt=2**63)] | float | str | list | dict
+_Key = Annotated[str, Field(pattern=r"^[A-Za-z]\w{0,99}$")]
+
+
+class _Plain(BaseModel):
+    model_config = ConfigDict(strict=True)
+
+
+class _Units(_Plain):
+    mass: _Size
+    length: _Size
+    G: _Size
+
+
+class _Metadata(_Plain):
+    """What is used of a run's description, and so must be what it is taken for; of the rest only that it is plain."""
+
+    model_config = ConfigDict(strict=True, extra="allow")
+    __pydantic_extra__: dict[_Key, _Value]
+
+    name: str
+    scene: _Text = None
+    origin: _Text = None
+    frame: _Text = None
+    reference_radius_convention: _Text = None
+    dimensionless: bool = False
+    code_units: _Units | None = None
+    effects: list[str] = []
+    companions: list[str] = []
+    regions: dict[str, str] = {}
+    absent: dict[str, str] = {}
+    skipped_effects: dict[str, str] = {}
+    reference_radius: float | None = None
+    neighbours: float | None = None
+    principal_gap_tolerance: float | None = None
+    predicted_evolution_time: float | None = None
+
+
+class _Segment(_Plain):
+    """Records or snapshots; of snapshots the shapes and, in newer files, the types and times."""
+
+    file: Annotated[str, Field(pattern=r"^(segment|snapshots)-[0-9]+\.npz$")]
+    sha256: str
+    records: _Count
+    snapshots: _Count
+    layout: dict[str, list[_Count]] | None = None
+    types: dict[str, Annotated[str, Field(pattern=r"^[<>|=][biufcSU][0-9]{1,4}$")]] | None = None
+    times: list[float] | None = None
+
+    @model_validator(mode="after")
+    def _of_snapshots(self) -> Self:
+        if self.snapshots and self.layout is None:
+            raise ValueError("snapshots have no layout")
+        if self.times is not None:
+            layout = self.layout or {}
+            if len(self.times) != self.snapshots or "time" not in layout or (self.types or {}).keys() != layout.keys():
+                raise ValueError("the times and types of snapshots are not those of what is laid out")
+        return self
+
+
+class _Checkpoint(_Plain):
+    file: Annotated[str, Field(pattern=r"^checkpoint-[0-9]+\.npz$")]
+    sha256: str
+    segments: _Count
+
+
+class _Final(_Plain):
+    file: Annotated[str, Field(pattern=r"^[^/\\\s]*\.nc$")]  # in this folder
+    sha256: str
+    segments: _Count
+
+
+class _Manifest(_Plain):
+    """The schema of a manifest: its own hash whoever wrote it may have found, too."""
+
+    version: Literal[3]
+    serial: _Count
+    metadata: _Metadata
+    segments: list[_Segment]
+    checkpoints: Annotated[list[_Checkpoint | None], Field(min_length=1, max_length=2)]
+    final: _Final | None = None
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        numbers = [0 if each is None else each.segments for each in self.checkpoints]
+        if sorted(numbers) != numbers or numbers[-1] > len(self.segments):
+            raise ValueError("a checkpoint follows segments that are not there")
+        return self
 
 
 def empty(metadata: dict[str, Any]) -> dict[str, Any]:
@@ -80,7 +174,7 @@ def read_file(path: Path) -> dict[str, Any]:
     if recorded != _digest(manifest) and not (version == 1 and recorded is None):
         raise ArchiveError(f"{path} is damaged: its sha256 is not the one that was recorded when it was written.")
     manifest = _current(manifest)
-    if wrong := _complaint(manifest):
+    if wrong := complaint(_Manifest, manifest):
         raise ArchiveError(f"{path} was not written by this package: {wrong}.")
     return manifest
 
@@ -93,71 +187,15 @@ def _current(manifest: dict[str, Any]) -> dict[str, Any]:
     return {**manifest, "version": VERSION} if manifest.get("version") in range(1, VERSION) else manifest
 
 
-def _complaint(manifest: Mapping[str, Any]) -> str:
-    """What this package never writes; its own hash whoever wrote it may have found, too. Empty where all is well."""
-    metadata, segments, checkpoints = (manifest.get(name) for name in ("metadata", "segments", "checkpoints"))
-    if manifest.get("version") != VERSION or not _is_count(manifest.get("serial")):
-        return "it has no version, or no serial number"
-    if not isinstance(metadata, dict) or not isinstance(metadata.get("name"), str):
-        return "it has no description of a run"
-    if any(not isinstance(metadata.get(name, ""), str | None) for name in ("scene", "origin")):
-        return "its scene is not a text"
-    if not isinstance(segments, list) or not isinstance(checkpoints, list) or not 1 <= len(checkpoints) <= 2:
-        return "it has no lists of segments and checkpoints"
-    counted = ("records", "snapshots")
-    if not all(_is_sealed(each, ("segment", "snapshots"), counted) and _has_layout(each) for each in segments):
-        return "it lists something that is no segment"
-    if not all(each is None or _is_sealed(each, ("checkpoint",), ("segments",)) for each in checkpoints):
-        return "it lists something that is no checkpoint"
-    numbers = [0 if each is None else each["segments"] for each in checkpoints]
-    if sorted(numbers) != numbers or numbers[-1] > len(segments):
-        return "a checkpoint follows segments that are not there"
-    final = manifest.get("final")
-    if final is not None and not (_is_entry(final, ("segments",)) and _FINAL.fullmatch(final["file"])):
-        return "its final file is none"
+def complaint(schema: type[BaseModel], content: Any) -> str:
+    """What in the content is not as its schema has it, and where, on one line; empty where all is."""
+    try:
+        schema.model_validate(content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place, words = " ".join(map(str, first["loc"])), first["msg"].removeprefix("Value error, ")
+        return plain_text(f"{place}: {words}" if place else words)
     return ""
-
-
-def _is_sealed(entry: Any, kinds: tuple[str, ...], counted: tuple[str, ...]) -> bool:
-    found = SEALED.fullmatch(entry["file"]) if _is_entry(entry, counted) else None
-    return found is not None and found[1] in kinds
-
-
-def _is_entry(entry: Any, counted: tuple[str, ...]) -> bool:
-    return (
-        isinstance(entry, dict)
-        and isinstance(entry.get("file"), str)
-        and isinstance(entry.get("sha256"), str)
-        and all(_is_count(entry.get(name)) for name in counted)
-    )
-
-
-def _has_layout(segment: Mapping[str, Any]) -> bool:
-    layout = segment.get("layout", {})
-    return (
-        isinstance(layout, dict)
-        and ("layout" in segment or not segment["snapshots"])
-        and all(isinstance(shape, list) and all(map(_is_count, shape)) for shape in layout.values())
-        and ("times" not in segment or _is_described(segment, layout))
-    )
-
-
-def _is_described(segment: Mapping[str, Any], layout: Mapping[str, Any]) -> bool:
-    """Whether the times and types of snapshots are those of so many, and of what is laid out."""
-    times, types = segment["times"], segment.get("types")
-    return (
-        isinstance(times, list)
-        and len(times) == segment["snapshots"]
-        and all(isinstance(time, int | float) and not isinstance(time, bool) for time in times)
-        and isinstance(types, dict)
-        and types.keys() == layout.keys()
-        and "time" in layout
-        and all(isinstance(kind, str) and _TYPE.fullmatch(kind) for kind in types.values())
-    )
-
-
-def _is_count(number: Any) -> bool:
-    return isinstance(number, int) and not isinstance(number, bool) and 0 <= number < 2**53
 
 
 def _digest(manifest: Mapping[str, Any]) -> str:

@@ -158,7 +158,10 @@ def read_json(path: Path) -> Any:
 def _parsed(content: bytes) -> Any:
     if len(content) > _LARGEST_JSON or sum(map(content.count, (b",", b"[", b"{"))) > _MOST_VALUES:
         raise ValueError(f"it has more than {_LARGEST_JSON >> 20} MiB or {_MOST_VALUES} values")
-    return json.loads(content)
+    found = json.loads(content)
+    if b"\\ud" in content.lower():  # half of a character, which no file can be named or written with
+        json.dumps(found, ensure_ascii=False).encode()
+    return found
 
 
 def own_folder(path: Path) -> Path:

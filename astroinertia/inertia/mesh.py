@@ -6,6 +6,7 @@ part that is inside out counts as negative too, which shows only if the whole do
 batch of bodies with the same faces.
 """
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,13 @@ from astroinertia.errors import ArchiveError
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mean_squares import checked_points
 from astroinertia.inertia.tensor import inertia_from_second_moment, is_known
+from astroinertia.sealed import regular
 from astroinertia.unpacked import plain_text
 
 Array = Any
 
 FORMATS = (".stl", ".obj", ".ply", ".off")
+MAX_BYTES = 2**28  # of a file: 5 million triangles
 _ROUNDINGS = 8.0  # roundings of the box around a mesh that its volume must exceed to be told from 0
 
 
@@ -152,10 +155,12 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
         raise ArchiveError(
             f"{path} cannot be read as a mesh: it must be a {', '.join(FORMATS[:-1])} or {FORMATS[-1]} file"
         )
+    content = _content(path)
     try:
-        with path.open("rb") as stream:  # not by its name, from which trimesh would find the other files that it names
-            # As stored: merging within trimesh's fixed tolerance would ruin a mesh in large units.
-            loaded = trimesh.load_mesh(stream, file_type=path.suffix[1:].lower(), process=False)
+        # Not by its name, from which trimesh would find the other files that it names; and of the geometry alone.
+        # As stored: merging within trimesh's fixed tolerance would ruin a mesh in large units.
+        kind = path.suffix[1:].lower()
+        loaded = trimesh.load_mesh(io.BytesIO(content), file_type=kind, process=False, skip_materials=True)
         vertices, faces = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int64)
     except ImportError as failure:  # what trimesh would guess the encoding of a text with
         raise ArchiveError(
@@ -167,8 +172,41 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
         raise ArchiveError(f"{path} cannot be read as a mesh: it has no faces")
     if faces.ndim != 2 or vertices.shape[1:] != (3,) or faces.min() < 0 or faces.max() >= len(vertices):
         raise ArchiveError(f"{path} cannot be read as a mesh: a face has a corner that is not there")
-    places, numbers = np.unique(vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0 and 0 are one place
-    return places, numbers.reshape(-1)[faces]
+    places, numbers = _distinct(vertices + 0.0)  # + 0.0: -0 and 0 are one place
+    return places, numbers[faces]
+
+
+def _content(path: Path) -> bytes:
+    """The bytes of a file of a mesh; ArchiveError where they are too many, or none of any mesh."""
+    try:
+        regular(path)
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise ArchiveError(f"{path} is larger than {MAX_BYTES >> 20} MiB, more than any mesh that is read")
+        content = path.read_bytes()
+    except OSError as failure:
+        raise ArchiveError(f"{path} cannot be read as a mesh: {failure.strerror or failure}") from failure
+    # A file of holes, or of anything else that is no text, would be searched for numbers for minutes.
+    if not _is_binary(path.suffix.lower(), content) and b"\0" in content:
+        raise ArchiveError(f"{path} cannot be read as a mesh: it is neither binary nor text as such files are")
+    return content
+
+
+def _is_binary(suffix: str, content: bytes) -> bool:
+    if suffix == ".stl":
+        return len(content) == 84 + 50 * int.from_bytes(content[80:84], "little")
+    return suffix == ".ply" and b"format binary_" in content[:200]
+
+
+def _distinct(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The different ones of points (N, 3), sorted, and each one's number among them; np.unique takes far longer."""
+    order = np.lexsort(points.T[::-1])
+    ordered = points[order]
+    first = np.ones(len(points), bool)
+    first[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    numbers = np.empty(len(points), np.int64)
+    numbers[order] = np.cumsum(first) - 1
+    return ordered[first], numbers
 
 
 def _volume_integrals(xp: Any, points: Array, faces: np.ndarray) -> tuple[Array, Array, Array, Array]:

@@ -1,11 +1,21 @@
-"""A state as named arrays and back: what a checkpoint holds."""
+"""A state as named arrays and back: what a checkpoint holds, and what is required of one that may come from anywhere.
 
+Tests: tests/unit/test_checkpoint.py, tests/hard/test_altered_folders.py.
+"""
+
+from collections.abc import Mapping
 from typing import Any
 
 import jax
 import numpy as np
 
 from astroinertia.integrate.leapfrog import State
+
+LARGEST = 1e100  # no number of a state is larger: its square and its cube are still numbers
+SIZE = (0.0, LARGEST)  # of what is not negative
+LATE = 1e-9  # a run may end so much later than it should, over its length
+COUNT = (0, 2**53)
+POSITIVE = (5e-324, LARGEST)
 
 
 def flattened(state: State) -> dict[str, np.ndarray]:
@@ -14,9 +24,44 @@ def flattened(state: State) -> dict[str, np.ndarray]:
     return {jax.tree_util.keystr(path): np.asarray(leaf) for path, leaf in leaves}
 
 
-def unflattened(like: State, arrays: dict[str, np.ndarray], xp: Any) -> State:
+def unflattened(like: State, arrays: Mapping[str, np.ndarray], xp: Any) -> State:
     """The state of which `arrays` are the leaves; `like` has the same structure."""
     paths, structure = jax.tree_util.tree_flatten_with_path(like)
     return jax.tree_util.tree_unflatten(
         structure, [xp.asarray(arrays[jax.tree_util.keystr(path)]) for path, _ in paths]
     )
+
+
+def length(arrays: Mapping[str, np.ndarray], name: str) -> int:
+    """The length of a list of numbers; ValueError where it is missing or something else."""
+    array = arrays.get(name)
+    if array is None or array.ndim != 1 or array.dtype != np.float64:
+        raise ValueError(f"it has no list of numbers {name!r}")
+    return len(array)
+
+
+def check(
+    arrays: Mapping[str, np.ndarray], like: Mapping[str, tuple[np.dtype, tuple[int, ...]]],
+    limits: Mapping[str, tuple[float, float]],
+) -> None:  # fmt: skip
+    """ValueError, in a sentence, where the arrays of a checkpoint are not those of a state.
+
+    like: the dtype and the shape of each array. limits: the least and the largest value of arrays by the last part of
+    their names; all numbers are finite and within LARGEST of zero. Other arrays there may be, and are not read.
+    """
+    if missing := [name for name in like if name not in arrays]:
+        raise ValueError(f"it lacks the array {missing[0]!r:.80}")
+    for name, (dtype, shape) in like.items():
+        array = arrays[name]
+        if array.dtype != dtype or array.shape != shape:
+            raise ValueError(f"{name!r} is {array.dtype} of shape {array.shape}, and must be {dtype} of shape {shape}")
+        if array.dtype.kind == "f" and not (np.abs(array) <= LARGEST).all():
+            raise ValueError(f"{name!r} has values that are not finite, or larger than {LARGEST:g}")
+        least, largest = limits.get(name, (-np.inf, np.inf))
+        if array.size and not least <= array.min() <= array.max() <= largest:
+            raise ValueError(f"{name!r} has values beyond {least:g} to {largest:g}")
+
+
+def described(arrays: Mapping[str, np.ndarray]) -> dict[str, tuple[np.dtype, tuple[int, ...]]]:
+    """The dtype and the shape of each array."""
+    return {name: (array.dtype, array.shape) for name, array in arrays.items()}

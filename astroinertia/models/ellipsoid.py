@@ -10,7 +10,7 @@ import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.integrate import adaptive
-from astroinertia.models import affine_body
+from astroinertia.models import affine_body, checkpoint
 from astroinertia.models.affine_body import Problem, State
 from astroinertia.models.ellipsoid_record import energies, ledger_closure, series_record, unaccounted_energy
 from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Record
@@ -85,7 +85,11 @@ class Ellipsoid:
         return named | {name: np.asarray(value) for name, value in told.items()}
 
     def resume(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Take up the state of a checkpoint."""
+        """Take up the state of a checkpoint; ValueError, in a sentence, where it is none of this body's."""
+        limits = dict.fromkeys(("time", "timestep", "largest"), checkpoint.SIZE) | {"steps": checkpoint.COUNT}
+        checkpoint.check(arrays, checkpoint.described(self.arrays()), limits)
+        if not np.linalg.det(arrays["deformation"]) > 0.0:
+            raise ValueError("'deformation' turns the body inside out")
         with jax.enable_x64(True):
             self.state = as_arrays(State(*(arrays[name] for name in State._fields)))
         self.opening = {name: float(arrays[f"opening {name}"]) for name in self.opening}

@@ -14,7 +14,7 @@ from astroinertia.inertia.ledger import Compensated
 from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
 from astroinertia.integrate import adaptive, rigid_splitting
 from astroinertia.integrate.rigid_splitting import Rotor, in_body
-from astroinertia.models import rigid
+from astroinertia.models import checkpoint, rigid
 from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Record
 from astroinertia.models.rigid import Rigid
 from astroinertia.models.rigid_record import RIGIDITY, Ledger, dissipates, ledger
@@ -45,6 +45,7 @@ _FIRST_STEP = 0.05  # of the adaptive integrator, over one radian of the fastest
 _MOST_STEPS = 1e12
 _SHORTEST = 1e-12  # of a stretch between two breaks, as a share of the time
 _MISALIGNED = 0.1  # up to which errors of the adaptive integrator in |m| and the direction of L are put right
+_UNIT = 1e-6  # from 1, the length of a quaternion that is an attitude but for round-off
 _BY_SIZE = 2  # books that a change of size keeps: the energy at size 1, and its own work
 
 
@@ -167,7 +168,14 @@ class RigidBody:
         }
 
     def resume(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from a checkpoint, bit for bit as if the run had never stopped."""
+        """Go on from a checkpoint, bit for bit as if the run had never stopped; ValueError where it is of another body.
+
+        Tests: tests/unit/test_checkpoint.py.
+        """
+        limits = dict.fromkeys(("time", "timestep", "pace"), checkpoint.SIZE) | {"steps": checkpoint.COUNT}
+        checkpoint.check(arrays, checkpoint.described(RigidBody.arrays(self)), limits)
+        if abs(np.linalg.norm(arrays["state_0"][:4]) - 1.0) > _UNIT:
+            raise ValueError("'state_0' has an attitude that is no rotation")
         leaves, structure = jax.tree.flatten(self.state)
         self.state = jax.tree.unflatten(structure, [jnp.asarray(arrays[f"state_{k}"]) for k in range(len(leaves))])
         self._time, self._steps = float(arrays["time"]), int(arrays["steps"])

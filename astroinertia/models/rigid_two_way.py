@@ -17,7 +17,7 @@ import numpy as np
 from astroinertia.effects.gravity_gradient import quadrupole_attraction
 from astroinertia.integrate import rigid_splitting
 from astroinertia.integrate.rigid_splitting import COMPOSITIONS, Rotor
-from astroinertia.models import rigid
+from astroinertia.models import checkpoint, rigid
 from astroinertia.models.rigid import Rigid
 from astroinertia.models.rigid_evolution import RigidBody, Settings
 from astroinertia.orbits import states
@@ -74,9 +74,13 @@ class CoupledRigidBody(RigidBody):
         return {**super().arrays(), "orbits": states.packed(self.bodies), "carry": self._carry}
 
     def resume(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go on from a checkpoint, bit for bit as if the run had never stopped."""
-        super().resume(arrays)
-        self.bodies, self._carry = states.unpacked(arrays["orbits"]), np.array(arrays["carry"])
+        """Go on from a checkpoint, bit for bit as if the run had never stopped; ValueError for another body's."""
+        own = {name: array for name, array in arrays.items() if name not in ("orbits", "carry")}
+        super().resume(own)
+        carry = {"carry": arrays.get("carry", np.zeros(()))}
+        checkpoint.check(carry, checkpoint.described({"carry": self._carry}), {})
+        self.bodies = states.unpacked(arrays.get("orbits", np.zeros(())), self.bodies)
+        self._carry = carry["carry"].copy()
         self.body = replace(self.body, companions=_here(self.bodies))
 
     def _split(self, body: Rigid, until: float) -> None:

@@ -1,9 +1,20 @@
 """Where the particles of a simulation are at given times, as arrays."""
 
+import ctypes
 import math
+import struct
 
 import numpy as np
 import rebound
+
+_HEADER = 64  # bytes of the binary format that name REBOUND and its version
+_PROBE = 1e-3  # of a step, after which an integrator has all its arrays
+# What time changes in a simulation, by the names of the binary format.
+_PARTICLES = ("particles", "integrator.whfast.p_jh")
+_IAS15 = ("at", "x0", "v0", "a0", "csx", "csv", "csa0", "g", "b", "csb", "e", "br", "er")
+_NUMBERS = ("t", "dt", "dt_last_done", *(f"integrator.ias15.{name}" for name in _IAS15))
+_FLAGS = ("did_modify_particles", "is_synchronized")
+_COUNT = "steps_done"
 
 
 def states(bodies: rebound.Simulation, times: np.ndarray, origin: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -106,22 +117,79 @@ def packed(bodies: rebound.Simulation) -> np.ndarray:
     >>> bodies = rebound.Simulation()
     >>> bodies.add(m=1.0)
     >>> bodies.add(a=1.0)
-    >>> print(packed(bodies).dtype, unpacked(packed(bodies)) == bodies)
-    uint8 True
+    >>> print(packed(bodies).dtype)
+    uint8
     """
     return np.frombuffer(bodies.__reduce__()[1][0], dtype=np.uint8)
 
 
-def unpacked(told: np.ndarray) -> rebound.Simulation:
-    """The simulation that was packed.
+def unpacked(told: np.ndarray, begun: rebound.Simulation) -> rebound.Simulation:
+    """The simulation that was packed, which `begun` became in time; ValueError where it is another.
+
+    REBOUND trusts every length and every pointer in such bytes, which may come from anywhere. Only the numbers that
+    time changes are taken from them; all else, and how it is laid out, is that of the simulation at the beginning.
 
     >>> bodies = rebound.Simulation()
     >>> bodies.add(m=1.0)
     >>> bodies.add(a=1.0)
-    >>> print(unpacked(packed(bodies)).N)
-    2
+    >>> later = bodies.copy()
+    >>> go_on(later, 1.0)
+    >>> print(unpacked(packed(later), bodies) == later)
+    True
     """
-    return rebound.Simulation(told.tobytes())
+    stored = _fields(told.tobytes())
+    stepped = begun.copy()
+    drift(stepped, _PROBE * stepped.dt, 0.0)  # with what its integrator allocates at its first step
+    for like in (begun, stepped):
+        content = packed(like).tobytes()
+        own = _fields(content)
+        if [(name, len(data)) for name, _, data in own] == [(name, len(data)) for name, _, data in stored]:
+            break
+    else:
+        raise ValueError("its orbits are not those of its scene")
+    made = bytearray(content)
+    for (name, place, data), (_, _, other) in zip(own, stored, strict=True):
+        if name in _PARTICLES:
+            made[place : place + len(data)] = _moved(data, other)
+        elif name in _NUMBERS:
+            if not np.isfinite(np.frombuffer(other)).all():
+                raise ValueError(f"its orbits have no numbers for {name}")
+            made[place : place + len(data)] = other
+        elif name in _FLAGS:
+            if int.from_bytes(other, "little") not in (0, 1):
+                raise ValueError(f"its orbits have no truth value for {name}")
+            made[place : place + len(data)] = other
+        elif name == _COUNT:
+            made[place : place + len(data)] = other
+    return rebound.Simulation(bytes(made))
+
+
+def _fields(content: bytes) -> list[tuple[str, int, bytes]]:
+    """Name, place and bytes of each field of REBOUND's binary format: two lengths, then the name and the data."""
+    found, place = [], _HEADER
+    while place + 16 <= len(content):
+        length, size = struct.unpack_from("<QQ", content, place)
+        begin = place + 16 + length
+        if not 0 < length < 100 or begin + size > len(content):
+            break
+        found.append(
+            (content[place + 16 : begin].rstrip(b"\0").decode("ascii", "replace"), begin, content[begin : begin + size])
+        )
+        place = begin + size
+        if found[-1][0] == "end":
+            break
+    return found
+
+
+def _moved(own: bytes, other: bytes) -> bytes:
+    """The particles `own` with places, velocities and accelerations of others."""
+    numbers, size = 9, ctypes.sizeof(rebound.Particle) // 8
+    made, given = (np.frombuffer(each).reshape(-1, size) for each in (own, other))
+    made = made.copy()
+    if not np.isfinite(given[:, :numbers]).all():
+        raise ValueError("its orbits have particles without places or velocities")
+    made[:, :numbers] = given[:, :numbers]
+    return made.tobytes()
 
 
 def masses(bodies: rebound.Simulation) -> np.ndarray:

@@ -51,12 +51,18 @@ class Columns:
 
 def check_file(path: Path, what: str, suffixes: tuple[str, ...]) -> None:
     """SceneError unless there is a file, of a known kind, that is not too large."""
-    if not path.is_file():
-        raise SceneError(f"{what} {path} is {'a directory' if path.is_dir() else 'not there'}")
+    check_there(path, what)
     check_size(path, what)
     if path.suffix.lower() not in suffixes:
         *first, last = (each for each in suffixes)
         raise SceneError(f"{what} {path} must be a {', '.join(first)} or {last} file")
+
+
+def check_there(path: Path, what: str) -> None:
+    """SceneError unless there is a file; a pipe would be waited for, and a device has no end."""
+    if not path.is_file():
+        there = "is a directory" if path.is_dir() else "is not a file" if path.exists() else "is not there"
+        raise SceneError(f"{what} {path} {there}")
 
 
 def check_size(path: Path, what: str) -> None:

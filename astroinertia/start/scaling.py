@@ -15,6 +15,7 @@ from astroinertia.effects.effect import Effect
 from astroinertia.errors import SceneError
 from astroinertia.inertia.prescribed import change
 from astroinertia.inertia.tensor import inertia_from_second_moment
+from astroinertia.models import checkpoint
 from astroinertia.models.homology import Dynamic, Fixed, Kepler, Prescribed, SizeLaw
 from astroinertia.models.scaling import (
     HeldPressure,
@@ -70,8 +71,11 @@ def evolution(scene: Scene, units: CodeUnits) -> Scaling:
 
 
 def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Scaling:
-    """The body at a checkpoint: the state is a function of the time."""
-    return evolution(scene, units).at(float(arrays["time"]), int(arrays["steps"]))
+    """The body at a checkpoint: the state is a function of the time. ValueError where that is none of the run's."""
+    body = evolution(scene, units)
+    end = units.to_code(scene.time.end, "time") * (1.0 + checkpoint.LATE)
+    checkpoint.check(arrays, checkpoint.described(body.arrays()), {"time": (0.0, end), "steps": checkpoint.COUNT})
+    return body.at(float(arrays["time"]), int(arrays["steps"]))
 
 
 def _size_law(scene: Scene, opening: Homologous, scale: float, expansion: float) -> tuple[SizeLaw | None, str]:

@@ -9,6 +9,7 @@ import numpy as np
 from astroinertia.errors import SceneError
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS
+from astroinertia.sph.table import MAX_PARTICLES
 from astroinertia.start.companions import refuse_fields
 
 
@@ -43,9 +44,12 @@ def between(problem: Any) -> Any:
     return None if _effect(problem) is None else importlib.import_module("astroinertia.models.accretion").step
 
 
-def at_first(arrays: Mapping[str, np.ndarray]) -> int:
-    """The number of particles that the run of a checkpoint began with."""
-    return int(arrays.get(".points['sinks'].particles", len(arrays[".mass"])))
+def at_first(arrays: Mapping[str, np.ndarray], count: int) -> int:
+    """The number of particles that the run of a checkpoint began with, which has `count` of them now."""
+    told = arrays.get(".points['sinks'].particles", np.array(count))
+    if told.shape != () or told.dtype.kind != "i" or not count <= told <= MAX_PARTICLES:
+        raise ValueError("it does not say how many particles there were before the sinks")
+    return int(told)
 
 
 def _effect(problem: Any) -> Any:

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 
 from astroinertia.errors import SceneError
-from astroinertia.models.checkpoint import unflattened
+from astroinertia.integrate.leapfrog import State, member_key
+from astroinertia.models import checkpoint
 from astroinertia.models.particles import Particles
 from astroinertia.models.sph import Problem, arranged, initial_state
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS, Kernel
+from astroinertia.sph.table import MAX_PARTICLES
 from astroinertia.start import companions, sinks
 from astroinertia.start.effects import effects_of
 from astroinertia.start.fluids import equation_of_state
@@ -25,6 +27,7 @@ from astroinertia.start.together import check_same_fluid, places, together
 from astroinertia.units import CodeUnits
 
 _STENCIL = 64  # particles of the throw-away state that shows a checkpoint's structure
+_SINKS = ".points['sinks'].{}"  # their arrays in a checkpoint
 
 
 def evolution(scene: Scene, units: CodeUnits) -> Particles:
@@ -51,8 +54,11 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
 
 
 def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Particles:
-    """The particles of a checkpoint."""
-    problem, _ = problem_of(scene, units, sinks.at_first(arrays))
+    """The particles of a checkpoint; ValueError, in a sentence, where its arrays are none of this scene's."""
+    count = checkpoint.length(arrays, ".mass")
+    if not 0 < count <= MAX_PARTICLES or not (arrays[".mass"] > 0.0).all() or not np.isfinite(arrays[".mass"]).all():
+        raise ValueError("its particles have no masses, or are too many")
+    problem, _ = problem_of(scene, units, sinks.at_first(arrays, count))
     random = np.random.default_rng(0).normal(size=(2, _STENCIL, 3))
     mass = np.full(_STENCIL, math.fsum(arrays[".mass"]) / _STENCIL)
     stencil = Body(mass, random[0], random[1], np.ones(_STENCIL), None)
@@ -67,13 +73,47 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     regions = _regions(scene, units, problem)
     if regions is not None:
         like = regions.with_room(like)
-    state = unflattened(like, dict(arrays), problem.engine.xp)
+    _check(arrays, like, scene, problem, _end(scene, units))
+    state = checkpoint.unflattened(like, arrays, problem.engine.xp)
     pairs = problem.engine.arrange(state.position, state.smoothing_length)[1]
     arrangement = arranged(problem, pairs, state)
     base_step, between = base_step_of(scene), sinks.between(problem)
     return Particles(
         problem, state, arrangement, _end(scene, units), base_step, regions, between, scene.numerics.free_fall_factor
     )
+
+
+def _check(arrays: Mapping[str, np.ndarray], like: State, scene: Scene, problem: Problem, end: float) -> None:
+    """ValueError where the arrays are not those of a state of this scene, which has the structure of `like`."""
+    count, stored, expected = len(arrays[".mass"]), checkpoint.described(checkpoint.flattened(like)), {}
+    sunk = checkpoint.length(arrays, _SINKS.format("mass")) if _SINKS.format("mass") in stored else 0
+    for name, (dtype, shape) in stored.items():
+        rows = {0: sunk} if ".points['sinks']" in name else {} if ".points[" in name else {_STENCIL: count}
+        expected[name] = (dtype, (*(rows.get(each, each) for each in shape[:1]), *shape[1:]))
+    limits = {
+        ".time": (0.0, end * (1.0 + checkpoint.LATE)),
+        ".step": checkpoint.COUNT,
+        ".identity": checkpoint.COUNT,
+        ".smoothing_length": checkpoint.POSITIVE,
+        ".material": (0, len(getattr(problem.equation_of_state, "names", ())) - 1),
+        ".rates.timestep": checkpoint.POSITIVE,
+        **dict.fromkeys(
+            (f".rates.fluid.{name}" for name in ("mass", "density", "smoothing_length")), checkpoint.POSITIVE
+        ),
+        _SINKS.format("mass"): checkpoint.POSITIVE,
+        _SINKS.format("particles"): (count, MAX_PARTICLES),
+        **{f".memory['{member_key(name)}']": (0.0, 1.0) for name in scene.regions},
+        ".points['companions'].mass": checkpoint.SIZE,
+    }
+    orbits = ".points['companions'].orbits."
+    if f"{orbits}middle" in stored:
+        limits |= {
+            f"{orbits}half_length": checkpoint.POSITIVE,
+            f"{orbits}segment": (0, stored[f"{orbits}middle"][1][0] - 1),
+        }
+    checkpoint.check(arrays, expected, limits)
+    if len(np.unique(arrays[".identity"])) != count:
+        raise ValueError("two of its particles have the same identity")
 
 
 def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tuple[Problem, Sphere | Star | None]:

@@ -19,7 +19,7 @@ from astroinertia.inertia import tensor
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mesh import FORMATS, mesh_body, read_mesh
 from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_frame, principal_gap, undefined_axes
-from astroinertia.sph.columns import MAX_BYTES
+from astroinertia.sph.columns import check_there
 from astroinertia.sph.table import MAX_PARTICLES, read_table
 from astroinertia.sph.table_gadget import SI
 from astroinertia.units import quantity
@@ -205,10 +205,7 @@ def _of_a_snapshot(one: xr.Dataset) -> tuple[np.ndarray, np.ndarray, xr.DataArra
 
 
 def _mesh(path: Path, units: tuple[str, str], density: float) -> Matter:
-    if not path.is_file():
-        raise SceneError(f"mesh {path} is {'a directory' if path.is_dir() else 'not there'}")
-    if path.stat().st_size > MAX_BYTES:
-        raise SceneError(f"mesh {path} is larger than {MAX_BYTES >> 20} MiB")
+    check_there(path, "mesh")
     if not 0 < density < np.inf:
         raise SceneError(f"the density of a mesh must be positive, not {density:g}")
     vertices, faces = read_mesh(path)

@@ -6,6 +6,7 @@ What a reader does is everything that the package does with such a
 file before numbers are computed from it. Figures of each file: processor time, and the most memory above that before.
 """
 
+import io
 import json
 import os
 import resource
@@ -13,13 +14,14 @@ import sys
 import time
 import traceback
 import warnings
-from contextlib import suppress
+from contextlib import redirect_stderr, suppress
 from pathlib import Path
 
 from astroinertia import dataset
 from astroinertia import run as runs
 from astroinertia.archive import Archive
-from astroinertia.errors import ArchiveWarning, AstroinertiaError
+from astroinertia.cli import main as main_of_commands
+from astroinertia.errors import ArchiveError, ArchiveWarning, AstroinertiaError
 from astroinertia.interop.snapshots import snapshots_of
 from astroinertia.orbits import archive as orbits
 from astroinertia.scale import combined
@@ -59,7 +61,19 @@ def of_scene(path):
         load.load_file(path)
 
 
+def of_command(*arguments):
+    """The sentence of a command that refuses; what it writes to the screen is not looked at."""
+    said = io.StringIO()
+    with warnings.catch_warnings(), redirect_stderr(said):
+        warnings.simplefilter("ignore")
+        if main_of_commands(arguments):
+            raise ArchiveError(said.getvalue().removesuffix("\n"))
+
+
 READERS = {
+    "resume": lambda path: of_command("resume", str(path)),
+    "show": lambda path: of_command("show", str(path)),
+    "report": lambda path: of_command("report", str(path)),
     "result": of_result,
     "run": of_run,
     "sweep": of_sweep,

@@ -1,6 +1,8 @@
 """Closed meshes against closed forms, their order of convergence, far from the origin, and what is refused."""
 
+import os
 import sys
+import time
 
 import jax
 import jax.numpy as jnp
@@ -251,6 +253,31 @@ def test_a_file_that_is_no_mesh(tmp_path):
     for wrong in (path, tmp_path / "none.obj"):
         with pytest.raises(ArchiveError, match=rf"{wrong.name} cannot be read as a mesh"):
             mesh.read_mesh(wrong)
+
+
+@pytest.mark.parametrize(("ending", "size"), [("obj", 900), ("stl", 900), ("off", 200), ("ply", 200), ("obj", 200)])
+def test_a_file_of_holes_is_refused_at_once(tmp_path, ending, size):
+    path = tmp_path / f"holes.{ending}"
+    path.write_text("ply\nformat ascii 1.0\n" if ending == "ply" else "v 0 0 0\n")
+    with path.open("r+b") as file:
+        file.truncate(size * 2**20)
+    begun = time.process_time()
+    with pytest.raises(ArchiveError, match=r"larger than 256 MiB|neither binary nor text"):
+        mesh.read_mesh(path)
+    assert time.process_time() - begun < 10.0  # a search for numbers takes minutes
+
+
+def test_only_the_geometry_is_read(tmp_path, capfd):
+    os.mkfifo(tmp_path / "pipe")
+    vertices, faces = ellipsoid_mesh([1.0, 1.4, 0.6], 1)
+    lines = [f"v {x} {y} {z}" for x, y, z in vertices] + [f"f {a} {b} {c}" for a, b, c in faces + 1]
+    (tmp_path / "body.obj").write_text("\n".join(["mtllib pipe", "usemtl pipe", *lines]))
+    pytest.importorskip("trimesh").Trimesh(vertices, faces, process=False).export(tmp_path / "body.ply")
+    head, _, body = (tmp_path / "body.ply").read_bytes().partition(b"\n")
+    (tmp_path / "body.ply").write_bytes(head + b"\ncomment TextureFile pipe\n" + body)
+    for name in ("body.obj", "body.ply"):  # a pipe that is opened is waited for
+        assert len(mesh.read_mesh(tmp_path / name)[1]) == len(faces)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_a_missing_library_is_named(tmp_path, monkeypatch):
