@@ -7,7 +7,6 @@ from astroinertia.effects.effect import Effect
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.pytree import pytree
 
-
 NONE = 1e-100  # rates below this, in code units, are no limit
 
 

@@ -108,6 +108,7 @@ def _validated(tables: dict[str, Any], text: str, overrides: tuple[str, ...], or
     table = "candidates" if automatic else "effects"
     effects = effect_options(tables.get(table, {}), code, table)
     _check_model(tables.get("model", "sph"), effects, table)
+    _check_softening(effects, table)
     if "box" in tables:
         _check_box(effects, table)
     context = {"code": code, "gamma_thermal": _thermal_exponent(tables.get("equation_of_state"))}
@@ -154,6 +155,15 @@ def _check_box(effects: dict[str, Any], table: str) -> None:
         if CATALOGUE[kind].cost != "neighbours":
             has = ", ".join(name for name, other in CATALOGUE.items() if other.cost == "neighbours")
             raise Problem((table, kind), f" cannot act in a periodic box, where only neighbours do: {has}.", table=True)
+
+
+def _check_softening(effects: dict[str, Any], table: str) -> None:
+    near = [kind for kind in effects if CATALOGUE[kind].cost == "neighbours"]
+    if near and effects.get("gravity", {}).get("softening") is not None:
+        raise Problem(
+            (table, "gravity", "softening"),
+            f" keeps smoothing lengths as they are, but {near[0]} needs ones that follow the density; leave out one.",
+        )
 
 
 def _thermal_exponent(table: Any) -> float | None:

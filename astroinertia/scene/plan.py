@@ -119,6 +119,11 @@ def smoothing(scene: Scene) -> tuple[float, float]:
     return eta, neighbour_number(kernel, eta)
 
 
+def softening(scene: Scene) -> float | None:
+    """The smoothing length that gravity asks all particles to keep, in the scene's units; None where it adapts."""
+    return scene.effects.get("gravity", {}).get("softening")
+
+
 def gravity_method(scene: Scene, particles: int) -> gravity_prices.Method:
     """How so many particles attract each other: as the scene says, or what takes less time."""
     asked, numerics = scene.effects["gravity"], scene.numerics
@@ -143,7 +148,8 @@ def plan(scene: Scene) -> Plan:
     if scene.box is not None:
         sections["box"] = (Line(*scene.box.told(lambda length: _shown(scene, length, "length"))),)
     sections |= {"model and numerics": _numerics(scene), "time and output": _time(scene)}
-    if scene.model == "sph" and (found := resolved(scene, *smoothing(scene), code_units(scene).gravitational_constant)):
+    follows = scene.model == "sph" and softening(scene) is None
+    if follows and (found := resolved(scene, *smoothing(scene), code_units(scene).gravitational_constant)):
         sections["resolution"] = tuple(Line(*each) for each in found)
     if scene.choice:
         sections["accuracy"] = tuple(Line(name, text) for name, text in scene.choice.items())
@@ -277,12 +283,19 @@ def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
     return (
         Line("engine", numerics.engine, numerics.precision),
         Line("kernel", numerics.kernel, f"{neighbours:.0f} neighbours, eta {eta:.4g}"),
-        Line("smoothing lengths", f"to {numerics.smoothing_tolerance:g}"),
+        _smoothing_lengths(scene),
         *(_gravity(scene) if "gravity" in scene.effects else ()),
         Line("time step", limits),
         *(Line(*each) for each in expected(scene, eta, code_units(scene).gravitational_constant, _shown)),
         Line("time steps", numerics.timesteps, SPLITTING[numerics.timesteps]),
     )
+
+
+def _smoothing_lengths(scene: Scene) -> Line:
+    kept = softening(scene)
+    if kept is None:
+        return Line("smoothing lengths", f"to {scene.numerics.smoothing_tolerance:g}")
+    return Line("smoothing lengths", _shown(scene, kept, "length"), "of every particle, as gravity's softening asks")
 
 
 def _gravity(scene: Scene) -> tuple[Line, ...]:
