@@ -16,6 +16,7 @@ from astroinertia.scene.fluids import AnyEquationOfState
 from astroinertia.scene.options import effect_options
 from astroinertia.scene.problems import Problem, first_problem, nearest, place, unknown_key
 from astroinertia.scene.quantities import described
+from astroinertia.scene.scales import refuse_extremes
 from astroinertia.scene.source import LARGEST_FILE, decode, line_of, override, parse, read_regular_file
 from astroinertia.scene.text import with_overrides
 from astroinertia.units import shown
@@ -123,9 +124,11 @@ def _validated(tables: dict[str, Any], text: str, overrides: tuple[str, ...], or
 
 def _scene_of(tables: dict[str, Any], context: dict[str, Any]) -> schema.Scene:
     try:
-        return schema.Scene.model_validate(tables, context=context)
+        scene = schema.Scene.model_validate(tables, context=context)
     except ValidationError as error:
         raise first_problem(error, schema.Scene, KINDS) from None
+    refuse_extremes(scene)
+    return scene
 
 
 def _first_of(tables: dict[str, Any]) -> dict[str, Any]:

@@ -9,9 +9,10 @@ from astroinertia.scene import gravity_prices, plan_body, plan_effects
 from astroinertia.scene.fluids import FROM_BODY, Material
 from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.resolution import resolved
-from astroinertia.scene.schema import Scene, Units
+from astroinertia.scene.scales import code_units
+from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
-from astroinertia.units import DIMENSIONLESS, CodeUnits, si_unit
+from astroinertia.units import si_unit
 
 UNCHOSEN = (
     "settings",
@@ -19,7 +20,6 @@ UNCHOSEN = (
     "all here is of the scene as it is written; `plan --pilot` chooses now",
 )
 RECORDS, SNAPSHOTS = 200, 10  # of a run that does not say how often
-_ROCK = 5e3  # kg/m3: what sets the unit of length of a planet whose radius is not known before it is solved for
 
 
 @dataclass(frozen=True)
@@ -83,22 +83,6 @@ class Cadence:
     series_every: float | None
     series_steps: int | None
     snapshot_every: float
-
-
-def code_units(scene: Scene) -> CodeUnits:
-    """The units of a run: those the scene gives, or the mass of all bodies and the radius of the first; or all 1."""
-    if scene.dimensionless:
-        return DIMENSIONLESS
-    if isinstance(scene.units, Units):
-        return CodeUnits(scene.units.mass, scene.units.length)
-    body: Any = scene.body
-    assert body.kind not in ("table", "standard")  # the schema asks for [units] there
-    if body.kind == "rigid" and body.radius is None:
-        assert body.moments is not None
-        return CodeUnits(body.mass, math.sqrt(max(body.moments) / body.mass))
-    bodies: Any = scene.bodies or (body,)
-    mass = sum(each.mass for each in bodies if each.kind != "table")
-    return CodeUnits(mass, (body.mass / _ROCK) ** (1 / 3) if body.radius is None else body.radius)
 
 
 def cadence(scene: Scene) -> Cadence:
