@@ -14,7 +14,7 @@ from astroinertia.errors import ArchiveError
 from astroinertia.manifest import complaint
 from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
-from astroinertia.scene.plan import cadence, code_units, plan, regions_told, smoothing
+from astroinertia.scene.plan import cadence, code_units, plan, regions_told, smoothing, softening
 from astroinertia.scene.schema import Scene
 from astroinertia.start.spheres import Sphere, Star, sphere
 from astroinertia.units import CodeUnits
@@ -171,7 +171,7 @@ def _numerics(scene: Scene) -> dict[str, Any]:
         bodies: Any = scene.bodies
         return {
             "engine": chosen.engine, "precision": chosen.precision, "kernel": chosen.kernel, "seed": body.seed,
-            "neighbours": smoothing(scene)[1],
+            **({"neighbours": smoothing(scene)[1]} if softening(scene) is None else {}),
             **({"body_particles": [body.particles for body in bodies]} if scene.particles and bodies else {}),
         }  # fmt: skip
     return {"engine": chosen.integrator, "precision": "float64", "tolerance": chosen.tolerance}

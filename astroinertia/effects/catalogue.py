@@ -42,6 +42,15 @@ CATALOGUE: Mapping[str, Entry] = {
                 maximum=0.03,
                 models=("sph",),
             ),
+            "softening": Option(
+                "length",
+                None,
+                "smoothing length of every particle, kept as it is, where no effect acts between neighbours; without "
+                "it, lengths follow the density",
+                minimum=0.0,
+                exclusive=True,
+                models=("sph",),
+            ),
         },
         "all pairs",
         "Price & Monaghan 2007; Dehnen 2014",

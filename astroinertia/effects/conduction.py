@@ -7,25 +7,29 @@ from astroinertia.effects.effect import Effect
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.pytree import pytree
 
+NONE = 1e-100  # rates below this, in code units, are no limit
+
 
 def relative_velocity_pair(xp, v_r, dW_i, dW_j, density_i, density_j, conduction_energy_i, conduction_energy_j):
-    """Heat exchanged at the speed at which the pair closes or parts."""
-    flow = xp.abs(v_r) * (conduction_energy_i - conduction_energy_j)
-    return (flow * (dW_i + dW_j) / (density_i + density_j),)
+    """Heat exchanged at the speed at which the pair closes or separates, and the rate of the exchange."""
+    rate = -xp.abs(v_r) * (dW_i + dW_j) / (density_i + density_j)
+    return rate * (conduction_energy_j - conduction_energy_i), rate
 
 
 def pressure_jump_pair(
     xp, dW_i, dW_j, density_i, density_j, pressure_i, pressure_j, conduction_energy_i, conduction_energy_j
 ):
-    """Heat exchanged at the speed that the pair's pressure difference would drive."""
+    """Heat exchanged at the speed that the pair's pressure difference would drive, and the rate of the exchange."""
     jump = 2.0 * xp.abs(pressure_i - pressure_j) / (density_i + density_j)
     # The square root has no derivative at 0, where there is no flow.
     speed = xp.where(jump > 0.0, xp.sqrt(xp.where(jump > 0.0, jump, 1.0)), 0.0)
-    return (speed * (conduction_energy_i - conduction_energy_j) * (dW_i + dW_j) / (density_i + density_j),)
+    rate = -speed * (dW_i + dW_j) / (density_i + density_j)
+    return rate * (conduction_energy_j - conduction_energy_i), rate
 
 
-RELATIVE_VELOCITY = PairTerm("conduction", relative_velocity_pair, (Output("heating", "sum"),))
-PRESSURE_JUMP = PairTerm("conduction", pressure_jump_pair, (Output("heating", "sum"),))
+OUTPUTS = (Output("heating", "sum"), Output("rate", "sum"))
+RELATIVE_VELOCITY = PairTerm("conduction", relative_velocity_pair, OUTPUTS)
+PRESSURE_JUMP = PairTerm("conduction", pressure_jump_pair, OUTPUTS)
 
 
 @pytree
@@ -55,3 +59,11 @@ class Conduction(Effect):
         if self.signal == "pressure_jump":
             fields["pressure"] = fluid.pressure
         return fields
+
+    def timestep(self, xp, fluid):
+        """1/sum_j of what the particle exchanges with each neighbour per time.
+
+        A step explicit in time is stable below 2 over the largest rate at which differences decay, which is at most
+        twice the largest of these sums (Gershgorin): below this limit.
+        """
+        return 1.0 / xp.maximum(self.coefficient * fluid.sums[self.kind]["rate"], NONE)

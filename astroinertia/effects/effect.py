@@ -89,8 +89,6 @@ class Effect:
     """Acts between particles along their separation: no net force, symmetric virial tensor."""
     whole_body: ClassVar[bool] = False
     """Its acceleration depends on the body as a whole: with individual time steps it acts with the longest of them."""
-    needs_zeta: ClassVar[bool] = False
-    """Needs fluid.zeta, the response of the softened potential to the smoothing length."""
     follows_spin: ClassVar[bool] = False
     """Its torque depends on the angular velocity or on L, or it has a slip."""
     conservative: ClassVar[bool] = False
@@ -105,6 +103,16 @@ class Effect:
     def from_options(cls, options: dict[str, Any]) -> Self:
         """The effect from its options in code units; raises ValueError, in one sentence, where they contradict."""
         return cls(**options)
+
+    @property
+    def needs_zeta(self) -> bool:
+        """Whether it needs fluid.zeta, the response of the softened potential to the smoothing length."""
+        return False
+
+    @property
+    def fixed_length(self) -> Any | None:
+        """The smoothing length that it asks all particles to keep; None where lengths follow the density."""
+        return None
 
     @property
     def direct(self) -> Self:

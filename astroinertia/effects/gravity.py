@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from astroinertia.bodies import affine
 from astroinertia.effects.effect import Effect
@@ -31,15 +31,26 @@ class Gravity(Effect):
     the exact gradient of 1/2 sum_i sum_j m_i m_j (phi(r, h_i) + phi(r, h_j))/2, self pairs included
     (Price & Monaghan 2007, eqs. 13 to 24). method: auto is settled by whoever knows the number of particles
     (start/effects.py), and else is direct; points: as multipole, its points summed pair by pair; force_error: wanted
-    rms of |da|/|a| by multipoles.
+    rms of |da|/|a| by multipoles. softening: the smoothing length of all particles, which then stays as it is and needs
+    no neighbours; the second sum is nil. None: lengths follow the density.
     """
 
     method: Literal["auto", "direct", "multipole", "points"] = field(default="auto", metadata={"static": True})
     force_error: float = FORCE_ERROR
+    softening: Any = None
 
     kind: ClassVar[str] = "gravity"
     central: ClassVar[bool] = True
-    needs_zeta: ClassVar[bool] = True
+
+    @property
+    def needs_zeta(self):
+        """Where the softening adapts."""
+        return self.softening is None
+
+    @property
+    def fixed_length(self):
+        """The softening that was asked for."""
+        return self.softening
 
     @property
     def direct(self):
@@ -49,7 +60,8 @@ class Gravity(Effect):
     @property
     def neighbour_terms(self):
         """The term of a softening that adapts, and what softening changes where points are summed."""
-        return (SOFTENING, SOFTENED_LESS_POINT) if self.method in ("multipole", "points") else (SOFTENING,)
+        adapting = (SOFTENING,) if self.softening is None else ()
+        return (*adapting, SOFTENED_LESS_POINT) if self.method in ("multipole", "points") else adapting
 
     @property
     def all_pair_terms(self):
@@ -57,8 +69,8 @@ class Gravity(Effect):
         return {"multipole": (), "points": (POINTS,)}.get(self.method, (DIRECT_GRAVITY,))
 
     def fields(self, xp, fluid):
-        """zeta/Omega."""
-        return {"zeta_over_omega": fluid.zeta / fluid.grad_h}
+        """zeta/Omega, where the softening adapts."""
+        return {"zeta_over_omega": fluid.zeta / fluid.grad_h} if self.softening is None else {}
 
     def arranged(self, engine, arrangement, state):
         """The tree that expansions are made on, and in the xla engine all interactions."""

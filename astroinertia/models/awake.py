@@ -121,6 +121,7 @@ def find_densities(flow: Flow, awake: Array) -> None:
     found = density(
         problem.engine, flow.pairs, problem.kernel, flow.rows["position"], flow.rows["mass"],
         flow.rows["smoothing_length"], problem.eta, problem.smoothing_tolerance, softening, flow.targets(awake),
+        problem.fixed_length,
     )  # fmt: skip
     entropy = flow.take("entropy", awake)
     if "pressure" in problem.effect_names:

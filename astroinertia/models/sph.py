@@ -53,6 +53,11 @@ class Problem:
         """The kinds of the effects, in the order of the ledger's rows."""
         return tuple(effect.kind for effect in self.effects)
 
+    @property
+    def fixed_length(self) -> Any | None:
+        """The smoothing length that an effect asks all particles to keep; None where lengths follow the density."""
+        return next((length for effect in self.effects if (length := effect.fixed_length) is not None), None)
+
 
 @pytree
 @dataclass(frozen=True)
@@ -83,7 +88,8 @@ def initial_state(
     mass, position, velocity = xp.asarray(mass), xp.asarray(position), xp.asarray(velocity)
     count = mass.shape[0]
     spread = float(((position - position.mean(axis=0)) ** 2).sum(axis=1).mean()) ** 0.5
-    refuse_without_length(problem.kernel, problem.eta, np.asarray(mass), spread)
+    if problem.fixed_length is None:
+        refuse_without_length(problem.kernel, problem.eta, np.asarray(mass), spread)
     guess = xp.full(count, problem.eta * 2.0 * spread / count ** (1 / 3))
     nothing = (None,) * len(problem.effects)
     state = State(
@@ -106,7 +112,8 @@ def initial_state(
         state, arrangement = rearranged(problem, state)
         solved = _density(problem, arrangement, state)
         state = replace(state, smoothing_length=solved.smoothing_length)
-    if pair_terms(problem, "neighbour_terms") or pair_terms(problem, "all_pair_terms"):  # else no density is asked for
+    acts = pair_terms(problem, "neighbour_terms") or pair_terms(problem, "all_pair_terms")
+    if acts and problem.fixed_length is None:  # else no density is solved for
         refuse_unsolved(problem.kernel, problem.eta, np.asarray(state.mass), solved, np.asarray(state.identity))
     if entropy is None:
         state = replace(state, entropy=matter(problem, state.material).entropy(xp, solved.density, state.entropy))
@@ -323,7 +330,7 @@ def _density(problem: Problem, arrangement: Any, state: State) -> Any:
     softening = any(effect.needs_zeta for effect in problem.effects)
     return density(
         problem.engine, arrangement.pairs, problem.kernel, state.position, state.mass, state.smoothing_length,
-        problem.eta, problem.smoothing_tolerance, softening,
+        problem.eta, problem.smoothing_tolerance, softening, length=problem.fixed_length,
     )  # fmt: skip
 
 

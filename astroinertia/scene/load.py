@@ -16,6 +16,7 @@ from astroinertia.scene.fluids import AnyEquationOfState
 from astroinertia.scene.options import effect_options
 from astroinertia.scene.problems import Problem, first_problem, nearest, place, unknown_key
 from astroinertia.scene.quantities import described
+from astroinertia.scene.scales import refuse_extremes
 from astroinertia.scene.source import LARGEST_FILE, decode, line_of, override, parse, read_regular_file
 from astroinertia.scene.text import with_overrides
 from astroinertia.units import shown
@@ -108,6 +109,7 @@ def _validated(tables: dict[str, Any], text: str, overrides: tuple[str, ...], or
     table = "candidates" if automatic else "effects"
     effects = effect_options(tables.get(table, {}), code, table)
     _check_model(tables.get("model", "sph"), effects, table)
+    _check_softening(effects, table)
     if "box" in tables:
         _check_box(effects, table)
     context = {"code": code, "gamma_thermal": _thermal_exponent(tables.get("equation_of_state"))}
@@ -122,9 +124,11 @@ def _validated(tables: dict[str, Any], text: str, overrides: tuple[str, ...], or
 
 def _scene_of(tables: dict[str, Any], context: dict[str, Any]) -> schema.Scene:
     try:
-        return schema.Scene.model_validate(tables, context=context)
+        scene = schema.Scene.model_validate(tables, context=context)
     except ValidationError as error:
         raise first_problem(error, schema.Scene, KINDS) from None
+    refuse_extremes(scene)
+    return scene
 
 
 def _first_of(tables: dict[str, Any]) -> dict[str, Any]:
@@ -154,6 +158,15 @@ def _check_box(effects: dict[str, Any], table: str) -> None:
         if CATALOGUE[kind].cost != "neighbours":
             has = ", ".join(name for name, other in CATALOGUE.items() if other.cost == "neighbours")
             raise Problem((table, kind), f" cannot act in a periodic box, where only neighbours do: {has}.", table=True)
+
+
+def _check_softening(effects: dict[str, Any], table: str) -> None:
+    near = [kind for kind in effects if CATALOGUE[kind].cost == "neighbours"]
+    if near and effects.get("gravity", {}).get("softening") is not None:
+        raise Problem(
+            (table, "gravity", "softening"),
+            f" keeps smoothing lengths as they are, but {near[0]} needs ones that follow the density; leave out one.",
+        )
 
 
 def _thermal_exponent(table: Any) -> float | None:

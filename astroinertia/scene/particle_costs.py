@@ -34,7 +34,8 @@ def first_limits(
     and faster signals make steps shorter: the progress line of a run says which, and where.
     """
     density = mass / (4.0 / 3.0 * math.pi * radius**3)
-    smoothing_length = eta * (mass / particles / density) ** (1.0 / 3.0)
+    kept = effects.get("gravity", {}).get("softening")
+    smoothing_length = eta * (mass / particles / density) ** (1.0 / 3.0) if kept is None else kept
     speed = math.sqrt(gravitational_constant * mass / radius)
     free_fall = math.sqrt(3.0 * math.pi / (32.0 * gravitational_constant * density))
     limits = {}

@@ -9,9 +9,10 @@ from astroinertia.scene import gravity_prices, plan_body, plan_effects
 from astroinertia.scene.fluids import FROM_BODY, Material
 from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.resolution import resolved
-from astroinertia.scene.schema import Scene, Units
+from astroinertia.scene.scales import code_units
+from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
-from astroinertia.units import DIMENSIONLESS, CodeUnits, si_unit
+from astroinertia.units import si_unit
 
 UNCHOSEN = (
     "settings",
@@ -19,7 +20,6 @@ UNCHOSEN = (
     "all here is of the scene as it is written; `plan --pilot` chooses now",
 )
 RECORDS, SNAPSHOTS = 200, 10  # of a run that does not say how often
-_ROCK = 5e3  # kg/m3: what sets the unit of length of a planet whose radius is not known before it is solved for
 
 
 @dataclass(frozen=True)
@@ -85,22 +85,6 @@ class Cadence:
     snapshot_every: float
 
 
-def code_units(scene: Scene) -> CodeUnits:
-    """The units of a run: those the scene gives, or the mass of all bodies and the radius of the first; or all 1."""
-    if scene.dimensionless:
-        return DIMENSIONLESS
-    if isinstance(scene.units, Units):
-        return CodeUnits(scene.units.mass, scene.units.length)
-    body: Any = scene.body
-    assert body.kind not in ("table", "standard")  # the schema asks for [units] there
-    if body.kind == "rigid" and body.radius is None:
-        assert body.moments is not None
-        return CodeUnits(body.mass, math.sqrt(max(body.moments) / body.mass))
-    bodies: Any = scene.bodies or (body,)
-    mass = sum(each.mass for each in bodies if each.kind != "table")
-    return CodeUnits(mass, (body.mass / _ROCK) ** (1 / 3) if body.radius is None else body.radius)
-
-
 def cadence(scene: Scene) -> Cadence:
     """When the scene is written, with 200 records and 10 snapshots a run where it does not say."""
     asked, end = scene.output, scene.time.end
@@ -117,6 +101,11 @@ def smoothing(scene: Scene) -> tuple[float, float]:
     if numerics.neighbours is not None:
         eta = eta_for_neighbours(kernel, numerics.neighbours)
     return eta, neighbour_number(kernel, eta)
+
+
+def softening(scene: Scene) -> float | None:
+    """The smoothing length that gravity asks all particles to keep, in the scene's units; None where it adapts."""
+    return scene.effects.get("gravity", {}).get("softening")
 
 
 def gravity_method(scene: Scene, particles: int) -> gravity_prices.Method:
@@ -143,7 +132,8 @@ def plan(scene: Scene) -> Plan:
     if scene.box is not None:
         sections["box"] = (Line(*scene.box.told(lambda length: _shown(scene, length, "length"))),)
     sections |= {"model and numerics": _numerics(scene), "time and output": _time(scene)}
-    if scene.model == "sph" and (found := resolved(scene, *smoothing(scene), code_units(scene).gravitational_constant)):
+    follows = scene.model == "sph" and softening(scene) is None
+    if follows and (found := resolved(scene, *smoothing(scene), code_units(scene).gravitational_constant)):
         sections["resolution"] = tuple(Line(*each) for each in found)
     if scene.choice:
         sections["accuracy"] = tuple(Line(name, text) for name, text in scene.choice.items())
@@ -277,12 +267,19 @@ def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
     return (
         Line("engine", numerics.engine, numerics.precision),
         Line("kernel", numerics.kernel, f"{neighbours:.0f} neighbours, eta {eta:.4g}"),
-        Line("smoothing lengths", f"to {numerics.smoothing_tolerance:g}"),
+        _smoothing_lengths(scene),
         *(_gravity(scene) if "gravity" in scene.effects else ()),
         Line("time step", limits),
         *(Line(*each) for each in expected(scene, eta, code_units(scene).gravitational_constant, _shown)),
         Line("time steps", numerics.timesteps, SPLITTING[numerics.timesteps]),
     )
+
+
+def _smoothing_lengths(scene: Scene) -> Line:
+    kept = softening(scene)
+    if kept is None:
+        return Line("smoothing lengths", f"to {scene.numerics.smoothing_tolerance:g}")
+    return Line("smoothing lengths", _shown(scene, kept, "length"), "of every particle, as gravity's softening asks")
 
 
 def _gravity(scene: Scene) -> tuple[Line, ...]:

@@ -7,27 +7,30 @@ scene says `units = "code"`, a plain number. The validation context carries that
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import BeforeValidator, ValidationInfo
+from pydantic.fields import FieldInfo
 
 from astroinertia.errors import SceneError
 from astroinertia.units import Dimension, plain_number_hint, quantity, shown
 
-LARGEST_NUMBER = 1e200  # products of a few such numbers must not overflow
+LARGEST_NUMBER = 1e100  # squares of products of such numbers must not overflow; scales.py is stricter on quantities
+LARGEST_CONSTANT = 1e200  # of quantities in odd units, as K of P = K rho^gamma
 
 
-def number(value: Any) -> float:
+def number(value: Any, largest: float = LARGEST_NUMBER) -> float:
     """A finite plain number; ValueError says what else it is."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ValueError(f"must be a number, not {described(value)}.")
-    if not -LARGEST_NUMBER <= value <= LARGEST_NUMBER:  # false for nan too; an int may be too large for a float
-        raise ValueError("must be a finite number, and no larger than 1e200.")
+    if not -largest <= value <= largest:  # false for nan too; an int may be too large for a float
+        raise ValueError(f"must be a finite number, and no larger than {largest:g}.")
     return float(value)
 
 
 def dimensional(value: Any, dimension: str | Dimension, code: bool) -> float:
     """The value of a dimensional quantity: SI from a string, or a plain number in code units."""
+    largest = LARGEST_CONSTANT if isinstance(dimension, Dimension) else LARGEST_NUMBER
     if isinstance(value, str):
         if code:
             raise ValueError(
@@ -37,8 +40,8 @@ def dimensional(value: Any, dimension: str | Dimension, code: bool) -> float:
             result = quantity(value, dimension)
         except SceneError as error:
             raise ValueError(str(error)) from None
-        return number(result)
-    result = number(value)
+        return number(result, largest)
+    result = number(value, largest)
     if not code and dimension != "dimensionless":
         raise ValueError(f"must have a unit: {plain_number_hint(dimension)}.")
     return result
@@ -72,9 +75,21 @@ def described(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Quantity:
-    """Marks a field type with its dimension, for whoever writes or explains scenes."""
+    """Marks a field type with its dimension and sign, for whoever writes, explains or judges scenes."""
 
     dimension: str
+    sign: str
+
+
+def quantity_of(field: FieldInfo) -> Quantity | None:
+    """What a field of a scene is marked with, in itself or in the items of its tuples."""
+    found = [item for item in (*field.metadata, *_metadata(field.annotation)) if isinstance(item, Quantity)]
+    return found[0] if found else None
+
+
+def _metadata(annotation: Any) -> list[Any]:
+    own = list(getattr(annotation, "__metadata__", ()))
+    return own + [item for argument in get_args(annotation) for item in _metadata(argument)]
 
 
 def _validator(dimension: str, sign: str) -> Callable[[Any, ValidationInfo], float]:
@@ -87,25 +102,35 @@ def _validator(dimension: str, sign: str) -> Callable[[Any, ValidationInfo], flo
 
 _POSITIVE, _NOT_NEGATIVE, _ANY = "positive", "not negative", "any"
 
-Mass = Annotated[float, BeforeValidator(_validator("mass", _POSITIVE)), Quantity("mass")]
-Length = Annotated[float, BeforeValidator(_validator("length", _POSITIVE)), Quantity("length")]
-Duration = Annotated[float, BeforeValidator(_validator("time", _POSITIVE)), Quantity("time")]
-Speed = Annotated[float, BeforeValidator(_validator("velocity", _POSITIVE)), Quantity("velocity")]
-Density = Annotated[float, BeforeValidator(_validator("density", _POSITIVE)), Quantity("density")]
-AngularVelocity = Annotated[float, BeforeValidator(_validator("angular_velocity", _ANY)), Quantity("angular_velocity")]
-AngularMomentum = Annotated[float, BeforeValidator(_validator("angular_momentum", _ANY)), Quantity("angular_momentum")]
+Mass = Annotated[float, BeforeValidator(_validator("mass", _POSITIVE)), Quantity("mass", _POSITIVE)]
+Length = Annotated[float, BeforeValidator(_validator("length", _POSITIVE)), Quantity("length", _POSITIVE)]
+Duration = Annotated[float, BeforeValidator(_validator("time", _POSITIVE)), Quantity("time", _POSITIVE)]
+Speed = Annotated[float, BeforeValidator(_validator("velocity", _POSITIVE)), Quantity("velocity", _POSITIVE)]
+Density = Annotated[float, BeforeValidator(_validator("density", _POSITIVE)), Quantity("density", _POSITIVE)]
+AngularVelocity = Annotated[
+    float, BeforeValidator(_validator("angular_velocity", _ANY)), Quantity("angular_velocity", _ANY)
+]
+AngularMomentum = Annotated[
+    float, BeforeValidator(_validator("angular_momentum", _ANY)), Quantity("angular_momentum", _ANY)
+]
 SpecificEnergy = Annotated[
-    float, BeforeValidator(_validator("specific_energy", _NOT_NEGATIVE)), Quantity("specific_energy")
+    float, BeforeValidator(_validator("specific_energy", _NOT_NEGATIVE)), Quantity("specific_energy", _NOT_NEGATIVE)
 ]
 VelocityGradient = Annotated[
-    float, BeforeValidator(_validator("velocity_gradient", _ANY)), Quantity("velocity_gradient")
+    float, BeforeValidator(_validator("velocity_gradient", _ANY)), Quantity("velocity_gradient", _ANY)
 ]
-Angle = Annotated[float, BeforeValidator(_validator("angle", _ANY)), Quantity("angle")]
-Place = Annotated[float, BeforeValidator(_validator("length", _ANY)), Quantity("length")]
-SpeedComponent = Annotated[float, BeforeValidator(_validator("velocity", _ANY)), Quantity("velocity")]
+Angle = Annotated[float, BeforeValidator(_validator("angle", _ANY)), Quantity("angle", _ANY)]
+Place = Annotated[float, BeforeValidator(_validator("length", _ANY)), Quantity("length", _ANY)]
+SpeedComponent = Annotated[float, BeforeValidator(_validator("velocity", _ANY)), Quantity("velocity", _ANY)]
 Moment = Annotated[
-    float, BeforeValidator(_validator("moment_of_inertia", _NOT_NEGATIVE)), Quantity("moment_of_inertia")
+    float, BeforeValidator(_validator("moment_of_inertia", _NOT_NEGATIVE)), Quantity("moment_of_inertia", _NOT_NEGATIVE)
 ]
-Number = Annotated[float, BeforeValidator(number)]
-NumberNotNegative = Annotated[float, BeforeValidator(lambda value: checked(number(value), "not negative"))]
-PositiveNumber = Annotated[float, BeforeValidator(lambda value: checked(number(value), "positive"))]
+Number = Annotated[float, BeforeValidator(number), Quantity("dimensionless", _ANY)]
+NumberNotNegative = Annotated[
+    float,
+    BeforeValidator(lambda value: checked(number(value), _NOT_NEGATIVE)),
+    Quantity("dimensionless", _NOT_NEGATIVE),
+]
+PositiveNumber = Annotated[
+    float, BeforeValidator(lambda value: checked(number(value), _POSITIVE)), Quantity("dimensionless", _POSITIVE)
+]

@@ -5,9 +5,17 @@ from typing import Any
 import numpy as np
 
 from astroinertia.engines.elementwise import elementwise
-from astroinertia.engines.terms import Density
+from astroinertia.engines.terms import Density, Output, PairTerm
 from astroinertia.errors import NumericalError
 from astroinertia.sph.kernels import KERNELS, self_excess
+
+
+def weight_pair(xp, W_i):
+    """The kernel of the particle's own length."""
+    return (W_i,)
+
+
+WEIGHT = PairTerm("density", weight_pair, (Output("density", "sum"),))
 
 
 def without_excess(xp, mass, h, rho, grad_h, excess):
@@ -38,7 +46,7 @@ def refuse_without_length(kernel: str, eta: float, mass: np.ndarray, spread: flo
         share = mass[heaviest] / mass.sum()
         raise NumericalError(
             f"no smoothing length is long enough: a particle with {share:.2g} of all mass needs {needed:.1f} times its "
-            f"own mass around it (with eta = {eta:.3g})",
+            f"own mass around it (with eta = {eta:.3g}); gravity alone can have a softening that is given",
             particle=heaviest,
         )
     if not spread > 0.0:
@@ -58,17 +66,22 @@ def refuse_unsolved(kernel: str, eta: float, mass: np.ndarray, found: Density, i
 
 def density(
     engine: Any, arrangement: Any, kernel: str, position: Any, mass: Any, guess: Any, eta: float, tolerance: float,
-    softening: bool, targets: Any = None,
+    softening: bool, targets: Any = None, length: Any = None,
 ) -> Density:  # fmt: skip
     """h, rho = sum_j m_j W(r_ij, h_i) - excess m_i/h_i^3 = m (eta/h)^3 and their gradient factors, all (N,).
 
     The excess is constant in units of h, so that Omega and zeta, and with them the forces, follow from the corrected
     density by its Lagrangian (Dehnen & Aly 2012, MNRAS 425, 1068, section 5.1). Without it a settled body comes out 1 %
     too dense with Wendland's C2 on 74 neighbours, whatever the number of particles. `tolerance` is in h; zeta only with
-    `softening`. targets: indices of the particles that are asked about, one row each; all without.
+    `softening`. targets: indices of the particles that are asked about, one row each; all without. length: h of all
+    particles where it is given; then rho is the sum as it stands, and Omega is 1.
     Tests: tests/unit/test_density.py, and the error of the Dyson ellipsoid against N.
     """
     asked = {} if targets is None else {"targets": targets}
+    if length is not None:
+        xp, fields = engine.xp, {"mass": mass, "position": position, "smoothing_length": 0.0 * guess + length}
+        rho = engine.neighbour_sums(arrangement, kernel, (WEIGHT,), fields, **asked)["density"]["density"]
+        return Density(xp.zeros_like(rho) + length, rho, xp.ones_like(rho), None)
     if not KERNELS[kernel].self_excess:
         return engine.density(arrangement, kernel, position, mass, guess, eta, tolerance, softening, **asked)
     excess = self_excess(KERNELS[kernel], eta)

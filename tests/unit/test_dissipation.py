@@ -1,5 +1,6 @@
 """Velocity gradients, viscosity and conduction, against closed forms, on a few hundred particles."""
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -8,12 +9,36 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+import astroinertia
 from astroinertia.effects import catalogue
 from astroinertia.effects.gradients import divergence_and_curl, gradient, shear_squared
-from astroinertia.models import sph
+from astroinertia.integrate import timestep
+from astroinertia.models import individual, sph
+from astroinertia.scene.load import loads
 from tests.ball import ball, state_of
 from tests.pairs import pair_sums
 
+FALLING_IN = """
+name = "falling_in"
+units = { mass = "1 Msun", length = "1 Rsun" }
+[body]
+kind = "uniform"
+mass = "1 Msun"
+radius = "1 Rsun"
+particles = 200
+pressure_fraction = 0.1
+velocity_gradient = [["-2e-4 1/s", "0 1/s", "0 1/s"], ["0 1/s", "-2e-4 1/s", "0 1/s"], ["0 1/s", "0 1/s", "-2e-4 1/s"]]
+[equation_of_state]
+kind = "ideal"
+gamma = 1.6666666666666667
+[effects]
+gravity = {}
+pressure = {}
+viscosity = {}
+conduction = { coefficient = 1e6 }
+[time]
+end = "0.1 s"
+"""
 FLOW = np.array([[0.3, -0.7, 0.2], [0.5, -0.4, 0.9], [-0.1, 0.6, 0.25]])
 
 
@@ -229,6 +254,39 @@ def test_conduction_leaves_a_body_at_rest_alone() -> None:
         entropy=entropy,
     )
     assert np.all(state.rates.fluid.sums["conduction"]["heating"] == 0)
+
+
+@pytest.mark.parametrize("signal", ["relative_velocity", "pressure_jump"])
+def test_strong_conduction_limits_the_step_so_that_no_particle_leaves_the_range_of_temperatures(signal: str) -> None:
+    """A stable explicit step makes each thermal energy a mean of those around: its range only shrinks."""
+    position, random = ball(120), np.random.default_rng(6)
+    problem, state, arrangement = state_of(
+        catalogue.build("conduction", {"coefficient": 1e6, "signal": signal}),
+        position=position,
+        velocity=random.normal(size=position.shape),
+        entropy=np.where(position[:, 0] > 0, 2.0, 0.5),
+    )
+    # Here densities hardly change, as steps are short.
+    first = np.ptp(state.rates.fluid.thermal_energy)
+    for _ in range(40):
+        before = state.rates.fluid.thermal_energy
+        state = sph.step(problem, arrangement, state, state.rates.timestep)
+        energy = state.rates.fluid.thermal_energy
+        assert energy.max() < before.max() * (1 + 1e-4)
+        assert energy.min() > before.min() * (1 - 1e-4)
+    assert np.ptp(state.rates.fluid.thermal_energy) < 0.7 * first
+    limits = sph.particle_limits(problem, state.rates)
+    assert timestep.limiting(limits)[0] == "conduction"
+    assert np.array_equal(individual.own_limits(problem, state.rates), limits["conduction"])
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("timesteps", "engine"), [("global", "xla"), ("individual", "numba_cpu")])
+def test_scenes_with_strong_conduction_stay_finite(timesteps: str, engine: str, tmp_path: Path) -> None:
+    scene = loads(FALLING_IN, (f'numerics.timesteps="{timesteps}"', f'numerics.engine="{engine}"'))
+    with astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run")) as ds:
+        assert float(ds["time"][-1]) == 0.1
+        assert float(abs(ds["integration_energy_error"]).max()) < 1e-6 * float(abs(ds["total_energy"]).max())
 
 
 def test_pair_functions_are_finite_with_their_gradients_where_particles_coincide() -> None:

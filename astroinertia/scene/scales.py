@@ -1,0 +1,96 @@
+"""The code units of a scene, and whether its numbers are of sizes that arithmetic can bear in them.
+
+Formulas raise masses, lengths and times to powers up to six or so: within these limits none of them leaves the range of
+float64 (1e-308 to 1e308). Tests: tests/unit/test_extreme_numbers.py.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import BaseModel
+
+from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.scene.problems import Problem
+from astroinertia.scene.quantities import quantity_of
+from astroinertia.scene.schema import Scene, Units
+from astroinertia.units import DIMENSIONLESS, DIMENSIONS, CodeUnits
+
+LARGEST = 1e35  # of a number in code units
+SMALLEST = 1e-35  # of one that must be positive: others may be zero, so that what is as good as zero does no harm
+LARGEST_UNIT, SMALLEST_UNIT = 1e45, 1e-45  # of mass, length and time, in SI: from electrons to clusters of galaxies
+_ROCK = 5e3  # kg/m3: what sets the unit of length of a planet whose radius is not known before it is solved for
+
+Path = tuple[str | int, ...]
+Number = tuple[Path, float, str, bool]  # where, its value, dimension, and whether it must be positive
+
+
+def code_units(scene: Scene) -> CodeUnits:
+    """The units of a run: those the scene gives, or the mass of all bodies and the radius of the first; or all 1."""
+    if scene.dimensionless:
+        return DIMENSIONLESS
+    if isinstance(scene.units, Units):
+        return CodeUnits(scene.units.mass, scene.units.length)
+    body: Any = scene.body
+    assert body.kind not in ("table", "standard")  # the schema asks for [units] there
+    if body.kind == "rigid" and body.radius is None:
+        assert body.moments is not None
+        return CodeUnits(body.mass, math.sqrt(max(body.moments) / body.mass))
+    bodies: Any = scene.bodies or (body,)
+    mass = sum(each.mass for each in bodies if each.kind != "table")
+    return CodeUnits(mass, (body.mass / _ROCK) ** (1 / 3) if body.radius is None else body.radius)
+
+
+def refuse_extremes(scene: Scene) -> None:
+    """Problem where the code units, or a number in them, are too large or too small."""
+    given = isinstance(scene.units, Units)
+    units = code_units(scene)
+    for name in ("mass", "length", "time"):
+        size = units.unit(name)
+        if not SMALLEST_UNIT <= size <= LARGEST_UNIT:
+            raise Problem(
+                ("units",) if given else ("body",),
+                f" makes the run's unit of {name} {size:.3g} in SI, which must be between {SMALLEST_UNIT:g} and "
+                f"{LARGEST_UNIT:g}.",
+                table=True,
+            )
+    for path, value, dimension, positive in (*_numbers(scene), *_of_effects(scene)):
+        size = abs(value) / units.unit(dimension)
+        if size > LARGEST or (positive and size < SMALLEST):
+            bound = f"at most {LARGEST:g}" if size > LARGEST else f"at least {SMALLEST:g}"
+            raise Problem(path, f": must be {bound} in the units of the run, in which it is {size:.3g}.")
+
+
+def _numbers(part: BaseModel, path: Path = ()) -> Iterator[Number]:
+    for name, field in type(part).model_fields.items():
+        if isinstance(part, Scene) and (name in ("effects", "candidates") or (name == "body" and part.bodies)):
+            continue  # effects have no types of their own; the body is the first of several
+        yield from _within(getattr(part, name), (*path, name), quantity_of(field))
+
+
+def _within(value: Any, path: Path, quantity: Any) -> Iterator[Number]:
+    if isinstance(value, BaseModel):
+        yield from _numbers(value, path)
+    elif isinstance(value, tuple | dict):
+        for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from _within(item, (*path, key), quantity)
+    elif quantity is not None and isinstance(value, float):
+        yield path, value, quantity.dimension, quantity.sign == "positive"
+
+
+def _of_effects(scene: Scene) -> Iterator[Number]:
+    for kind, options in scene.effects.items():
+        for name, value in options.items():
+            option = CATALOGUE[kind].options[name]
+            if option.dimension in DIMENSIONS and value is not None:
+                positive = option.minimum == 0.0 and option.exclusive
+                for path, number in _flat(value, ("effects", kind, name)):
+                    yield path, number, option.dimension, positive
+
+
+def _flat(value: Any, path: Path) -> Iterator[tuple[Path, float]]:
+    if isinstance(value, tuple | list):
+        for k, item in enumerate(value):
+            yield from _flat(item, (*path, k))
+    else:
+        yield path, value
