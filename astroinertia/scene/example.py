@@ -4,7 +4,7 @@ What the program explains and what it accepts cannot drift apart: every comment 
 """
 
 import textwrap
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, REQUIRED, Option
 from astroinertia.scene import bodies, box, companions, places, regions, schema
 from astroinertia.scene.load import KINDS
-from astroinertia.scene.quantities import Quantity
+from astroinertia.scene.quantities import marks
 from astroinertia.scene.text import toml_value
 from astroinertia.units import EXAMPLES
 
@@ -175,13 +175,7 @@ def _line(name: str, value: Any, field: FieldInfo, prefix: str = "") -> str:
 def _suggestion(name: str, field: FieldInfo) -> Any:
     if name in SUGGESTED:
         return SUGGESTED[name]
-    found = [item for item in (*field.metadata, *_metadata(field.annotation)) if isinstance(item, Quantity)]
-    return EXAMPLES[found[0].dimension]
-
-
-def _metadata(annotation: Any) -> list[Any]:
-    own = list(getattr(annotation, "__metadata__", ()))
-    return own + [item for argument in get_args(annotation) for item in _metadata(argument)]
+    return EXAMPLES[marks(field)[0].dimension]
 
 
 def _effect(kind: str) -> str:

@@ -9,6 +9,7 @@ from astroinertia.scene import gravity_prices, plan_body, plan_effects
 from astroinertia.scene.fluids import FROM_BODY, Material
 from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.resolution import resolved
+from astroinertia.scene.scales import ROCK
 from astroinertia.scene.schema import Scene, Units
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
 from astroinertia.units import DIMENSIONLESS, CodeUnits, si_unit
@@ -19,7 +20,6 @@ UNCHOSEN = (
     "all here is of the scene as it is written; `plan --pilot` chooses now",
 )
 RECORDS, SNAPSHOTS = 200, 10  # of a run that does not say how often
-_ROCK = 5e3  # kg/m3: what sets the unit of length of a planet whose radius is not known before it is solved for
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def code_units(scene: Scene) -> CodeUnits:
         return CodeUnits(body.mass, math.sqrt(max(body.moments) / body.mass))
     bodies: Any = scene.bodies or (body,)
     mass = sum(each.mass for each in bodies if each.kind != "table")
-    return CodeUnits(mass, (body.mass / _ROCK) ** (1 / 3) if body.radius is None else body.radius)
+    return CodeUnits(mass, (body.mass / ROCK) ** (1 / 3) if body.radius is None else body.radius)
 
 
 def cadence(scene: Scene) -> Cadence:

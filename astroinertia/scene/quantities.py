@@ -7,9 +7,10 @@ scene says `units = "code"`, a plain number. The validation context carries that
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import BeforeValidator, ValidationInfo
+from pydantic.fields import FieldInfo
 
 from astroinertia.errors import SceneError
 from astroinertia.units import Dimension, plain_number_hint, quantity, shown
@@ -72,9 +73,20 @@ def described(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Quantity:
-    """Marks a field type with its dimension, for whoever writes or explains scenes."""
+    """Marks a field type with its dimension and sign, for whoever writes or explains scenes."""
 
     dimension: str
+    sign: str
+
+
+def marks(field: FieldInfo) -> list[Quantity]:
+    """The marks of a field's type, inside lists as well; none where it is no quantity."""
+    return [item for item in (*field.metadata, *_metadata(field.annotation)) if isinstance(item, Quantity)]
+
+
+def _metadata(annotation: Any) -> list[Any]:
+    own = list(getattr(annotation, "__metadata__", ()))
+    return own + [item for argument in get_args(annotation) for item in _metadata(argument)]
 
 
 def _validator(dimension: str, sign: str) -> Callable[[Any, ValidationInfo], float]:
@@ -87,25 +99,35 @@ def _validator(dimension: str, sign: str) -> Callable[[Any, ValidationInfo], flo
 
 _POSITIVE, _NOT_NEGATIVE, _ANY = "positive", "not negative", "any"
 
-Mass = Annotated[float, BeforeValidator(_validator("mass", _POSITIVE)), Quantity("mass")]
-Length = Annotated[float, BeforeValidator(_validator("length", _POSITIVE)), Quantity("length")]
-Duration = Annotated[float, BeforeValidator(_validator("time", _POSITIVE)), Quantity("time")]
-Speed = Annotated[float, BeforeValidator(_validator("velocity", _POSITIVE)), Quantity("velocity")]
-Density = Annotated[float, BeforeValidator(_validator("density", _POSITIVE)), Quantity("density")]
-AngularVelocity = Annotated[float, BeforeValidator(_validator("angular_velocity", _ANY)), Quantity("angular_velocity")]
-AngularMomentum = Annotated[float, BeforeValidator(_validator("angular_momentum", _ANY)), Quantity("angular_momentum")]
+Mass = Annotated[float, BeforeValidator(_validator("mass", _POSITIVE)), Quantity("mass", _POSITIVE)]
+Length = Annotated[float, BeforeValidator(_validator("length", _POSITIVE)), Quantity("length", _POSITIVE)]
+Duration = Annotated[float, BeforeValidator(_validator("time", _POSITIVE)), Quantity("time", _POSITIVE)]
+Speed = Annotated[float, BeforeValidator(_validator("velocity", _POSITIVE)), Quantity("velocity", _POSITIVE)]
+Density = Annotated[float, BeforeValidator(_validator("density", _POSITIVE)), Quantity("density", _POSITIVE)]
+AngularVelocity = Annotated[
+    float, BeforeValidator(_validator("angular_velocity", _ANY)), Quantity("angular_velocity", _ANY)
+]
+AngularMomentum = Annotated[
+    float, BeforeValidator(_validator("angular_momentum", _ANY)), Quantity("angular_momentum", _ANY)
+]
 SpecificEnergy = Annotated[
-    float, BeforeValidator(_validator("specific_energy", _NOT_NEGATIVE)), Quantity("specific_energy")
+    float, BeforeValidator(_validator("specific_energy", _NOT_NEGATIVE)), Quantity("specific_energy", _NOT_NEGATIVE)
 ]
 VelocityGradient = Annotated[
-    float, BeforeValidator(_validator("velocity_gradient", _ANY)), Quantity("velocity_gradient")
+    float, BeforeValidator(_validator("velocity_gradient", _ANY)), Quantity("velocity_gradient", _ANY)
 ]
-Angle = Annotated[float, BeforeValidator(_validator("angle", _ANY)), Quantity("angle")]
-Place = Annotated[float, BeforeValidator(_validator("length", _ANY)), Quantity("length")]
-SpeedComponent = Annotated[float, BeforeValidator(_validator("velocity", _ANY)), Quantity("velocity")]
+Angle = Annotated[float, BeforeValidator(_validator("angle", _ANY)), Quantity("angle", _ANY)]
+Place = Annotated[float, BeforeValidator(_validator("length", _ANY)), Quantity("length", _ANY)]
+SpeedComponent = Annotated[float, BeforeValidator(_validator("velocity", _ANY)), Quantity("velocity", _ANY)]
 Moment = Annotated[
-    float, BeforeValidator(_validator("moment_of_inertia", _NOT_NEGATIVE)), Quantity("moment_of_inertia")
+    float, BeforeValidator(_validator("moment_of_inertia", _NOT_NEGATIVE)), Quantity("moment_of_inertia", _NOT_NEGATIVE)
 ]
-Number = Annotated[float, BeforeValidator(number)]
-NumberNotNegative = Annotated[float, BeforeValidator(lambda value: checked(number(value), "not negative"))]
-PositiveNumber = Annotated[float, BeforeValidator(lambda value: checked(number(value), "positive"))]
+Number = Annotated[float, BeforeValidator(number), Quantity("dimensionless", _ANY)]
+NumberNotNegative = Annotated[
+    float,
+    BeforeValidator(lambda value: checked(number(value), _NOT_NEGATIVE)),
+    Quantity("dimensionless", _NOT_NEGATIVE),
+]
+PositiveNumber = Annotated[
+    float, BeforeValidator(lambda value: checked(number(value), _POSITIVE)), Quantity("dimensionless", _POSITIVE)
+]

@@ -17,6 +17,7 @@ from astroinertia.scene.fluids import AnyEquationOfState, Part, as_tuple
 from astroinertia.scene.places import MOST_BODIES, Orbit
 from astroinertia.scene.quantities import Duration, Length, Mass
 from astroinertia.scene.regions import MOST_REGIONS, REGION_NAME, Region
+from astroinertia.scene.scales import check_scales
 from astroinertia.units import shown
 
 MOST_RECORDS = 1e6  # a record holds some hundreds of numbers
@@ -235,6 +236,7 @@ class Scene(Part):
                 raise ValueError("[units] with mass and length is needed for a body of kind profile.")
         self._has_bodies_in_their_places()
         self._has_what_its_regions_need()
+        check_scales(self)
         return self
 
     def _has_bodies_in_their_places(self) -> None:
