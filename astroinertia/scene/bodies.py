@@ -86,7 +86,7 @@ class Rotation(Part):
     def _consistent(self) -> Self:
         _exactly_one(self, "rate", "period", "angular_momentum", "t_over_w")
         _law_with_scale(self)
-        if sum(component**2 for component in self.axis) == 0.0:
+        if not any(self.axis):
             raise ValueError("has an axis of zero length.")
         return self
 
