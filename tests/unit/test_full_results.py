@@ -94,6 +94,29 @@ def test_a_result_is_stale_once_what_it_was_found_with_changes(change, found, it
     assert content_of(item)["outcome"] == "passed"
 
 
+@pytest.mark.parametrize(
+    ("options", "kept", "reason"),
+    [
+        ({}, "passed", "has passed with this code"),
+        ({"--again": True}, "passed", None),
+        ({}, "failed", None),
+        ({"--at-most": 2.0}, "failed", None),
+        ({"--at-most": 1.0}, "failed", "took more than 1 s"),
+        ({"--at-most": 1.0}, None, "never ran"),
+    ],
+)
+def test_of_the_chosen_tests_valid_ones_and_too_long_ones_are_skipped(options, kept, reason, item, request):
+    conftest = request.config.pluginmanager.get_plugin(str(Path(__file__).parents[1] / "conftest.py"))
+    item.add_marker = (skipped := []).append
+    if kept:
+        FullResult(item).write(report(kept))
+    next(
+        conftest.pytest_collection_finish(SimpleNamespace(items=[item], config=SimpleNamespace(getoption=options.get)))
+    )
+    assert [mark.name for mark in skipped] == ([] if reason is None else ["skip"])
+    assert reason is None or reason in skipped[0].kwargs["reason"]
+
+
 def test_a_marker_that_names_other_files_makes_the_test_run_again(item):
     FullResult(item).write(report("passed"))
     assert is_done(item)

@@ -292,7 +292,7 @@ def test_an_azimuthal_mode_gives_the_density_asked_for_and_keeps_the_rest():
         np.testing.assert_array_equal(moved[:, 2], points[:, 2])
 
 
-@pytest.mark.full
+@pytest.mark.slow
 def test_an_uneven_body_is_as_the_scene_says_and_turns_as_before():
     """The second mode of the density, the angular momentum of the even body, and what is refused."""
     text = """

@@ -102,7 +102,7 @@ def test_the_implosion_keeps_its_mass() -> None:
     assert np.trapezoid(4 * np.pi * radius**2 * flow.density, radius) == pytest.approx(4 / 3 * np.pi, rel=1e-4)
 
 
-@pytest.mark.full
+@pytest.mark.slow
 def test_layers_roll_up_at_the_rate_of_the_linear_problem() -> None:
     """2.83187, from an independent eigenvalue problem, extrapolated; collocation at 512 nodes is 0.2 % off."""
     one, other = kelvin_helmholtz.exact_amplitude(np.array([3.5, 4.0]), GAMMA, end=4.0)
