@@ -64,6 +64,13 @@ def with_cost(plan: "Plan", scene: "Scene", options: argparse.Namespace, say: Sa
         say(f"a pilot run with few particles, {pilot.LONGEST:.0f} s at most after its preparation ...")
         if pilot.run(scene) is None:
             say("it could not be run: the steps are estimated")
+    if scene.model == "scaling" and scene.equation_of_state is not None:
+        import jax
+
+        from astroinertia.build import prepare
+
+        with jax.enable_x64(True):
+            prepare(scene)  # refuses a pulsation that cannot be followed to the end
     known = machine.known()
     lines = told.lines(scene, predict(scene, known))
     if scene.output.error_bars:

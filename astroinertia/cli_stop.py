@@ -7,8 +7,9 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from astroinertia import interrupts
 from astroinertia.errors import ArchiveWarning, RunInterrupted, SceneError, SceneWarning
-from astroinertia.interrupts import Ended
+from astroinertia.interrupts import LIMIT, Ended
 
 INTERRUPTED = 130
 
@@ -30,8 +31,14 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
 
 
 def deadline(options: argparse.Namespace, begun: float | None = None) -> float:
-    """The instant of time.monotonic() by which the run is to be stopped; what began now unless it is said."""
-    return (time.monotonic() if begun is None else begun) + options.max_wall
+    """The instant of time.monotonic() by which the run is to be stopped; what began now unless it is said.
+
+    Whatever the run does then, such as compile, and has nothing to seal, it is ended.
+    """
+    found = (time.monotonic() if begun is None else begun) + options.max_wall
+    if found < math.inf:
+        interrupts.end_by(found, LIMIT, INTERRUPTED)
+    return found
 
 
 def told(stopped: RunInterrupted) -> str:
@@ -45,8 +52,10 @@ def ended(how: Ended) -> tuple[int, str]:
         return INTERRUPTED, told(how.said)
     if isinstance(how.said, RunInterrupted):
         again = f"what was sealed before is kept; go on with: astroinertia resume {how.said.folder}"
-        return 128 + how.number, f"ended at once by {how.name}; {again}"
-    return 128 + how.number, how.said or "interrupted."
+        return how.code, f"ended at once by {how.name}; {again}"
+    if how.said is None and how.name == LIMIT:
+        return how.code, "the run was stopped by its limit of wall time before its first step; nothing is lost."
+    return how.code, how.said or "interrupted."
 
 
 @contextmanager

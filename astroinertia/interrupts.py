@@ -10,6 +10,7 @@ tests/crash/test_signals.py.
 
 import math
 import os
+import select
 import signal
 import threading
 import time as clock
@@ -21,20 +22,21 @@ from typing import Any, NamedTuple
 from astroinertia.errors import RunInterrupted
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
-CTRL_C = "Ctrl-C"
+CTRL_C, LIMIT = "Ctrl-C", "its limit of wall time"
 AGAIN = 1.0  # s
+_LONGEST = 1e6  # s, that the system waits
 
 Said = Callable[[str], RunInterrupted | str]
 """What is said of the work that is ended, by what was sent."""
 
 
 class Ended(NamedTuple):
-    """What ends a process: the number of a signal, its name, and what is said of the work under way, if anything.
+    """What ends a process: the exit code that goes with it, its name, and what is said of the work under way, if so.
 
     sealed: whether nothing of that is lost.
     """
 
-    number: int
+    code: int
     name: str
     said: RunInterrupted | str | None
     sealed: bool
@@ -149,7 +151,13 @@ def watched(end: Callable[[Ended], Any]) -> Iterator[None]:
 
 def ask(number: int) -> None:
     """Do in a watched process what a signal would."""
-    _watchers[-1].take(number)
+    _watchers[-1].take(name(number), 128 + number)
+
+
+def end_by(deadline: float, what: str, code: int) -> None:
+    """Do in a watched process what a signal would at an instant of time.monotonic(), under this name and exit code."""
+    for watcher in _watchers:
+        watcher.alarm(deadline, what, code)
 
 
 class _Watcher(threading.Thread):
@@ -158,21 +166,36 @@ class _Watcher(threading.Thread):
     def __init__(self, end: Callable[[Ended], Any]) -> None:
         super().__init__(name="signals", daemon=True)
         self.end, self.first = end, math.inf
+        self.deadline, self.limit = math.inf, ("", 0)
         self.reader, self.writer = os.pipe()
         os.set_blocking(self.writer, False)
 
     def run(self) -> None:
-        while numbers := os.read(self.reader, 64):
+        while True:
+            left = self.deadline - clock.monotonic()
+            if not select.select([self.reader], [], [], min(max(0.0, left), _LONGEST))[0]:
+                if self.deadline <= clock.monotonic():
+                    self.deadline = math.inf
+                    self.take(*self.limit)
+                continue
+            numbers = os.read(self.reader, 64)
             for number in numbers:
                 if number in SIGNALS:
-                    self.take(number)
+                    self.take(name(number), 128 + number)
+            if not numbers:
+                break
         os.close(self.reader)
 
     def close(self) -> None:
         os.close(self.writer)
         self.join()
 
-    def take(self, number: int) -> None:
+    def alarm(self, deadline: float, what: str, code: int) -> None:
+        self.deadline, self.limit = deadline, (what, code)
+        with suppress(BlockingIOError):
+            os.write(self.writer, bytes(1))  # no signal: the thread looks at the clock
+
+    def take(self, what: str, code: int) -> None:
         if clock.monotonic() < self.first + AGAIN < math.inf:
             return
         work = _work.copy()
@@ -180,10 +203,10 @@ class _Watcher(threading.Thread):
         unsealed = [loop for loop in _loops.copy() if loop.unsealed()] if resumable else []
         if unsealed and math.isinf(self.first):
             self.first = clock.monotonic()
-            unsealed[-1].received.append(name(number))
+            unsealed[-1].received.append(what)
             return
-        said = work[0].said(name(number)) if work else None
-        self.end(Ended(number, name(number), said, not unsealed))
+        said = work[0].said(what) if work else None
+        self.end(Ended(code, what, said, not unsealed))
 
 
 def _handled(numbers: Sequence[int], handler: Callable[[int, FrameType | None], None]) -> dict[int, Any]:

@@ -19,11 +19,11 @@ from astroinertia.costs.prediction import predict
 from astroinertia.engines import hosts
 from astroinertia.engines.devices import shared_out
 from astroinertia.errors import NumericalError, RunInterrupted
+from astroinertia.interrupts import LIMIT
 from astroinertia.outputs import Unwritten
 from astroinertia.scene.schema import Scene
 from astroinertia.units import DIMENSIONLESS
 
-LIMIT = "its limit of wall time"
 CAUSES = (None, LIMIT, interrupts.CTRL_C, *(number.name for number in interrupts.SIGNALS[1:]))
 MARGIN = 1.5  # steps and seals take their time unevenly: so much of what the last ones took is left for the next
 

@@ -184,7 +184,8 @@ def _rehearse(body: Any, end: float) -> None:
     """Go to the end and back to the start, so that all is compiled."""
     start = body.arrays()
     with suppress(NumericalError):  # the run itself will say so
-        body.advance(end)
+        while body.time < end:
+            body.advance(end)
     body.resume(start)
 
 

@@ -11,7 +11,8 @@ import jax.numpy as jnp
 
 Tree = Any
 
-MOST_STEPS = 4_000_000  # of one call: some ten seconds of work, and then it says that it failed
+MOST_STEPS = 4_000_000  # some ten seconds of work, and then it says that it failed
+AT_ONCE = 2**16  # steps, after which whoever evolves a body looks at the clock and at what signals ask for
 SHORTEST = 1e-14  # of a step, as a share of the time: round-off
 WHOLE = 0.99  # of what is left, beyond which a first step takes all of it
 
@@ -20,7 +21,8 @@ class Advanced(NamedTuple):
     """Where an integration ended: the state and the time there.
 
     timestep is the mean length of a step, with which the next call may begin, steps their number, rejected ones
-    included; `stopped` says that the condition ended it, `failed` that it took too many steps or one of no length.
+    included; `stopped` says that the condition ended it, `failed` that it took too many steps or one of no length,
+    `unfinished` the first of these: the next call goes on from there.
     """
 
     state: Tree
@@ -29,6 +31,7 @@ class Advanced(NamedTuple):
     steps: jax.Array
     stopped: jax.Array
     failed: jax.Array
+    unfinished: jax.Array
 
 
 class FirstStepGiven(diffrax.PIDController):
@@ -49,7 +52,7 @@ class FirstStepGiven(diffrax.PIDController):
         return super().init(terms, t0, t1, y0, self.first, *rest)
 
 
-@partial(jax.jit, static_argnames=("rate", "condition"))
+@partial(jax.jit, static_argnames=("rate", "condition", "most"))
 def advance(
     rate: Callable[[Any, Tree, Any], Tree],
     arguments: Any,
@@ -60,12 +63,14 @@ def advance(
     relative: float = 1e-13,
     absolute: float = 1e-14,
     condition: Callable[[Any, Tree, Any], Any] | None = None,
+    most: int | None = None,
 ) -> Advanced:
     """The state, a pytree of float64 arrays, at `until`, of d state/dt = rate(time, state, arguments).
 
     arguments is a pytree of the problem's numbers, timestep the first step that is tried, relative and absolute the
     error allowed in a step, in the root mean square over the state. Where condition(time, state, arguments) is true
-    after a step, the integration ends there. rate and condition are functions of a module: each new one is compiled.
+    after a step, the integration ends there, or after `most` steps (MOST_STEPS without it). rate and
+    condition are functions of a module: each new one is compiled.
     Runs under jax.enable_x64. Source: Prince & Dormand 1981, J. Comp. Appl. Math. 7, 67, as diffrax has it.
     Checked by tests/unit/test_adaptive.py.
     """
@@ -84,7 +89,7 @@ def advance(
         stepsize_controller=FirstStepGiven(
             rtol=relative, atol=absolute, dtmin=shortest, force_dtmin=False, first=first
         ),
-        max_steps=MOST_STEPS,
+        max_steps=most or MOST_STEPS,
         saveat=diffrax.SaveAt(t1=True),
         adjoint=diffrax.ForwardMode(),
         event=None if condition is None else diffrax.Event(lambda t, y, args, **_: condition(t, y, args)),
@@ -100,4 +105,5 @@ def advance(
         steps=solved.stats["num_steps"],
         stopped=stopped,
         failed=~(stopped | (solved.result == diffrax.RESULTS.successful)),
+        unfinished=solved.result == diffrax.RESULTS.max_steps_reached,
     )

@@ -51,21 +51,29 @@ class Ellipsoid:
             self.problem, self.state = as_arrays(problem), as_arrays(state)
         self.opening = energies(self._seen())
         self.largest_inertia = 0.0
+        self.since_record = 0  # steps
         self._note_inertia()
 
     def advance(self, until: float) -> None:
-        """All the way to `until`; NumericalError where the body collapses, is torn apart, or steps grow too short."""
+        """To `until`, or as far as so many steps go.
+
+        NumericalError where the body collapses, is torn apart, or steps grow too short or too many for one record.
+        """
         with jax.enable_x64(True):
             found = adaptive.advance(
                 affine_body.scaled_rate, self.problem, affine_body.measured(self.problem, self.state), self.time, until,
                 min(self.timestep, until - self.time), self.tolerance, ABSOLUTE * self.tolerance, affine_body.ended,
+                min(adaptive.AT_ONCE, adaptive.MOST_STEPS),
             )  # fmt: skip
             self.state = affine_body.unmeasured(self.problem, found.state)
             self.time, self.steps = float(found.time), self.steps + int(found.steps)
             self.timestep = float(found.timestep)
-            if bool(found.stopped) or bool(found.failed):
-                raise self._diagnosis()
-        self.time = until
+            self.since_record += int(found.steps)
+            unfinished = bool(found.unfinished) and self.since_record < adaptive.MOST_STEPS
+            if not unfinished:
+                if bool(found.stopped) or bool(found.failed):
+                    raise self._diagnosis()
+                self.time, self.since_record = until, 0
         self._note_inertia()
 
     def record(self, opening_potential: float | None) -> Record:

@@ -45,7 +45,7 @@ class Evolution(Protocol):
     approximation: str
     """What of the model is exact for this body, or what it approximates, in one sentence."""
     meets_times: bool
-    """Whether `advance` goes all the way to the time it is given, or takes one step towards it."""
+    """Whether `advance` meets the time it is given, however many calls it takes, or takes one step towards it."""
 
     @property
     def time(self) -> float:
@@ -63,7 +63,10 @@ class Evolution(Protocol):
         ...
 
     def advance(self, until: float) -> None:
-        """Go on towards a time and never past it; NumericalError, in one sentence, where that cannot be done."""
+        """Go on towards a time and never past it, for some seconds at most, so that a run can be stopped in between.
+
+        Where it pauses follows from the state alone. NumericalError, in one sentence, where it cannot go on.
+        """
         ...
 
     def record(self, opening_potential: float | None) -> Record:

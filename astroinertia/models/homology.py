@@ -24,6 +24,9 @@ SMALLEST = 1e-6  # of the opening size: a body that falls below this has collaps
 _RELATIVE, _ABSOLUTE = 3e-14, 1e-16
 _SERIES = 0.3  # of the argument of Stumpff's functions, below which their series is used
 _MOST_STEPS = 200_000
+_TOO_MANY = 10 * _MOST_STEPS  # expected from two turning points, whatever becomes of the motion
+_LOOKED_AHEAD = 400  # steps, more than a pulsation takes
+_AT_ONCE = 2000  # steps, after which the run looks at the clock and at what signals ask for
 
 
 class Size(NamedTuple):
@@ -243,6 +246,36 @@ class Dynamic:
         self._period = math.inf
         self._breaks = [time for time in sorted(breaks) if 0 < time < end] + [end]
         self._solver = self._started()
+
+    def look_ahead(self) -> None:
+        """NumericalError where the body pulsates far too often for each pulsation to be followed to the end."""
+        turns: list[tuple[int, float]] = []
+        try:
+            while len(turns) < 2 and len(self._knots) < _LOOKED_AHEAD and self._knots[-1][0] < self._end:
+                before = self._knots[-1][1][1]
+                self._step()
+                time, state = self._knots[-1]
+                if before * state[1] < 0:
+                    turns.append((len(self._knots), time))
+        except NumericalError:  # told when the run gets there
+            self._solver = self._started()
+        if len(turns) < 2:
+            return
+        (first, begin), (last, end) = turns
+        if (self._end - end) * (last - first) > _TOO_MANY * (end - begin):
+            times = 0.5 * (self._end - end) / (end - begin)
+            raise NumericalError(
+                f"the body pulsates {times:.1e} times in the run, and each pulsation would be followed: leave out the "
+                "pressure or the equation of state, so that its size stays, or end the run sooner"
+            )
+
+    def reached(self, time: float) -> float:
+        """The time, or how far towards it so many steps get; NumericalError as `state`."""
+        for _ in range(_AT_ONCE):
+            if self._knots[-1][0] >= time or math.isfinite(self._period):
+                return time
+            self._step()
+        return min(time, self._knots[-1][0])
 
     def state(self, time: float) -> np.ndarray:
         """y at a time; NumericalError where the body collapses before, or where too many steps would be needed."""

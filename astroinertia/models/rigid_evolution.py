@@ -39,6 +39,7 @@ ABSENT = {
 # Steps of the splitting between two looks at how fast the body turns, and the factor by which that may change before
 # they take another length: within it they stay alike, as a symplectic method wants them.
 _STEPS_BETWEEN_LOOKS = 4096
+_STEPS_AT_ONCE = 2**17  # of the splitting, after which the run looks at the clock and at what signals ask for
 _CHANGE_OF_PACE = 1.25
 _SIZES_LOOKED_AT = 65  # between now and the next break, for the smallest
 _FIRST_STEP = 0.05  # of the adaptive integrator, over one radian of the fastest turn
@@ -76,6 +77,7 @@ class RigidBody:
         sized = _BY_SIZE if body.change is not None else 0
         self.state = rigid_splitting.rotor(quaternion, momentum, np.zeros(sized + len(body.effects)))
         self._time, self._steps, self._timestep, self._pace = 0.0, 0, 0.0, 0.0
+        self._since_record = 0  # steps of the adaptive integrator
         if sized:
             energy = rigid.rotational_energy(body, jnp.zeros(()), self.state.momentum_in_body)
             self.state = replace(self.state, books=_filled(self.state.books.value.at[0].set(energy)))
@@ -99,7 +101,8 @@ class RigidBody:
         return self._steps
 
     def advance(self, until: float) -> None:
-        """Go all the way to a time, meeting every break of the torques on the way."""
+        """Go to a time, meeting every break of the torques on the way, or as far towards it as so many steps go."""
+        begun = self._steps
         breaks = {time for effect in self.body.effects for time in effect.breaks(self._time, until)}
         if self.body.change is not None:  # whose curve has a bend at each of its points
             breaks |= {float(time) for time in self.body.change.times if self._time < time <= until}
@@ -108,12 +111,18 @@ class RigidBody:
             body = replace(body, effects=tuple(effect.during(start, stop) for effect in body.effects))
             if stop - start > _SHORTEST * abs(stop):  # else two times that are meant to be the same
                 (self._split if self.settings.integrator == "splitting" else self._adapt)(body, stop)
-            self._time = stop
+                paused = self._time < stop
+            else:
+                self._time, paused = stop, False
             if not np.isfinite(np.asarray(self.state.turning.value)).all():
-                raise NumericalError("the attitude is no longer finite", time=stop)
+                raise NumericalError("the attitude is no longer finite", time=self._time)
+            if paused:
+                return
             for number, effect in enumerate(body.effects):
                 if stop in effect.breaks(start, stop):
                     self._strike(number, effect)
+            if self._steps - begun >= _STEPS_AT_ONCE:
+                return
 
     def record(self, opening_potential: float | None) -> Record:
         """One row of the headline series."""
@@ -190,9 +199,9 @@ class RigidBody:
 
     def _split(self, body: Rigid, until: float) -> None:
         free = not body.effects and body.deformability is None
-        start, done, steps = self._time, 0, self._steps_to(body, until)
-        while done < steps:
-            more = steps - done if free and body.change is None else min(steps - done, _STEPS_BETWEEN_LOOKS)
+        begun, start, done, steps = self._steps, self._time, 0, self._steps_to(body, until)
+        while done < steps and self._steps - begun < _STEPS_AT_ONCE:
+            more = min(steps - done, _STEPS_AT_ONCE if free and body.change is None else _STEPS_BETWEEN_LOOKS)
             stop = until if done + more == steps else start + (until - start) * ((done + more) / steps)
             self.state = rigid_splitting.advance(
                 self.state, body.rates, self._time, stop, more, self.settings.order, body,
@@ -233,11 +242,14 @@ class RigidBody:
         first = min(left, self._timestep or _FIRST_STEP / max(self._present_pace(body, until), _FIRST_STEP / left))
         tolerance = self.settings.tolerance
         found = adaptive.advance(
-            rigid.rate, (body, *self._units), state, self._time, until, first, tolerance, tolerance
+            rigid.rate, (body, *self._units), state, self._time, until, first, tolerance, tolerance, None,
+            min(adaptive.AT_ONCE, adaptive.MOST_STEPS),
         )  # fmt: skip
-        if bool(found.failed):
+        self._since_record += int(found.steps)
+        unfinished = bool(found.unfinished) and self._since_record < adaptive.MOST_STEPS
+        if bool(found.failed) and not unfinished:
             told = "the adaptive integrator does not come on"
-            if int(found.steps) >= adaptive.MOST_STEPS:
+            if bool(found.unfinished):
                 told = (
                     f"{adaptive.MOST_STEPS:.0e} steps of the adaptive integrator do not reach the next record: "
                     "record more often, take the integrator splitting, or the model scaling if only the rate counts"
@@ -254,7 +266,8 @@ class RigidBody:
             state = replace(state, turning=_filled(state.turning.value.at[4:].multiply(right)))
         for _ in range(3):  # from a tenth to round-off: the error left is the square of what it was
             state = _without_carry(rigid_splitting.put_right(state, _MISALIGNED))
-        self.state, self._time = state, until
+        self.state, self._time = state, float(found.time) if unfinished else until
+        self._since_record = self._since_record if unfinished else 0
         self._timestep, self._steps = float(found.timestep), self._steps + int(found.steps)
 
     def _strike(self, number: int, effect: Any) -> None:

@@ -28,6 +28,9 @@ Array = Any
 _ORDER_OF_DRIFT = 8  # of the free rotation between kicks, whose error then does not count
 
 
+_STEPS_AT_ONCE = 1024  # some seconds of work, after which the run looks at the clock and at signals
+
+
 @pytree
 @dataclass(frozen=True, eq=False)
 class Here:
@@ -86,6 +89,8 @@ class CoupledRigidBody(RigidBody):
     def _split(self, body: Rigid, until: float) -> None:
         steps = self._steps_to(replace(body, companions=_at_pericentres(self.bodies)), until)
         step, stages = (until - self._time) / steps, COMPOSITIONS[self.settings.order]
+        if steps > _STEPS_AT_ONCE:
+            steps, until = _STEPS_AT_ONCE, self._time + _STEPS_AT_ONCE * step
         self._kick(body, 0.0, 0.5 * step * stages[0])
         for number in range(steps):
             before = self._time + step * number

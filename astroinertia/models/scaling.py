@@ -205,9 +205,9 @@ class Scaling:
         self._start, self._opening = opening[0].scale, self._energies(*opening)
 
     def advance(self, until: float) -> None:
-        """Go to a time; NumericalError where the body has collapsed before."""
-        self._now = self._state(until)
-        self.time = until
+        """Go to a time, or as far towards it as so many steps get; NumericalError where the body collapses before."""
+        self.time = until if self.dynamics is None else self.dynamics.reached(until)
+        self._now = self._state(self.time)
         self.steps += 1
 
     def arrays(self) -> dict[str, np.ndarray]:

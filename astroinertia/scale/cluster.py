@@ -14,7 +14,7 @@ from typing import Any
 
 from astroinertia import interrupts
 from astroinertia.errors import AstroinertiaError, RunInterrupted, SceneError
-from astroinertia.run import LIMIT
+from astroinertia.interrupts import LIMIT
 from astroinertia.scale.folder import SESSION, Failure, note_failure
 from astroinertia.scale.members import KILLED, PATIENCE, Outcome, Task, carry_out
 from astroinertia.units import shown

@@ -12,7 +12,8 @@ from pathlib import Path
 from astroinertia.accuracy import running
 from astroinertia.archive import LOCK, MANIFEST, Archive, locked
 from astroinertia.errors import ArchiveError, AstroinertiaError, NumericalError, RunInterrupted, SceneError
-from astroinertia.run import LIMIT, Listener, Progress
+from astroinertia.interrupts import LIMIT
+from astroinertia.run import Listener, Progress
 from astroinertia.scale import folder as folders
 from astroinertia.scale.folder import FAILURE, SESSION, Failure
 from astroinertia.scene.sweep import Sweep, member

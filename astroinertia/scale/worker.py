@@ -46,7 +46,7 @@ def _listen(connection: Any, tasks: "SimpleQueue[tuple[Any, ...] | None]") -> No
 
 def _end(how: interrupts.Ended) -> NoReturn:
     interrupts.discard_leftovers()
-    os._exit(128 + how.number)
+    os._exit(how.code)
 
 
 if __name__ == "__main__":

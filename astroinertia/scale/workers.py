@@ -22,7 +22,7 @@ from pathlib import Path
 
 from astroinertia import interrupts
 from astroinertia.errors import AstroinertiaError, RunInterrupted
-from astroinertia.run import LIMIT
+from astroinertia.interrupts import LIMIT
 from astroinertia.scale.folder import SESSION, Failure, note_failure
 from astroinertia.scale.members import KILLED, PATIENCE, Outcome, Task
 

@@ -130,6 +130,8 @@ def _evolution(
 
     state = np.array([*motion, *(body.angular_momentum / unit), *([0.0] * len(torques))])
     dynamics = Dynamic(slope, state, end, pulsates=not torques, breaks=breaks)
+    if law is None and torques:
+        dynamics.look_ahead()
     return Scaling(body, law, dynamics, torques, names, (unit, work_unit), told, free)
 
 

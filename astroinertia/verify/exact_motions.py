@@ -61,7 +61,8 @@ def _at(
     with jax.enable_x64(True):
         evolution = prepare(loads(text)).evolution
         opening = evolution.record(None)["potential_energy"]
-        evolution.advance(time)
+        while evolution.time < time:
+            evolution.advance(time)
         return evolution.record(opening)
 
 

@@ -71,7 +71,8 @@ def tumbling_moon() -> Found:
     with jax.enable_x64(True):
         evolution = prepare(loads(_TUMBLING, [f"time.end={end!r}"])).evolution
         opening = evolution.record(None)["potential_energy"]
-        evolution.advance(end)
+        while evolution.time < end:
+            evolution.advance(end)
         here = evolution.record(opening)
     attitude = attitude_of_quaternion(there.quaternion)
     momentum = attitude.T @ (np.array(_MOMENTS) * there.angular_velocity)

@@ -72,6 +72,7 @@ INSIDES = {
     *(
         "scale.combined.write",
         "scale.members",
+        "scale.worker",
         "scale.workers.side_by_side",
         "scale.cluster.by_cluster",
     ),  # parts of a sweep under way

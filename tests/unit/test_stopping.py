@@ -12,8 +12,12 @@ import xarray as xr
 
 import astroinertia
 from astroinertia import cli, cli_stop, dataset, interrupts, run
+from astroinertia.archive import Archive
 from astroinertia.cli import main
 from astroinertia.errors import RunInterrupted
+from astroinertia.integrate import adaptive
+from astroinertia.models import rigid_evolution
+from astroinertia.models.ellipsoid import Ellipsoid
 from astroinertia.models.rigid_evolution import RigidBody
 from tests.left_behind import Left
 from tests.stepped_clock import moved_by_steps
@@ -45,7 +49,7 @@ def whole(tmp_path_factory):
 @pytest.fixture
 def slow(monkeypatch):
     """The clock by which runs are stopped: each of the 20 steps takes 10 s."""
-    return moved_by_steps(monkeypatch, RigidBody, (run, cli, cli_stop))
+    return moved_by_steps(monkeypatch, RigidBody, (run, cli, cli_stop, interrupts))
 
 
 def same(one: xr.Dataset, other: xr.Dataset) -> bool:
@@ -161,6 +165,81 @@ def test_a_second_signal_ends_a_command_at_once_unless_it_comes_right_after_the_
         f"ended at once by SIGTERM; what was sealed before is kept; go on with: astroinertia resume {tmp_path / 'run'}",
     )
     assert same(astroinertia.open(astroinertia.resume(folder)), whole)
+
+
+SPIN = ["time.end=100 s", "output.series_every=100 s"]
+ELLIPSOID = ["time.end=200.0", "output.series_every=200.0"]
+BETWEEN = {
+    "splitting": (
+        TOP,
+        SPIN,
+        RigidBody,
+        (rigid_evolution, "_STEPS_AT_ONCE", 64),
+        (rigid_evolution, "_STEPS_BETWEEN_LOOKS", 64),
+    ),
+    "adaptive": (TOP, [*SPIN, "numerics.integrator=adaptive"], RigidBody, (adaptive, "AT_ONCE", 64)),
+    "ellipsoid": (SIMS / "riemann_ellipsoid.toml", ELLIPSOID, Ellipsoid, (adaptive, "AT_ONCE", 64)),
+}
+
+
+@pytest.mark.parametrize("name", BETWEEN)
+def test_models_without_particles_stop_between_outputs_and_go_on_bit_for_bit(tmp_path, monkeypatch, name):
+    path, settings, kind, *limits = BETWEEN[name]
+    asked = astroinertia.load(path, settings)
+    at_once = astroinertia.open(astroinertia.run_scene(asked, tmp_path / "at once"))
+    for limit in limits:
+        monkeypatch.setattr(*limit)
+    advance, calls = kind.advance, []
+
+    def counted(body, until):
+        advance(body, until)
+        calls.append(body.time)
+        if len(calls) == 3 and (tmp_path / "parts").exists():
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    monkeypatch.setattr(kind, "advance", counted)
+    whole = astroinertia.open(astroinertia.run_scene(asked, tmp_path / "whole"))
+    assert len(calls) > 6
+    calls.clear()
+    with pytest.raises(RunInterrupted, match="stopped by SIGTERM") as stopped:
+        run.run_scene(asked, tmp_path / "parts")
+    assert len(calls) == 3 and 0.0 < stopped.value.share < 1.0
+    assert sum(len(part["step"]) for part in Archive.view(tmp_path / "parts").read_series()) == 1
+    assert same(astroinertia.open(astroinertia.resume(tmp_path / "parts")), whole)
+    last, there = (found["inertia_tensor"].values[-1] for found in (whole, at_once))
+    assert abs(last - there).max() < 1e-7 * abs(there).max()  # about its middle axis a body forgets no error
+
+
+def test_a_pulsation_that_cannot_be_followed_to_the_end_is_refused_at_once(tmp_path, capsys):
+    """The Crab pulsar in a gas of its own pulsates 1e14 times while it slows down."""
+    words = [str(SIMS / "crab_pulsar.toml"), "--set", 'equation_of_state.kind="ideal"']
+    for command in (["plan", *words], ["run", *words, "--output", str(tmp_path / "run")]):
+        assert main(command) == 1
+        assert "pulsates 2.2e+14 times in the run" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
+
+
+COMPILING = """
+import sys, threading, time
+from astroinertia import build
+from astroinertia.cli import main
+
+def compiles(*_):
+    time.sleep(600.0)
+
+build.prepare = compiles
+import astroinertia.run
+astroinertia.run.prepare = compiles
+sys.exit(main(["run", *sys.argv[1:]]))
+"""
+
+
+def test_the_limit_of_wall_time_holds_while_a_run_is_prepared(tmp_path):
+    words = [str(TOP), "--output", str(tmp_path / "run"), "--max-wall", "3"]
+    done = subprocess.run([sys.executable, "-c", COMPILING, *words], capture_output=True, text=True, check=False)
+    assert done.returncode == 130
+    assert "stopped by its limit of wall time before its first step" in done.stderr
+    assert not (tmp_path / "run").exists()
 
 
 DRAWING = """

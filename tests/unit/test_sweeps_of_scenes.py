@@ -5,6 +5,8 @@ import shutil
 import signal
 import threading
 import time
+from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -120,6 +122,71 @@ def test_workers_give_the_same_to_the_bit_and_killed_ones_are_replaced(grid, clu
     same(astroinertia.open(tmp_path / "sweep"), astroinertia.open(grid[0]))
 
 
+def processes_below(parent):
+    """Numbers of the processes that a process has started, and they in turn, with their command lines."""
+    found = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            if int(stat.read_text().rpartition(")")[2].split()[1]) == parent:
+                number = int(stat.parent.name)
+                found |= {number: (stat.parent / "cmdline").read_text(), **processes_below(number)}
+    return found
+
+
+def open_ports(process):
+    """Sockets of a process on which others can reach it."""
+    listening = set()
+    for table in ("tcp", "tcp6", "udp", "udp6"):
+        rows = [line.split() for line in Path("/proc/net", table).read_text().splitlines()[1:]]
+        listening |= {f"socket:[{row[9]}]" for row in rows if row[3] == "0A" or table.startswith("udp")}
+    found = set()
+    for each in Path(f"/proc/{process}/fd").iterdir():
+        with suppress(OSError):  # closed meanwhile
+            found.add(str(each.readlink()))
+    return found & listening
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="only Linux lists sockets there")
+def test_workers_open_no_port_and_a_killed_one_loses_nothing(grid, tmp_path):
+    before, seen = open_ports(os.getpid()), []
+
+    def look(standing):
+        if standing.done == 1:
+            below = processes_below(os.getpid())
+            seen.extend(number for number, command in below.items() if "astroinertia.scale.worker" in command)
+            assert open_ports(os.getpid()) == before
+            assert not any(open_ports(number) for number in below)
+            os.kill(seen[0], signal.SIGKILL)
+
+    found = ensemble.run_sweep(made(), tmp_path / "sweep", workers=2, told=look)
+    assert len(seen) == 2 and not found.failures
+    same(astroinertia.open(tmp_path / "sweep"), astroinertia.open(grid[0]))
+    assert not set(seen) & set(processes_below(os.getpid()))
+
+
+@pytest.mark.slow
+def test_a_member_whose_worker_is_killed_each_time_is_given_up_and_the_others_are_not(tmp_path, monkeypatch):
+    monkeypatch.setattr(workers, "TRIES", 1)
+
+    def kill(standing):
+        if standing.done == 0:
+            threading.Thread(target=kill_one).start()
+
+    def kill_one():
+        end = time.monotonic() + 60.0
+        while time.monotonic() < end:
+            for number, command in processes_below(os.getpid()).items():
+                if "astroinertia.scale.worker" in command:
+                    os.kill(number, signal.SIGKILL)
+                    return
+
+    found = ensemble.run_sweep(made(), tmp_path / "sweep", workers=2, told=kill)
+    ((number, failure),) = found.failures.items()
+    assert "was ended from outside again and again" in failure.sentence and not failure.lasting
+    assert folder.waiting(tmp_path / "sweep", 4) == [number]
+
+
 def test_a_failure_stays_with_its_member_and_is_told(tmp_path, monkeypatch):
     carried_out, ran = running.run_scene, []
 
@@ -184,7 +251,7 @@ def same_numbers(one, other):
 @pytest.fixture
 def slow(monkeypatch):
     """The clock by which sweeps are stopped: each step of a member takes 10 s."""
-    return moved_by_steps(monkeypatch, Scaling, (run, members, ensemble, workers, clusters, cli, cli_stop))
+    return moved_by_steps(monkeypatch, Scaling, (run, members, ensemble, workers, clusters, cli, cli_stop, interrupts))
 
 
 def test_a_sweep_is_stopped_in_time_with_its_member_sealed_and_goes_on(grid, tmp_path, monkeypatch, slow, capsys):
