@@ -37,6 +37,7 @@ from astroinertia import (
 )
 from astroinertia.cli_help import DESCRIPTION, EXAMPLES
 from astroinertia.cli_meter import Meter
+from astroinertia.cli_screen import visible
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 
 if TYPE_CHECKING:
@@ -50,10 +51,14 @@ KEPT = "interrupted; what is done is kept: go on with the same command."
 
 
 class _Console(Console):
-    """A console that leaves a closed pipe to `main`."""
+    """A console that leaves a closed pipe to `main`, and shows what files say without what it would do to a screen."""
 
     def on_broken_pipe(self) -> None:
         raise BrokenPipeError
+
+    def render(self, renderable, options=None):
+        for segment in super().render(renderable, options):
+            yield segment if segment.control else segment._replace(text=visible(segment.text))
 
 
 class _Parser(argparse.ArgumentParser):
@@ -118,7 +123,7 @@ def _complain(sentence: str) -> None:
 
 
 def _line(sentence: str) -> str:
-    return f"astroinertia: {''.join(letter if letter.isprintable() else ' ' for letter in sentence)}"
+    return f"astroinertia: {visible(sentence, lines=False)}"
 
 
 def _ended(sentence: str) -> str:
@@ -230,7 +235,7 @@ def _command(commands, name: str, action: Callable, text: str, example: str) -> 
 
 def _printing(action: Callable[[argparse.Namespace], str]) -> Callable[[argparse.Namespace], int]:
     def printed(options: argparse.Namespace) -> int:
-        print(action(options))
+        _say(action(options))
         return GOOD
 
     return printed
@@ -254,14 +259,14 @@ class _Version(argparse.Action):
 
         for name in ("astroinertia", "numpy", "numba", "jax", "xarray", "astropy"):
             try:
-                print(name, version(name))
+                _say(f"{name} {version(name)}")
             except PackageNotFoundError:
-                print(name, "not installed")
+                _say(f"{name} not installed")
         parser.exit()
 
 
-def _say(text: str) -> None:
-    print(text, flush=True)
+def _say(text: str, end: str = "\n") -> None:
+    print(visible(text), end=end, flush=True)
 
 
 def _load(options: argparse.Namespace) -> "Scene":
@@ -280,7 +285,7 @@ def _new(options: argparse.Namespace) -> int:
 
     text = example_text()
     if options.file is None:
-        print(text, end="")
+        _say(text, end="")
         return GOOD
     try:
         with options.file.open("x", encoding="utf-8") as stream:
@@ -289,7 +294,7 @@ def _new(options: argparse.Namespace) -> int:
         raise SceneError(f"{options.file} is there already and is left as it is.") from None
     except (OSError, ValueError) as error:
         raise SceneError(f"{options.file} cannot be written ({getattr(error, 'strerror', None) or error}).") from None
-    print(f"wrote {options.file}; edit it, then: astroinertia plan {options.file}")
+    _say(f"wrote {options.file}; edit it, then: astroinertia plan {options.file}")
     return GOOD
 
 
@@ -309,12 +314,12 @@ def _plan(options: argparse.Namespace) -> int:
         return GOOD
     found = cli_audit.audited(scene)
     _Console(highlight=False).print(cli_audit.table(found))
-    print(cli_audit.verdict(found))
+    _say(cli_audit.verdict(found))
     return GOOD if found.holds else FAILED
 
 
 def _calibrate(options: argparse.Namespace) -> int:
-    print(cli_calibrate.report(options, _say))
+    _say(cli_calibrate.report(options, _say))
     return GOOD
 
 
@@ -351,8 +356,8 @@ def _sweep(sweep: "Sweep", folder: Path, options: argparse.Namespace, deadline: 
     console = _Console(highlight=False)
     found = cli_sweep.carry_out(sweep, folder, options, deadline, console, _say)
     for line in cli_sweep.failures(sweep, found):
-        print(line)
-    print(f"wrote {found.file}; look at it with: astroinertia show {folder}")
+        _say(line)
+    _say(f"wrote {found.file}; look at it with: astroinertia show {folder}")
     return FAILED if found.failures else GOOD
 
 
@@ -362,8 +367,8 @@ def _finished(result: Path, folder: Path) -> int:
     attrs = dataset.open(result).attrs
     for told in (dataset_resolution.told(attrs), cli_calibrate.compared(attrs)):
         if told:
-            print(told)
-    print(f"wrote {result}; look at it with: astroinertia show {folder}")
+            _say(told)
+    _say(f"wrote {result}; look at it with: astroinertia show {folder}")
     return GOOD
 
 
@@ -371,22 +376,22 @@ def _show(options: argparse.Namespace) -> int:
     from astroinertia import plots
 
     if cli_sweep.is_folder(options.file):
-        print("\n".join(cli_sweep.summary(options.file)))
+        _say("\n".join(cli_sweep.summary(options.file)))
         return GOOD
     opened = cli_result.opened(options.file)
     with cli_result.shown(options.file):
-        print(plots.summary(opened))
+        _say(plots.summary(opened))
         written = plots.write_all(opened, options.output or cli_result.beside(options.file))
-    print("pictures:")
+    _say("pictures:")
     for path in written:
-        print(f"  {path}")
+        _say(f"  {path}")
     return GOOD
 
 
 def _movie(options: argparse.Namespace) -> int:
     with cli_movie.Bar(_Console(highlight=False)) as bar:
         told = cli_movie.carry_out(options, bar.tell)
-    print(told)
+    _say(told)
     return GOOD
 
 
@@ -397,7 +402,7 @@ def _tradeoff(options: argparse.Namespace) -> int:
         line = f"{standing.done} of {standing.settings} settings, {standing.spent:.0f} of {standing.budget:.0f} s"
         status.update(Text(f"{line}: {standing.now}"))
         if not console.is_terminal:
-            print(f"{line}: {standing.now}", flush=True)
+            _say(f"{line}: {standing.now}")
 
     begun = interrupts.under_way(lambda by: KEPT)
     with begun, console.status("looking for the exact answer") as status:
@@ -423,7 +428,7 @@ def _verify_sections(options: argparse.Namespace, console: Console) -> int:
         found.append(section)
         if not options.json:
             console.print(cli_verify.table(section, console.width))
-    print(cli_verify.as_json(found) if options.json else cli_verify.total(found))
+    _say(cli_verify.as_json(found) if options.json else cli_verify.total(found))
     return GOOD if all(section.holds for section in found) else FAILED
 
 
@@ -433,7 +438,7 @@ def _verify_hard(options: argparse.Namespace, console: Console) -> int:
         found += rows
         if not options.json:
             console.print(cli_hard.table(title, rows))
-    print(cli_hard.as_json(found) if options.json else cli_hard.total(found))
+    _say(cli_hard.as_json(found) if options.json else cli_hard.total(found))
     return GOOD if all(each.holds for verdicts in found for each in verdicts) else FAILED
 
 

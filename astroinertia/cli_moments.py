@@ -5,7 +5,9 @@ import json
 import math
 from pathlib import Path
 
+from astroinertia import overwriting
 from astroinertia.errors import SceneError
+from astroinertia.sealed import write_whole
 
 AXES = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
 
@@ -59,6 +61,8 @@ def report(options: argparse.Namespace) -> str:
     units = PLAIN if options.units is None else _pair(options.units)
     axis = None if options.axis is None else AXES.get(options.axis) or _vector("--axis", options.axis)
     about = None if options.about is None else _vector("--about", options.about)
+    if options.output is not None:
+        overwriting.check(options.output, overwriting.NETCDF, options.file)
     matter = read_matter(options.file, units, options.snapshot, options.density)
     size = matter.file_length
     try:
@@ -78,7 +82,7 @@ def report(options: argparse.Namespace) -> str:
             raise SceneError(f"{options.file} is a point without moments of inertia, so there is nothing to draw")
         save(ellipsoid_figure(found, matter.points, options.file.stem), options.plot)
     if options.output is not None:
-        found.to_netcdf(options.output, engine="netcdf4")
+        write_whole(options.output, lambda aside: found.to_netcdf(aside, engine="netcdf4"))
     return json.dumps(plain_values(found), indent=2) if options.json else body_summary(found)
 
 

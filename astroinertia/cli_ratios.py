@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from astroinertia import overwriting
 from astroinertia.errors import SceneError
+from astroinertia.sealed import write_whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -99,9 +101,11 @@ def report(options: argparse.Namespace) -> str:
 
 def _write(shown: "xr.Dataset", options: argparse.Namespace) -> None:
     if options.netcdf is not None:
-        shown.to_netcdf(options.netcdf, engine="netcdf4")
+        overwriting.check(options.netcdf, overwriting.NETCDF)
+        write_whole(options.netcdf, lambda aside: shown.to_netcdf(aside, engine="netcdf4"))
     if options.csv is not None:
-        shown.to_dataframe().to_csv(options.csv)
+        overwriting.check(options.csv, overwriting.CSV)
+        write_whole(options.csv, lambda aside: shown.to_dataframe().to_csv(aside))
 
 
 def _known(options: argparse.Namespace) -> dict[str, float]:

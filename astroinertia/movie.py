@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from PIL import Image
 
-from astroinertia import interrupts
+from astroinertia import interrupts, overwriting
 from astroinertia.errors import ArchiveError
 from astroinertia.plots import film
 from astroinertia.sealed import write_whole
@@ -49,6 +49,7 @@ def write_movie(
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise ArchiveError(f"{path} cannot be written: a film ends in .mp4 or .gif.")
+    overwriting.check(path, overwriting.MP4 if suffix == ".mp4" else overwriting.GIF)
     program = ffmpeg() if suffix == ".mp4" else None
     if suffix == ".mp4" and program is None:
         raise ArchiveError(
@@ -107,10 +108,11 @@ def _write_gif(pictures: Iterator[np.ndarray], rate: float, path: Path) -> None:
 def _write_mp4(pictures: Iterator[np.ndarray], rate: float, path: Path, program: str) -> None:
     first = next(pictures)
     height, width = (size - size % 2 for size in first.shape[:2])  # the coding halves the colours both ways
+    # Whatever the path begins with, it is neither an option nor an address; and what is read is the pipe alone.
     command = [
         program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}",
-        "-framerate", f"{rate:.6g}", "-i", "-", "-an", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4",
-        str(path),
+        "-framerate", f"{rate:.6g}", "-protocol_whitelist", "pipe", "-i", "pipe:0", "-an", "-pix_fmt", "yuv420p",
+        "-movflags", "+faststart", "-f", "mp4", f"file:{path.absolute()}",
     ]  # fmt: skip
     with TemporaryFile() as said:
         # In a session of its own: Ctrl-C is for this process, which then ends ffmpeg.

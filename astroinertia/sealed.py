@@ -164,11 +164,18 @@ def _parsed(content: bytes) -> Any:
     return found
 
 
-def own_folder(path: Path) -> Path:
-    """A folder inside another, as it is; ArchiveError where it is a link, which may lead out of that."""
-    if path.is_symlink():
-        raise ArchiveError(f"{path} is a link, and is not followed.")
-    return path
+def own_folder(folder: Path, *names: str) -> Path:
+    """The folder that lies below another along the names; ArchiveError where one of them is a link, or no folder.
+
+    A link may lead anywhere. The folder that is begun with is its user's choice, and may be reached through links.
+    """
+    for name in names:
+        folder = folder / name
+        if folder.is_symlink():
+            raise ArchiveError(f"{folder} is a link, and is not followed.")
+        if folder.exists() and not folder.is_dir():
+            raise ArchiveError(f"{folder} is not a folder.")
+    return folder
 
 
 def regular(path: Path) -> None:

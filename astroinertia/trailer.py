@@ -40,13 +40,22 @@ def check(path: Path) -> None:
         raise ArchiveError(sentence)
 
 
+def is_there(path: Path) -> bool:
+    """Whether a file ends with such a line, as results of runs do."""
+    return _line(path, path.stat().st_size) is not None
+
+
+def _line(path: Path, size: int) -> re.Match[bytes] | None:
+    with path.open("rb") as file:
+        file.seek(max(0, size - _LONGEST))
+        return _LINE.search(file.read(_LONGEST))
+
+
 @functools.lru_cache(maxsize=64)
 def _complaint(path: Path, size: int, changed: int, inode: int) -> str:
     """What is wrong with a file; found once for a file that stays as it is: its size, time and number tell it."""
     del changed, inode
-    with path.open("rb") as file:
-        file.seek(max(0, size - _LONGEST))
-        line = _LINE.search(file.read(_LONGEST))
+    line = _line(path, size)
     if line is None:
         return ""
     head, length = int(line[1]), int(line[3])

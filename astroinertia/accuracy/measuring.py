@@ -25,7 +25,7 @@ from astroinertia.run import Progress, run_prepared
 from astroinertia.scene import load
 from astroinertia.scene.plan import gravity_method
 from astroinertia.scene.schema import Scene
-from astroinertia.sealed import read_json, write_json
+from astroinertia.sealed import own_folder, read_json, write_json
 
 _RESULT = "measured.json"
 _WARMING_STEPS = 3  # the first sorts and compiles, the second goes on, the third finds all that is compiled
@@ -87,12 +87,12 @@ def scene_of(scene: Scene, setting: Setting, observables: Sequence[Observable]) 
 
 
 def folder_of(place: Path, scene: Scene, setting: Setting) -> Path:
-    """The folder of a setting's `scene_of` below that of the tradeoff, told by both.
+    """The folder of a setting's `scene_of` below that of the tradeoff, told by both; ArchiveError for a link.
 
     scene: what `scene_of` gave; its hash in the name tells settings of other scenes apart.
     """
     slug = "".join(letter if letter.isalnum() or letter in ".-" else "_" for letter in setting.label)
-    return place / "settings" / f"{slug[:60]}-{content_key(scene=load.resolved_text(scene))[:8]}"
+    return own_folder(place, "settings", f"{slug[:60]}-{content_key(scene=load.resolved_text(scene))[:8]}")
 
 
 def stored(folder: Path, observables: Sequence[Observable]) -> Measured | None:

@@ -72,7 +72,7 @@ def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline:
             begin = clock.monotonic()
             try:
                 labelled = _labelled(listener, each, number, len(runs))
-                told = _carried_out(each, folder / FOLDER / each.name, labelled, deadline)
+                told = _carried_out(each, own_folder(folder, FOLDER, each.name), labelled, deadline)
                 seconds += float(told.attrs["measured_wall_time"])
             except (NumericalError, SceneError) as error:
                 told = str(error)
@@ -88,7 +88,7 @@ def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline:
 
 def _carried_out(companion: CompanionRun, folder: Path, listener: Listener | None, deadline: float) -> xr.Dataset:
     """The dataset of a companion run: as it is, gone on with, or run."""
-    if not (own_folder(folder) / MANIFEST).exists():
+    if not (folder / MANIFEST).exists():
         return datasets.open(run.run_scene(companion.scene, folder, listener, deadline=deadline))
     archive = Archive.view(folder)
     if archive.metadata["scene"] != load.resolved_text(companion.scene):

@@ -41,7 +41,7 @@ def snapshots(path: str | Path, body: str | int | None = None, units: CodeUnits 
     """
     source = Path(path)
     if not source.is_file():
-        raise ValueError(f"there is no archive {source.name}")
+        raise ValueError(f"{source.name} is not a file" if source.exists() else f"there is no archive {source.name}")
     stored = _read(source)
     number = _number(stored.names, body)
     order = [number, *(k for k in range(len(stored.names)) if k != number)]

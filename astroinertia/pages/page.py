@@ -11,6 +11,7 @@ from typing import Any
 
 import xarray as xr
 
+from astroinertia import overwriting
 from astroinertia.sealed import write_whole
 
 HERE = Path(__file__).parent
@@ -24,11 +25,12 @@ def filled(template: str, **parts: str) -> str:
 
 
 def write_page(path: Path, markup: str) -> None:
-    """Write a page whole or not at all; ArchiveError where it cannot be written."""
+    """Write a page whole or not at all; ArchiveError where that cannot be done, or would destroy what is no page."""
 
     def fill(aside: Path) -> None:
         aside.write_text(markup, encoding="utf-8")
 
+    overwriting.check(path, overwriting.HTML)
     write_whole(path, fill)
 
 

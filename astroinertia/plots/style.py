@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from astroinertia import overwriting
 from astroinertia.sealed import write_whole
 from astroinertia.units import quantity, readable
 
@@ -118,7 +119,8 @@ def begin(dataset: xr.Dataset, title: str, size: tuple[float, float]) -> Figure:
 
 
 def save(figure: Figure, path: Path) -> Path:
-    """Write a PNG, whole or not at all; ArchiveError where that cannot be done."""
+    """Write a PNG, whole or not at all; ArchiveError where that cannot be done, or would destroy what is no PNG."""
+    overwriting.check(path, overwriting.PNG)
     with styled():
         write_whole(path, lambda aside: figure.savefig(aside, format="png"))
     return path

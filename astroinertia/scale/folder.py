@@ -102,7 +102,7 @@ def place(folder: Path, number: int) -> Path:
     >>> print(place(Path("runs/sweep"), 3))
     runs/sweep/member-0003
     """
-    return own_folder(folder / member(number))
+    return own_folder(folder, member(number))
 
 
 def _plain(sweep: Sweep) -> dict[str, Any]:
@@ -148,7 +148,7 @@ def note_failure(own: Path, found: Failure) -> None:
     ...     print(failure(Path(folder), 3).sentence, waiting(Path(folder), 5))
     the body sheds mass [0, 1, 2, 4]
     """
-    own_folder(own).mkdir(parents=True, exist_ok=True)
+    own_folder(own.parent, own.name).mkdir(parents=True, exist_ok=True)
     write_json(own / FAILURE, asdict(found))
 
 

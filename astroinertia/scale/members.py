@@ -85,7 +85,7 @@ def carry_out(task: Task, listener: Listener | None = None) -> Outcome:
 
 
 def _run(task: Task, place: Path, listener: Listener) -> None:
-    _wait_for_lock(own_folder(place))
+    _wait_for_lock(own_folder(place.parent, place.name))
     deadline = clock.monotonic() + task.until - clock.time()
     if (place / MANIFEST).exists():
         if Archive.view(place).finished is None:
@@ -96,7 +96,8 @@ def _run(task: Task, place: Path, listener: Listener) -> None:
             # only here: other members do without what it imports
             from astroinertia.accuracy.choice import choose, pilots_beside
 
-            scene = choose(scene, pilots_beside(place), task.minutes).scene
+            pilots = own_folder(place.parent, pilots_beside(place).name)
+            scene = choose(scene, pilots, task.minutes).scene
         running.run_scene(scene, place, listener, deadline=deadline)
     (place / FAILURE).unlink(missing_ok=True)
 

@@ -17,6 +17,7 @@ import numpy as np
 from astroinertia.errors import SceneError
 from astroinertia.sph.table_hdf5 import SUFFIXES as HDF5_SUFFIXES
 from astroinertia.sph.table_hdf5 import hdf5_columns
+from astroinertia.units import shown
 from astroinertia.unpacked import npz_members, plain_text
 
 MAX_BYTES = 2**30
@@ -62,7 +63,7 @@ def check_there(path: Path, what: str) -> None:
     """SceneError unless there is a file; a pipe would be waited for, and a device has no end."""
     if not path.is_file():
         there = "is a directory" if path.is_dir() else "is not a file" if path.exists() else "is not there"
-        raise SceneError(f"{what} {path} {there}")
+        raise SceneError(f"{what} {shown(str(path), 200)} {there}")
 
 
 def check_size(path: Path, what: str) -> None:
@@ -86,20 +87,27 @@ def csv_columns(path: Path, asked: Columns) -> dict[str, np.ndarray]:
     numbers, rows = array("d"), 0  # eight bytes each, where a list of floats takes forty
     names: list[str] = []
     try:
-        with path.open(newline="", encoding="utf-8") as file:
+        with path.open(newline="", encoding="utf-8-sig") as file:
             lines = csv.reader(_limited(f"{asked.what} {path}", file))
             names = [asked.named(name.strip()) for name in next(lines, [])]
             asked.check(path, names)
             for row in itertools.islice(lines, asked.most + 1):
                 if len(row) != len(names):
                     raise SceneError(f"{asked.what} {path}: row {rows + 1} has {len(row)} values, not {len(names)}")
-                numbers.extend(map(float, row))
+                numbers.extend(map(plain_number, row))
                 rows += 1
     except UnicodeDecodeError as error:
         raise SceneError(f"{asked.what} {path} is not text") from error
     except (ValueError, csv.Error) as error:
         raise SceneError(f"{asked.what} {path}: row {rows + 1} is not numbers ({plain_text(error)})") from error
     return dict(zip(names, np.array(numbers, dtype=float).reshape(-1, len(names)).T, strict=True))
+
+
+def plain_number(text: str) -> float:
+    """The number that a text is; ValueError, too, for one with underscores, which Python takes for spaces."""
+    if "_" in text:
+        raise ValueError(f"could not convert string to float: {text!r:.80}")
+    return float(text)
 
 
 def _limited(name: str, file: TextIO) -> Iterator[str]:

@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from astroinertia.errors import SceneError
+from astroinertia.sph.columns import check_there, plain_number
 from astroinertia.sph.profiles import Profile
 from astroinertia.units import ATOMIC_MASS, BOLTZMANN_CONSTANT, SOLAR_MASS, SOLAR_RADIUS, quantity, shown
 
@@ -157,12 +158,11 @@ def read_progenitor(path: str | Path, mean_molecular_weight: float | None = None
     """
     path = Path(path)
     name = shown(str(path), 200)
-    if not path.is_file():
-        raise SceneError(f"stellar profile {name} is {'a directory' if path.is_dir() else 'not there'}")
+    check_there(path, "stellar profile")
     if path.stat().st_size > MAX_BYTES:
         raise SceneError(f"stellar profile {name} is larger than {MAX_BYTES >> 20} MiB")
     try:
-        with path.open(encoding="utf-8") as file:
+        with path.open(encoding="utf-8-sig") as file:
             lines = list(itertools.islice(iter(lambda: file.readline(MAX_LINE + 1), ""), MAX_SHELLS + 101))
     except UnicodeDecodeError:
         raise SceneError(f"stellar profile {name} is not text") from None
@@ -253,7 +253,7 @@ def _numbers(words: list[str], name: str) -> np.ndarray | None:
     values = np.empty(len(words))
     for k, word in enumerate(words):
         try:
-            values[k] = float(re.sub(r"(?<=\d)[dD](?=[+-]?\d)", "e", word))
+            values[k] = plain_number(re.sub(r"(?<=\d)[dD](?=[+-]?\d)", "e", word))
         except ValueError:
             raise ValueError(f"{name} of row {k + 1} is not a number but '{shown(word.strip())}'") from None
     return values

@@ -66,7 +66,22 @@ def _classic(path: Path, known: tuple[str, ...], most: int, named: Callable[[str
         chosen = _chosen(file.variables, known, named)
         if any(len(variable.shape) > 2 or max(variable.shape, default=0) > most for variable in chosen.values()):
             raise SceneError(f"particle table {path} has more than {most} particles")
-        return {name: _plain(variable[:]) for name, variable in chosen.items()}
+        return {name: _plain(_written(variable)) for name, variable in chosen.items()}
+
+
+def _written(variable: Any) -> np.ma.MaskedArray:
+    """A variable without what was never written: scipy knows only of fill values that the file tells."""
+    values = np.ma.asarray(variable[:])
+    if variable.data.itemsize == 1 or hasattr(variable, "_FillValue") or hasattr(variable, "missing_value"):
+        return values
+    return np.ma.masked_where(np.ma.getdata(values) == fill_value(variable.data.dtype), values)
+
+
+def fill_value(dtype: np.dtype) -> Any:
+    """What netCDF writes where nothing is given, for numbers of a type."""
+    import netCDF4  # only here: most runs read no file
+
+    return netCDF4.default_fillvals[dtype.str[1:]]
 
 
 def _chosen(variables: Any, known: tuple[str, ...], named: Callable[[str], str]) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_frame, princ
 from astroinertia.sph.columns import check_there
 from astroinertia.sph.table import MAX_PARTICLES, read_table
 from astroinertia.sph.table_gadget import SI
+from astroinertia.sph.table_netcdf import fill_value
 from astroinertia.units import quantity
 
 PLAIN = ("1", "1")
@@ -201,6 +202,8 @@ def _of_a_snapshot(one: xr.Dataset) -> tuple[np.ndarray, np.ndarray, xr.DataArra
         raise ValueError("masses and positions are not those of particles")
     if any(each.dtype.kind not in "fiu" for each in (mass, position, time)):
         raise ValueError("masses, positions or times are not numbers")
+    if not all((np.isfinite(each) & (each != fill_value(each.dtype))).all() for each in (mass, position)):
+        raise ValueError("masses or positions were never written, or are not finite")
     return mass, position, time
 
 

@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -152,7 +153,8 @@ def test_what_is_interrupted_leaves_no_file_and_the_film_of_before(suffix, serie
     path = tmp_path / f"film{suffix}"
     if suffix == ".mp4":
         coder()
-    path.write_bytes(b"the film of before")
+    before = b"GIF89a, before" if suffix == ".gif" else b"\0\0\0 ftypisom, before"
+    path.write_bytes(before)
 
     def interrupt(done, count):
         assert count == 13
@@ -162,7 +164,7 @@ def test_what_is_interrupted_leaves_no_file_and_the_film_of_before(suffix, serie
     with pytest.raises(KeyboardInterrupt):
         movie.write_movie(series, snapshots, path, told=interrupt)
     assert [each.name for each in tmp_path.iterdir()] == [path.name]
-    assert path.read_bytes() == b"the film of before"
+    assert path.read_bytes() == before
 
 
 def test_an_ffmpeg_that_fails_is_quoted_and_leaves_nothing(series, snapshots, tmp_path, monkeypatch):
@@ -211,3 +213,20 @@ def test_what_cannot_be_done_gets_one_sentence(arguments, words, tmp_path, capsy
     told = capsys.readouterr().err
     assert words in told and told.count("\n") == 1
     assert [each.name for each in tmp_path.iterdir()] == ["star.nc"]
+
+
+@pytest.mark.parametrize("name", ["-y.mp4", "md5:x.mp4", "tcp:127.0.0.1:9/film.mp4"])
+def test_a_path_is_neither_an_option_nor_an_address(tmp_path, monkeypatch, series, name):
+    program = tmp_path / "ffmpeg"
+    program.write_text(
+        f'#!/bin/sh\nprintf "%s\\n" "$@" > "{tmp_path}/asked"\nfor last; do :; done\ncat > "${{last#file:}}"\n'
+    )
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tcp:127.0.0.1:9").mkdir()
+    movie.write_movie(series.isel(time=slice(0, 2)), None, Path(name))
+    asked = (tmp_path / "asked").read_text().splitlines()
+    assert asked[-1] == f"file:{tmp_path / name}.tmp"
+    assert asked[asked.index("-i") - 2 : asked.index("-i") + 2] == ["-protocol_whitelist", "pipe", "-i", "pipe:0"]
+    assert (tmp_path / name).stat().st_size > 0

@@ -1,0 +1,19 @@
+"""What of a text may reach a terminal: names, attributes and errors come from files of strangers."""
+
+import unicodedata
+
+_ACT = frozenset(
+    {"Cc", "Cf", "Cs", "Zl", "Zp"}
+)  # controls, escapes, what turns the direction of writing, half characters
+
+
+def visible(text: str, lines: bool = True) -> str:
+    """The text with a ? for every character that does something to a terminal; with `lines`, lines and tabs stay.
+
+    >>> print(visible("\\x1b]0;title\\x07star"))
+    ?]0;title?star
+    """
+    if text.isascii() and text.isprintable():
+        return text
+    kept = "\n\t" if lines else ""
+    return "".join(each if each in kept or unicodedata.category(each) not in _ACT else "?" for each in text)
