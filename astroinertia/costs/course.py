@@ -23,6 +23,7 @@ MOMENTS = 4000  # in which the sphere is followed
 STIRRED = 2.0  # signals over the speed of sound behind shocks, where neighbours move at random
 STANDARD_SIGNAL = 4.5  # of the tests of hydrodynamics, in their own units: sound, motion and denser parts, about
 SMALLEST = 0.02  # of its size, at which a sphere that nothing holds up has become something else
+SCATTERED = 1e6  # of its size, from which on a sphere that expands coasts
 SHAKEN = 0.35  # of the size: to which a sphere that collapses settles after its shocks, at least (virial: a half)
 
 
@@ -178,6 +179,10 @@ def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
         if a <= least:  # shocks have stopped it, or nothing is known of what it has become
             times += [time + dt, end]
             sizes += [least, least]
+            break
+        if a >= SCATTERED:  # nothing acts any more
+            times += [time + dt, end]
+            sizes += [a, a + speed * (end - time - dt)]
             break
         speed += 0.5 * dt * push(a)
         time += dt
