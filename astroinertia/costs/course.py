@@ -25,6 +25,7 @@ STANDARD_SIGNAL = 4.5  # of the tests of hydrodynamics, in their own units: soun
 SMALLEST = 0.02  # of its size, at which a sphere that nothing holds up has become something else
 SCATTERED = 1e6  # of its size, from which on a sphere that expands coasts
 STABLE = 4.0 / 3.0  # exponent, below which pressure does not hold what collapses
+FARTHEST = 1e30  # the largest size, whose powers are still numbers
 SHAKEN = 0.35  # of the size: to which a sphere that collapses settles after its shocks, at least (virial: a half)
 
 
@@ -186,7 +187,7 @@ def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
             break
         if a >= SCATTERED:  # nothing acts any more
             times += [time + dt, end]
-            sizes += [a, a + speed * (end - time - dt)]
+            sizes += [a, min(a + speed * (end - time - dt), FARTHEST)]
             break
         speed += 0.5 * dt * push(a)
         time += dt
