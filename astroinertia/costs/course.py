@@ -187,7 +187,7 @@ def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
             break
         if a >= SCATTERED:  # nothing acts any more
             times += [time + dt, end]
-            sizes += [a, min(a + speed * (end - time - dt), FARTHEST)]
+            sizes += [min(a, FARTHEST), min(a + speed * (end - time - dt), FARTHEST)]
             break
         speed += 0.5 * dt * push(a)
         time += dt
