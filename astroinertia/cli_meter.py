@@ -38,6 +38,8 @@ class Meter:
         }
         told = [f"{name} {value}" for name, value in shown.items() if value != "nan"]
         told += [f"step limited by {progress.limited_by}"] if progress.limited_by else []
+        if math.isfinite(progress.planned_steps):
+            told += [f"WARNING: the plan was about {progress.planned_steps:.3g} steps"]
         figures = "  ".join([*([progress.part] if progress.part else []), f"step {progress.step}", *told])
         if progress.part != self.part:  # another run, whose time begins anew
             self.part, self.last_line = progress.part, float("-inf")

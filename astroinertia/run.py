@@ -35,7 +35,8 @@ class Progress:
     energy_error: change of the total energy over the largest of the kinetic, internal and potential energies; NaN, like
     the two after it, where a model has no such thing. limited_by: what sets the time step, and where; may be empty.
     to_go: seconds of wall time that are left, as predicted and as seen so far; NaN while nothing is known. part: which
-    of several runs this is, empty where there is one.
+    of several runs this is, empty where there is one. planned_steps: of the whole run, where it has taken so many times
+    more by now that its plan has proved wrong; NaN else.
     """
 
     time: float
@@ -48,8 +49,10 @@ class Progress:
     limited_by: str = ""
     to_go: float = math.nan
     part: str = ""
+    planned_steps: float = math.nan
 
 
+OFF_PLAN = 10.0  # times the steps that were planned for the whole run, from which on a run says so
 Listener = Callable[[Progress], None]
 """What is told how a run goes; if it raises RunInterrupted, the run is sealed and stops, as after a signal."""
 Completion = Callable[[xr.Dataset], xr.Dataset]
@@ -285,6 +288,7 @@ class _Run:
             density_max=found.density_max,
             limited_by=found.limited_by,
             to_go=self._to_go(),
+            planned_steps=self.archive.metadata["predicted_steps"] if self._off_plan() else math.nan,
         )
         try:
             self.listener(progress)
@@ -294,6 +298,10 @@ class _Run:
     def _share(self) -> float:
         return min(1.0, max(self.body.time / self.output.end, self.body.steps / self.output.max_steps))
 
+    def _off_plan(self) -> bool:
+        planned = self.archive.metadata.get("predicted_steps", math.inf)
+        return planned > 0.0 and self.body.steps > OFF_PLAN * planned
+
     def _to_go(self) -> float:
         """Seconds left: at first as predicted, and the more as it went so far the more of it is done."""
         share, predicted = self._share(), self.archive.metadata.get("predicted_evolution_time", math.nan)
@@ -301,5 +309,5 @@ class _Run:
         if done <= 0.0:
             return (1.0 - share) * predicted
         seen = (self.told - self.opened) / done
-        expected = predicted if math.isfinite(predicted) else seen
+        expected = predicted if math.isfinite(predicted) and not self._off_plan() else seen
         return (1.0 - share) * (share * seen + (1.0 - share) * expected)

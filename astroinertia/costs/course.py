@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.effects.entries import FREE_FALL_PART
+from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.errors import AstroinertiaError
 from astroinertia.scene.plan import code_units, smoothing
 from astroinertia.scene.schema import Scene
@@ -23,6 +23,9 @@ MOMENTS = 4000  # in which the sphere is followed
 STIRRED = 2.0  # signals over the speed of sound behind shocks, where neighbours move at random
 STANDARD_SIGNAL = 4.5  # of the tests of hydrodynamics, in their own units: sound, motion and denser parts, about
 SMALLEST = 0.02  # of its size, at which a sphere that nothing holds up has become something else
+SCATTERED = 1e6  # of its size, from which on a sphere that expands coasts
+STABLE = 4.0 / 3.0  # exponent, below which pressure does not hold what collapses
+FARTHEST = 1e30  # the largest size, whose powers are still numbers
 SHAKEN = 0.35  # of the size: to which a sphere that collapses settles after its shocks, at least (virial: a half)
 
 
@@ -69,8 +72,11 @@ def _steps_of(scene: Scene) -> float | None:
     except AstroinertiaError:
         return None
     times, sizes = course(sphere, end)
+    if sphere.pressure > 0.0 and sphere.gamma < STABLE and sizes[-1] <= SHAKEN:
+        return None  # no shock stops such a collapse: where it ends is not in this picture
     rates = np.abs(np.gradient(sizes, times)) / sizes
     step = np.minimum(longest, _steps_at(scene, sphere, sizes, rates))
+    step = np.minimum(step, _drag_limit(scene, times))
     return float(np.trapezoid(1.0 / step, times)) + 1.0
 
 
@@ -179,6 +185,10 @@ def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
             times += [time + dt, end]
             sizes += [least, least]
             break
+        if a >= SCATTERED:  # nothing acts any more
+            times += [time + dt, end]
+            sizes += [min(a, FARTHEST), min(a + speed * (end - time - dt), FARTHEST)]
+            break
         speed += 0.5 * dt * push(a)
         time += dt
         times.append(time)
@@ -187,6 +197,16 @@ def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
         times.append(end)
         sizes.append(sizes[-1])
     return np.array(times), np.array(sizes)
+
+
+def _drag_limit(scene: Scene, times: np.ndarray) -> np.ndarray:
+    """What damping allows at those times, (K,), while it lasts."""
+    drag, units = scene.effects.get("damping"), code_units(scene)
+    if drag is None:
+        return np.full_like(times, np.inf)
+    until = np.inf if drag["until"] is None else float(units.to_code(drag["until"], "time"))
+    limit = scene.numerics.courant * float(units.to_code(drag["time_scale"], "time"))
+    return np.where(times < until, limit, np.inf)
 
 
 def _steps_at(scene: Scene, sphere: Sphere, sizes: np.ndarray, rates: np.ndarray) -> np.ndarray:
@@ -206,6 +226,11 @@ def _steps_at(scene: Scene, sphere: Sphere, sizes: np.ndarray, rates: np.ndarray
         limits.append(numerics.courant * length / signal)
     pull = np.maximum(sphere.gravity, sphere.pressure) * sphere.size / sizes**2
     limits.append(numerics.acceleration_factor * np.sqrt(length / np.maximum(pull, 1e-300)))
+    if "shear_viscosity" in scene.effects:
+        viscosity = float(
+            code_units(scene).to_code(scene.effects["shear_viscosity"]["kinematic_viscosity"], "viscosity")
+        )
+        limits.append(numerics.courant * DIFFUSION_PART * length**2 / max(viscosity, 1e-300))
     if numerics.free_fall_factor is not None:
         limits.append(numerics.free_fall_factor / np.sqrt(density))
     return np.minimum.reduce(limits)

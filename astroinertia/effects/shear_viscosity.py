@@ -7,12 +7,12 @@ import jax.numpy as jnp
 
 from astroinertia.bodies import affine_motion
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import DIFFUSION_PART
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.pytree import pytree
 
 # 2 (d + 2) in d = 3 dimensions: what makes the sum over radial velocities the Laplacian.
 DIRECTIONS = 10.0
-STEP_PART = 0.125  # of h^2/nu, that the time-step limit is (Morris, Fox & Zhu 1997, JCP 136, 214, eq. 20)
 
 
 def shear_viscosity_pair(xp, r, v_r, dW_i, dW_j, density_i, density_j, kinematic_viscosity_i, kinematic_viscosity_j):
@@ -64,7 +64,7 @@ class ShearViscosity(Effect):
 
     def timestep(self, xp, fluid):
         """Momentum diffuses over the smoothing length: h^2/(8 nu)."""
-        return STEP_PART * fluid.smoothing_length**2 / xp.maximum(self.kinematic_viscosity, 1e-300)
+        return DIFFUSION_PART * fluid.smoothing_length**2 / xp.maximum(self.kinematic_viscosity, 1e-300)
 
     def affine_force(self, body):
         """V F^-T."""

@@ -4,6 +4,7 @@ Considered are what the model has that needs no numbers, and the scene's [candid
 tests/physics/test_effects_auto.py.
 """
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Any
@@ -67,8 +68,9 @@ def told(size: Size, accuracy: float) -> str:
         against = f"within a factor {MARGIN:g} of"
     than = "" if against.startswith("within") else " than"
     change = "all" if size.change >= 1.0 else f"{size.change:.2g}"
+    number = f"{size.number:.2g}" if math.isfinite(size.number) else "beyond all bounds"
     return (
-        f"{size.name} is {size.number:.2g}; without it observables would change by {change}, {against}{than} the "
+        f"{size.name} is {number}; without it observables would change by {change}, {against}{than} the "
         f"{accuracy:g} asked ({size.formula}; {size.source})"
     )
 

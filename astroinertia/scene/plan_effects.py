@@ -3,6 +3,8 @@
 Tests: tests/unit/test_sizes.py.
 """
 
+import math
+
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
 from astroinertia.effects.sizes import MARGIN, effect_size
@@ -51,7 +53,9 @@ def numbers_told(scene: Scene) -> list[Told]:
     """The characteristic numbers that the scene tells, and what the program leaves out although it may count."""
     body = characteristic(scene)
     lines: list[Told] = [
-        (label, f"{value:.3g}", "") for name, label in NUMBERS.items() if (value := getattr(body, name)) is not None
+        (label, f"{value:.3g}" if math.isfinite(value) else "beyond all bounds", "")
+        for name, label in NUMBERS.items()
+        if (value := getattr(body, name)) is not None
     ]
     lines += [
         (f"tide of {other.name}", f"{tidal_parameter(body, other.mass, other.distance):.3g}", "(M'/M) (R/a)^3")

@@ -14,15 +14,15 @@ from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.scene.problems import Problem
 from astroinertia.scene.quantities import quantity_of
 from astroinertia.scene.schema import Scene, Units
-from astroinertia.units import DIMENSIONLESS, DIMENSIONS, CodeUnits
+from astroinertia.units import DIMENSIONLESS, DIMENSIONS, CodeUnits, Dimension, pressure_constant_dimension
 
 LARGEST = 1e35  # of a number in code units
 SMALLEST = 1e-35  # of one that must be positive: others may be zero, so that what is as good as zero does no harm
-LARGEST_UNIT, SMALLEST_UNIT = 1e45, 1e-45  # of mass, length and time, in SI: from electrons to clusters of galaxies
+LARGEST_UNIT, SMALLEST_UNIT = 1e48, 1e-48  # of mass, length and time, in SI: from electrons to clusters of galaxies
 _ROCK = 5e3  # kg/m3: what sets the unit of length of a planet whose radius is not known before it is solved for
 
 Path = tuple[str | int, ...]
-Number = tuple[Path, float, str, bool]  # where, its value, dimension, and whether it must be positive
+Number = tuple[Path, float, str | Dimension, bool]  # where, its value, dimension, and whether it must be positive
 
 
 def code_units(scene: Scene) -> CodeUnits:
@@ -54,7 +54,7 @@ def refuse_extremes(scene: Scene) -> None:
                 f"{LARGEST_UNIT:g}.",
                 table=True,
             )
-    for path, value, dimension, positive in (*_numbers(scene), *_of_effects(scene)):
+    for path, value, dimension, positive in (*_numbers(scene), *_constants(scene), *_of_effects(scene)):
         size = abs(value) / units.unit(dimension)
         if size > LARGEST or (positive and size < SMALLEST):
             bound = f"at most {LARGEST:g}" if size > LARGEST else f"at least {SMALLEST:g}"
@@ -76,6 +76,22 @@ def _within(value: Any, path: Path, quantity: Any) -> Iterator[Number]:
             yield from _within(item, (*path, key), quantity)
     elif quantity is not None and isinstance(value, float):
         yield path, value, quantity.dimension, quantity.sign == "positive"
+
+
+def _constants(scene: Scene) -> Iterator[Number]:
+    """K and entropies, whose dimension is that of their exponent."""
+    fluid: Any = scene.equation_of_state
+    if fluid is None:
+        return
+    constant, entropy = getattr(fluid, "constant", None), scene.body.entropy
+    if isinstance(constant, float):
+        exponent = {"hybrid": "gamma_1", "piecewise_polytropic": "gammas"}.get(fluid.kind, "gamma")
+        gamma = getattr(fluid, exponent)
+        dimension = pressure_constant_dimension(gamma[0] if isinstance(gamma, tuple) else gamma)
+        yield ("equation_of_state", "constant"), constant, dimension, True
+    if entropy is not None:
+        gamma = fluid.gamma_thermal if fluid.kind == "hybrid" else fluid.gamma
+        yield ("body", "entropy"), entropy, pressure_constant_dimension(gamma), False
 
 
 def _of_effects(scene: Scene) -> Iterator[Number]:

@@ -44,8 +44,10 @@ class Columns:
         known = self.required + self.optional
         missing = [name for name in self.required if name not in names]
         unknown = [name for name in names if name not in known]
-        if missing or unknown or len(set(names)) != len(names):
-            wrong = f"lacks {', '.join(missing)}" if missing else f"has unknown or repeated columns {unknown[:4]!r:.80}"
+        repeated = sorted({name for name in names if names.count(name) > 1})
+        if missing or unknown or repeated:
+            kind, odd = ("unknown columns", unknown) if unknown else ("columns more than once, namely", repeated)
+            wrong = f"lacks {', '.join(missing)}" if missing else f"has {kind} {shown(', '.join(odd[:4]), 80)}"
             has = f"its columns are {', '.join(self.required)} and maybe {', '.join(self.optional)}"
             raise SceneError(f"{self.what} {path} {wrong}; {has}")
 

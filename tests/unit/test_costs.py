@@ -334,3 +334,20 @@ def test_plan_tells_costs(tmp_path, capsys):
     out = " ".join(capsys.readouterr().out.split())
     assert "cost" in out and "wall time" in out and "in the run's folder" in out
     assert out.count(" memory ") == 1
+
+
+def test_drag_and_diffusion_limit_the_steps_that_are_planned() -> None:
+    """Steps are then as many as these limits of the effects ask for, whatever sound does."""
+    damped = predicted(text=f"{STAR}\n[effects.damping]\ntime_scale = 1e-9\n")
+    assert damped.steps == pytest.approx(4.0 / (0.3 * 1e-9), rel=1e-3)
+    thick = [
+        predicted(text=f"{STAR}\n[effects.shear_viscosity]\nkinematic_viscosity = {nu}\n").steps for nu in (1e3, 1e4)
+    ]
+    assert thick[1] == pytest.approx(10.0 * thick[0], rel=1e-3)
+
+
+def test_no_number_of_steps_is_claimed_of_a_collapse_that_nothing_stops() -> None:
+    text = STAR.replace('kind = "ideal"\ngamma = 1.6666666666666667', 'kind = "isothermal"\nsound_speed = 0.05')
+    scene = load.loads(text.replace('kind = "polytrope"\nindex = 1.5', 'kind = "uniform"\npressure_fraction = 0.01'))
+    assert predict(scene, machine.shipped()) is None
+    assert told.lines(scene, None)[0].value == "not known"

@@ -63,7 +63,7 @@ def with_one(name, row, value):
 
 BAD = {
     "missing column": (without("pressure"), "lacks pressure"),
-    "unknown column": ({**COLUMNS, "colour": COLUMNS["density"]}, "unknown or repeated columns"),
+    "unknown column": ({**COLUMNS, "colour": COLUMNS["density"]}, "has unknown columns colour"),
     "not finite": (with_one("pressure", 3, np.nan), "pressure of row 4 is not finite"),
     "negative density": (with_one("density", 0, -1.0), "density of row 1 is not positive"),
     "no grid": ({key: column[:-1] for key, column in COLUMNS.items()}, "is no grid"),
