@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from astroinertia.scene.schema import Scene
     from astroinertia.scene.sweep import Sweep
 
-GOOD, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+GOOD, FAILED, BAD_INPUT, UNCLOSED, INTERRUPTED = 0, 1, 2, 3, 130
 
 
 class _Console(Console):
@@ -60,7 +60,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 130 stopped before its end."""
+    """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 3 not closed, 130 stopped."""
     try:
         options = _parser().parse_args(arguments)
         requirements.check()
@@ -324,14 +324,15 @@ def _sweep(sweep: "Sweep", folder: Path, options: argparse.Namespace, deadline: 
 
 
 def _finished(result: Path, folder: Path) -> int:
-    from astroinertia import dataset, dataset_resolution
+    from astroinertia import dataset, dataset_ledger, dataset_resolution
 
     attrs = dataset.open(result).attrs
-    for told in (dataset_resolution.told(attrs), cli_calibrate.compared(attrs)):
+    unclosed = dataset_ledger.told(attrs)
+    for told in (dataset_resolution.told(attrs), unclosed, cli_calibrate.compared(attrs)):
         if told:
             print(told)
     print(f"wrote {result}; look at it with: astroinertia show {folder}")
-    return GOOD
+    return UNCLOSED if unclosed else GOOD
 
 
 def _show(options: argparse.Namespace) -> int:

@@ -10,8 +10,9 @@ from contextlib import contextmanager
 from astroinertia.errors import ArchiveWarning, RunInterrupted, SceneError, SceneWarning
 
 EXIT_CODES = (
-    "Exit codes: 0, the run has ended and its file is written; 1, it failed; 2, bad input; 130, it was stopped before "
-    "its end by Ctrl-C, SIGTERM, SIGUSR1 or --max-wall, everything is sealed, and `astroinertia resume` goes on."
+    "Exit codes: 0, the run has ended and its file is written; 1, it failed; 2, bad input; 3, it has ended and its "
+    "file is written, but its ledger or its energy does not close within bounds, which it names; 130, it was stopped "
+    "before its end by Ctrl-C, SIGTERM, SIGUSR1 or --max-wall, everything is sealed, and `astroinertia resume` goes on."
 )
 
 

@@ -162,7 +162,7 @@ def verdict(report: Report, tolerances: Tolerances, count: int, rotational_share
 
 
 def _descend(problem, state, arrangement, target_density, rotation, tolerances, max_steps, listener) -> Relaxed:
-    order, mass = np.asarray(state.identity), np.asarray(state.mass)
+    order = np.asarray(state.identity)
     centre = _centre(state)
     size = _size(state)
     move, since = np.zeros_like(state.position), 0
