@@ -110,6 +110,11 @@ class Archive:
         """What `create` was given."""
         return self._manifest["metadata"]
 
+    def describe(self, further: Mapping[str, Any]) -> None:
+        """Add plain data (JSON) to what `create` was given."""
+        self.must_be_writable()
+        self._commit({**self._manifest, "metadata": {**self.metadata, **further}})
+
     @property
     def segments(self) -> int:
         """Number of sealed files of output."""

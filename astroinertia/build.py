@@ -2,6 +2,7 @@
 
 import importlib
 import platform
+import warnings
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Annotated, Any
@@ -10,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from astroinertia.archive import Archive
 from astroinertia.effects import catalogue
-from astroinertia.errors import ArchiveError
+from astroinertia.errors import ArchiveError, ArchiveWarning
 from astroinertia.manifest import complaint
 from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
@@ -140,14 +141,35 @@ def metadata(scene: Scene) -> dict[str, Any]:
         },
         **({"regions": regions_told(scene)} if scene.regions else {}),
         **({"choice": dict(scene.choice)} if scene.choice else {}),
-        "versions": {
-            "python": platform.python_version(),
-            **{
-                name: version(name)
-                for name in ("numpy", "numba", "jax", "diffrax", "rebound", "xarray", "netCDF4", "astropy")
-            },
-        },
+        "versions": versions(),
     }
+
+
+def versions() -> dict[str, str]:
+    """Of Python and of what decides a run's numbers, here and now."""
+    names = ("numpy", "numba", "jax", "diffrax", "rebound", "xarray", "netCDF4", "astropy")
+    return {"python": platform.python_version(), **{name: version(name) for name in names}}
+
+
+def note_versions(archive: Archive) -> None:
+    """Where a run that is not finished goes on with other versions than so far, say so and add them to its description.
+
+    ArchiveWarning names what has changed; `resumed_versions` lists what the run went on with, one after the other.
+    """
+    told = archive.metadata
+    since = told.get("resumed_versions")
+    since = since if isinstance(since, list) else []
+    before, now = ([told.get("versions"), *since])[-1], versions()
+    if archive.finished is not None or not isinstance(before, dict) or before == now:
+        return
+    changed = [f"{name} {before.get(name, 'unknown')} to {now[name]}" for name in now if before.get(name) != now[name]]
+    archive.describe({"resumed_versions": [*since, now]})
+    warnings.warn(
+        f"{archive.folder} goes on with other versions than so far ({', '.join(changed)}): from here on it is not bit "
+        "for bit what it would have been; both are recorded.",
+        ArchiveWarning,
+        stacklevel=2,
+    )
 
 
 def _reference_radius(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> float | None:

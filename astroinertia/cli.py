@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from astroinertia.scene.schema import Scene
     from astroinertia.scene.sweep import Sweep
 
-GOOD, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, cli_stop.INTERRUPTED
+GOOD, FAILED, BAD_INPUT, UNCLOSED, INTERRUPTED = 0, 1, 2, 3, cli_stop.INTERRUPTED
 SHOWN_CURSOR = b"\x1b[?25h\r\n"  # bars and spinners hide it
 KEPT = "interrupted; what is done is kept: go on with the same command."
 
@@ -69,7 +69,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 130 stopped before its end.
+    """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 3 not closed, 130 stopped.
 
     A signal where nothing is to be sealed, or a second one, ends the process at once, with 128 and its number.
     """
@@ -362,14 +362,15 @@ def _sweep(sweep: "Sweep", folder: Path, options: argparse.Namespace, deadline: 
 
 
 def _finished(result: Path, folder: Path) -> int:
-    from astroinertia import dataset, dataset_resolution
+    from astroinertia import dataset, dataset_ledger, dataset_resolution
 
     attrs = dataset.open(result).attrs
-    for told in (dataset_resolution.told(attrs), cli_calibrate.compared(attrs)):
+    unclosed = dataset_ledger.told(attrs)
+    for told in (dataset_resolution.told(attrs), unclosed, cli_calibrate.compared(attrs)):
         if told:
             _say(told)
     _say(f"wrote {result}; look at it with: astroinertia show {folder}")
-    return GOOD
+    return UNCLOSED if unclosed else GOOD
 
 
 def _show(options: argparse.Namespace) -> int:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.text import Text
 
+from astroinertia.dataset_ledger import doubtful
+
 if TYPE_CHECKING:
     from astroinertia.run import Progress
 
@@ -37,6 +39,7 @@ class Meter:
             "densest": f"{progress.density_max:.3g}",
         }
         told = [f"{name} {value}" for name, value in shown.items() if value != "nan"]
+        told += filter(None, [doubtful(progress.ledger_closure, progress.energy_error)])
         told += [f"step limited by {progress.limited_by}"] if progress.limited_by else []
         if math.isfinite(progress.planned_steps):
             told += [f"WARNING: the plan was about {progress.planned_steps:.3g} steps"]

@@ -16,6 +16,7 @@ import xarray as xr
 from astroinertia import dataset_files, trailer
 from astroinertia.archive import MANIFEST, SWEEP, Archive, file_of_sweep
 from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE, derived_quantities
+from astroinertia.dataset_ledger import ledger_warnings
 from astroinertia.dataset_regions import QUANTITIES as REGIONAL
 from astroinertia.dataset_regions import regional_quantities
 from astroinertia.dataset_resolution import resolution_warnings
@@ -141,6 +142,7 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     tolerance, radius = gap_tolerance(metadata), metadata.get("reference_radius")
     absent, skipped = metadata.get("absent", {}), metadata.get("skipped_effects", {})
     values = {name: np.asarray(array) for name, array in series.items()}
+    unclosed = ledger_warnings(values, effects)
     values |= derived_quantities(values, tolerance, radius)
     regions = metadata.get("regions", {})
     if regions:
@@ -206,6 +208,8 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     attrs = global_attributes(metadata, units, frame)
     if warnings := resolution_warnings(series, metadata.get("neighbours")):
         attrs["resolution_warnings"] = "\n".join(warnings)
+    if unclosed:
+        attrs["ledger_warnings"] = "\n".join(unclosed)
     return xr.Dataset(variables, coords=coords, attrs=attrs)
 
 

@@ -13,7 +13,7 @@ import xarray as xr
 
 from astroinertia import dataset, interrupts
 from astroinertia.archive import Archive, final_name, refuse_if_taken
-from astroinertia.build import Prepared, metadata, prepare, restore, scene_of, told_by
+from astroinertia.build import Prepared, metadata, note_versions, prepare, restore, scene_of, told_by
 from astroinertia.costs import experience, machine
 from astroinertia.costs.prediction import predict
 from astroinertia.engines import hosts
@@ -124,6 +124,8 @@ def resume(
     begun = clock.monotonic()
     opened = hosts.first_then_others(lambda: Archive.open(folder), lambda: Archive.view(folder))
     with jax.enable_x64(True), opened, shared_out(scene_of(opened).numerics.devices):
+        if hosts.is_first():
+            note_versions(opened)
         archive = opened if hosts.is_first() else Unwritten(folder, opened.metadata)
         return _Run(restore(opened), archive, listener, begun, deadline).finish(completed)
 

@@ -92,6 +92,8 @@ class Particles:
             self.state, self.arrangement = sph.rearranged(self.problem, self.state)
         dt = float(self.state.rates.timestep)
         if not dt > SMALLEST_STEP * self.end:
+            if math.isnan(dt):
+                raise self._diagnosis("the time step is not a number, for the state is no longer finite")
             raise self._too_short(f"the time step fell to {dt:.2e} of a run of {self.end:.2e}")
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             if self.base_step is not None:

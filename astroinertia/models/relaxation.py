@@ -25,6 +25,7 @@ from astroinertia.models import sph
 from astroinertia.models.sph import Problem
 from astroinertia.sph.rotation import law_of, rotation_velocity
 
+APART = 10.0  # times its size at the start: a body that is larger does not come back
 _COURANT = 0.8  # of h/(c + sqrt(h |a|)); twice as much is unstable
 _MOST_INERTIA = 0.9  # share of a move that is kept for the next
 _LARGEST_MOVE = 0.15  # of a smoothing length a step
@@ -54,7 +55,7 @@ class Report:
 
     residual: rms net acceleration over rms gravity; density_error: rms relative difference from the target density over
     the inner half of the mass (NaN without a target); centre_shift: of the centre of mass, over the rms radius; virial:
-    |2T + W + 3 sum m P/rho| / |W|; rate: the rotation rate on the axis.
+    |2T + W + 3 sum m P/rho| / |W|; rate: the rotation rate on the axis; growth: of the rms radius since the start.
     """
 
     steps: int
@@ -63,6 +64,7 @@ class Report:
     centre_shift: float
     virial: float
     rate: float
+    growth: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -141,6 +143,10 @@ def relax(
 
 def verdict(report: Report, tolerances: Tolerances, count: int, rotational_share: float = 0.0) -> str:
     """Return what is wrong with a relaxed body of `count` particles, in a few words, or "" if nothing is."""
+    if not report.growth < APART:
+        if rotational_share > 0.0:
+            return "it sheds mass: it turns too fast for gravity to hold it, and slower rotation would be right"
+        return "it flies apart: gravity does not hold it against its pressure, and less pressure would be right"
     density = 0.25 * (1000 / count) ** 0.4 if tolerances.density_error is None else tolerances.density_error
     density += tolerances.rotation_allowance * rotational_share
     limits = {
@@ -156,18 +162,20 @@ def verdict(report: Report, tolerances: Tolerances, count: int, rotational_share
 
 
 def _descend(problem, state, arrangement, target_density, rotation, tolerances, max_steps, listener) -> Relaxed:
-    order, mass = np.asarray(state.identity), np.asarray(state.mass)
+    order = np.asarray(state.identity)
     centre = _centre(state)
-    size = math.sqrt(mass @ ((np.asarray(state.position) - centre) ** 2).sum(axis=1) / mass.sum())
+    size = _size(state)
     move, since = np.zeros_like(state.position), 0
     report = None
     for step in range(max_steps + 1):
         forces = _forces(problem, state, centre, rotation)
         moved = np.linalg.norm(_centre(state) - centre) / size
-        report = _report(step, problem, state, forces, target_density, float(moved))
+        report = _report(step, problem, state, forces, target_density, float(moved), _size(state) / size)
         if listener is not None:
             listener(report)
         if report.residual < tolerances.residual or not math.isfinite(report.residual) or step == max_steps:
+            break
+        if not report.growth < APART:
             break
         if np.einsum("i,ij,ij->", state.mass, move, forces.net) < 0:
             move, since = np.zeros_like(move), 0
@@ -199,6 +207,12 @@ class _Forces:
 
 def _centre(state: State) -> np.ndarray:
     return np.asarray(state.mass @ state.position / state.mass.sum())
+
+
+def _size(state: State) -> float:
+    """The rms distance from the centre of mass."""
+    squared = ((np.asarray(state.position) - _centre(state)) ** 2).sum(axis=1)
+    return math.sqrt(state.mass @ squared / state.mass.sum())
 
 
 def _forces(problem: Problem, state: State, centre: np.ndarray, rotation: Rotation | None) -> _Forces:
@@ -245,7 +259,7 @@ def _next_move(state: State, forces: _Forces, move: np.ndarray, inertia: float) 
     return move - state.mass @ move / state.mass.sum()
 
 
-def _report(step, problem, state, forces, target_density, moved) -> Report:
+def _report(step, problem, state, forces, target_density, moved, growth) -> Report:
     mass, fluid = np.asarray(state.mass), state.rates.fluid
     rms = [math.sqrt(mass @ (a**2).sum(axis=1)) for a in (forces.net, forces.gravity)]
     error = math.nan
@@ -267,6 +281,7 @@ def _report(step, problem, state, forces, target_density, moved) -> Report:
         centre_shift=moved,
         virial=abs(2 * kinetic + weight + pressure) / abs(weight),
         rate=forces.rate,
+        growth=growth,
     )
 
 

@@ -115,7 +115,7 @@ def _rates(count: int) -> Any:
     moments, gravity, reaction = masses + count, masses + count + 3, masses + count + 4
     length = reaction + 1
 
-    @numba.cfunc(_SIGNATURE)
+    @numba.cfunc(_SIGNATURE, cache=True)
     def rates(_, pointer_to_rates, pointer_to_state, time):
         rate, given = carray(pointer_to_rates, length), carray(pointer_to_state, length)
         rate[:] = 0.0

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from astroinertia import dataset_ledger
 from astroinertia.dataset_resolution import told
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.plots.error_bars import known_bars
@@ -50,6 +51,7 @@ def summary(dataset: xr.Dataset) -> str:
     True True
     """
     parts = [heading(dataset), *(table.text() for table in tables(dataset)), told(dataset.attrs)]
+    parts.append(dataset_ledger.told(dataset.attrs))
     return "\n\n".join(part for part in parts if part)
 
 

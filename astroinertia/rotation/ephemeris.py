@@ -207,7 +207,10 @@ def _table(
 
 def _refuse_more(size: float, halvings: int, error: float, allowed: float) -> None:
     if halvings > _MOST_HALVINGS or not np.isfinite(error):
-        raise NumericalError(f"the polynomials miss the orbits by {error:.1e} of the distance, not by {allowed:.1e}")
+        raise NumericalError(
+            f"the orbits cannot be tabulated to {allowed:.1e} of the distance: even pieces of 1/{2**halvings} of those "
+            "that usually suffice are not smooth enough (bodies that meet, or a shortest period far below the others)"
+        )
     if size > _MOST_BYTES:
         raise NumericalError(f"the table of the orbits would outgrow {_MOST_BYTES:.0e} bytes: take a shorter time")
 

@@ -111,6 +111,21 @@ def test_imposed_entropies_bring_a_body_of_the_wrong_size_back():
     assert moment == pytest.approx(profiles.polytrope(3.0).second_moment, rel=0.15)
 
 
+def test_a_body_that_turns_too_fast_is_said_to_shed_mass():
+    """It was said that its centre of mass had moved by 4e23 of its size, after 2000 steps and overflows."""
+    mass, position, entropy, target = _start(1.0, 100)
+    rotation = Rotation("rate", 3.0)  # of sqrt(G M / R^3): gravity holds nothing at its equator
+    with pytest.raises(NumericalError, match=r"brought to equilibrium: it sheds mass.*slower rotation would be right$"):
+        relaxation.relax(polytrope_problem(1.0, 100), mass, position, entropy, rotation=rotation, **target)
+
+
+def test_a_body_whose_pressure_is_too_great_is_said_to_fly_apart():
+    mass, position, entropy, target = _start(1.0, 100)
+    problem = replace(polytrope_problem(1.0, 100), equation_of_state=eos.ideal(1.2))
+    with pytest.raises(NumericalError, match=r"it flies apart.*less pressure would be right$"):
+        relaxation.relax(problem, mass, position, 1e3 * entropy, **target)
+
+
 def test_too_few_steps_are_not_enough():
     with pytest.raises(NumericalError, match=r"net acceleration is still .* after 5 steps"):
         relaxed(1.5, 300, max_steps=5)
@@ -124,6 +139,8 @@ def test_too_few_steps_are_not_enough():
         ({"density_error": 1.0}, "density is off by 100%"),
         ({"centre_shift": 0.5}, "centre of mass moved by 0.5"),
         ({"virial": 0.3}, "virial theorem"),
+        ({"growth": 12.0}, "flies apart"),
+        ({"growth": float("nan")}, "flies apart"),
     ],
 )
 def test_every_figure_of_the_verdict_counts(change, complaint):

@@ -121,5 +121,5 @@ def test_what_cannot_be_tabulated_is_refused():
         ephemeris(bodies, 0.0)
     with pytest.raises(ValueError, match="needs a companion"):
         ephemeris(simulation(1.0, []), 1.0)
-    with pytest.raises(NumericalError, match="miss the orbits by"):
+    with pytest.raises(NumericalError, match=r"cannot be tabulated to 1\.0e-18 of the distance"):
         ephemeris(bodies, 1.0, tolerance=1e-18)

@@ -1,5 +1,6 @@
 """What stops a run before its end: it is sealed, told how to go on, and goes on bit for bit."""
 
+import json
 import os
 import re
 import signal
@@ -11,10 +12,10 @@ import pytest
 import xarray as xr
 
 import astroinertia
-from astroinertia import cli, cli_stop, dataset, interrupts, run
+from astroinertia import build, cli, cli_stop, dataset, interrupts, run
 from astroinertia.archive import Archive
 from astroinertia.cli import main
-from astroinertia.errors import RunInterrupted
+from astroinertia.errors import ArchiveWarning, RunInterrupted
 from astroinertia.integrate import adaptive
 from astroinertia.models import rigid_evolution
 from astroinertia.models.ellipsoid import Ellipsoid
@@ -349,3 +350,22 @@ def test_a_clock_that_is_set_back_changes_nothing(tmp_path, whole, monkeypatch):
     with pytest.raises(RunInterrupted):
         run.run_scene(scene(), tmp_path / "run", lambda _: os.kill(os.getpid(), signal.SIGTERM))
     assert same(astroinertia.open(astroinertia.resume(tmp_path / "run")), whole)
+
+
+def test_a_run_that_goes_on_with_other_versions_says_so_and_records_both(tmp_path):
+    def stop(progress):
+        raise RunInterrupted(tmp_path, progress.time, progress.end)
+
+    with pytest.raises(RunInterrupted):
+        astroinertia.run_scene(scene(), tmp_path / "parts", stop)
+    now = build.versions()
+    before = now | {"numba": "0.1", "jax": "0.2"}
+    with Archive.open(tmp_path / "parts") as archive:
+        archive.describe({"versions": before})
+    with pytest.warns(
+        ArchiveWarning, match=rf"other versions.*numba 0\.1 to {now['numba']}, jax 0\.2 to {now['jax']}\)"
+    ):
+        finished = astroinertia.resume(tmp_path / "parts")
+    attrs = astroinertia.open(finished).attrs
+    assert json.loads(attrs["versions"]) == before and json.loads(attrs["resumed_versions"]) == [now]
+    assert astroinertia.resume(tmp_path / "parts") == finished  # without a word: it has nothing to do

@@ -1,0 +1,93 @@
+"""A run whose ledger or energy does not close says so: in its file, while it goes, in its summary and exit code."""
+
+from io import StringIO
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+import astroinertia
+from astroinertia import plots
+from astroinertia.cli import main
+from astroinertia.cli_meter import Meter
+from astroinertia.dataset_ledger import CLOSURE, ENERGY, MISMATCH, doubtful, ledger_warnings, told
+from astroinertia.run import Progress
+from tests.sims import SIMS
+
+EFFECTS = ("gravity", "companions")
+
+
+def records(closure=1e-13, mismatch=1e-4, energy=5e-3) -> dict[str, np.ndarray]:
+    """Of three outputs, the figures in the middle one; energies are 2 at most."""
+    peak = np.array([0.0, 1.0, 0.0])
+    return {
+        "ledger_closure": np.array([0.0, closure, 0.0]),
+        "virial_mismatch": np.outer(peak, [1e-15, mismatch]),
+        "integration_energy_error": -2.0 * energy * peak,
+        "kinetic_energy": np.array([1.0, 1.0, 0.5]),
+        "gravitational_energy": np.array([-1.0, -2.0, -1.0]),
+        "internal_energy": np.full(3, np.nan),
+    }
+
+
+def test_what_shipped_scenes_and_models_without_a_ledger_record_is_no_doubt():
+    assert ledger_warnings(records(), EFFECTS) == []
+    assert ledger_warnings({name: np.full_like(array, np.nan) for name, array in records().items()}, EFFECTS) == []
+    assert ledger_warnings({}, EFFECTS) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"closure": 97.0}, ("does not close", "97")),
+        ({"closure": 2 * CLOSURE}, ("does not close", "2e-06")),
+        ({"closure": np.inf}, ("does not close", "inf")),
+        ({"mismatch": 475.0}, ("virial tensor of companions is off by 4.8e+02",)),
+        ({"mismatch": 2 * MISMATCH}, ("virial tensor of companions",)),
+        ({"energy": 2 * ENERGY}, ("lost or made 0.1 of the largest energy",)),
+    ],
+)
+def test_each_figure_beyond_its_bound_is_named(change, words):
+    (sentence,) = ledger_warnings(records(**change), EFFECTS)
+    assert all(word in sentence for word in words)
+    assert told({"ledger_warnings": sentence}) == f"warning: {sentence}"
+
+
+@pytest.mark.parametrize(
+    ("closure", "error", "expected"),
+    [
+        (1e-12, 1e-2, ""),
+        (np.nan, np.nan, ""),
+        (1.0, 1e-2, "ledger NOT CLOSED"),
+        (1.0, 0.2, "ledger and energy NOT CLOSED"),
+    ],
+)
+def test_the_line_of_a_run_says_it_at_once(closure, error, expected):
+    assert doubtful(closure, error) == expected
+    stream = StringIO()
+    Meter(Console(file=stream, width=300)).tell(Progress(0.0, 1.0, 7, 1.0, error, closure, 1.0))
+    assert ("NOT CLOSED" in stream.getvalue()) == bool(expected) and expected in stream.getvalue()
+
+
+@pytest.mark.slow
+def test_a_companion_inside_the_star_ends_with_the_exit_code_of_a_ledger_that_does_not_close(tmp_path, capsys):
+    """A live companion at 1e-10 of the radius: a mismatch of hundreds ended with exit code 0 and without a word."""
+    settings = ("body.particles=64", "body.relax=false", "body.placement=lattice", "time.max_steps=3")
+    changed = [part for setting in settings for part in ("--set", setting)]
+    command = ["run", str(SIMS / "star_and_companion.toml"), *changed]
+    assert main([*command, "--output", str(tmp_path / "apart")]) == 0
+    capsys.readouterr()
+    inside = tmp_path / "inside"
+    assert main([*command, "--set", "companions.0.semi_major_axis=1e-10", "--output", str(inside)]) == 3
+    assert "virial tensor of companions is off by" in capsys.readouterr().out
+    opened = astroinertia.open(inside)
+    assert float(opened.virial_mismatch.sel(effect="companions").max()) > 1.0
+    assert opened.attrs["ledger_warnings"] in plots.summary(opened).replace("warning: ", "")
+    assert main(["resume", str(inside)]) == 3
+
+
+@pytest.mark.parametrize("command", ["run", "resume"])
+def test_help_says_what_the_exit_code_means(command, capsys):
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    assert "3, it has ended and its file is written, but its ledger" in " ".join(capsys.readouterr().out.split())
