@@ -3,7 +3,6 @@
 import math
 import time as clock
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -94,9 +93,7 @@ def run_prepared(
 
 def _predicted(scene: Scene) -> dict[str, float]:
     """What the run is expected to take, for its file: seconds, those of them after its preparation, bytes, steps."""
-    found = None
-    with suppress(ArithmeticError, ValueError):  # a body at the edge of what numbers hold is still to be run
-        found = predict(scene, machine.known())
+    found = predict(scene, machine.known())
     if found is None:
         return {}
     told = {
@@ -197,10 +194,14 @@ class _Run:
         if self.output.align or self.body.meets_times:
             until = min(until, self._next("series"))
         try:
-            self.body.advance(until)
+            self.body.advance(until, self._pause)
         except NumericalError as error:
             self._keep_what_there_is()
             raise self._in_si(error) from None
+
+    def _pause(self) -> bool:
+        self._tell(force=False)
+        return self._ended() or self._cause() is not None
 
     def _keep_what_there_is(self) -> None:
         # What was recorded before a body left the numbers is what its user wants to look at.

@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 
 SMALLEST, LARGEST = 1e-3, 1e3  # of the size at first: what is smaller has fallen together, what is larger is gone
 LONGEST = 15.0  # 1/frequency: what is slower than that is followed by what it does until then
+FASTER = 100.0  # times as fast may the motion with other forces be, before what is followed is shortened for it
 _MOMENTS = 400  # at which motions are compared
 
 
@@ -51,10 +52,13 @@ class Motion:
 
 def motion(zone: Zone, end: float) -> Motion:
     """The zone from size 1 until `end`."""
+    # In the zone's own time, so that errors mean the same at any rate.
+    rate = zone.frequency or 1.0
+    weight, pressure, turning = (force / rate / rate for force in (zone.weight, zone.pressure, zone.turning))
 
     def slope(_: float, state: np.ndarray) -> np.ndarray:
         s = max(state[0], 0.1 * SMALLEST)
-        force = zone.turning / s**3 - zone.weight / s**2 + zone.pressure * s ** (2.0 - 3.0 * zone.gamma)
+        force = turning / s**3 - weight / s**2 + pressure * s ** (2.0 - 3.0 * zone.gamma)
         return np.array([state[1], force])
 
     def small(_: float, state: np.ndarray) -> float:
@@ -66,15 +70,15 @@ def motion(zone: Zone, end: float) -> Motion:
     small.terminal = large.terminal = True  # type: ignore[attr-defined]
     found = solve_ivp(
         slope,
-        (0.0, end),
-        [1.0, zone.expansion],
+        (0.0, rate * end),
+        [1.0, zone.expansion / rate],
         "DOP853",
-        np.linspace(0.0, end, _MOMENTS),
+        np.linspace(0.0, rate * end, _MOMENTS),
         rtol=1e-10,
         atol=1e-13,
         events=(small, large),
     )
-    return Motion(found.t, found.y[0], found.y[1])
+    return Motion(found.t / rate, found.y[0], rate * found.y[1])
 
 
 def difference(zone: Zone, end: float, **forces: float) -> float:
@@ -82,8 +86,9 @@ def difference(zone: Zone, end: float, **forces: float) -> float:
 
     Where the run is longer than the motion is followed, small differences go on growing as they did, in proportion.
     """
-    until = _followed(zone, end)
-    with_it, without = motion(zone, until), motion(replace(zone, **forces), until)
+    other = replace(zone, **forces)
+    until = min(_followed(zone, end), FASTER * _followed(other, end))
+    with_it, without = motion(zone, until), motion(other, until)
     last = with_it.time[-1]
     if without.time[-1] < last * (1.0 - 1e-9) or (last < until * (1.0 - 1e-9) and with_it.speed[-1] < 0.0):
         return 1.0  # without it the body falls together, or is gone; or it falls so far that all counts

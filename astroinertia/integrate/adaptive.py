@@ -10,7 +10,8 @@ import jax.numpy as jnp
 
 Tree = Any
 
-MOST_STEPS = 4_000_000  # of one call: some ten seconds of work, and then it says that it failed
+MOST_STEPS = 4_000_000  # from one record to the next
+STEPS_AT_ONCE = 10_000  # between two looks at whoever waits: at most some seconds of work
 SHORTEST = 1e-14  # of a step, as a share of the time: round-off
 WHOLE = 0.99  # of what is left, beyond which a first step takes all of it
 
@@ -19,7 +20,8 @@ class Advanced(NamedTuple):
     """Where an integration ended: the state and the time there.
 
     timestep is the mean length of a step, with which the next call may begin, steps their number, rejected ones
-    included; `stopped` says that the condition ended it, `failed` that it took too many steps or one of no length.
+    included; `stopped` says that the condition ended it, `unfinished` that it took all the steps that it was allowed,
+    `failed` that it took one of no length.
     """
 
     state: Tree
@@ -27,10 +29,11 @@ class Advanced(NamedTuple):
     timestep: jax.Array
     steps: jax.Array
     stopped: jax.Array
+    unfinished: jax.Array
     failed: jax.Array
 
 
-@partial(jax.jit, static_argnames=("rate", "condition"))
+@partial(jax.jit, static_argnames=("rate", "condition", "most_steps"))
 def advance(
     rate: Callable[[Any, Tree, Any], Tree],
     arguments: Any,
@@ -41,6 +44,7 @@ def advance(
     relative: float = 1e-13,
     absolute: float = 1e-14,
     condition: Callable[[Any, Tree, Any], Any] | None = None,
+    most_steps: int = MOST_STEPS,
 ) -> Advanced:
     """The state, a pytree of float64 arrays, at `until`, of d state/dt = rate(time, state, arguments).
 
@@ -63,7 +67,7 @@ def advance(
         y0=state,
         args=arguments,
         stepsize_controller=diffrax.PIDController(rtol=relative, atol=absolute, dtmin=shortest, force_dtmin=False),
-        max_steps=MOST_STEPS,
+        max_steps=most_steps,
         saveat=diffrax.SaveAt(t1=True),
         adjoint=diffrax.ForwardMode(),
         event=None if condition is None else diffrax.Event(lambda t, y, args, **_: condition(t, y, args)),
@@ -72,11 +76,13 @@ def advance(
     assert solved.ts is not None  # asked for by saveat
     reached = solved.ts[-1]
     stopped = solved.result == diffrax.RESULTS.event_occurred
+    unfinished = solved.result == diffrax.RESULTS.max_steps_reached
     return Advanced(
         state=jax.tree.map(lambda saved: saved[-1], solved.ys),
         time=reached,
         timestep=(reached - time) / jnp.maximum(solved.stats["num_accepted_steps"], 1),
         steps=solved.stats["num_steps"],
         stopped=stopped,
-        failed=~(stopped | (solved.result == diffrax.RESULTS.successful)),
+        unfinished=unfinished,
+        failed=~(stopped | unfinished | (solved.result == diffrax.RESULTS.successful)),
     )

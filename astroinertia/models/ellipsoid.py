@@ -13,7 +13,7 @@ from astroinertia.integrate import adaptive
 from astroinertia.models import affine_body
 from astroinertia.models.affine_body import Problem, State
 from astroinertia.models.ellipsoid_record import energies, ledger_closure, series_record, unaccounted_energy
-from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Record
+from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Pause, Record
 
 ABSOLUTE = 0.1  # absolute error over the relative one, of numbers of order 1
 COLLAPSED = 1e-8  # of the smallest semi-axis at the start: what is thinner counts as a pancake, a spindle or a point
@@ -53,20 +53,32 @@ class Ellipsoid:
         self.largest_inertia = 0.0
         self._note_inertia()
 
-    def advance(self, until: float) -> None:
+    def advance(self, until: float, pause: Pause | None = None) -> None:
         """All the way to `until`; NumericalError where the body collapses, is torn apart, or steps grow too short."""
+        before = self.steps
         with jax.enable_x64(True):
-            found = adaptive.advance(
-                affine_body.scaled_rate, self.problem, affine_body.measured(self.problem, self.state), self.time, until,
-                min(self.timestep, until - self.time), self.tolerance, ABSOLUTE * self.tolerance, affine_body.ended,
-            )  # fmt: skip
-            self.state = affine_body.unmeasured(self.problem, found.state)
-            self.time, self.steps = float(found.time), self.steps + int(found.steps)
-            self.timestep = float(found.timestep)
-            if bool(found.stopped) or bool(found.failed):
-                raise self._diagnosis()
+            while self._part(until):
+                if self.steps - before >= adaptive.MOST_STEPS:
+                    raise self._diagnosis()
+                if pause is not None and pause():
+                    self._note_inertia()
+                    return
         self.time = until
         self._note_inertia()
+
+    def _part(self, until: float) -> bool:
+        """Some steps towards `until`; whether there are more to take."""
+        found = adaptive.advance(
+            affine_body.scaled_rate, self.problem, affine_body.measured(self.problem, self.state), self.time, until,
+            min(self.timestep, until - self.time), self.tolerance, ABSOLUTE * self.tolerance, affine_body.ended,
+            adaptive.STEPS_AT_ONCE,
+        )  # fmt: skip
+        self.state = affine_body.unmeasured(self.problem, found.state)
+        self.time, self.steps = float(found.time), self.steps + int(found.steps)
+        self.timestep = float(found.timestep)
+        if bool(found.stopped) or bool(found.failed):
+            raise self._diagnosis()
+        return bool(found.unfinished)
 
     def record(self, opening_potential: float | None) -> Record:
         """One row of the headline series; the energies of the start are the body's own to remember."""

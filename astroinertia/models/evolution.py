@@ -1,6 +1,6 @@
 """What the run loop, the archive and the progress line need of a model: one body under way, whatever evolves it."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -14,6 +14,10 @@ WITHOUT_PARTICLES: dict[str, str] = {
     ),
     **dict.fromkeys(("core_particles", "jeans_ratio", "smoothing_to_thickness"), "there are no particles"),
 }
+
+
+Pause = Callable[[], bool]
+"""Asked by a long integration between its parts, when its state could be kept: whether it is to stop there."""
 
 
 class Figures(NamedTuple):
@@ -62,8 +66,11 @@ class Evolution(Protocol):
         """Whether a checkpoint taken now is one that can be gone on from bit for bit."""
         ...
 
-    def advance(self, until: float) -> None:
-        """Go on towards a time and never past it; NumericalError, in one sentence, where that cannot be done."""
+    def advance(self, until: float, pause: Pause | None = None) -> None:
+        """Go on towards a time and never past it; NumericalError, in one sentence, where that cannot be done.
+
+        A body that goes all the way asks `pause` now and then, and stays where it is once that says so.
+        """
         ...
 
     def record(self, opening_potential: float | None) -> Record:

@@ -24,6 +24,7 @@ SMALLEST = 1e-6  # of the opening size: a body that falls below this has collaps
 _RELATIVE, _ABSOLUTE = 3e-14, 1e-16
 _SERIES = 0.3  # of the argument of Stumpff's functions, below which their series is used
 _MOST_STEPS = 200_000
+_STEPS_AT_ONCE = 200  # of those in which motions are followed, between two looks at whoever waits
 
 
 class Size(NamedTuple):
@@ -148,7 +149,9 @@ class Kepler:
     def _step_at(self, time: float) -> float:
         """The linear variable at a time after 0, to the last digit: dt/ds is the size itself."""
         last = self._collapse_step() if self.repulsion == 0 and self.attraction > 0 else math.inf
-        low, high = 0.0, min(time / self.scale, last)
+        # Where the body flies apart, time goes with the exponential of the step: a longer one would have no number.
+        slow = 1.0 / math.sqrt(2 * self.energy) if self.energy > 0 else math.inf
+        low, high = 0.0, min(time / self.scale, last, slow)
         while self._moved(high)[1] < time and high < last:
             low, high = high, min(2 * high, last)
         step = float(root_scalar(lambda s: self._moved(s)[1] - time, bracket=(low, high), xtol=1e-300, rtol=1e-14).root)
@@ -253,6 +256,16 @@ class Dynamic:
         place = max(0, int(np.searchsorted([knot[0] for knot in self._knots], time, side="right")) - 1)
         before, state = self._knots[place]
         return state if time == before else self._from(before, state, time)
+
+    def followed(self, time: float, pause: Callable[[], bool]) -> bool:
+        """Whether the motion is known up to a time: it is followed as long as `pause`, asked now and then, lets it."""
+        while self._knots[-1][0] < time and not math.isfinite(self._period):
+            for _ in range(_STEPS_AT_ONCE):
+                if self._knots[-1][0] < time and not math.isfinite(self._period):
+                    self._step()
+            if pause():
+                return False
+        return True
 
     def _slope(self, time: float, state: np.ndarray) -> np.ndarray:
         # The last stage of a step that ends at a break belongs to what holds before it.

@@ -12,7 +12,7 @@ from astroinertia.integrate.leapfrog import State
 from astroinertia.integrate.timestep import limiting
 from astroinertia.models import sph
 from astroinertia.models.checkpoint import flattened
-from astroinertia.models.evolution import TIMESTEP_CRITERIA, Figures, Record
+from astroinertia.models.evolution import TIMESTEP_CRITERIA, Figures, Pause, Record
 from astroinertia.models.series import (
     energy_budget,
     ledger_closure,
@@ -84,7 +84,7 @@ class Particles:
         """Whether particles are about to be sorted anew."""
         return self.base_step is not None or self.steps % STEPS_BETWEEN_SORTS == 0
 
-    def advance(self, until: float) -> None:
+    def advance(self, until: float, pause: Pause | None = None) -> None:
         """One step, or one base step of individual ones, as long as the state allows, but not past `until`."""
         if self.free_fall_factor is not None:
             until = min(until, self.time + self.free_fall_factor / math.sqrt(np.max(self.state.rates.fluid.density)))

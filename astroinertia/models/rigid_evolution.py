@@ -15,7 +15,7 @@ from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
 from astroinertia.integrate import adaptive, rigid_splitting
 from astroinertia.integrate.rigid_splitting import Rotor, in_body
 from astroinertia.models import rigid
-from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Record
+from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Pause, Record
 from astroinertia.models.rigid import Rigid
 from astroinertia.models.rigid_record import RIGIDITY, Ledger, dissipates, ledger
 
@@ -97,7 +97,7 @@ class RigidBody:
         """Time steps since the start; those that the adaptive integrator tried in vain are counted too."""
         return self._steps
 
-    def advance(self, until: float) -> None:
+    def advance(self, until: float, pause: Pause | None = None) -> None:
         """Go all the way to a time, meeting every break of the torques on the way."""
         breaks = {time for effect in self.body.effects for time in effect.breaks(self._time, until)}
         if self.body.change is not None:  # whose curve has a bend at each of its points
@@ -106,7 +106,9 @@ class RigidBody:
             start, body = self._time, self.body
             body = replace(body, effects=tuple(effect.during(start, stop) for effect in body.effects))
             if stop - start > _SHORTEST * abs(stop):  # else two times that are meant to be the same
-                (self._split if self.settings.integrator == "splitting" else self._adapt)(body, stop)
+                turned = self._split if self.settings.integrator == "splitting" else self._adapt
+                if not turned(body, stop, pause):
+                    return
             self._time = stop
             if not np.isfinite(np.asarray(self.state.turning.value)).all():
                 raise NumericalError("the attitude is no longer finite", time=stop)
@@ -180,7 +182,8 @@ class RigidBody:
         total = self._opening["energies"].sum() + found["integration_energy_error"]
         return Figures(float(total), scale, math.nan, math.nan)
 
-    def _split(self, body: Rigid, until: float) -> None:
+    def _split(self, body: Rigid, until: float, pause: Pause | None) -> bool:
+        """Whether it went all the way, or was to pause."""
         free = not body.effects and body.deformability is None
         start, done, steps = self._time, 0, self._steps_to(body, until)
         while done < steps:
@@ -193,8 +196,11 @@ class RigidBody:
             self._timestep, self._time = (stop - self._time) / more, stop
             self._steps, done = self._steps + more, done + more
             before = self._pace
+            if done < steps and pause is not None and pause():
+                return False
             if done < steps and (wanted := self._steps_to(body, until)) and self._pace != before:
                 start, done, steps = stop, 0, wanted
+        return True
 
     def _steps_to(self, body: Rigid, until: float) -> int:
         pace = self._present_pace(body, until)
@@ -213,7 +219,22 @@ class RigidBody:
         sizes = np.asarray(body.change.factor(np.linspace(self._time, until, _SIZES_LOOKED_AT)))
         return pace * float(sizes[0] / sizes.min())
 
-    def _adapt(self, body: Rigid, until: float) -> None:
+    def _adapt(self, body: Rigid, until: float, pause: Pause | None) -> bool:
+        """Whether it went all the way, or was to pause."""
+        before = self._steps
+        while not self._adapted(body, until):
+            if self._steps - before >= adaptive.MOST_STEPS:
+                told = (
+                    f"{adaptive.MOST_STEPS:.0e} steps of the adaptive integrator do not reach the next record: "
+                    "record more often, take the integrator splitting, or the model scaling if only the rate counts"
+                )
+                raise NumericalError(told, time=self._time)
+            if pause is not None and pause():
+                return False
+        return True
+
+    def _adapted(self, body: Rigid, until: float) -> bool:
+        """Some steps of the adaptive integrator; whether they reach the time."""
         momentum_unit, body_unit, energy_unit = self._units
         turning, books = self.state.turning.value, self.state.books.value
         state = {
@@ -225,16 +246,11 @@ class RigidBody:
         first = min(left, self._timestep or _FIRST_STEP / max(self._present_pace(body, until), _FIRST_STEP / left))
         tolerance = self.settings.tolerance
         found = adaptive.advance(
-            rigid.rate, (body, *self._units), state, self._time, until, first, tolerance, tolerance
+            rigid.rate, (body, *self._units), state, self._time, until, first, tolerance, tolerance,
+            most_steps=adaptive.STEPS_AT_ONCE,
         )  # fmt: skip
         if bool(found.failed):
-            told = "the adaptive integrator does not come on"
-            if int(found.steps) >= adaptive.MOST_STEPS:
-                told = (
-                    f"{adaptive.MOST_STEPS:.0e} steps of the adaptive integrator do not reach the next record: "
-                    "record more often, take the integrator splitting, or the model scaling if only the rate counts"
-                )
-            raise NumericalError(told, time=float(found.time))
+            raise NumericalError("the adaptive integrator does not come on", time=float(found.time))
         turning = found.state["turning"]
         turning = jnp.concatenate([turning[:4] / jnp.linalg.norm(turning[:4]), body_unit * turning[4:]])
         state = Rotor(
@@ -246,8 +262,9 @@ class RigidBody:
             state = replace(state, turning=_filled(state.turning.value.at[4:].multiply(right)))
         for _ in range(3):  # from a tenth to round-off: the error left is the square of what it was
             state = _without_carry(rigid_splitting.put_right(state, _MISALIGNED))
-        self.state, self._time = state, until
+        self.state, self._time = state, float(found.time) if bool(found.unfinished) else until
         self._timestep, self._steps = float(found.timestep), self._steps + int(found.steps)
+        return not bool(found.unfinished)
 
     def _strike(self, number: int, effect: Any) -> None:
         """An impulse of an effect: L jumps, and with it the energy at size 1 and the effect's work."""

@@ -19,7 +19,7 @@ import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.tensor import inertia_from_second_moment
-from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Record
+from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Pause, Record
 from astroinertia.models.homology import Dynamic, Size, SizeLaw
 from astroinertia.models.rigid import View
 
@@ -204,8 +204,10 @@ class Scaling:
         opening = self._state(0.0)
         self._start, self._opening = opening[0].scale, self._energies(*opening)
 
-    def advance(self, until: float) -> None:
+    def advance(self, until: float, pause: Pause | None = None) -> None:
         """Go to a time; NumericalError where the body has collapsed before."""
+        if self.dynamics is not None and pause is not None and not self.dynamics.followed(until, pause):
+            return
         self._now = self._state(until)
         self.time = until
         self.steps += 1

@@ -74,7 +74,7 @@ def divergence(
                 _with_difference, arguments, state, 2 * np.pi * orbit, 2 * np.pi * (orbit + 1), timestep,
                 _TOLERANCE, _TOLERANCE,
             )  # fmt: skip
-            if bool(done.failed):
+            if bool(done.failed | done.unfinished):
                 raise NumericalError("the motion of a tumbling moon takes too many steps")
             place, difference = done.state
             length = float(jnp.linalg.norm(difference))

@@ -174,7 +174,10 @@ def _star(body: Any, tensor: np.ndarray, gravitational: float) -> dict[str, Any]
         ratio = 0.0 if e < 1e-3 else 1.5 / e**2 - 1.0 - 1.5 * math.sqrt(1.0 - e**2) / (e * sine)
     rotational = ratio * gravitational
     shear = 0.0 if body.law == "rigid" else math.sqrt(2.0 * rotational / moment)
-    return {"spin": math.sqrt(2.0 * rotational / moment), "rotational": rotational, "shear": shear}
+    spin = math.sqrt(2.0 * rotational / moment)
+    backwards = (body.rate or body.angular_momentum or 0.0) < 0.0
+    axis = (0.0, 0.0, -1.0 if backwards else 1.0)
+    return {"spin": spin, "spin_axis": axis, "wobble": 0.0, "rotational": rotational, "shear": shear}
 
 
 def _flow(body: Any, second: np.ndarray, known: dict[str, Any]) -> dict[str, Any]:

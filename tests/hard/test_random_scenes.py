@@ -1,0 +1,63 @@
+"""Scenes that are valid, put together by chance: each ends well or with one sentence, and none is silent for long."""
+
+import shutil
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from astroinertia import dataset
+from tests.hard.judged_scenes import Judge
+from tests.hard.random_scenes import files, scene_text
+
+PLANNED = 150
+CLOSURE = 1e-10  # of the largest tensor of inertia of the run
+
+
+def judged(command, numbers, folder):
+    """Figures of so many scenes; fails at the first that does not end as it should."""
+    files(folder)
+    refusals, most, longest, ended = Counter(), 0.0, 0.0, 0
+    with Judge() as judge:
+        for number in numbers:
+            scene, run = folder / "scene.toml", folder / "run"
+            scene.write_text(scene_text(number))
+            shutil.rmtree(run, ignore_errors=True)
+            found = judge.judged(command, scene, *(["--output", run] if command == "run" else []))
+            assert not found.fault, (number, found.fault, found.said)
+            longest, most = max(longest, found.silence), max(most, found.seconds)
+            ended += found.code == 0
+            refusals[" ".join(word for word in found.refusal.split() if word.isalpha())] += found.code != 0
+            if command == "run" and found.code == 0:
+                closes_and_conserves(number, run)
+    return {
+        "scenes": len(numbers), "ended_well": ended, "refused": len(numbers) - ended, "tracebacks": 0, "silences": 0,
+        "longest_silence_seconds": round(longest, 1), "longest_seconds": round(most, 1),
+        "refusals": [f"{count} {sentence}" for sentence, count in refusals.most_common(40) if count],
+    }  # fmt: skip
+
+
+def closes_and_conserves(number, run):
+    """The ledger closes, and what no effect gave to momentum and angular momentum was not gained."""
+    with dataset.open(run) as found:
+        closure = found["ledger_closure"].values
+        assert not np.nanmax(closure, initial=0.0) > CLOSURE, (number, closure)
+        gained = found["momentum"].values[-1] - found["momentum"].values[0]
+        given = found["impulse"].transpose("time", "effect", "i").values[-1].sum(axis=0)
+        scale = np.abs(found["momentum"].values).max() + np.abs(found["impulse"].values).max(initial=0.0)
+        assert not np.abs(gained - given).max() > 1e-9 * scale, (number, gained, given)
+
+
+def test_random_scenes_are_planned_or_refused(tmp_path):
+    """The same numbers are the same scenes: every kind of body, of fluid and of model is among them."""
+    texts = [scene_text(number) for number in range(PLANNED)]
+    for kind in ("sph", "ellipsoid", "rigid", "scaling", "rotating_star", "layered", "table", "profile", "standard"):
+        assert any(f'"{kind}"' in text for text in texts), kind
+    assert texts[3] == scene_text(3)
+    found = judged("plan", range(PLANNED), tmp_path)
+    assert found["ended_well"] > 0.9 * PLANNED, found  # they are valid
+
+
+@pytest.mark.full(inputs=["tests/hard/random_scenes.py", "tests/hard/judged_scenes.py"])
+def test_five_thousand_random_scenes_are_run(tmp_path, result):
+    result(**judged("run", range(5000), tmp_path))
