@@ -1,6 +1,8 @@
 """How far a run is, on a console that cli.py gives."""
 
 import math
+import threading
+import time
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -12,10 +14,16 @@ if TYPE_CHECKING:
     from astroinertia.run import Progress
 
 SECONDS_BETWEEN_LINES = 10.0  # where the output is no terminal
+LONGEST_SILENCE = 8.0  # seconds; then a line says that work goes on
+PREPARING = "preparing the body: placing and settling it, compiling"
 
 
 class Meter:
-    """Shows how far a run is: a bar with time to go on a terminal, a line now and then elsewhere."""
+    """Shows how far a run is: a bar with time to go on a terminal, a line now and then elsewhere.
+
+    Where nothing is heard of the run, while it is prepared or compiled or takes a long step, a thread says that it
+    works.
+    """
 
     def __init__(self, console: Console) -> None:
         self.console = console
@@ -23,13 +31,34 @@ class Meter:
         self.task: Any = None
         self.last_line = float("-inf")
         self.part = ""
+        self.doing = PREPARING
+        self.begun = self.spoken = time.monotonic()
+        self.ended = threading.Event()
+        self.speaker = threading.Thread(target=self._speak, daemon=True)
 
     def __enter__(self) -> "Meter":
+        if self.console.is_terminal:
+            self._opened().update(self.task, figures=self.doing)
+        else:
+            self.speaker.start()
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.ended.set()
+        if self.speaker.is_alive():
+            self.speaker.join()
         if self.bar is not None:
             self.bar.stop()
+
+    def _speak(self) -> None:
+        while not self.ended.wait(max(0.1, self.spoken + LONGEST_SILENCE - time.monotonic())):
+            now = time.monotonic()
+            if now - self.spoken >= LONGEST_SILENCE:
+                self._print(f"{now - self.begun:.0f} s: {self.doing}")
+
+    def _print(self, line: str) -> None:
+        self.console.print(Text(line), soft_wrap=True)
+        self.spoken = time.monotonic()
 
     def tell(self, progress: "Progress") -> None:
         """Show it."""
@@ -44,6 +73,7 @@ class Meter:
         if math.isfinite(progress.planned_steps):
             told += [f"WARNING: the plan was about {progress.planned_steps:.3g} steps"]
         figures = "  ".join([*([progress.part] if progress.part else []), f"step {progress.step}", *told])
+        self.doing = f"after step {progress.step}"
         if progress.part != self.part:  # another run, whose time begins anew
             self.part, self.last_line = progress.part, float("-inf")
         share = min(1.0, progress.time / progress.end)
@@ -51,8 +81,7 @@ class Meter:
         if not self.console.is_terminal:
             if progress.wall_time - self.last_line >= SECONDS_BETWEEN_LINES or share >= 1.0:
                 self.last_line = progress.wall_time
-                line = f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {to_go}{figures}"
-                self.console.print(Text(line), soft_wrap=True)
+                self._print(f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {to_go}{figures}")
             return
         self._opened().update(self.task, completed=share, figures=figures, to_go=to_go)
 

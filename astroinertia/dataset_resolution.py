@@ -20,18 +20,19 @@ def resolution_warnings(series: Mapping[str, np.ndarray], neighbours: float | No
         found.append(
             f"the core, denser than a tenth of the greatest density, held only {least:.0f} particles, fewer than two "
             f"neighbourhoods ({fewest:.0f}): its density and spin depend on their number; raise body.particles "
-            f"{_times(fewest / least)}."
+            f"{_times(fewest, least)}."
         )
     if np.isfinite(jeans).any() and (lowest := float(np.nanmin(jeans))) < 1.0:
         found.append(
             f"the Jeans mass fell to {lowest:.2g} of the mass of two neighbourhoods, so fragments may be artificial "
-            f"(Bate & Burkert 1997): raise body.particles {_times(1.0 / lowest)}, or stiffen the equation of state at "
+            f"(Bate & Burkert 1997): raise body.particles {_times(1.0, lowest)}, or stiffen the equation of state at "
             "those densities."
         )
     if np.isfinite(coarse).any() and (largest := float(np.nanmax(coarse))) > COARSEST:
         found.append(
             f"the smoothing length reached {largest:.2g} of the body's smallest semi-axis: its thickness is not "
-            f"resolved; raise body.particles {_times((largest / COARSEST) ** 3)}, or take a kernel of fewer neighbours."
+            f"resolved; raise body.particles {_times((largest / COARSEST) ** 3, 1.0)}, or take a kernel of fewer "
+            "neighbours."
         )
     return found
 
@@ -42,5 +43,5 @@ def told(attributes: Mapping[Any, Any]) -> str:
     return "\n".join(f"warning: {sentence}" for sentence in kept.splitlines())
 
 
-def _times(factor: float) -> str:
-    return f"about {math.ceil(factor)}-fold" if factor < 1e6 else "manifold"
+def _times(wanted: float, had: float) -> str:
+    return f"about {math.ceil(wanted / had)}-fold" if wanted < 1e6 * had else "manifold"

@@ -3,7 +3,6 @@
 import math
 import time as clock
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -97,9 +96,7 @@ def run_prepared(
 
 def _predicted(scene: Scene) -> dict[str, float]:
     """What the run is expected to take, for its file: seconds, those of them after its preparation, bytes, steps."""
-    found = None
-    with suppress(ArithmeticError, ValueError):  # a body at the edge of what numbers hold is still to be run
-        found = predict(scene, machine.known())
+    found = predict(scene, machine.known())
     if found is None:
         return {}
     told = {

@@ -4,6 +4,7 @@ Tests: tests/unit/test_costs.py; measured against runs in tests/benchmarks/resul
 """
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,9 +65,16 @@ class Prediction:
 def predict(scene: Scene, machine: Machine) -> Prediction | None:
     """What a scene will take on a machine; None where its number of particles or of steps is not known beforehand.
 
-    Imports neither an engine nor an effect. A pilot that was run before (costs.pilot) says the steps of particles;
-    without one they are estimated.
+    Nor is anything known of a body at the edge of what numbers hold, which is still to be run. Imports neither an
+    engine nor an effect. A pilot that was run before (costs.pilot) says the steps of particles; without one they are
+    estimated.
     """
+    with suppress(ArithmeticError, ValueError):
+        return _predicted(scene, machine)
+    return None
+
+
+def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
     if scene.model != "sph":
         return _without_particles(scene, machine)
     particles = scene.particles

@@ -151,7 +151,9 @@ class Kepler:
     def _step_at(self, time: float) -> float:
         """The linear variable at a time after 0, to the last digit: dt/ds is the size itself."""
         last = self._collapse_step() if self.repulsion == 0 and self.attraction > 0 else math.inf
-        low, high = 0.0, min(time / self.scale, last)
+        # Where the body flies apart, time goes with the exponential of the step: a longer one would have no number.
+        slow = 1.0 / math.sqrt(2 * self.energy) if self.energy > 0 else math.inf
+        low, high = 0.0, min(time / self.scale, last, slow)
         while self._moved(high)[1] < time and high < last:
             low, high = high, min(2 * high, last)
         step = float(root_scalar(lambda s: self._moved(s)[1] - time, bracket=(low, high), xtol=1e-300, rtol=1e-14).root)

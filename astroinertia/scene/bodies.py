@@ -216,7 +216,7 @@ class DysonBody(_Sized):
     """Dyson's isentropic gas ellipsoid: rho ~ (1 - s^2)^(1/(gamma-1)), s^2 = sum (x/a)^2."""
 
     kind: Literal["dyson"]
-    gamma: Annotated[float, Field(gt=1.0, le=10.0)] = Field(description="adiabatic exponent of the profile")
+    gamma: Annotated[float, Field(ge=1.001, le=10.0)] = Field(description="adiabatic exponent of the profile")
 
 
 class RotatingStarBody(Body):

@@ -41,6 +41,19 @@ def check(**named: float) -> None:
             raise ValueError(f"equation of state: {name} must be above 1, not {value!r} (1 is kind 'isothermal')")
 
 
+def check_pieces(cold: "PiecewisePolytropic") -> None:
+    """Raise ValueError unless the constants of all pieces are finite and positive."""
+    try:
+        held = all(0.0 < constant < math.inf and math.isfinite(offset) for _, _, constant, offset in cold._pieces())
+    except (OverflowError, ZeroDivisionError):
+        held = False
+    if not held:
+        raise ValueError(
+            "equation of state: pressures that are continuous at these densities, with these exponents, are beyond "
+            "what numbers hold"
+        )
+
+
 def polytrope_pressure(xp, rho, K, gamma):
     """K rho^gamma."""
     return K * (rho * xp.power(rho, gamma - 1))
@@ -383,7 +396,9 @@ def piecewise_polytropic(densities, gammas, constant: float) -> PiecewisePolytro
         )
     if any(b <= a for a, b in pairwise(densities)):
         raise ValueError("equation of state: densities must ascend")
-    return PiecewisePolytropic(densities, gammas, float(constant))
+    made = PiecewisePolytropic(densities, gammas, float(constant))
+    check_pieces(made)
+    return made
 
 
 def hybrid(nuclear_density: float, gamma_1: float, gamma_2: float, gamma_thermal: float, constant: float) -> Hybrid:
@@ -395,4 +410,6 @@ def hybrid(nuclear_density: float, gamma_1: float, gamma_2: float, gamma_thermal
         gamma_thermal=gamma_thermal,
         constant=constant,
     )
-    return Hybrid(float(nuclear_density), float(gamma_1), float(gamma_2), float(gamma_thermal), float(constant))
+    made = Hybrid(float(nuclear_density), float(gamma_1), float(gamma_2), float(gamma_thermal), float(constant))
+    check_pieces(made._cold())
+    return made

@@ -14,12 +14,14 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from astroinertia import cache
+from astroinertia.errors import SceneError
 from astroinertia.sph.profiles import Profile
 
 PLACEMENTS = ("glass", "lattice", "random")
 _GLASS_STEPS = 60
 _GLASS_NEIGHBOURS = 36
 _KEPLER_STEPS = 40  # of Newton's iteration, which takes four or five but next to amplitude 1
+_FLAT = 1e-12  # of the mean squares along axes, the least over the largest: below that, points lie in a plane
 _GLASS_VERSION = 1  # part of the cache key: raise it when the glass itself changes
 
 
@@ -42,10 +44,18 @@ def place(profile: Profile, count: int, placement: str = "glass", seed: int = 0)
 
 
 def isotropised(points: np.ndarray, second_moment: float) -> np.ndarray:
-    """Return points (N, 3) mapped affinely so that their mean is 0 and the mean of x (x) x is second_moment times 1."""
+    """Return points (N, 3) mapped affinely so that their mean is 0 and the mean of x (x) x is second_moment times 1.
+
+    SceneError for points in a plane, which no such map can spread.
+    """
     for _ in range(2):  # the second time takes away the round-off of the first
         points = points - points.mean(axis=0)
         values, vectors = np.linalg.eigh(points.T @ points / len(points))
+        if not values[0] > _FLAT * values[2]:
+            raise SceneError(
+                "[body] particles lie on a line or in a plane, so strongly does the density rise inwards: it needs "
+                "more of them, or a profile that is less steep."
+            )
         points = points @ ((vectors * np.sqrt(second_moment / values)) @ vectors.T)
     return points - points.mean(axis=0)
 

@@ -15,7 +15,18 @@ from astroinertia.units import CodeUnits, pressure_constant_dimension
 
 
 def equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> Any:
-    """The scene's equation of state in code units, its constant taken from the body where the scene says so."""
+    """The scene's equation of state in code units, its constant taken from the body where the scene says so.
+
+    SceneError where its numbers are beyond what can be computed with in units of the body.
+    """
+    try:
+        return _equation_of_state(scene, units, ball)
+    except (ValueError, ArithmeticError) as error:
+        told = str(error).removeprefix("equation of state: ")
+        raise SceneError(f"[equation_of_state] in units of the body: {told}.") from None
+
+
+def _equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> Any:
     chosen = scene.equation_of_state
     assert chosen is not None  # the schema asks for it where the model needs it
     if chosen.kind == "ideal":

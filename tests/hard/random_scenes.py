@@ -31,7 +31,7 @@ from astroinertia.units import GRAVITATIONAL_CONSTANT, Dimension, dimension_of, 
 
 ROOT = Path(__file__).parents[2]
 GIVEN = 0.2  # share of the options that are given although they need not be
-LEAST, LARGEST = 5e-324, LARGEST_NUMBER  # what a scene takes
+LEAST, LARGEST, TOP = 5e-324, LARGEST_NUMBER, math.log10(LARGEST_NUMBER)  # what a scene takes
 # How far numbers are from those of the body, in powers of ten, and how often one of them is extreme: scenes whose
 # numbers are all extreme are mostly refused, and show little else.
 CALM, LOOSE, WILD = (0.5, 0.0), (1.5, 0.06), (4.0, 0.3)
@@ -300,9 +300,9 @@ class _Drawn:
         size = natural + self.chance.uniform(-self.spread, self.spread)
         if self.chance.random() < self.extreme:
             size = self.chance.choice(
-                (natural + self.chance.uniform(-30, 30), self.chance.uniform(-300, 200), 200.0, -200.0, -323.3)
+                (natural + self.chance.uniform(-30, 30), self.chance.uniform(-300, TOP), TOP, -TOP, -323.3)
             )
-        value = LARGEST if size >= 200.0 else max(float(f"{10.0**size:.4g}"), LEAST)
+        value = LARGEST if size >= TOP else max(float(f"{10.0**size:.4g}"), LEAST)
         if sign != "positive" and self.chance.random() < 0.1:
             return 0.0
         return -value if sign == "any" and self.chance.random() < 0.4 else value

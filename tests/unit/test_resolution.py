@@ -125,3 +125,11 @@ def test_matter_without_its_own_gravity_does_not_fragment(tmp_path):
     assert "Jeans" not in kept.attrs.get("resolution_warnings", "")
     isothermal = text.replace('kind = "ideal"', 'kind = "isothermal"\nsound_speed = 0.01')
     assert not any(line.name == "Jeans mass" for line in plan(load.loads(isothermal)).sections.get("resolution", ()))
+
+
+@pytest.mark.parametrize("jeans", [0.0, 1e-320, 1e-300])
+def test_a_body_that_is_as_cold_as_can_be_is_told_of(jeans):
+    """The share of the Jeans mass that is resolved is 0, or next to it: no number of particles is enough."""
+    series = {name: np.array([1.0]) for name in ("core_particles", "jeans_ratio", "smoothing_to_thickness")}
+    found = resolution_warnings({**series, "jeans_ratio": np.array([1.0, jeans])}, 50.0)
+    assert any("raise body.particles manifold" in sentence for sentence in found)

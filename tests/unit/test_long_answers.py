@@ -1,0 +1,108 @@
+"""Runs that take long are never silent, and take no more steps than they may."""
+
+import io
+import time
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from astroinertia import cli_meter, run
+from astroinertia.build import prepare
+from astroinertia.errors import SceneError
+from astroinertia.integrate import adaptive
+from astroinertia.models.homology import Kepler
+from astroinertia.scene import load
+from astroinertia.scene.plan import code_units
+from astroinertia.sph import eos
+from astroinertia.sph.initial import isotropised, place
+from astroinertia.sph.profiles import power_law
+from astroinertia.start.fluids import equation_of_state
+
+PULSATING = """
+name = "pulsating"
+model = "MODEL"
+units = "code"
+[body]
+kind = "polytrope"
+index = 1.0
+mass = 1.0
+radius = 1.0
+MORE
+[equation_of_state]
+kind = "ideal"
+[effects.gravity]
+[effects.pressure]
+[time]
+end = 1e8
+max_steps = 3
+[output]
+series_every = 1e8
+"""
+GASES = """
+name = "gas"
+units = "code"
+[body]
+kind = "uniform"
+particles = 50
+mass = 1.0
+radius = 1.0
+[equation_of_state]
+EQUATION
+[effects.gravity]
+[effects.pressure]
+[time]
+end = 1.0
+"""
+
+
+def test_an_ellipsoid_takes_no_more_steps_than_it_may(tmp_path):
+    """Up to its first record it would pulsate 1e7 times: it looks up after every part of them."""
+    scene = load.loads(PULSATING.replace("MODEL", "ellipsoid").replace("MORE", "pressure_fraction = 0.5"))
+    told = []
+    run.run_scene(scene, tmp_path / "run", told.append)
+    assert 3 <= told[-1].step <= adaptive.AT_ONCE
+    assert 0.0 < told[-1].time < 1e6
+
+
+def test_a_body_that_flies_apart_is_followed_for_any_time():
+    """At last it coasts: s = s' t, with s'^2/2 the energy."""
+    free = Kepler(3.0, 1.0, 1.0, 1.0)
+    for moment in (1e3, 1e8, 1e30, 1e60):
+        found = free.at(moment)
+        assert found.scale == pytest.approx(np.sqrt(2 * free.energy) * moment, rel=1e-2 if moment < 1e4 else 1e-6)
+
+
+def test_a_scene_whose_pressures_no_numbers_hold_is_refused():
+    pieces = "densities = [1e-30, 1e30]\ngammas = [10.0, 1.1, 10.0]\nconstant = 1.0"
+    scene = load.loads(GASES.replace("EQUATION", f'kind = "piecewise_polytropic"\n{pieces}'))
+    with pytest.raises(SceneError, match="beyond what numbers hold"):
+        equation_of_state(scene, code_units(scene), None)
+    assert eos.piecewise_polytropic([1e-5, 1e5], [2.0, 1.5, 2.0], 1.0)
+
+
+def test_particles_in_a_plane_cannot_be_spread():
+    with pytest.raises(SceneError, match="lie on a line or in a plane"):
+        isotropised(np.array([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0]]), 0.1)
+    with pytest.raises(SceneError, match="lie on a line or in a plane"):
+        place(power_law(2.999), 20, "random", 1)
+
+
+def test_a_run_of_which_nothing_is_heard_says_that_it_works(monkeypatch):
+    monkeypatch.setattr(cli_meter, "LONGEST_SILENCE", 0.1)
+    screen = io.StringIO()
+    with cli_meter.Meter(Console(file=screen)) as meter:
+        while screen.getvalue().count("\n") < 2:
+            time.sleep(0.01)
+        meter.tell(run.Progress(1.0, 2.0, 7, 0.1, 0.0, 0.0, 1.0))
+        while "after step 7" not in screen.getvalue():
+            time.sleep(0.01)
+    assert not meter.speaker.is_alive()
+    assert screen.getvalue().startswith("0 s: preparing the body")
+
+
+def test_the_ellipsoid_of_the_steepest_power_law_is_refused_in_a_sentence():
+    text = PULSATING.replace("MODEL", "ellipsoid").replace("MORE", "").replace('"polytrope"', '"power_law"')
+    scene = load.loads(text.replace("index = 1.0", "exponent = 2.999"))
+    with pytest.raises(SceneError, match="no bound"):
+        prepare(scene)

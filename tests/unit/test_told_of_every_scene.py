@@ -1,0 +1,81 @@
+"""What is said of a scene before it is run is said of every scene: rotating stars, axes of any length, fast zones."""
+
+import math
+
+import numpy as np
+import pytest
+
+from astroinertia.effects.one_zone import Zone, difference, motion
+from astroinertia.scene import load
+from astroinertia.scene.characteristic import characteristic
+from astroinertia.scene.plan import plan
+
+SCENE = """
+name = "scene"
+[body]
+kind = "uniform"
+particles = 100
+mass = "1 kg"
+radius = "1 m"
+rotation = { rate = "1 rad/s", axis = [0, LENGTH, LENGTH] }
+[equation_of_state]
+kind = "ideal"
+[effects.gravity]
+[effects.pressure]
+[time]
+end = "1 s"
+"""
+STAR = """
+name = "star"
+units = "code"
+[body]
+kind = "rotating_star"
+particles = 100
+mass = 2.0
+radius = 3.0
+index = 1.0
+MORE
+[equation_of_state]
+kind = "isothermal"
+sound_speed = 0.1
+[effects.gravity]
+[effects.pressure]
+[time]
+end = 1.0
+"""
+
+
+def test_an_axis_of_any_length_gives_the_same_rotation():
+    short, long = (characteristic(load.loads(SCENE.replace("LENGTH", length))) for length in ("1e-30", "1e30"))
+    assert np.allclose(short.spin_axis, [0, math.sqrt(0.5), math.sqrt(0.5)], rtol=1e-14)
+    assert np.allclose(long.spin_axis, short.spin_axis, rtol=1e-14)
+    assert long.rotational == pytest.approx(short.rotational, rel=1e-14)
+
+
+def test_a_rotating_star_with_a_flow_besides_turns_about_its_own_axis():
+    """With G antisymmetric about z the two rates add up, or cancel where the star turns the other way."""
+    turning = "velocity_gradient = [[0.0, -0.05, 0.0], [0.05, 0.0, 0.0], [0.0, 0.0, 0.0]]"
+    alone = characteristic(load.loads(STAR.replace("MORE", "rate = 0.1")))
+    forwards = characteristic(load.loads(STAR.replace("MORE", f"rate = 0.1\n{turning}")))
+    backwards = characteristic(load.loads(STAR.replace("MORE", f"rate = -0.1\n{turning}")))
+    assert alone.spin == pytest.approx(0.1)
+    assert forwards.spin == pytest.approx(0.15) and forwards.spin_axis == pytest.approx((0.0, 0.0, 1.0))
+    assert backwards.spin == pytest.approx(0.05) and backwards.spin_axis == pytest.approx((0.0, 0.0, -1.0))
+
+
+def test_a_rotating_star_of_isothermal_gas_is_planned():
+    assert "Jeans mass" in plan(load.loads(STAR.replace("MORE", "rate = 0.1"))).text()
+
+
+@pytest.mark.parametrize("rate", [1e-60, 1e-8, 1e8, 1e60])
+def test_a_zone_moves_the_same_in_its_own_time_whatever_that_is(rate):
+    """Errors allowed in plain numbers leave nothing of the motion where rates are far from 1."""
+    slow, fast = (Zone(each**2, 0.7 * each**2, 0.1 * each**2, 1.5, 0.1 * each) for each in (1.0, rate))
+    one, other = motion(slow, 5.0), motion(fast, 5.0 / rate)
+    assert np.allclose(other.size, one.size, rtol=1e-9)
+    assert np.allclose(other.speed / rate, one.speed, rtol=1e-9, atol=1e-12)
+
+
+def test_a_much_faster_motion_with_other_forces_is_not_followed_for_ever():
+    """It pulsates 1e20 times while the zone itself moves once."""
+    assert difference(Zone(1.0, 1.0, 0.0, 5 / 3), 10.0, weight=1e40, pressure=1.1e40) == 1.0
