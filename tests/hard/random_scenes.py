@@ -23,15 +23,15 @@ from pydantic.fields import FieldInfo
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, Default, Option
 from astroinertia.errors import SceneError
 from astroinertia.scene import box as boxes
-from astroinertia.scene import load, schema
+from astroinertia.scene import load, scales, schema
 from astroinertia.scene.fluids import FROM_BODY
-from astroinertia.scene.quantities import LARGEST_NUMBER, Quantity
+from astroinertia.scene.quantities import Quantity
 from astroinertia.scene.text import toml_key, toml_text, toml_value
 from astroinertia.units import GRAVITATIONAL_CONSTANT, Dimension, dimension_of, pressure_constant_dimension, si_unit
 
 ROOT = Path(__file__).parents[2]
 GIVEN = 0.2  # share of the options that are given although they need not be
-LEAST, LARGEST, TOP = 5e-324, LARGEST_NUMBER, math.log10(LARGEST_NUMBER)  # what a scene takes
+EXTREME = math.log10(scales.LARGEST) - 1.0  # powers of ten over what the body has: next to what scenes take
 # How far numbers are from those of the body, in powers of ten, and how often one of them is extreme: scenes whose
 # numbers are all extreme are mostly refused, and show little else.
 CALM, LOOSE, WILD = (0.5, 0.0), (1.5, 0.06), (4.0, 0.3)
@@ -299,10 +299,8 @@ class _Drawn:
         natural = sum(power * math.log10(size) for size, power in powers)
         size = natural + self.chance.uniform(-self.spread, self.spread)
         if self.chance.random() < self.extreme:
-            size = self.chance.choice(
-                (natural + self.chance.uniform(-30, 30), self.chance.uniform(-300, TOP), TOP, -TOP, -323.3)
-            )
-        value = LARGEST if size >= TOP else max(float(f"{10.0**size:.4g}"), LEAST)
+            size = natural + self.chance.choice((self.chance.uniform(-EXTREME, EXTREME), EXTREME, -EXTREME))
+        value = float(f"{10.0 ** min(max(size, -300.0), 300.0):.4g}")
         if sign != "positive" and self.chance.random() < 0.1:
             return 0.0
         return -value if sign == "any" and self.chance.random() < 0.4 else value
