@@ -8,11 +8,15 @@ from pathlib import Path
 import hypothesis
 import pytest
 
+from astroinertia import kept_programs
 from tests import full_results
 from tests.full_results import FullResult
 
 HERE = Path(__file__).parent
 LARGE = 2.5e9  # bytes of a process
+
+# As the command line does, and before anything imports JAX.
+kept_programs.keep_apart()
 
 # The same examples everywhere, and no deadline: the machines that test are shared.
 hypothesis.settings.register_profile("project", deadline=None, derandomize=True)

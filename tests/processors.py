@@ -28,6 +28,7 @@ from astroinertia.engines.numba_cpu import Engine
 from astroinertia.gravity import multipole
 from astroinertia.gravity.direct import DIRECT_GRAVITY
 from astroinertia.gravity.points import SOFTENED_LESS_POINT
+from tests.full_results import LEVELS
 
 ROOT = Path(__file__).parent.parent
 ARM64 = "aarch64-unknown-linux-gnu"
@@ -56,11 +57,10 @@ class Processor:
         return platform.machine() in ("x86_64", "AMD64") and all(features.get(name) for name in self.features)
 
 
-V3 = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
 PROCESSORS = {
     "generic": Processor("x86-64", (), 0),
-    "AVX2": Processor("x86-64-v3", V3, 256),
-    "AVX-512": Processor("x86-64-v4", (*V3, "avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"), 512),
+    "AVX2": Processor("x86-64-v3", LEVELS["x86-64-v3"], 256),
+    "AVX-512": Processor("x86-64-v4", (*LEVELS["x86-64-v3"], *LEVELS["x86-64-v4"]), 512),
 }
 
 
