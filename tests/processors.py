@@ -54,14 +54,15 @@ class Processor:
     def is_here(self):
         """Whether this machine runs its programs."""
         features = llvm.get_host_cpu_features()
-        return platform.machine() in ("x86_64", "AMD64") and all(features.get(name) for name in self.features)
+        return all(features.get(name) for name in self.features)
 
 
-PROCESSORS = {
+ALL = {
     "generic": Processor("x86-64", (), 0),
     "AVX2": Processor("x86-64-v3", LEVELS["x86-64-v3"], 256),
     "AVX-512": Processor("x86-64-v4", (*LEVELS["x86-64-v3"], *LEVELS["x86-64-v4"]), 512),
 }
+PROCESSORS = ALL if platform.machine() in ("x86_64", "AMD64") else {}  # else LLVM does not know those names
 
 
 def fields_of_a_step():
