@@ -53,6 +53,14 @@ def test_each_figure_beyond_its_bound_is_named(change, words):
     assert told({"ledger_warnings": sentence}) == f"warning: {sentence}"
 
 
+@pytest.mark.parametrize(("share", "sentences"), [(1e-10, 0), (1e-3, 1)])
+def test_forces_that_cancel_to_nothing_are_not_judged(share, sentences):
+    tensors = np.einsum("te,ij->teij", np.outer(np.ones(3), [1.0, share]), np.eye(3))
+    assert len(ledger_warnings(records(mismatch=0.01) | {"virial_tensor": tensors}, EFFECTS)) == sentences
+    unknown = np.full_like(tensors, np.nan)
+    assert len(ledger_warnings(records(mismatch=0.01) | {"virial_tensor": unknown}, EFFECTS)) == 1
+
+
 @pytest.mark.parametrize(
     ("closure", "error", "expected"),
     [
