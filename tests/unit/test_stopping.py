@@ -53,6 +53,12 @@ def slow(monkeypatch):
     return moved_by_steps(monkeypatch, RigidBody, (run, cli, cli_stop, interrupts))
 
 
+@pytest.fixture
+def heard(monkeypatch):
+    """The listener hears of every step, as of steps of 10 s."""
+    moved_by_steps(monkeypatch, RigidBody, (run,))
+
+
 def same(one: xr.Dataset, other: xr.Dataset) -> bool:
     return one.drop_vars("wall_time").equals(other.drop_vars("wall_time"))
 
@@ -112,7 +118,7 @@ def test_a_command_that_is_ended_at_any_moment_of_the_last_file_loses_nothing(tm
     assert {ended.name for ended, _ in left.ends} == {"Ctrl-C", "SIGTERM", "SIGUSR1"}
 
 
-def test_a_command_is_ended_at_once_where_nothing_would_be_lost(tmp_path, whole):
+def test_a_command_is_ended_at_once_where_nothing_would_be_lost(tmp_path, whole, heard):
     """Before the first step, which may compile for long, and after one it is sealed instead, at the next."""
     left, sent = Left(tmp_path / "run", tmp_path / "left"), []
 
@@ -135,7 +141,9 @@ def test_a_command_is_ended_at_once_where_nothing_would_be_lost(tmp_path, whole)
         assert same(astroinertia.open(astroinertia.resume(place)), whole)
 
 
-def test_a_second_signal_ends_a_command_at_once_unless_it_comes_right_after_the_first(tmp_path, whole, monkeypatch):
+def test_a_second_signal_ends_a_command_at_once_unless_it_comes_right_after_the_first(
+    tmp_path, whole, monkeypatch, heard
+):
     left, received, answered = Left(tmp_path / "run", tmp_path / "left"), [], []
     monkeypatch.setattr(interrupts, "AGAIN", 3600.0)
 
