@@ -36,6 +36,9 @@ EXTREME = math.log10(scales.LARGEST) - 1.0  # powers of ten over what the body h
 # numbers are all extreme are mostly refused, and show little else.
 CALM, LOOSE, WILD = (0.5, 0.0), (1.5, 0.06), (4.0, 0.3)
 FLUIDS = (*load.KINDS["equation_of_state"], None)
+SELDOM = 0.05
+TURNED = ("axes", "axis", "velocity_gradient")  # which the model scaling mostly refuses, as it follows no attitude
+EITHER_OR = {"dipole_braking": (("field", "radius"), ("period", "period_derivative"))}  # options
 TRIES = 12  # of one model, body and fluid, or of one part
 MORE_OFTEN = {"sph": 4, "ellipsoid": 2}  # models with more to draw
 STEPS = 3
@@ -171,9 +174,11 @@ class _Drawn:
 
     def _options(self, kind: str) -> dict[str, Any]:
         found = {}
+        one, other = self.chance.sample(EITHER_OR.get(kind, ((), ())), 2)
         for name, option in CATALOGUE[kind].options.items():
             needed = isinstance(option.default, Default) and (option.default is not LIGHT or self.code)
-            if needed or self.chance.random() < 2 * GIVEN:
+            seldom = 0.5 * GIVEN if one else 2 * GIVEN
+            if name in one or (name not in other and (needed or self.chance.random() < seldom)):
                 found[name] = self._option(option, option.shape)
         return found
 
@@ -216,6 +221,8 @@ class _Drawn:
         if place.field == "particles" and self.model == "sph":
             return self.chance.randint(*PARTICLES)
         if place.field == "box" and (self.body not in boxes.BODIES or self.model != "sph"):
+            return None
+        if self.model == "scaling" and place.field in TURNED and self.chance.random() > SELDOM:
             return None
         needed = field.is_required() or (place.field == "units" and self.body in ("table", "profile"))
         needed = needed or (place.field == "box" and self.chance.random() < 0.6)

@@ -214,7 +214,7 @@ BAD = {
     "empty.csv": (b"", "lacks mass"),
     "columns.csv": (b"mass,x,y\n1,2,3\n", "lacks z"),
     "unknown.csv": (b"mass,x,y,z,spin\n1,2,3,4,5\n", "unknown"),
-    "twice.csv": (b"mass,x,y,z,x\n1,2,3,4,5\n", "repeated"),
+    "twice.csv": (b"mass,x,y,z,x\n1,2,3,4,5\n", "more than once, namely x"),
     "word.csv": (b"mass,x,y,z\n1,2,3,4\n1,2,three,4\n", "row 2 is not numbers"),
     "ragged.csv": (b"mass,x,y,z\n1,2,3\n", "row 1 has 3 values"),
     "nan.csv": (b"mass,x,y,z\n" + b"1,0,0,0\n" * 4 + b"1,nan,0,0\n", "x of row 5 is not finite"),
