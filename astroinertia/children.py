@@ -1,7 +1,8 @@
 """Programs that this process waits for; they end with it where a signal ends a command."""
 
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 from astroinertia import interrupts
 
@@ -13,14 +14,21 @@ def completed(
 
     Tests: tests/crash/test_signals.py.
     """
-    given = subprocess.DEVNULL if asked is None else subprocess.PIPE
-    with subprocess.Popen(
-        command, stdin=given, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env
-    ) as child:
+    with started(command, env) as child:
+        output, errors = child.communicate(asked)
+    return subprocess.CompletedProcess(command, child.returncode, output, errors)
+
+
+@contextmanager
+def started(command: Sequence[str], env: Mapping[str, str] | None = None) -> "Iterator[subprocess.Popen[str]]":
+    """A program that runs meanwhile, with pipes for what it reads and prints, and is ended where it has not by then.
+
+    A signal to the group of this process does not reach it: that this process is asked to stop is no failure of it.
+    """
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True, env=env, process_group=0) as child:
         try:
             with interrupts.leaving(child.kill):
-                output, errors = child.communicate(asked)
-        except BaseException:
+                yield child
+        finally:
             child.kill()
-            raise
-    return subprocess.CompletedProcess(command, child.returncode, output, errors)

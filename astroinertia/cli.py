@@ -36,7 +36,7 @@ from astroinertia import (
     requirements,
 )
 from astroinertia.cli_help import DESCRIPTION, EXAMPLES
-from astroinertia.cli_meter import Meter
+from astroinertia.cli_meter import Meter, Voice
 from astroinertia.cli_screen import visible
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 
@@ -229,8 +229,18 @@ def _command(commands, name: str, action: Callable, text: str, example: str) -> 
     command = commands.add_parser(
         name, help=text, description=f"{text[:1].upper()}{text[1:]}.", epilog=f"example: {example}", allow_abbrev=False
     )
-    command.set_defaults(command=action)
+    command.set_defaults(command=action if action in (_run, _resume, _movie, _verify) else _spoken_of(name, action))
     return command
+
+
+def _spoken_of(name: str, action: Callable[[argparse.Namespace], int]) -> Callable[[argparse.Namespace], int]:
+    """A command that does not say itself how far it is."""
+
+    def spoken_of(options: argparse.Namespace) -> int:
+        with _voice(f"{name} is at work"):
+            return action(options)
+
+    return spoken_of
 
 
 def _printing(action: Callable[[argparse.Namespace], str]) -> Callable[[argparse.Namespace], int]:
@@ -269,6 +279,10 @@ def _say(text: str, end: str = "\n") -> None:
     print(visible(text), end=end, flush=True)
 
 
+def _voice(doing: str) -> Voice:
+    return Voice(_Console(highlight=False, stderr=True), doing)
+
+
 def _load(options: argparse.Namespace) -> "Scene":
     from astroinertia.scene.load import load_file
 
@@ -276,7 +290,7 @@ def _load(options: argparse.Namespace) -> "Scene":
 
 
 def _chosen(scene: "Scene", folder: Path, options: argparse.Namespace) -> "Scene":
-    with interrupts.under_way(lambda by: KEPT, resumable=False):
+    with interrupts.under_way(lambda by: KEPT, resumable=False), _voice("looking for the settings"):
         return cli_choice.chosen(scene, folder, options.minutes, _say)
 
 
@@ -424,21 +438,23 @@ def _verify(options: argparse.Namespace) -> int:
 
 
 def _verify_sections(options: argparse.Namespace, console: Console) -> int:
-    found = []
-    for section in cli_verify.sections(options):
-        found.append(section)
-        if not options.json:
-            console.print(cli_verify.table(section, console.width))
-    _say(cli_verify.as_json(found) if options.json else cli_verify.total(found))
+    found, begun = [], time.monotonic()
+    with _voice("importing") as voice:
+        for section in cli_verify.sections(options, voice.begin):
+            found.append(section)
+            if not options.json:
+                console.print(cli_verify.table(section, console.width))
+    _say(cli_verify.as_json(found) if options.json else cli_verify.total(found, time.monotonic() - begun))
     return GOOD if all(section.holds for section in found) else FAILED
 
 
 def _verify_hard(options: argparse.Namespace, console: Console) -> int:
     found: cli_hard.Rows = []
-    for title, rows in cli_hard.families(options):
-        found += rows
-        if not options.json:
-            console.print(cli_hard.table(title, rows))
+    with _voice("importing") as voice:
+        for title, rows in cli_hard.families(options, voice.begin):
+            found += rows
+            if not options.json:
+                console.print(cli_hard.table(title, rows))
     _say(cli_hard.as_json(found) if options.json else cli_hard.total(found))
     return GOOD if all(each.holds for verdicts in found for each in verdicts) else FAILED
 

@@ -2,7 +2,7 @@
 
 import argparse
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from rich import box
@@ -32,8 +32,11 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def families(options: argparse.Namespace) -> Iterator[tuple[str, Rows]]:
-    """Each family's title and its verdicts as they are found; --only takes words of the names of cases."""
+def families(options: argparse.Namespace, begin: Callable[[str], None]) -> Iterator[tuple[str, Rows]]:
+    """Each family's title and its verdicts as they are found; --only takes words of the names of cases.
+
+    begin: hears the name of each case before it is tried.
+    """
     from astroinertia.verify.hard import FAMILIES
     from astroinertia.verify.hard.case import tried
 
@@ -46,7 +49,11 @@ def families(options: argparse.Namespace) -> Iterator[tuple[str, Rows]]:
         raise SceneError(f"--only '{options.only[0]:.40}' is in the name of no hard case")
     for title, cases in chosen.items():
         if cases:
-            yield title, [[tried(case, mode) for mode in modes] for case in cases]
+            rows: Rows = []
+            for case in cases:
+                begin(case.name)
+                rows.append([tried(case, mode) for mode in modes])
+            yield title, rows
 
 
 def _asked_for(name: str, words: list[str]) -> bool:

@@ -18,12 +18,41 @@ LONGEST_SILENCE = 8.0  # seconds; then a line says that work goes on
 PREPARING = "preparing the body: placing and settling it, compiling"
 
 
-class Meter:
-    """Shows how far a run is: a bar with time to go on a terminal, a line now and then elsewhere.
+class Voice:
+    """Prints what is being done where nothing else has been printed for a while, in a thread of its own."""
 
-    Where nothing is heard of the run, while it is prepared or compiled or takes a long step, a thread says that it
-    works.
-    """
+    def __init__(self, console: Console, doing: str) -> None:
+        self.console, self.doing = console, doing
+        self.begun = self.spoken = time.monotonic()
+        self.ended = threading.Event()
+        self.speaker = threading.Thread(target=self._speak, name="voice", daemon=True)
+
+    def __enter__(self) -> "Voice":
+        self.speaker.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.ended.set()
+        self.speaker.join()
+
+    def begin(self, doing: str) -> None:
+        """What is being done from now on."""
+        self.doing = doing
+
+    def say(self, line: str) -> None:
+        """Print a line."""
+        self.console.print(Text(line), soft_wrap=True)
+        self.spoken = time.monotonic()
+
+    def _speak(self) -> None:
+        while not self.ended.wait(max(0.1, self.spoken + LONGEST_SILENCE - time.monotonic())):
+            now = time.monotonic()
+            if now - self.spoken >= LONGEST_SILENCE:
+                self.say(f"{now - self.begun:.0f} s: {self.doing}")
+
+
+class Meter:
+    """Shows how far a run is: a bar with time to go on a terminal, a line now and then elsewhere."""
 
     def __init__(self, console: Console) -> None:
         self.console = console
@@ -31,34 +60,20 @@ class Meter:
         self.task: Any = None
         self.last_line = float("-inf")
         self.part = ""
-        self.doing = PREPARING
-        self.begun = self.spoken = time.monotonic()
-        self.ended = threading.Event()
-        self.speaker = threading.Thread(target=self._speak, daemon=True)
+        self.voice = Voice(console, PREPARING)
 
     def __enter__(self) -> "Meter":
         if self.console.is_terminal:
-            self._opened().update(self.task, figures=self.doing)
+            self._opened().update(self.task, figures=PREPARING)
         else:
-            self.speaker.start()
+            self.voice.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.ended.set()
-        if self.speaker.is_alive():
-            self.speaker.join()
-        if self.bar is not None:
+        if self.bar is None:
+            self.voice.__exit__()
+        else:
             self.bar.stop()
-
-    def _speak(self) -> None:
-        while not self.ended.wait(max(0.1, self.spoken + LONGEST_SILENCE - time.monotonic())):
-            now = time.monotonic()
-            if now - self.spoken >= LONGEST_SILENCE:
-                self._print(f"{now - self.begun:.0f} s: {self.doing}")
-
-    def _print(self, line: str) -> None:
-        self.console.print(Text(line), soft_wrap=True)
-        self.spoken = time.monotonic()
 
     def tell(self, progress: "Progress") -> None:
         """Show it."""
@@ -73,7 +88,7 @@ class Meter:
         if math.isfinite(progress.planned_steps):
             told += [f"WARNING: the plan was about {progress.planned_steps:.3g} steps"]
         figures = "  ".join([*([progress.part] if progress.part else []), f"step {progress.step}", *told])
-        self.doing = f"after step {progress.step}"
+        self.voice.begin(f"after step {progress.step}")
         if progress.part != self.part:  # another run, whose time begins anew
             self.part, self.last_line = progress.part, float("-inf")
         share = min(1.0, progress.time / progress.end)
@@ -81,7 +96,7 @@ class Meter:
         if not self.console.is_terminal:
             if progress.wall_time - self.last_line >= SECONDS_BETWEEN_LINES or share >= 1.0:
                 self.last_line = progress.wall_time
-                self._print(f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {to_go}{figures}")
+                self.voice.say(f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {to_go}{figures}")
             return
         self._opened().update(self.task, completed=share, figures=figures, to_go=to_go)
 

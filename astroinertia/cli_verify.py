@@ -2,7 +2,7 @@
 
 import argparse
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from rich import box
@@ -43,14 +43,17 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", action="store_true", help="print everything as JSON, with the reasons of tolerances")
 
 
-def sections(options: argparse.Namespace) -> "Iterator[Section]":
-    """The sections that are asked for, one by one as they are computed; SceneError for one there is not."""
-    from astroinertia.verify.comparison import SECTIONS, compare_section
+def sections(options: argparse.Namespace, begin: Callable[[str], None]) -> "Iterator[Section]":
+    """The sections that are asked for, one by one as they are computed; SceneError for one there is not.
+
+    begin: hears the title of each before it is computed.
+    """
+    from astroinertia.verify.comparison import SECTIONS, compare_sections
 
     unknown = [name for name in options.only if name not in SECTIONS]
     if unknown:
         raise SceneError(f"--only has no section '{unknown[0]:.40}'; it has {', '.join(SECTIONS)}")
-    return (compare_section(name) for name in (dict.fromkeys(options.only) or SECTIONS))
+    return compare_sections(tuple(dict.fromkeys(options.only) or SECTIONS), begin)
 
 
 def table(section: "Section", width: int = WIDTH) -> Table:
@@ -89,11 +92,11 @@ def _lines(*parts: Text) -> Text:
     return Text("\n").join(parts)
 
 
-def total(found: "list[Section]") -> str:
+def total(found: "list[Section]", seconds: float) -> str:
     """The last line: how many of how many agree, and in how long."""
     verdicts = [each.verdict for section in found for each in section.comparisons]
     good = sum(verdict == "agrees" for verdict in verdicts)
-    return f"{good} of {len(verdicts)} agree, in {sum(section.seconds for section in found):.0f} s"
+    return f"{good} of {len(verdicts)} agree, in {seconds:.0f} s"
 
 
 def as_json(found: "list[Section]") -> str:

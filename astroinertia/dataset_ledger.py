@@ -64,7 +64,7 @@ def _does_nothing(tensors: Any, shape: tuple[int, ...]) -> np.ndarray:
     if tensors is None or np.shape(tensors) != (*shape, 3, 3):
         return np.zeros(shape, bool)
     sizes = np.abs(np.asarray(tensors, dtype=float)).max(axis=(-1, -2))
-    return sizes < NOTHING * np.fmax.reduce(sizes, axis=-1)[..., None]
+    return sizes < NOTHING * np.fmax.reduce(sizes, axis=-1, initial=0.0)[..., None]
 
 
 def _largest(figures: Any) -> float:

@@ -1,13 +1,17 @@
 """Cross-checks carried out: each section computes its quantities now, and every one is held to its reference."""
 
 import importlib
+import json
 import math
+import subprocess
+import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
 
+from astroinertia.children import started
 from astroinertia.verify.references import Reference, references
 
 Pair = tuple[float, float]  # the quantity here, and as another program computed it beside
@@ -31,6 +35,9 @@ SECTIONS: dict[str, str] = {
     "particles": "A short run of particles: what its books say",
 }
 """Sections by the name of their module, with a title; `python -m astroinertia.cli verify --only NAME` runs one."""
+
+BESIDE = "particles"
+"""The section that takes as long as all others where its programs are still to be compiled, and shares none of them."""
 
 
 class Verdict(StrEnum):
@@ -74,6 +81,41 @@ class Section:
     def holds(self) -> bool:
         """Whether every verdict is good."""
         return all(each.verdict is Verdict.AGREES for each in self.comparisons)
+
+
+def compare_sections(names: Sequence[str], begin: Callable[[str], None] = lambda _: None) -> Iterator[Section]:
+    """The sections in this order, each as soon as it is there; BESIDE is computed beside the others.
+
+    begin: hears the title of each before it is computed, or waited for.
+    """
+    if BESIDE not in names or len(names) == 1:
+        for name in names:
+            begin(SECTIONS[name])
+            yield compare_section(name)
+        return
+    with started([sys.executable, "-m", "astroinertia.cli", "verify", "--only", BESIDE, "--json"]) as beside:
+        for name in names:
+            begin(SECTIONS[name])
+            yield _section_of(beside) if name == BESIDE else compare_section(name)
+
+
+def _section_of(beside: "subprocess.Popen[str]") -> Section:
+    """BESIDE, as the process that computes it tells."""
+    output, errors = beside.communicate()
+    rows, seconds, problem = {}, 0.0, ""
+    try:
+        told = json.loads(output)
+        rows, seconds = {row["key"]: row for row in told["comparisons"]}, told["seconds"]
+    except ValueError:
+        problem = (errors.strip().splitlines() or [f"its process ended with {beside.returncode}"])[-1]
+    compared = tuple(_compared(each, rows.get(each.key, {}), problem) for each in references()[BESIDE])
+    return Section(BESIDE, SECTIONS[BESIDE], compared, seconds)
+
+
+def _compared(reference: Reference, row: Mapping[str, Any], problem: str) -> Comparison:
+    here, there = row.get("here"), row.get("reference")
+    found = None if here is None else (here, math.nan if there is None else there)
+    return compare(reference, found, row.get("problem", problem))
 
 
 def compare_section(name: str) -> Section:

@@ -36,6 +36,11 @@ def test_what_shipped_scenes_and_models_without_a_ledger_record_is_no_doubt():
     assert ledger_warnings({}, EFFECTS) == []
 
 
+def test_a_body_on_which_nothing_acts_is_no_doubt():
+    nothing = {"virial_mismatch": np.zeros((3, 0)), "virial_tensor": np.zeros((3, 0, 3, 3))}
+    assert ledger_warnings(records() | nothing, ()) == []
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -97,7 +97,7 @@ def test_a_run_of_which_nothing_is_heard_says_that_it_works(monkeypatch):
         meter.tell(run.Progress(1.0, 2.0, 7, 0.1, 0.0, 0.0, 1.0))
         while "after step 7" not in screen.getvalue():
             time.sleep(0.01)
-    assert not meter.speaker.is_alive()
+    assert not meter.voice.speaker.is_alive()
     assert screen.getvalue().startswith("0 s: preparing the body")
 
 
