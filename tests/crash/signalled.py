@@ -69,6 +69,7 @@ COMMANDS = {
     "export": ["export", "{done}", "--to", "csv", "--snapshot", "all", "--output", "{out}"],
     "ratios": ["ratios"],
     "verify": ["verify", "--only", "particles"],
+    "verify beside": ["verify", "--only", "exact_motions", "--only", "particles"],
     "calibrate": ["calibrate"],
     "sweep": ["run", "{out}/../sweep.toml", "--workers", "2", "--output", "{out}/run"],
 }
@@ -150,8 +151,9 @@ def signalled(place: Place, name: str, numbers, after: float, counted: Counted, 
             seconds = time.monotonic() - began
             gone(process.pid)
         finally:
-            with suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
+            for each in left(process.pid):
+                with suppress(ProcessLookupError):
+                    os.kill(each, signal.SIGKILL)
     lines = (out / "complaints").read_text().splitlines(keepends=True)
     complaints = "".join(line for line in lines if not OF_JAX.match(line))
     said = f"{name}, {[each.name for each in numbers]} after {after:.2f} s, code {process.returncode}: {complaints}"
@@ -185,16 +187,23 @@ def processor_seconds(process: int) -> float:
     return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
 
 
-def gone(group: int) -> None:
-    """Wait until no process of a group is left."""
+def gone(session: int) -> None:
+    """Wait until no process of a session is left."""
     end = time.monotonic() + HANGS
-    while True:
-        try:
-            os.killpg(group, 0)
-        except ProcessLookupError:
-            return
+    while left(session):
         assert time.monotonic() < end, "processes that the command started are left"
         time.sleep(0.02)
+
+
+def left(session: int) -> list[int]:
+    """The processes of a session that have not ended."""
+    found = []
+    for place in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(FileNotFoundError, ProcessLookupError):
+            state, *numbers = place.read_text().rpartition(")")[2].split()
+            if int(numbers[2]) == session and state != "Z":
+                found.append(int(place.parent.name))
+    return found
 
 
 def _judged(code, numbers, complaints, under_way, said) -> str:

@@ -9,7 +9,16 @@ from tests.crash.signalled import COMMANDS, Counted, prepared, signalled
 
 INT, TERM, USR1 = signal.SIGINT, signal.SIGTERM, signal.SIGUSR1
 WAYS = [(INT,), (TERM,), (USR1,), (INT, INT), (TERM, TERM), (USR1, USR1), (INT, TERM), (TERM, INT), (TERM, USR1)]
-LONG = {"run": 3.0, "run rigid": 5.0, "resume": 3.0, "tradeoff": 8.0, "verify": 5.0, "movie": 5.0, "calibrate": 8.0}
+LONG = {
+    "run": 3.0,
+    "run rigid": 5.0,
+    "resume": 3.0,
+    "tradeoff": 8.0,
+    "verify": 5.0,
+    "verify beside": 8.0,
+    "movie": 5.0,
+    "calibrate": 8.0,
+}
 COMPILING = 15.0  # processor seconds, in which a command that has nothing compiled before has some
 
 
@@ -27,6 +36,8 @@ def place(tmp_path_factory):
         ("tradeoff", (INT, INT), 4.0),
         ("movie", (USR1,), 2.5),
         ("sweep", (TERM, TERM), 2.0),
+        ("verify beside", (INT,), 4.0),
+        ("calibrate", (TERM, TERM), 1.5),
     ],
 )
 def test_a_signal_ends_a_command_and_loses_nothing(place, name, numbers, after):

@@ -11,7 +11,7 @@ from astroinertia import cli_verify
 from astroinertia.bodies import maclaurin
 from astroinertia.cli import main
 from astroinertia.verify import comparison
-from astroinertia.verify.comparison import SECTIONS, Verdict, compare, compare_section
+from astroinertia.verify.comparison import BESIDE, SECTIONS, Verdict, compare, compare_section, compare_sections
 from astroinertia.verify.references import Reference, references
 
 
@@ -89,6 +89,17 @@ def test_a_missing_part_is_a_verdict_not_a_traceback(monkeypatch):
     monkeypatch.setattr(comparison.importlib, "import_module", lambda name: (_ for _ in ()).throw(ImportError(name)))
     section = compare_section("ellipsoids")
     assert all(each.verdict == Verdict.FAILED and "verify.ellipsoids" in each.problem for each in section.comparisons)
+
+
+def test_a_process_that_fails_is_a_verdict_not_a_traceback(monkeypatch):
+    monkeypatch.setattr(comparison.sys, "executable", "false")
+    heard = []
+    constants, beside = compare_sections(["constants", BESIDE], heard.append)
+    assert heard == [SECTIONS["constants"], SECTIONS[BESIDE]]
+    assert constants.holds
+    assert {(each.verdict, each.problem) for each in beside.comparisons} == {
+        (Verdict.FAILED, "its process ended with 1")
+    }
 
 
 def test_json_tells_reasons_and_the_other_side(capsys):
