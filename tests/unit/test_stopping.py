@@ -17,9 +17,11 @@ from astroinertia.archive import Archive
 from astroinertia.cli import main
 from astroinertia.errors import ArchiveWarning, RunInterrupted
 from astroinertia.integrate import adaptive
-from astroinertia.models import rigid_evolution
+from astroinertia.models import homology, rigid_evolution, rigid_two_way
 from astroinertia.models.ellipsoid import Ellipsoid
 from astroinertia.models.rigid_evolution import RigidBody
+from astroinertia.models.rigid_two_way import CoupledRigidBody
+from astroinertia.models.scaling import Scaling
 from tests.left_behind import Left
 from tests.stepped_clock import moved_by_steps
 from tests.tradeoff_scenes import SIMS
@@ -178,6 +180,10 @@ def test_a_second_signal_ends_a_command_at_once_unless_it_comes_right_after_the_
 
 SPIN = ["time.end=100 s", "output.series_every=100 s"]
 ELLIPSOID = ["time.end=200.0", "output.series_every=200.0"]
+MOON = [
+    "numerics.integrator=splitting", "orbits.back_reaction=true", "time.end=30 d", "output.series_every=30 d",
+]  # fmt: skip
+CRAB = ['equation_of_state.kind="ideal"', "time.end=0.02 s", "output.series_every=0.02 s"]
 BETWEEN = {
     "splitting": (
         TOP,
@@ -188,6 +194,8 @@ BETWEEN = {
     ),
     "adaptive": (TOP, [*SPIN, "numerics.integrator=adaptive"], RigidBody, (adaptive, "AT_ONCE", 64)),
     "ellipsoid": (SIMS / "riemann_ellipsoid.toml", ELLIPSOID, Ellipsoid, (adaptive, "AT_ONCE", 64)),
+    "two bodies": (SIMS / "hyperion.toml", MOON, CoupledRigidBody, (rigid_two_way, "_STEPS_AT_ONCE", 32)),
+    "scaling": (SIMS / "crab_pulsar.toml", CRAB, Scaling, (homology, "_AT_ONCE", 32)),
 }
 
 
