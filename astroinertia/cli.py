@@ -369,10 +369,11 @@ def _resume(options: argparse.Namespace) -> int:
 def _sweep(sweep: "Sweep", folder: Path, options: argparse.Namespace, deadline: float) -> int:
     console = _Console(highlight=False)
     found = cli_sweep.carry_out(sweep, folder, options, deadline, console, _say)
-    for line in cli_sweep.failures(sweep, found):
+    unclosed = cli_sweep.unclosed(found.file)
+    for line in (*cli_sweep.failures(sweep, found), *unclosed):
         _say(line)
     _say(f"wrote {found.file}; look at it with: astroinertia show {folder}")
-    return FAILED if found.failures else GOOD
+    return FAILED if found.failures else UNCLOSED if unclosed else GOOD
 
 
 def _finished(result: Path, folder: Path) -> int:

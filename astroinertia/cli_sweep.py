@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
-from rich.text import Text
+
+from astroinertia.cli_meter import Voice
 
 if TYPE_CHECKING:
     from astroinertia.scale.ensemble import Carried, Standing
@@ -93,25 +94,31 @@ class _Bar:
         self.bar: Any = None
         self.task: Any = None
         self.last_line = float("-inf")
+        self.voice = Voice(console, "the first members are run")
 
     def __enter__(self) -> "_Bar":
+        if not self.console.is_terminal:
+            self.voice.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self.bar is not None:
+        if not self.console.is_terminal:
+            self.voice.__exit__()
+        elif self.bar is not None:
             self.bar.stop()
 
     def tell(self, standing: "Standing") -> None:
         """Show it."""
         failed = f", {standing.failed} failed" if standing.failed else ""
         known = standing.done < standing.members and math.isfinite(standing.to_go)
+        self.voice.begin(f"after {standing.done} of {standing.members} members")
         to_go = f", {standing.to_go:.0f} s to go" if known else ""
         line = f"{standing.done} of {standing.members} members{failed}{to_go}"
         if self.console.is_terminal:
             self._opened(standing.members).update(self.task, completed=standing.done, told=line)
         elif standing.seconds - self.last_line >= SECONDS_BETWEEN_LINES or standing.done == standing.members:
             self.last_line = standing.seconds
-            self.console.print(Text(f"{standing.seconds:7.1f} s  {line}"), soft_wrap=True)
+            self.voice.say(f"{standing.seconds:7.1f} s  {line}")
 
     def _opened(self, members: int) -> Any:
         if self.bar is None:
@@ -137,6 +144,15 @@ def failures(sweep: "Sweep", found: "Carried") -> list[str]:
         rows.append((member(number), sweep.told(number), f"{failure.sentence}{again}"))
     more = len(found.failures) - MOST_ROWS
     return [*_aligned(rows), *([f"and {more} more"] if more > 0 else [])]
+
+
+def unclosed(file: Path) -> list[str]:
+    """What of the members' ledgers or energies does not close; no lines where all do."""
+    from astroinertia import dataset, dataset_ledger
+
+    lines = dataset_ledger.told(dataset.open(file).attrs).splitlines()
+    more = len(lines) - MOST_ROWS
+    return [*lines[:MOST_ROWS], *([f"and {more} more"] if more > 0 else [])]
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -206,4 +222,5 @@ def summary(folder: Path) -> list[str]:
         figures = ["" if np.isnan(each[number]) else f"{each[number]:.6g}" for each in values]
         rows.append((member(number), *(shown(str(each)) for each in settings), *figures))
     more = len(sweep.members) - MOST_ROWS
-    return [f"{sweep.name} at the end", *_aligned(rows), *([f"and {more} more"] if more > 0 else [])]
+    beyond = [f"and {more} more"] if more > 0 else []
+    return [f"{sweep.name} at the end", *_aligned(rows), *beyond, *unclosed(combined.path(sweep, folder))]

@@ -33,7 +33,7 @@ _TAKEN = {
 }
 # Attributes of a run that tell of that run alone.
 _OF_ONE_RUN = (
-    *("scene", "plan", "overrides", "title", "choice", "effects", "absent"),
+    *("scene", "plan", "overrides", "title", "choice", "effects", "absent", "ledger_warnings"),
     *("predicted_wall_time", "predicted_evolution_time", "predicted_memory", "predicted_steps", *_TAKEN),
 )
 
@@ -53,6 +53,7 @@ def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
     files = {number: file for number in range(len(sweep.members)) if (file := folders.finished(folder, number))}
     layout, taken = _Layout(), np.full((len(sweep.members), len(_TAKEN)), np.nan)
     kept: dict[int, xr.Dataset] = {}
+    unclosed: list[str] = []
     room = _KEPT
     for number, file in files.items():
         found = datasets.open(file)
@@ -61,7 +62,11 @@ def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
             room -= found.nbytes
         layout.note(found)
         taken[number] = [found.attrs.get(name, np.nan) for name in _TAKEN]
+        warnings = str(found.attrs.get("ledger_warnings", "")).splitlines()
+        unclosed += [f"{member(number)}: {sentence}" for sentence in warnings]
     skeleton = _skeleton(sweep, failures, layout, taken)
+    if unclosed:
+        skeleton.attrs["ledger_warnings"] = "\n".join(unclosed)
 
     def fill(aside: Path) -> None:
         skeleton.to_netcdf(aside, engine="netcdf4", format="NETCDF4")

@@ -99,6 +99,24 @@ def test_a_companion_inside_the_star_ends_with_the_exit_code_of_a_ledger_that_do
     assert main(["resume", str(inside)]) == 3
 
 
+@pytest.mark.slow
+def test_a_sweep_names_the_member_whose_ledger_does_not_close(tmp_path, capsys):
+    scene = (SIMS / "star_and_companion.toml").read_text()
+    (tmp_path / "sweep.toml").write_text(
+        scene.replace("particles = 500", 'particles = 64\nrelax = false\nplacement = "lattice"')
+        .replace("end = 30.0", "max_steps = 3\nend = 30.0")
+        .replace("[[companions]]", '[sweep]\n"companions.0.semi_major_axis" = [4.0, 1e-10]\n[[companions]]')
+    )
+    folder = tmp_path / "run"
+    assert main(["run", str(tmp_path / "sweep.toml"), "--workers", "1", "--output", str(folder)]) == 3
+    told = "warning: member-0001: the virial tensor of companions is off by"
+    printed = capsys.readouterr().out
+    assert told in printed and "member-0000: the" not in printed
+    assert main(["show", str(folder)]) == 0
+    assert told in capsys.readouterr().out
+    assert main(["resume", str(folder)]) == 3
+
+
 @pytest.mark.parametrize("command", ["run", "resume"])
 def test_help_says_what_the_exit_code_means(command, capsys):
     with pytest.raises(SystemExit):
