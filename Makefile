@@ -68,8 +68,6 @@ demo: $(VENV)/run
 	else $(RUN) -m astroinertia.cli run sims/pulsar_collapse.toml --output runs/pulsar_collapse; fi
 	@$(RUN) -m astroinertia.cli show runs/pulsar_collapse
 
-# Each worker is to use one core: two threads of linear algebra in each of two wait for one another, ten times as long.
-test test-quick: export OPENBLAS_NUM_THREADS := 1
 test: $(VENV)/test
 	$(RUN) -m pytest -m "not full" --kept -n $(WORKERS) --dist worksteal
 

@@ -6,7 +6,7 @@ import select
 import sys
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -368,7 +368,9 @@ def _resume(options: argparse.Namespace) -> int:
 
 def _sweep(sweep: "Sweep", folder: Path, options: argparse.Namespace, deadline: float) -> int:
     console = _Console(highlight=False)
-    found = cli_sweep.carry_out(sweep, folder, options, deadline, console, _say)
+    voice = Voice(console, "members are at work")
+    with nullcontext() if console.is_terminal else voice:
+        found = cli_sweep.carry_out(sweep, folder, options, deadline, console, voice.say)
     unclosed = cli_sweep.unclosed(found.file)
     for line in (*cli_sweep.failures(sweep, found), *unclosed):
         _say(line)

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from astroinertia.cli_meter import Voice
-
 if TYPE_CHECKING:
     from astroinertia.scale.ensemble import Carried, Standing
     from astroinertia.scene.plan import Plan
@@ -80,7 +78,7 @@ def carry_out(
         + (f", {done} of them done before" if done else "")
         + (f"; {where}" if left else "")
     )
-    with _Bar(console) as bar:
+    with _Bar(console, say) as bar:
         return ensemble.run_sweep(
             sweep, folder, workers, cluster, getattr(options, "minutes", ensemble.DEFAULT_MINUTES), bar.tell, deadline
         )
@@ -89,36 +87,30 @@ def carry_out(
 class _Bar:
     """Shows how far a sweep is: a bar on a terminal, a line now and then elsewhere."""
 
-    def __init__(self, console: Console) -> None:
-        self.console = console
+    def __init__(self, console: Console, say: Say) -> None:
+        self.console, self.say = console, say
         self.bar: Any = None
         self.task: Any = None
         self.last_line = float("-inf")
-        self.voice = Voice(console, "the first members are run")
 
     def __enter__(self) -> "_Bar":
-        if not self.console.is_terminal:
-            self.voice.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:
-        if not self.console.is_terminal:
-            self.voice.__exit__()
-        elif self.bar is not None:
+        if self.bar is not None:
             self.bar.stop()
 
     def tell(self, standing: "Standing") -> None:
         """Show it."""
         failed = f", {standing.failed} failed" if standing.failed else ""
         known = standing.done < standing.members and math.isfinite(standing.to_go)
-        self.voice.begin(f"after {standing.done} of {standing.members} members")
         to_go = f", {standing.to_go:.0f} s to go" if known else ""
         line = f"{standing.done} of {standing.members} members{failed}{to_go}"
         if self.console.is_terminal:
             self._opened(standing.members).update(self.task, completed=standing.done, told=line)
         elif standing.seconds - self.last_line >= SECONDS_BETWEEN_LINES or standing.done == standing.members:
             self.last_line = standing.seconds
-            self.voice.say(f"{standing.seconds:7.1f} s  {line}")
+            self.say(f"{standing.seconds:7.1f} s  {line}")
 
     def _opened(self, members: int) -> Any:
         if self.bar is None:
