@@ -22,7 +22,8 @@ from astroinertia.cli_stop import INTERRUPTED
 from tests.tradeoff_scenes import SIMS
 
 HANGS = 120.0  # s
-OF_JAX = re.compile(r"[EW]\d{4} .*\.cc:\d+\] ")  # what it says of a cache that another machine has filled
+# What JAX says of a cache that another machine has filled, and what long commands say of themselves.
+ASIDE = re.compile(r"[EW]\d{4} .*\.cc:\d+\] |\d+ s: ")
 OF_THE_CLOCK = ["wall_time", "measured_wall_time", "measured_memory"]
 TOP = [str(SIMS / "tennis_racket.toml"), "--set", "time.end=2 s", "--set", "output.series_every=0.02 s"]
 PARTICLES = [
@@ -155,7 +156,7 @@ def signalled(place: Place, name: str, numbers, after: float, counted: Counted, 
                 with suppress(ProcessLookupError):
                     os.kill(each, signal.SIGKILL)
     lines = (out / "complaints").read_text().splitlines(keepends=True)
-    complaints = "".join(line for line in lines if not OF_JAX.match(line))
+    complaints = "".join(line for line in lines if not ASIDE.match(line))
     said = f"{name}, {[each.name for each in numbers]} after {after:.2f} s, code {process.returncode}: {complaints}"
     counted.sent[name] += 1
     counted.ended[_judged(process.returncode, numbers, complaints, under_way, said)] += 1
