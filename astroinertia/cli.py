@@ -6,7 +6,7 @@ import select
 import sys
 import time
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext, suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -183,7 +183,7 @@ def _parser() -> argparse.ArgumentParser:
         ("report", cli_pages.report, "tell all of a run in one HTML file: scene, pictures, ledger, accuracy"),
         ("view", cli_pages.view, "show the body of a run to turn about, in one HTML file"),
     ):
-        page = _command(commands, name, _printing(action), text, f"astroinertia {name} runs/coarse")
+        page = _command(commands, name, _printing(name, action), text, f"astroinertia {name} runs/coarse")
         cli_pages.add_arguments(page, name)
 
     tradeoff = _command(
@@ -205,7 +205,9 @@ def _parser() -> argparse.ArgumentParser:
         ("ratios", cli_ratios, "print the moment ratios of the solar system, measured against models", "--body Mars"),
     )  # fmt: skip
     for name, module, text, example in printing:
-        module.add_arguments(_command(commands, name, _printing(module.report), text, f"astroinertia {name} {example}"))
+        module.add_arguments(
+            _command(commands, name, _printing(name, module.report), text, f"astroinertia {name} {example}")
+        )
 
     verify = _command(
         commands,
@@ -229,23 +231,15 @@ def _command(commands, name: str, action: Callable, text: str, example: str) -> 
     command = commands.add_parser(
         name, help=text, description=f"{text[:1].upper()}{text[1:]}.", epilog=f"example: {example}", allow_abbrev=False
     )
-    command.set_defaults(command=action if action in (_run, _resume, _movie, _verify) else _spoken_of(name, action))
+    command.set_defaults(command=action)
     return command
 
 
-def _spoken_of(name: str, action: Callable[[argparse.Namespace], int]) -> Callable[[argparse.Namespace], int]:
-    """A command that does not say itself how far it is."""
-
-    def spoken_of(options: argparse.Namespace) -> int:
-        with _voice(f"{name} is at work"):
-            return action(options)
-
-    return spoken_of
-
-
-def _printing(action: Callable[[argparse.Namespace], str]) -> Callable[[argparse.Namespace], int]:
+def _printing(name: str, action: Callable[[argparse.Namespace], str]) -> Callable[[argparse.Namespace], int]:
     def printed(options: argparse.Namespace) -> int:
-        _say(action(options))
+        with _voice(f"{name} is at work"):
+            told = action(options)
+        _say(told)
         return GOOD
 
     return printed
@@ -281,6 +275,11 @@ def _say(text: str, end: str = "\n") -> None:
 
 def _voice(doing: str) -> Voice:
     return Voice(_Console(highlight=False, stderr=True), doing)
+
+
+def _voice_unless_shown(console: Console, doing: str) -> AbstractContextManager[object]:
+    """Where something moves on a terminal it says enough."""
+    return nullcontext() if console.is_terminal else Voice(console, doing)
 
 
 def _load(options: argparse.Namespace) -> "Scene":
@@ -321,19 +320,21 @@ def _plan(options: argparse.Namespace) -> int:
     scene = _load(options)
     if options.pilot:
         scene = _chosen(scene, Path("runs") / scene.name, options)
-    told = plan(scene)
-    told = cli_calibrate.with_cost(told, scene, options, _say)
+    with _voice("the plan is worked out"):
+        told = cli_calibrate.with_cost(plan(scene), scene, options, _say)
     _Console(highlight=False).print(*cli_plan.parts(told), sep="\n")
     if not options.audit:
         return GOOD
-    found = cli_audit.audited(scene)
+    with _voice("importing") as voice:
+        found = cli_audit.audited(scene, voice.begin)
     _Console(highlight=False).print(cli_audit.table(found))
     _say(cli_audit.verdict(found))
     return GOOD if found.holds else FAILED
 
 
 def _calibrate(options: argparse.Namespace) -> int:
-    _say(cli_calibrate.report(options, _say))
+    with _voice("a probe is at work"):
+        _say(cli_calibrate.report(options, _say))
     return GOOD
 
 
@@ -368,9 +369,8 @@ def _resume(options: argparse.Namespace) -> int:
 
 def _sweep(sweep: "Sweep", folder: Path, options: argparse.Namespace, deadline: float) -> int:
     console = _Console(highlight=False)
-    voice = Voice(console, "members are at work")
-    with nullcontext() if console.is_terminal else voice:
-        found = cli_sweep.carry_out(sweep, folder, options, deadline, console, voice.say)
+    with _voice_unless_shown(console, "members are at work"):
+        found = cli_sweep.carry_out(sweep, folder, options, deadline, console, _say)
     unclosed = cli_sweep.unclosed(found.file)
     for line in (*cli_sweep.failures(sweep, found), *unclosed):
         _say(line)
@@ -397,7 +397,7 @@ def _show(options: argparse.Namespace) -> int:
         _say("\n".join(cli_sweep.summary(options.file)))
         return GOOD
     opened = cli_result.opened(options.file)
-    with cli_result.shown(options.file):
+    with cli_result.shown(options.file), _voice("pictures are drawn"):
         _say(plots.summary(opened))
         written = plots.write_all(opened, options.output or cli_result.beside(options.file))
     _say("pictures:")
@@ -407,7 +407,8 @@ def _show(options: argparse.Namespace) -> int:
 
 
 def _movie(options: argparse.Namespace) -> int:
-    with cli_movie.Bar(_Console(highlight=False)) as bar:
+    console = _Console(highlight=False)
+    with _voice_unless_shown(console, "frames are drawn"), cli_movie.Bar(console) as bar:
         told = cli_movie.carry_out(options, bar.tell)
     _say(told)
     return GOOD
@@ -423,7 +424,8 @@ def _tradeoff(options: argparse.Namespace) -> int:
             _say(f"{line}: {standing.now}")
 
     begun = interrupts.under_way(lambda by: KEPT)
-    with begun, console.status("looking for the exact answer") as status:
+    beside = _voice_unless_shown(console, "settings are tried")
+    with begun, beside, console.status("looking for the exact answer") as status:
         lines, interrupted = cli_tradeoff.carry_out(_load(options), options, tell)
     console.print(Text("\n".join(lines)), soft_wrap=True)
     if interrupted:

@@ -1,6 +1,7 @@
 """The option `plan --audit`: a table of what the program holds of each effect. Printing is left to cli.py."""
 
 import argparse
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rich import box
@@ -21,15 +22,13 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def audited(scene: "Scene") -> "Audit":
-    """The audit of a scene with costs, its progress told on a line that goes away."""
-    from rich.console import Console
-
+def audited(scene: "Scene", begin: Callable[[str], None]) -> "Audit":
+    """The audit of a scene with costs; `begin` hears what is done next."""
     from astroinertia.audit.absence import audited, with_costs
 
-    with Console(stderr=True).status("one step, in an interpreter of its own") as line:
-        found = audited(scene)
-        return with_costs(found, scene, lambda what: line.update(f"timing {what}"))
+    begin("one step, in an interpreter of its own")
+    found = audited(scene)
+    return with_costs(found, scene, lambda what: begin(f"timing {what}"))
 
 
 def table(audit: "Audit") -> Table:

@@ -7,6 +7,7 @@ import math
 import re
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -335,9 +336,19 @@ class CodeUnits:
         return self.length * math.sqrt(self.length / self.mass) / math.sqrt(self.gravitational_constant)
 
     def unit(self, dimension: str | Dimension) -> float:
-        """The code unit of a dimension, in SI."""
+        """The code unit of a dimension, in SI; infinite or 0 where no number is as large or small."""
         exponents = dimension_of(dimension)
-        return self.mass**exponents.mass * self.length**exponents.length * self.time**exponents.time
+        powers = (
+            (self.mass, exponents.mass), (self.length, exponents.length), (self.time, exponents.time),
+        )  # fmt: skip
+        with suppress(OverflowError):
+            found = math.prod(base**exponent for base, exponent in powers)
+            if 0.0 < found < math.inf:
+                return found
+        # Powers of large exponents may overflow where their product does not.
+        with suppress(OverflowError):
+            return math.exp(sum(exponent * math.log(base) for base, exponent in powers))
+        return math.inf
 
     def to_code(self, value, dimension: str | Dimension):
         """SI number or array to code units."""

@@ -55,7 +55,8 @@ def refuse_extremes(scene: Scene) -> None:
                 table=True,
             )
     for path, value, dimension, positive in (*_numbers(scene), *_constants(scene), *_of_effects(scene)):
-        size = abs(value) / units.unit(dimension)
+        unit = units.unit(dimension)
+        size = abs(value) / unit if unit else math.inf
         if size > LARGEST or (positive and size < SMALLEST):
             bound = f"at most {LARGEST:g}" if size > LARGEST else f"at least {SMALLEST:g}"
             raise Problem(path, f": must be {bound} in the units of the run, in which it is {size:.3g}.")

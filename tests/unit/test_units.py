@@ -1,6 +1,7 @@
 """Quantities from text, and code units."""
 
 import math
+from fractions import Fraction
 
 import pytest
 from astropy import constants
@@ -157,3 +158,14 @@ def test_a_magnetic_field_is_a_root_of_a_pressure():
     assert quantity("2e8 T", "magnetic_field") == pytest.approx(field, rel=1e-15)
     with pytest.raises(SceneError, match="not a magnetic field"):
         quantity("2 A", "magnetic_field")
+
+
+def test_units_of_steep_pressures_are_found_where_their_factors_are_beyond_all_numbers():
+    """K of P = K rho^10 has kg^-9 m^29 s^-2, and (7.9e12 m)^29 is 1e374."""
+    code = CodeUnits(1.85e21, 7.851e12)
+    steep = units.pressure_constant_dimension(10.0)
+    powers = {code.mass: -9, code.length: 29, code.time: -2}
+    expected = math.prod(Fraction(base) ** exponent for base, exponent in powers.items())
+    assert code.unit(steep) == pytest.approx(float(expected), rel=1e-12)
+    assert CodeUnits(1.85e21, 7.851e20).unit(steep) == math.inf
+    assert CodeUnits(1.85e45, 7.851e-10).unit(steep) == 0.0
