@@ -151,14 +151,14 @@ def kick(xp: Any, state: State, dt: Array, matter: Any = None) -> State:
             heat[k] = heat[k] + energy
     else:
         given = [None if q is None else dt * q for q in rates.heating]
-        before, density = state.entropy, rates.fluid.density
-        entropy, heat = warmed(xp, matter, mass, density, before, given, rates.exchange, dt, -xp.inf)
+        density = rates.fluid.density
+        entropy, heat = warmed(xp, matter, mass, density, state.entropy, given, rates.exchange, dt, -xp.inf)
     points = {kind: each.kicked(dt) for kind, each in state.points.items()}
     regions = {
         name: books.kicked(xp, mass * state.memory[member_key(name)], state.position, before, after, increments, length)
         for name, books in state.regions.items()
     }
-    ledger = after_heating(ledger, xp.stack(heat))
+    ledger = after_heating(ledger, xp.asarray(heat))
     return replace(state, velocity=after, entropy=entropy, ledger=ledger, points=points, regions=regions)
 
 

@@ -298,7 +298,7 @@ def kick(
     mass, position = flow.take("mass", awake), flow.take("position", awake)
     before = flow.take("velocity", awake)
     increments = with_drag(pushes, drags, before, spans.closing + spans.opening)
-    after = added(before, reduce(added, increments))
+    after = added(before, reduce(added, increments, None))
     body = Whole(flow.total_mass, flow.centre, flow.centre_velocity)
     momentum = flow.ledger.impulse.total.sum(axis=0)
     everyone = flow.whole and len(awake) == flow.count

@@ -39,7 +39,7 @@ def compression(problem: Any, eos: Any, mass: Array, entropy: Array, before: Arr
     xp = problem.engine.xp
     new, old = (eos.energy(xp, density, entropy) for density in (after, before))
     gain = totals(xp, change, mass, new, old)[0][0]
-    return xp.stack([gain if name == "pressure" else xp.zeros(()) for name in problem.effect_names])
+    return xp.asarray([gain if name == "pressure" else xp.zeros(()) for name in problem.effect_names])
 
 
 def product(xp, a, b):

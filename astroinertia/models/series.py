@@ -42,7 +42,7 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
     ledger = state.ledger
     direct, evolved = inertia_from_second_moment(second), np.asarray(ledger.inertia_tensor())
     tensors = virial_tensors(problem, arrangement, state.rates.fluid)
-    virial = np.stack([np.asarray(tensors[name]) for name in names])
+    virial = np.array([np.asarray(tensors[name]) for name in names]).reshape(-1, 3, 3)
     accelerations = [np.asarray(a) for a in effect_accelerations(problem.engine.xp, state.rates)]
     mismatch = [
         _ratio(
@@ -73,8 +73,8 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
         "inertia_tensor_evolved": evolved,
         "ledger_closure": ledger_closure(problem, state),
         "mixed_impulse": np.asarray(ledger.mixed_impulse.total),
-        "torque": np.stack([antisymmetric_vector(np, tensor) for tensor in virial]),
-        "force": np.stack([mass @ a for a in accelerations]),
+        "torque": np.array([antisymmetric_vector(np, tensor) for tensor in virial]).reshape(-1, 3),
+        "force": np.array([mass @ a for a in accelerations]).reshape(-1, 3),
         "impulse": np.asarray(ledger.impulse.total),
         "work": work,
         "heating": heating,

@@ -33,7 +33,8 @@ def judged(command, numbers, folder):
                 fault = fault or unclosed(run)
             if fault:
                 faults.append((number, fault, found.said))
-    assert not faults, "\n".join(f"{number}: {fault}\n{said}" for number, fault, said in faults)
+    listed = [f"{number}: {fault}" for number, fault, _ in faults]
+    assert not faults, "\n".join(listed + [said for *_, said in faults])
     return {
         "scenes": len(numbers), "ended_well": ended, "refused": len(numbers) - ended, "tracebacks": 0, "silences": 0,
         "longest_silence_seconds": round(longest, 1), "longest_seconds": round(most, 1),
