@@ -7,11 +7,14 @@ Tests: tests/unit/test_polytrope.py.
 """
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.integrate import solve_ivp
+
+from astroinertia.errors import NumericalError
 
 _SERIES_END = 0.04  # xi up to which six terms of the series at the centre are exact to round-off
 HANDOVER = 1.0  # xi at which theta takes over as the independent variable (theta is 0.83 to 0.86 there)
@@ -193,10 +196,20 @@ class Polytrope:
 
     @property
     def constant(self) -> float:
-        """K of P = K rho^(1 + 1/n); ValueError for n = 0, where P does not follow from rho."""
+        """K of P = K rho^(1 + 1/n); ValueError for n = 0, where P does not follow from rho.
+
+        NumericalError where the index is so small that no number is as large, or as small.
+        """
         if self.index == 0:
             raise ValueError("a polytrope of index 0 is incompressible: it has no polytropic constant")
-        return self.central_pressure / self.central_density**self.gamma
+        with suppress(OverflowError, ZeroDivisionError):
+            found = self.central_pressure / self.central_density**self.gamma
+            if 0.0 < found < math.inf:
+                return found
+        raise NumericalError(
+            f"a polytrope of index {self.index:g} has a pressure in proportion to density^{self.gamma:.3g}, beyond "
+            "what numbers hold: take a larger index, or 0 for an incompressible body"
+        )
 
     @property
     def gravitational_energy(self) -> float:

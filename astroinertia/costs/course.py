@@ -196,7 +196,8 @@ def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
     if times[-1] < end:
         times.append(end)
         sizes.append(sizes[-1])
-    return np.array(times), np.array(sizes)
+    follows = np.diff(times, prepend=-1.0) > 0.0  # what is over at once leaves times that are the same number
+    return np.array(times)[follows], np.array(sizes)[follows]
 
 
 def _drag_limit(scene: Scene, times: np.ndarray) -> np.ndarray:

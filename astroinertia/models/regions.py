@@ -138,7 +138,9 @@ class Regions:
             "region_inertia_tensor_evolved": evolved,
             "region_ledger_closure": np.linalg.norm(evolved - direct) / largest if len(chosen) > 1 else 0.0,
             "region_angular_momentum": axial_vector(mixed),
-            "region_virial_tensor": np.array([weighted_outer(mass, position - centre, a) for a in accelerations]).reshape(-1, 3, 3)
+            "region_virial_tensor": np.array(
+                [weighted_outer(mass, position - centre, a) for a in accelerations]
+            ).reshape(-1, 3, 3)
             if occupied
             else np.zeros((len(accelerations), 3, 3)),
             "region_mixed_impulse": np.asarray(books.ledger.mixed_impulse.total),

@@ -351,3 +351,12 @@ def test_no_number_of_steps_is_claimed_of_a_collapse_that_nothing_stops() -> Non
     scene = load.loads(text.replace('kind = "polytrope"\nindex = 1.5', 'kind = "uniform"\npressure_fraction = 0.01'))
     assert predict(scene, machine.shipped()) is None
     assert told.lines(scene, None)[0].value == "not known"
+
+
+def test_a_body_that_flies_apart_at_once_has_a_course_all_the_same():
+    """A step of its own pace is then too short for the time to change by it."""
+    evrard = next(path for path in SIMS if path.stem == "evrard")
+    hot = load.load_file(evrard, ["body.specific_internal_energy=1e10"])
+    times, _ = course.course(course.sphere_of(hot), hot.time.end)
+    assert (np.diff(times) > 0.0).all() and times[-1] == hot.time.end
+    assert course.steps(hot) > 0.0

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies.polytrope import Polytrope, lane_emden, polytrope_radius
+from astroinertia.errors import NumericalError
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "polytropes.json").read_text())
 QUANTITIES = {
@@ -100,3 +101,10 @@ def test_questions_without_an_answer_are_refused():
         _ = Polytrope(0.0).constant
     with pytest.raises(ValueError, match="index 3"):
         polytrope_radius(3.0, 1.0, 0.36)
+
+
+def test_a_constant_beyond_what_numbers_hold_is_refused_in_a_sentence():
+    thin = Polytrope(0.05, mass=1.0, radius=1e6)
+    with pytest.raises(NumericalError, match=r"index 0.05 has a pressure in proportion to density\^21, beyond what"):
+        _ = thin.constant
+    assert Polytrope(0.05, mass=1.0, radius=1.0).constant > 0.0
