@@ -15,6 +15,7 @@ CLOSURE = 1e-6  # of the largest inertia tensor
 MISMATCH = 1e-3  # of the sum of m |x| |a|
 NOTHING = 1e-6  # of the largest virial tensor of an output: an effect that does less is not judged
 ENERGY = 0.05  # of the largest energy
+FAR = 1e6  # sizes of a body, a distance from the origin at which squares are rounded to 1e-4 of the body's
 ENERGIES = ("kinetic_energy", "internal_energy", "gravitational_energy", "potential_energy")
 
 
@@ -25,7 +26,7 @@ def ledger_warnings(series: Mapping[str, np.ndarray], effects: Sequence[str]) ->
     if closure > CLOSURE:
         found.append(
             f"the ledger does not close: the inertia tensor that it evolves is off by {closure:.2g} of the largest one "
-            f"(at most {CLOSURE:g} is round-off); take shorter time steps."
+            f"(at most {CLOSURE:g} is round-off); {_remedy(series)}."
         )
     mismatches = np.atleast_2d(np.asarray(series.get("virial_mismatch", np.nan), dtype=float))
     if mismatches.shape[-1] == len(effects):
@@ -44,6 +45,20 @@ def ledger_warnings(series: Mapping[str, np.ndarray], effects: Sequence[str]) ->
             "shorter time steps."
         )
     return found
+
+
+def _remedy(series: Mapping[str, np.ndarray]) -> str:
+    """What helps a ledger to close."""
+    with np.errstate(all="ignore"):
+        square = np.trace(np.asarray(series.get("second_moment", np.nan * np.eye(3)[None])), axis1=-2, axis2=-1)
+        size = np.sqrt(square / np.asarray(series.get("mass", np.nan)))
+        away = _largest(np.linalg.norm(series.get("centre_of_mass", np.zeros((1, 3))), axis=-1) / size.flat[0])
+    if away > FAR:
+        return (
+            f"the body is {away:.2g} of its sizes from the origin, where its shape is rounded away: begin nearer to the "
+            "origin, or move with it"
+        )
+    return "take shorter time steps"
 
 
 def told(attributes: Mapping[Any, Any]) -> str:

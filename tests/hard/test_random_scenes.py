@@ -47,11 +47,10 @@ def judged(command, numbers, folder):
 
 
 def has_lost_its_digits(run):
-    """Whether a body has moved so many times its size that its shape is rounded away, which its ledger tells."""
+    """Whether a body is so many times its size from the origin that its shape is rounded away, as its ledger tells."""
     with dataset.open(run) as found:
         size = np.sqrt(np.trace(found["second_moment"].values[0]) / found["mass"].values[0])
-        moved = np.linalg.norm(found["centre_of_mass"].values[-1] - found["centre_of_mass"].values[0])
-        return bool(moved > FAR * size)
+        return bool(np.linalg.norm(found["centre_of_mass"].values, axis=-1).max() > FAR * size)
 
 
 def unclosed(run):

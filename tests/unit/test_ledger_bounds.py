@@ -41,6 +41,15 @@ def test_a_body_on_which_nothing_acts_is_no_doubt():
     assert ledger_warnings(records() | nothing, ()) == []
 
 
+def test_a_body_whose_shape_is_rounded_away_is_not_told_to_take_shorter_steps():
+    second = np.array([0.4, 0.2, 0.2])[:, None, None] * np.eye(3)
+    far = {"mass": np.full(3, 0.3), "second_moment": second, "centre_of_mass": np.full((3, 3), 4e7)}
+    (sentence,) = ledger_warnings(records(closure=97.0) | far, EFFECTS)
+    assert "the body is 3.5e+07 of its sizes from the origin" in sentence and "shorter" not in sentence
+    (sentence,) = ledger_warnings(records(closure=97.0) | far | {"centre_of_mass": np.full((3, 3), 4e5)}, EFFECTS)
+    assert "take shorter time steps" in sentence
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
