@@ -17,6 +17,7 @@ from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
 from astroinertia.scene.plan import cadence, code_units, plan, regions_told, smoothing, softening
 from astroinertia.scene.schema import Scene
+from astroinertia.start.effects import effects_of
 from astroinertia.start.spheres import Sphere, Star, sphere
 from astroinertia.units import CodeUnits
 from astroinertia.unpacked import plain_text
@@ -113,6 +114,11 @@ def outputs_of(scene: Scene, units: CodeUnits) -> Outputs:
         align=scene.output.align,
         checkpoint_seconds=scene.output.checkpoint_seconds,
     )
+
+
+def refuse_contradictions(scene: Scene) -> None:
+    """SceneError where options of an effect contradict each other, before anything is prepared that takes long."""
+    effects_of(scene, code_units(scene))
 
 
 def metadata(scene: Scene) -> dict[str, Any]:

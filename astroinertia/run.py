@@ -12,7 +12,16 @@ import xarray as xr
 
 from astroinertia import dataset, interrupts
 from astroinertia.archive import Archive, final_name, refuse_if_taken
-from astroinertia.build import Prepared, metadata, note_versions, prepare, restore, scene_of, told_by
+from astroinertia.build import (
+    Prepared,
+    metadata,
+    note_versions,
+    prepare,
+    refuse_contradictions,
+    restore,
+    scene_of,
+    told_by,
+)
 from astroinertia.costs import experience, machine
 from astroinertia.costs.prediction import predict
 from astroinertia.engines import hosts
@@ -74,6 +83,7 @@ def run_scene(
     RunInterrupted after a signal or for the deadline, with everything sealed so that `resume` goes on.
     """
     begun = clock.monotonic() if begun is None else begun
+    refuse_contradictions(scene)
     described = metadata(scene) | _predicted(scene)
     hosts.first_then_others(lambda: refuse_if_taken(folder, described), lambda: None)
     with jax.enable_x64(True), shared_out(scene.numerics.devices):

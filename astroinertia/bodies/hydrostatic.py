@@ -42,6 +42,7 @@ _CROWDING = 3  # steps of the last layer crowd to the surface, beyond which rho(
 _PICARD = 20  # iterations a step: each gains a factor of the step's share of P/K over its number
 _NEWTON_STEPS = 50
 _RESOLUTION = 1e-4  # resolution error beyond which a result is refused
+NARROW = 1e-6  # of the radius: a piece in which a straight line is as good as a cubic, to 1e-12 of the density
 _TOLERANCE = 1e-13  # of the logarithm of the central pressure
 _LARGEST_CHANGE = 1.0  # of that logarithm in a step of Newton's method
 
@@ -86,7 +87,8 @@ class HydrostaticPlanet:
         """The same as polynomial layers, for gravity, Love numbers and figures: a cubic in r between each two rows.
 
         Density and its slope are met at each row; in between the error falls with the fourth power of their distance
-        (1e-9 of the Love number for an Earth of 6 steps a layer).
+        (1e-9 of the Love number for an Earth of 6 steps a layer). A straight line does in pieces so narrow that a cubic
+        would lose more to round-off.
         """
         # In numpy where values are known: a compiler may compute the cube twice and differently; its round-off, large
         # in narrow pieces, then does not cancel (it leaves 1e-9 of the density).
@@ -100,9 +102,10 @@ class HydrostaticPlanet:
         slopes = self.density_slope * self.mean_radius
         first, last = slopes[:, :-1].ravel(), slopes[:, 1:].ravel()
         mean = (end - start) / safe
-        square = xp.where(some, (3 * mean - 2 * first - last) / safe, 0.0)
-        cube = xp.where(some, (first + last - 2 * mean) / safe**2, 0.0)
-        first = xp.where(some, first, 0.0)
+        wide = width > NARROW
+        square = xp.where(wide, (3 * mean - 2 * first - last) / safe, 0.0)
+        cube = xp.where(wide, (first + last - 2 * mean) / safe**2, 0.0)
+        first = xp.where(wide, first, xp.where(some, mean, 0.0))
         coefficients = xp.stack(
             [
                 start - low * (first - low * (square - low * cube)),

@@ -1,5 +1,6 @@
 """Ordinary differential equations to a tolerance: an explicit pair of order 8(7) with steps that follow the error."""
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -11,8 +12,9 @@ import jax.numpy as jnp
 
 Tree = Any
 
-MOST_STEPS = 4_000_000  # some ten seconds of work, and then it says that it failed
-AT_ONCE = 2**16  # steps, after which whoever evolves a body looks at the clock and at what signals ask for
+MOST_STEPS = 4_000_000  # from one record to the next, and then it says that it failed
+JUDGED = 2**10  # steps, from which on it is told from their length whether they will be far too many
+FAR_TOO_MANY = 10 * MOST_STEPS
 SHORTEST = 1e-14  # of a step, as a share of the time: round-off
 WHOLE = 0.99  # of what is left, beyond which a first step takes all of it
 
@@ -32,6 +34,25 @@ class Advanced(NamedTuple):
     stopped: jax.Array
     failed: jax.Array
     unfinished: jax.Array
+
+
+class Way:
+    """The way from one record to the next, which `advance` may go in parts: whether it is to go on."""
+
+    def __init__(self) -> None:
+        self._begun, self._steps = math.nan, 0
+
+    def goes_on(self, begun: float, found: Advanced, until: float) -> bool:
+        """Whether there is more of the way after a part that began then; not where it takes too many steps."""
+        if self._steps == 0:
+            self._begun = begun
+        self._steps += int(found.steps)
+        share = (float(found.time) - self._begun) / (until - self._begun)
+        most = MOST_STEPS if self._steps < JUDGED else min(MOST_STEPS, FAR_TOO_MANY * share)
+        if bool(found.unfinished) and self._steps < most:
+            return True
+        self._steps = 0
+        return False
 
 
 class FirstStepGiven(diffrax.PIDController):

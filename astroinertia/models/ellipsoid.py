@@ -15,6 +15,7 @@ from astroinertia.models.affine_body import Problem, State
 from astroinertia.models.ellipsoid_record import energies, ledger_closure, series_record, unaccounted_energy
 from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Record
 
+AT_ONCE = 2**8  # steps, of up to some 20 ms, after which the run looks at the clock and at what signals ask for
 ABSOLUTE = 0.1  # absolute error over the relative one, of numbers of order 1
 COLLAPSED = 1e-8  # of the smallest semi-axis at the start: what is thinner counts as a pancake, a spindle or a point
 STEEP = 1e4  # times that thickness, below which steps that grow too short tell of a collapse too
@@ -51,7 +52,7 @@ class Ellipsoid:
             self.problem, self.state = as_arrays(problem), as_arrays(state)
         self.opening = energies(self._seen())
         self.largest_inertia = 0.0
-        self.since_record = 0  # steps
+        self._way = adaptive.Way()
         self._note_inertia()
 
     def advance(self, until: float) -> None:
@@ -63,17 +64,16 @@ class Ellipsoid:
             found = adaptive.advance(
                 affine_body.scaled_rate, self.problem, affine_body.measured(self.problem, self.state), self.time, until,
                 min(self.timestep, until - self.time), self.tolerance, ABSOLUTE * self.tolerance, affine_body.ended,
-                min(adaptive.AT_ONCE, adaptive.MOST_STEPS),
+                min(AT_ONCE, adaptive.MOST_STEPS),
             )  # fmt: skip
+            goes_on = self._way.goes_on(self.time, found, until)
             self.state = affine_body.unmeasured(self.problem, found.state)
             self.time, self.steps = float(found.time), self.steps + int(found.steps)
             self.timestep = float(found.timestep)
-            self.since_record += int(found.steps)
-            unfinished = bool(found.unfinished) and self.since_record < adaptive.MOST_STEPS
-            if not unfinished:
+            if not goes_on:
                 if bool(found.stopped) or bool(found.failed):
                     raise self._diagnosis()
-                self.time, self.since_record = until, 0
+                self.time = until
         self._note_inertia()
 
     def record(self, opening_potential: float | None) -> Record:

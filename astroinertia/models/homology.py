@@ -296,6 +296,8 @@ class Dynamic:
     def _started(self) -> DOP853:
         time, state = self._knots[-1]
         self._bound = next((each for each in self._breaks if each > time), self._end)
+        if not np.isfinite(self._slope(time, state)).all():  # of which the solver would try ever shorter steps
+            raise NumericalError("the forces on the body are beyond what numbers hold", time=time)
         error: Any = _ABSOLUTE * np.maximum(np.abs(state), 1.0)
         return DOP853(self._slope, time, state, self._bound, rtol=_RELATIVE, atol=error)
 

@@ -40,6 +40,7 @@ ABSENT = {
 # they take another length: within it they stay alike, as a symplectic method wants them.
 _STEPS_BETWEEN_LOOKS = 4096
 _STEPS_AT_ONCE = 2**17  # of the splitting, after which the run looks at the clock and at what signals ask for
+_ADAPTIVE_AT_ONCE = 2**13  # of the adaptive integrator
 _CHANGE_OF_PACE = 1.25
 _SIZES_LOOKED_AT = 65  # between now and the next break, for the smallest
 _FIRST_STEP = 0.05  # of the adaptive integrator, over one radian of the fastest turn
@@ -77,7 +78,7 @@ class RigidBody:
         sized = _BY_SIZE if body.change is not None else 0
         self.state = rigid_splitting.rotor(quaternion, momentum, np.zeros(sized + len(body.effects)))
         self._time, self._steps, self._timestep, self._pace = 0.0, 0, 0.0, 0.0
-        self._since_record = 0  # steps of the adaptive integrator
+        self._way = adaptive.Way()
         if sized:
             energy = rigid.rotational_energy(body, jnp.zeros(()), self.state.momentum_in_body)
             self.state = replace(self.state, books=_filled(self.state.books.value.at[0].set(energy)))
@@ -243,10 +244,9 @@ class RigidBody:
         tolerance = self.settings.tolerance
         found = adaptive.advance(
             rigid.rate, (body, *self._units), state, self._time, until, first, tolerance, tolerance, None,
-            min(adaptive.AT_ONCE, adaptive.MOST_STEPS),
+            min(_ADAPTIVE_AT_ONCE, adaptive.MOST_STEPS),
         )  # fmt: skip
-        self._since_record += int(found.steps)
-        unfinished = bool(found.unfinished) and self._since_record < adaptive.MOST_STEPS
+        unfinished = self._way.goes_on(self._time, found, until)
         if bool(found.failed) and not unfinished:
             told = "the adaptive integrator does not come on"
             if bool(found.unfinished):
@@ -267,7 +267,6 @@ class RigidBody:
         for _ in range(3):  # from a tenth to round-off: the error left is the square of what it was
             state = _without_carry(rigid_splitting.put_right(state, _MISALIGNED))
         self.state, self._time = state, float(found.time) if unfinished else until
-        self._since_record = self._since_record if unfinished else 0
         self._timestep, self._steps = float(found.timestep), self._steps + int(found.steps)
 
     def _strike(self, number: int, effect: Any) -> None:

@@ -7,6 +7,8 @@ import struct
 import numpy as np
 import rebound
 
+from astroinertia.errors import NumericalError
+
 _HEADER = 64  # bytes of the binary format that name REBOUND and its version
 _PROBE = 1e-3  # of a step, after which an integrator has all its arrays
 # What time changes in a simulation, by the names of the binary format.
@@ -221,6 +223,8 @@ def names(bodies: rebound.Simulation) -> list[str]:
 def shortest_time(bodies: rebound.Simulation) -> float:
     """The least of the times in which any two particles pass or attract each other, r/v and (r^3/GM)^(1/2).
 
+    NumericalError where two of them are at one place.
+
     >>> bodies = rebound.Simulation()
     >>> bodies.add(m=1.0)
     >>> bodies.add(a=1.0)
@@ -233,5 +237,11 @@ def shortest_time(bodies: rebound.Simulation) -> float:
     one, other = np.triu_indices(bodies.N, 1)
     distance, speed = (np.linalg.norm(part[one] - part[other], axis=-1) for part in np.split(state, 2, axis=1))
     mass = masses(bodies)
-    with np.errstate(divide="ignore"):
-        return float(min((distance / speed).min(), (distance**3 / (bodies.G * (mass[one] + mass[other]))).min() ** 0.5))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = min((distance / speed).min(), (distance**3 / (bodies.G * (mass[one] + mass[other]))).min() ** 0.5)
+    if not found > 0.0:
+        raise NumericalError(
+            "two of the bodies are at one place: they are, or what lies between them is rounded away beside the "
+            "distance of another"
+        )
+    return float(found)

@@ -68,7 +68,14 @@ def entropies(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, fluid:
             "[body] needs specific_internal_energy or entropy: without gravity there is no equilibrium to take it from."
         )
     pressure, density = ball.hydrostatic(where)
-    return (body.pressure_fraction or 1.0) * pressure / density**fluid.gamma
+    with np.errstate(all="ignore"):
+        found = (body.pressure_fraction or 1.0) * pressure / density**fluid.gamma
+    if not np.isfinite(found).all():
+        raise SceneError(
+            f"[equation_of_state] gamma = {fluid.gamma:g} makes P/density^gamma of this body's equilibrium, in units of "
+            "the run, larger than any number: take a smaller gamma, or other units."
+        )
+    return found
 
 
 def _hybrid(scene: Scene) -> bool:

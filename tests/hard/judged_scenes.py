@@ -3,7 +3,8 @@
     python -m tests.hard.judged_scenes      reads lines of JSON, the arguments of a command each, until there are none
 
 Time is that of the processor, so that a busy machine judges as a quiet one does: a command is silent where it works
-longer than SILENT without a line on the screen, and hangs where it works longer than LONGEST.
+longer than SILENT, and by the clock too (compilers have threads), without a line on the screen, and hangs where it works
+longer than LONGEST.
 """
 
 import json
@@ -81,13 +82,13 @@ class Judge:
         begun, opened = _worked(child.pid), time.monotonic()
         child.stdin.write(json.dumps([str(each) for each in arguments]).encode() + b"\n")
         child.stdin.flush()
-        said, last, silence, now = "", begun, 0.0, begun
+        said, last, silence, now, heard = "", begun, 0.0, begun, opened
         while True:
             some = child.stdout.read()
             now = _worked(child.pid) if child.poll() is None else now
-            silence = max(silence, now - last)
+            silence = max(silence, min(now - last, time.monotonic() - heard))
             if some:
-                said, last = said + some.decode(errors="replace"), now
+                said, last, heard = said + some.decode(errors="replace"), now, time.monotonic()
             if ENDED in said and said.endswith("\n"):
                 said, _, code = said.rpartition(ENDED)
                 return Verdict(int(code), said, silence, now - begun)

@@ -109,6 +109,16 @@ def test_a_table_with_a_step_of_no_width_and_one_of_almost_none():
     assert table.moment_ratio == pytest.approx(float(exact.moment_ratio), rel=1e-13)
 
 
+@pytest.mark.parametrize("share", [1e-9, 1e-11])
+def test_a_crust_of_next_to_no_mass_changes_nothing(share):
+    """Cubics in r of so narrow a piece lost all digits of what it encloses."""
+    rock = ModifiedPolytrope(8.0, 0.05)
+    bare, crusted = planet_from_masses([3.0], [rock]), planet_from_masses([3.0, 3.0 * share], [rock, rock])
+    within = np.array([0.2, 0.5, 0.9]) * float(bare.mean_radius)
+    one, other = (np.asarray(planet.layered().enclosed_mass(within)) for planet in (bare, crusted))
+    assert np.abs(other / one - 1.0).max() < 1e-7  # the steps through the layers lie elsewhere
+
+
 @pytest.mark.full
 def test_planets_with_layers_of_no_mass_and_with_iron_above_water():
     heavy, light = ModifiedPolytrope(8.0, 0.05), ModifiedPolytrope(1.0, 0.02)

@@ -57,7 +57,8 @@ def unclosed(run):
     """What is wrong where the ledger does not close, or momentum has not changed by what the effects gave."""
     with dataset.open(run) as found:
         closure = np.nanmax(found["ledger_closure"].values, initial=0.0)
-        if closure > CLOSURE:
+        # The ledger of a body without particles is integrated with it, to the tolerance of the run.
+        if closure > max(CLOSURE, found.attrs.get("tolerance", 0.0) if found.attrs["model"] == "ellipsoid" else 0.0):
             return f"closure {closure}"
         gained = found["momentum"].values[-1] - found["momentum"].values[0]
         given = found["impulse"].transpose("time", "effect", "i").values[-1].sum(axis=0)

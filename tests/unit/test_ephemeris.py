@@ -123,3 +123,10 @@ def test_what_cannot_be_tabulated_is_refused():
         ephemeris(simulation(1.0, []), 1.0)
     with pytest.raises(NumericalError, match=r"cannot be tabulated to 1\.0e-18 of the distance"):
         ephemeris(bodies, 1.0, tolerance=1e-18)
+
+
+def test_bodies_whose_distance_is_rounded_away_are_told():
+    """About the common centre of mass, which a light body moves if it is far enough away."""
+    near, far = Companion("near", 23.0, semi_major_axis=0.08), Companion("far", 1e-3, semi_major_axis=1e34)
+    with pytest.raises(NumericalError, match="rounded away beside the distance of another"):
+        ephemeris(simulation(0.5, [near, far]), 1e3)

@@ -11,6 +11,7 @@ from astroinertia import cli_meter, run
 from astroinertia.build import prepare
 from astroinertia.errors import SceneError
 from astroinertia.integrate import adaptive
+from astroinertia.models import ellipsoid
 from astroinertia.models.homology import Kepler
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
@@ -61,8 +62,42 @@ def test_an_ellipsoid_takes_no_more_steps_than_it_may(tmp_path):
     scene = load.loads(PULSATING.replace("MODEL", "ellipsoid").replace("MORE", "pressure_fraction = 0.5"))
     told = []
     run.run_scene(scene, tmp_path / "run", told.append)
-    assert 3 <= told[-1].step <= adaptive.AT_ONCE
+    assert 3 <= told[-1].step <= ellipsoid.AT_ONCE
     assert 0.0 < told[-1].time < 1e6
+
+
+def test_what_would_take_far_too_many_steps_ends_before_it_has_taken_them():
+    """Told from the length of the first; a slow beginning and what is done before the end go on."""
+
+    def part(time, steps):
+        return adaptive.Advanced(
+            {}, np.array(time), np.array(1.0), np.array(steps), *map(np.array, (False, True, True))
+        )
+
+    begun, end = 50.0, 150.0
+    assert adaptive.Way().goes_on(begun, part(begun, adaptive.JUDGED - 1), end)
+    assert adaptive.Way().goes_on(begun, part(51.0, adaptive.JUDGED), end)
+    assert not adaptive.Way().goes_on(begun, part(50.001, adaptive.JUDGED), end)
+    way = adaptive.Way()
+    assert way.goes_on(begun, part(100.0, adaptive.MOST_STEPS - 1), end)
+    assert not way.goes_on(100.0, part(149.0, 1), end)
+    assert way.goes_on(149.0, part(149.5, 1), end)  # the way to the next record begins anew
+
+
+def test_options_that_contradict_each_other_are_refused_before_anything_takes_long(tmp_path, monkeypatch):
+    monkeypatch.setattr(run, "metadata", lambda scene: pytest.fail("the body was made"))
+    scene = load.loads(
+        GASES.replace("EQUATION", 'kind = "ideal"') + "[effects.viscosity]\nalpha_max = 0.5\nalpha_min = 0.6\n"
+    )
+    with pytest.raises(SceneError, match=r"\[effects.viscosity\] alpha_min must not be above alpha_max"):
+        run.run_scene(scene, tmp_path / "run")
+
+
+def test_an_equilibrium_whose_entropy_no_number_holds_is_refused():
+    text = GASES.replace("EQUATION", 'kind = "ideal"\ngamma = 8.9').replace("mass = 1.0", "mass = 2e-31")
+    scene = load.loads(text.replace("\nradius = 1.0", "\nradius = 80.0"))
+    with pytest.raises(SceneError, match="larger than any number: take a smaller gamma"):
+        prepare(scene)
 
 
 def test_a_body_that_flies_apart_is_followed_for_any_time():

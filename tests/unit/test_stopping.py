@@ -16,8 +16,7 @@ from astroinertia import build, cli, cli_stop, dataset, interrupts, run
 from astroinertia.archive import Archive
 from astroinertia.cli import main
 from astroinertia.errors import ArchiveWarning, RunInterrupted
-from astroinertia.integrate import adaptive
-from astroinertia.models import homology, rigid_evolution, rigid_two_way
+from astroinertia.models import ellipsoid, homology, rigid_evolution, rigid_two_way
 from astroinertia.models.ellipsoid import Ellipsoid
 from astroinertia.models.rigid_evolution import RigidBody
 from astroinertia.models.rigid_two_way import CoupledRigidBody
@@ -192,8 +191,8 @@ BETWEEN = {
         (rigid_evolution, "_STEPS_AT_ONCE", 64),
         (rigid_evolution, "_STEPS_BETWEEN_LOOKS", 64),
     ),
-    "adaptive": (TOP, [*SPIN, "numerics.integrator=adaptive"], RigidBody, (adaptive, "AT_ONCE", 64)),
-    "ellipsoid": (SIMS / "riemann_ellipsoid.toml", ELLIPSOID, Ellipsoid, (adaptive, "AT_ONCE", 64)),
+    "adaptive": (TOP, [*SPIN, "numerics.integrator=adaptive"], RigidBody, (rigid_evolution, "_ADAPTIVE_AT_ONCE", 64)),
+    "ellipsoid": (SIMS / "riemann_ellipsoid.toml", ELLIPSOID, Ellipsoid, (ellipsoid, "AT_ONCE", 64)),
     "two bodies": (SIMS / "hyperion.toml", MOON, CoupledRigidBody, (rigid_two_way, "_STEPS_AT_ONCE", 32)),
     "scaling": (SIMS / "crab_pulsar.toml", CRAB, Scaling, (homology, "_AT_ONCE", 32)),
 }
