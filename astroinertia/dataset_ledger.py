@@ -55,8 +55,8 @@ def _remedy(series: Mapping[str, np.ndarray]) -> str:
         away = _largest(np.linalg.norm(series.get("centre_of_mass", np.zeros((1, 3))), axis=-1) / size.flat[0])
     if away > FAR:
         return (
-            f"the body is {away:.2g} of its sizes from the origin, where its shape is rounded away: begin nearer to the "
-            "origin, or move with it"
+            f"the body is {away:.2g} of its sizes from the origin, where its shape is rounded away: begin nearer to "
+            "the origin, or move with it"
         )
     return "take shorter time steps"
 

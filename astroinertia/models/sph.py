@@ -14,6 +14,7 @@ import numpy as np
 
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import added, elementwise
+from astroinertia.errors import NumericalError
 from astroinertia.inertia.ledger import after_heating, open_ledger
 from astroinertia.integrate import leapfrog, timestep
 from astroinertia.integrate.contact import contact_limit
@@ -24,6 +25,8 @@ from astroinertia.pytree import pytree
 from astroinertia.sph.density import density, refuse_unsolved, refuse_without_length
 from astroinertia.sph.fluid import Fluid
 from astroinertia.sph.kernels import KERNELS
+
+_BEYOND = 1e-3  # of an energy, by which particles of single precision may miss it
 
 Array = Any
 
@@ -82,7 +85,7 @@ def initial_state(
 
     Entropies are given, or follow from specific internal energies and the densities found. points: those beside it.
     material: (N,), where the equation of state has several.
-    NumericalError where some particle cannot have a smoothing length.
+    NumericalError where some particle cannot have a smoothing length, or the energy that it is given.
     """
     xp = problem.engine.xp
     mass, position, velocity = xp.asarray(mass), xp.asarray(position), xp.asarray(velocity)
@@ -116,8 +119,27 @@ def initial_state(
     if acts and problem.fixed_length is None:  # else no density is solved for
         refuse_unsolved(problem.kernel, problem.eta, np.asarray(state.mass), solved, np.asarray(state.identity))
     if entropy is None:
-        state = replace(state, entropy=matter(problem, state.material).entropy(xp, solved.density, state.entropy))
+        fluid = matter(problem, state.material)
+        found = fluid.entropy(xp, solved.density, state.entropy)
+        _refuse_beyond(xp, fluid, solved.density, state.entropy, found)
+        state = replace(state, entropy=found)
     return evaluated(problem, arrangement, state, xp.zeros(())), arrangement
+
+
+def _refuse_beyond(xp: Any, fluid: Any, density: Array, energy: Array, entropy: Array) -> None:
+    """NumericalError where matter that is hotter than the coldest has no such energy: where tables are left too far."""
+    if not fluid.thermal:
+        return
+    coldest, has = (np.asarray(fluid.energy(xp, density, A)) for A in (xp.zeros_like(entropy), entropy))
+    wanted = np.asarray(energy)
+    beyond = (wanted > coldest) & ~(np.abs(has - wanted) <= _BEYOND * np.maximum(np.abs(coldest), np.abs(wanted)))
+    if beyond.any():
+        where = int(np.flatnonzero(beyond)[0])
+        raise NumericalError(
+            f"{beyond.sum()} particles cannot have the specific energy that they are given: at the density "
+            f"{float(density[where]):.3g} and the specific energy {wanted[where]:.3g} (code units) their equation of "
+            "state or its table has come to its end"
+        )
 
 
 def matter(problem: Problem, material: Array | None) -> Any:

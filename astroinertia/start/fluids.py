@@ -72,8 +72,8 @@ def entropies(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, fluid:
         found = (body.pressure_fraction or 1.0) * pressure / density**fluid.gamma
     if not np.isfinite(found).all():
         raise SceneError(
-            f"[equation_of_state] gamma = {fluid.gamma:g} makes P/density^gamma of this body's equilibrium, in units of "
-            "the run, larger than any number: take a smaller gamma, or other units."
+            f"[equation_of_state] gamma = {fluid.gamma:g} makes P/density^gamma of this body's equilibrium, in units "
+            "of the run, larger than any number: take a smaller gamma, or other units."
         )
     return found
 

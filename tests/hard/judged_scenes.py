@@ -3,8 +3,8 @@
     python -m tests.hard.judged_scenes      reads lines of JSON, the arguments of a command each, until there are none
 
 Time is that of the processor, so that a busy machine judges as a quiet one does: a command is silent where it works
-longer than SILENT, and by the clock too (compilers have threads), without a line on the screen, and hangs where it works
-longer than LONGEST.
+longer than SILENT without a line on the screen, and by the clock too, for compilers have threads; it hangs where it
+works longer than LONGEST.
 """
 
 import json

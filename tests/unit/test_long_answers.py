@@ -9,7 +9,7 @@ from rich.console import Console
 
 from astroinertia import cli_meter, run
 from astroinertia.build import prepare
-from astroinertia.errors import SceneError
+from astroinertia.errors import NumericalError, SceneError
 from astroinertia.integrate import adaptive
 from astroinertia.models import ellipsoid
 from astroinertia.models.homology import Kepler
@@ -98,6 +98,15 @@ def test_an_equilibrium_whose_entropy_no_number_holds_is_refused():
     scene = load.loads(text.replace("\nradius = 1.0", "\nradius = 80.0"))
     with pytest.raises(SceneError, match="larger than any number: take a smaller gamma"):
         prepare(scene)
+
+
+def test_an_energy_beyond_a_materials_table_is_refused():
+    """At a hundred-millionth of its density: what was taken for it had an energy of the other sign."""
+    text = GASES.replace("EQUATION", 'kind = "materials"\nmaterials = [{ name = "ice", tillotson = "ice" }]')
+    text = text.replace('units = "code"\n', "").replace("mass = 1.0", 'mass = "1.78e29 kg"')
+    text = text.replace("radius = 1.0", 'radius = "1.43e11 m"\nspecific_internal_energy = "8.5e7 m2 s-2"')
+    with pytest.raises(NumericalError, match="50 particles cannot have the specific energy that they are given"):
+        prepare(load.loads(text.replace("end = 1.0", 'end = "1 yr"')))
 
 
 def test_a_body_that_flies_apart_is_followed_for_any_time():
