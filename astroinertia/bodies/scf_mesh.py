@@ -146,8 +146,20 @@ def even_legendre(mu: np.ndarray, degree: int) -> np.ndarray:
      [-0.5    1.   ]
      [ 0.375  1.   ]]
     """
-    mu = np.asarray(mu, dtype=float)
-    table = [np.ones_like(mu), mu]
-    for l in range(1, degree):  # noqa: E741 (the field's letter)
-        table.append(((2 * l + 1) * mu * table[l] - l * table[l - 1]) / (l + 1))
-    return np.array(table[: degree + 1 : 2])
+    shape = np.shape(mu)
+    square = np.square(np.asarray(mu, dtype=float).ravel())
+    table = np.empty((degree // 2 + 1, square.size))
+    table[0], before = 1.0, 0.0
+    for row in range(degree // 2):
+        # Bonnet's rule taken twice: P_(l+2) from P_l and P_(l-2).
+        l = 2 * row  # noqa: E741 (the field's letter)
+        first = (2 * l + 1) * (2 * l + 3) / ((l + 1) * (l + 2))
+        middle = (l + 1) ** 2 / ((2 * l + 1) * (2 * l + 3)) + l**2 / ((2 * l + 1) * (2 * l - 1))
+        following = table[row + 1]
+        np.subtract(square, middle, out=following)
+        following *= table[row]
+        following -= before
+        following *= first
+        # The share of P_l in the next: (l + 1) (l + 2)/((2 l + 3) (2 l + 5)) of it.
+        before = table[row] * ((l + 1) * (l + 2) / ((2 * l + 3) * (2 * l + 5)))
+    return table.reshape(len(table), *shape)
