@@ -204,12 +204,21 @@ def _solve(
         equation = _ByRadius(scale, g)
         mass, radius = _FOUR_PI / 3 * scale**3 * jnp.sum(densities * jnp.diff(edges**3)), scale
 
+    ramp = 1 - np.arange(steps + 1) / steps
+    ramps = np.stack([ramp ** (_CROWDING if k == len(materials) - 1 else 1) for k in range(len(materials))])
+    alike = _stacked(materials)
+
+    def through(state: Array, layer: tuple[Material, Array, Array, Array]) -> tuple[Array, Array]:
+        material, start, end, left = layer
+        return _through_layer(equation, material, end - (end - start) * left, state)
+
     def integrate(log_pressure: Array) -> tuple[Array, Array]:
         state = jnp.zeros(6).at[1].set(jnp.exp(log_pressure))
+        if alike is not None:  # one program for all layers
+            return jax.lax.scan(through, state, (alike, edges[:-1], edges[1:], ramps))
         rows = []
-        for k, material in enumerate(materials):
-            crowding = _CROWDING if k == len(materials) - 1 else 1
-            state, inner = _through_layer(equation, material, edges[k], edges[k + 1], state, steps, crowding)
+        for layer in zip(materials, edges[:-1], edges[1:], ramps, strict=True):
+            state, inner = through(state, layer)
             rows.append(inner)
         return state, jnp.stack(rows)
 
@@ -222,12 +231,11 @@ def _solve(
     end, rows = integrate(log_pressure)
     t, content, pressure = rows[..., 0], rows[..., 1], rows[..., 2]
     r, m = (_cube_root(content), scale * t**3) if by == "mass" else (scale * t, content)
-    rho, compressibility = [], []
-    for k, material in enumerate(materials):
-        value, change = jax.jvp(material.density, (pressure[k],), (jnp.ones_like(pressure[k]),))
-        rho.append(value)
-        compressibility.append(change)
-    density = jnp.stack(rho)
+    if alike is not None:
+        density, compressibility = jax.vmap(_density_and_slope)(alike, pressure)
+    else:
+        pairs = [_density_and_slope(material, own) for material, own in zip(materials, pressure, strict=True)]
+        density, compressibility = (jnp.stack(parts) for parts in zip(*pairs, strict=True))
     positive = r > 0
     gravity = jnp.where(positive, g * m / jnp.where(positive, r, 1.0) ** 2, 0.0)
     return HydrostaticPlanet(
@@ -240,11 +248,23 @@ def _solve(
         enclosed_mass=m,
         pressure=pressure,
         density=density,
-        density_slope=-jnp.stack(compressibility) * density * gravity,
+        density_slope=-compressibility * density * gravity,
         residual=jnp.maximum(jnp.abs(end[1] - surface_pressure), end[5]) * jnp.exp(-log_pressure),
         resolution_error=end[4] / end[0],
         gravitational_constant=jnp.asarray(g, dtype=float),
     )
+
+
+def _stacked(materials: tuple) -> Any:
+    """Materials of one kind as one, with a first axis of layers; None where they are of several kinds."""
+    kinds = {(jax.tree.structure(each), tuple(jnp.shape(leaf) for leaf in jax.tree.leaves(each))) for each in materials}
+    if len(kinds) > 1:
+        return None
+    return jax.tree.map(lambda *parts: jnp.stack([jnp.asarray(part, dtype=float) for part in parts]), *materials)
+
+
+def _density_and_slope(material: Material, pressure: Array) -> tuple[Array, Array]:
+    return jax.jvp(material.density, (pressure,), (jnp.ones_like(pressure),))
 
 
 _FOUR_PI = 4 * math.pi
@@ -291,21 +311,15 @@ class _ByRadius(NamedTuple):
 
 
 def _through_layer(
-    equation: _ByMass | _ByRadius,
-    material: Material,
-    start: Array,
-    end: Array,
-    state: Array,
-    steps: int,
-    crowding: int,
+    equation: _ByMass | _ByRadius, material: Material, edges: Array, state: Array
 ) -> tuple[Array, Array]:
     """The state at the outer boundary, and rows (steps * (1 + nodes) + 1, 3) of t, content and P, ending with it.
 
-    state: content, P, I, W, the sum for the resolution error, and the largest change of P by a last iteration.
+    edges: (steps + 1,) of t. state: content, P, I, W, the sum for the resolution error, and the largest change of P by
+    a last iteration.
     """
     c, weights, tau, inner_weights, to_node, to_end = collocation(_NODES, 2)
     last_coefficient = np.linalg.inv(np.polynomial.legendre.legvander(2 * c - 1, _NODES - 1))[-1]
-    edges = end - (end - start) * (1 - np.arange(steps + 1) / steps) ** crowding
 
     def step(carried: Array, limits: tuple[Array, Array]) -> tuple[Array, Array]:
         before, width = limits[0], limits[1] - limits[0]
@@ -346,7 +360,7 @@ def _through_layer(
         return jnp.append(carried[:5] + increment, unsettled), jnp.concatenate([first[None], rows])
 
     last, rows = jax.lax.scan(step, state, (edges[:-1], edges[1:]))
-    return last, jnp.concatenate([rows.reshape(-1, 3), jnp.stack([end, last[0], last[1]])[None]])
+    return last, jnp.concatenate([rows.reshape(-1, 3), jnp.stack([edges[-1], last[0], last[1]])[None]])
 
 
 def _cube_root(value: Array) -> Array:

@@ -16,7 +16,10 @@ import numpy as np
 
 from astroinertia.engines import numba_cpu
 from astroinertia.engines.terms import Density, PairTerm
+from astroinertia.errors import NumericalError
 
+MOST_LENGTHS = 1000  # of the box along an axis, over which particles may reach
+MOST_IMAGES, MANY = 300, 10_000  # of each particle, where there are that many: they are to fit into memory
 MARGIN = 1.1  # images are made for reaches so much larger, so that they serve for some steps
 
 
@@ -216,6 +219,7 @@ class Engine:
         """Which particles need an image so many lengths along an axis: {(axis, lengths): (N,)}, lengths not 0.
 
         Those are in reach of a particle, or have one in their own reach, that lies as far out as any does.
+        NumericalError for a box that is much smaller than their reach.
         """
         wanted = {}
         for axis, length in enumerate(self.lengths):
@@ -224,7 +228,11 @@ class Engine:
             x = home[:, axis]
             low, high = x.min(), x.max()
             seen_from, seen_to = (x - reach).min(), (x + reach).max()
-            far = int(np.ceil((high - low + reach.max()) / length))
+            lengths = (high - low + reach.max()) / length
+            if not lengths <= MOST_LENGTHS:
+                told = f"particles reach over {lengths:.2g} lengths of the box along {'xyz'[axis]}"
+                raise NumericalError(f"{told}: it is too small for them")
+            far = int(np.ceil(lengths))
             for k in range(-far, far + 1):
                 image = x + k * length
                 mask = (image >= np.minimum(low - reach, seen_from)) & (image <= np.maximum(high + reach, seen_to))
@@ -241,13 +249,17 @@ class Engine:
         present = self._wanted(position + wrap, MARGIN * self.support * h)
         steps = [[0, *(k for a, k in present if a == axis)] for axis in range(3)]
         every = np.ones(count, bool)
-        sources, shifts = [np.arange(count)], [wrap]
+        sources, shifts, made = [np.arange(count)], [wrap], 0
         for cell in product(*steps):
             if any(cell):
                 masks = [present[axis, k] for axis, k in enumerate(cell) if k]
                 chosen = np.flatnonzero(reduce(np.logical_and, masks, every))
                 sources.append(chosen)
                 shifts.append(wrap[chosen] + np.array(cell) * size)
+                made += len(chosen)
+                if made > MOST_IMAGES * max(count, MANY):
+                    told = f"the box is so small for its particles that each needs over {made // count} images"
+                    raise NumericalError(told)
         source, shift = np.concatenate(sources), np.concatenate(shifts)
         order, pairs = self.inner.arrange(position[source] + shift, h[source])
         place = np.empty(len(order), np.int64)

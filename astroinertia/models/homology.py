@@ -304,7 +304,11 @@ class Dynamic:
     def _step(self) -> None:
         if self._solver.status != "running":
             self._solver = self._started()
-        message = self._solver.step()
+        try:
+            with np.errstate(all="ignore"):  # what is no number is told below
+                message = self._solver.step()
+        except OverflowError:  # of a size whose powers are no numbers
+            raise NumericalError("the size cannot be followed any further", time=self._knots[-1][0]) from None
         time, state = float(self._solver.t), np.array(self._solver.y)
         if message or not np.isfinite(state).all() or state[0] <= 0:
             raise NumericalError("the size cannot be followed any further", time=self._knots[-1][0])

@@ -21,7 +21,9 @@ _NEWTON_STEPS = 8
 @pytree
 @dataclass(frozen=True)
 class Isentrope:
-    """P(rho) on an isentrope: the spline (rows,) of its energy in ln rho, and its state at no pressure.
+    """P(rho) on an isentrope: the spline of its energy in ln rho, and its state at no pressure.
+
+    cells: of the spline, after which coefficients (rows,) are filled up, so that all isentropes have as many.
 
     A material as bodies.materials has them. Test: tests/physics/test_layered_planets.py.
     """
@@ -31,12 +33,13 @@ class Isentrope:
     derivative: Array
     first: Array
     per_step: Array
+    cells: Array
     coefficients: Array
 
     def pressure(self, density: Array) -> Array:
         """P at densities within the table, of any shape."""
         z = (jnp.log(density) - self.first) * self.per_step
-        cell = jnp.clip(jnp.floor(z), 0, len(self.coefficients) - 4)
+        cell = jnp.clip(jnp.floor(z), 0, self.cells - 1)
         near = [jnp.asarray(self.coefficients)[cell.astype(int) + k] for k in range(4)]
         return density * self.per_step * combined(jnp, slopes(jnp, z - cell), near)
 
@@ -62,7 +65,8 @@ def isentrope(matter: Tabulated, number: int, label: float) -> Isentrope:
     begins = first + start / per_step
     spline = spline_coefficients(energy[start:])
     surface, bulk = _surface(begins, per_step, spline)
-    return Isentrope(surface, bulk, 4.0, begins, per_step, spline)
+    filled = np.pad(spline, (0, matter.rows - len(spline)))
+    return Isentrope(surface, bulk, 4.0, begins, per_step, len(spline) - 3.0, filled)
 
 
 def _surface(first: float, per_step: float, spline: np.ndarray) -> tuple[float, float]:

@@ -26,6 +26,11 @@ def test_mass_shedding_of_index_one_is_that_of_the_bessel_expansion():
     assert star.rotational_to_gravitational == pytest.approx(exact.rotational_to_gravitational, rel=1e-5)
 
 
+def test_a_star_as_flat_as_nothing_is_refused():
+    with pytest.raises(NumericalError, match="no star as flat as an axis ratio of 4"):
+        rotating_star(polytropic_matter(1.5), 5e-324)
+
+
 @pytest.mark.parametrize("index", [1.5, *(pytest.param(index, marks=pytest.mark.full) for index in (2.0, 3.0))])
 def test_stars_are_solved_up_to_mass_shedding_and_refused_beyond(index):
     last = end_of_sequence(polytropic_matter(index))

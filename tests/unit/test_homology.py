@@ -106,6 +106,12 @@ def test_forces_that_are_no_numbers_are_told():
         Dynamic(lambda _, y: np.array([y[1], np.nan]), np.array([1.0, 0.0]), 10.0)
 
 
+def test_a_size_whose_square_no_number_holds_is_told():
+    found = Dynamic(lambda _, y: np.array([float(y[0]) ** 40, 0.0]), np.array([10.0, 0.0]), 1e300)
+    with pytest.raises(NumericalError, match="cannot be followed any further"):
+        found.state(1e299)
+
+
 def test_a_cold_collapse_is_told():
     found = Dynamic(lambda _, y: np.array([y[1], -1.0 / y[0] ** 2]), np.array([1.0, 0.0]), 10.0)
     with pytest.raises(NumericalError, match=r"collapses to a point|cannot be followed"):

@@ -8,6 +8,7 @@ import pytest
 
 from astroinertia.engines import numba_cpu, periodic
 from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.errors import NumericalError
 from astroinertia.sph.kernels import KERNELS
 from tests import pairs
 
@@ -116,3 +117,15 @@ def test_a_box_has_no_virial_tensor() -> None:
         engine.neighbour_sums(arrangement, KERNEL, (EXCHANGE,), fields, virial=True)
     with pytest.raises(ValueError, match="no end in a periodic box"):
         engine.all_pair_sums(arrangement, KERNEL, (EXCHANGE,), fields)
+
+
+@pytest.mark.parametrize(
+    ("lengths", "told"),
+    [((1e-30, 1.0, 1.0), r"over 2.6e\+29 lengths of the box along x"), ((0.01, 0.01, 0.01), "each needs over")],
+)
+def test_a_box_much_smaller_than_its_particles_reach_is_refused(lengths: Any, told: str) -> None:
+    """It would take all memory, or all time."""
+    engine = periodic.Engine(numba_cpu.Engine(), lengths, SUPPORT)
+    position = np.random.default_rng(1).uniform(-0.5, 0.5, (COUNT, 3)) * lengths
+    with pytest.raises(NumericalError, match=told):
+        engine.arrange(position, np.full(COUNT, 0.12))
