@@ -9,6 +9,7 @@ import numpy as np
 
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.engines import numba_cpu
+from astroinertia.errors import SceneError
 from astroinertia.models import relaxation
 from astroinertia.models.sph import Problem
 from astroinertia.scene.schema import Scene
@@ -109,7 +110,9 @@ def _placed_star(
     gamma = max(1 + 1 / body.index, _STABLE_GAMMA)
     pressure, density = ball.hydrostatic(exact)
     rotation = relaxation.Rotation("angular_momentum", star.angular_momentum, law=law, edge=star.equatorial_radius)
-    return exact, *_settled(problem, mass, exact, gamma, pressure / density**gamma, rotation, None, listener)
+    with np.errstate(all="ignore"):
+        entropy = pressure / density**gamma
+    return exact, *_settled(problem, mass, exact, gamma, entropy, rotation, None, listener)
 
 
 def _placed_planet(
@@ -162,6 +165,11 @@ def _settled(
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     # The polytrope's own pressure, carried by a gas of exponent 5/3 at least: with the entropy rising outwards the body
     # has a stable equilibrium also where its own index has none (n = 3 is neutral). Any stretch comes afterwards.
+    if not (np.isfinite(gamma) and np.isfinite(entropy).all()):
+        raise SceneError(
+            f"[body] has a pressure in proportion to density^{gamma:.3g}, which is too steep to settle particles with: "
+            "take a larger index, or relax = false."
+        )
     relaxed = relaxation.relax(
         replace(_still(problem), equation_of_state=eos.ideal(gamma)),
         mass,

@@ -100,6 +100,15 @@ def test_an_equilibrium_whose_entropy_no_number_holds_is_refused():
         prepare(scene)
 
 
+def test_a_star_too_stiff_to_settle_is_refused():
+    star = 'kind = "rotating_star"\nindex = 5e-324\naxis_ratio = 0.8'
+    scene = load.loads(
+        GASES.replace("EQUATION", 'kind = "isothermal"\nsound_speed = 1.0').replace('kind = "uniform"', star)
+    )
+    with pytest.raises(SceneError, match=r"proportion to density\^inf, which is too steep to settle particles with"):
+        prepare(scene)
+
+
 def test_an_energy_beyond_a_materials_table_is_refused():
     """At a hundred-millionth of its density: what was taken for it had an energy of the other sign."""
     text = GASES.replace("EQUATION", 'kind = "materials"\nmaterials = [{ name = "ice", tillotson = "ice" }]')
