@@ -31,14 +31,20 @@ from typing import ClassVar
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.pytree import pytree
 
+LEAST_ABOVE = 1e-6  # of gamma above 1
+
 
 def check(**named: float) -> None:
-    """Raise ValueError unless every named number is finite and positive; gammas must be above 1 as well."""
+    """Raise ValueError unless every named number is finite and positive; gammas must be above 1 as well.
+
+    By so much that energies, which go as 1/(gamma - 1), keep ten digits of their differences.
+    """
     for name, value in named.items():
         if not (math.isfinite(value) and value > 0):
             raise ValueError(f"equation of state: {name} must be positive and finite, not {value!r}")
-        if name.startswith("gamma") and value <= 1:
-            raise ValueError(f"equation of state: {name} must be above 1, not {value!r} (1 is kind 'isothermal')")
+        if name.startswith("gamma") and value - 1 < LEAST_ABOVE:
+            least = f"must be above 1, by {LEAST_ABOVE:g} at least"
+            raise ValueError(f"equation of state: {name} {least}, not {value!r} (1 is kind 'isothermal')")
 
 
 def check_pieces(cold: "PiecewisePolytropic") -> None:

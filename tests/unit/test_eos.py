@@ -106,6 +106,7 @@ def test_gamma_is_differentiable():
     ("make", "sentence"),
     [
         (lambda: eos.ideal(1.0), "above 1"),
+        (lambda: eos.ideal(1.0 + 1e-9), "above 1, by 1e-06 at least"),
         (lambda: eos.ideal(float("nan")), "finite"),
         (lambda: eos.polytropic(2.0, -1.0), "constant must be positive"),
         (lambda: eos.isothermal(0.0), "sound_speed must be positive"),
