@@ -255,6 +255,10 @@ class Tabulated:
         """The equation of state of particles (N,) of the materials of those numbers."""
         return replace(self, material=material)
 
+    def least_density(self) -> float:
+        """The least density that a material's table has."""
+        return float(np.exp(np.min(np.asarray(self.numbers)[::NUMBERS])))
+
     def state(self, xp, rho, A):
         """P, c, u, its thermal part and dA/dq, each (N,)."""
         return elementwise(xp, tabulated_state, rho, A, *self._tables())

@@ -1,6 +1,7 @@
 """The fluid of a scene in code units: its equation of state, and entropies taken from equilibrium."""
 
 import importlib
+import math
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,8 @@ from astroinertia.scene.schema import Scene
 from astroinertia.sph import eos
 from astroinertia.start.spheres import Sphere, Star
 from astroinertia.units import CodeUnits, pressure_constant_dimension
+
+_THIN = 1e-3  # of the least density of a table: so far its slopes may be followed
 
 
 def equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> Any:
@@ -40,11 +43,27 @@ def _equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | Non
         return eos.piecewise_polytropic(densities, chosen.gammas, _constant(scene, units, ball, chosen.gammas[0]))
     if chosen.kind == "materials":
         # Only scenes with materials import what makes tables of them.
-        return importlib.import_module("astroinertia.start.materials").materials(chosen, scene.origin, units)
+        made = importlib.import_module("astroinertia.start.materials").materials(chosen, scene.origin, units)
+        _refuse_thin(scene, units, ball, made)
+        return made
     assert chosen.kind == "hybrid"  # incompressible fluids have no equation that particles could follow
     nuclear = units.to_code(chosen.nuclear_density, "density")
     constant = _constant(scene, units, ball, chosen.gamma_1)
     return eos.hybrid(nuclear, chosen.gamma_1, chosen.gamma_2, chosen.gamma_thermal, constant)
+
+
+def _refuse_thin(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, matter: Any) -> None:
+    """SceneError for a body far thinner than the tables of its materials, which say nothing there."""
+    if ball is None:
+        return
+    volume = 4.0 / 3.0 * math.pi * ball.radius**3 * math.prod(getattr(scene.body, "axes", (1.0,)))
+    mean, least = ball.mass / volume, matter.least_density()
+    if mean < _THIN * least:
+        shown = [f"{density * units.unit('density'):.3g} kg m-3" for density in (mean, least)]
+        raise SceneError(
+            f"[body] has a mean density of {shown[0]}, far below {shown[1]}, where the tables of its materials end: "
+            "take a smaller radius, or an ideal gas."
+        )
 
 
 def entropies(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, fluid: Any, where: np.ndarray) -> np.ndarray:

@@ -100,6 +100,17 @@ def test_an_equilibrium_whose_entropy_no_number_holds_is_refused():
         prepare(scene)
 
 
+def test_a_body_far_thinner_than_its_materials_table_is_refused():
+    text = GASES.replace("EQUATION", 'kind = "materials"\nmaterials = [{ name = "iron", tillotson = "iron" }]')
+    text = (
+        text.replace('units = "code"\n', "")
+        .replace("mass = 1.0", 'mass = "2e10 kg"')
+        .replace("end = 1.0", 'end = "1 yr"')
+    )
+    with pytest.raises(SceneError, match=r"mean density of 4.77e-06 kg m-3, far below 0.078 kg m-3, where the tables"):
+        prepare(load.loads(text.replace("radius = 1.0", 'radius = "1e5 m"')))
+
+
 def test_a_star_too_stiff_to_settle_is_refused():
     star = 'kind = "rotating_star"\nindex = 5e-324\naxis_ratio = 0.8'
     scene = load.loads(
