@@ -20,6 +20,7 @@ from pathlib import Path
 from astroinertia import dataset
 from astroinertia import run as runs
 from astroinertia.archive import Archive
+from astroinertia.cli import UNCLOSED
 from astroinertia.cli import main as main_of_commands
 from astroinertia.errors import ArchiveError, ArchiveWarning, AstroinertiaError
 from astroinertia.interop.snapshots import snapshots_of
@@ -62,11 +63,14 @@ def of_scene(path):
 
 
 def of_command(*arguments):
-    """The sentence of a command that refuses; what it writes to the screen is not looked at."""
+    """The sentence of a command that refuses; what it writes to the screen is not looked at.
+
+    A run that goes on from an altered state ends, and says by its exit code that its ledger does not close.
+    """
     said = io.StringIO()
     with warnings.catch_warnings(), redirect_stderr(said):
         warnings.simplefilter("ignore")
-        if main_of_commands(arguments):
+        if main_of_commands(arguments) not in (0, UNCLOSED):
             raise ArchiveError(said.getvalue().removesuffix("\n"))
 
 
