@@ -255,9 +255,9 @@ class Tabulated:
         """The equation of state of particles (N,) of the materials of those numbers."""
         return replace(self, material=material)
 
-    def least_density(self) -> float:
-        """The least density that a material's table has."""
-        return float(np.exp(np.min(np.asarray(self.numbers)[::NUMBERS])))
+    def least_density(self, material: int) -> float:
+        """The least density of the table of the material of that number."""
+        return float(np.exp(self.numbers[NUMBERS * material]))
 
     def state(self, xp, rho, A):
         """P, c, u, its thermal part and dA/dq, each (N,)."""

@@ -53,15 +53,20 @@ def _equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | Non
 
 
 def _refuse_thin(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, matter: Any) -> None:
-    """SceneError for a body far thinner than the tables of its materials, which say nothing there."""
-    if ball is None:
+    """SceneError for a body far thinner than the table of its material, which says nothing there.
+
+    Matter that can be pulled apart has no gas below its table, whose slopes it cannot follow.
+    """
+    body: Any = scene.body
+    if ball is None or body.kind == "layered":  # whose layers are made of the tables
         return
-    volume = 4.0 / 3.0 * math.pi * ball.radius**3 * math.prod(getattr(scene.body, "axes", (1.0,)))
-    mean, least = ball.mass / volume, matter.least_density()
-    if mean < _THIN * least:
+    volume = 4.0 / 3.0 * math.pi * ball.radius**3 * math.prod(getattr(body, "axes", (1.0,)))
+    mean, least = ball.mass / volume, matter.least_density(0)
+    chosen: Any = scene.equation_of_state
+    if mean < (1.0 if chosen.materials[0].tension else _THIN) * least:
         shown = [f"{density * units.unit('density'):.3g} kg m-3" for density in (mean, least)]
         raise SceneError(
-            f"[body] has a mean density of {shown[0]}, far below {shown[1]}, where the tables of its materials end: "
+            f"[body] has a mean density of {shown[0]}, too far below {shown[1]}, where the table of its material ends: "
             "take a smaller radius, or an ideal gas."
         )
 

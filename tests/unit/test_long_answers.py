@@ -1,6 +1,7 @@
 """Runs that take long are never silent, and take no more steps than they may."""
 
 import io
+import re
 import time
 
 import numpy as np
@@ -100,15 +101,18 @@ def test_an_equilibrium_whose_entropy_no_number_holds_is_refused():
         prepare(scene)
 
 
-def test_a_body_far_thinner_than_its_materials_table_is_refused():
-    text = GASES.replace("EQUATION", 'kind = "materials"\nmaterials = [{ name = "iron", tillotson = "iron" }]')
-    text = (
-        text.replace('units = "code"\n', "")
-        .replace("mass = 1.0", 'mass = "2e10 kg"')
-        .replace("end = 1.0", 'end = "1 yr"')
-    )
-    with pytest.raises(SceneError, match=r"mean density of 4.77e-06 kg m-3, far below 0.078 kg m-3, where the tables"):
-        prepare(load.loads(text.replace("radius = 1.0", 'radius = "1e5 m"')))
+@pytest.mark.parametrize(
+    ("material", "mass", "told"),
+    [
+        ('tillotson = "iron"', "2e10", "mean density of 4.77e-06 kg m-3, too far below 0.078 kg m-3, where the table"),
+        ('tillotson = "ice", tension = true', "1.3e18", "mean density of 310 kg m-3, too far below 458 kg m-3"),
+    ],
+)
+def test_a_body_far_thinner_than_its_materials_table_is_refused(material, mass, told):
+    text = GASES.replace("EQUATION", f'kind = "materials"\nmaterials = [{{ name = "matter", {material} }}]')
+    text = text.replace('units = "code"\n', "").replace("mass = 1.0", f'mass = "{mass} kg"')
+    with pytest.raises(SceneError, match=re.escape(told)):
+        prepare(load.loads(text.replace("radius = 1.0", 'radius = "1e5 m"').replace("end = 1.0", 'end = "1 yr"')))
 
 
 def test_a_star_too_stiff_to_settle_is_refused():
