@@ -33,7 +33,7 @@ _MOST_ITERATIONS = 120  # bodies take 10 to 50; what takes longer has turned out
 _HISTORY = 5  # earlier iterations that Anderson's acceleration mixes in
 _TORN = 1e-7  # of the largest enthalpy: below minus this inside, or above it outside, a surface is not closed
 _TRUNCATION = 1e-3  # of the largest enthalpy, that the last harmonics may still add
-_FLATTEST = 0.01  # axis ratio, far beyond what harmonics resolve
+_FLATTEST = 1e-6  # axis ratio: of a star that is hollow at its axis
 _ROOT_STEPS = 12  # of the Illinois rule, from a bracket as wide as the angles stand apart
 
 
@@ -125,7 +125,7 @@ def solve_field(
     if not -1 < axis_ratio <= 1 or axis_ratio == 0:
         raise ValueError(f"the axis ratio must lie in (0, 1], or in (-1, 0) for a ring, not {axis_ratio!r}")
     if 0 < axis_ratio < _FLATTEST:
-        raise NumericalError(f"no star as flat as an axis ratio of {axis_ratio:g} is in equilibrium")
+        raise NumericalError(f"no star as flat as an axis ratio of {axis_ratio:g} can be solved for")
     solver = _Solver(matter, float(axis_ratio), resolution)
     given: Any = law
     follows = hasattr(given, "followed")
