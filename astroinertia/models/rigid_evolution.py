@@ -40,7 +40,7 @@ ABSENT = {
 # they take another length: within it they stay alike, as a symplectic method wants them.
 _STEPS_BETWEEN_LOOKS = 4096
 _STEPS_AT_ONCE = 2**17  # of the splitting, after which the run looks at the clock and at what signals ask for
-_ADAPTIVE_AT_ONCE = 2**13  # of the adaptive integrator
+_ADAPTIVE_AT_ONCE = 2**16  # of the adaptive integrator
 _CHANGE_OF_PACE = 1.25
 _SIZES_LOOKED_AT = 65  # between now and the next break, for the smallest
 _FIRST_STEP = 0.05  # of the adaptive integrator, over one radian of the fastest turn
