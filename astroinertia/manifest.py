@@ -6,6 +6,7 @@ where a disk damages one, the other is used. Tests: tests/unit/test_archive.py, 
 
 import hashlib
 import json
+import math
 import re
 import warnings
 from collections.abc import Mapping
@@ -65,7 +66,8 @@ class _Metadata(_Plain):
     reference_radius: float | None = None
     neighbours: float | None = None
     principal_gap_tolerance: float | None = None
-    predicted_evolution_time: float | None = None
+    predicted_evolution_time: float = math.nan
+    predicted_steps: float = math.inf
 
 
 class _Segment(_Plain):

@@ -1,5 +1,6 @@
 """Run folders: what survives a crash, a damaged file and a second writer."""
 
+import json
 import os
 import random
 import shutil
@@ -20,6 +21,7 @@ from astroinertia.archive import Archive
 from astroinertia.errors import ArchiveError, ArchiveWarning
 from astroinertia.manifest import COPY, MANIFEST
 from astroinertia.sealed import TEMPORARY, read_arrays, write_arrays
+from tests.hard.malformed_files import resealed
 
 METADATA = {"name": "star", "scene": "name = 'star'\n", "effects": ["gravity"]}
 
@@ -322,6 +324,18 @@ def test_a_damaged_manifest_is_named(tmp_path, content):
     for refuse in (Archive.open, Archive.view, lambda folder: Archive.create(folder, METADATA)):
         with pytest.raises(ArchiveError, match=MANIFEST):
             refuse(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["predicted_steps", "predicted_evolution_time"])
+@pytest.mark.parametrize("value", [{}, None, "many"])
+def test_what_a_run_was_planned_to_take_is_a_number(tmp_path, name, value):
+    with Archive.create(tmp_path, METADATA):
+        pass
+    content = json.loads((tmp_path / MANIFEST).read_text())
+    content["metadata"][name] = value
+    resealed(tmp_path, content)
+    with pytest.raises(ArchiveError, match=f"metadata {name}"):
+        Archive.open(tmp_path)
 
 
 def test_a_run_of_the_first_format_goes_on_in_todays(tmp_path):
