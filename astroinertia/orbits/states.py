@@ -17,6 +17,7 @@ _IAS15 = ("at", "x0", "v0", "a0", "csx", "csv", "csa0", "g", "b", "csb", "e", "b
 _NUMBERS = ("t", "dt", "dt_last_done", *(f"integrator.ias15.{name}" for name in _IAS15))
 _FLAGS = ("did_modify_particles", "is_synchronized")
 _COUNT = "steps_done"
+_SIZE = ctypes.sizeof(rebound.Particle)
 
 
 def states(bodies: rebound.Simulation, times: np.ndarray, origin: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -32,11 +33,12 @@ def states(bodies: rebound.Simulation, times: np.ndarray, origin: int = 0) -> tu
     [[ 1.  0.  0.]
      [-1.  0.  0.]]
     """
-    positions, velocities = np.empty((2, len(times), bodies.N - 1, 3))
+    found = np.empty((len(times), bodies.N, 6))
     for k, time in enumerate(times):
         go_on(bodies, float(time))
-        positions[k], velocities[k] = present(bodies, origin)
-    return positions, velocities
+        bodies.serialize_particle_data(xyzvxvyvz=found[k])
+    relative = np.delete(found, origin, axis=1) - found[:, [origin]]
+    return relative[..., :3], relative[..., 3:]
 
 
 def go_on(bodies: rebound.Simulation, time: float) -> None:
@@ -152,6 +154,8 @@ def unpacked(told: np.ndarray, begun: rebound.Simulation) -> rebound.Simulation:
     made = bytearray(content)
     for (name, place, data), (_, _, other) in zip(own, stored, strict=True):
         if name in _PARTICLES:
+            if name == "particles" and (_masses_in(data) != _masses_in(other)).any():
+                raise ValueError("its orbits are of bodies with other masses than those of its scene")
             made[place : place + len(data)] = _moved(data, other)
         elif name in _NUMBERS:
             if not np.isfinite(np.frombuffer(other)).all():
@@ -183,9 +187,15 @@ def _fields(content: bytes) -> list[tuple[str, int, bytes]]:
     return found
 
 
+def _masses_in(particles: bytes) -> np.ndarray:
+    return np.array(
+        [particle.m for particle in (rebound.Particle * (len(particles) // _SIZE)).from_buffer_copy(particles)]
+    )
+
+
 def _moved(own: bytes, other: bytes) -> bytes:
     """The particles `own` with places, velocities and accelerations of others."""
-    numbers, size = 9, ctypes.sizeof(rebound.Particle) // 8
+    numbers, size = 9, _SIZE // 8
     made, given = (np.frombuffer(each).reshape(-1, size) for each in (own, other))
     made = made.copy()
     if not np.isfinite(given[:, :numbers]).all():

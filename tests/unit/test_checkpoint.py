@@ -61,6 +61,13 @@ def test_orbits_go_on_to_the_last_bit(integrator, steps):
     assert states.present(whole)[0].tobytes() == states.present(again)[0].tobytes()
 
 
+def test_orbits_of_bodies_with_other_masses_are_refused():
+    """A companion of another mass would be on an orbit that nobody asked for."""
+    heavier = simulation(1.0, [Companion(name="moon 0", mass=64.0, semi_major_axis=1.0)])
+    with pytest.raises(ValueError, match="other masses than those of its scene"):
+        states.unpacked(states.packed(begun()), heavier)
+
+
 def test_orbits_of_another_scene_or_damaged_ones_are_refused():
     told = states.packed(begun(companions=2))
     with pytest.raises(ValueError, match="not those of its scene"):
