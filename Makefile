@@ -64,9 +64,9 @@ $(VENV)/lint: $(VENV)/made
 venv: $(VENV)/test
 
 demo: $(VENV)/run
-	@if [ -e runs/pulsar_collapse/manifest.json ]; then $(RUN) -m astroinertia.cli resume runs/pulsar_collapse; \
-	else $(RUN) -m astroinertia.cli run sims/pulsar_collapse.toml --output runs/pulsar_collapse; fi
-	@$(RUN) -m astroinertia.cli show runs/pulsar_collapse
+	@if [ -e runs/pulsar_collapse/manifest.json ]; then $(RUN) -m astroinertia resume runs/pulsar_collapse; \
+	else $(RUN) -m astroinertia run sims/pulsar_collapse.toml --output runs/pulsar_collapse; fi
+	@$(RUN) -m astroinertia show runs/pulsar_collapse
 
 test: $(VENV)/test
 	$(RUN) -m pytest -m "not full" --kept -n $(WORKERS) --dist worksteal

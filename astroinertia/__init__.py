@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import xarray as xr
 
-    from astroinertia.run import Listener
+    from astroinertia.run.loop import Listener
     from astroinertia.scene.schema import Scene
 
 __all__ = ["load", "open", "open_sweep", "open_tree", "resume", "run_scene"]
@@ -31,7 +31,7 @@ def load(path: str | PathLike[str], settings: Sequence[str] = ()) -> "Scene":
     >>> print(scene.model, list(scene.effects))
     scaling ['gravity', 'pressure', 'dipole_braking']
     """
-    from astroinertia import requirements
+    from astroinertia.process import requirements
 
     requirements.check()
     from astroinertia.scene.load import load_file
@@ -57,7 +57,7 @@ def run_scene(
     ...     print(run_scene("sims/core_to_pulsar_scaling.toml", folder + "/run").name)
     core_to_pulsar_scaling.nc
     """
-    from astroinertia import kept_programs, requirements
+    from astroinertia.process import kept_programs, requirements
 
     requirements.check()
     kept_programs.keep_apart()
@@ -66,7 +66,7 @@ def run_scene(
     from astroinertia.scene.sweep import load_file
 
     if not isinstance(scene, Scene) and (sweep := load_file(scene)) is not None:
-        from astroinertia.scale.ensemble import run_sweep
+        from astroinertia.sweeps.ensemble import run_sweep
 
         return run_sweep(sweep, Path(folder), workers, cluster).file
     chosen = scene if isinstance(scene, Scene) else load(scene)
@@ -85,15 +85,15 @@ def resume(
     >>> print(resume("runs/star").name)  # finished: it has nothing to do, and tells where the result is
     one_star_three_models.nc
     """
-    from astroinertia import kept_programs, requirements
+    from astroinertia.process import kept_programs, requirements
 
     requirements.check()
     kept_programs.keep_apart()
     from astroinertia.accuracy.running import resume as go_on
-    from astroinertia.archive import SWEEP
+    from astroinertia.storage.archive import SWEEP
 
     if (Path(folder) / SWEEP).exists():
-        from astroinertia.scale.ensemble import resume as go_on_with_members
+        from astroinertia.sweeps.ensemble import resume as go_on_with_members
 
         return go_on_with_members(Path(folder), workers, cluster).file
     return go_on(Path(folder), listener)
@@ -106,7 +106,8 @@ def open(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -
     >>> print(bool(abs(momentum / momentum[0] - 1).max() < 1e-12))  # it stays
     True
     """
-    from astroinertia import accessor, dataset
+    from astroinertia import dataset
+    from astroinertia.dataset import accessor
 
     assert accessor  # importing it registers it
     return dataset.open(Path(path), chunks=chunks)
@@ -118,7 +119,8 @@ def open_tree(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = No
     >>> print(open_tree("runs/star")["snapshots"].sizes["particle"])
     100
     """
-    from astroinertia import accessor, dataset
+    from astroinertia import dataset
+    from astroinertia.dataset import accessor
 
     assert accessor
     return dataset.open_tree(Path(path), chunks=chunks)
@@ -130,8 +132,8 @@ def open_sweep(path: str | PathLike[str]) -> "xr.DataTree":
     >>> print(open_sweep("runs/sweep").sizes["member"])
     2
     """
-    from astroinertia import accessor
-    from astroinertia.scale.combined import open_members
+    from astroinertia.dataset import accessor
+    from astroinertia.sweeps.combined import open_members
 
     assert accessor
     return open_members(Path(path))

@@ -7,7 +7,7 @@ import sys
 def main() -> int:
     """Run one command and return its exit code."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    from astroinertia import cli
+    from astroinertia.cli import main as cli
 
     return cli.main()
 

@@ -13,8 +13,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from astropy import constants
-from astropy import units as astropy_units
+from astropy import constants, units as astropy_units
 
 from astroinertia.errors import SceneError
 

@@ -7,7 +7,7 @@ import jax
 import numpy as np
 
 from astroinertia.bodies import ellipsoid_gravity
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.models.ellipsoid import Ellipsoid
 from astroinertia.scene import load
 

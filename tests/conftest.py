@@ -8,7 +8,7 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-from astroinertia import kept_programs
+from astroinertia.process import kept_programs
 from tests import full_results
 from tests.full_results import FullResult
 

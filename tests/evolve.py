@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.integrate.leapfrog import State
 from astroinertia.models import sph
 from astroinertia.models.particles import Particles

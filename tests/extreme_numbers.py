@@ -23,7 +23,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from astroinertia import cli
+from astroinertia.cli import main as cli
 from astroinertia.scene.text import toml_text
 from tests.sims import SIMS
 

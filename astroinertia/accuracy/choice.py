@@ -15,7 +15,7 @@ from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.observables import default_names, parsed
 from astroinertia.accuracy.pilots import Found, OutOfReach, Pilots, Told
 from astroinertia.accuracy.words import duration
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.scene.schema import Scene
 

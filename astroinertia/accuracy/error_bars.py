@@ -24,7 +24,7 @@ from scipy.optimize import brentq
 
 from astroinertia.accuracy.companion_runs import CompanionRun
 from astroinertia.accuracy.observables import Observable, relative_error, value
-from astroinertia.dataset_schema import DERIVED, RECORDED
+from astroinertia.dataset.schema import DERIVED, RECORDED
 from astroinertia.errors import SceneError
 
 SUFFIX = "_error"

@@ -13,14 +13,14 @@ import numpy as np
 
 from astroinertia.accuracy import affine_exact as affine
 from astroinertia.bodies.oscillations import radial_modes
+from astroinertia.build.rotation import rigid_moments, rotation_amount, rotation_axis
+from astroinertia.build.spheres import Sphere, sphere, stretch
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.rotation import free_attitude, free_top
 from astroinertia.rotation.attitude import attitude_of_quaternion, nearest_rotation, quaternion
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.profiles import ellipsoid_gravitational_energy
-from astroinertia.start.rotation import rigid_moments, rotation_amount, rotation_axis
-from astroinertia.start.spheres import Sphere, sphere, stretch
 from astroinertia.units import CodeUnits, pressure_constant_dimension
 
 _DIMENSIONS = {
@@ -244,9 +244,9 @@ def _free(scene: Scene, units: CodeUnits) -> Exact:
 def _torqued(scene: Scene, units: CodeUnits) -> Exact:
     body: Any = scene.body
     # Only here: other scenes do without REBOUND.
+    from astroinertia.build.companions import bodies
     from astroinertia.orbits.rigid_ode import TOLERANCE, RigidBodyOde
     from astroinertia.orbits.states import masses, present
-    from astroinertia.start.companions import bodies
 
     moments, rows, spin = _turning(scene, units)
     end = units.to_code(scene.time.end, "time")

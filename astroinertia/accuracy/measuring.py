@@ -17,15 +17,15 @@ import jax
 from astroinertia import dataset as datasets
 from astroinertia.accuracy.knobs import Setting, duration, with_overrides
 from astroinertia.accuracy.observables import Observable, components, value
-from astroinertia.build import metadata, prepare
-from astroinertia.cache import content_key
+from astroinertia.build.assemble import metadata, prepare
 from astroinertia.errors import ArchiveError, NumericalError, SceneError
 from astroinertia.models.evolution import Evolution
-from astroinertia.run import Progress, run_prepared
+from astroinertia.run.loop import Progress, run_prepared
 from astroinertia.scene import load
 from astroinertia.scene.plan import gravity_method
 from astroinertia.scene.schema import Scene
-from astroinertia.sealed import own_folder, read_json, write_json
+from astroinertia.storage.atomic import own_folder, read_json, write_json
+from astroinertia.storage.cache import content_key
 
 _RESULT = "measured.json"
 _WARMING_STEPS = 3  # the first sorts and compiles, the second goes on, the third finds all that is compiled

@@ -12,8 +12,8 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import minimize_scalar
 
-from astroinertia.dataset_regions import QUANTITIES as REGIONAL
-from astroinertia.dataset_schema import DERIVED, RECORDED
+from astroinertia.dataset.regions import QUANTITIES as REGIONAL
+from astroinertia.dataset.schema import DERIVED, RECORDED
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.scene.schema import Scene
 from astroinertia.units import shown

@@ -13,16 +13,16 @@ from pathlib import Path
 import xarray as xr
 
 from astroinertia import dataset as datasets
-from astroinertia import run
 from astroinertia.accuracy.companion_runs import CompanionRun, companion_runs
-from astroinertia.archive import MANIFEST, Archive
-from astroinertia.build import scene_of
+from astroinertia.build.assemble import scene_of
 from astroinertia.engines import hosts
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
-from astroinertia.run import Completion, Listener, Progress
+from astroinertia.run import loop
+from astroinertia.run.loop import Completion, Listener, Progress
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
-from astroinertia.sealed import own_folder
+from astroinertia.storage.archive import MANIFEST, Archive
+from astroinertia.storage.atomic import own_folder
 
 FOLDER = "companion_runs"
 
@@ -44,7 +44,7 @@ def run_scene(
     ...     print("angular_velocity_error" in found, found.attrs["error_bars_companion_runs"])
     True steps_per_rotation-80
     """
-    return run.run_scene(scene, folder, listener, begun, _completion(scene, folder, listener, deadline), deadline)
+    return loop.run_scene(scene, folder, listener, begun, _completion(scene, folder, listener, deadline), deadline)
 
 
 def resume(folder: Path, listener: Listener | None = None, deadline: float = math.inf) -> Path:
@@ -54,7 +54,7 @@ def resume(folder: Path, listener: Listener | None = None, deadline: float = mat
     one_star_three_models.nc
     """
     scene = scene_of(Archive.view(folder))
-    return run.resume(folder, listener, _completion(scene, folder, listener, deadline), deadline)
+    return loop.resume(folder, listener, _completion(scene, folder, listener, deadline), deadline)
 
 
 def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline: float) -> Completion | None:
@@ -89,11 +89,11 @@ def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline:
 def _carried_out(companion: CompanionRun, folder: Path, listener: Listener | None, deadline: float) -> xr.Dataset:
     """The dataset of a companion run: as it is, gone on with, or run."""
     if not (folder / MANIFEST).exists():
-        return datasets.open(run.run_scene(companion.scene, folder, listener, deadline=deadline))
+        return datasets.open(loop.run_scene(companion.scene, folder, listener, deadline=deadline))
     archive = Archive.view(folder)
     if archive.metadata["scene"] != load.resolved_text(companion.scene):
         raise ArchiveError(f"{folder} holds a companion run of another scene; remove it, or choose another folder.")
-    return datasets.open(archive.finished or run.resume(folder, listener, deadline=deadline))
+    return datasets.open(archive.finished or loop.resume(folder, listener, deadline=deadline))
 
 
 def _labelled(listener: Listener | None, companion: CompanionRun, number: int, count: int) -> Listener | None:

@@ -18,10 +18,10 @@ from astroinertia.accuracy.measuring import MEMORY_TOLD
 from astroinertia.accuracy.tradeoff import Table
 from astroinertia.accuracy.words import duration
 from astroinertia.costs.machine import described
-from astroinertia.dataset_schema import CONVENTIONS
+from astroinertia.dataset.schema import CONVENTIONS
 from astroinertia.errors import ArchiveError
 from astroinertia.scene import load
-from astroinertia.sealed import write_whole
+from astroinertia.storage.atomic import write_whole
 
 FILE = "tradeoff.nc"
 FORMAT = 1

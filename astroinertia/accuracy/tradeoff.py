@@ -17,11 +17,11 @@ from astroinertia.accuracy.exact import Exact, exact
 from astroinertia.accuracy.knobs import BALANCED, Knob, Setting
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.observables import Observable, default_names, parsed
-from astroinertia.cache import content_key
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
-from astroinertia.sealed import read_json, write_json
+from astroinertia.storage.atomic import read_json, write_json
+from astroinertia.storage.cache import content_key
 
 DEFAULT_MINUTES = 5.0
 _EXACT = "exact.json"

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from astroinertia.audit.operations import COMMON
-from astroinertia.children import completed
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.errors import AstroinertiaError
+from astroinertia.process.children import completed
 from astroinertia.scene.schema import Scene
 
 STEPS = 8  # of which the median is taken for a cost

@@ -15,7 +15,7 @@ import jax
 import numpy as np
 
 from astroinertia.audit import operations, programs
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.engines.numba_cache import cache_directory
 from astroinertia.scene import load

@@ -6,9 +6,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
+from astroinertia.build.sph import engine_of
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS
-from astroinertia.start.sph import engine_of
 
 
 def traced(scene: Scene, evolution: Any) -> Any:

@@ -27,7 +27,7 @@ import numpy as np
 from astroinertia.bodies.collocation import collocation
 from astroinertia.bodies.double_precision import double_precision
 from astroinertia.bodies.layered import LayeredBody, layer_bounds
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 Array = Any
 

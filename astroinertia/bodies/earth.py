@@ -11,7 +11,7 @@ import numpy as np
 
 from astroinertia.bodies.figures import NODES, RotatingFigure, figure_of_layered_body
 from astroinertia.bodies.layered import LayeredBody, polynomial_layers
-from astroinertia.bodies.tables import data_path
+from astroinertia.storage.data_tables import data_path
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 EARTH_ROTATION_RATE = 7.292115e-5  # rad/s, nominal mean (Groten 2004, J. Geodesy 77, 724)

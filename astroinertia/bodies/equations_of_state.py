@@ -21,7 +21,7 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import root_scalar
 
-from astroinertia.bodies.tables import data_path
+from astroinertia.storage.data_tables import data_path
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGHT
 
 SOLAR_LENGTH = GRAVITATIONAL_CONSTANT * SOLAR_MASS / SPEED_OF_LIGHT**2  # m; 1.4766250 km

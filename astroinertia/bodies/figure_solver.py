@@ -11,7 +11,6 @@ from typing import Protocol
 
 import numpy as np
 
-from astroinertia.blas import one_thread
 from astroinertia.bodies.barotropes import Barotrope
 from astroinertia.bodies.figure_layers import Layer
 from astroinertia.bodies.figure_shapes import (
@@ -27,6 +26,7 @@ from astroinertia.bodies.figure_shapes import (
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.bodies.scf_mesh import even_legendre
 from astroinertia.errors import NumericalError
+from astroinertia.process.blas import one_thread
 
 _TOLERANCE = 1e-13  # of shape and potential between two sweeps
 _MOST_SWEEPS = 120

@@ -19,8 +19,8 @@ import numpy as np
 from astroinertia.bodies import planets
 from astroinertia.bodies.barotropes import PolytropicLaw
 from astroinertia.bodies.figures import RotatingFigure, figure_of_barotropes
-from astroinertia.bodies.tables import data_path
 from astroinertia.errors import NumericalError
+from astroinertia.storage.data_tables import data_path
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 CORE_FRACTION = 0.15  # of the mean radius: the compact cores of three-layer models (Nettelmann et al. 2012, 2013)

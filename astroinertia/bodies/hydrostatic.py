@@ -30,9 +30,9 @@ from astroinertia.bodies.collocation import collocation
 from astroinertia.bodies.double_precision import double_precision
 from astroinertia.bodies.layered import LayeredBody
 from astroinertia.bodies.materials import Material
+from astroinertia.engines.pytree import pytree
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.tensor import is_known
-from astroinertia.pytree import pytree
 
 Array = Any
 

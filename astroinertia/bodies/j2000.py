@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from astroinertia.bodies.tables import data_path
+from astroinertia.storage.data_tables import data_path
 
 MEAN_OBLIQUITY = np.radians(84381.406 / 3600.0)  # of the ecliptic at J2000: Capitaine et al. 2003, A&A 412, 567
 EARTH_PARAMETER = 398600.435507e9  # GM in m3 s-2, DE440: Park et al. 2021, AJ 161, 105

@@ -17,8 +17,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.bodies.double_precision import double_precision
+from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.tensor import is_known
-from astroinertia.pytree import pytree
 
 Array = Any
 

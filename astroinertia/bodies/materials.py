@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.bodies.double_precision import double_precision
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 Array = Any
 

@@ -24,8 +24,8 @@ from functools import cached_property
 
 import numpy as np
 
-from astroinertia.blas import one_thread
 from astroinertia.bodies.spheroidal_basis import SpheroidalBasis
+from astroinertia.process.blas import one_thread
 
 # Below it spherical functions lose no digits, and cancellation can be kept out of the integrals.
 _PLAIN_FLATTENING = 0.1

@@ -22,10 +22,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh, solve_triangular
 
-from astroinertia.blas import one_thread
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.bodies.polytrope_elements import BUOYANT, Basis, Elements, polytrope_elements
 from astroinertia.errors import NumericalError
+from astroinertia.process.blas import one_thread
 
 RESOLUTIONS = (20, 28, 40, 56, 80)  # polynomials an element: tried in turn until two neighbours agree
 _LIMITS = (np.inf, 1e4, 1e2, 1.0, 1e-2, 1e-4, 1e-6)  # of omega^2: each Rayleigh-Ritz works among slower modes

@@ -14,7 +14,7 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from astroinertia.bodies import moment_ratios
-from astroinertia.bodies.tables import data_path
+from astroinertia.storage.data_tables import data_path
 from astroinertia.units import GRAVITATIONAL_CONSTANT, quantity
 
 STATUSES = ("measured", "hydrostatic", "model", "convention", "assumed")

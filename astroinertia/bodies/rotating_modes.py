@@ -29,9 +29,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from astroinertia.blas import one_thread
 from astroinertia.bodies.rotating_star import RotatingStar
 from astroinertia.errors import NumericalError
+from astroinertia.process.blas import one_thread
 
 _DEGREES = (4, 6)  # in w^2 and z^2 of the trial displacements: the second for the answer, both for its error
 _LIKE_A_BAR = 0.5  # share of a linear displacement in a mode, over the largest such share, that makes it a bar

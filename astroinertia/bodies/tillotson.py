@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.bodies.materials import inverted
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 Array = Any
 

@@ -13,11 +13,11 @@ from typing import Any
 
 import netCDF4
 
-from astroinertia.children import completed
 from astroinertia.costs.machine import FORMAT, Machine, Seconds, described, keep, less, read, shipped
 from astroinertia.costs.probe_scenes import SCALING
 from astroinertia.errors import NumericalError
-from astroinertia.sealed import temporary_folder
+from astroinertia.process.children import completed
+from astroinertia.storage.atomic import temporary_folder
 
 PROBES = {
     "ellipsoid": "ellipsoids: compiling, steps and records",
@@ -98,7 +98,7 @@ def _start() -> tuple[Seconds, float]:
     with temporary_folder() as folder:
         scene = folder / "start.toml"
         scene.write_text(SCALING)
-        _, taken = _run(["-m", "astroinertia.cli", "run", str(scene), "--output", f"{folder}/run"])
+        _, taken = _run(["-m", "astroinertia", "run", str(scene), "--output", f"{folder}/run"])
         with netCDF4.Dataset(folder / "run" / "start.nc") as file:
             return taken, float(file.measured_memory)
 

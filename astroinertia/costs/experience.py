@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia import cache
 from astroinertia.scene.plan import gravity_method
 from astroinertia.scene.schema import Scene
+from astroinertia.storage import cache
 
 _VERSION = 1  # part of the keys: raise it when what they depend on changes
 

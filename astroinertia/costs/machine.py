@@ -16,9 +16,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from astroinertia.cache import cache_directory
 from astroinertia.errors import ArchiveError
-from astroinertia.sealed import write_json
+from astroinertia.storage.atomic import write_json
+from astroinertia.storage.cache import cache_directory
 
 FORMAT = 1  # raise it when a price changes its meaning
 FILE = "machine.json"

@@ -7,14 +7,14 @@ from typing import Any
 import jax
 import numpy as np
 
-from astroinertia import cache
-from astroinertia.build import outputs_of, prepare
+from astroinertia.build.assemble import outputs_of, prepare
 from astroinertia.costs import experience
 from astroinertia.costs.piloted import PARTICLES, Pilot, kept, key, with_particles
 from astroinertia.errors import AstroinertiaError
 from astroinertia.models import sph
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
+from astroinertia.storage import cache
 
 LONGEST = 20.0  # processor seconds of a pilot's steps; a longer flow is carried on as it was last
 FIRST = 2  # steps in which loops are compiled, which is not counted

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia import cache
 from astroinertia.costs.evaluations import Counts
 from astroinertia.scene.schema import Scene
+from astroinertia.storage import cache
 
 PILOT = "a pilot run"
 PARTICLES = 300  # of a pilot, of all bodies

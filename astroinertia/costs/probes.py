@@ -20,13 +20,13 @@ import jax
 import numpy as np
 
 from astroinertia import dataset
-from astroinertia.archive import Archive
-from astroinertia.build import metadata, prepare, told_by
+from astroinertia.build.assemble import metadata, prepare, told_by
 from astroinertia.costs.machine import PRECISIONS, Seconds, less, peak_memory, total
 from astroinertia.costs.probe_scenes import CLOUD, COMPANION, ELLIPSOID, RIGID, SCALING
 from astroinertia.models import sph
 from astroinertia.scene import load
 from astroinertia.sph import initial, profiles
+from astroinertia.storage.archive import Archive
 
 FEW, MANY = 400, 5000  # particles: what a pass takes however few there are, and what each of them adds
 WARM, STEPS = 3, 8  # steps before, and steps that are timed

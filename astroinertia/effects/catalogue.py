@@ -7,16 +7,19 @@ import importlib
 from collections.abc import Mapping
 from typing import Any
 
-from astroinertia.effects.entries import ALL_MODELS as ALL_MODELS
-from astroinertia.effects.entries import AXIS as AXIS
-from astroinertia.effects.entries import DIMENSIONS as DIMENSIONS
-from astroinertia.effects.entries import FORCE_ERROR as FORCE_ERROR
-from astroinertia.effects.entries import LIGHT as LIGHT
-from astroinertia.effects.entries import REQUIRED as REQUIRED
-from astroinertia.effects.entries import Default as Default
-from astroinertia.effects.entries import Entry as Entry
-from astroinertia.effects.entries import Option as Option
-from astroinertia.effects.entries import not_negative, positive
+from astroinertia.effects.entries import (
+    ALL_MODELS as ALL_MODELS,
+    AXIS as AXIS,
+    DIMENSIONS as DIMENSIONS,
+    FORCE_ERROR as FORCE_ERROR,
+    LIGHT as LIGHT,
+    REQUIRED as REQUIRED,
+    Default as Default,
+    Entry as Entry,
+    Option as Option,
+    not_negative,
+    positive,
+)
 from astroinertia.effects.heat_entries import HEAT
 from astroinertia.effects.rigid_entries import RIGID
 

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from astroinertia.effects.effect import Effect
+from astroinertia.engines.pytree import pytree
 from astroinertia.gravity.point_masses import (
     attraction,
     orbital_time,
@@ -15,7 +16,6 @@ from astroinertia.gravity.point_masses import (
     tidal_energy,
     virial,
 )
-from astroinertia.pytree import pytree
 
 
 @pytree

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from astroinertia.effects.effect import Effect
+from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
-from astroinertia.pytree import pytree
 
 NONE = 1e-100  # rates below this, in code units, are no limit
 

@@ -5,8 +5,8 @@ from typing import Any, ClassVar
 
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import elementwise
+from astroinertia.engines.pytree import pytree
 from astroinertia.integrate.exchange import changing_time
-from astroinertia.pytree import pytree
 
 COLD = 1e-20  # of the reference energy: below it a power law falls no further
 

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from astroinertia.effects.effect import Effect, angular_velocity_matrix, moments
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 
 @pytree

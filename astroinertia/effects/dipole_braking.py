@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import GENERATORS, Effect, antisymmetric_vector, moments
+from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.tensor import inertia_from_second_moment
-from astroinertia.pytree import pytree
 
 
 @pytree

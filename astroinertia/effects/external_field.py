@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect, moments
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 
 @pytree

@@ -7,10 +7,10 @@ from typing import Any, ClassVar, Literal
 from astroinertia.bodies import affine
 from astroinertia.effects.effect import Effect
 from astroinertia.effects.entries import FORCE_ERROR, FREE_FALL_PART
+from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.gravity.direct import DIRECT_GRAVITY
 from astroinertia.gravity.points import POINTS, SOFTENED_LESS_POINT
-from astroinertia.pytree import pytree
 
 
 def softening_pair(xp, dW_i, dW_j, zeta_over_omega_i, zeta_over_omega_j):
@@ -30,7 +30,7 @@ class Gravity(Effect):
           - 1/2 sum_j m_j [zeta_i/Omega_i dW_i + zeta_j/Omega_j dW_j] rhat,
     the exact gradient of 1/2 sum_i sum_j m_i m_j (phi(r, h_i) + phi(r, h_j))/2, self pairs included
     (Price & Monaghan 2007, eqs. 13 to 24). method: auto is settled by whoever knows the number of particles
-    (start/effects.py), and else is direct; points: as multipole, its points summed pair by pair; force_error: wanted
+    (build/effects.py), and else is direct; points: as multipole, its points summed pair by pair; force_error: wanted
     rms of |da|/|a| by multipoles. softening: the smoothing length of all particles, which then stays as it is and needs
     no neighbours; the second sum is nil. None: lengths follow the density.
     """

@@ -6,8 +6,8 @@ from typing import Any, ClassVar
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
+from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.tensor import second_moment_from_inertia
-from astroinertia.pytree import pytree
 
 
 @pytree

@@ -8,8 +8,8 @@ import jax.numpy as jnp
 from astroinertia.bodies import affine, affine_motion
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import elementwise
+from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
-from astroinertia.pytree import pytree
 
 
 def pressure_pair(xp, v_r, dW_i, dW_j, pressure_weight_i, pressure_weight_j, sound_speed_i, sound_speed_j):

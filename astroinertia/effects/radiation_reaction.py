@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from astroinertia.bodies import affine_motion
 from astroinertia.effects.effect import Effect, moments
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 PERIODS = 2.0  # of the waves, that their frequency is averaged over
 UNSEEN = 3.0  # steps before the first third derivative

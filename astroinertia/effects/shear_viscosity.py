@@ -8,8 +8,8 @@ import jax.numpy as jnp
 from astroinertia.bodies import affine_motion
 from astroinertia.effects.effect import Effect
 from astroinertia.effects.entries import DIFFUSION_PART
+from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
-from astroinertia.pytree import pytree
 
 # 2 (d + 2) in d = 3 dimensions: what makes the sum over radial velocities the Laplacian.
 DIRECTIONS = 10.0

@@ -6,8 +6,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from astroinertia.effects.effect import Effect
+from astroinertia.engines.pytree import pytree
 from astroinertia.gravity.point_masses import attraction, orbital_time, potential_energy, reaction, virial
-from astroinertia.pytree import pytree
 
 
 @pytree

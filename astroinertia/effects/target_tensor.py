@@ -6,9 +6,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from astroinertia.effects.effect import Effect, moments
+from astroinertia.engines.pytree import pytree
 from astroinertia.inertia import target
 from astroinertia.inertia.tensor import require_plausible
-from astroinertia.pytree import pytree
 
 PARALLEL = 1e-6  # sine of the angle below which two directions do not span a plane
 

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 
 @pytree

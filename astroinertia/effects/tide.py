@@ -8,6 +8,7 @@ import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
 from astroinertia.effects.open_orbit import place_on_open_orbit
+from astroinertia.engines.pytree import pytree
 from astroinertia.gravity.point_masses import (
     attraction,
     orbital_time,
@@ -16,7 +17,6 @@ from astroinertia.gravity.point_masses import (
     tidal_energy,
     virial,
 )
-from astroinertia.pytree import pytree
 
 # Newton steps on Kepler's equation from Danby's guess: below 1e-15 for eccentricities up to 0.99, by test.
 KEPLER_STEPS = 8

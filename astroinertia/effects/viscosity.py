@@ -6,8 +6,8 @@ from typing import Any, ClassVar
 from astroinertia.effects.effect import Effect
 from astroinertia.effects.gradients import curl_size, linear_gradient, shear, strain, trace, trace_of_square
 from astroinertia.engines.elementwise import elementwise
+from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
-from astroinertia.pytree import pytree
 
 
 def viscosity_pair(

@@ -16,7 +16,7 @@ import tempfile
 from pathlib import Path
 from types import ModuleType
 
-from astroinertia import interrupts
+from astroinertia.process import interrupts
 
 
 def cache_directory() -> Path:

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from astroinertia.engines import tree
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 MOST_WIDE_LEAVES = 2048  # whose pairs are listed all
 

@@ -19,9 +19,9 @@ import numpy as np
 from numba import njit
 
 from astroinertia.engines.numba_vectors import ENTRY
+from astroinertia.engines.pytree import pytree
 from astroinertia.engines.threads import available_threads
 from astroinertia.gravity import full_leaves
-from astroinertia.pytree import pytree
 
 TASKS = 64  # ranges of leaves that threads share out
 WIDEST = 0.8  # (r_A + r_B)/d of nodes that may be taken as a whole, whatever their error

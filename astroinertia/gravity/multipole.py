@@ -13,8 +13,7 @@ from astroinertia.engines.numba_cache import load_module
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.numba_passes import header
 from astroinertia.engines.threads import available_threads, share_out
-from astroinertia.gravity import closing
-from astroinertia.gravity import tree as trees
+from astroinertia.gravity import closing, tree as trees
 from astroinertia.gravity.expansions import expansions, harmonic, indices, moments
 from astroinertia.gravity.points import CLAMP, SOFTENED_LESS_POINT
 from astroinertia.gravity.refit import UPWARD

@@ -16,11 +16,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.engines import xla_pairs, xla_tiles
-from astroinertia.gravity import expansions_xla as expansions
-from astroinertia.gravity import lists_xla, multipole
+from astroinertia.engines.pytree import pytree
+from astroinertia.gravity import expansions_xla as expansions, lists_xla, multipole
 from astroinertia.gravity.lists_xla import Chunks, Lists
 from astroinertia.gravity.points import CLAMP
-from astroinertia.pytree import pytree
 
 Array = Any
 ROUGHLY = 0.01  # error of first accelerations, which only say how large the allowed errors are

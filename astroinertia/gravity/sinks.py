@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.engines.pytree import pytree
 from astroinertia.gravity.point_masses import PointMasses
-from astroinertia.inertia.ledger import Removed
-from astroinertia.pytree import pytree
+from astroinertia.ledger.moments import Removed
 
 Array = Any
 

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.tensor import about_point, is_known, moment_about, namespace, point_inertia, rotated
-from astroinertia.pytree import pytree
 
 Array = Any
 

@@ -16,8 +16,8 @@ from astroinertia.errors import ArchiveError
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mean_squares import checked_points
 from astroinertia.inertia.tensor import inertia_from_second_moment, is_known
-from astroinertia.sealed import regular
-from astroinertia.unpacked import plain_text
+from astroinertia.storage.atomic import regular
+from astroinertia.storage.bounded import plain_text
 
 Array = Any
 

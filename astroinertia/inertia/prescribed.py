@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.tensor import namespace
-from astroinertia.pytree import pytree
 
 Array = Any
 

@@ -17,7 +17,7 @@ from functools import reduce
 from typing import Any
 
 from astroinertia.engines.elementwise import added, elementwise, totals
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 Array = Any
 SERIES = 1e-4  # below which f is taken from its series: the rest of it is less than rounding

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from astroinertia.engines.elementwise import elementwise, totals
-from astroinertia.inertia.ledger import Ledger, after_drift, after_heating, after_kick, after_rounding
-from astroinertia.inertia.regions import Books
+from astroinertia.engines.pytree import pytree
 from astroinertia.integrate.exchange import Exchange, energies, entropy_after
 from astroinertia.integrate.warming import warmed
-from astroinertia.pytree import pytree
+from astroinertia.ledger.moments import Ledger, after_drift, after_heating, after_kick, after_rounding
+from astroinertia.ledger.regions import Books
 from astroinertia.sph.fluid import Fluid
 
 Array = Any

@@ -20,8 +20,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.inertia.ledger import Compensated
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
+from astroinertia.ledger.moments import Compensated
 
 Array = Any
 Tree = Any

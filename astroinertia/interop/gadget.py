@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.dataset_schema import LENGTH
+from astroinertia.dataset.schema import LENGTH
 from astroinertia.interop.hdf5 import CM, GRAM, Column, dimension, in_cgs, origin, plain, write_hdf5
 from astroinertia.interop.snapshots import Snapshot
 from astroinertia.units import Dimension

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.dataset_schema import SNAPSHOT
+from astroinertia.dataset.schema import SNAPSHOT
 from astroinertia.errors import SceneError
 from astroinertia.interop.snapshots import Snapshot
-from astroinertia.sealed import write_whole
+from astroinertia.storage.atomic import write_whole
 from astroinertia.units import Dimension
 
 CM, GRAM = 100.0, 1000.0  # a metre in cm, a kilogram in g

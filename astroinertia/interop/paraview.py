@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from astroinertia.interop.snapshots import Snapshot
-from astroinertia.sealed import write_whole
+from astroinertia.storage.atomic import write_whole
 
 _TYPES = {"f8": "Float64", "f4": "Float32", "i8": "Int64", "i4": "Int32", "u8": "UInt64"}
 _LENGTH_TYPE = np.dtype("<u8")  # of the number of bytes before each array

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia import dataset
-from astroinertia.dataset_files import loaded, told
+from astroinertia.dataset.files import loaded, told
 from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.units import quantity

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from astroinertia.dataset_schema import SNAPSHOT
+from astroinertia.dataset.schema import SNAPSHOT
 from astroinertia.interop.snapshots import Snapshot
-from astroinertia.sealed import write_whole
+from astroinertia.storage.atomic import write_whole
 
 _COLUMNS = {
     "mass": ("mass",),

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import xarray as xr
 
-from astroinertia import dataset, interrupts
+from astroinertia import dataset
 from astroinertia.errors import ArchiveError, SceneError
-from astroinertia.sealed import TEMPORARY
+from astroinertia.process import interrupts
+from astroinertia.storage.atomic import TEMPORARY
 
 FORMAT = 2  # the third has no text of fixed length yet, which the labels of dimensions are
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.gravity.sinks import Sinks, merged
-from astroinertia.inertia.ledger import after_heating, after_removal, removed, whole
 from astroinertia.inertia.spin import angular_velocity
 from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.integrate.leapfrog import State, member_key
+from astroinertia.ledger.moments import after_heating, after_removal, removed, whole
 from astroinertia.models import sph
 from astroinertia.models.points import with_others, without_others
 from astroinertia.models.series import energy_budget

@@ -13,12 +13,12 @@ import numpy as np
 from astroinertia.engines.elementwise import added, elementwise, totals
 from astroinertia.engines.numba_source import argument_names
 from astroinertia.engines.terms import PairTerm
-from astroinertia.inertia.ledger import Whole, after_drift, after_heating, after_kick, after_rounding
 from astroinertia.integrate import leapfrog
 from astroinertia.integrate.exchange import Exchange, energies, entropy_after, exchanged
 from astroinertia.integrate.hierarchical import Clock, weighted_sets
 from astroinertia.integrate.leapfrog import Rates, State, member_key
 from astroinertia.integrate.warming import warmed
+from astroinertia.ledger.moments import Whole, after_drift, after_heating, after_kick, after_rounding
 from astroinertia.models import points, sph
 from astroinertia.models.flow import FLUID, Flow, Part, Spans
 from astroinertia.models.heat import compression, product

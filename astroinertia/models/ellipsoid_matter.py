@@ -5,7 +5,7 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 Array = Any
 

@@ -70,7 +70,7 @@ class Evolution(Protocol):
         ...
 
     def record(self, opening_potential: float | None) -> Record:
-        """One row of the headline series under the names of dataset_schema.RECORDED.
+        """One row of the headline series under the names of dataset.schema.RECORDED.
 
         opening_potential is the static part of the energy at time 0, None in the first record.
         """

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.inertia.ledger import Ledger
-from astroinertia.inertia.regions import Books
+from astroinertia.engines.pytree import pytree
 from astroinertia.integrate.hierarchical import Clock
 from astroinertia.integrate.leapfrog import State
+from astroinertia.ledger.moments import Ledger
+from astroinertia.ledger.regions import Books
 from astroinertia.models import sph
 from astroinertia.models.sph import Arrangement, Problem
-from astroinertia.pytree import pytree
 from astroinertia.sph.fluid import Fluid
 
 Array = Any

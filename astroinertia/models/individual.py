@@ -18,8 +18,7 @@ from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.integrate.hierarchical import NEIGHBOURS, base_step, merged, rungs
 from astroinertia.integrate.leapfrog import Rates, State
 from astroinertia.integrate.timestep import shortest
-from astroinertia.models import arena, points, sph
-from astroinertia.models import awake as passes
+from astroinertia.models import arena, awake as passes, points, sph
 from astroinertia.models.awake import Sums
 from astroinertia.models.flow import Flow, Part, Spans, opened
 from astroinertia.models.heat import exchange_with_surroundings, with_heat

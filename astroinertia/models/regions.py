@@ -12,10 +12,10 @@ import numpy as np
 
 from astroinertia.engines import numba_cpu
 from astroinertia.gravity.direct import DIRECT_GRAVITY
-from astroinertia.inertia.ledger import centre_of_mass, weighted_outer
-from astroinertia.inertia.regions import Books, opened_books, region_moments
 from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
 from astroinertia.integrate.leapfrog import State, member_key
+from astroinertia.ledger.moments import centre_of_mass, weighted_outer
+from astroinertia.ledger.regions import Books, opened_books, region_moments
 from astroinertia.models import membership
 from astroinertia.models.sph import Problem, effect_accelerations
 

@@ -17,13 +17,13 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from astroinertia import cache
 from astroinertia.bodies.rotation_laws import Law
 from astroinertia.errors import NumericalError
 from astroinertia.integrate.leapfrog import State
 from astroinertia.models import sph
 from astroinertia.models.sph import Problem
 from astroinertia.sph.rotation import law_of, rotation_velocity
+from astroinertia.storage import cache
 
 APART = 10.0  # times its size at the start: a body that is larger does not come back
 _COURANT = 0.8  # of h/(c + sqrt(h |a|)); twice as much is unstable

@@ -17,8 +17,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from astroinertia.engines.pytree import pytree
 from astroinertia.integrate.rigid_splitting import Kick, Rotor, in_body, in_space, turning_rates
-from astroinertia.pytree import pytree
 from astroinertia.rotation.attitude import attitude_of_quaternion, quaternion_product
 
 Array = Any

@@ -10,10 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.errors import NumericalError
-from astroinertia.inertia.ledger import Compensated
 from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
 from astroinertia.integrate import adaptive, rigid_splitting
 from astroinertia.integrate.rigid_splitting import Rotor, in_body
+from astroinertia.ledger.moments import Compensated
 from astroinertia.models import checkpoint, rigid
 from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Record
 from astroinertia.models.rigid import Rigid

@@ -15,13 +15,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.effects.gravity_gradient import quadrupole_attraction
+from astroinertia.engines.pytree import pytree
 from astroinertia.integrate import rigid_splitting
 from astroinertia.integrate.rigid_splitting import COMPOSITIONS, Rotor
 from astroinertia.models import checkpoint, rigid
 from astroinertia.models.rigid import Rigid
 from astroinertia.models.rigid_evolution import RigidBody, Settings
 from astroinertia.orbits import states
-from astroinertia.pytree import pytree
 
 Array = Any
 

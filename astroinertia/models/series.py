@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from astroinertia.effects.effect import Effect, antisymmetric_vector
-from astroinertia.inertia.ledger import centre_of_mass, moments, weighted_outer
 from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.integrate.leapfrog import State
 from astroinertia.integrate.timestep import limiting
+from astroinertia.ledger.moments import centre_of_mass, moments, weighted_outer
 from astroinertia.models.evolution import TIMESTEP_CRITERIA
 from astroinertia.models.points import system_record
 from astroinertia.models.resolution import resolution

@@ -14,14 +14,14 @@ import numpy as np
 
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import added, elementwise
+from astroinertia.engines.pytree import pytree
 from astroinertia.errors import NumericalError
-from astroinertia.inertia.ledger import after_heating, open_ledger
 from astroinertia.integrate import leapfrog, timestep
 from astroinertia.integrate.contact import contact_limit
 from astroinertia.integrate.leapfrog import Rates, State
+from astroinertia.ledger.moments import after_heating, open_ledger
 from astroinertia.models.heat import compression, total_heating, with_heat
 from astroinertia.models.points import attracted, opened, with_others, without_others
-from astroinertia.pytree import pytree
 from astroinertia.sph.density import density, refuse_unsolved, refuse_without_length
 from astroinertia.sph.fluid import Fluid
 from astroinertia.sph.kernels import KERNELS

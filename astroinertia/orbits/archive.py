@@ -13,8 +13,8 @@ from rebound.units import hash_to_unit, lengths_SI, times_SI
 
 from astroinertia.orbits import archive_child
 from astroinertia.orbits.simulation import BODY
+from astroinertia.storage.bounded import plain_text
 from astroinertia.units import CodeUnits
-from astroinertia.unpacked import plain_text
 
 Array = Any
 

@@ -15,7 +15,7 @@ from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 from rebound.ode import ODEDER
 
 from astroinertia.errors import NumericalError
-from astroinertia.inertia.ledger import Compensated
+from astroinertia.ledger.moments import Compensated
 
 Array = Any
 

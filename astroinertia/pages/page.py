@@ -11,8 +11,8 @@ from typing import Any
 
 import xarray as xr
 
-from astroinertia import overwriting
-from astroinertia.sealed import write_whole
+from astroinertia.storage import overwriting
+from astroinertia.storage.atomic import write_whole
 
 HERE = Path(__file__).parent
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")

@@ -17,7 +17,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia import plots
-from astroinertia.dataset_resolution import told
+from astroinertia.dataset.resolution import told
 from astroinertia.pages.page import filled, name_of, policy, raised, text, write_page
 from astroinertia.plots import style
 from astroinertia.plots.summary import Table, heading, tables

@@ -6,7 +6,7 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
-from astroinertia import accessor as _accessor  # noqa: F401  registers `dataset.inertia`, which the figures use
+from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`, which the figures use
 from astroinertia.plots.attitude import attitude_figure, has_attitude
 from astroinertia.plots.density import density_figure, projection_figure
 from astroinertia.plots.energy import energy_figure

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.patheffects import withStroke
 
-from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE
+from astroinertia.dataset.derived import PARTICLE_GAP_TOLERANCE
 from astroinertia.errors import ArchiveError
 from astroinertia.inertia import principal, tensor
 

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from astroinertia.dataset_derived import SPINLESS
+from astroinertia.dataset.derived import SPINLESS
 from astroinertia.units import SPEED_OF_LIGHT
 
 ENERGIES = ("kinetic_energy", "internal_energy", "gravitational_energy")

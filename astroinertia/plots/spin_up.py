@@ -10,8 +10,7 @@ from matplotlib.patheffects import withStroke
 
 from astroinertia.plots import style
 from astroinertia.rotation import accretion, pulsars
-from astroinertia.rotation.pulsar_table import Pulsar
-from astroinertia.rotation.pulsar_table import pulsars as observed
+from astroinertia.rotation.pulsar_table import Pulsar, pulsars as observed
 
 _YEAR, _HOUR = 365.25 * 86400, 3600.0
 _COMPACT = 1e6  # m; what ends smaller is a neutron star here

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from astroinertia.plots import style
 from astroinertia.scene import load
-from astroinertia.standard.matter import Solution, l1_errors, standard
+from astroinertia.test_problems.matter import Solution, l1_errors, standard
 
 ALONG = {"sod": "x", "strong_tube": "x", "square": "x", "sedov": "r", "noh": "r", "gresho": "s"}
 LABELS = {"x": "x", "r": "distance from the centre", "s": "distance from the axis"}

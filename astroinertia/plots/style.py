@@ -12,8 +12,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from astroinertia import overwriting
-from astroinertia.sealed import write_whole
+from astroinertia.storage import overwriting
+from astroinertia.storage.atomic import write_whole
 from astroinertia.units import quantity, readable
 
 # Okabe & Ito's palette, told apart in all common kinds of colour blindness (jfly.uni-koeln.de/color).

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from astroinertia import dataset_ledger
-from astroinertia.dataset_resolution import told
+from astroinertia.dataset.resolution import told
 from astroinertia.inertia.tensor import axial_vector
+from astroinertia.ledger import bounds
 from astroinertia.plots.error_bars import known_bars
 from astroinertia.plots.scales import angular_momentum_scale, energy_scale, known_effects
 from astroinertia.plots.style import scale_of, unit_of, words
@@ -51,7 +51,7 @@ def summary(dataset: xr.Dataset) -> str:
     True True
     """
     parts = [heading(dataset), *(table.text() for table in tables(dataset)), told(dataset.attrs)]
-    parts.append(dataset_ledger.told(dataset.attrs))
+    parts.append(bounds.told(dataset.attrs))
     return "\n\n".join(part for part in parts if part)
 
 

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from astroinertia.engines.pytree import pytree
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.tensor import namespace
-from astroinertia.pytree import pytree
 from astroinertia.units import CodeUnits
 
 Array = Any

@@ -22,8 +22,7 @@ from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import require_plausible, rotated
 from astroinertia.rotation.attitude import angle_between, rotation
 from astroinertia.rotation.elliptic import PI, Clock, complete_integral, decimal, digits, hyperbolic, jacobi, unit
-from astroinertia.rotation.free_top import FreeTop, checked_times, clock, free_top
-from astroinertia.rotation.free_top import angular_velocity as body_rates
+from astroinertia.rotation.free_top import FreeTop, angular_velocity as body_rates, checked_times, clock, free_top
 from astroinertia.rotation.ripple import limit_ripple, phase_ripple
 
 Array = Any

@@ -5,7 +5,7 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-from astroinertia.bodies.tables import data_path
+from astroinertia.storage.data_tables import data_path
 
 KINDS = ("ordinary", "recycled", "magnetar", "isolated")
 

@@ -15,10 +15,9 @@ from typing import TextIO
 import numpy as np
 
 from astroinertia.errors import SceneError
-from astroinertia.sph.table_hdf5 import SUFFIXES as HDF5_SUFFIXES
-from astroinertia.sph.table_hdf5 import hdf5_columns
+from astroinertia.sph.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, hdf5_columns
+from astroinertia.storage.bounded import npz_members, plain_text
 from astroinertia.units import shown
-from astroinertia.unpacked import npz_members, plain_text
 
 MAX_BYTES = 2**30
 _MAX_LINE = 1024

@@ -29,7 +29,7 @@ from itertools import pairwise
 from typing import ClassVar
 
 from astroinertia.engines.elementwise import elementwise
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 LEAST_ABOVE = 1e-6  # of gamma above 1
 

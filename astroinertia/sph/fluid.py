@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 Array = Any
 

@@ -13,9 +13,9 @@ Tests: tests/unit/test_initial.py.
 import numpy as np
 from scipy.spatial import KDTree
 
-from astroinertia import cache
 from astroinertia.errors import SceneError
 from astroinertia.sph.profiles import Profile
+from astroinertia.storage import cache
 
 PLACEMENTS = ("glass", "lattice", "random")
 _GLASS_STEPS = 60

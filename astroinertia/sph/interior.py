@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.bodies.materials import inverted
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 from astroinertia.sph.isentropes import spline_coefficients
 from astroinertia.sph.tabulated import NUMBERS, Tabulated, combined, curvatures, slopes
 

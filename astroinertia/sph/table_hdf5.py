@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.errors import SceneError
-from astroinertia.unpacked import check_proportion, plain_text
+from astroinertia.storage.bounded import check_proportion, plain_text
 
 SUFFIXES = (".h5", ".hdf5")
 VECTORS = {"position": ("x", "y", "z"), "velocity": ("vx", "vy", "vz")}

@@ -18,7 +18,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from astroinertia.engines.elementwise import Table, elementwise
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 Array = Any
 NUMBERS = 6  # of each material: first x, 1/step in x, scale and greatest of A, 1/step in y, floor of c^2

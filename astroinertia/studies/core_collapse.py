@@ -20,17 +20,17 @@ import numpy as np
 import xarray as xr
 from scipy.signal import find_peaks
 
-from astroinertia import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
-from astroinertia import cache
 from astroinertia import dataset as datasets
 from astroinertia.accuracy.running import run_scene
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.rotating_star import RotatingStar, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.bodies.scf_matter import polytropic_matter
+from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia.errors import SceneError
 from astroinertia.scene import load
 from astroinertia.sph.eos import CORE_COLLAPSE
+from astroinertia.storage import cache
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 INDEX = 3.0

@@ -11,10 +11,9 @@ import numpy as np
 import xarray as xr
 
 from astroinertia import dataset
-from astroinertia.dataset_derived import PARTICLE_GAP_TOLERANCE
-from astroinertia.dataset_files import loaded, told
+from astroinertia.dataset.derived import PARTICLE_GAP_TOLERANCE
+from astroinertia.dataset.files import loaded, told
 from astroinertia.errors import ArchiveError, SceneError
-from astroinertia.hdf5_structure import is_hdf5
 from astroinertia.inertia import tensor
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mesh import FORMATS, mesh_body, read_mesh
@@ -23,6 +22,7 @@ from astroinertia.sph.columns import check_there
 from astroinertia.sph.table import MAX_PARTICLES, read_table
 from astroinertia.sph.table_gadget import SI
 from astroinertia.sph.table_netcdf import fill_value
+from astroinertia.storage.hdf5_structure import is_hdf5
 from astroinertia.units import quantity
 
 PLAIN = ("1", "1")

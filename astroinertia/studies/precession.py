@@ -14,8 +14,7 @@ import xarray as xr
 
 from astroinertia.bodies.planets import body
 from astroinertia.errors import SceneError
-from astroinertia.rotation import precession as formulae
-from astroinertia.rotation import wobble
+from astroinertia.rotation import precession as formulae, wobble
 from astroinertia.rotation.ephemeris import Ephemeris
 from astroinertia.rotation.harmonic_fit import HarmonicFit, harmonic_fit
 from astroinertia.rotation.precession import ARCSECOND, JULIAN_YEAR

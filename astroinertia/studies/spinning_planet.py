@@ -17,11 +17,11 @@ from scipy.optimize import brentq
 
 from astroinertia.bodies.figures import figure_of_barotropes
 from astroinertia.bodies.rotating_figure import RotatingFigure
+from astroinertia.build.materials import materials
+from astroinertia.build.planets import planet
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.interior import isentrope
-from astroinertia.start.materials import materials
-from astroinertia.start.planets import planet
 
 _DENSEST = 3.0  # times the density without pressure: how far the laws are tabulated
 _ROWS = 2000  # of the table

@@ -15,7 +15,6 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import root_scalar
 
-from astroinertia import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia import dataset as datasets
 from astroinertia.accuracy.running import run_scene
 from astroinertia.bodies import neutron_star_fits
@@ -24,11 +23,11 @@ from astroinertia.bodies.equations_of_state import SOLAR_LENGTH, Barotrope, read
 from astroinertia.bodies.neutron_stars import NeutronStar, stable_branch, star, star_of_mass
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.tov import structure
+from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.rotation.break_up import shedding_share, spun_up_polytrope
 from astroinertia.rotation.shells import shells_of
-from astroinertia.rotation.spin_scaling import SpinUp, radius_of_period
-from astroinertia.rotation.spin_scaling import spin_up as whole
+from astroinertia.rotation.spin_scaling import SpinUp, radius_of_period, spin_up as whole
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 from astroinertia.studies.spin_histories import Quantity, in_si

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
 
-from astroinertia.children import started
+from astroinertia.process.children import started
 from astroinertia.verify.references import Reference, references
 
 Pair = tuple[float, float]  # the quantity here, and as another program computed it beside
@@ -34,7 +34,7 @@ SECTIONS: dict[str, str] = {
     "pulsars": "Pulsars, accretion and collapse",
     "particles": "A short run of particles: what its books say",
 }
-"""Sections by the name of their module, with a title; `python -m astroinertia.cli verify --only NAME` runs one."""
+"""Sections by the name of their module, with a title; `python -m astroinertia verify --only NAME` runs one."""
 
 BESIDE = "particles"
 """The section that takes as long as all others where its programs are still to be compiled, and shares none of them."""
@@ -93,7 +93,7 @@ def compare_sections(names: Sequence[str], begin: Callable[[str], None] = lambda
             begin(SECTIONS[name])
             yield compare_section(name)
         return
-    with started([sys.executable, "-m", "astroinertia.cli", "verify", "--only", BESIDE, "--json"]) as beside:
+    with started([sys.executable, "-m", "astroinertia", "verify", "--only", BESIDE, "--json"]) as beside:
         for name in names:
             begin(SECTIONS[name])
             yield _section_of(beside) if name == BESIDE else compare_section(name)

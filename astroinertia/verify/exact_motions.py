@@ -5,7 +5,7 @@ import math
 import jax
 import numpy as np
 
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.scene.load import loads
 from astroinertia.verify.comparison import Found
 

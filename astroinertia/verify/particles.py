@@ -3,11 +3,12 @@
 import numpy as np
 import xarray as xr
 
-from astroinertia import accessor, dataset
+from astroinertia import dataset
+from astroinertia.dataset import accessor
 from astroinertia.inertia.tensor import axial_vector
-from astroinertia.run import run_scene
+from astroinertia.run.loop import run_scene
 from astroinertia.scene.load import loads
-from astroinertia.sealed import temporary_folder
+from astroinertia.storage.atomic import temporary_folder
 from astroinertia.verify.comparison import Found
 
 assert accessor  # importing it registers `dataset.inertia`

@@ -3,7 +3,7 @@
 import jax
 import numpy as np
 
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.effects.tide import eccentric_anomaly
 from astroinertia.engines import numba_cpu
 from astroinertia.gravity.direct import DIRECT_GRAVITY

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, cast, get_args
 
-from astroinertia.bodies.tables import data_path
+from astroinertia.storage.data_tables import data_path
 
 Measure = Literal["relative", "absolute", "below"]
 BESIDE = "beside"  # in the column `reference`: the other side is computed, too, by the program that `source` names

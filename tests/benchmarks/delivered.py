@@ -25,7 +25,7 @@ from astroinertia.accuracy.knobs import knobs
 from astroinertia.accuracy.observables import default_names, parsed, relative_error
 from astroinertia.accuracy.pilots import Pilots
 from astroinertia.accuracy.words import duration
-from astroinertia.cache import content_key
+from astroinertia.storage.cache import content_key
 from tests.delivered_scenes import asked
 
 COUNTS = (250, 750, 2250, 6750, 20250)

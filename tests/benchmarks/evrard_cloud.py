@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from point_sets import PointSet
 
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.effects.gravity import SOFTENING
 from astroinertia.models.particles import STEPS_BETWEEN_SORTS, Particles
 from astroinertia.scene import load

@@ -22,7 +22,7 @@ from evrard_cloud import GAS, cloud
 from fair_times import machine, processor_clock, publish, rows_of
 
 from astroinertia.bodies.polytrope import Polytrope
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.models import individual
 from astroinertia.models.individual import Taken
 from astroinertia.models.particles import Particles

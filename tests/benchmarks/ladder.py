@@ -27,13 +27,13 @@ from astroinertia.accuracy.knobs import MODEL, Setting
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.observables import parsed
 from astroinertia.accuracy.words import duration
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
+from astroinertia.build.fluids import equation_of_state
+from astroinertia.build.spheres import sphere
 from astroinertia.plots import style
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
-from astroinertia.start.fluids import equation_of_state
-from astroinertia.start.spheres import sphere
 
 ROOT = Path(__file__).parents[2]
 PICTURE = ROOT / "data" / "pictures" / "ladder.png"

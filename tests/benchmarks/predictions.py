@@ -18,8 +18,7 @@ import time
 from pathlib import Path
 
 import netCDF4
-from fair_times import RESULTS, publish, rows_of
-from fair_times import machine as machine_in_words
+from fair_times import RESULTS, machine as machine_in_words, publish, rows_of
 
 from astroinertia.costs import machine, pilot
 from astroinertia.costs.course import steps as estimated_steps
@@ -67,7 +66,7 @@ def case(name: str, settings: tuple[str, ...], with_pilot: bool) -> list[object]
     assert found is not None, name
     overrides = [part for setting in settings[1:] for part in ("--set", setting)]
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "astroinertia.cli", "run", str(file), *overrides, "--output", f"{folder}/run"]
+        command = [sys.executable, "-m", "astroinertia", "run", str(file), *overrides, "--output", f"{folder}/run"]
         before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
         wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -17,8 +17,8 @@ import h5py
 import numpy as np
 from scipy.spatial import KDTree
 
-from astroinertia.standard.keplerian_disc import SOFTENING
-from astroinertia.standard.matter import Matter
+from astroinertia.test_problems.keplerian_disc import SOFTENING
+from astroinertia.test_problems.matter import Matter
 
 REACH = 2.018932  # of the quartic spline, in SWIFT's smoothing lengths (Dehnen & Aly 2012, table 1)
 LARGE = 4.0  # side of the box around matter that ends by itself

@@ -20,12 +20,12 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.models.particles import Particles
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
-from astroinertia.standard import kelvin_helmholtz, keplerian_disc
-from astroinertia.standard.matter import Standard, l1_errors, standard
+from astroinertia.test_problems import kelvin_helmholtz, keplerian_disc
+from astroinertia.test_problems.matter import Standard, l1_errors, standard
 
 HERE = Path(__file__).parent
 SIMS = HERE.parent.parent / "sims"

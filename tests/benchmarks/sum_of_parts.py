@@ -22,7 +22,7 @@ import numpy as np
 from fair_times import machine, publish, rows_of
 
 from astroinertia.audit.absence import NEEDED
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene

@@ -9,11 +9,9 @@ import numpy as np
 from precision_table import publish, table
 from scipy.special import spherical_jn
 
-from astroinertia.bodies.clairaut import DEFAULT_STEPS as CLAIRAUT_STEPS
-from astroinertia.bodies.clairaut import love_number
+from astroinertia.bodies.clairaut import DEFAULT_STEPS as CLAIRAUT_STEPS, love_number
 from astroinertia.bodies.earth import prem
-from astroinertia.bodies.hydrostatic import DEFAULT_STEPS as PLANET_STEPS
-from astroinertia.bodies.hydrostatic import planet_from_masses
+from astroinertia.bodies.hydrostatic import DEFAULT_STEPS as PLANET_STEPS, planet_from_masses
 from astroinertia.bodies.layered import linear_layers, polynomial_layers
 from astroinertia.bodies.materials import IRON_HCP, PEROVSKITE, Murnaghan
 

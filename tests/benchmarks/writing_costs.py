@@ -23,9 +23,11 @@ from unittest import mock
 import numpy as np
 from fair_times import machine, publish, rows_of
 
-from astroinertia import archive, dataset, manifest, plots, run, sealed
+from astroinertia import dataset, plots
 from astroinertia.models.particles import Particles
+from astroinertia.run import loop
 from astroinertia.scene.load import load_file
+from astroinertia.storage import archive, atomic, manifest
 
 BAR = 0.03
 SEALING, FINAL = "checkpoints and segments", "final file"
@@ -34,11 +36,11 @@ PARTS: dict[str, tuple[tuple[Any, str], ...]] = {
     "state copied for checkpoints": ((Particles, "arrays"),),
     "manifests": ((manifest, "write_json"),),
     "synced to disk": ((os, "fsync"),),
-    "hashed": ((sealed, "sha256"),),
+    "hashed": ((atomic, "sha256"),),
     "segments read back": ((archive, "read_arrays"),),
     "headline series computed": ((dataset, "headline"),),
-    "the rest of the final file": ((run.dataset, "finish"),),
-    "the rest of sealing": ((run._Run, "_checkpoint"),),
+    "the rest of the final file": ((loop.dataset, "finish"),),
+    "the rest of sealing": ((loop._Run, "_checkpoint"),),
 }
 PHYSICS: dict[str, tuple[tuple[Any, str], ...]] = {
     "records and snapshots computed": ((Particles, "record"), (Particles, "snapshot")),
@@ -88,12 +90,12 @@ def now() -> np.ndarray:
 
 def measured(scene: Path, settings: list[str], folder: Path) -> tuple[Meter, np.ndarray, np.ndarray, Path]:
     """The parts of one run, the whole of it, its pictures, and the file that it leaves."""
-    run.run_scene(load_file(scene, [*settings, "time.max_steps=20"]), folder / "compiling")
+    loop.run_scene(load_file(scene, [*settings, "time.max_steps=20"]), folder / "compiling")
     meter = Meter()
     loaded = load_file(scene, settings)
     with meter.watching():
         begin = now()
-        finished = run.run_scene(loaded, folder / "run")
+        finished = loop.run_scene(loaded, folder / "run")
         whole = now() - begin
     begin = now()
     plots.write_all(dataset.open(finished), folder / "pictures")

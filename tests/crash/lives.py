@@ -11,7 +11,7 @@ import traceback
 from pathlib import Path
 
 import astroinertia.accuracy.running  # before the forks, which share what is imported
-from astroinertia import manifest
+from astroinertia.storage import manifest
 
 
 def live(scene: str, settings: list[str], folder: Path) -> None:

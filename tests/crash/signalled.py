@@ -18,7 +18,7 @@ from pathlib import Path
 import xarray as xr
 
 import astroinertia
-from astroinertia.cli_stop import INTERRUPTED
+from astroinertia.cli.stop import INTERRUPTED
 from tests.tradeoff_scenes import SIMS
 
 HANGS = 120.0  # s

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.archive import Archive
 from astroinertia.errors import ArchiveError, ArchiveWarning
+from astroinertia.storage.archive import Archive
 from tests.unit.test_archive import METADATA, assert_consistent, record, snapshot, state, write_on
 
 INTERVAL = 4  # outputs from one checkpoint to the next

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from astroinertia import dataset, trailer
-from astroinertia.archive import Archive
+from astroinertia import dataset
 from astroinertia.errors import ArchiveError
+from astroinertia.storage import trailer
+from astroinertia.storage.archive import Archive
 from astroinertia.studies.moments import read_matter
 
 DATA = Path(__file__).parents[1] / "data"

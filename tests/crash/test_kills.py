@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import astroinertia
-from astroinertia.archive import Archive
-from astroinertia.sealed import TEMPORARY
+from astroinertia.storage.archive import Archive
+from astroinertia.storage.atomic import TEMPORARY
 from tests.tradeoff_scenes import SIMS
 
 ROOT = SIMS.parent

@@ -9,10 +9,10 @@ from contextlib import suppress
 
 import pytest
 
-from astroinertia.archive import Archive
 from astroinertia.scene.sweep import member
+from astroinertia.storage.archive import Archive
 
-COMMAND = "import sys; from astroinertia.cli import main; sys.exit(main())"
+COMMAND = "import sys; from astroinertia.cli.main import main; sys.exit(main())"
 WORKERS = 2
 SCENE = """
 name = "shrinking"

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from astroinertia import manifest as manifests
 from astroinertia.accuracy.running import run_scene
 from astroinertia.scene import load
+from astroinertia.storage import manifest as manifests
 from tests.hard.malformed_files import VALUES, _places, resealed
 
 GAS = '[equation_of_state]\nkind = "ideal"\n[effects.gravity]\n[effects.pressure]\n[effects.viscosity]\n'

@@ -11,7 +11,7 @@ import h5py
 import netCDF4
 import numpy as np
 
-from astroinertia import manifest as manifests
+from astroinertia.storage import manifest as manifests
 from tests.hard.malformed_files import npy, resealed
 from tests.hard.whole_files import columns
 

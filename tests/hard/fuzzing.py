@@ -21,18 +21,19 @@ import numpy  # noqa: F401  now, so that it is not instrumented: that takes half
 
 MODULES = (
     "astroinertia.scene", "astroinertia.units", "astroinertia.sph.columns", "astroinertia.sph.table",
-    "astroinertia.sph.table_equation", "astroinertia.sph.progenitor", "astroinertia.unpacked", "astroinertia.manifest",
-    "astroinertia.sealed", "astroinertia.hdf5_structure", "astroinertia.trailer", "tomllib", "json", "zipfile", "csv",
+    "astroinertia.sph.table_equation", "astroinertia.sph.progenitor", "astroinertia.storage.bounded",
+    "astroinertia.storage.manifest", "astroinertia.storage.atomic", "astroinertia.storage.hdf5_structure",
+    "astroinertia.storage.trailer", "tomllib", "json", "zipfile", "csv",
 )  # fmt: skip
 LONGEST = 2.0  # seconds of processor time
 
 with atheris.instrument_imports(include=list(MODULES)):
-    from astroinertia import hdf5_structure, manifest, trailer
     from astroinertia.errors import ArchiveError, AstroinertiaError
     from astroinertia.scene import load, sweep
     from astroinertia.sph.progenitor import read_progenitor
     from astroinertia.sph.table import read_table
     from astroinertia.sph.table_equation import read_equation
+    from astroinertia.storage import hdf5_structure, manifest, trailer
 
 
 def of_scene(path):

@@ -120,7 +120,7 @@ def main() -> None:
     import resource
 
     resource.setrlimit(resource.RLIMIT_DATA, (MOST_MEMORY, resource.RLIM_INFINITY))
-    from astroinertia.cli import main as command
+    from astroinertia.cli.main import main as command
 
     os.dup2(1, 2)
     for line in sys.stdin:

@@ -18,20 +18,18 @@ from contextlib import redirect_stderr, suppress
 from pathlib import Path
 
 from astroinertia import dataset
-from astroinertia import run as runs
-from astroinertia.archive import Archive
-from astroinertia.cli import UNCLOSED
-from astroinertia.cli import main as main_of_commands
+from astroinertia.cli.main import UNCLOSED, main as main_of_commands
 from astroinertia.errors import ArchiveError, ArchiveWarning, AstroinertiaError
 from astroinertia.interop.snapshots import snapshots_of
 from astroinertia.orbits import archive as orbits
-from astroinertia.scale import combined
-from astroinertia.scale import folder as sweeps
+from astroinertia.run import loop as runs
 from astroinertia.scene import load, sweep
 from astroinertia.sph.progenitor import read_progenitor
 from astroinertia.sph.table import read_table
 from astroinertia.sph.table_equation import read_equation
+from astroinertia.storage.archive import Archive
 from astroinertia.studies.moments import moments, read_matter
+from astroinertia.sweeps import combined, folder as sweeps
 
 HANG = 30  # seconds of processor time after which the system ends the process
 

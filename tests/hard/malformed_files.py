@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from astroinertia import manifest as manifests
+from astroinertia.storage import manifest as manifests
 from tests.hard.malformed_bytes import changed
 
 VALUES = (

@@ -22,8 +22,7 @@ from pydantic.fields import FieldInfo
 
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, Default, Option
 from astroinertia.errors import SceneError
-from astroinertia.scene import box as boxes
-from astroinertia.scene import load, scales, schema
+from astroinertia.scene import box as boxes, load, scales, schema
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.quantities import Quantity
 from astroinertia.scene.text import toml_key, toml_text, toml_value

@@ -6,11 +6,11 @@ import netCDF4
 import numpy as np
 import pytest
 
-from astroinertia import unpacked
-from astroinertia.archive import locked
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError
-from astroinertia.sealed import read_json, write_json
+from astroinertia.storage import bounded
+from astroinertia.storage.archive import locked
+from astroinertia.storage.atomic import read_json, write_json
 
 
 @pytest.fixture
@@ -66,7 +66,7 @@ def test_arrays_come_back_as_numpy_wrote_them(tmp_path):
         "one": np.array(3.5), "text": np.array(["a", "bcd"]), "fields": np.zeros(2, [("a", "f8"), ("b", "i4")]),
     }  # fmt: skip
     np.savez_compressed(tmp_path / "a.npz", **arrays)
-    found = {name: read() for name, read in unpacked.npz_members(tmp_path / "a.npz").items()}
+    found = {name: read() for name, read in bounded.npz_members(tmp_path / "a.npz").items()}
     assert list(found) == list(arrays)
     for name, array in arrays.items():
         np.testing.assert_array_equal(found[name], array)

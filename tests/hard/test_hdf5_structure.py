@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from astroinertia import hdf5_structure
+from astroinertia.storage import hdf5_structure
 from tests.hard.whole_files import ROOT
 
 

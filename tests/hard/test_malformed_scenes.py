@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 
 ROOT = Path(__file__).parents[2]
 GOOD = """\
@@ -265,7 +265,7 @@ def test_what_only_the_build_can_see(settings, words, elsewhere, refused):
 # Run in a process of its own: prints the exit code and the peak memory in MiB.
 MEASURED = """
 import sys
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 code = main(sys.argv[1:])
 # not ru_maxrss, which begins with the size of the process that started this one
 with open("/proc/self/status") as status:
@@ -330,7 +330,7 @@ def _bounded(folder: Path, scene: str):
 def test_the_installed_command_returns_the_code(elsewhere):
     (elsewhere / "scene.toml").write_text(swap("1500 km", "1500 kg"))
     command = Path(sys.executable).parent / "astroinertia"
-    arguments = [str(command)] if command.exists() else [sys.executable, "-m", "astroinertia.cli"]
+    arguments = [str(command)] if command.exists() else [sys.executable, "-m", "astroinertia"]
     done = subprocess.run(
         [*arguments, "run", "scene.toml"],
         cwd=elsewhere,

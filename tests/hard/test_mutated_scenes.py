@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.costs.machine import peak_memory
 from tests.hard.mutated_scenes import mutated
 from tests.scripts import SIMS

@@ -7,7 +7,7 @@ import pytest
 
 from astroinertia import dataset
 from astroinertia.errors import NumericalError
-from astroinertia.run import run_scene
+from astroinertia.run.loop import run_scene
 from astroinertia.scene import load
 from astroinertia.verify.hard import CASES
 from astroinertia.verify.hard.case import BARS, tried

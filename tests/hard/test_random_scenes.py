@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from astroinertia import dataset
-from astroinertia.dataset_ledger import FAR
+from astroinertia.ledger.bounds import FAR
 from tests.hard.judged_scenes import Judge
 from tests.hard.random_scenes import files, scene_text
 

@@ -8,6 +8,7 @@ import pytest
 
 import astroinertia
 from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.build import scaling as start_scaling
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.models.homology import Dynamic, Kepler
 from astroinertia.rotation import braking, pulsars
@@ -15,7 +16,6 @@ from astroinertia.rotation.shells import shells_of
 from astroinertia.rotation.spin_scaling import spin_up
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
-from astroinertia.start import scaling as start_scaling
 
 STAR = (
     'name = "a"\nmodel = "scaling"\nunits = "code"\n[body]\nkind = "polytrope"\nindex = 3.0\nmass = 1.0\nradius = 1.0\n'

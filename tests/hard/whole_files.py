@@ -11,10 +11,10 @@ import rebound
 import trimesh
 
 from astroinertia import dataset
-from astroinertia.archive import Archive
-from astroinertia.run import run_scene
-from astroinertia.scale import ensemble
+from astroinertia.run.loop import run_scene
 from astroinertia.scene import load, sweep
+from astroinertia.storage.archive import Archive
+from astroinertia.sweeps import ensemble
 from tests import phantom_dump
 
 ROOT = Path(__file__).parents[2]

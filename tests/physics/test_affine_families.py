@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from astroinertia.bodies import roche
+from astroinertia.build import ellipsoid as start_ellipsoid
 from astroinertia.scene import load, plan
-from astroinertia.start import ellipsoid as start_ellipsoid
 from tests import affine_scenes
 from tests.affine_scenes import semi_axes, started
 from tests.evolve import advanced

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies import jacobi, maclaurin
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.inertia.evolution import second_moment_acceleration
 from astroinertia.scene import load
 from tests import affine_scenes

@@ -9,12 +9,12 @@ import pytest
 
 from astroinertia.audit import absence
 from astroinertia.audit.operations import of_module
+from astroinertia.build.effects import effects_of
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.engines.numba_modules import neighbour_pass
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
-from astroinertia.start.effects import effects_of
 
 ROOT = Path(__file__).parent.parent.parent
 SCENES = {
@@ -86,7 +86,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from astroinertia.effects.effect import Effect
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 
 @pytree

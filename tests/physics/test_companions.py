@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import astroinertia
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
+from astroinertia.build.sph import resumed
 from astroinertia.errors import SceneError
 from astroinertia.models.particles import STEPS_BETWEEN_SORTS
 from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.orbits.states import states
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
-from astroinertia.start.sph import resumed
 from tests.evolve import prepared, reached
 
 STAR = """

@@ -7,8 +7,8 @@ import jax
 import numpy as np
 import pytest
 
-from astroinertia import checks
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
+from astroinertia.effects import checks
 from astroinertia.integrate.leapfrog import State
 from astroinertia.models import sph
 from astroinertia.models.series import energy_budget, series_record, works_from_outside

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia import accessor as _accessor  # noqa: F401
 from astroinertia import dataset as datasets
-from astroinertia.run import run_scene
+from astroinertia.dataset import accessor as _accessor  # noqa: F401
+from astroinertia.run.loop import run_scene
 from astroinertia.scene.load import load_file
 
 SCENE = "sims/contracting_star.toml"

@@ -11,8 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia import checks
-from astroinertia.effects import catalogue, conduction, gravity, pressure, shear_viscosity, viscosity
+from astroinertia.effects import catalogue, checks, conduction, gravity, pressure, shear_viscosity, viscosity
 from astroinertia.effects.radiation_reaction import Waves
 from astroinertia.engines import numba_cpu, xla
 from astroinertia.gravity import direct

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import astroinertia
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.scene.auto import accuracy_of
 from astroinertia.scene.load import load_file
 from astroinertia.scene.options import effect_options

@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 
 from astroinertia import dataset
-from astroinertia.archive import LOCK
-from astroinertia.scale import ensemble, folder
 from astroinertia.scene import sweep as sweeps
+from astroinertia.storage.archive import LOCK
+from astroinertia.sweeps import ensemble, folder
 
 SIDE = 8
 KILL_AFTER = 20  # members

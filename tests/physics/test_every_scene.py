@@ -55,7 +55,7 @@ def test_a_scene_runs_from_the_command_line(name, particles, tmp_path, result):
     path = SIMS / f"{name}.toml"
     words = [word for each in settings(path, particles) for word in ("--set", each)]
     done = subprocess.run(
-        [sys.executable, "-m", "astroinertia.cli", "run", str(path), "--output", str(tmp_path / "run"), *words],
+        [sys.executable, "-m", "astroinertia", "run", str(path), "--output", str(tmp_path / "run"), *words],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-2000:]

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from astroinertia import build
-from astroinertia.checks import net_force, virial_mismatch
+from astroinertia.build import assemble
+from astroinertia.effects.checks import net_force, virial_mismatch
 from astroinertia.models import sph
 from astroinertia.scene.load import load_file
 
@@ -17,7 +17,7 @@ SCENE = [
 def test_a_few_steps_are_those_of_direct_sums_and_keep_momentum():
     runs = {}
     for method in ("direct", "multipole"):
-        evolution = build.prepare(
+        evolution = assemble.prepare(
             load_file("sims/evrard.toml", [*SCENE, f'effects.gravity.method="{method}"'])
         ).evolution
         for _ in range(STEPS):

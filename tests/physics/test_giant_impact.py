@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from astroinertia import dataset as datasets
-from astroinertia.run import run_scene
+from astroinertia.run.loop import run_scene
 from astroinertia.scene import load
 from astroinertia.studies.impact_remnant import remnant
 from astroinertia.units import GRAVITATIONAL_CONSTANT

@@ -13,7 +13,7 @@ import pytest
 
 from astroinertia.effects.catalogue import build
 from astroinertia.engines.xla import Engine
-from astroinertia.inertia.ledger import open_ledger
+from astroinertia.ledger.moments import open_ledger
 from astroinertia.models import sph
 from astroinertia.sph.eos import Ideal
 

@@ -19,7 +19,7 @@ from astroinertia.engines import numba_cpu, periodic
 from astroinertia.models import sph
 from astroinertia.sph import isentropes
 from astroinertia.sph.kernels import KERNELS
-from astroinertia.standard.lattices import filled
+from astroinertia.test_problems.lattices import filled
 
 MATTER = {"iron": tillotson.IRON, "basalt": tillotson.BASALT}
 DENSITY, ENERGY = 1e3, 1e6  # units: kg/m3 and J/kg, hence km/s and GPa

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.errors import SceneError
 from astroinertia.models import arena, individual, sph
 from astroinertia.models.checkpoint import flattened
@@ -101,8 +101,8 @@ def test_what_is_taken_out_of_the_body_moves_as_it_would_within(monkeypatch: pyt
 
 
 def test_the_same_bits_again_and_after_a_checkpoint() -> None:
+    from astroinertia.build.sph import resumed
     from astroinertia.scene.plan import code_units
-    from astroinertia.start.sph import resumed
 
     scene = load.load_file(EVRARD, [*SETTINGS, "body.particles=200"])
     whole, again = start("body.particles=200"), start("body.particles=200")

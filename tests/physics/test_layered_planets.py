@@ -6,12 +6,11 @@ import jax
 import numpy as np
 import pytest
 
-from astroinertia import build
+from astroinertia.build import assemble, sph
+from astroinertia.build.planets import planet
 from astroinertia.models.series import energy_budget, snapshot_record
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
-from astroinertia.start import sph
-from astroinertia.start.planets import planet
 
 SCENE = Path(__file__).parents[2] / "sims" / "rocky_planet.toml"
 UNSETTLED = ["body.particles=200", "body.relax=false"]
@@ -36,7 +35,7 @@ def solved():
 
 def test_layers_hold_their_share_of_particles_of_their_own_material(solved):
     with jax.enable_x64(True):
-        state = build.prepare(scene_of(*UNSETTLED)).evolution.state
+        state = assemble.prepare(scene_of(*UNSETTLED)).evolution.state
         record = snapshot_record(state)
     assert (np.bincount(record["material"]) == [60, 140]).all()  # 0.3 of 200 are of the first, iron
     distance = np.linalg.norm(record["position"], axis=1)
@@ -57,7 +56,7 @@ def test_both_engines_move_the_same_planet():
     for engine in ("numba_cpu", "xla"):
         settings = [*UNSETTLED, f'numerics.engine="{engine}"', "numerics.smoothing_tolerance=1e-13"]
         with jax.enable_x64(True):
-            body = build.prepare(load.loads(text, settings)).evolution
+            body = assemble.prepare(load.loads(text, settings)).evolution
             states.append(snapshot_record(after(body, 3).state))
     for name in ("position", "velocity", "density", "pressure", "internal_energy", "entropy", "material"):
         scale = np.abs(states[0][name]).max()
@@ -68,7 +67,7 @@ def test_both_engines_move_the_same_planet():
 def test_a_checkpoint_goes_on_bit_for_bit(timesteps):
     scene = scene_of(*UNSETTLED, f"numerics.timesteps={timesteps}")
     with jax.enable_x64(True):
-        body = build.prepare(scene).evolution
+        body = assemble.prepare(scene).evolution
         after(body, 16 if timesteps == "global" else 2)
         again = sph.resumed(scene, code_units(scene), {name: array.copy() for name, array in body.arrays().items()})
         one, other = (after(each, 3).arrays() for each in (body, again))
@@ -82,7 +81,7 @@ def settled(count, dynamical_times, result=None):
     """Relative difference of I from the solver's, at first and at the end; changes of I and of the total energy."""
     scene = scene_of(f"body.particles={count}")
     with jax.enable_x64(True):
-        prepared = build.prepare(scene)
+        prepared = assemble.prepare(scene)
         ball, body = planet(scene, prepared.units), prepared.evolution
         exact, unit = float(ball.solution.mean_moment), (ball.radius**3 / ball.mass) ** 0.5
 

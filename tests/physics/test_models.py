@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import astroinertia
-from astroinertia.archive import Archive
-from astroinertia.dataset_schema import DERIVED, RECORDED
+from astroinertia.dataset.schema import DERIVED, RECORDED
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
+from astroinertia.storage.archive import Archive
 from tests.sims import SIMS, single_scenes
 
 SCENES = sorted(path.stem for path in single_scenes() if load.load_file(path).model != "sph")

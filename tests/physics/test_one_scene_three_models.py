@@ -5,10 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia import open as open_run
-from astroinertia import run_scene
-from astroinertia.cli import main
-from astroinertia.dataset_schema import DERIVED, RECORDED
+from astroinertia import open as open_run, run_scene
+from astroinertia.cli.main import main
+from astroinertia.dataset.schema import DERIVED, RECORDED
 from astroinertia.scene import load
 
 SCENE = Path(__file__).parents[2] / "sims" / "one_star_three_models.toml"

@@ -17,13 +17,13 @@ import jax
 import numpy as np
 import pytest
 
+from astroinertia.build import sph as start_sph
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.engines import numba_modules, xla
 from astroinertia.gravity.point_masses import PointMasses
 from astroinertia.gravity.sinks import no_sinks
 from astroinertia.models import sph
 from astroinertia.scene import load, plan
-from astroinertia.start import sph as start_sph
 from tests.pairs import PlainEngine
 
 ROOT = Path(__file__).parent.parent.parent
@@ -116,8 +116,9 @@ IMPORTS = """
     import json, sys
     from dataclasses import replace
     import numpy as np
-    from astroinertia import cli, run
-    from astroinertia.start import sph as start_sph
+    from astroinertia.cli import main
+    from astroinertia.run import loop
+    from astroinertia.build import sph as start_sph
     from astroinertia.effects import catalogue
     from astroinertia.models import sph, series
     from astroinertia.scene import load, plan
@@ -289,14 +290,14 @@ def test_a_step_has_operations_of_listed_effects_only(compiled: bool) -> None:
 RESULTS = """
     import hashlib, importlib, json, sys
     from pathlib import Path
-    from astroinertia import build
+    from astroinertia.build import assemble
     from astroinertia.effects.catalogue import CATALOGUE
     from astroinertia.models import sph
     from astroinertia.scene import load
     if sys.argv[1] == "everything":
         for entry in CATALOGUE.values():
             importlib.import_module(entry.module)
-    start = build.prepare(load.load_file("sims/free_expansion.toml", ["body.particles=200"])).evolution
+    start = assemble.prepare(load.load_file("sims/free_expansion.toml", ["body.particles=200"])).evolution
     state = start.state
     for _ in range(5):
         state = sph.step(start.problem, start.arrangement, state, state.rates.timestep)

@@ -3,11 +3,11 @@
 import jax
 import pytest
 
-from astroinertia import cache
-from astroinertia.build import outputs_of, prepare
+from astroinertia.build.assemble import outputs_of, prepare
 from astroinertia.costs import pilot
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
+from astroinertia.storage import cache
 
 CLOUD = """
 name = "cloud"

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from astroinertia import dataset
-from astroinertia.inertia import regions as books
-from astroinertia.inertia.ledger import weighted_outer
+from astroinertia.build import sph
 from astroinertia.inertia.tensor import axial_vector
-from astroinertia.run import run_scene
+from astroinertia.ledger import regions as books
+from astroinertia.ledger.moments import weighted_outer
+from astroinertia.run.loop import run_scene
 from astroinertia.scene import load
-from astroinertia.start import sph
 from astroinertia.units import DIMENSIONLESS
 from tests.evolve import prepared
 
@@ -176,7 +176,7 @@ def test_regions_go_on_from_a_checkpoint_bit_for_bit(steps):
 def test_scenes_without_regions_import_nothing_of_them():
     script = """
         import sys
-        from astroinertia.build import prepare
+        from astroinertia.build.assemble import prepare
         from astroinertia.scene import load
         text = {text!r}
         plain = text[: text.index("[regions.core]")] + text[text.index("[time]") :]

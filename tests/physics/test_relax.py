@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia import cache
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.errors import NumericalError
 from astroinertia.models import relaxation
 from astroinertia.models.relaxation import Rotation, Tolerances
 from astroinertia.sph import eos, profiles
 from astroinertia.sph.initial import place
+from astroinertia.storage import cache
 from astroinertia.studies.relax import gas_of_polytrope, polytrope_problem, relaxed_polytrope
 from tests.polytropes import errors
 

@@ -9,7 +9,7 @@ import pytest
 
 import astroinertia
 from astroinertia.errors import RunInterrupted
-from astroinertia.run import Progress
+from astroinertia.run.loop import Progress
 from astroinertia.scene import load
 
 SETTINGS = ["body.particles=300", "time.end=1.0", "numerics.precision=float64", "output.checkpoint_seconds=0"]

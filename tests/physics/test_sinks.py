@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import astroinertia
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
+from astroinertia.build.sph import resumed
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.gravity.sinks import no_sinks
 from astroinertia.models import accretion
 from astroinertia.models.particles import STEPS_BETWEEN_SORTS
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
-from astroinertia.start.sph import resumed
 from tests.evolve import prepared, reached
 
 NAME = 'name = "sinks"\nunits = "code"\n'

@@ -8,11 +8,11 @@ import jax
 import numpy as np
 import pytest
 
-from astroinertia import build
 from astroinertia.bodies.clairaut import hydrostatic_figure
+from astroinertia.build import assemble
+from astroinertia.build.planets import planet
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
-from astroinertia.start.planets import planet
 from astroinertia.studies.spinning_planet import figure_of_scene, shape
 
 SCENE = Path(__file__).parents[2] / "sims" / "spinning_planet.toml"
@@ -50,7 +50,7 @@ def settled(count, dynamical_times):
     scene, _, rate, unit = scene_and_rate(f"body.particles={count}")
     figure = figure_of_scene(scene, rate)
     with jax.enable_x64(True):
-        body: Any = build.prepare(scene).evolution
+        body: Any = assemble.prepare(scene).evolution
 
         def now():
             return shape(figure, *(np.asarray(a) for a in (body.state.mass, body.state.position, body.state.velocity)))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.errors import SceneError
 from astroinertia.models import sph
 from astroinertia.models.particles import Particles

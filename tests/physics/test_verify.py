@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 
 # Computations that take most of the time, with the keys of what they find. One of the exact motions stays, and one of
 # the planets; test_rebound has a spin beside that of a body inside REBOUND.

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import astroinertia
-from astroinertia.archive import Archive
-from astroinertia.cli import main
+from astroinertia.cli.main import main
+from astroinertia.storage.archive import Archive
 
 ROOT = Path(__file__).parents[2]
 TOP = ("tennis_racket", "time.end=1 s", "output.series_every=0.05 s")
@@ -27,7 +27,7 @@ ALONE = {"JAX_PLATFORMS": "cpu", "PYTHONPATH": str(ROOT), "XLA_FLAGS": ""}
 
 def started(folder, scene, *options):
     """One process of the command line, as a user starts it: a run of a scene, or without one what goes on."""
-    words = [sys.executable, "-m", "astroinertia.cli"]
+    words = [sys.executable, "-m", "astroinertia"]
     if scene:
         name, *settings = scene
         words += ["run", str(ROOT / "sims" / f"{name}.toml"), "--output", str(folder)]

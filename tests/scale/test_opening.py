@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from astroinertia import dataset
-from astroinertia.archive import Archive
 from astroinertia.errors import ArchiveError
+from astroinertia.storage.archive import Archive
 from tests.unit.affine_body import METADATA, affine_run
 
 HERE = Path(__file__).parent

@@ -3,7 +3,9 @@
 import numpy as np
 import xarray as xr
 
-from astroinertia import dataset, dataset_snapshots
+from astroinertia import dataset
+from astroinertia.dataset import snapshots
+from astroinertia.dataset.schema import code_units
 from tests.unit.affine_body import METADATA
 
 
@@ -16,10 +18,10 @@ def headline(records, metadata=METADATA):
 def particles(parts, metadata=METADATA):
     """The dataset of snapshots in code units."""
     arrays = {name: np.stack([np.asarray(part[name]) for part in parts]) for name in parts[0]}
-    units = dataset.code_units(metadata)
+    units = code_units(metadata)
     found = {}
     for name, values in arrays.items():
-        quantity = dataset_snapshots.snapshot_quantity(name, values.shape[1:])
+        quantity = snapshots.snapshot_quantity(name, values.shape[1:])
         factor = 1.0 if quantity.dimension is None else units.unit(quantity.dimension)
         found[name] = (quantity.dims, values * factor, {"units": quantity.unit})
     return xr.Dataset(found).rename(time="snapshot_time").set_coords("snapshot_time").assign_coords(i=["x", "y", "z"])

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia import manifest
-from astroinertia.archive import Archive
 from astroinertia.errors import ArchiveError, ArchiveWarning
-from astroinertia.manifest import COPY, MANIFEST
-from astroinertia.sealed import TEMPORARY, read_arrays, write_arrays
+from astroinertia.storage import manifest
+from astroinertia.storage.archive import Archive
+from astroinertia.storage.atomic import TEMPORARY, read_arrays, write_arrays
+from astroinertia.storage.manifest import COPY, MANIFEST
 from tests.hard.malformed_files import resealed
 
 METADATA = {"name": "star", "scene": "name = 'star'\n", "effects": ["gravity"]}

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from astroinertia import blas
 from astroinertia.bodies import oscillations
+from astroinertia.process import blas
 
 
 def blas_threads() -> list[int]:

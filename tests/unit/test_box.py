@@ -6,13 +6,13 @@ import sys
 import numpy as np
 import pytest
 
-from astroinertia.build import prepare, told_by
+from astroinertia.build import sph as start_sph
+from astroinertia.build.assemble import prepare, told_by
 from astroinertia.errors import SceneError
 from astroinertia.models.checkpoint import flattened
 from astroinertia.models.particles import Particles
 from astroinertia.scene import load
 from astroinertia.scene.plan import plan
-from astroinertia.start import sph as start_sph
 
 SCENE = """
 name = "box"
@@ -117,7 +117,7 @@ def test_the_plan_tells_of_the_box() -> None:
 def test_a_scene_without_a_box_has_no_trace_of_one() -> None:
     """No module of boxes or of standard problems is imported; that of a box is, in this process at least."""
     program = (
-        "import sys; from astroinertia.build import prepare; from astroinertia.scene import load; "
+        "import sys; from astroinertia.build.assemble import prepare; from astroinertia.scene import load; "
         "prepare(load.loads(sys.argv[1])); "
         "print([name for name in sys.modules if name.startswith('astroinertia.')])"
     )
@@ -126,6 +126,6 @@ def test_a_scene_without_a_box_has_no_trace_of_one() -> None:
     told = subprocess.run([sys.executable, "-c", program, plain], capture_output=True, text=True, check=True)
     assert "'astroinertia.engines.numba_cpu'" in told.stdout
     started()
-    for name in ("astroinertia.engines.periodic", "astroinertia.standard.matter"):
+    for name in ("astroinertia.engines.periodic", "astroinertia.test_problems.matter"):
         assert name in sys.modules and f"'{name}'" not in told.stdout
-    assert "'astroinertia.standard.noh'" not in told.stdout
+    assert "'astroinertia.test_problems.noh'" not in told.stdout

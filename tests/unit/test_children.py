@@ -3,7 +3,7 @@
 import os
 import sys
 
-from astroinertia.children import completed, started
+from astroinertia.process.children import completed, started
 
 GROUP = "import os; print(os.getpgid(0))"
 READER = "import sys; print(sys.stdin.read()[::-1], end='')"

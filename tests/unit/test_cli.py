@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted
 
 ROOT = Path(__file__).parents[2]
@@ -110,12 +110,12 @@ def test_show_does_not_wait_for_a_pipe(elsewhere, capsys):
     ],
 )
 def test_what_goes_wrong_in_a_run_gets_one_sentence(error, code, words, elsewhere, capsys, monkeypatch):
-    import astroinertia.run
+    import astroinertia.run.loop
 
     def run_scene(*_, **__):
         raise error
 
-    monkeypatch.setattr(astroinertia.run, "run_scene", run_scene)
+    monkeypatch.setattr(astroinertia.run.loop, "run_scene", run_scene)
     main(["new", "star.toml"])
     capsys.readouterr()
     assert main(["run", "star.toml"]) == code
@@ -126,7 +126,7 @@ def test_what_goes_wrong_in_a_run_gets_one_sentence(error, code, words, elsewher
 
 def test_a_closed_pipe_is_no_error(elsewhere):
     main(["new", "star.toml"])
-    command = f"{sys.executable} -m astroinertia.cli plan star.toml | true; exit ${{PIPESTATUS[0]}}"
+    command = f"{sys.executable} -m astroinertia plan star.toml | true; exit ${{PIPESTATUS[0]}}"
     done = subprocess.run(
         ["bash", "-c", command],
         capture_output=True,

@@ -5,7 +5,7 @@ import pytest
 
 import astroinertia
 from astroinertia import plots
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.scene import load
 
 COLD = """

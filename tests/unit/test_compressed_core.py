@@ -7,7 +7,7 @@ import pytest
 
 from astroinertia.bodies.materials import FORSTERITE, IRON_LIQUID
 from astroinertia.bodies.planets import body
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.studies.compressed_core import compressed_core
 from astroinertia.studies.core_inversion import core_inversion

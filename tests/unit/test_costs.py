@@ -244,7 +244,7 @@ def test_evaluations_of_individual_steps_are_those_of_the_pilot():
 
 
 def test_a_pilot_is_kept_for_every_number_of_particles_and_a_broken_one_is_none():
-    from astroinertia import cache
+    from astroinertia.storage import cache
 
     scene, other = load.loads(STAR), load.loads(STAR, ["body.particles=5000", "output.series_every=1.0"])
     assert piloted.kept(scene) is None
@@ -310,7 +310,7 @@ end = 10.0
 def test_a_run_tells_what_it_took_and_its_prediction_changes_nothing(tmp_path, capsys):
     import xarray
 
-    from astroinertia.cli import main
+    from astroinertia.cli.main import main
 
     scene = ROOT / "sims" / "core_to_pulsar_scaling.toml"
     opened = []
@@ -327,7 +327,7 @@ def test_a_run_tells_what_it_took_and_its_prediction_changes_nothing(tmp_path, c
 
 
 def test_plan_tells_costs(tmp_path, capsys):
-    from astroinertia.cli import main
+    from astroinertia.cli.main import main
 
     (tmp_path / "star.toml").write_text(STAR)
     assert main(["plan", str(tmp_path / "star.toml")]) == 0

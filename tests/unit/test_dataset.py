@@ -11,11 +11,12 @@ import pytest
 import xarray as xr
 from astropy import units
 
-from astroinertia import accessor, dataset
-from astroinertia.archive import Archive
-from astroinertia.dataset_derived import BAR
-from astroinertia.dataset_schema import DERIVED, RECORDED, SNAPSHOT, SNAPSHOT_TIME, TIME_QUANTITY
+from astroinertia import dataset
+from astroinertia.dataset import accessor
+from astroinertia.dataset.derived import BAR
+from astroinertia.dataset.schema import DERIVED, RECORDED, SNAPSHOT, SNAPSHOT_TIME, TIME_QUANTITY
 from astroinertia.errors import ArchiveError
+from astroinertia.storage.archive import Archive
 from tests.unit.affine_body import EFFECTS, METADATA, SOLAR_MASS, AffineBody, G, affine_run
 
 DATA = Path(__file__).parents[1] / "data"
@@ -376,7 +377,7 @@ def test_whether_there_are_snapshots_is_asked_of_the_file_not_of_an_error(run, t
 DISK_FULL = """
 import resource, signal, sys
 from astroinertia import dataset
-from astroinertia.archive import Archive
+from astroinertia.storage.archive import Archive
 from astroinertia.errors import ArchiveError
 
 for size in (1000, 30000, 150000, 600000):  # of 616 kB
@@ -432,7 +433,7 @@ def test_a_long_scene_survives(tmp_path):
 
 def test_the_accessor_works_on_plain_xarray_in_a_fresh_interpreter(run):
     script = (
-        "import sys, xarray as xr, astroinertia.accessor\n"
+        "import sys, xarray as xr, astroinertia.dataset.accessor\n"
         "ds = xr.open_dataset(sys.argv[1])\n"
         "assert 'matplotlib' not in sys.modules\n"
         "print(ds.inertia.about_axis('z').attrs['units'], ds.inertia.snapshots.sizes['particle'])\n"

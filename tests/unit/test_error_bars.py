@@ -6,7 +6,6 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import astroinertia
-from astroinertia import run as runs
 from astroinertia.accuracy.companion_runs import CompanionRun, companion_runs
 from astroinertia.accuracy.error_bars import (
     HEADLINE,
@@ -22,7 +21,7 @@ from astroinertia.accuracy.error_bars import (
 from astroinertia.accuracy.exact import exact
 from astroinertia.accuracy.observables import parsed, relative_error, value
 from astroinertia.accuracy.running import FOLDER
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
 from astroinertia.plots import write_all
 from astroinertia.plots.bands import error_of, shade
@@ -30,6 +29,7 @@ from astroinertia.plots.energy import energy_figure
 from astroinertia.plots.error_bars import error_bars_figure
 from astroinertia.plots.moments import inertia_figure
 from astroinertia.plots.spin import spin_figure
+from astroinertia.run import loop as runs
 from astroinertia.scene import load
 from astroinertia.scene.plan import smoothing
 from tests.tradeoff_scenes import CASES, SIMS

@@ -19,7 +19,7 @@ import astroinertia
 PACKAGE = Path(__file__).parents[2] / "astroinertia"
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 ROOMS = [
-    *("__init__", "accessor", "accuracy", "inertia", "interop", "movie", "plots", "rotation", "scale"),
+    *("__init__", "accuracy", "dataset/accessor", "inertia", "interop", "plots", "rotation", "sweeps"),
     *("studies", "units"),
     *("orbits/archive", "orbits/particles", "orbits/simulation", "orbits/states"),
     *("bodies/affine", "bodies/affine_motion"),
@@ -37,17 +37,15 @@ ROOMS = [
 # Those of the rooms that would keep the ordinary tests waiting: what is compiled for a second, run or drawn.
 DEAR = [
     *("accuracy/analysis", "accuracy/choice", "accuracy/error_bars", "accuracy/running", "accuracy/table"),
-    *("accuracy/tradeoff", "interop/zarr_store", "movie", "plots", "scale/ensemble"),
+    *("accuracy/tradeoff", "interop/zarr_store", "plots", "sweeps/ensemble"),
     *("bodies/affine", "bodies/affine_motion", "bodies/hydrostatic", "bodies/rotating_sequence"),
     "bodies/spectral_polytrope",
 ]
 # What only the package itself calls.
 INSIDES = {
     "inertia.eigen",  # what principal axes and their gradients are computed with
-    "inertia.ledger",  # integrated beside the particles
     "inertia.mean_squares",  # what shapes are made with
     "inertia.prescribed",  # the curve of [body.change]
-    "inertia.regions",  # the books of [regions]
     *("inertia.tensor.is_known", "inertia.tensor.namespace"),  # NumPy or JAX
     *("rotation.elliptic", "rotation.ripple"),  # what tops are computed with
     *("rotation.ephemeris", "rotation.on_orbits"),  # companions of a scene
@@ -70,11 +68,11 @@ INSIDES = {
     *("plots.ellipsoid.draw_triad", "plots.ellipsoid.heading", "plots.ellipsoid.lit_ellipsoid"),
     *("plots.ellipsoid.view_of", "plots.error_bars.has_error_bars", "plots.error_bars.known_bars"),
     *(
-        "scale.combined.write",
-        "scale.members",
-        "scale.worker",
-        "scale.workers.side_by_side",
-        "scale.cluster.by_cluster",
+        "sweeps.combined.write",
+        "sweeps.members",
+        "sweeps.worker",
+        "sweeps.workers.side_by_side",
+        "sweeps.cluster.by_cluster",
     ),  # parts of a sweep under way
     "studies.core_collapse.dynamics",
     *("studies.turning_planets.orbits", "studies.turning_planets.torque_of", "studies.turning_planets.axis_history"),

@@ -12,13 +12,13 @@ import xarray as xr
 from scipy.integrate import quad
 
 from astroinertia import dataset
-from astroinertia.archive import Archive
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.interop import swift
 from astroinertia.interop.export import FORMATS, SNAPSHOT_FORMATS, export
 from astroinertia.interop.snapshots import snapshots_of
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.table import read_table
+from astroinertia.storage.archive import Archive
 from astroinertia.studies.moments import moments, read_matter
 from tests.unit.affine_body import METADATA, affine_run
 

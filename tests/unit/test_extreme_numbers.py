@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia import cli
+from astroinertia.cli import main as cli
 from astroinertia.errors import SceneError
 from astroinertia.scene.load import load_file, loads
 from astroinertia.sph.columns import Columns
-from astroinertia.standard.matter import standard
+from astroinertia.test_problems.matter import standard
 from tests.sims import SIMS
 
 ROOT = Path(__file__).parents[2]

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from astroinertia import movie, plots
-from astroinertia.cli import main
+from astroinertia import plots
+from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError
-from astroinertia.plots import film
+from astroinertia.plots import film, movie
 from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, draw_triad, triads, triads_of_series
 from tests.unit.affine_body import METADATA, affine_run, particle_sphere
 from tests.unit.affine_datasets import headline, particles

@@ -5,13 +5,13 @@ import re
 import numpy as np
 import pytest
 
-from astroinertia.build import prepare
+from astroinertia.build import sph as start_sph
+from astroinertia.build.assemble import prepare
+from astroinertia.build.effects import effects_of
 from astroinertia.models.sph import Problem
 from astroinertia.scene import gravity_prices, load
 from astroinertia.scene.plan import plan
 from astroinertia.scene.schema import Scene
-from astroinertia.start import sph as start_sph
-from astroinertia.start.effects import effects_of
 from astroinertia.units import DIMENSIONLESS
 
 SCENE = """

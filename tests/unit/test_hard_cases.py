@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.verify.hard import CASES
 from astroinertia.verify.hard.case import tried
 

@@ -117,7 +117,7 @@ def test_a_line_in_gravity_makes_results_stale_that_depend_on_it_and_no_others()
 
 def test_what_a_run_of_the_command_line_imports_was_found(tmp_path):
     program = (
-        "import sys; from astroinertia.cli import main; main(sys.argv[1:]);"
+        "import sys; from astroinertia.cli.main import main; main(sys.argv[1:]);"
         "print(*(m.__file__ for n, m in sys.modules.items() if n.partition('.')[0] == 'astroinertia'), sep='\\n')"
     )
     command = [sys.executable, "-c", program, "run", "sims/gyroscope.toml", "--output", str(tmp_path / "run")]
@@ -125,4 +125,4 @@ def test_what_a_run_of_the_command_line_imports_was_found(tmp_path):
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     loaded = {str(Path(line).relative_to(ROOT)) for line in done.stdout.splitlines() if line.endswith(".py")}
     assert len(loaded) > 100
-    assert loaded <= Code(ROOT).closure("astroinertia/cli.py")
+    assert loaded <= Code(ROOT).closure("astroinertia/cli/main.py")

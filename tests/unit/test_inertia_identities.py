@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as some
+from hypothesis import given, settings, strategies as some
 
 from astroinertia.inertia import evolution, principal, spin, tensor
 from astroinertia.inertia.body import Body

@@ -6,14 +6,14 @@ import pytest
 from scipy.integrate import quad
 from scipy.spatial import cKDTree
 
-from astroinertia import cache
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.errors import SceneError
 from astroinertia.scene.load import loads
 from astroinertia.sph import profiles
 from astroinertia.sph.initial import azimuthal_mode, isotropised, place, turned
 from astroinertia.sph.rotation import linear_velocity, rotation_velocity
 from astroinertia.sph.table import read_table
+from astroinertia.storage import cache
 
 PROFILES = {
     "uniform": profiles.uniform(),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.plots import ladder
 from tests.unit.affine_body import METADATA, affine_run
 from tests.unit.affine_datasets import headline

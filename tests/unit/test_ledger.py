@@ -8,9 +8,9 @@ import jax
 import numpy as np
 import pytest
 
-from astroinertia.inertia import ledger as books
 from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.integrate import leapfrog
+from astroinertia.ledger import moments as books
 
 REFERENCE = Path(__file__).parent.parent / "reference"
 

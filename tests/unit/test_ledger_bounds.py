@@ -8,10 +8,10 @@ from rich.console import Console
 
 import astroinertia
 from astroinertia import plots
-from astroinertia.cli import main
-from astroinertia.cli_meter import Meter
-from astroinertia.dataset_ledger import CLOSURE, ENERGY, MISMATCH, doubtful, ledger_warnings, told
-from astroinertia.run import Progress
+from astroinertia.cli.main import main
+from astroinertia.cli.meter import Meter
+from astroinertia.ledger.bounds import CLOSURE, ENERGY, MISMATCH, doubtful, ledger_warnings, told
+from astroinertia.run.loop import Progress
 from tests.sims import SIMS
 
 EFFECTS = ("gravity", "companions")

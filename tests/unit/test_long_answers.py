@@ -8,18 +8,19 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from astroinertia import cli_meter, run
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
+from astroinertia.build.fluids import equation_of_state
+from astroinertia.cli import meter as cli_meter
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.integrate import adaptive
 from astroinertia.models import ellipsoid
 from astroinertia.models.homology import Kepler
+from astroinertia.run import loop
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 from astroinertia.sph import eos
 from astroinertia.sph.initial import isotropised, place
 from astroinertia.sph.profiles import power_law
-from astroinertia.start.fluids import equation_of_state
 
 PULSATING = """
 name = "pulsating"
@@ -62,7 +63,7 @@ def test_an_ellipsoid_takes_no_more_steps_than_it_may(tmp_path):
     """Up to its first record it would pulsate 1e7 times: it looks up after every part of them."""
     scene = load.loads(PULSATING.replace("MODEL", "ellipsoid").replace("MORE", "pressure_fraction = 0.5"))
     told = []
-    run.run_scene(scene, tmp_path / "run", told.append)
+    loop.run_scene(scene, tmp_path / "run", told.append)
     assert 3 <= told[-1].step <= ellipsoid.AT_ONCE
     assert 0.0 < told[-1].time < 1e6
 
@@ -86,12 +87,12 @@ def test_what_would_take_far_too_many_steps_ends_before_it_has_taken_them():
 
 
 def test_options_that_contradict_each_other_are_refused_before_anything_takes_long(tmp_path, monkeypatch):
-    monkeypatch.setattr(run, "metadata", lambda scene: pytest.fail("the body was made"))
+    monkeypatch.setattr(loop, "metadata", lambda scene: pytest.fail("the body was made"))
     scene = load.loads(
         GASES.replace("EQUATION", 'kind = "ideal"') + "[effects.viscosity]\nalpha_max = 0.5\nalpha_min = 0.6\n"
     )
     with pytest.raises(SceneError, match=r"\[effects.viscosity\] alpha_min must not be above alpha_max"):
-        run.run_scene(scene, tmp_path / "run")
+        loop.run_scene(scene, tmp_path / "run")
 
 
 def test_an_equilibrium_whose_entropy_no_number_holds_is_refused():
@@ -162,7 +163,7 @@ def test_a_run_of_which_nothing_is_heard_says_that_it_works(monkeypatch):
     with cli_meter.Meter(Console(file=screen)) as meter:
         while screen.getvalue().count("\n") < 2:
             time.sleep(0.01)
-        meter.tell(run.Progress(1.0, 2.0, 7, 0.1, 0.0, 0.0, 1.0))
+        meter.tell(loop.Progress(1.0, 2.0, 7, 0.1, 0.0, 0.0, 1.0))
         while "after step 7" not in screen.getvalue():
             time.sleep(0.01)
     assert not meter.voice.speaker.is_alive()

@@ -116,7 +116,7 @@ def test_a_body_without_a_ratio_cannot_be_inverted(monkeypatch):
 @pytest.mark.slow
 def test_the_package_and_its_studies_import_no_extras():
     code = (
-        "import sys, astroinertia, astroinertia.cli, astroinertia.studies.interior_inference, "
+        "import sys, astroinertia, astroinertia.cli.main, astroinertia.studies.interior_inference, "
         "astroinertia.studies.moment_ratio, astroinertia.plots.interior_posterior\n"
         "print([name for name in ('emcee', 'corner', 'dask') if name in sys.modules])"
     )

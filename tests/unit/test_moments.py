@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.errors import SceneError
 from astroinertia.inertia.mesh import icosphere
 from astroinertia.studies.moments import moments, read_matter

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from astroinertia import run
-from astroinertia.cli_meter import Meter
+from astroinertia.cli.meter import Meter
+from astroinertia.run import loop
 from astroinertia.scene.load import load_file
 from tests.sims import SIMS
 
@@ -18,9 +18,9 @@ from tests.sims import SIMS
 def test_a_run_that_leaves_its_plan_by_a_factor_of_ten_says_so(
     planned: float, says: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(run, "_predicted", lambda _: {"predicted_steps": planned, "predicted_evolution_time": 1e6})
-    seen: list[run.Progress] = []
-    run.run_scene(load_file(SIMS / "tennis_racket.toml"), tmp_path / "run", seen.append)
+    monkeypatch.setattr(loop, "_predicted", lambda _: {"predicted_steps": planned, "predicted_evolution_time": 1e6})
+    seen: list[loop.Progress] = []
+    loop.run_scene(load_file(SIMS / "tennis_racket.toml"), tmp_path / "run", seen.append)
     assert any(math.isfinite(each.planned_steps) for each in seen) == says
     for each in seen:
         assert math.isfinite(each.planned_steps) == (each.step > 10.0 * planned)
@@ -31,8 +31,8 @@ def test_a_run_that_leaves_its_plan_by_a_factor_of_ten_says_so(
 def test_the_line_of_such_a_run_names_the_plan() -> None:
     text = io.StringIO()
     with Meter(Console(file=text)) as meter:
-        meter.tell(run.Progress(0.5, 1.0, 230, 20.0, 0.0, 0.0, 1.0, planned_steps=22.9))
-        meter.tell(run.Progress(0.6, 1.0, 240, 40.0, 0.0, 0.0, 1.0))
+        meter.tell(loop.Progress(0.5, 1.0, 230, 20.0, 0.0, 0.0, 1.0, planned_steps=22.9))
+        meter.tell(loop.Progress(0.6, 1.0, 240, 40.0, 0.0, 0.0, 1.0))
     warned, usual = text.getvalue().splitlines()
     assert "step 230" in warned
     assert "WARNING: the plan was about 22.9 steps" in warned

@@ -4,9 +4,9 @@ import netCDF4
 import numpy as np
 import pytest
 
-from astroinertia import overwriting, trailer
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError
+from astroinertia.storage import overwriting, trailer
 
 BEGINNINGS = {
     overwriting.PNG: b"\x89PNG\r\n\x1a\n", overwriting.HTML: b"<!DOCTYPE html>\n", overwriting.NETCDF: b"CDF\x01",

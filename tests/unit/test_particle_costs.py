@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from astroinertia.build import prepare
+from astroinertia.build.assemble import prepare
 from astroinertia.integrate.timestep import limiting
 from astroinertia.models.series import timestep_limit
 from astroinertia.models.sph import timestep_limits

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import astroinertia
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.errors import SceneError, SceneWarning
 from astroinertia.inertia import tensor
 from astroinertia.inertia.spin import angular_momentum
-from astroinertia.run import run_scene
+from astroinertia.run.loop import run_scene
 from astroinertia.scene.load import loads
 from astroinertia.sph.table import read_body, read_table
 from astroinertia.studies.moments import moments, read_matter

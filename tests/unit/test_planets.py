@@ -10,7 +10,7 @@ import pytest
 
 from astroinertia.bodies import moment_ratios
 from astroinertia.bodies.planets import STATUSES, body, solar_system
-from astroinertia.bodies.tables import data_path
+from astroinertia.storage.data_tables import data_path
 from astroinertia.units import quantity
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "planets.json").read_text())

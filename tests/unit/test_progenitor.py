@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.build.placing import particles
+from astroinertia.build.sph import problem_of
 from astroinertia.errors import SceneError
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units, plan
 from astroinertia.sph.progenitor import read_progenitor
-from astroinertia.start.placing import particles
-from astroinertia.start.sph import problem_of
 from astroinertia.units import ATOMIC_MASS, BOLTZMANN_CONSTANT, GRAVITATIONAL_CONSTANT, SOLAR_MASS
 
 ROOT = Path(__file__).parent.parent.parent

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from astroinertia.rotation import pulsars
-from astroinertia.rotation.pulsar_table import KINDS, pulsar
-from astroinertia.rotation.pulsar_table import pulsars as table
+from astroinertia.rotation.pulsar_table import KINDS, pulsar, pulsars as table
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "spin_up.json").read_text())
 PULSARS = [entry for entry in REFERENCE if entry["name"] == "pulsar_braking"]

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 import astroinertia
 from astroinertia.bodies.materials import Murnaghan, Vinet
-from astroinertia.pytree import pytree
+from astroinertia.engines.pytree import pytree
 
 
 @pytree

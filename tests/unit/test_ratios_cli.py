@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 
 
 @pytest.fixture

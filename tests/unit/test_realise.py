@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from astroinertia.inertia import realise
 from astroinertia.inertia.tensor import inertia_from_second_moment, inertia_tensor

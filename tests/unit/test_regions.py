@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from astroinertia.errors import SceneError
-from astroinertia.inertia import regions as books
-from astroinertia.inertia.ledger import after_drift, after_kick, moments, open_ledger
+from astroinertia.ledger import regions as books
+from astroinertia.ledger.moments import after_drift, after_kick, moments, open_ledger
 from astroinertia.models import membership
 from astroinertia.scene import load
 from astroinertia.scene.plan import plan

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
-from astroinertia import requirements
 from astroinertia.errors import InstallationError
+from astroinertia.process import requirements
 
 ROOT = Path(__file__).parents[2]
 
@@ -75,7 +75,7 @@ def test_the_command_line_and_the_library_say_it_and_help_is_still_given(tmp_pat
     def ended(code: str) -> subprocess.CompletedProcess:
         return subprocess.run([sys.executable, "-c", program + code], capture_output=True, text=True, check=False)
 
-    command = "from astroinertia.cli import main; sys.exit(main({arguments}))"
+    command = "from astroinertia.cli.main import main; sys.exit(main({arguments}))"
     told = ended(command.format(arguments=["new"]))
     assert told.returncode == 1 and told.stdout == ""
     assert told.stderr.startswith("astroinertia: numba 0.61.2 is installed") and told.stderr.count("\n") == 1

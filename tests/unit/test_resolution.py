@@ -5,10 +5,10 @@ import pytest
 
 from astroinertia import dataset
 from astroinertia.bodies.polytrope import Polytrope
-from astroinertia.cli import main
-from astroinertia.dataset_resolution import resolution_warnings, told
+from astroinertia.cli.main import main
+from astroinertia.dataset.resolution import resolution_warnings, told
 from astroinertia.models.resolution import jeans_mass, resolution
-from astroinertia.run import run_scene
+from astroinertia.run.loop import run_scene
 from astroinertia.scene import load
 from astroinertia.scene.plan import plan, smoothing
 from astroinertia.scene.resolution import core_share

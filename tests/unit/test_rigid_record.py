@@ -4,7 +4,7 @@ import jax
 import numpy as np
 import pytest
 
-from astroinertia.dataset_schema import RECORDED
+from astroinertia.dataset.schema import RECORDED
 from astroinertia.inertia.prescribed import change
 from astroinertia.models.rigid_evolution import ABSENT
 from astroinertia.models.rigid_record import dissipates

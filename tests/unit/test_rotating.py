@@ -6,7 +6,9 @@ import pytest
 from astroinertia.bodies.rotating_star import rotating_star
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.bodies.scf_matter import matter_of, polytropic_matter
-from astroinertia.build import metadata, prepare
+from astroinertia.build.assemble import metadata, prepare
+from astroinertia.build.fluids import equation_of_state
+from astroinertia.build.spheres import sphere
 from astroinertia.errors import SceneError
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
@@ -14,8 +16,6 @@ from astroinertia.sph import eos, profiles
 from astroinertia.sph.initial import place
 from astroinertia.sph.rotating import ColdLaw, mapped
 from astroinertia.sph.rotation import rotation_velocity
-from astroinertia.start.fluids import equation_of_state
-from astroinertia.start.spheres import sphere
 
 SCENE = """\
 name = "star"

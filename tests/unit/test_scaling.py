@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.build import scaling as start_scaling
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.inertia.evolution import second_moment_acceleration
 from astroinertia.inertia.tensor import axial_vector
@@ -14,7 +15,6 @@ from astroinertia.models.scaling import PROFILES, RIGIDITY
 from astroinertia.rotation import pulsars
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
-from astroinertia.start import scaling as start_scaling
 
 HEAD = 'name = "a"\nmodel = "scaling"\nunits = "code"\n[time]\nend = 2.0\n'
 STAR = HEAD + '[body]\nkind = "polytrope"\nindex = 1.5\nmass = 1.0\nradius = 1.0\n'

@@ -11,8 +11,7 @@ from pydantic import ValidationError
 
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, REQUIRED
 from astroinertia.errors import SceneError
-from astroinertia.scene import schema
-from astroinertia.scene import sweep as sweeps
+from astroinertia.scene import schema, sweep as sweeps
 from astroinertia.scene.example import example_text
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.load import KINDS, load_file, loads, resolved_text
@@ -253,12 +252,12 @@ def test_plan_tells_what_is_listed_and_what_is_not():
 
 
 def test_plan_and_build_agree():
-    from astroinertia import build
+    from astroinertia.build import assemble
 
     for scene in (loads(SCENE), loads(SCENE, ["output={series_every='1 ms', snapshot_every='2 ms'}"])):
         units = code_units(scene)
-        assert build.code_units(scene) == units
-        planned, built = cadence(scene), build.outputs_of(scene, units)
+        assert assemble.code_units(scene) == units
+        planned, built = cadence(scene), assemble.outputs_of(scene, units)
         assert built.series_every == pytest.approx(units.to_code(planned.series_every, "time"), rel=1e-14)
         assert built.snapshot_every == pytest.approx(units.to_code(planned.snapshot_every, "time"), rel=1e-14)
 

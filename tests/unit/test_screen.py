@@ -9,8 +9,8 @@ import pytest
 from rich.table import Table
 from rich.text import Text
 
-from astroinertia import cli
-from astroinertia.cli_screen import visible
+from astroinertia.cli import main as cli
+from astroinertia.cli.screen import visible
 
 EVIL = "\x1b]0;owned\x07\x1b[2J\x9b31m\u202eevil\r\x08"
 

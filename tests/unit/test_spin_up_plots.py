@@ -5,8 +5,7 @@ import pytest
 
 from astroinertia.plots.spin_up import period_radius_figure, pulsar_diagram
 from astroinertia.rotation import pulsars
-from astroinertia.rotation.pulsar_table import pulsar
-from astroinertia.rotation.pulsar_table import pulsars as observed
+from astroinertia.rotation.pulsar_table import pulsar, pulsars as observed
 from astroinertia.studies.spinup import cases, period_against_radius
 
 

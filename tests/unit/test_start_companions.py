@@ -4,11 +4,11 @@ import jax
 import numpy as np
 import pytest
 
+from astroinertia.build import rigid as start_rigid
 from astroinertia.errors import SceneError
 from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
-from astroinertia.start import rigid as start_rigid
 
 SCENE = """
 name = "pair"

@@ -7,13 +7,12 @@ import jax
 import numpy as np
 import pytest
 
+from astroinertia.build import ellipsoid as start_ellipsoid, placing
+from astroinertia.build.spheres import sphere, stretch
 from astroinertia.errors import SceneError
 from astroinertia.scene import load, plan
 from astroinertia.sph import profiles
 from astroinertia.sph.eos import ideal
-from astroinertia.start import ellipsoid as start_ellipsoid
-from astroinertia.start import placing
-from astroinertia.start.spheres import sphere, stretch
 
 SCENE = """
 name = "star"

@@ -4,10 +4,10 @@ import jax
 import numpy as np
 import pytest
 
+from astroinertia.build import rigid as start_rigid
 from astroinertia.errors import SceneError
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units
-from astroinertia.start import rigid as start_rigid
 
 HEAD = 'name = "it"\nmodel = "rigid"\nunits = "code"\n[time]\nend = 1.0\n'
 BODY = '[body]\nkind = "rigid"\nmass = 2.0\nmoments = [3.0, 1.0, 2.5]\n'

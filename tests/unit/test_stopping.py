@@ -12,15 +12,19 @@ import pytest
 import xarray as xr
 
 import astroinertia
-from astroinertia import build, cli, cli_stop, dataset, interrupts, run
-from astroinertia.archive import Archive
-from astroinertia.cli import main
+from astroinertia import dataset
+from astroinertia.build import assemble
+from astroinertia.cli import main as cli, stop as cli_stop
+from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveWarning, RunInterrupted
 from astroinertia.models import ellipsoid, homology, rigid_evolution, rigid_two_way
 from astroinertia.models.ellipsoid import Ellipsoid
 from astroinertia.models.rigid_evolution import RigidBody
 from astroinertia.models.rigid_two_way import CoupledRigidBody
 from astroinertia.models.scaling import Scaling
+from astroinertia.process import interrupts
+from astroinertia.run import loop
+from astroinertia.storage.archive import Archive
 from tests.left_behind import Left
 from tests.stepped_clock import moved_by_steps
 from tests.tradeoff_scenes import SIMS
@@ -51,13 +55,13 @@ def whole(tmp_path_factory):
 @pytest.fixture
 def slow(monkeypatch):
     """The clock by which runs are stopped: each of the 20 steps takes 10 s."""
-    return moved_by_steps(monkeypatch, RigidBody, (run, cli, cli_stop, interrupts))
+    return moved_by_steps(monkeypatch, RigidBody, (loop, cli, cli_stop, interrupts))
 
 
 @pytest.fixture
 def heard(monkeypatch):
     """The listener hears of every step, as of steps of 10 s."""
-    moved_by_steps(monkeypatch, RigidBody, (run,))
+    moved_by_steps(monkeypatch, RigidBody, (loop,))
 
 
 def same(one: xr.Dataset, other: xr.Dataset) -> bool:
@@ -79,7 +83,7 @@ def test_a_signal_seals_the_run_also_when_it_comes_twice(tmp_path, whole, number
             os.kill(os.getpid(), number)
 
     with pytest.raises(RunInterrupted, match=rf"stopped by {name} at 0\.0% and is sealed"):
-        run.run_scene(scene(), tmp_path / "run", send)
+        loop.run_scene(scene(), tmp_path / "run", send)
     assert signal.getsignal(number) == before
     assert same(astroinertia.open(astroinertia.resume(tmp_path / "run")), whole)
 
@@ -107,7 +111,7 @@ def test_a_command_that_is_ended_at_any_moment_of_the_last_file_loses_nothing(tm
         patch.setattr(dataset, "finish", begun)
         patch.setattr(os, "fsync", synced)
         patch.setattr(xr.Dataset, "to_netcdf", written)
-        run.run_scene(scene(), tmp_path / "run")
+        loop.run_scene(scene(), tmp_path / "run")
     assert len(left.ends) >= 6  # netCDF begun and written, its file and folder synced, the manifest and its folder
     for ended, folder in left.ends:
         assert re.match(rf"the run was stopped by {ended.name} at 100\.0% and is sealed", str(ended.said))
@@ -131,7 +135,7 @@ def test_a_command_is_ended_at_once_where_nothing_would_be_lost(tmp_path, whole,
             os.kill(os.getpid(), signal.SIGINT)
 
     with interrupts.watched(left.end), pytest.raises(RunInterrupted, match="stopped by Ctrl-C") as stopped:
-        run.run_scene(scene(), tmp_path / "run", send)
+        loop.run_scene(scene(), tmp_path / "run", send)
     ((ended, folder),) = left.ends
     assert (str(ended.said), ended.sealed) == (
         f"the run was stopped by SIGTERM at 0.0% and is sealed in {tmp_path / 'run'}",
@@ -167,7 +171,7 @@ def test_a_second_signal_ends_a_command_at_once_unless_it_comes_right_after_the_
 
     monkeypatch.setattr(interrupts, "noted", seen)
     with interrupts.watched(left.end), pytest.raises(RunInterrupted, match="stopped by SIGTERM"):
-        run.run_scene(scene(), tmp_path / "run", send)
+        loop.run_scene(scene(), tmp_path / "run", send)
     ((ended, folder),) = left.ends
     assert not ended.sealed
     assert cli_stop.ended(ended) == (
@@ -218,7 +222,7 @@ def test_models_without_particles_stop_between_outputs_and_go_on_bit_for_bit(tmp
     assert len(calls) > 6
     calls.clear()
     with pytest.raises(RunInterrupted, match="stopped by SIGTERM") as stopped:
-        run.run_scene(asked, tmp_path / "parts")
+        loop.run_scene(asked, tmp_path / "parts")
     assert len(calls) == 3 and 0.0 < stopped.value.share < 1.0
     assert sum(len(part["step"]) for part in Archive.view(tmp_path / "parts").read_series()) == 1
     assert same(astroinertia.open(astroinertia.resume(tmp_path / "parts")), whole)
@@ -237,15 +241,14 @@ def test_a_pulsation_that_cannot_be_followed_to_the_end_is_refused_at_once(tmp_p
 
 COMPILING = """
 import sys, threading, time
-from astroinertia import build
-from astroinertia.cli import main
+from astroinertia.build import assemble
+from astroinertia.cli.main import main
+from astroinertia.run import loop
 
 def compiles(*_):
     time.sleep(600.0)
 
-build.prepare = compiles
-import astroinertia.run
-astroinertia.run.prepare = compiles
+assemble.prepare = loop.prepare = compiles
 sys.exit(main(["run", *sys.argv[1:]]))
 """
 
@@ -261,7 +264,7 @@ def test_the_limit_of_wall_time_holds_while_a_run_is_prepared(tmp_path):
 DRAWING = """
 import os, signal, sys, time
 from astroinertia import plots
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.plots import style
 
 def stopped_in_the_middle(figure, aside, **options):
@@ -291,13 +294,13 @@ def test_a_later_second_ctrl_c_acts_as_usual_where_no_command_runs(tmp_path, mon
         os.kill(os.getpid(), signal.SIGINT)
 
     with pytest.raises(KeyboardInterrupt):
-        run.run_scene(scene(), tmp_path / "run", send)
+        loop.run_scene(scene(), tmp_path / "run", send)
 
 
 def test_a_run_is_stopped_before_its_deadline_and_not_long_before(tmp_path, whole, slow):
     deadline = slow.now + 95.0
     with pytest.raises(RunInterrupted, match=r"stopped by its limit of wall time at 40\.0%"):
-        run.run_scene(scene(), tmp_path / "run", deadline=deadline)
+        loop.run_scene(scene(), tmp_path / "run", deadline=deadline)
     assert deadline - slow.now == 15.0  # another step, and half of one
     assert same(astroinertia.open(astroinertia.resume(tmp_path / "run")), whole)
 
@@ -330,7 +333,7 @@ def test_a_limit_is_in_seconds_or_has_a_unit():
 def test_a_damaged_file_is_told_in_one_sentence_and_recovered_from(tmp_path, whole, capsys):
     folder = tmp_path / "run"
     with pytest.raises(RunInterrupted):
-        run.run_scene(scene(), folder, lambda _: os.kill(os.getpid(), signal.SIGTERM))
+        loop.run_scene(scene(), folder, lambda _: os.kill(os.getpid(), signal.SIGTERM))
     (checkpoint,) = folder.glob("checkpoint-*")
     checkpoint.write_bytes(checkpoint.read_bytes()[:-1])
     assert main(["resume", str(folder)]) == 0
@@ -363,7 +366,7 @@ def test_a_clock_that_is_set_back_changes_nothing(tmp_path, whole, monkeypatch):
 
     monkeypatch.setattr(time, "time", backwards)
     with pytest.raises(RunInterrupted):
-        run.run_scene(scene(), tmp_path / "run", lambda _: os.kill(os.getpid(), signal.SIGTERM))
+        loop.run_scene(scene(), tmp_path / "run", lambda _: os.kill(os.getpid(), signal.SIGTERM))
     assert same(astroinertia.open(astroinertia.resume(tmp_path / "run")), whole)
 
 
@@ -373,7 +376,7 @@ def test_a_run_that_goes_on_with_other_versions_says_so_and_records_both(tmp_pat
 
     with pytest.raises(RunInterrupted):
         astroinertia.run_scene(scene(), tmp_path / "parts", stop)
-    now = build.versions()
+    now = assemble.versions()
     before = now | {"numba": "0.1", "jax": "0.2"}
     with Archive.open(tmp_path / "parts") as archive:
         archive.describe({"versions": before})

@@ -8,12 +8,12 @@ from scipy.io import netcdf_file
 
 from astroinertia.accuracy import measuring, running
 from astroinertia.accuracy.knobs import Setting
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.scene import load
-from astroinertia.sealed import own_folder
 from astroinertia.sph.progenitor import read_progenitor
 from astroinertia.sph.table import read_table
+from astroinertia.storage.atomic import own_folder
 
 SWEEP = """\
 name = "top"

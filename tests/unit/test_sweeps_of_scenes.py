@@ -13,16 +13,17 @@ import pytest
 import xarray as xr
 
 import astroinertia
-from astroinertia import cli, cli_stop, interrupts, run
 from astroinertia.accuracy import running
-from astroinertia.archive import Archive, locked
-from astroinertia.cli import main
+from astroinertia.cli import main as cli, stop as cli_stop
+from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
 from astroinertia.models.scaling import Scaling
-from astroinertia.scale import cluster as clusters
-from astroinertia.scale import combined, ensemble, folder, members, workers
+from astroinertia.process import interrupts
+from astroinertia.run import loop
 from astroinertia.scene import sweep as sweeps
 from astroinertia.scene.sweep import member
+from astroinertia.storage.archive import Archive, locked
+from astroinertia.sweeps import cluster as clusters, combined, ensemble, folder, members, workers
 from astroinertia.units import SOLAR_MASS
 from tests.left_behind import Left
 from tests.stepped_clock import moved_by_steps
@@ -154,7 +155,7 @@ def test_workers_open_no_port_and_a_killed_one_loses_nothing(grid, tmp_path):
     def look(standing):
         if standing.done == 1:
             below = {number: line for number, line in processes_below(os.getpid()).items() if number not in others}
-            seen.extend(number for number, command in below.items() if "astroinertia.scale.worker" in command)
+            seen.extend(number for number, command in below.items() if "astroinertia.sweeps.worker" in command)
             assert open_ports(os.getpid()) == before
             assert not any(open_ports(number) for number in below)
             os.kill(seen[0], signal.SIGKILL)
@@ -177,7 +178,7 @@ def test_a_member_whose_worker_is_killed_each_time_is_given_up_and_the_others_ar
         end = time.monotonic() + 60.0
         while time.monotonic() < end:
             for number, command in processes_below(os.getpid()).items():
-                if "astroinertia.scale.worker" in command:
+                if "astroinertia.sweeps.worker" in command:
                     os.kill(number, signal.SIGKILL)
                     return
 
@@ -251,7 +252,7 @@ def same_numbers(one, other):
 @pytest.fixture
 def slow(monkeypatch):
     """The clock by which sweeps are stopped: each step of a member takes 10 s."""
-    return moved_by_steps(monkeypatch, Scaling, (run, members, ensemble, workers, clusters, cli, cli_stop, interrupts))
+    return moved_by_steps(monkeypatch, Scaling, (loop, members, ensemble, workers, clusters, cli, cli_stop, interrupts))
 
 
 def test_a_sweep_is_stopped_in_time_with_its_member_sealed_and_goes_on(grid, tmp_path, monkeypatch, slow, capsys):

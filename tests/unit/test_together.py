@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from astroinertia.build import metadata, prepare
+from astroinertia.build.assemble import metadata, prepare
+from astroinertia.build.combine import kepler_state
+from astroinertia.build.placing import particles
+from astroinertia.build.sph import problem_of
 from astroinertia.errors import SceneError
 from astroinertia.scene.example import example_text
 from astroinertia.scene.load import loads, resolved_text
 from astroinertia.scene.plan import code_units, plan
-from astroinertia.start.placing import particles
-from astroinertia.start.sph import problem_of
-from astroinertia.start.together import kepler_state
 
 PAIR = """
 name = "pair"

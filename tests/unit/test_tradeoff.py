@@ -9,7 +9,7 @@ from astroinertia.accuracy import measuring, table
 from astroinertia.accuracy.analysis import analysed
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.tradeoff import carry_out
-from astroinertia.cli import main
+from astroinertia.cli.main import main
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
 from astroinertia.plots.tradeoff import tradeoff_figure
 from astroinertia.scene import load

@@ -4,10 +4,8 @@ import math
 from fractions import Fraction
 
 import pytest
-from astropy import constants
-from astropy import units as u
-from hypothesis import given
-from hypothesis import strategies as st
+from astropy import constants, units as u
+from hypothesis import given, strategies as st
 
 from astroinertia import units
 from astroinertia.errors import SceneError

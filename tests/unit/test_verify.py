@@ -7,9 +7,9 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from astroinertia import cli_verify
 from astroinertia.bodies import maclaurin
-from astroinertia.cli import main
+from astroinertia.cli import verify
+from astroinertia.cli.main import main
 from astroinertia.verify import comparison
 from astroinertia.verify.comparison import BESIDE, SECTIONS, Verdict, compare, compare_section, compare_sections
 from astroinertia.verify.references import Reference, references
@@ -117,7 +117,7 @@ def test_json_tells_reasons_and_the_other_side(capsys):
 def test_the_table_fits_and_keeps_its_verdicts(width):
     section = compare_section("constants")
     stream = StringIO()
-    Console(file=stream, width=width).print(cli_verify.table(section, width))
+    Console(file=stream, width=width).print(verify.table(section, width))
     lines = stream.getvalue().splitlines()
     assert max(map(len, lines)) <= width
     assert sum(line.rstrip().endswith("agrees") for line in lines) == len(section.comparisons)

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from astroinertia import accessor as _accessor  # noqa: F401
 from astroinertia.bodies.bar_analysis import bar
-from astroinertia.dataset import headline
-from astroinertia.dataset_waves import waves
+from astroinertia.dataset import (
+    accessor as _accessor,  # noqa: F401
+    headline,
+)
+from astroinertia.dataset.waves import waves
 from astroinertia.inertia import growth
 from astroinertia.inertia.evolution import second_moment_acceleration
 from astroinertia.models.series import _modes

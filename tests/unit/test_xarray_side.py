@@ -9,8 +9,8 @@ from astropy import units
 
 import astroinertia
 from astroinertia import dataset
-from astroinertia.archive import Archive
 from astroinertia.plots import style
+from astroinertia.storage.archive import Archive
 from tests.unit.affine_body import METADATA, affine_run
 
 

@@ -8,11 +8,11 @@ from typing import Any
 import jax
 import numpy as np
 
+from astroinertia.build.sph import base_step_of, problem_of
 from astroinertia.errors import NumericalError
 from astroinertia.models.particles import Particles
 from astroinertia.models.sph import initial_state
 from astroinertia.scene import load
-from astroinertia.start.sph import base_step_of, problem_of
 from astroinertia.units import DIMENSIONLESS
 from astroinertia.verify.hard.clouds import Cloud
 

@@ -1,0 +1,1 @@
+"""A scene becomes a body under its model, in code units."""

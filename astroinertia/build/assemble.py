@@ -1,0 +1,205 @@
+"""From a validated scene to a problem in code units: the one place where all parts are put together."""
+
+import importlib
+import platform
+import warnings
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from astroinertia.build.effects import effects_of
+from astroinertia.build.spheres import Sphere, Star, sphere
+from astroinertia.effects import catalogue
+from astroinertia.errors import ArchiveError, ArchiveWarning
+from astroinertia.models.evolution import Evolution
+from astroinertia.scene import load
+from astroinertia.scene.plan import cadence, code_units, plan, regions_told, smoothing, softening
+from astroinertia.scene.schema import Scene
+from astroinertia.storage.archive import Archive
+from astroinertia.storage.bounded import plain_text
+from astroinertia.storage.manifest import complaint
+from astroinertia.units import CodeUnits
+
+_Count = Annotated[int, Field(ge=0, lt=2**53)]
+_Seconds = Annotated[float, Field(ge=0.0, le=1e12)]
+
+
+class Counters(BaseModel):
+    """Where the outputs of a run stand, as its checkpoints have it; they may come from anywhere."""
+
+    model_config = ConfigDict(strict=True)
+
+    opening_potential: float | None = None
+    series: _Count = 0
+    snapshot: _Count = 0
+    wall_time: _Seconds = 0.0
+    opening_energy: float = 0.0
+    measured: dict[str, float] | None = None
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """When a run records what, in code units; None is never."""
+
+    end: float
+    max_steps: float
+    series_every: float | None
+    series_steps: int | None
+    snapshot_every: float
+    align: bool
+    checkpoint_seconds: float
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A run about to start or go on: the body under its model, and where the outputs stand."""
+
+    evolution: Evolution
+    outputs: Outputs
+    units: CodeUnits
+    counters: dict[str, Any]
+
+
+def prepare(scene: Scene) -> Prepared:
+    """The scene at time 0."""
+    units = code_units(scene)
+    return Prepared(_model(scene).evolution(scene, units), outputs_of(scene, units), units, _plain(Counters()))
+
+
+def scene_of(archive: Archive) -> Scene:
+    """The scene that a run was made from."""
+    told = archive.metadata
+    if not isinstance(told.get("scene"), str):
+        raise ArchiveError(f"{archive.folder} does not tell the scene that its run was made from.")
+    return load.loads(told["scene"], origin=told.get("origin"))
+
+
+def restore(archive: Archive) -> Prepared:
+    """A run at its last checkpoint."""
+    scene = scene_of(archive)
+    stored = archive.read_checkpoint()
+    if stored is None:
+        return prepare(scene)
+    units = code_units(scene)
+    arrays, told = stored
+    try:
+        if wrong := complaint(Counters, told):
+            raise ValueError(wrong)
+        body = _model(scene).resumed(scene, units, arrays)
+    except ValueError as error:
+        raise ArchiveError(f"{archive.folder} has a checkpoint of another scene: {plain_text(error)}.") from error
+    return Prepared(body, outputs_of(scene, units), units, _plain(Counters(**told)))
+
+
+def _plain(counters: Counters) -> dict[str, Any]:
+    return counters.model_dump(exclude={"measured"} if counters.measured is None else None)
+
+
+def _model(scene: Scene) -> Any:
+    # Only the model that answers the scene is imported.
+    return importlib.import_module(f"astroinertia.build.{scene.model}")
+
+
+def outputs_of(scene: Scene, units: CodeUnits) -> Outputs:
+    """When to record, in code units."""
+    when = cadence(scene)
+    return Outputs(
+        end=units.to_code(scene.time.end, "time"),
+        max_steps=scene.time.max_steps or float("inf"),
+        series_every=None if when.series_every is None else units.to_code(when.series_every, "time"),
+        series_steps=when.series_steps,
+        snapshot_every=units.to_code(when.snapshot_every, "time"),
+        align=scene.output.align,
+        checkpoint_seconds=scene.output.checkpoint_seconds,
+    )
+
+
+def refuse_contradictions(scene: Scene) -> None:
+    """SceneError where options of an effect contradict each other, before anything is prepared that takes long."""
+    effects_of(scene, code_units(scene))
+
+
+def metadata(scene: Scene) -> dict[str, Any]:
+    """What a run's file says of where it came from: enough to repeat it."""
+    units = code_units(scene)
+    ball = sphere(scene, units)
+    return {
+        "name": scene.name,
+        "description": scene.description,
+        "scene": load.resolved_text(scene),
+        "plan": plan(scene).text(),
+        "origin": scene.origin,
+        "overrides": list(scene.overrides),
+        "dimensionless": scene.dimensionless,
+        "code_units": {"mass": units.mass, "length": units.length, "G": units.gravitational_constant},
+        "reference_radius": _reference_radius(scene, units, ball),
+        "reference_radius_convention": "radius that the scene gives" if ball is None else ball.radius_convention,
+        "model": scene.model,
+        **_numerics(scene),
+        "effects": [kind for kind in catalogue.CATALOGUE if kind in scene.effects],
+        "companions": [companion.name for companion in scene.companions],
+        "skipped_effects": {
+            kind: f"a numerical device of particles, which the model {scene.model} does not need"
+            for kind in catalogue.CATALOGUE
+            if kind in scene.effects and scene.model not in catalogue.CATALOGUE[kind].models
+        },
+        **({"regions": regions_told(scene)} if scene.regions else {}),
+        **({"choice": dict(scene.choice)} if scene.choice else {}),
+        "versions": versions(),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Of Python and of what decides a run's numbers, here and now."""
+    names = ("numpy", "numba", "jax", "diffrax", "rebound", "xarray", "netCDF4", "astropy")
+    return {"python": platform.python_version(), **{name: version(name) for name in names}}
+
+
+def note_versions(archive: Archive) -> None:
+    """Where a run that is not finished goes on with other versions than so far, say so and add them to its description.
+
+    ArchiveWarning names what has changed; `resumed_versions` lists what the run went on with, one after the other.
+    """
+    told = archive.metadata
+    since = told.get("resumed_versions")
+    since = since if isinstance(since, list) else []
+    before, now = ([told.get("versions"), *since])[-1], versions()
+    if archive.finished is not None or not isinstance(before, dict) or before == now:
+        return
+    changed = [f"{name} {before.get(name, 'unknown')} to {now[name]}" for name in now if before.get(name) != now[name]]
+    archive.describe({"resumed_versions": [*since, now]})
+    warnings.warn(
+        f"{archive.folder} goes on with other versions than so far ({', '.join(changed)}): from here on it is not bit "
+        "for bit what it would have been; both are recorded.",
+        ArchiveWarning,
+        stacklevel=2,
+    )
+
+
+def _reference_radius(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> float | None:
+    radius = getattr(scene.body, "radius", None) if ball is None else ball.radius
+    return None if radius is None else radius if ball is not None else units.to_code(radius, "length")
+
+
+def told_by(evolution: Evolution) -> dict[str, Any]:
+    """What a file says of the model itself: the rows of its ledger, what it lacks, and what it approximates."""
+    return {
+        "effects": list(evolution.effects),
+        "absent": dict(evolution.absent),
+        "approximation": evolution.approximation,
+    }
+
+
+def _numerics(scene: Scene) -> dict[str, Any]:
+    chosen = scene.numerics
+    if scene.model == "sph":
+        body: Any = scene.body
+        bodies: Any = scene.bodies
+        return {
+            "engine": chosen.engine, "precision": chosen.precision, "kernel": chosen.kernel, "seed": body.seed,
+            **({"neighbours": smoothing(scene)[1]} if softening(scene) is None else {}),
+            **({"body_particles": [body.particles for body in bodies]} if scene.particles and bodies else {}),
+        }  # fmt: skip
+    return {"engine": chosen.integrator, "precision": "float64", "tolerance": chosen.tolerance}

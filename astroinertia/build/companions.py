@@ -1,0 +1,125 @@
+"""The companions of a scene: on orbits that REBOUND finds at once, or an archive holds, or acted on by the body."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from astroinertia.build.placing import Particles
+from astroinertia.errors import NumericalError, SceneError
+from astroinertia.scene.schema import Scene
+from astroinertia.units import CodeUnits
+
+FIELDS = ("rotating_frame", "tide", "external_field")  # what would move a point mass as it moves particles
+_COVERED = 1.0 + 1e-9  # of the run by the orbits: its last step may end a rounding late
+
+
+def companions(scene: Scene, units: CodeUnits, mass: float) -> Any:
+    """Where they are at any time of the run (`rotation.ephemeris.Ephemeris`), in code units; None without any."""
+    archive = scene.orbits.archive
+    if archive is None and not scene.companions:
+        return None
+    # Only here: other scenes do without REBOUND.
+    from astroinertia.rotation.ephemeris import archive_ephemeris, ephemeris
+
+    end = units.to_code(scene.time.end, "time")
+    if archive is None:
+        return ephemeris(bodies(scene, units, mass), _COVERED * end)
+    if scene.companions:
+        raise SceneError("[orbits] archive holds the companions, so [[companions]] must not be given with it.")
+    try:
+        return archive_ephemeris(Path(scene.origin or ".") / archive, end, units=units)
+    except (ValueError, NumericalError) as error:
+        raise SceneError(f"[orbits] archive: {str(error).rstrip('.')}.") from None
+
+
+def bodies(scene: Scene, units: CodeUnits, mass: float) -> Any:
+    """The body, of that mass in code units, and its companions as a `rebound.Simulation`."""
+    from astroinertia.orbits.simulation import in_code_units, simulation
+
+    orbits = scene.orbits
+    timestep = None if orbits.timestep is None else units.to_code(orbits.timestep, "time")
+    return simulation(mass, in_code_units(scene.companions, units), integrator=orbits.integrator, timestep=timestep)
+
+
+def refuse_one_sided(scene: Scene) -> None:
+    """SceneError where a scene wants the body to act back on the orbits without what that needs."""
+    missing = {
+        "companions": not scene.companions,
+        "the effect gravity_gradient": "gravity_gradient" not in scene.effects,
+        '[numerics] integrator = "splitting"': scene.numerics.integrator != "splitting",
+    }
+    for what, lacking in missing.items():
+        if lacking:
+            raise SceneError(f"[orbits] back_reaction needs {what}.")
+    if scene.body.change is not None:
+        raise SceneError("[orbits] back_reaction is for a body that keeps its size, so there can be no [body.change].")
+
+
+def beside(scene: Scene, units: CodeUnits, problem: Any, body: Particles) -> tuple[dict[str, Any], Particles]:
+    """The companions beside a body of particles as the scene wants them to move, and the body where they have it.
+
+    Raises SceneError where the scene contradicts itself. The body's centre of mass is put where it is to the orbits.
+    """
+    effect = next((effect for effect in problem.effects if effect.kind == "companions"), None)
+    if effect is None:
+        if scene.companions or scene.orbits.archive is not None:
+            raise SceneError("[[companions]] act on particles by [effects.companions], which the scene does not list.")
+        return {}, body
+    _refuse_with_particles(scene, effect)
+    # Only here: other scenes do without them. The exact sum of masses does not depend on their order.
+    from astroinertia.rotation.on_orbits import on_orbits
+
+    xp, mass = problem.engine.xp, math.fsum(body.mass)
+    inertial = effect.frame == "direct"
+    if effect.motion == "orbit":
+        points = on_orbits(xp, companions(scene, units, mass), mass, inertial)
+        place, velocity = (np.asarray(each) for each in points.body(xp))
+    else:
+        points, place, velocity = _live(scene, units, mass, effect.softening, xp)
+    share = body.mass / mass
+    moved = replace(
+        body,
+        position=body.position - share @ body.position + place,
+        velocity=body.velocity - share @ body.velocity + velocity,
+    )
+    return {effect.kind: points}, moved
+
+
+def _live(scene: Scene, units: CodeUnits, mass: float, softening: float, xp: Any) -> tuple[Any, np.ndarray, np.ndarray]:
+    """Companions that the fluid moves, and place and velocity of the body, with the centre of mass of all at rest."""
+    from astroinertia.gravity.point_masses import PointMasses
+    from astroinertia.orbits import states
+
+    found = bodies(scene, units, mass)
+    masses, (place, velocity) = states.masses(found), states.present(found)
+    middle, drift = (masses[1:] @ each / masses.sum() for each in (place, velocity))
+    points = PointMasses(
+        mass=xp.asarray(masses[1:]),
+        position=xp.asarray(place - middle),
+        velocity=xp.asarray(velocity - drift),
+        acceleration=xp.zeros(place.shape),
+        softening=xp.asarray(softening),
+    )
+    return points, -middle, -drift
+
+
+def _refuse_with_particles(scene: Scene, effect: Any) -> None:
+    if not scene.companions and scene.orbits.archive is None:
+        raise SceneError("[effects.companions] needs [[companions]] (or [orbits] archive).")
+    if scene.orbits.back_reaction:
+        raise SceneError('[orbits] back_reaction is of a rigid body; particles act back with motion = "live".')
+    if effect.motion == "orbit":
+        return
+    if scene.orbits.archive is not None:
+        raise SceneError('[effects.companions] motion = "live" begins with [[companions]], not with [orbits] archive.')
+    refuse_fields(scene, "live companions")
+
+
+def refuse_fields(scene: Scene, what: str) -> None:
+    """SceneError where a scene lists what would have to act on moving point masses, too."""
+    for kind in FIELDS:
+        if kind in scene.effects:
+            raise SceneError(f"[effects.{kind}] acts on the fluid alone, so it cannot be listed with {what}.")

@@ -1,0 +1,64 @@
+"""How the fluid of a scene moves at first: its rotation and its linear flow, in code units."""
+
+from typing import Any
+
+import numpy as np
+
+from astroinertia.build.spheres import Sphere, Star
+from astroinertia.errors import SceneError
+from astroinertia.scene.schema import Scene
+from astroinertia.sph import profiles
+from astroinertia.sph.progenitor import Progenitor
+from astroinertia.sph.rotation import linear_velocity, rotation_velocity
+from astroinertia.units import CodeUnits
+
+
+def initial_velocity(
+    scene: Scene, units: CodeUnits, ball: Sphere | Star | None, mass: np.ndarray, position: np.ndarray
+) -> np.ndarray:
+    """Velocities (N, 3) of the scene's rotation and linear flow at positions (N, 3), not settled."""
+    return linear_flow(scene, units, position) + rotation_flow(scene, units, ball, mass, position)
+
+
+def linear_flow(scene: Scene, units: CodeUnits, position: np.ndarray) -> np.ndarray:
+    """Velocities (N, 3) of the scene's velocity_gradient at positions (N, 3)."""
+    gradient = scene.body.velocity_gradient
+    if gradient is None:
+        return np.zeros_like(position)
+    return linear_velocity(position, units.to_code(np.array(gradient), "velocity_gradient"))
+
+
+def rotation_flow(
+    scene: Scene, units: CodeUnits, ball: Sphere | Star | None, mass: np.ndarray, position: np.ndarray
+) -> np.ndarray:
+    """Velocities (N, 3) of the scene's rotation at positions (N, 3)."""
+    body: Any = scene.body
+    spin, binding = body.rotation, None
+    if spin is None:
+        return np.zeros_like(position)
+    if isinstance(ball, Sphere) and "gravity" in scene.effects:
+        semi_axes = ball.radius * np.asarray(body.axes)
+        binding = profiles.ellipsoid_gravitational_energy(ball.profile, ball.mass, semi_axes)
+    scale = None if spin.scale is None else units.to_code(spin.scale, "length")
+    try:
+        return rotation_velocity(mass, position, spin.law, spin.axis, scale, binding, **rotation_measure(scene, units))
+    except ValueError as error:
+        raise SceneError(f"[body.rotation] {error}.") from None
+
+
+def shellular_rotation(
+    shells: Progenitor, where: np.ndarray, position: np.ndarray, factor: float, units: CodeUnits
+) -> np.ndarray:
+    """Velocities (N, 3) of shells that each turn rigidly about z, at r/R `where` (N,); at rest where none is told."""
+    if shells.angular_velocity is None:
+        return np.zeros_like(position)
+    rate = factor * shells.at(units.to_code(shells.angular_velocity, "angular_velocity"), where)
+    return rate[:, None] * np.cross([0.0, 0.0, 1.0], position)
+
+
+def rotation_measure(scene: Scene, units: CodeUnits) -> dict[str, float]:
+    """The one measure of the amount of rotation that a scene gives, under its own name."""
+    measures = {"rate": "angular_velocity", "period": "time", "angular_momentum": "angular_momentum"}
+    measures["t_over_w"] = "dimensionless"
+    given = {name: getattr(scene.body.rotation, name) for name in measures}
+    return {name: units.to_code(value, measures[name]) for name, value in given.items() if value is not None}

@@ -1,0 +1,122 @@
+"""The fluid of a scene in code units: its equation of state, and entropies taken from equilibrium."""
+
+import importlib
+import math
+from typing import Any
+
+import numpy as np
+
+from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.build.spheres import Sphere, Star
+from astroinertia.errors import SceneError
+from astroinertia.scene.fluids import FROM_BODY
+from astroinertia.scene.schema import Scene
+from astroinertia.sph import eos
+from astroinertia.units import CodeUnits, pressure_constant_dimension
+
+_THIN = 1e-3  # of the least density of a table: so far its slopes may be followed
+
+
+def equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> Any:
+    """The scene's equation of state in code units, its constant taken from the body where the scene says so.
+
+    SceneError where its numbers are beyond what can be computed with in units of the body.
+    """
+    try:
+        return _equation_of_state(scene, units, ball)
+    except (ValueError, ArithmeticError) as error:
+        told = str(error).removeprefix("equation of state: ")
+        raise SceneError(f"[equation_of_state] in units of the body: {told}.") from None
+
+
+def _equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> Any:
+    chosen = scene.equation_of_state
+    assert chosen is not None  # the schema asks for it where the model needs it
+    if chosen.kind == "ideal":
+        return eos.ideal(chosen.gamma)
+    if chosen.kind == "isothermal":
+        return eos.isothermal(units.to_code(chosen.sound_speed, "velocity"))
+    if chosen.kind == "polytropic":
+        return eos.polytropic(chosen.gamma, _constant(scene, units, ball, chosen.gamma))
+    if chosen.kind == "piecewise_polytropic":
+        densities = [units.to_code(density, "density") for density in chosen.densities]
+        return eos.piecewise_polytropic(densities, chosen.gammas, _constant(scene, units, ball, chosen.gammas[0]))
+    if chosen.kind == "materials":
+        # Only scenes with materials import what makes tables of them.
+        made = importlib.import_module("astroinertia.build.materials").materials(chosen, scene.origin, units)
+        _refuse_thin(scene, units, ball, made)
+        return made
+    assert chosen.kind == "hybrid"  # incompressible fluids have no equation that particles could follow
+    nuclear = units.to_code(chosen.nuclear_density, "density")
+    constant = _constant(scene, units, ball, chosen.gamma_1)
+    return eos.hybrid(nuclear, chosen.gamma_1, chosen.gamma_2, chosen.gamma_thermal, constant)
+
+
+def _refuse_thin(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, matter: Any) -> None:
+    """SceneError for a body far thinner than the table of its material, which says nothing there.
+
+    Matter that can be pulled apart has no gas below its table, whose slopes it cannot follow.
+    """
+    body: Any = scene.body
+    if ball is None or body.kind == "layered":  # whose layers are made of the tables
+        return
+    volume = 4.0 / 3.0 * math.pi * ball.radius**3 * math.prod(getattr(body, "axes", (1.0,)))
+    mean, least = ball.mass / volume, matter.least_density(0)
+    chosen: Any = scene.equation_of_state
+    if mean < (1.0 if chosen.materials[0].tension else _THIN) * least:
+        shown = [f"{density * units.unit('density'):.3g} kg m-3" for density in (mean, least)]
+        raise SceneError(
+            f"[body] has a mean density of {shown[0]}, too far below {shown[1]}, where the table of its material ends: "
+            "take a smaller radius, or an ideal gas."
+        )
+
+
+def entropies(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, fluid: Any, where: np.ndarray) -> np.ndarray:
+    """The entropy function of particles, (N,), at s = r/R in the unstretched sphere or at positions in the star.
+
+    What the scene gives, or that of hydrostatic equilibrium times its pressure_fraction; zero where the equation of
+    state is barotropic, for the hybrid one, whose cold part holds the body, and for materials: the coldest isentrope.
+    """
+    body = scene.body
+    if not fluid.thermal or (scene.equation_of_state is not None and scene.equation_of_state.kind == "materials"):
+        return np.zeros(len(where))
+    if body.entropy is not None:
+        gamma = fluid.gamma_thermal if _hybrid(scene) else fluid.gamma
+        return np.full(len(where), units.to_code(body.entropy, pressure_constant_dimension(gamma)))
+    if ball is None:
+        raise SceneError("[body] a table without a column u needs specific_internal_energy or entropy.")
+    if _hybrid(scene) or "pressure" not in scene.effects:
+        return np.zeros(len(where))
+    if "gravity" not in scene.effects:
+        raise SceneError(
+            "[body] needs specific_internal_energy or entropy: without gravity there is no equilibrium to take it from."
+        )
+    pressure, density = ball.hydrostatic(where)
+    with np.errstate(all="ignore"):
+        found = (body.pressure_fraction or 1.0) * pressure / density**fluid.gamma
+    if not np.isfinite(found).all():
+        raise SceneError(
+            f"[equation_of_state] gamma = {fluid.gamma:g} makes P/density^gamma of this body's equilibrium, in units "
+            "of the run, larger than any number: take a smaller gamma, or other units."
+        )
+    return found
+
+
+def _hybrid(scene: Scene) -> bool:
+    return scene.equation_of_state is not None and scene.equation_of_state.kind == "hybrid"
+
+
+def _constant(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, gamma: float) -> float:
+    body: Any = scene.body
+    chosen: Any = scene.equation_of_state
+    constant = chosen.constant
+    if constant != FROM_BODY:
+        return units.to_code(constant, pressure_constant_dimension(gamma))
+    if ball is None:
+        raise SceneError('[equation_of_state] constant = "from body" needs a body of known structure, not a table.')
+    if body.kind == "polytrope":
+        star = Polytrope(body.index, ball.mass, ball.radius)
+        pressure, density = star.central_pressure, star.central_density
+    else:
+        pressure, density = ball.densest()
+    return (body.pressure_fraction or 1.0) * eos.polytropic_constant(density, pressure, gamma)

@@ -1,0 +1,216 @@
+"""The body of a scene as particles: placed, at its temperature, turning, settled where it is asked for (code units)."""
+
+import importlib
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.build.flow import initial_velocity, linear_flow, rotation_flow, rotation_measure, shellular_rotation
+from astroinertia.build.fluids import entropies
+from astroinertia.build.spheres import Sphere, Star, stretch
+from astroinertia.engines import numba_cpu
+from astroinertia.errors import SceneError
+from astroinertia.models import relaxation
+from astroinertia.models.sph import Problem
+from astroinertia.scene.schema import Scene
+from astroinertia.sph import eos
+from astroinertia.sph.initial import azimuthal_mode, place, turned
+from astroinertia.sph.rotating import mapped
+from astroinertia.sph.rotation import rotation_velocity
+from astroinertia.sph.table import read_body
+from astroinertia.units import CodeUnits
+
+# Smoothing and the surface leave this much of the density at 4000 particles; the error falls as N^-1/3.
+_DENSITY_ERROR = 0.12
+_LAYERED_DENSITY_ERROR = 0.2  # more where the density jumps, which smoothing spreads over a few layers of particles
+_STABLE_GAMMA = 5.0 / 3.0  # of the gas in which bodies settle, at least
+
+
+@dataclass(frozen=True)
+class Particles:
+    """mass (N,), position (N, 3), velocity (N, 3), and either entropy (N,) or specific internal_energy (N,).
+
+    material: (N,), where the equation of state has several.
+    """
+
+    mass: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    entropy: np.ndarray | None
+    internal_energy: np.ndarray | None
+    material: np.ndarray | None = None
+
+    def moved(self, position: np.ndarray, velocity: np.ndarray) -> "Particles":
+        """The same body elsewhere and in motion."""
+        return replace(self, position=self.position + position, velocity=self.velocity + velocity)
+
+
+def particles(scene: Scene, units: CodeUnits, ball: Any, problem: Problem, listener: Any = None) -> Particles:
+    """The particles of a scene, settled to equilibrium where the scene asks for it; `listener` hears how that goes."""
+    placed = _placed(scene, units, ball, problem, listener)
+    if placed.material is None and len(getattr(problem.equation_of_state, "names", ())) > 1:
+        return replace(placed, material=np.zeros(len(placed.mass), dtype=int))  # a body without layers is of the first
+    return placed
+
+
+def _placed(scene: Scene, units: CodeUnits, ball: Any, problem: Problem, listener: Any) -> Particles:
+    body: Any = scene.body
+    fluid = problem.equation_of_state
+    if body.kind == "standard":
+        return _standard(scene, fluid)
+    if ball is None:
+        return _table(scene, units, fluid)
+    mass = np.full(body.particles, ball.mass / body.particles)
+    unit_sphere = place(ball.profile, body.particles, body.placement, body.seed)
+    if body.kind == "layered":
+        return _placed_planet(scene, units, ball, problem, mass, unit_sphere, listener)
+    settles = body.relax and {"gravity", "pressure"} <= set(scene.effects)
+    if isinstance(ball, Star):
+        where, position, velocity = _placed_star(body, ball, problem, mass, unit_sphere, settles, listener)
+    else:
+        where = np.linalg.norm(unit_sphere, axis=1)
+        settles = settles and body.kind == "polytrope" and body.index > 0
+        stretched = stretch(body)
+        if settles:
+            position, velocity = _settled_sphere(scene, units, ball, problem, mass, unit_sphere, listener)
+            position, velocity = position @ stretched, velocity @ stretched
+        else:
+            position = unit_sphere * ball.radius @ stretched
+            velocity = rotation_flow(scene, units, ball, mass, position)
+            if ball.shells is not None and body.rotation is None:
+                velocity = shellular_rotation(ball.shells, where, position, body.rotation_factor, units)
+    velocity = velocity - mass @ velocity / mass.sum()  # differential rotation makes a push of the placement's noise
+    if (uneven := body.perturbation) is not None:  # what turns about z turns as before
+        angle = azimuthal_mode(position, uneven.mode, uneven.amplitude)
+        position, velocity = turned(position, angle), turned(velocity, angle)
+    velocity = velocity + linear_flow(scene, units, position)
+    if body.specific_internal_energy is not None and fluid.thermal:
+        energy = units.to_code(body.specific_internal_energy, "specific_energy")
+        return Particles(mass, position, velocity, None, np.full_like(mass, energy))
+    if isinstance(ball, Sphere) and ball.shells is not None and ball.tabulated is None and fluid.thermal:
+        energy = ball.shells.internal_energy
+        if energy is not None and body.entropy is None and body.pressure_fraction is None:
+            energy = ball.shells.at(units.to_code(energy, "specific_energy"), where)
+            return Particles(mass, position, velocity, None, energy)
+    return Particles(mass, position, velocity, entropies(scene, units, ball, fluid, where), None)
+
+
+def _placed_star(
+    body: Any, ball: Star, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray, settles: bool, listener: Any
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where particles stand in the exact star, and their positions and velocities, settled or not."""
+    star, law = ball.star, ball.star.rotation_law
+    exact = mapped(star, ball.profile.enclosed(np.linalg.norm(unit_sphere, axis=1)), unit_sphere)
+    if not settles:
+        spin = rotation_velocity(mass, exact, law, angular_momentum=star.angular_momentum)
+        return exact, exact, spin
+    gamma = max(1 + 1 / body.index, _STABLE_GAMMA)
+    pressure, density = ball.hydrostatic(exact)
+    rotation = relaxation.Rotation("angular_momentum", star.angular_momentum, law=law, edge=star.equatorial_radius)
+    with np.errstate(all="ignore"):
+        entropy = pressure / density**gamma
+    return exact, *_settled(problem, mass, exact, gamma, entropy, rotation, None, listener)
+
+
+def _placed_planet(
+    scene: Scene, units: CodeUnits, planet: Any, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray,
+    listener: Any,
+) -> Particles:  # fmt: skip
+    """The layers of a planet, each of its material on its isentrope, settled or not."""
+    layer = planet.layer_of(np.linalg.norm(unit_sphere, axis=1))
+    entropy = planet.labels[layer]
+    material = planet.numbers[layer] if len(problem.equation_of_state.names) > 1 else None
+    position = unit_sphere * planet.radius
+    if scene.body.relax and {"gravity", "pressure"} <= set(scene.effects):
+        relaxed = relaxation.relax(
+            _still(problem), mass, position, entropy, planet.density_enclosing, _rotation(scene, units),
+            relaxation.Tolerances(density_error=_density_error(_LAYERED_DENSITY_ERROR, len(mass))), listener=listener,
+            material=material,
+        )  # fmt: skip
+        position, velocity = relaxed.position, relaxed.velocity
+    else:
+        velocity = rotation_flow(scene, units, planet, mass, position)
+    return Particles(mass, position, velocity + linear_flow(scene, units, position), entropy, None, material)
+
+
+def _rotation(scene: Scene, units: CodeUnits) -> relaxation.Rotation | None:
+    spin = scene.body.rotation
+    if spin is None:
+        return None
+    ((measure, value),) = rotation_measure(scene, units).items()
+    scale = None if spin.scale is None else units.to_code(spin.scale, "length")
+    return relaxation.Rotation(measure, value, spin.axis, scale, spin.law)
+
+
+def _settled_sphere(
+    scene: Scene, units: CodeUnits, ball: Sphere, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray,
+    listener: Any,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    body: Any = scene.body
+    star = Polytrope(body.index, ball.mass, ball.radius)
+    gamma = max(star.gamma, _STABLE_GAMMA)
+    entropy = star.constant * ball.density(np.linalg.norm(unit_sphere, axis=1)) ** (star.gamma - gamma)
+    return _settled(
+        problem, mass, unit_sphere * ball.radius, gamma, entropy, _rotation(scene, units),
+        lambda enclosed: ball.density(ball.profile.radius(enclosed / ball.mass)), listener,
+    )  # fmt: skip
+
+
+def _settled(
+    problem: Problem, mass: np.ndarray, position: np.ndarray, gamma: float, entropy: np.ndarray,
+    rotation: relaxation.Rotation | None, target_density: Any, listener: Any,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    # The polytrope's own pressure, carried by a gas of exponent 5/3 at least: with the entropy rising outwards the body
+    # has a stable equilibrium also where its own index has none (n = 3 is neutral). Any stretch comes afterwards.
+    if not (np.isfinite(gamma) and np.isfinite(entropy).all()):
+        raise SceneError(
+            f"[body] has a pressure in proportion to density^{gamma:.3g}, which is too steep to settle particles with: "
+            "take a larger index, or relax = false."
+        )
+    relaxed = relaxation.relax(
+        replace(_still(problem), equation_of_state=eos.ideal(gamma)),
+        mass,
+        position,
+        entropy,
+        target_density=target_density,
+        rotation=rotation,
+        tolerances=relaxation.Tolerances(density_error=_density_error(_DENSITY_ERROR, len(mass))),
+        listener=listener,
+    )
+    return relaxed.position, relaxed.velocity
+
+
+def _still(problem: Problem) -> Problem:
+    """What bodies settle under: gravity and pressure alone, in 64 bits."""
+    effects = tuple(effect for effect in problem.effects if effect.kind in ("gravity", "pressure"))
+    return replace(problem, engine=numba_cpu.Engine(precision="float64"), effects=effects)
+
+
+def _density_error(at_4000: float, count: int) -> float:
+    return at_4000 * max(1.0, (4000 / count) ** (1 / 3))
+
+
+def _table(scene: Scene, units: CodeUnits, fluid: Any) -> Particles:
+    body: Any = scene.body
+    table = read_body(Path(scene.origin or ".") / body.file, scene.dimensionless)
+    mass = units.to_code(table.mass, "mass")
+    position = units.to_code(table.position, "length")
+    velocity = units.to_code(table.velocity, "velocity") + initial_velocity(scene, units, None, mass, position)
+    energy = table.internal_energy
+    if energy is None and body.specific_internal_energy is not None:
+        energy = np.full_like(mass, body.specific_internal_energy)
+    if energy is not None and fluid.thermal:
+        return Particles(mass, position, velocity, None, units.to_code(energy, "specific_energy"))
+    return Particles(mass, position, velocity, entropies(scene, units, None, fluid, np.zeros_like(mass)), None)
+
+
+def _standard(scene: Scene, fluid: Any) -> Particles:
+    # Only the problem that is asked for is imported; such scenes are in code units.
+    body: Any = scene.body
+    module = importlib.import_module("astroinertia.test_problems.matter")
+    lengths = np.full(3, np.inf) if scene.box is None else np.array(scene.box.lengths)
+    matter = module.standard(body.problem).place(body.particles, lengths, fluid.gamma)
+    return Particles(matter.mass, matter.position, matter.velocity, None, matter.internal_energy)

@@ -1,0 +1,160 @@
+"""The rigid model of a scene: moments and axes of its body, how it turns, what acts on it and what goes round it."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from astroinertia.build import companions
+from astroinertia.build.effects import effects_of
+from astroinertia.build.rotation import rigid_moments, rotation_amount, rotation_axis
+from astroinertia.build.spheres import Star, sphere
+from astroinertia.errors import SceneError
+from astroinertia.inertia.prescribed import change
+from astroinertia.inertia.principal import principal_frame
+from astroinertia.inertia.spin import angular_momentum
+from astroinertia.inertia.tensor import about_point, inertia_from_second_moment, inertia_tensor
+from astroinertia.models import rigid
+from astroinertia.models.rigid_evolution import RigidBody, Settings
+from astroinertia.rotation.attitude import nearest_rotation, quaternion
+from astroinertia.scene.schema import Scene
+from astroinertia.sph import profiles
+from astroinertia.sph.table import read_body
+from astroinertia.units import CodeUnits
+
+
+def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
+    """The body at time 0; SceneError where the scene asks for what a rigid body cannot do."""
+    _refuse_what_flows(scene)
+    mass, moments, rows, energy, spun = _body(scene, units)
+    effects = effects_of(scene, units)
+    deformable = [effect for effect in effects if hasattr(effect, "deformability")]
+    pivots = [effect for effect in effects if effect.kind == "pivot"]
+    if scene.body.change is not None and (deformable or pivots):
+        other = (deformable or pivots)[0].kind
+        raise SceneError(f"[body.change] prescribes the size, so the effect {other} cannot be listed with it.")
+    if pivots and (deformable or scene.companions):
+        other = "companions" if scene.companions else deformable[0].kind
+        raise SceneError(f"[effects.pivot] holds a point of the body at rest, so there can be no {other} with it.")
+    arm = None
+    tensor = np.diag(moments)  # in the scene's axes of the body
+    if pivots:
+        arm = np.asarray(pivots[0].arm, dtype=float)
+        tensor = about_point(tensor, mass, arm)
+    deformability, rate = None, 0.0
+    if deformable:
+        deformability, rate = deformable[0].deformability, deformable[0].rate
+        tensor = _at_rest(tensor, deformability, rate)
+    principal, axes = principal_frame(tensor)
+    if deformable and scene.body.rotation is not None and scene.body.rotation.angular_momentum is not None:
+        raise SceneError("[body.rotation] needs a rate or a period with the effect rotational_deformation.")
+    if deformable and principal[0] <= 0.0:
+        raise SceneError("[effects.rotational_deformation] leaves the body at rest with a moment that is not positive.")
+    two_way = scene.orbits.back_reaction
+    if two_way:
+        companions.refuse_one_sided(scene)
+    body = rigid.body(
+        mass,
+        np.maximum(principal, 0.0),
+        spin=rate,
+        deformability=deformability,
+        axes=axes.T,
+        effects=effects,
+        companions=None if two_way else companions.companions(scene, units, mass),
+        change=_change(scene, units),
+        arm=None if arm is None else axes @ arm,
+    )
+    attitude = nearest_rotation(axes @ rows)
+    spin = _spin(scene, units, rows.T @ tensor @ rows, energy)
+    stiffening = 0.0 if deformability is None else 2.0 / 3.0 * deformability * spin @ spin
+    # In the principal axes, in which a small moment keeps its digits.
+    momentum = (body.moments + stiffening) * (attitude @ spin) if spun is None else attitude @ spun
+    chosen = scene.numerics
+    settings = Settings(chosen.integrator, chosen.tolerance, chosen.steps_per_rotation, chosen.order)
+    if not two_way:
+        return RigidBody(body, quaternion(attitude), momentum, settings)
+    # Only here: other scenes do without REBOUND.
+    from astroinertia.models.rigid_two_way import CoupledRigidBody
+
+    bodies = companions.bodies(scene, units, mass)
+    return CoupledRigidBody(body, quaternion(attitude), momentum, settings, bodies)
+
+
+def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> RigidBody:
+    """The body of a checkpoint."""
+    found = evolution(scene, units)
+    found.resume(arrays)
+    return found
+
+
+def _refuse_what_flows(scene: Scene) -> None:
+    body = scene.body
+    if body.velocity_gradient is not None:
+        raise SceneError("[body] velocity_gradient is a flow that a rigid body does not have; give [body.rotation].")
+    if (body.rotation is not None and body.rotation.law != "rigid") or getattr(body, "law", "rigid") != "rigid":
+        raise SceneError("[body.rotation] law must be rigid for the model rigid.")
+
+
+def _body(scene: Scene, units: CodeUnits) -> tuple[float, np.ndarray, np.ndarray, float | None, np.ndarray | None]:
+    """Mass, principal moments, axes as rows, energy of self-gravity, and L where the body itself says it."""
+    body: Any = scene.body
+    if body.kind == "rigid":
+        moments, rows = rigid_moments(scene, units)
+        if np.linalg.det(rows) < 0.0:
+            raise SceneError("[body] axes_at_start must be right-handed.")
+        return units.to_code(body.mass, "mass"), moments, rows, None, None
+    if body.kind == "table":
+        return _table(scene, units)
+    ball = sphere(scene, units)
+    if isinstance(ball, Star):
+        star = ball.star
+        moments = np.array([star.equatorial_moment, star.equatorial_moment, star.polar_moment])
+        return star.mass, moments, np.eye(3), None, np.array([0.0, 0.0, star.angular_momentum])
+    assert ball is not None  # tables are done
+    axes = ball.radius * np.asarray(body.axes, dtype=float)
+    second = np.diag(ball.profile.second_moment * ball.mass * axes**2)
+    energy = profiles.ellipsoid_gravitational_energy(ball.profile, ball.mass, axes)
+    return ball.mass, np.diag(inertia_from_second_moment(second)), np.eye(3), energy, None
+
+
+def _table(scene: Scene, units: CodeUnits) -> tuple[float, np.ndarray, np.ndarray, None, np.ndarray | None]:
+    body: Any = scene.body
+    table = read_body(Path(scene.origin or ".") / body.file, scene.dimensionless)
+    mass, place = units.to_code(table.mass, "mass"), units.to_code(table.position, "length")
+    moments, rows = principal_frame(inertia_tensor(mass, place))
+    own = angular_momentum(mass, place, units.to_code(table.velocity, "velocity"))
+    return float(mass.sum()), moments, rows, None, own if scene.body.rotation is None else None
+
+
+def _at_rest(tensor: np.ndarray, deformability: float, rate: float) -> np.ndarray:
+    """The tensor without the bulge of a spin about the axis of the largest moment."""
+    about = principal_frame(tensor)[1][2]
+    return tensor - deformability * rate**2 * (np.outer(about, about) - np.eye(3) / 3.0)
+
+
+def _spin(scene: Scene, units: CodeUnits, inertia: np.ndarray, energy: float | None) -> np.ndarray:
+    """The angular velocity that the scene gives to a body of that tensor, both in inertial axes."""
+    along = rotation_axis(scene)
+    given = rotation_amount(scene, units, energy if "gravity" in scene.effects else None)
+    per_rate = float(np.linalg.norm(inertia @ along))
+    if not given:
+        return np.zeros(3)
+    if "rate" in given:
+        return given["rate"] * along
+    if per_rate == 0.0:
+        raise SceneError("[body.rotation] is about a rod's own axis, about which it has no moment.")
+    if "angular_momentum" in given:
+        return given["angular_momentum"] / per_rate * along
+    assert energy is not None  # amount has seen to it
+    return np.sqrt(2.0 * given["t_over_w"] * abs(energy) / float(along @ inertia @ along)) * along
+
+
+def _change(scene: Scene, units: CodeUnits) -> Any:
+    prescribed = scene.body.change
+    if prescribed is None:
+        return None
+    try:
+        return change([units.to_code(time, "time") for time in prescribed.times], prescribed.factors)
+    except ValueError as error:
+        raise SceneError(f"[body.change] {error}.") from None

@@ -1,0 +1,56 @@
+"""Sinks of a particle fluid: none at first, and what a run does about them between its steps."""
+
+import importlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from astroinertia.build.companions import refuse_fields
+from astroinertia.errors import SceneError
+from astroinertia.scene.schema import Scene
+from astroinertia.sph.kernels import KERNELS
+from astroinertia.sph.table import MAX_PARTICLES
+
+
+def beside(scene: Scene, problem: Any, mass: np.ndarray) -> dict[str, Any]:
+    """The sinks beside particles of those masses, none yet; nothing in a scene that does not list them.
+
+    SceneError where the engine cannot drop particles, where something would move sinks as it moves the fluid, or where
+    particles at the density of new sinks would not fit into their radius.
+    """
+    effect = _effect(problem)
+    if effect is None:
+        return {}
+    if problem.engine.name == "xla":
+        raise SceneError("[effects.sinks] needs the engine numba_cpu: programs of xla keep the number of particles.")
+    refuse_fields(scene, "sinks")
+    if "companions" in scene.effects and scene.effects["companions"]["motion"] == "orbit":
+        raise SceneError('[effects.sinks] can be listed with companions only if their motion is "live".')
+    reach = KERNELS[problem.kernel].support * problem.eta * (float(mass.max()) / effect.density) ** (1.0 / 3.0)
+    if reach > effect.radius:
+        raise SceneError(
+            f"[effects.sinks] radius must be at least {reach / effect.radius:.3g} times as large: "
+            "kernels reach that far at its density."
+        )
+    # Only here: other scenes do without them.
+    from astroinertia.gravity.sinks import no_sinks
+
+    return {effect.kind: no_sinks(effect.softening, len(mass))}
+
+
+def between(problem: Any) -> Any:
+    """What is done between steps; None without sinks."""
+    return None if _effect(problem) is None else importlib.import_module("astroinertia.models.accretion").step
+
+
+def at_first(arrays: Mapping[str, np.ndarray], count: int) -> int:
+    """The number of particles that the run of a checkpoint began with, which has `count` of them now."""
+    told = arrays.get(".points['sinks'].particles", np.array(count))
+    if told.shape != () or told.dtype.kind != "i" or not count <= told <= MAX_PARTICLES:
+        raise ValueError("it does not say how many particles there were before the sinks")
+    return int(told)
+
+
+def _effect(problem: Any) -> Any:
+    return next((effect for effect in problem.effects if effect.kind == "sinks"), None)

@@ -1,0 +1,192 @@
+"""The particle model of a scene: its physics and numerics, and its particles at time 0 or from a checkpoint."""
+
+import importlib
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from astroinertia.build import companions, sinks
+from astroinertia.build.combine import check_same_fluid, places, together
+from astroinertia.build.effects import effects_of
+from astroinertia.build.fluids import equation_of_state
+from astroinertia.build.placing import Particles as Body, particles
+from astroinertia.build.spheres import Sphere, Star, sphere
+from astroinertia.errors import SceneError
+from astroinertia.integrate.leapfrog import State, member_key
+from astroinertia.models import checkpoint
+from astroinertia.models.particles import Particles
+from astroinertia.models.sph import Problem, arranged, initial_state
+from astroinertia.scene.plan import smoothing
+from astroinertia.scene.schema import Scene
+from astroinertia.sph.kernels import KERNELS, Kernel
+from astroinertia.sph.table import MAX_PARTICLES
+from astroinertia.units import CodeUnits
+
+_STENCIL = 64  # particles of the throw-away state that shows a checkpoint's structure
+_SINKS = ".points['sinks'].{}"  # their arrays in a checkpoint
+
+
+def evolution(scene: Scene, units: CodeUnits) -> Particles:
+    """The particles placed, at their temperature, turning: each body by itself, then all of them together."""
+    bodies, fluids = [], []
+    for alone, (position, velocity) in zip(scene.alone(), places(scene, units), strict=True):
+        problem, ball = problem_of(alone, units)
+        bodies.append(particles(alone, units, ball, problem).moved(position, velocity))
+        fluids.append(problem.equation_of_state)
+    check_same_fluid(fluids)
+    body = together(bodies)
+    problem, _ = problem_of(scene, units, len(body.mass))  # only now it is known how many there are in a table
+    points, body = companions.beside(scene, units, problem, body)
+    points |= sinks.beside(scene, problem, body.mass)
+    state, arrangement = initial_state(
+        problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy, points, body.material
+    )
+    regions = _regions(scene, units, problem)
+    state = state if regions is None else regions.opened(state)
+    base_step, between = base_step_of(scene), sinks.between(problem)
+    return Particles(
+        problem, state, arrangement, _end(scene, units), base_step, regions, between, scene.numerics.free_fall_factor
+    )
+
+
+def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Particles:
+    """The particles of a checkpoint; ValueError, in a sentence, where its arrays are none of this scene's."""
+    count = checkpoint.length(arrays, ".mass")
+    if not 0 < count <= MAX_PARTICLES or not (arrays[".mass"] > 0.0).all() or not np.isfinite(arrays[".mass"]).all():
+        raise ValueError("its particles have no masses, or are too many")
+    problem, _ = problem_of(scene, units, sinks.at_first(arrays, count))
+    random = np.random.default_rng(0).normal(size=(2, _STENCIL, 3))
+    mass = np.full(_STENCIL, math.fsum(arrays[".mass"]) / _STENCIL)
+    stencil = Body(mass, random[0], random[1], np.ones(_STENCIL), None)
+    points, _ = companions.beside(scene, units, problem, stencil)
+    bare = replace(problem, engine=_bare(problem.engine))
+    points |= sinks.beside(scene, problem, arrays[".mass"])
+    several = len(getattr(problem.equation_of_state, "names", ())) > 1
+    like, _ = initial_state(
+        bare, stencil.mass, stencil.position, stencil.velocity, stencil.entropy, points=points,
+        material=np.zeros(_STENCIL) if several else None,
+    )  # fmt: skip
+    regions = _regions(scene, units, problem)
+    if regions is not None:
+        like = regions.with_room(like)
+    _check(arrays, like, scene, problem, _end(scene, units))
+    state = checkpoint.unflattened(like, arrays, problem.engine.xp)
+    pairs = problem.engine.arrange(state.position, state.smoothing_length)[1]
+    arrangement = arranged(problem, pairs, state)
+    base_step, between = base_step_of(scene), sinks.between(problem)
+    return Particles(
+        problem, state, arrangement, _end(scene, units), base_step, regions, between, scene.numerics.free_fall_factor
+    )
+
+
+def _check(arrays: Mapping[str, np.ndarray], like: State, scene: Scene, problem: Problem, end: float) -> None:
+    """ValueError where the arrays are not those of a state of this scene, which has the structure of `like`."""
+    count, stored, expected = len(arrays[".mass"]), checkpoint.described(checkpoint.flattened(like)), {}
+    sunk = checkpoint.length(arrays, _SINKS.format("mass")) if _SINKS.format("mass") in stored else 0
+    for name, (dtype, shape) in stored.items():
+        rows = {0: sunk} if ".points['sinks']" in name else {} if ".points[" in name else {_STENCIL: count}
+        expected[name] = (dtype, (*(rows.get(each, each) for each in shape[:1]), *shape[1:]))
+    limits = {
+        ".time": (0.0, end * (1.0 + checkpoint.LATE)),
+        ".step": checkpoint.COUNT,
+        ".identity": checkpoint.COUNT,
+        ".smoothing_length": checkpoint.POSITIVE,
+        ".material": (0, len(getattr(problem.equation_of_state, "names", ())) - 1),
+        ".rates.timestep": checkpoint.POSITIVE,
+        **dict.fromkeys(
+            (f".rates.fluid.{name}" for name in ("mass", "density", "smoothing_length")), checkpoint.POSITIVE
+        ),
+        _SINKS.format("mass"): checkpoint.POSITIVE,
+        _SINKS.format("particles"): (count, MAX_PARTICLES),
+        **{f".memory['{member_key(name)}']": (0.0, 1.0) for name in scene.regions},
+        ".points['companions'].mass": checkpoint.SIZE,
+    }
+    orbits = ".points['companions'].orbits."
+    if f"{orbits}middle" in stored:
+        limits |= {
+            f"{orbits}half_length": checkpoint.POSITIVE,
+            f"{orbits}segment": (0, stored[f"{orbits}middle"][1][0] - 1),
+        }
+    checkpoint.check(arrays, expected, limits)
+    if len(np.unique(arrays[".identity"])) != count:
+        raise ValueError("two of its particles have the same identity")
+
+
+def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tuple[Problem, Sphere | Star | None]:
+    """The physics and numerics that a scene calls for, and the sphere or star that its (first) body is at first.
+
+    count: the number of particles, where the scene's body does not tell.
+    """
+    numerics, ball = scene.numerics, sphere(scene, units)
+    longest = _end(scene, units) if numerics.max_timestep is None else units.to_code(numerics.max_timestep, "time")
+    effects = effects_of(scene, units, scene.particles or count)
+    matter = equation_of_state(scene, units, ball)
+    for effect in effects:
+        if "exchange" in vars(type(effect)) and not matter.thermal:
+            raise SceneError(f"[effects.{effect.kind}] needs matter that can be warm, an ideal or hybrid gas.")
+    problem = Problem(
+        effects=effects,
+        equation_of_state=matter,
+        eta=smoothing(scene)[0],
+        courant=numerics.courant,
+        acceleration_factor=numerics.acceleration_factor,
+        energy_factor=numerics.energy_factor,
+        max_timestep=longest,
+        engine=_in_box(scene, units, engine_of(numerics.engine, numerics.precision, KERNELS[numerics.kernel])),
+        kernel=numerics.kernel,
+        smoothing_tolerance=numerics.smoothing_tolerance,
+    )
+    return problem, ball
+
+
+def engine_of(name: str, precision: str, kernel: Kernel) -> Any:
+    """The engine of that name, importing no other; the one that lists neighbours is told how far the kernel reaches."""
+    module = importlib.import_module(f"astroinertia.engines.{name}")
+    if name == "xla":
+        return module.Engine(precision=precision, support=kernel.support)
+    return module.Engine(precision=precision)
+
+
+def _in_box(scene: Scene, units: CodeUnits, engine: Any) -> Any:
+    # Without a box nothing is imported of images.
+    if scene.box is None:
+        return engine
+    box, support = scene.box, KERNELS[scene.numerics.kernel].support
+    lengths = units.to_code(np.array(box.lengths), "length")
+    module = importlib.import_module("astroinertia.engines.periodic")
+    return module.Engine(engine, tuple(np.where(box.repeats, lengths, np.inf).tolist()), support)
+
+
+def _bare(engine: Any) -> Any:
+    # The engine without its box: particles that only show a structure have no place in it.
+    return getattr(engine, "inner", engine)
+
+
+def base_step_of(scene: Scene) -> Any:
+    """What carries particles with time steps of their own through a base step; None with global ones."""
+    # Global steps import nothing of individual ones.
+    if scene.numerics.timesteps == "global":
+        return None
+    return importlib.import_module("astroinertia.models.individual").step
+
+
+def _regions(scene: Scene, units: CodeUnits, problem: Problem) -> Any:
+    # Scenes without regions import nothing of them.
+    if not scene.regions:
+        return None
+    module = importlib.import_module("astroinertia.models.regions")
+    made = []
+    for name, asked in scene.regions.items():
+        options = asked.model_dump()
+        for key, dimension in (("innermost_mass", "mass"), ("density_above", "density")):
+            if options[key] is not None:
+                options[key] = units.to_code(options[key], dimension)
+        made.append(module.Region(name, **options))
+    return module.Regions(problem, tuple(made))
+
+
+def _end(scene: Scene, units: CodeUnits) -> float:
+    return units.to_code(scene.time.end, "time")

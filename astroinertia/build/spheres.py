@@ -1,0 +1,175 @@
+"""The sphere, stretched or not, or the rotating star that a scene's body is at first, in code units."""
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from astroinertia.bodies.maclaurin_momentum import MomentumLaw
+from astroinertia.bodies.rotating_star import RotatingStar, rotating_star, rotating_star_with
+from astroinertia.bodies.rotation_laws import RotationLaw
+from astroinertia.bodies.scf_matter import polytropic_matter
+from astroinertia.errors import NumericalError, SceneError
+from astroinertia.scene.schema import Scene
+from astroinertia.sph import profiles
+from astroinertia.sph.profiles import Profile
+from astroinertia.sph.progenitor import Progenitor, read_progenitor
+from astroinertia.units import CodeUnits
+
+_PRESSURE_NODES = 4096
+_OUTERMOST = 1e-6  # of the mass: what is outside the shell where profiles are floored
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """The sphere that a body is before it is stretched: a profile with a mass and a radius."""
+
+    profile: Profile
+    mass: float
+    radius: float
+    shells: Progenitor | None = None
+    """Those of a stellar profile, in SI."""
+    tabulated: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]] | None = None
+    """Pressure and density at s of a stellar profile that tells pressures."""
+    radius_convention = "radius of the initial body before its axes stretch it"
+
+    def density(self, s: np.ndarray) -> np.ndarray:
+        """Density at s = r/R, floored where the profile ends so that particles at the surface keep a temperature."""
+        inside = np.minimum(s, float(self.profile.radius(np.array(1.0 - _OUTERMOST))))
+        return self.profile.density(inside) * self.mass / self.radius**3
+
+    def pressure(self, s: np.ndarray) -> np.ndarray:
+        """Pressure of hydrostatic equilibrium at s: the weight of what lies above, int_s^1 rho m / s^2 ds."""
+        nodes = 1.0 - (1.0 - np.linspace(0.0, 1.0, _PRESSURE_NODES)) ** 2  # dense at the surface
+        nodes[0] = 1e-6
+        weight = self.profile.density(nodes) * self.profile.enclosed(nodes) / nodes**2
+        slices = 0.5 * (weight[1:] + weight[:-1]) * np.diff(nodes)
+        above = np.concatenate([np.cumsum(slices[::-1])[::-1], [0.0]])
+        inside = np.minimum(s, float(self.profile.radius(np.array(1.0 - _OUTERMOST))))
+        return np.interp(inside, nodes, above) * self.mass**2 / self.radius**4
+
+    def hydrostatic(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Pressure and density at s: those of a stellar profile, or of equilibrium."""
+        return (self.pressure(s), self.density(s)) if self.tabulated is None else self.tabulated(s)
+
+    def densest(self) -> tuple[float, float]:
+        """Pressure and density near the centre."""
+        pressure, density = self.hydrostatic(np.array([1e-3]))
+        return float(pressure[0]), float(density[0])
+
+
+@dataclass(frozen=True)
+class Star:
+    """A rotating star in equilibrium, with the polytrope at rest whose glass is mapped to it."""
+
+    star: RotatingStar
+    profile: Profile
+    radius_convention = "equatorial radius of the initial star"
+
+    @property
+    def mass(self) -> float:
+        """Total mass."""
+        return self.star.mass
+
+    @property
+    def radius(self) -> float:
+        """Equatorial radius."""
+        return self.star.equatorial_radius
+
+    def hydrostatic(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Pressure of equilibrium and density at positions (N, 3), floored at the surface."""
+        star = self.star
+        level = star.level(np.hypot(position[:, 0], position[:, 1]), position[:, 2])
+        level = np.maximum(level, star.level_enclosing(1 - _OUTERMOST))
+        matter = star.field.matter
+        return star.max_density * star.max_enthalpy * matter.pressure(level), star.max_density * matter.density(level)
+
+    def densest(self) -> tuple[float, float]:
+        """The largest pressure and density."""
+        return self.star.max_pressure, self.star.max_density
+
+
+def stretch(body: Any) -> np.ndarray:
+    """The symmetric matrix (3, 3) that makes the sphere an ellipsoid: `axes` along `axes_at_start`."""
+    rows = np.asarray(body.axes_at_start, dtype=float)
+    left, _, right = np.linalg.svd(rows / np.linalg.norm(rows, axis=1, keepdims=True))
+    nearest = left @ right  # at right angles to round-off
+    return nearest.T @ np.diag(np.asarray(body.axes, dtype=float)) @ nearest
+
+
+def sphere(scene: Scene, units: CodeUnits) -> Any:
+    """The Sphere (unstretched), Star or Planet of a scene's body; None for what is no such body."""
+    body: Any = scene.body
+    if body.kind in ("table", "rigid", "standard"):
+        return None
+    if body.kind == "profile":
+        return _progenitor(scene, units)
+    if body.kind == "layered":  # only then are planets imported
+        return importlib.import_module("astroinertia.build.planets").planet(scene, units)
+    mass, radius = units.to_code(body.mass, "mass"), units.to_code(body.radius, "length")
+    if body.kind == "rotating_star":
+        return Star(_rotating_star(body, units, mass, radius), profiles.polytrope(body.index))
+    profile = {
+        "polytrope": lambda: profiles.polytrope(body.index),
+        "uniform": profiles.uniform,
+        "power_law": lambda: profiles.power_law(body.exponent),
+        "dyson": lambda: profiles.dyson(body.gamma),
+    }[body.kind]()
+    return Sphere(profile, mass, radius)
+
+
+def _progenitor(scene: Scene, units: CodeUnits) -> Sphere:
+    body: Any = scene.body
+    shells = _read(Path(scene.origin or ".") / body.file, body.mean_molecular_weight)
+    if body.inner_mass is not None:
+        try:
+            shells = shells.inner(body.inner_mass)
+        except ValueError as error:
+            raise SceneError(f"[body] inner_mass: {error}.") from None
+    mass, radius = units.to_code(shells.mass[-1], "mass"), units.to_code(shells.radius[-1], "length")
+    density = units.to_code(shells.density, "density")
+
+    def tabulated(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return shells.at(units.to_code(shells.pressure, "pressure"), s), shells.at(density, s)
+
+    told = None if shells.pressure is None else tabulated
+    return Sphere(shells.profile(), float(mass), float(radius), shells, told)
+
+
+@lru_cache(maxsize=4)
+def _read(path: Path, molecular_weight: float | None) -> Progenitor:
+    return read_progenitor(path, molecular_weight)
+
+
+def _rotating_star(body: Any, units: CodeUnits, mass: float, radius: float) -> RotatingStar:
+    # In units of mass and equatorial radius, in which the law's scale is given to the solver.
+    rate, spin = (mass / radius**3) ** 0.5, (mass**3 * radius) ** 0.5
+    wanted = {
+        "axis_ratio": body.axis_ratio,
+        "rotational_to_gravitational": body.t_over_w,
+        "angular_velocity": None if body.rate is None else units.to_code(body.rate, "angular_velocity") / rate,
+        "angular_momentum": None
+        if body.angular_momentum is None
+        else units.to_code(body.angular_momentum, "angular_momentum") / spin,
+    }
+    ((quantity, value),) = ((name, value) for name, value in wanted.items() if value is not None)
+    scale = None if body.scale is None else units.to_code(body.scale, "length") / radius
+    try:
+        unit_star = _unit_star(body.index, body.law, scale, quantity, value)
+    except (ValueError, NumericalError) as error:
+        units_told = " (in units of its mass, equatorial radius and G)" if quantity.startswith("angular") else ""
+        raise SceneError(f"[body] {error}{units_told}.") from None
+    return replace(unit_star, mass=mass, equatorial_radius=radius)
+
+
+@lru_cache(maxsize=8)
+def _unit_star(index: float, kind: str, scale: float | None, quantity: str, value: float) -> RotatingStar:
+    matter = polytropic_matter(index)
+    law = MomentumLaw() if kind == "maclaurin" else RotationLaw(kind, scale)
+    if quantity == "axis_ratio":
+        return rotating_star(matter, value, law)
+    return rotating_star_with(quantity, value, matter, law)

@@ -1,0 +1,61 @@
+"""The option `plan --audit`: a table of what the program holds of each effect. Printing is left to main.py."""
+
+import argparse
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from astroinertia.audit.absence import Audit
+    from astroinertia.scene.schema import Scene
+
+
+def add_arguments(command: argparse.ArgumentParser) -> None:
+    """Add the options of `plan --audit`."""
+    command.add_argument(
+        "--audit", action="store_true",
+        help="prove absence: run one step in an interpreter of its own and count the operations, arrays and modules of "
+        "every effect; with particles also what a step takes without each one, which compiles anew",
+    )  # fmt: skip
+
+
+def audited(scene: "Scene", begin: Callable[[str], None]) -> "Audit":
+    """The audit of a scene with costs; `begin` hears what is done next."""
+    from astroinertia.audit.absence import audited, with_costs
+
+    begin("one step, in an interpreter of its own")
+    found = audited(scene)
+    return with_costs(found, scene, lambda what: begin(f"timing {what}"))
+
+
+def table(audit: "Audit") -> Table:
+    """The audit as it is shown: effects called for first."""
+    shown = Table(box=box.SIMPLE_HEAD, title="\nwhat the program of a step holds", title_justify="left",
+                  title_style="bold", padding=(0, 1))  # fmt: skip
+    columns = ("effect", "called for", "traced operations", "generated operations", "arrays", "imported", "of a step")
+    for number, name in enumerate(columns):
+        shown.add_column(name, justify="left" if number < 2 else "right")
+    for share in sorted(audit.shares, key=lambda share: not share.listed):
+        style = "green" if share.listed else "dim" if not share.present else "bold red"
+        cost = "" if share.seconds is None or not audit.seconds else f"{100.0 * share.seconds / audit.seconds:.0f} %"
+        counts = (str(share.traced), str(share.compiled), str(share.arrays), "yes" if share.imported else "no")
+        shown.add_row(Text(share.kind, style=style), "yes" if share.listed else "no", *counts, cost)
+    shown.add_row("every scene", "", str(audit.common_traced), str(audit.common_compiled), "", "", "")
+    return shown
+
+
+def verdict(audit: "Audit") -> str:
+    """What the table means, in a sentence or two."""
+    present = [share.kind for share in audit.shares if share.present and not share.listed]
+    if present:
+        return f"NOT ABSENT, though not called for: {', '.join(present)}."
+    left = sum(not share.listed for share in audit.shares)
+    told = f"Of the {left} effects that are not called for there is no operation, no array and no module."
+    if audit.seconds is None:
+        return told
+    return (
+        f"{told} A step takes {1e3 * audit.seconds:.3g} ms; the last column is what it takes less without the effect."
+    )

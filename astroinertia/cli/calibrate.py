@@ -1,0 +1,89 @@
+"""The command `calibrate`, and what `plan` and `run` say of costs. Printing is left to main.py."""
+
+import argparse
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from astroinertia.scene.plan import Plan
+    from astroinertia.scene.schema import Scene
+
+HELP = """\
+What passes over pairs, gravity, time steps, records, files and the start of a run take is measured in a minute on a
+quiet machine, and kept in the user's cache ($ASTROINERTIA_CACHE). Plans and runs then tell wall times of this machine;
+until then they tell those of a 2-core x86-64 machine. Other versions, or another machine, call for another calibration.
+
+example: astroinertia calibrate
+         astroinertia plan star.toml
+         astroinertia plan star.toml --pilot
+"""
+Say = Callable[[str], None]
+
+
+def add_arguments(command: argparse.ArgumentParser) -> None:
+    """Add the help of `calibrate`."""
+    command.formatter_class = argparse.RawDescriptionHelpFormatter
+    command.epilog = HELP
+
+
+def add_plan_arguments(command: argparse.ArgumentParser) -> None:
+    """Add what `plan` may do to know costs better."""
+    command.add_argument(
+        "--pilot", action="store_true",
+        help="count the steps by a run with few particles, of about 20 s at most; runs and plans of the "
+        "scene know it from then on",
+    )  # fmt: skip
+
+
+def report(options: argparse.Namespace, say: Say) -> str:
+    """Measure the machine; what the command prints at the end."""
+    from astroinertia.costs import calibration, machine
+
+    found = calibration.calibrate(lambda text, share: say(f"{100.0 * share:3.0f}%  {text}"))
+    step = sum(found.seconds[f"float64.{name}"].wall for name in ("density", "gradients", "forces", "multipole"))
+    lines = [
+        f"machine: {found.description['processor']}, {found.description['cores']} cores",
+        f"start of a run: {found.seconds['start'].wall:.2g} s",
+        f"a step of a million particles under gravity, pressure and viscosity: "
+        f"{1e6 * (step + found.seconds['rest'].wall):.2g} s",
+        f"kept in {machine.cache_directory() / machine.FILE}",
+    ]
+    return "\n".join(lines)
+
+
+def with_cost(plan: "Plan", scene: "Scene", options: argparse.Namespace, say: Say) -> "Plan":
+    """The plan with what the run will take; with --pilot a run with few particles counts its steps first."""
+    from astroinertia.costs import machine, told
+    from astroinertia.costs.prediction import predict
+
+    if options.pilot and scene.model == "sph":
+        from astroinertia.costs import pilot
+
+        say(f"a pilot run with few particles, {pilot.LONGEST:.0f} s at most after its preparation ...")
+        if pilot.run(scene) is None:
+            say("it could not be run: the steps are estimated")
+    if scene.model == "scaling" and scene.equation_of_state is not None:
+        import jax
+
+        from astroinertia.build.assemble import prepare
+
+        with jax.enable_x64(True):
+            prepare(scene)  # refuses a pulsation that cannot be followed to the end
+    known = machine.known()
+    lines = told.lines(scene, predict(scene, known))
+    if scene.output.error_bars:
+        from astroinertia.accuracy.companion_runs import companion_runs
+
+        runs = companion_runs(scene)
+        lines = (*lines, told.of_error_bars([(each.name, predict(each.scene, known)) for each in runs]))
+    return replace(plan, sections={**plan.sections, "cost": lines})
+
+
+def compared(attrs: Mapping[str, Any]) -> str:
+    """What a run took, and what had been predicted."""
+    taken, predicted = (float(attrs.get(f"{kind}_wall_time", math.nan)) for kind in ("measured", "predicted"))
+    if not math.isfinite(taken):
+        return ""
+    return f"took {taken:.3g} s" + (f", predicted {predicted:.3g} s" if math.isfinite(predicted) else "")

@@ -1,0 +1,45 @@
+"""What `run` and `plan` do for accuracy: choose settings for the one asked for, tell error bars of the one that is had.
+
+Printing is left to main.py.
+"""
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from astroinertia.scene.schema import Scene
+
+Say = Callable[[str], None]
+
+
+def add_arguments(command: argparse.ArgumentParser) -> None:
+    """Add how long a run may take whose settings are chosen, and whether it has error bars."""
+    command.add_argument(
+        "--minutes", type=float, default=60.0, metavar="M",
+        help="wall time that the run may take where the scene asks for an accuracy (accuracy = 1e-3) and its settings "
+        "are chosen; where it would take longer, that is told with the price (default: 60)",
+    )  # fmt: skip
+    command.add_argument(
+        "--error-bars", dest="overrides", action="append_const", const="output.error_bars=true",
+        help="estimate errors of the headline series from companion runs, as [output] error_bars = true does",
+    )  # fmt: skip
+
+
+def chosen(scene: "Scene", folder: Path, minutes: float, say: Say) -> "Scene":
+    """The scene with settings chosen by pilots, kept beside the run's folder; as it is, if it asks for none."""
+    if not scene.wants_choice:
+        return scene
+    from astroinertia.accuracy.choice import choose, pilots_beside
+    from astroinertia.engines import hosts
+    from astroinertia.errors import SceneError
+
+    hosts.must_be_alone("the choice of settings for an accuracy")
+    if not minutes > 0.0:
+        raise SceneError("--minutes must be a number above 0.")
+    say(f"{scene.name}: settings are chosen for an accuracy of {scene.accuracy:g}")
+    found = choose(scene, pilots_beside(folder), minutes, lambda label: say(f"  pilot: {label}"))
+    for text in found.scene.choice.values():
+        say(f"  {text}")
+    return found.scene

@@ -1,0 +1,57 @@
+"""The command `compare`: its arguments, and what it says and draws. Printing is left to main.py."""
+
+import argparse
+from pathlib import Path
+
+from astroinertia.cli import result
+from astroinertia.errors import SceneError
+
+HELP = """\
+One scene can be answered by several models (scaling, rigid, ellipsoid, sph), or by one at several costs. The finest run
+is the one whose model leaves least out; among particles, the one with most of them; --against names another.
+
+Quantities are moment_of_inertia and mean_spin, about the axis of the angular momentum, and every variable of the
+dataset with a time, such as kinetic_energy; vectors and tensors are compared by their size.
+
+example: astroinertia run sims/one_star_three_models.toml --set model=\\"scaling\\" --output runs/scaling
+         astroinertia run sims/one_star_three_models.toml --set model=\\"ellipsoid\\" --output runs/ellipsoid
+         astroinertia run sims/one_star_three_models.toml --output runs/particles
+         astroinertia compare runs/scaling runs/ellipsoid runs/particles
+"""
+
+
+def add_arguments(command: argparse.ArgumentParser) -> None:
+    """Add the options of `compare`, and a help that teaches."""
+    command.formatter_class = argparse.RawDescriptionHelpFormatter
+    command.epilog = HELP
+    command.add_argument(
+        "runs", metavar="RUN", nargs="+", type=Path, help="netCDF files or folders of runs, two or more"
+    )
+    command.add_argument(
+        "--quantity", action="append", default=[], metavar="NAME", help="what to compare; may be repeated"
+    )
+    command.add_argument("--against", type=Path, metavar="RUN", help="the run that the others are measured against")
+    command.add_argument("--plot", type=Path, metavar="FILE.png", default=Path("compare.png"),
+                         help="the picture (default: compare.png)")  # fmt: skip
+
+
+def report(options: argparse.Namespace) -> str:
+    """What the command prints; the picture is written first. SceneError for what cannot be compared."""
+    if options.plot.suffix != ".png" or not options.plot.parent.is_dir():
+        raise SceneError(f"{options.plot} cannot be written: it must be a .png file in a folder that is there")
+    if options.against is not None and options.against not in options.runs:
+        raise SceneError(f"--against names {options.against}, which is none of the runs that are compared")
+    from astroinertia import dataset
+    from astroinertia.plots import ladder, style
+
+    runs = [(path, dataset.open(path)) for path in options.runs]
+    with result.shown(*options.runs):
+        runs.sort(key=lambda run: ladder.fineness(run[1]))
+        opened = [each for _, each in runs]
+        finest = len(runs) - 1 if options.against is None else [path for path, _ in runs].index(options.against)
+        try:
+            found = ladder.compared(opened, options.quantity, finest)
+        except ValueError as error:
+            raise SceneError(str(error)) from None
+        style.save(ladder.ladder_figure(opened, found, finest), options.plot)
+        return f"{ladder.ladder_table(opened, found, finest)}\n\npicture: {options.plot}"

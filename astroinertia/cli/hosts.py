@@ -1,0 +1,44 @@
+"""How `run` and `resume` are told of the other processes of the same run. Printing is left to main.py."""
+
+import argparse
+import os
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, redirect_stdout
+from pathlib import Path
+
+from astroinertia.errors import SceneError
+
+FOUND = "auto"
+
+
+def add_arguments(command: argparse.ArgumentParser) -> None:
+    """Add where the processes meet, how many they are and which of them this is."""
+    command.add_argument(
+        "--coordinator", metavar="HOST:PORT",
+        help="do the run together with other processes, each started with the same arguments on a device of its own "
+        f"and meeting here; numerics.devices is their number. '{FOUND}' within Slurm or MPI tells the rest, too",
+    )  # fmt: skip
+    command.add_argument("--processes", type=int, metavar="N", help="how many processes there are, with --coordinator")
+    command.add_argument("--process", type=int, metavar="K", help="which of them this is, from 0 on, which writes")
+
+
+@contextmanager
+def joined(options: argparse.Namespace) -> Iterator[None]:
+    """With --coordinator, one of several processes, of which the first alone prints what goes well."""
+    where = getattr(options, "coordinator", None)
+    count, number = (getattr(options, name, None) for name in ("processes", "process"))
+    if where is None or where == FOUND:
+        if count is not None or number is not None:
+            raise SceneError("--processes and --process are for a --coordinator HOST:PORT.")
+    elif count is None or number is None or not 0 <= number < count:
+        raise SceneError("--coordinator HOST:PORT needs --processes N and --process K, a number from 0 to N - 1.")
+    if where is None:
+        yield
+        return
+    from astroinertia.engines import hosts
+
+    with ExitStack() as stack:
+        stack.enter_context(hosts.joined(None if where == FOUND else where, count, number))
+        if not hosts.is_first():
+            stack.enter_context(redirect_stdout(stack.enter_context(Path(os.devnull).open("w"))))
+        yield

@@ -1,0 +1,103 @@
+"""The command `moments`: its arguments, and what it says and writes. Printing is left to main.py."""
+
+import argparse
+import json
+import math
+from pathlib import Path
+
+from astroinertia.errors import SceneError
+from astroinertia.storage import overwriting
+from astroinertia.storage.atomic import write_whole
+
+AXES = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
+
+HELP = """\
+files:
+  .csv .npz .nc .h5 .hdf5   columns mass, x, y, z (or position, of three numbers a particle)
+  .hdf5                     also a snapshot of GADGET or SWIFT, of one type of particles; in SI if it tells its units
+  a dump of Phantom         whatever it is called; sinks count as points; needs the extra astroinertia[phantom]
+  .stl .obj .ply .off       a closed mesh, homogeneous inside; needs the extra astroinertia[mesh]
+  runs/NAME or its .nc      a snapshot of a run
+
+All moments are about one point. I/(M R^2) takes for R the distance of the outermost particle from the centre of mass,
+or for a mesh the radius of the sphere of the same volume, unless --radius gives one; the output says which.
+POINT, R and RHO are in the units of the file. Where two moments are equal, their axes are undefined, and said to be.
+
+example: astroinertia moments particles.csv
+         astroinertia moments particles.h5 --units Msun,Rsun --axis z --plot star.png
+         astroinertia moments asteroid.stl --density 2000 --units kg,m --about=-1,0,2.5
+         astroinertia moments runs/pulsar_collapse --snapshot 0 --json
+"""
+
+
+def add_arguments(command: argparse.ArgumentParser) -> None:
+    """Add the options of `moments`, and a help that teaches."""
+    command.formatter_class = argparse.RawDescriptionHelpFormatter
+    command.epilog = HELP
+    command.add_argument("file", metavar="FILE", type=Path, help="particle table, mesh, netCDF file or folder of a run")
+    command.add_argument(
+        "--about", metavar="POINT", help="point x,y,z that all moments are about (default: the centre of mass)"
+    )
+    command.add_argument(
+        "--axis", help="one more moment, about this axis through that point: x, y, z or a vector 1,1,0"
+    )
+    command.add_argument("--units", metavar="MASS,LENGTH", help="units of the file; results are then in SI (kg, m)")
+    command.add_argument("--radius", type=float, metavar="R", help="the radius of the ratio I/(M R^2)")
+    command.add_argument("--density", type=float, metavar="RHO", help="density of the inside of a mesh (default: 1)")
+    command.add_argument("--snapshot", type=int, metavar="N", help="snapshot of a run, from 0 (default: the last)")
+    command.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the inertia ellipsoid with its polhodes")
+    command.add_argument("--json", action="store_true", help="print everything as JSON")
+    command.add_argument("--output", type=Path, metavar="FILE.nc", help="write everything as netCDF")
+
+
+def report(options: argparse.Namespace) -> str:
+    """What the command prints; the picture and the netCDF file are written first. SceneError for bad input."""
+    from astroinertia.plots.body_summary import body_summary, plain_values
+    from astroinertia.studies.moments import PLAIN, moments, read_matter
+
+    for written, suffix in ((options.plot, ".png"), (options.output, ".nc")):
+        if written is not None and (written.suffix != suffix or not written.parent.is_dir()):
+            raise SceneError(f"{written} cannot be written: it must be a {suffix} file in a folder that is there")
+    units = PLAIN if options.units is None else _pair(options.units)
+    axis = None if options.axis is None else AXES.get(options.axis) or _vector("--axis", options.axis)
+    about = None if options.about is None else _vector("--about", options.about)
+    if options.output is not None:
+        overwriting.check(options.output, overwriting.NETCDF, options.file)
+    matter = read_matter(options.file, units, options.snapshot, options.density)
+    size = matter.file_length
+    try:
+        found = moments(
+            matter,
+            None if about is None else [size * each for each in about],
+            axis,
+            None if options.radius is None else size * options.radius,
+        )
+    except ValueError as error:
+        raise SceneError(f"{options.file}: {error}") from error
+    if options.plot is not None:
+        from astroinertia.plots.ellipsoid import ellipsoid_figure
+        from astroinertia.plots.style import save
+
+        if not (found["principal_moments"][-1] > 0 and found["mass"] > 0):
+            raise SceneError(f"{options.file} is a point without moments of inertia, so there is nothing to draw")
+        save(ellipsoid_figure(found, matter.points, options.file.stem), options.plot)
+    if options.output is not None:
+        write_whole(options.output, lambda aside: found.to_netcdf(aside, engine="netcdf4"))
+    return json.dumps(plain_values(found), indent=2) if options.json else body_summary(found)
+
+
+def _vector(name: str, text: str) -> list[float]:
+    try:
+        vector = [float(part) for part in text.split(",")]
+    except ValueError:
+        vector = []
+    if len(vector) != 3 or not all(map(math.isfinite, vector)):
+        raise SceneError(f"{name} takes three numbers such as 0,0,1, not '{text:.40}'")
+    return vector
+
+
+def _pair(text: str) -> tuple[str, str]:
+    mass, comma, length = (part.strip() for part in text.partition(","))
+    if not (mass and comma and length):
+        raise SceneError(f"--units takes a unit of mass and one of length such as kg,m, not '{text:.40}'")
+    return mass, length

@@ -1,0 +1,146 @@
+"""The command `ratios`: its arguments, and what it says and writes. Printing is left to main.py."""
+
+import argparse
+import math
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from astroinertia.errors import SceneError
+from astroinertia.storage import overwriting
+from astroinertia.storage.atomic import write_whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+HELP = """\
+All ratios are I/(M R^2) of the mean moment I = (A + B + C)/3 for the mean radius R, whatever the source is normalised
+with; `--body` shows the published number, too. Of the models, "hydrostatic" is what J2 (of a moon: C22) and the spin
+say for a fluid, and the core is that of uniform layers with the published ratio and one assumed density.
+
+Two uniform layers follow from two of core density, mantle density, core radius and ratio. With one of the first three
+the ratio is the published one; with two of them it is a prediction, to be compared with it. A value is a number in
+kg/m3 or km, or has its unit: "7 g/cm3".
+
+A sweep runs over values from START to STOP, COUNT of them, of core_density, mantle_density, core_radius, moment_ratio,
+mass or radius; several sweeps make a grid. What cannot be is NaN in the file.
+
+example: astroinertia ratios --body Mars
+         astroinertia ratios --body Mars --compressed
+         astroinertia ratios --body Mars --core-density 7000
+         astroinertia ratios --body Mars --core-density 7000 --mantle-density 3400
+         astroinertia ratios --plot ratios.png --netcdf ratios.nc --csv ratios.csv
+         astroinertia ratios --body Mars --sweep core_density=5500:8000:26 --netcdf mars.nc
+"""
+_DENSITIES, _LENGTHS = ("core_density", "mantle_density"), ("core_radius", "radius")
+_PARAMETERS = (*_DENSITIES, "core_radius", "moment_ratio", "mass", "radius")
+_MOST_VALUES = 100_000
+_DASH = "-"
+
+
+def add_arguments(command: argparse.ArgumentParser) -> None:
+    """Add the options of `ratios`, and a help that teaches."""
+    command.formatter_class = argparse.RawDescriptionHelpFormatter
+    command.epilog = HELP
+    command.add_argument("--body", metavar="NAME", help="one body in detail, such as Mars (default: a table of all)")
+    command.add_argument("--core-density", metavar="RHO", help="density of the core, in kg/m3 or with its unit")
+    command.add_argument("--mantle-density", metavar="RHO", help="density of the mantle, in kg/m3 or with its unit")
+    command.add_argument("--core-radius", metavar="R", help="radius of the core, in km or with its unit")
+    command.add_argument("--moment-ratio", metavar="K", type=float, help="another I/(M R^2) than the published one")
+    command.add_argument(
+        "--sweep", action="append", default=[], metavar="NAME=START:STOP:COUNT",
+        help="two-layer models of the body along a parameter; may be repeated",
+    )  # fmt: skip
+    command.add_argument(
+        "--compressed", action="store_true", help="invert the ratio of a body to a core with compressed layers, too"
+    )
+    command.add_argument("--dask", action="store_true", help="compute a sweep in parallel chunks")
+    command.add_argument("--csv", type=Path, metavar="FILE.csv", help="write what is shown as CSV, in SI")
+    command.add_argument("--netcdf", type=Path, metavar="FILE.nc", help="write what is shown as netCDF, in SI")
+    command.add_argument("--plot", type=Path, metavar="FILE.png", help="draw ratios against central condensation")
+    command.add_argument("--markdown", action="store_true", help="print the table of all bodies as Markdown")
+
+
+def report(options: argparse.Namespace) -> str:
+    """What the command prints; files are written first. SceneError for bad input."""
+    for written, suffix in ((options.csv, ".csv"), (options.netcdf, ".nc"), (options.plot, ".png")):
+        if written is not None and (written.suffix != suffix or not written.parent.is_dir()):
+            raise SceneError(f"{written} cannot be written: it must be a {suffix} file in a folder that is there")
+    known = _known(options)
+    if options.body is None and (known or options.sweep):
+        raise SceneError("a density, a radius, a ratio or a sweep is of one body: name it with --body")
+    if options.sweep and options.netcdf is None and options.csv is None:
+        raise SceneError("a sweep needs a file to go to: --netcdf FILE.nc or --csv FILE.csv")
+    if options.compressed and (options.body is None or options.sweep):
+        raise SceneError("--compressed is for one body in detail: name it with --body, without --sweep")
+    if options.dask and not options.sweep:
+        raise SceneError("--dask is for sweeps: add --sweep")
+    from astroinertia.studies import ratio_tables
+    from astroinertia.studies.moment_ratio import moment_ratio, polytropes, two_layer_sweep
+
+    if options.sweep and options.body is not None:
+        values = dict(_sweep(text) for text in options.sweep)
+        shown = two_layer_sweep(options.body, values, known, options.dask).compute()
+        text = ratio_tables.sweep_text(shown)
+    elif options.body is not None:
+        shown = moment_ratio([options.body])
+        text = ratio_tables.body_text(shown, known, options.compressed)
+    else:
+        shown = moment_ratio()
+        text = ratio_tables.markdown(shown) if options.markdown else ratio_tables.solar_system_text(shown)
+    if options.plot is not None:
+        from astroinertia.plots.moment_ratios import moment_ratio_figure
+        from astroinertia.plots.style import save
+
+        save(moment_ratio_figure(moment_ratio(), polytropes()), options.plot)
+    _write(shown, options)
+    return text
+
+
+def _write(shown: "xr.Dataset", options: argparse.Namespace) -> None:
+    if options.netcdf is not None:
+        overwriting.check(options.netcdf, overwriting.NETCDF)
+        write_whole(options.netcdf, lambda aside: shown.to_netcdf(aside, engine="netcdf4"))
+    if options.csv is not None:
+        overwriting.check(options.csv, overwriting.CSV)
+        write_whole(options.csv, lambda aside: shown.to_dataframe().to_csv(aside))
+
+
+def _known(options: argparse.Namespace) -> dict[str, float]:
+    found = {name: getattr(options, name) for name in ("core_density", "mantle_density", "core_radius", "moment_ratio")}
+    return {
+        name: value if isinstance(value, float) else _number(f"--{name.replace('_', '-')}", name, value)
+        for name, value in found.items()
+        if value is not None
+    }
+
+
+def _number(option: str, name: str, text: str) -> float:
+    """The SI value of a plain number in the usual unit of the quantity, or of a number with its unit; positive."""
+    from astroinertia.units import quantity
+
+    scale, kind, unit = (1e3, "length", "km") if name in _LENGTHS else (1.0, "density", "kg/m3")
+    if name in ("mass", "moment_ratio"):
+        scale, kind, unit = 1.0, "mass" if name == "mass" else "dimensionless", "kg" if name == "mass" else "no unit"
+    try:
+        value = scale * float(text)
+    except ValueError:
+        value = quantity(text, kind)
+    if not (math.isfinite(value) and value > 0):
+        raise SceneError(f"{option} takes a positive number in {unit}, not '{text:.40}'")
+    return value
+
+
+def _sweep(text: str) -> tuple[str, np.ndarray]:
+    found = re.fullmatch(r"\s*([a-z_]+)\s*=([^:]+):([^:]+):\s*(\d{1,9})\s*", text)
+    if not found:
+        raise SceneError(f"--sweep takes NAME=START:STOP:COUNT such as core_density=6000:9000:7, not '{text:.60}'")
+    name, start, stop, count = found.groups()
+    if name not in _PARAMETERS:
+        raise SceneError(f"--sweep has no parameter '{name}'; it has {', '.join(_PARAMETERS)}")
+    if not 1 <= int(count) <= _MOST_VALUES:
+        raise SceneError(f"--sweep takes 1 to {_MOST_VALUES} values of a parameter, not {count}")
+    first, last = (_number("--sweep", name, each.strip()) for each in (start, stop))
+    return name, np.linspace(first, last, int(count))

@@ -1,0 +1,90 @@
+"""What ends `run` and `resume` before the scene's end, and how that is told. Printing is left to main.py."""
+
+import argparse
+import math
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from astroinertia.errors import ArchiveWarning, RunInterrupted, SceneError, SceneWarning
+from astroinertia.process import interrupts
+from astroinertia.process.interrupts import LIMIT, Ended
+
+INTERRUPTED = 130
+
+EXIT_CODES = (
+    "Exit codes: 0, the run has ended and its file is written; 1, it failed; 2, bad input; 3, it has ended and its "
+    "file is written, but its ledger or its energy does not close within bounds, which it names; 130, it was stopped "
+    "before its end by Ctrl-C, SIGTERM, SIGUSR1 or --max-wall, everything is sealed, and `astroinertia resume` goes on;"
+    " 128 + the number of the signal (130, 143, 138), it was ended at once, before the run had begun, or by another "
+    "signal a second after the first, before everything was sealed."
+)
+
+
+def add_arguments(command: argparse.ArgumentParser) -> None:
+    """Add the limit of wall time, and tell the exit codes."""
+    command.add_argument(
+        "--max-wall", type=_seconds, default=math.inf, metavar="TIME",
+        help='seal the run and stop before it has taken this long, in seconds or as "2 h"; `resume` goes on with it',
+    )  # fmt: skip
+    command.epilog = f"{command.epilog}. {EXIT_CODES}"
+
+
+def deadline(options: argparse.Namespace, begun: float | None = None) -> float:
+    """The instant of time.monotonic() by which the run is to be stopped; what began now unless it is said.
+
+    Whatever the run does then, such as compile, and has nothing to seal, it is ended.
+    """
+    found = (time.monotonic() if begun is None else begun) + options.max_wall
+    if found < math.inf:
+        interrupts.end_by(found, LIMIT, INTERRUPTED)
+    return found
+
+
+def told(stopped: RunInterrupted) -> str:
+    """How to go on."""
+    return f"{stopped}; go on with: astroinertia resume {stopped.folder}"
+
+
+def ended(how: Ended) -> tuple[int, str]:
+    """The exit code of a command that a signal has ended at once, and what is said."""
+    if isinstance(how.said, RunInterrupted) and how.sealed:
+        return INTERRUPTED, told(how.said)
+    if isinstance(how.said, RunInterrupted):
+        again = f"what was sealed before is kept; go on with: astroinertia resume {how.said.folder}"
+        return how.code, f"ended at once by {how.name}; {again}"
+    if how.said is None and how.name == LIMIT:
+        return how.code, "the run was stopped by its limit of wall time before its first step; nothing is lost."
+    return how.code, how.said or "interrupted."
+
+
+@contextmanager
+def warnings_told(tell: Callable[[str], None]) -> Iterator[None]:
+    """Has what a disk has damaged, and what a scene leaves out, told as a sentence without the line that found it."""
+    usual = warnings.showwarning
+
+    def show(message, category, *where) -> None:
+        if issubclass(category, ArchiveWarning | SceneWarning):
+            tell(str(message))
+        else:
+            usual(message, category, *where)
+
+    with warnings.catch_warnings():
+        warnings.showwarning = show
+        yield
+
+
+def _seconds(text: str) -> float:
+    from astroinertia.units import quantity
+
+    try:
+        seconds = float(text)
+    except ValueError:
+        try:
+            seconds = quantity(text, "time")
+        except SceneError as error:
+            raise argparse.ArgumentTypeError(str(error).rstrip(".")) from None
+    if not 0.0 < seconds < math.inf:
+        raise argparse.ArgumentTypeError(f"'{text}' is no time above 0")
+    return seconds

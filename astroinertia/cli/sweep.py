@@ -1,0 +1,219 @@
+"""What `run`, `resume`, `plan` and `show` do with a scene that has [sweep]. Printing is left to main.py."""
+
+import argparse
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from astroinertia.scene.plan import Plan
+    from astroinertia.scene.sweep import Sweep
+    from astroinertia.sweeps.ensemble import Carried, Standing
+
+MOST_ROWS = 20  # of a table of members
+SECONDS_BETWEEN_LINES = 10.0  # where the output is no terminal
+Say = Callable[[str], None]
+
+
+def add_arguments(command: argparse.ArgumentParser) -> None:
+    """Add where the members of a sweep are run."""
+    command.add_argument(
+        "--workers", type=int, metavar="N",
+        help="of a scene with [sweep]: processes that its members are shared out over (default: one for each core "
+        "where that pays; 1 is this process alone)",
+    )  # fmt: skip
+    command.add_argument(
+        "--cluster", metavar="ADDRESS",
+        help="of a scene with [sweep]: a cluster of dask that runs its members, such as tcp://host:8786, and sees the "
+        "same files",
+    )  # fmt: skip
+
+
+def asked(options: argparse.Namespace) -> "Sweep | None":
+    """The sweep that a scene file holds; None, and no options of one allowed, where it is a scene of one run."""
+    from astroinertia.scene.sweep import load_file
+
+    found = load_file(options.scene, options.overrides)
+    if found is None:
+        refuse_options(options)
+    return found
+
+
+def refuse_options(options: argparse.Namespace) -> None:
+    """Raise SceneError where options of a sweep are given to a single run."""
+    from astroinertia.errors import SceneError
+
+    for name in ("workers", "cluster"):
+        if getattr(options, name, None) is not None:
+            raise SceneError(f"--{name} is for a scene with [sweep], which makes several runs.")
+
+
+def is_folder(folder: Path) -> bool:
+    """Whether a folder is that of a sweep."""
+    from astroinertia.storage.archive import SWEEP
+
+    return (folder / SWEEP).exists()
+
+
+def carry_out(
+    sweep: "Sweep", folder: Path, options: argparse.Namespace, deadline: float, console: Console, say: Say
+) -> "Carried":
+    """Run the members of a sweep that are left, until a deadline, with a bar or lines on the console."""
+    from astroinertia.engines import hosts
+    from astroinertia.sweeps import ensemble
+
+    hosts.must_be_alone("a sweep")
+    left = ensemble.left(sweep, folder)
+    cluster = options.cluster
+    workers: int = 1 if options.workers is None else options.workers
+    if options.workers is None and cluster is None:
+        workers = ensemble.usual_workers(ensemble.predictions(sweep, left))
+    where = f"on {cluster}" if cluster else "one after another" if workers == 1 else f"by {workers} workers"
+    done = len(sweep.members) - len(left)
+    say(
+        f"{sweep.name}: a {sweep.kind} of {len(sweep.members)} members over {', '.join(sweep.keys)}"
+        + (f", {done} of them done before" if done else "")
+        + (f"; {where}" if left else "")
+    )
+    with _Bar(console, say) as bar:
+        return ensemble.run_sweep(
+            sweep, folder, workers, cluster, getattr(options, "minutes", ensemble.DEFAULT_MINUTES), bar.tell, deadline
+        )
+
+
+class _Bar:
+    """Shows how far a sweep is: a bar on a terminal, a line now and then elsewhere."""
+
+    def __init__(self, console: Console, say: Say) -> None:
+        self.console, self.say = console, say
+        self.bar: Any = None
+        self.task: Any = None
+        self.last_line = float("-inf")
+
+    def __enter__(self) -> "_Bar":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.bar is not None:
+            self.bar.stop()
+
+    def tell(self, standing: "Standing") -> None:
+        """Show it."""
+        failed = f", {standing.failed} failed" if standing.failed else ""
+        known = standing.done < standing.members and math.isfinite(standing.to_go)
+        to_go = f", {standing.to_go:.0f} s to go" if known else ""
+        line = f"{standing.done} of {standing.members} members{failed}{to_go}"
+        if self.console.is_terminal:
+            self._opened(standing.members).update(self.task, completed=standing.done, told=line)
+        elif standing.seconds - self.last_line >= SECONDS_BETWEEN_LINES or standing.done == standing.members:
+            self.last_line = standing.seconds
+            self.say(f"{standing.seconds:7.1f} s  {line}")
+
+    def _opened(self, members: int) -> Any:
+        if self.bar is None:
+            from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+            columns = (BarColumn(24), TaskProgressColumn(), TimeElapsedColumn(), TextColumn("{task.fields[told]}"))
+            self.bar = Progress(*columns, console=self.console)
+            self.task = self.bar.add_task("", total=members, told="")
+            self.bar.start()
+        return self.bar
+
+
+def failures(sweep: "Sweep", found: "Carried") -> list[str]:
+    """The members that have no result, and why; no lines where all have one."""
+    from astroinertia.scene.sweep import member
+
+    if not found.failures:
+        return []
+    rows = [("member", "with", "has no result, for")]
+    for number in sorted(found.failures)[:MOST_ROWS]:
+        failure = found.failures[number]
+        again = "" if failure.lasting else " (resume runs it again)"
+        rows.append((member(number), sweep.told(number), f"{failure.sentence}{again}"))
+    more = len(found.failures) - MOST_ROWS
+    return [*_aligned(rows), *([f"and {more} more"] if more > 0 else [])]
+
+
+def unclosed(file: Path) -> list[str]:
+    """What of the members' ledgers or energies does not close; no lines where all do."""
+    from astroinertia import dataset
+    from astroinertia.ledger import bounds
+
+    lines = bounds.told(dataset.open(file).attrs).splitlines()
+    more = len(lines) - MOST_ROWS
+    return [*lines[:MOST_ROWS], *([f"and {more} more"] if more > 0 else [])]
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(each.ljust(width) for each, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def planned(sweep: "Sweep", options: argparse.Namespace) -> "Plan":
+    """The plan of the first member, with what varies and what all members take."""
+    from dataclasses import replace
+
+    from astroinertia.costs import told
+    from astroinertia.errors import SceneError
+    from astroinertia.scene.plan import Line, plan
+    from astroinertia.scene.sweep import member
+    from astroinertia.sweeps import ensemble
+
+    for name in ("pilot", "audit"):
+        if getattr(options, name):
+            raise SceneError(f"--{name} is for a scene of one run, not for one with [sweep].")
+    count = len(sweep.members)
+    lines = [Line("members", f"{count}", f"a {sweep.kind}; all below is of {member(0)}")]
+    for place, key in enumerate(sweep.keys):
+        values = list(dict.fromkeys(str(each[place]) for each in sweep.members))
+        few = values if len(values) <= 6 else [*values[:3], "...", values[-1]]
+        lines.append(Line(key, ", ".join(few), f"{len(values)} values"))
+    scene = sweep.scene(0)
+    found = ensemble.predictions(sweep, range(count))
+    known = [each for each in found if each is not None]
+    if len(known) < count:
+        lines.append(Line("time of all", "not known", "the time of a member is not"))
+    else:
+        work, start = (
+            sum(each.evolution.wall for each in known),
+            max(each.wall_time - each.evolution.wall for each in known),
+        )
+        workers = ensemble.usual_workers(found)
+        beside = f"{told.seconds(start + work / workers)} by {workers} workers, " if workers > 1 else ""
+        lines.append(Line("time of all", f"{beside}{told.seconds(start + work)} one after another", "when none fails"))
+        lines.append(Line("files of all", told.size(sum(each.files for each in known)), "in the sweep's folder"))
+    whole = plan(scene)
+    sections = {"sweep": tuple(lines), **whole.sections, f"cost of {member(0)}": told.lines(scene, found[0])}
+    return replace(whole, sections=sections)
+
+
+def summary(folder: Path) -> list[str]:
+    """What members ended with, one row each."""
+    import numpy as np
+
+    from astroinertia import dataset
+    from astroinertia.scene.sweep import member
+    from astroinertia.sweeps import combined
+    from astroinertia.sweeps.folder import read
+    from astroinertia.units import shown
+
+    sweep, end = read(folder), combined.at_end(dataset.open(folder))
+    spin = np.sqrt((end["angular_velocity"] ** 2).sum("i", skipna=False))
+    columns = {
+        "I_zz (kg m2)": end["inertia_tensor"].sel(i="z", j="z"),
+        "mean spin (rad s-1)": spin,
+        "T/|W|": end["rotational_to_gravitational"],
+        "I/(M R^2)": end["moment_ratio"],
+    }
+    rows = [("member", *sweep.keys, *columns)]
+    values = [column.values.ravel() for column in columns.values()]  # members of a grid are in the order of its axes
+    for number, settings in enumerate(sweep.members[:MOST_ROWS]):
+        figures = ["" if np.isnan(each[number]) else f"{each[number]:.6g}" for each in values]
+        rows.append((member(number), *(shown(str(each)) for each in settings), *figures))
+    more = len(sweep.members) - MOST_ROWS
+    beyond = [f"and {more} more"] if more > 0 else []
+    return [f"{sweep.name} at the end", *_aligned(rows), *beyond, *unclosed(combined.path(sweep, folder))]

@@ -1,0 +1,65 @@
+"""The command `tradeoff`: what accuracy costs in time. Printing is left to main.py."""
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from astroinertia.accuracy.tradeoff import Standing
+    from astroinertia.scene.schema import Scene
+
+
+def add_arguments(command: argparse.ArgumentParser) -> None:
+    """Add the options of `tradeoff`, beside those of every scene."""
+    command.add_argument(
+        "--minutes", type=float, default=5.0, metavar="M",
+        help="wall time to spend, at about; what was run before in the folder costs nothing (default: 5)",
+    )  # fmt: skip
+    command.add_argument(
+        "--observable", action="append", default=[], metavar="NAME",
+        help='what is judged: a series of the dataset and its labels, as in "inertia_tensor z z", flattening, '
+        '"frequency of inertia_tensor z z"; may be repeated (default: I_zz and the angular velocity at the end)',
+    )  # fmt: skip
+    command.add_argument(
+        "--knob", action="append", default=[], metavar="NAME",
+        help="turn only these knobs, besides the first, which sets the resolution; may be repeated",
+    )  # fmt: skip
+    command.add_argument("--output", type=Path, metavar="DIR", help="folder of the table (default: runs/NAME-tradeoff)")
+
+
+def carry_out(
+    scene: "Scene", options: argparse.Namespace, told: Callable[["Standing"], None]
+) -> tuple[list[str], bool]:
+    """Run what the options ask for; the lines to print, and whether Ctrl-C ended it."""
+    from astroinertia.accuracy import table
+    from astroinertia.accuracy.tradeoff import carry_out as run
+    from astroinertia.errors import SceneError
+    from astroinertia.plots import style
+    from astroinertia.plots.tradeoff import tradeoff_figure
+
+    if not options.minutes > 0.0:
+        raise SceneError("--minutes must be a number above 0.")
+    folder = options.output or Path("runs") / f"{scene.name}-tradeoff"
+    found = run(scene, folder, options.minutes, options.observable, options.knob, told)
+    if not found.measured:
+        return [], found.interrupted
+    file = table.write(found)
+    picture = style.save(tradeoff_figure(table.read(file)), folder / "tradeoff.png")
+    return [*_rows(found), "", *table.conclusions(found), "", f"wrote {file} and {picture}"], found.interrupted
+
+
+def _rows(found) -> list[str]:
+    """The settings on the front of the first observable, from the cheapest."""
+    from astroinertia.accuracy.analysis import analysed
+    from astroinertia.accuracy.words import duration
+
+    judged = analysed(found).judged
+    heads = "".join(f"{each.observable.name:>24}" for each in judged)
+    lines = [f"{'worth its cost':44}{'processor time':>16}{heads}"]
+    front = dict.fromkeys(setting for each in judged for setting in each.front)
+    for setting in sorted(front, key=lambda setting: found.measured[setting].cpu_time):
+        errors = "".join(f"{each.errors[setting]:>24.1e}" for each in judged)
+        mark = " <- base" if setting == found.base else ""
+        lines.append(f"{setting.label[:43]:44}{duration(found.measured[setting].cpu_time):>16}{errors}{mark}")
+    return lines

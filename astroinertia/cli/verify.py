@@ -1,0 +1,110 @@
+"""The command `verify`: its arguments, and what it says. Printing is left to main.py."""
+
+import argparse
+import json
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from astroinertia.errors import SceneError
+
+if TYPE_CHECKING:
+    from astroinertia.verify.comparison import Comparison, Section
+
+WIDTH = 150  # columns of the table where the output is no terminal
+NARROW = 120  # columns below which the source goes under the quantity
+HELP = """\
+Every number in the column "here" is computed at the moment of asking, by the functions that runs and studies use. The
+references are in a cited table (data/verify.csv), or are computed beside, by REBOUND or astropy, where the source says
+so. The difference is relative (rel) or absolute (abs); an error or a drift has no reference and stays below its
+tolerance. Where a tolerance comes from, --json tells: the digits printed, what a theory leaves out, or round-off.
+
+The exit code is 1 if one verdict is not good.
+
+example: astroinertia verify
+         astroinertia verify --only ellipsoids --only neutron_stars
+         astroinertia verify --json > verify.json
+         astroinertia verify --hard --only coincident
+"""
+
+
+def add_arguments(command: argparse.ArgumentParser) -> None:
+    """Add the options of `verify`, and a help that teaches."""
+    command.formatter_class = argparse.RawDescriptionHelpFormatter
+    command.epilog = HELP
+    command.add_argument(
+        "--only", action="append", default=[], metavar="SECTION",
+        help="one section of the table, such as polytropes (a wrong name lists them), or a word of hard cases' names; "
+        "may be repeated",
+    )  # fmt: skip
+    command.add_argument("--json", action="store_true", help="print everything as JSON, with the reasons of tolerances")
+
+
+def sections(options: argparse.Namespace, begin: Callable[[str], None]) -> "Iterator[Section]":
+    """The sections that are asked for, one by one as they are computed; SceneError for one there is not.
+
+    begin: hears the title of each before it is computed.
+    """
+    from astroinertia.verify.comparison import SECTIONS, compare_sections
+
+    unknown = [name for name in options.only if name not in SECTIONS]
+    if unknown:
+        raise SceneError(f"--only has no section '{unknown[0]:.40}'; it has {', '.join(SECTIONS)}")
+    return compare_sections(tuple(dict.fromkeys(options.only) or SECTIONS), begin)
+
+
+def table(section: "Section", width: int = WIDTH) -> Table:
+    """One section as it is shown; on narrow terminals the source stands below the quantity."""
+    wide = width >= NARROW
+    shown = Table(
+        box=box.SIMPLE_HEAD, title=f"{section.title}  ({section.seconds:.1f} s)", title_justify="left",
+        title_style="bold", padding=(0, 1 if wide else 0), pad_edge=False,
+    )  # fmt: skip
+    shown.add_column("quantity", min_width=16)
+    for name in ("here", "reference", *(["source"] if wide else []), "difference", "tolerance", "verdict"):
+        words = name in ("source", "verdict")
+        shown.add_column(name, justify="left" if words else "right", no_wrap=name != "source")
+    for each in section.comparisons:
+        asked, below = each.reference, each.reference.measure == "below"
+        quantity = Text(asked.quantity + ("" if asked.unit == "1" else f" ({asked.unit})"))
+        source = Text(asked.source, style="dim")
+        measure, digits = "" if below else f" {asked.measure[:3]}", 3 if below else 10 if wide else 7
+        shown.add_row(
+            _lines(quantity, *([] if wide else [source]), *([_problem(each)] if each.problem else [])),
+            f"{each.here:.{digits}g}",
+            "-" if below else f"{each.there:.{digits}g}",
+            *([source] if wide else []),
+            "-" if below else f"{each.difference:+.1e}{measure}",
+            f"{asked.tolerance:g}{measure}",
+            Text(each.verdict, style="green" if each.verdict == "agrees" else "bold red"),
+        )
+    return shown
+
+
+def _problem(compared: "Comparison") -> Text:
+    return Text(compared.problem, style="red")
+
+
+def _lines(*parts: Text) -> Text:
+    return Text("\n").join(parts)
+
+
+def total(found: "list[Section]", seconds: float) -> str:
+    """The last line: how many of how many agree, and in how long."""
+    verdicts = [each.verdict for section in found for each in section.comparisons]
+    good = sum(verdict == "agrees" for verdict in verdicts)
+    return f"{good} of {len(verdicts)} agree, in {seconds:.0f} s"
+
+
+def as_json(found: "list[Section]") -> str:
+    """Everything that is known of every comparison."""
+    rows: list[dict[str, Any]] = [each.plain() for section in found for each in section.comparisons]
+    told = {
+        "agree": all(section.holds for section in found),
+        "seconds": round(sum(section.seconds for section in found), 2),
+        "comparisons": rows,
+    }
+    return json.dumps(told, indent=1)

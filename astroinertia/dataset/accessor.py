@@ -1,0 +1,386 @@
+"""`dataset.inertia`: derived quantities and plots on any dataset of this package, however it was opened.
+
+Importing this module registers the accessor for xarray's Dataset and DataTree.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from astroinertia.dataset import open_snapshots
+from astroinertia.dataset.derived import SPINLESS
+from astroinertia.errors import ArchiveError
+from astroinertia.inertia import growth, tensor
+from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
+from astroinertia.units import astropy_quantity
+
+_THINNEST = 1e-12  # I_1 + I_2 - I_3 over I_3, which is the square of a thickness: round-off
+MOTION = "motion"  # the share that is not an effect's: the kinetic tensor's
+
+
+@xr.register_dataset_accessor("inertia")
+@xr.register_datatree_accessor("inertia")
+class InertiaAccessor:
+    """The inertia tensor of a dataset and what follows from it; every result keeps coordinates, units and meaning.
+
+    In the examples, ds is the dataset of a star out of balance that begins to fall together.
+
+    >>> one = ds.inertia
+    >>> figures = [one.plot_inertia(), one.plot_spin(), one.plot_attitude(), one.plot_ledger(), one.plot_shape()]
+    >>> figures += [one.plot_energy(), one.plot_error_bars(), one.plot_waves(), one.plot_density(), one.plot_profiles()]
+    >>> print(len(figures))
+    10
+    """
+
+    def __init__(self, opened: xr.Dataset | xr.DataTree) -> None:
+        self._tree = opened if isinstance(opened, xr.DataTree) else None
+        self.dataset = opened.to_dataset() if isinstance(opened, xr.DataTree) else opened
+        if "inertia_tensor" not in self.dataset:
+            raise ValueError("this dataset has no inertia_tensor; the accessor is for datasets of astroinertia")
+
+    @property
+    def principal(self) -> xr.Dataset:
+        """Principal moments, axes and gaps, and the rate at which the axes turn.
+
+        >>> moments, tensor = ds.inertia.principal.principal_moments[0], ds.inertia_tensor[0]
+        >>> print(f"{float(moments.sum() / np.trace(tensor)):.6f}")  # the trace is the same in all axes
+        1.000000
+        """
+        return self.dataset[["principal_moments", "principal_axes", "principal_gap", "figure_rotation_rate"]]
+
+    @property
+    def snapshots(self) -> xr.Dataset | None:
+        """The particles of the snapshots; None if there are none or the dataset's file is not known.
+
+        >>> print(ds.inertia.snapshots.sizes["particle"])
+        100
+        """
+        if self._tree is not None:
+            return self._tree["snapshots"].to_dataset() if "snapshots" in self._tree.children else None
+        source = self.dataset.encoding.get("source")
+        if source is None or not Path(source).exists():
+            return None
+        try:
+            return open_snapshots(source, chunks={} if self.dataset.chunks else None)
+        except (ArchiveError, OSError):
+            return None
+
+    def quantity(self, series: str | xr.DataArray) -> Any:
+        """A variable of the dataset by its name, or a result of this accessor, as an astropy Quantity.
+
+        >>> print(f"{ds.inertia.quantity('mass')[0].to('Msun'):.3f}")
+        1.000 solMass
+        """
+        values = self.dataset[series] if isinstance(series, str) else series
+        return astropy_quantity(values.values, str(values.attrs.get("units", "1")))
+
+    def about_axis(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
+        """Moment of inertia n.I.n about an axis: "x", "y", "z", a vector (3,), or one for each time, (time, i).
+
+        >>> print(bool((ds.inertia.about_axis([0, 0, 2]) == ds.inertia_tensor.sel(i="z", j="z")).all()))  # n.I.n
+        True
+        """
+        inertia = self.dataset["inertia_tensor"]
+        direction = self._axis(axis)
+        moment = tensor.moment_about(inertia.transpose("time", "i", "j").values, direction)
+        return self._series(moment, f"moment of inertia about {_told(axis)}", inertia.attrs["units"], "n.I.n")
+
+    def radius_of_gyration(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
+        """sqrt(n.I.n / M) about an axis.
+
+        >>> print(f"{float(ds.inertia.radius_of_gyration()[0]) / 6.957e8:.2f}")  # solar radii; the limit is 0.45
+        0.43
+        """
+        radius = np.sqrt(self.about_axis(axis).values / self.dataset["mass"].values)
+        return self._series(radius, f"radius of gyration about {_told(axis)}", self._unit("m"), "sqrt(n.I.n / M)")
+
+    def moment_ratio(
+        self, radius: float | xr.DataArray, axis: str | Sequence[float] | xr.DataArray = "spin"
+    ) -> xr.DataArray:
+        """n.I.n / (M R^2) for a radius of the reader's choice, in the dataset's unit of length.
+
+        >>> print(f"{float(ds.inertia.moment_ratio(6.957e8)[0]):.2f}")  # 0.2046 of the n = 3/2 polytrope, in the limit
+        0.18
+        """
+        ratio = self.about_axis(axis) / (self.dataset["mass"] * radius**2)
+        attrs = f"with R = {radius:g} {self._unit('m')}" if isinstance(radius, float | int) else "with the R given"
+        return self._series(ratio.values, f"moment of inertia about {_told(axis)} over M R^2", "1", attrs)
+
+    @property
+    def quadrupole(self) -> xr.DataArray:
+        """The reduced quadrupole Q - tr(Q)/3 1, (time, i, j).
+
+        >>> print(bool(abs(np.trace(ds.inertia.quadrupole[0])) < 1e-12 * np.trace(ds.second_moment[0])))
+        True
+        """
+        second = self.dataset["second_moment"]
+        values = second.transpose("time", "i", "j").values
+        reduced = values - np.trace(values, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
+        attrs = {"units": second.attrs["units"], "long_name": "reduced quadrupole", "comment": "Q - tr(Q) 1 / 3"}
+        return second.transpose("time", "i", "j").copy(data=reduced).rename("quadrupole").assign_attrs(attrs)
+
+    def acceleration_shares(self, axis: str | Sequence[float] | xr.DataArray | None = None) -> xr.DataArray:
+        """What motion and each effect contribute to d2I/dt2, (time, share[, i, j]); the shares add up to the whole.
+
+        The first share is that of the kinetic tensor, 2 (tr(K) 1 - K), called "motion"; an effect's is tr(S) 1 - S with
+        S = V + V^T. With an axis, the component n.(d2I/dt2).n along it.
+
+        >>> print(np.sign(ds.inertia.acceleration_shares("z")[0, 1:3].values))  # gravity pulls, pressure pushes
+        [-1.  1.]
+        """
+        kinetic = 2.0 * self._values("kinetic_tensor")[:, None]
+        shares = tensor.inertia_from_second_moment(
+            np.concatenate([kinetic, tensor.twice_symmetric(self._values("virial_tensor"))], axis=1)
+        )
+        dims: tuple[str, ...] = ("time", "share", "i", "j")
+        if axis is not None:
+            direction = np.broadcast_to(self._axis(axis), (shares.shape[0], 3))
+            shares, dims = np.einsum("ti,teij,tj->te", direction, shares, direction), ("time", "share")
+        return self._shares(shares, dims, "share in the second time derivative of the inertia tensor", "kg m2 s-2")
+
+    def virial_shares(self) -> xr.DataArray:
+        """The terms of the scalar virial, (time, share): tr K for motion, tr V for an effect.
+
+        They add up to half the second time derivative of tr Q.
+
+        >>> shares = ds.inertia.virial_shares()[0]
+        >>> print(f"{float(-shares[2] / shares[1]):.1f}")  # pressure lacks a third of what gravity has
+        0.7
+        """
+        motion = np.trace(self._values("kinetic_tensor"), axis1=1, axis2=2)[:, None]
+        effects = np.trace(self._values("virial_tensor"), axis1=2, axis2=3)
+        shares = np.concatenate([motion, effects], axis=1)
+        return self._shares(shares, ("time", "share"), "share in the scalar virial", "J")
+
+    def torque_shares(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
+        """The torque of each effect along an axis, (time, effect).
+
+        >>> print(ds.inertia.torque_shares().sizes["effect"])  # none of which turns the star
+        3
+        """
+        torque = self.dataset["torque"].transpose("time", "effect", "i")
+        direction = np.broadcast_to(self._axis(axis), (self.dataset.sizes["time"], 3))
+        along = np.einsum("tei,ti->te", torque.values, direction)
+        found = xr.DataArray(along, self._coordinates("time", "effect"), ("time", "effect"))
+        return found.rename("torque").assign_attrs(torque.attrs | {"long_name": f"torque along {_told(axis)}"})
+
+    def spin_rate(self) -> xr.DataArray:
+        """The mean spin along the direction of the angular momentum at the start: L.n / n.I.n, n fixed.
+
+        >>> print(f"{float(ds.inertia.spin_rate()[0]):.1e} rad/s")  # as the scene has it
+        1.0e-04 rad/s
+        """
+        axis = self._opening_axis()
+        momentum = self.dataset["angular_momentum"].transpose("time", "i").values @ axis
+        rate = momentum / self.about_axis(axis.tolist()).values
+        return self._series(rate, "spin about the axis of the angular momentum", self._unit("rad s-1"), "L.n / n.I.n")
+
+    def spin_scaling(self, law: str = "inertia") -> xr.DataArray:
+        """The spin that a scaling law predicts from the first output on.
+
+        "inertia": omega_0 I_0 / I, which is exact where the angular momentum about the axis stays; "radius": omega_0
+        (R_0 / R)^2 with the mean radius, which also needs the shape and the profile to stay; NaN for an infinitely thin
+        disc or rod, whose mean radius is zero. Raises ValueError for another law.
+
+        >>> print(f"{float((ds.inertia.spin_rate() / ds.inertia.spin_scaling())[-1]):.6f}")  # L stays, so 1/I holds
+        1.000000
+        """
+        opening = self.spin_rate().values[0]
+        if law == "inertia":
+            size = self.about_axis(self._opening_axis().tolist()).values
+        elif law == "radius":
+            moments = self.dataset["principal_moments"].transpose("time", "principal").values
+            largest = moments.max(axis=1)
+            thin = moments.sum(axis=1) - 2.0 * largest <= _THINNEST * largest
+            size = np.where(thin, np.nan, self.dataset["mean_radius"].values ** 2)
+        else:
+            raise ValueError(f'the scaling laws are "inertia" and "radius", not {law!r}')
+        text = {"inertia": "spin if the angular momentum stays", "radius": "spin if the body also keeps its shape"}[law]
+        return self._series(opening * size[0] / size, text, self._unit("rad s-1"), f"scaling with {law}")
+
+    def rotation_limits(self, shedding: str = "roche") -> xr.Dataset:
+        """Period, radius, periods of an orbit at the equator and of mass shedding, and flags of break-up, along time.
+
+        The radius of these limits is the body's own at the start, scaled with its mean radius by second moments.
+        shedding: "roche", "polytrope n" or a published fit, as rotation.break_up.shedding_share has them; ValueError
+        for another. The last two flags say whether T/|W| lets friction make a bar, and whether it makes one by itself.
+
+        >>> print(f"{float(ds.inertia.rotation_limits().kepler_fraction[0]):.2f}")  # of the rate of an orbit
+        0.16
+        """
+        from astroinertia.rotation.break_up import DYNAMICAL, SECULAR, break_up  # brings figures of stars along
+
+        data = self.dataset
+        size, spin = data["mean_radius"].values, np.linalg.norm(data["angular_velocity"].transpose("time", "i"), axis=1)
+        radius = float(data["moment_ratio"].attrs.get("reference_radius", size[0])) * size / size[0]
+        period = np.divide(2 * np.pi, spin, out=np.full_like(spin, np.inf), where=spin > 0)
+        gravity, ratio = float(data.attrs["gravitational_constant"]), data["rotational_to_gravitational"].values
+        found = break_up(data["mass"].values, radius, period, shedding=shedding, gravitational_constant=gravity)
+        series = {
+            "radius": (radius, "m", "radius at the start, scaled with the mean radius by second moments"),
+            "period": (period, "s", "period of the mean spin"),
+            "kepler_period": (found.kepler_period, "s", "period of an orbit at the equator of the sphere"),
+            "shedding_period": (found.shedding_period, "s", f"shortest period without loss of mass ({shedding})"),
+            "kepler_fraction": (found.kepler_fraction, "1", "rate over that of an orbit at the equator"),
+            "beyond_kepler": (found.beyond_kepler, "1", "whether the equator turns faster than an orbit there"),
+            "sheds_mass": (found.sheds_mass, "1", "whether the body turns faster than it can without losing mass"),
+            "secularly_unstable": (ratio > SECULAR, "1", "whether T/|W| lets friction make a bar"),
+            "dynamically_unstable": (ratio > DYNAMICAL, "1", "whether T/|W| makes a bar"),
+        }
+        return xr.Dataset(
+            {name: self._series(values, text, self._unit(unit), "") for name, (values, unit, text) in series.items()}
+        )
+
+    def strain(self, polar_angle: float, azimuth: float = 0.0) -> xr.Dataset:
+        """Gravitational-wave strain times distance for an observer at (theta, phi) in radians; variables plus, cross.
+
+        Raises ValueError for a dimensionless dataset, in which the speed of light has no value.
+
+        >>> print(list(ds.inertia.strain(0.0)))
+        ['plus', 'cross']
+        """
+        if self._unit("m") == "1":
+            raise ValueError("the dataset is dimensionless: the speed of light has no value in it")
+        virials = self._values("virial_tensor")
+        had = np.isfinite(virials).any(axis=(0, 2, 3))  # rows of effects that the model skips are NaN
+        acceleration = second_moment_acceleration(self._values("kinetic_tensor"), virials[:, had].sum(axis=1))
+        gravity = self.dataset.attrs["gravitational_constant"]
+        plus, cross = gravitational_wave_strain(acceleration, polar_angle, azimuth, gravitational_constant=gravity)
+        names = {"plus": plus, "cross": cross}
+        text = "gravitational-wave strain times distance"
+        return xr.Dataset({name: self._series(values, f"{text}, {name}", "m", "") for name, values in names.items()})
+
+    def growth_rate(
+        self, series: str | xr.DataArray = "bar_strength", start: float | None = None, end: float | None = None
+    ) -> xr.Dataset:
+        """The rate at which a quantity grows as exp(rate t) between two times: rate, its error, and rms of ln A left.
+
+        series: a name, or a series of time such as `dataset.mode_amplitude.sel(mode=2)`; times in the dataset's unit.
+        Raises ValueError where fewer than three values are known and not zero.
+
+        >>> print(float(ds.inertia.growth_rate("density_max").rate) > 0)  # it falls together
+        True
+        """
+        found = self._between(self.dataset[series] if isinstance(series, str) else series, start, end)
+        fitted = growth.growth(found["time"].values, found.values)
+        return self._line(fitted, "growth rate", "s-1")
+
+    def pattern_speed(self, mode: int = 2, start: float | None = None, end: float | None = None) -> xr.Dataset:
+        """The mean rate at which an azimuthal mode turns between two times, the slope of its phase: rate and error.
+
+        Raises ValueError where the mode turns too far between two records for its turns to be counted.
+
+        >>> print(list(ds.inertia.pattern_speed()))
+        ['rate', 'error', 'residual']
+        """
+        found = self._between(self.dataset["mode_phase"].sel(mode=mode), start, end)
+        fitted = growth.turning(found["time"].values, found.values, mode)
+        return self._line(fitted, f"pattern speed of mode {mode}", "rad s-1")
+
+    def plot_inertia(self, **options: Any) -> Any:
+        """I(t) evolved against direct, with the closure. Returns the matplotlib Figure, as all plots do."""
+        return self._plot("moments", "inertia_figure", **options)
+
+    def plot_spin(self, **options: Any) -> Any:
+        """Spin against the scalings with 1/I and R^-2, and the rotation profile."""
+        return self._plot("spin", "spin_figure", **options)
+
+    def plot_attitude(self, **options: Any) -> Any:
+        """Rates about the body's own axes, Euler angles and the polhode, of a rigid body."""
+        return self._plot("attitude", "attitude_figure", **options)
+
+    def plot_ledger(self, **options: Any) -> Any:
+        """Each effect's share in d2I/dt2, the virial and the torque."""
+        return self._plot("ledger", "ledger_figure", **options)
+
+    def plot_shape(self, **options: Any) -> Any:
+        """Axis ratios and the inertia ellipsoid."""
+        return self._plot("shape", "shape_figure", **options)
+
+    def plot_energy(self, **options: Any) -> Any:
+        """Energies, each effect's work and heating, and the errors."""
+        return self._plot("energy", "energy_figure", **options)
+
+    def plot_error_bars(self, **options: Any) -> Any:
+        """Error bars over the values that they belong to, of a run that has them."""
+        return self._plot("error_bars", "error_bars_figure", **options)
+
+    def plot_waves(self, **options: Any) -> Any:
+        """Gravitational-wave strain times distance."""
+        return self._plot("waves", "waves_figure", **options)
+
+    def plot_density(self, **options: Any) -> Any:
+        """Slices of the density at the start, at maximum compression and at the end, from the snapshots."""
+        snapshots = options.pop("snapshots", None)
+        snapshots = self.snapshots if snapshots is None else snapshots
+        if snapshots is None:
+            raise ValueError("this dataset has no snapshots to draw")
+        return self._plot("density", "density_figure", snapshots=snapshots, **options)
+
+    def plot_profiles(self, **options: Any) -> Any:
+        """Density, rotation and specific angular momentum against radius, at several times."""
+        return self._plot("profiles", "profiles_figure", **options)
+
+    def _plot(self, module: str, function: str, **options: Any) -> Any:
+        from importlib import import_module  # matplotlib is only loaded by who draws
+
+        return getattr(import_module(f"astroinertia.plots.{module}"), function)(self.dataset, **options)
+
+    def _between(self, series: xr.DataArray, start: float | None, end: float | None) -> xr.DataArray:
+        time = series["time"]
+        low, high = -np.inf if start is None else start, np.inf if end is None else end
+        return series.isel(time=np.flatnonzero((time >= low) & (time <= high)))
+
+    def _line(self, fitted: growth.Line, text: str, unit: str) -> xr.Dataset:
+        values = {"rate": (fitted.slope, text), "error": (fitted.error, f"standard error of the {text}")}
+        units = {"units": self._unit(unit)}
+        found = {name: ((), value, units | {"long_name": words}) for name, (value, words) in values.items()}
+        left = {"units": "1", "long_name": "rms of what the straight line leaves"}
+        return xr.Dataset({**found, "residual": ((), fitted.residual, left)})
+
+    def _unit(self, unit: str) -> str:
+        return "1" if self.dataset["mass"].attrs["units"] == "1" else unit
+
+    def _values(self, name: str) -> np.ndarray:
+        dims = ("time", *(("effect",) if "effect" in self.dataset[name].dims else ()), "i", "j")
+        return self.dataset[name].transpose(*dims).values
+
+    def _axis(self, axis: str | Sequence[float] | xr.DataArray) -> np.ndarray:
+        if isinstance(axis, str):
+            if axis == "spin":
+                return self.dataset["spin_axis"].transpose("time", "i").values
+            if axis not in ("x", "y", "z"):
+                raise ValueError(f'an axis is "x", "y", "z", "spin" or a vector, not {axis!r}')
+            return np.eye(3)["xyz".index(axis)]
+        if isinstance(axis, xr.DataArray):
+            return axis.transpose(..., "i").values
+        return np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+
+    def _opening_axis(self) -> np.ndarray:
+        momentum = self.dataset["angular_momentum"].transpose("time", "i").values[0]
+        spread = self._values("second_moment")[0].trace() * self._values("kinetic_tensor")[0].trace()
+        size = np.linalg.norm(momentum)
+        least = SPINLESS * 2.0 * np.sqrt(spread) if np.isfinite(spread) else 0.0
+        return momentum / size if size > least else np.eye(3)[2]
+
+    def _series(self, values: np.ndarray, long_name: str, unit: str, comment: str) -> xr.DataArray:
+        attrs = {"units": unit, "long_name": long_name} | ({"comment": comment} if comment else {})
+        return xr.DataArray(values, self._coordinates("time"), ("time",), attrs=attrs)
+
+    def _coordinates(self, *dims: str) -> dict[Any, xr.Variable]:
+        """The dataset's coordinates along these dimensions, and those without one, such as what an ensemble varies."""
+        return {name: each.variable for name, each in self.dataset.coords.items() if set(each.dims) <= set(dims)}
+
+    def _shares(self, values: np.ndarray, dims: tuple[str, ...], long_name: str, unit: str) -> xr.DataArray:
+        names = np.array([MOTION, *self.dataset["effect"].values.tolist()], dtype=str)
+        coords: dict[str, Any] = {"share": names} | self._coordinates(*dims)
+        return xr.DataArray(values, coords, dims, attrs={"units": self._unit(unit), "long_name": long_name})
+
+
+def _told(axis: Any) -> str:
+    if isinstance(axis, str):
+        return "the spin axis" if axis == "spin" else axis
+    return "an axis that moves" if isinstance(axis, xr.DataArray) else f"({', '.join(f'{x:.3g}' for x in axis)})"

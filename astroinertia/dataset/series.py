@@ -1,0 +1,308 @@
+"""Datasets: from a run's records in code units to xarray and netCDF in SI, and back from disk.
+
+The headline series are a Dataset; the particles of the snapshots are another, in the group `snapshots` of the file.
+"""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+import xarray as xr
+
+from astroinertia.dataset import files as dataset_files
+from astroinertia.dataset.derived import PARTICLE_GAP_TOLERANCE, derived_quantities
+from astroinertia.dataset.regions import QUANTITIES as REGIONAL, regional_quantities
+from astroinertia.dataset.resolution import resolution_warnings
+from astroinertia.dataset.schema import (
+    CONVENTIONS,
+    DERIVED,
+    FORMAT,
+    LABELS,
+    OF_EFFECTS,
+    RECORDED,
+    TIME_QUANTITY,
+    attributes,
+    code_units,
+    converted,
+    label,
+    reason_for_absence,
+)
+from astroinertia.dataset.snapshots import RunFolder, append_snapshots
+from astroinertia.dataset.waves import waves
+from astroinertia.errors import ArchiveError
+from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
+from astroinertia.inertia.principal import ROUND_OFF_GAP
+from astroinertia.ledger.bounds import ledger_warnings
+from astroinertia.models.evolution import TIMESTEP_CRITERIA
+from astroinertia.storage import trailer
+from astroinertia.storage.archive import MANIFEST, SWEEP, Archive, file_of_sweep
+from astroinertia.units import DIMENSIONLESS, CodeUnits, display_unit
+
+_OBSERVERS = ((0.0, 0.0), (np.pi / 2, 0.0))  # polar angle and azimuth of the schema's observers
+_INERTIAL = "inertial"
+NOT_OF_A_RUN = "does not hold the records of a run"
+Chunks = Mapping[str, int] | None
+
+
+def open(path: Path | str, damaged: str = "raise", chunks: Chunks = None) -> xr.Dataset:
+    """The headline series of a netCDF file, or of a run folder, finished or still in progress.
+
+    damaged: what a damaged segment of a run folder does, "raise" (ArchiveError that names it) or "skip" (a warning, and
+    its outputs are missing). chunks: as xarray takes them, for dask. The series are read at once either way: they are
+    small beside the particles, and a file must not stay open whose labels were read (see open_snapshots). Raises
+    ArchiveError if there is nothing to open.
+    """
+    path = Path(path)
+    source = _source(path)
+    if isinstance(source, Path):
+        dataset = dataset_files.headline(source)
+    else:
+        with dataset_files.told(source.folder, NOT_OF_A_RUN):
+            dataset = headline(_series(source, damaged), source.metadata)
+        dataset.encoding["source"] = str(path)
+    return dataset if chunks is None else dataset.chunk(chunks)
+
+
+def open_snapshots(path: Path | str, damaged: str = "raise", chunks: Chunks = None) -> xr.Dataset | None:
+    """The particles of the snapshots, read when they are asked for; None if there are none.
+
+    chunks: as xarray takes them, for dask; {} are those of the file, one snapshot each. damaged: as in `open`; in a run
+    folder "raise" finds a damaged file when something of it is read, and "skip" reads all that there is at once.
+    """
+    source = _source(Path(path))
+    if isinstance(source, Path):
+        lazy = dataset_files.snapshots(source, chunks)
+        return None if lazy is None else lazy.assign_coords(i=label("i"))
+    with dataset_files.told(source.folder, NOT_OF_A_RUN):
+        files = source.snapshots_unread(damaged)
+        if not files:
+            return None
+        return xr.open_dataset(source.folder, engine=RunFolder, files=files, metadata=source.metadata, chunks=chunks)
+
+
+def open_tree(path: Path | str, chunks: Chunks = None) -> xr.DataTree:
+    """Headline series and, in the group `snapshots`, particles; with chunks, by dask."""
+    groups = {"/": open(path, chunks=chunks)}
+    snapshots = open_snapshots(path, chunks=chunks)
+    return xr.DataTree.from_dict(groups if snapshots is None else {**groups, "/snapshots": snapshots})
+
+
+def finish(
+    archive: Archive,
+    told: Mapping[str, float] | None = None,
+    completed: Callable[[xr.Dataset], xr.Dataset] | None = None,
+) -> Path:
+    """Write the run's final netCDF file, whole or not at all, and return its path.
+
+    told: global attributes known only now, such as what the run took. completed: what adds to the headline series
+    before they are written. Snapshots are copied segment by segment, so that memory holds one segment and the series.
+    Outputs that a disk has damaged for good are told in the attribute `lost_outputs`.
+    """
+    archive.must_be_writable()
+    lost = {"lost_outputs": "\n".join(archive.lost)} if archive.lost else {}
+    with dataset_files.told(archive.folder, NOT_OF_A_RUN):
+        dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs({**(told or {}), **lost})
+    dataset = dataset if completed is None else completed(dataset)
+
+    def fill(aside: Path) -> None:
+        # Labels are characters, not strings: see open_snapshots.
+        encoding: dict[str, dict[str, Any]] = {
+            str(name): {"_FillValue": None} | ({"dtype": "S1"} if coord.dtype.kind == "U" else {})
+            for name, coord in dataset.coords.items()
+        }
+        for name, variable in dataset.data_vars.items():
+            if variable.size and variable.dtype.kind in "fi":
+                encoding[str(name)] = {"zlib": True, "complevel": 4, "shuffle": True}
+        for name, described in encoding.items():  # HDF5's own checksums, for whoever reads the file
+            described["fletcher32"] = dataset[name].ndim > 0
+        with _refusals_told():
+            dataset.to_netcdf(aside, engine="netcdf4", format="NETCDF4", encoding=encoding)
+            head = aside.stat().st_size
+            count, layout = archive.snapshot_layout()
+            if count:
+                with netCDF4.Dataset(aside, "a") as file:
+                    append_snapshots(file.createGroup("snapshots"), count, layout, archive)
+        trailer.append(aside, head)
+
+    return archive.finish(fill)
+
+
+def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> xr.Dataset:
+    """The headline dataset of records in code units (time leading), with everything that follows from them, in SI.
+
+    Quantities of the schema that were not recorded are NaN with a reason; recorded ones that the schema does not know
+    are kept as they are, in code units, and say so.
+    """
+    units, effects = code_units(metadata), list(metadata.get("effects", []))
+    dimensionless, frame = units == DIMENSIONLESS, frame_of(metadata)
+    tolerance, radius = gap_tolerance(metadata), metadata.get("reference_radius")
+    absent, skipped = metadata.get("absent", {}), metadata.get("skipped_effects", {})
+    values = {name: np.asarray(array) for name, array in series.items()}
+    unclosed = ledger_warnings(values, effects)
+    values |= derived_quantities(values, tolerance, radius)
+    regions = metadata.get("regions", {})
+    if regions:
+        values |= regional_quantities(values, tolerance)
+    if not dimensionless and frame == _INERTIAL and {"kinetic_tensor", "virial_tensor"} <= set(values):
+        acceleration = second_moment_acceleration(values["kinetic_tensor"], values["virial_tensor"].sum(axis=1))
+        acceleration, gravity = units.to_si(acceleration, "energy"), units.gravitational_constant
+        strains = [
+            gravitational_wave_strain(acceleration, *angles, gravitational_constant=gravity) for angles in _OBSERVERS
+        ]
+        for name, pair in zip(("gw_strain_plus", "gw_strain_cross"), zip(*strains, strict=True), strict=True):
+            values[name] = np.stack(pair, axis=-1)
+        carried = waves(units.to_si(values["time"], "time"), acceleration, gravity)
+        values |= {f"gw_{name}": array for name, array in carried._asdict().items()}
+    frequency = values.pop("gw_frequency", np.zeros(1))
+    time = values.pop("time")
+    sizes = _sizes(values, effects) | {"time": len(time), "region": len(regions), "frequency": len(frequency)}
+    variables = {}
+    for name, quantity in (RECORDED | DERIVED | (REGIONAL if regions else {})).items():
+        attrs = attributes(quantity, metadata)
+        array = values.pop(name, None)
+        if array is None:
+            array = np.full([sizes[dim] for dim in quantity.dims], np.nan)
+        if array.dtype.kind == "f" and array.size and np.isnan(array).all():
+            attrs["reason"] = absent.get(name) or reason_for_absence(name, effects, dimensionless, frame)
+        if skipped and "effect" in quantity.dims:
+            array = _with_rows(array, len(skipped))
+            attrs["skipped_effects"] = "; ".join(f"{kind}: {reason}" for kind, reason in skipped.items())
+        variables[name] = (quantity.dims, converted(array, quantity, units), attrs)
+    for name, quantity in OF_EFFECTS.items():
+        if name in values:
+            variables[name] = (
+                quantity.dims,
+                converted(values.pop(name), quantity, units),
+                attributes(quantity, metadata),
+            )
+    for name, array in values.items():
+        dims = ("time", *(f"{name}_{axis}" for axis in range(array.ndim - 1)))
+        variables[name] = (
+            dims,
+            array,
+            {"long_name": name.replace("_", " "), "comment": "not in the schema; code units"},
+        )
+    _annotate(variables, tolerance, radius, metadata)
+    # No standard_name: CF's "time" is a date, in units "since" an epoch, and this is not.
+    seconds = time * units.unit("time")
+    shown = {} if dimensionless else {"display_unit": display_unit("s", seconds)}
+    coords: dict[str, Any] = {"time": ("time", seconds, attributes(TIME_QUANTITY, metadata) | shown)}
+    coords |= {name: label(name) for name in LABELS}
+    coords["effect"] = ("effect", np.array([*effects, *skipped], dtype=str), {"long_name": "effect"})
+    bins = {"long_name": "shell of equal mass, from the centre outwards"}
+    coords["frequency"] = ("frequency", frequency, {"units": "Hz", "long_name": "frequency of gravitational waves"})
+    coords["radius_bin"] = ("radius_bin", np.arange(sizes["radius_bin"]), bins)
+    if "sink_mass" in variables:
+        coords["sink"] = ("sink", np.arange(variables["sink_mass"][1].shape[1]), {"long_name": "sink, by age"})
+    if "companion_position" in variables:
+        count = variables["companion_position"][1].shape[1]
+        names = metadata.get("companions") or [str(k + 1) for k in range(count)]  # those of an archive have numbers
+        coords["companion"] = ("companion", np.array(names, dtype=str), {"long_name": "companion"})
+    if regions:
+        meaning = "; ".join(f"{name}: {text}" for name, text in regions.items())
+        coords["region"] = ("region", np.array(list(regions), dtype=str), {"long_name": "region", "comment": meaning})
+    attrs = global_attributes(metadata, units, frame)
+    if warnings := resolution_warnings(series, metadata.get("neighbours")):
+        attrs["resolution_warnings"] = "\n".join(warnings)
+    if unclosed:
+        attrs["ledger_warnings"] = "\n".join(unclosed)
+    return xr.Dataset(variables, coords=coords, attrs=attrs)
+
+
+def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str) -> dict[str, Any]:
+    """What the file says of where it came from: enough to repeat the run. Lists and tables are JSON text."""
+    elsewhere = ("effects", "companions", "regions", "skipped_effects", "absent", "code_units", "dimensionless")
+    told = {name: value for name, value in metadata.items() if name not in elsewhere}
+    plain = {
+        name: value if isinstance(value, str | int | float) and not isinstance(value, bool) else json.dumps(value)
+        for name, value in told.items()
+        if value is not None
+    }
+    model, engine, precision = (str(metadata.get(name, "unknown")) for name in ("model", "engine", "precision"))
+    dimensionless = units == DIMENSIONLESS
+    return {
+        "Conventions": CONVENTIONS,
+        "title": f"{metadata['name']}: inertia tensor and ledger of forces",
+        "source": f"astroinertia, model {model}, engine {engine}, precision {precision}",
+        "history": "computed by astroinertia from the scene in `scene`, with the versions in `versions`",
+        "astroinertia_format": FORMAT,
+        **plain,
+        "frame": frame,
+        "units_system": "dimensionless, G = 1" if dimensionless else "SI",
+        "code_unit_mass": units.mass,
+        "code_unit_length": units.length,
+        "code_unit_time": units.time,
+        "gravitational_constant": units.gravitational_constant,
+        "code_units_comment": "the run was computed with G = 1 in these units (kg, m, s unless dimensionless)",
+    }
+
+
+def frame_of(metadata: Mapping[str, Any]) -> str:
+    """Name of the frame that vectors and tensors are in."""
+    rotating = "rotating_frame" in metadata.get("effects", [])
+    return metadata.get("frame") or ("rotating with the scene's rotating_frame" if rotating else _INERTIAL)
+
+
+def gap_tolerance(metadata: Mapping[str, Any]) -> float:
+    """How near principal moments must be to count as equal: by how exact the model's moments are."""
+    usual = PARTICLE_GAP_TOLERANCE if metadata.get("model") == "sph" else ROUND_OFF_GAP
+    return float(metadata.get("principal_gap_tolerance") or usual)
+
+
+def _annotate(variables: dict, tolerance: float, radius: float | None, metadata: Mapping[str, Any]) -> None:
+    for name in ("principal_moments", "principal_axes", "principal_gap", "figure_rotation_rate"):
+        variables[name][2]["tolerance"] = tolerance
+    ratio = variables["moment_ratio"][2]
+    if radius is not None:
+        ratio["reference_radius"] = radius * code_units(metadata).length
+        ratio["radius_convention"] = metadata.get("reference_radius_convention", "reference radius of the initial body")
+    limits = [*metadata.get("effects", []), *TIMESTEP_CRITERIA]
+    if "reason" not in variables["timestep_limit"][2]:
+        flags = {"flag_values": np.arange(float(len(limits))), "flag_meanings": " ".join(limits)}
+        variables["timestep_limit"][2].update(flags)
+
+
+def _with_rows(array: np.ndarray, count: int) -> np.ndarray:
+    """The rows of effects that the model skips, as NaN, after those it has, (time, effect, ...)."""
+    return np.concatenate([array, np.full((len(array), count, *array.shape[2:]), np.nan)], axis=1)
+
+
+def _sizes(values: Mapping[str, np.ndarray], effects: list[str]) -> dict[str, int]:
+    profiles = [values[name] for name, q in RECORDED.items() if "radius_bin" in q.dims and name in values]
+    labelled = {name: len(labels) for name, (labels, _) in LABELS.items()}
+    return {**labelled, "effect": len(effects), "radius_bin": profiles[0].shape[1] if profiles else 1}
+
+
+def _series(archive: Archive, damaged: str) -> dict[str, np.ndarray]:
+    parts = list(archive.read_series(damaged))
+    if not parts:
+        raise ArchiveError(f"{archive.folder} holds no output yet.")
+    names = dict.fromkeys(name for part in parts for name in part)
+    return {name: np.concatenate([part[name] for part in parts]) for name in names if all(name in p for p in parts)}
+
+
+def _source(path: Path) -> Path | Archive:
+    """The netCDF file to read, or the run folder where there is none that holds all."""
+    if (path / SWEEP).exists():
+        return file_of_sweep(path)
+    if path.is_dir():
+        archive = Archive.view(path)
+        return archive.finished or archive
+    if not path.exists():
+        raise ArchiveError(f"{path} does not exist; give a netCDF file or a run folder.")
+    if path.name == MANIFEST:
+        return _source(path.parent)
+    return path
+
+
+@contextmanager
+def _refusals_told() -> Iterator[None]:
+    """HDF5 keeps to itself what the system refused, and netCDF raises a RuntimeError for it."""
+    try:
+        yield
+    except RuntimeError as error:
+        raise OSError(f"{error} (is the disk full?)") from error

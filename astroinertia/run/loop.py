@@ -1,0 +1,323 @@
+"""Carries a scene from its first state to its last: steps, outputs, checkpoints, interruption and resumption."""
+
+import math
+import time as clock
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jax
+import xarray as xr
+
+from astroinertia import dataset
+from astroinertia.build.assemble import (
+    Prepared,
+    metadata,
+    note_versions,
+    prepare,
+    refuse_contradictions,
+    restore,
+    scene_of,
+    told_by,
+)
+from astroinertia.costs import experience, machine
+from astroinertia.costs.prediction import predict
+from astroinertia.engines import hosts
+from astroinertia.engines.devices import shared_out
+from astroinertia.errors import NumericalError, RunInterrupted
+from astroinertia.process import interrupts
+from astroinertia.process.interrupts import LIMIT
+from astroinertia.scene.schema import Scene
+from astroinertia.storage.archive import Archive, final_name, refuse_if_taken
+from astroinertia.storage.outputs import Unwritten
+from astroinertia.units import DIMENSIONLESS
+
+CAUSES = (None, LIMIT, interrupts.CTRL_C, *(number.name for number in interrupts.SIGNALS[1:]))
+MARGIN = 1.5  # steps and seals take their time unevenly: so much of what the last ones took is left for the next
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What a run tells while it goes, in code units and seconds of wall time.
+
+    energy_error: change of the total energy over the largest of the kinetic, internal and potential energies; NaN, like
+    the two after it, where a model has no such thing. limited_by: what sets the time step, and where; may be empty.
+    to_go: seconds of wall time that are left, as predicted and as seen so far; NaN while nothing is known. part: which
+    of several runs this is, empty where there is one. planned_steps: of the whole run, where it has taken so many times
+    more by now that its plan has proved wrong; NaN else.
+    """
+
+    time: float
+    end: float
+    step: int
+    wall_time: float
+    energy_error: float
+    ledger_closure: float
+    density_max: float
+    limited_by: str = ""
+    to_go: float = math.nan
+    part: str = ""
+    planned_steps: float = math.nan
+
+
+OFF_PLAN = 10.0  # times the steps that were planned for the whole run, from which on a run says so
+Listener = Callable[[Progress], None]
+"""What is told how a run goes; if it raises RunInterrupted, the run is sealed and stops, as after a signal."""
+Completion = Callable[[xr.Dataset], xr.Dataset]
+"""What adds to a run's dataset before its file is written; where it was interrupted, a resumed run calls it again."""
+
+
+def run_scene(
+    scene: Scene,
+    folder: Path,
+    listener: Listener | None = None,
+    begun: float | None = None,
+    completed: Completion | None = None,
+    deadline: float = math.inf,
+) -> Path:
+    """Run a scene in a new run folder and return the netCDF file that it leaves.
+
+    begun: of time.monotonic(), from when on the run's time is counted; from now on without it. The scene's error bars
+    are told by `completed`: accuracy.companion_runs. deadline: of time.monotonic(), too, by which the run is sealed and
+    stopped if it has not ended. Raises SceneError, ArchiveError (the folder holds another run), NumericalError, and
+    RunInterrupted after a signal or for the deadline, with everything sealed so that `resume` goes on.
+    """
+    begun = clock.monotonic() if begun is None else begun
+    refuse_contradictions(scene)
+    described = metadata(scene) | _predicted(scene)
+    hosts.first_then_others(lambda: refuse_if_taken(folder, described), lambda: None)
+    with jax.enable_x64(True), shared_out(scene.numerics.devices):
+        # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
+        finished = run_prepared(described, prepare(scene), folder, listener, begun, completed, deadline)
+    if hosts.is_first():
+        experience.note(scene)
+    return finished
+
+
+def run_prepared(
+    described: Mapping[str, Any], prepared: Prepared, folder: Path, listener: Listener | None, begun: float,
+    completed: Completion | None = None, deadline: float = math.inf,
+) -> Path:  # fmt: skip
+    """The same for a scene at time 0 that is prepared and described (build.metadata); under jax.enable_x64."""
+    told = {**described, **told_by(prepared.evolution)}
+    with hosts.first_then_others(lambda: Archive.create(folder, told), lambda: Unwritten(folder, told)) as archive:
+        return _Run(prepared, archive, listener, begun, deadline).finish(completed)
+
+
+def _predicted(scene: Scene) -> dict[str, float]:
+    """What the run is expected to take, for its file: seconds, those of them after its preparation, bytes, steps."""
+    found = predict(scene, machine.known())
+    if found is None:
+        return {}
+    told = {
+        "predicted_wall_time": found.wall_time,
+        "predicted_evolution_time": found.evolution.wall,
+        "predicted_memory": found.memory,
+        "predicted_steps": found.steps,
+    }
+    return {name: value for name, value in told.items() if math.isfinite(value)}
+
+
+def resume(
+    folder: Path,
+    listener: Listener | None = None,
+    completed: Completion | None = None,
+    deadline: float = math.inf,
+) -> Path:
+    """Go on with an interrupted run, bit for bit as if it had never stopped, and return its netCDF file.
+
+    Where a disk has damaged files of the run: Archive.open. Otherwise as run_scene. Tests: tests/crash.
+    """
+    begun = clock.monotonic()
+    opened = hosts.first_then_others(lambda: Archive.open(folder), lambda: Archive.view(folder))
+    with jax.enable_x64(True), opened, shared_out(scene_of(opened).numerics.devices):
+        if hosts.is_first():
+            note_versions(opened)
+        archive = opened if hosts.is_first() else Unwritten(folder, opened.metadata)
+        return _Run(restore(opened), archive, listener, begun, deadline).finish(completed)
+
+
+class _Run:
+    """The loop over steps; what it holds beside the body is what the outputs still need."""
+
+    def __init__(
+        self, prepared: Prepared, archive: Archive | Unwritten, listener: Listener | None, begun: float, deadline: float
+    ) -> None:
+        self.archive, self.listener, self.begun, self.deadline = archive, listener, begun, deadline
+        self.body, self.output, self.units = prepared.evolution, prepared.outputs, prepared.units
+        self.records: list[dict[str, Any]] = []
+        self.snapshots: list[dict[str, Any]] = []
+        self.counters = dict(prepared.counters)
+        self.opened = clock.monotonic()
+        self.from_share = self._share()
+        self.told = -1e9
+        self.saved, self.saved_step = self.opened, self.body.steps
+        self.could_stop, self.sealing = self.opened, 0.0
+        self.stopping: list[str] = []
+        self.several = hosts.several()
+
+    def finish(self, completed: Completion | None) -> Path:
+        with interrupts.under_way(self._stopped):
+            with interrupts.noted(self.stopping, self._unsealed):
+                self._evolve()
+            self._tell(force=True)
+            # Of several processes the first alone can leave here: the others wait for it, and are told.
+            return hosts.first_then_others(lambda: self._written(completed), lambda: self._written(completed))
+
+    def _evolve(self) -> None:
+        """Take steps to the end, all of it sealed; RunInterrupted where it is to stop, which is sealed, too."""
+        body, output = self.body, self.output
+        if not self.counters["series"]:
+            self._record(force=True)
+            self._checkpoint()
+        while not self._ended():
+            if body.resumable:
+                due = clock.monotonic() - self.saved >= output.checkpoint_seconds
+                cause = self._cause()
+                if (due or cause) and body.steps != self.saved_step:
+                    self._checkpoint()
+                if cause:
+                    raise self._stopped(cause)
+            self._advance()
+            self._record(force=self._ended())
+        if "measured" not in self.counters:  # a run that is resumed after its end leaves the same file
+            taken = self.counters["wall_time"] + clock.monotonic() - self.begun
+            self.counters["measured"] = {
+                "measured_wall_time": taken, "measured_memory": machine.peak_memory()
+            }  # fmt: skip
+        self._checkpoint()
+        if cause := self._agreed(self._asked()):  # in the last step
+            raise self._stopped(cause)
+
+    def _stopped(self, by: str) -> RunInterrupted:
+        return RunInterrupted(self.archive.folder, self.body.time, self.output.end, by)
+
+    def _unsealed(self) -> bool:
+        """Whether steps were taken that no checkpoint has; of several processes none may leave the others waiting."""
+        return self.several or self.body.steps != self.saved_step
+
+    def _written(self, completed: Completion | None) -> Path:
+        if isinstance(self.archive, Unwritten):
+            return self.archive.folder / final_name(self.archive.metadata)
+        return dataset.finish(self.archive, self.counters["measured"], completed)
+
+    def _ended(self) -> bool:
+        return self.body.time >= self.output.end * (1.0 - 1e-14) or self.body.steps >= self.output.max_steps
+
+    def _cause(self) -> str | None:
+        """What stops the run now, in any of its processes: all of them stop after the same step."""
+        return self._agreed(self._asked() or (LIMIT if self._late() else None))
+
+    def _asked(self) -> str | None:
+        return self.stopping[0] if self.stopping else None
+
+    def _agreed(self, cause: str | None) -> str | None:
+        return CAUSES[hosts.agreed(CAUSES.index(cause))] if self.several else cause
+
+    def _late(self) -> bool:
+        """Whether the deadline could pass before the run can be stopped and sealed the next time."""
+        now = clock.monotonic()
+        lately, self.could_stop = now - self.could_stop, now
+        return now + MARGIN * (lately + self.sealing) >= self.deadline
+
+    def _advance(self) -> None:
+        until = self.output.end
+        if self.output.align or self.body.meets_times:
+            until = min(until, self._next("series"))
+        try:
+            self.body.advance(until)
+        except NumericalError as error:
+            self._keep_what_there_is()
+            raise self._in_si(error) from None
+
+    def _keep_what_there_is(self) -> None:
+        # What was recorded before a body left the numbers is what its user wants to look at.
+        self.archive.write_segment(self.records, self.snapshots)
+        self.records, self.snapshots = [], []
+
+    def _in_si(self, error: NumericalError) -> NumericalError:
+        if error.time is None or self.units == DIMENSIONLESS:
+            return error
+        time = self.units.to_si(error.time, "time")
+        return NumericalError(error.message, error.effect, time, error.particle, "s")
+
+    def _next(self, kind: str) -> float:
+        every = getattr(self.output, f"{kind}_every")
+        return float("inf") if every is None else self.counters[kind] * every
+
+    def _due(self, kind: str) -> bool:
+        # The first output is number 0 at time 0; after it, the first step at or past each multiple is recorded.
+        return self.body.time >= self._next(kind) * (1.0 - 1e-12)
+
+    def _record(self, force: bool) -> None:
+        steps = self.output.series_steps
+        counted = steps is not None and self.body.steps % steps == 0
+        if force or counted or self._due("series"):
+            opening = self.counters["opening_potential"]
+            record = self.body.record(opening)
+            if opening is None:
+                self.counters["opening_potential"] = record.get("potential_energy", 0.0)
+                self.counters["opening_energy"] = record.get("total_energy", 0.0)
+            record["wall_time"] = self.counters["wall_time"] + clock.monotonic() - self.opened
+            self.records.append(record)
+            self._count("series")
+        if force or self._due("snapshot"):
+            snapshot = self.body.snapshot()
+            self.snapshots += [] if snapshot is None else [snapshot]
+            self._count("snapshot")
+        self._tell(force=False)
+
+    def _count(self, kind: str) -> None:
+        every = getattr(self.output, f"{kind}_every")
+        passed = int(self.body.time / every * (1.0 + 1e-12)) + 1 if every else 1
+        self.counters[kind] = max(passed, 1)
+
+    def _checkpoint(self) -> None:
+        # Sealing writes copies only: the state goes on as it was.
+        begin = clock.monotonic()
+        self.archive.write_segment(self.records, self.snapshots)
+        wall_time = self.counters["wall_time"] + clock.monotonic() - self.opened
+        self.archive.write_checkpoint(self.body.arrays(), {**self.counters, "wall_time": wall_time})
+        self.records, self.snapshots = [], []
+        self.saved, self.saved_step = clock.monotonic(), self.body.steps
+        self.sealing = self.saved - begin
+
+    def _tell(self, force: bool) -> None:
+        if self.listener is None or (not force and clock.monotonic() - self.told < 0.2):
+            return
+        self.told = clock.monotonic()
+        found = self.body.figures()
+        progress = Progress(
+            time=self.body.time,
+            end=self.output.end,
+            step=self.body.steps,
+            wall_time=self.counters["wall_time"] + self.told - self.opened,
+            energy_error=abs(found.total_energy - self.counters["opening_energy"]) / found.energy_scale,
+            ledger_closure=found.ledger_closure,
+            density_max=found.density_max,
+            limited_by=found.limited_by,
+            to_go=self._to_go(),
+            planned_steps=self.archive.metadata["predicted_steps"] if self._off_plan() else math.nan,
+        )
+        try:
+            self.listener(progress)
+        except RunInterrupted as stopped:
+            self.stopping.append(stopped.by)
+
+    def _share(self) -> float:
+        return min(1.0, max(self.body.time / self.output.end, self.body.steps / self.output.max_steps))
+
+    def _off_plan(self) -> bool:
+        planned = self.archive.metadata.get("predicted_steps", math.inf)
+        return planned > 0.0 and self.body.steps > OFF_PLAN * planned
+
+    def _to_go(self) -> float:
+        """Seconds left: at first as predicted, and the more as it went so far the more of it is done."""
+        share, predicted = self._share(), self.archive.metadata.get("predicted_evolution_time", math.nan)
+        done = share - self.from_share
+        if done <= 0.0:
+            return (1.0 - share) * predicted
+        seen = (self.told - self.opened) / done
+        expected = predicted if math.isfinite(predicted) and not self._off_plan() else seen
+        return (1.0 - share) * (share * seen + (1.0 - share) * expected)

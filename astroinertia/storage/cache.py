@@ -1,0 +1,63 @@
+"""Results worth keeping between runs: arrays in npz files under the user's cache directory, named by content."""
+
+import contextlib
+import hashlib
+import json
+import os
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from astroinertia.process import interrupts
+
+
+def cache_directory() -> Path:
+    """Return where cached arrays live: $ASTROINERTIA_CACHE, else astroinertia under $XDG_CACHE_HOME or ~/.cache."""
+    own = os.environ.get("ASTROINERTIA_CACHE")
+    if own:
+        return Path(own)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "astroinertia"
+
+
+def content_key(**content: Any) -> str:
+    """Return a hash of what a result depends on: numbers, strings, lists and dicts of them, arrays by their bytes."""
+    digest = hashlib.sha256()
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            return ["array", value.dtype.str, value.shape, hashlib.sha256(np.ascontiguousarray(value).data).hexdigest()]
+        if isinstance(value, np.generic):
+            return value.item()
+        raise TypeError(f"a cache key cannot be made of {type(value).__name__}")
+
+    digest.update(json.dumps(content, sort_keys=True, default=plain).encode())
+    return digest.hexdigest()[:32]
+
+
+def load(kind: str, key: str) -> dict[str, np.ndarray] | None:
+    """Return the arrays kept under a key, or None where there are none or they cannot be read."""
+    path = cache_directory() / f"{kind}-{key}.npz"
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+            return {name: stored[name] for name in stored.files}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+
+
+def save(kind: str, key: str, arrays: dict[str, np.ndarray]) -> None:
+    """Keep arrays under a key, whole or not at all; a cache that cannot be written is no error."""
+    directory = cache_directory()
+    with contextlib.suppress(OSError):
+        directory.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(dir=directory, suffix=".tmp")
+        try:
+            with interrupts.leaving(Path(temporary).unlink), os.fdopen(handle, "wb") as file:
+                np.savez(file, allow_pickle=False, **arrays)
+            Path(temporary).replace(directory / f"{kind}-{key}.npz")
+        except BaseException:
+            with contextlib.suppress(OSError):
+                Path(temporary).unlink()
+            raise

@@ -1,0 +1,298 @@
+"""The result of a sweep: the headline series of all members in one netCDF file, swept parameters as its dimensions.
+
+A grid has a dimension for each parameter, which is its coordinate; other sweeps have the dimension `member`, with the
+parameters along it. Members are read one at a time. Tests: tests/unit/test_sweeps_of_scenes.py.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+import xarray as xr
+
+from astroinertia import dataset as datasets
+from astroinertia.dataset.schema import CONVENTIONS, FORMAT
+from astroinertia.errors import ArchiveError
+from astroinertia.scene.sweep import GRID, Sweep, member
+from astroinertia.scene.sweep_values import coordinate
+from astroinertia.storage import trailer
+from astroinertia.storage.archive import MANIFEST, final_name
+from astroinertia.storage.atomic import write_whole
+from astroinertia.sweeps import folder as folders
+
+OUTPUT = "output"
+"""The dimension of records where members have other times."""
+_KEPT = 256e6  # bytes of members that are kept in memory between the two times that they are looked at
+_ROUND_OFF = 1e-12  # by which times differ that members convert from units of their own
+_TAKEN = {
+    "measured_wall_time": ("s", "wall time that the member took"),
+    "measured_memory": ("B", "the most memory that the member's process held"),
+}
+# Attributes of a run that tell of that run alone.
+_OF_ONE_RUN = (
+    *("scene", "plan", "overrides", "title", "choice", "effects", "absent", "ledger_warnings"),
+    *("predicted_wall_time", "predicted_evolution_time", "predicted_memory", "predicted_steps", *_TAKEN),
+)
+
+
+def path(sweep: Sweep, folder: Path) -> Path:
+    """Where the result is.
+
+    >>> from astroinertia.sweeps.folder import read
+    >>> print(path(read(Path("runs/sweep")), Path("runs/sweep")).name)
+    sweep.nc
+    """
+    return folder / final_name({"name": sweep.name})
+
+
+def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
+    """Write the result of a sweep whose members are all finished or failed, whole or not at all."""
+    files = {number: file for number in range(len(sweep.members)) if (file := folders.finished(folder, number))}
+    layout, taken = _Layout(), np.full((len(sweep.members), len(_TAKEN)), np.nan)
+    kept: dict[int, xr.Dataset] = {}
+    unclosed: list[str] = []
+    room = _KEPT
+    for number, file in files.items():
+        found = datasets.open(file)
+        if found.nbytes <= room:
+            kept[number] = found
+            room -= found.nbytes
+        layout.note(found)
+        taken[number] = [found.attrs.get(name, np.nan) for name in _TAKEN]
+        warnings = str(found.attrs.get("ledger_warnings", "")).splitlines()
+        unclosed += [f"{member(number)}: {sentence}" for sentence in warnings]
+    skeleton = _skeleton(sweep, failures, layout, taken)
+    if unclosed:
+        skeleton.attrs["ledger_warnings"] = "\n".join(unclosed)
+
+    def fill(aside: Path) -> None:
+        skeleton.to_netcdf(aside, engine="netcdf4", format="NETCDF4")
+        with netCDF4.Dataset(aside, "a") as target:
+            made = {name: _variable(target, sweep, layout, name) for name in layout.variables}
+            for number, file in files.items():
+                found = kept.pop(number) if number in kept else datasets.open(file)
+                for name, variable in made.items():
+                    if name in found.variables:
+                        place = (*_place(sweep, number), *layout.places(found, name))
+                        variable[place] = found.variables[name].values
+        trailer.append(aside, aside.stat().st_size)
+
+    target = path(sweep, folder)
+    write_whole(target, fill)
+    return target
+
+
+def at_end(found: xr.Dataset) -> xr.Dataset:
+    """What each member ended with: the last record of every series that it has, without the dimension of records.
+
+    Where members have other numbers of records, the last of each is taken.
+
+    >>> with xr.open_dataset("runs/sweep/sweep.nc") as found:
+    ...     print(at_end(found).inertia_tensor.dims, found.sizes["time"])
+    ('body_index', 'i', 'j') 2
+    """
+    records = OUTPUT if OUTPUT in found.dims else "time"
+    series = found[[name for name, variable in found.data_vars.items() if records in variable.dims]]
+    if records == "time":
+        return series.isel(time=-1)
+    return series.isel({OUTPUT: found["time"].notnull().sum(OUTPUT) - 1})  # of a member without any: of the padding
+
+
+def open_members(folder: Path) -> xr.DataTree:
+    """All members that have output, by name, with their snapshots, and at the root the parameters of each.
+
+    >>> print(list(open_members(Path("runs/sweep")).children))
+    ['member-0000', 'member-0001']
+    """
+    sweep = folders.read(folder)
+    failures = {number: folders.failure(folder, number) for number in range(len(sweep.members))}
+    told = {number: found.sentence for number, found in failures.items() if found}
+    groups = {"/": xr.Dataset(coords=_along_members(sweep, told))}
+    for number in range(len(sweep.members)):
+        place = folders.place(folder, number)
+        if not (place / MANIFEST).exists():
+            continue
+        try:
+            tree = datasets.open_tree(place)
+        except ArchiveError:
+            continue  # it failed before its first output
+        groups |= {f"/{member(number)}{group.path.rstrip('/')}": group.to_dataset() for group in tree.subtree}
+    return xr.DataTree.from_dict(groups)
+
+
+@dataclass
+class _Variable:
+    """A variable of members: its dimensions, whether it is text, and the attributes that all agree on."""
+
+    dims: tuple[str, ...]
+    text: bool
+    attrs: dict[str, Any]
+
+
+@dataclass
+class _Layout:
+    """What members have in common: labels of each dimension, variables, attributes.
+
+    labels: of dimensions that are labelled by texts or whole numbers, those of all members; sizes: of the others, the
+    largest. shared: real coordinates that are the same in all members; differing: those that are not.
+    """
+
+    labels: dict[str, list[Any]] = field(default_factory=dict)
+    sizes: dict[str, int] = field(default_factory=dict)
+    shared: dict[str, xr.Variable] = field(default_factory=dict)
+    differing: set[str] = field(default_factory=set)
+    described: dict[str, dict[str, Any]] = field(default_factory=dict)
+    variables: dict[str, _Variable] = field(default_factory=dict)
+    attrs: dict[str, Any] | None = None
+
+    def note(self, found: xr.Dataset) -> None:
+        """Take up a member."""
+        for name, size in found.sizes.items():
+            self._note_dimension(str(name), size, found)
+        for name in found.data_vars:
+            self._note_variable(str(name), found.variables[name])
+        told = {key: value for key, value in found.attrs.items() if key not in _OF_ONE_RUN}
+        self.attrs = told if self.attrs is None else _agreed(self.attrs, told)
+
+    def _note_dimension(self, dim: str, size: int, found: xr.Dataset) -> None:
+        coordinate = found.variables.get(dim)  # an index is of a class of its own
+        self.sizes[dim] = max(size, self.sizes.get(dim, 0))
+        if coordinate is None:
+            return
+        self.described.setdefault(dim, dict(coordinate.attrs))
+        if coordinate.dtype.kind != "f":
+            labels = self.labels.setdefault(dim, [])
+            labels += [item for item in coordinate.values.tolist() if item not in labels]
+            self.sizes[dim] = len(labels)
+            return
+        first = self.shared.setdefault(dim, coordinate)
+        same = first.shape == coordinate.shape and np.allclose(first, coordinate, rtol=_ROUND_OFF, atol=0.0)
+        if not same:
+            self.differing.add(dim)
+        if dim in self.differing:
+            self._note_variable(dim, coordinate)
+
+    def _note_variable(self, name: str, variable: xr.Variable) -> None:
+        known = self.variables.get(name)
+        if known is None:
+            dims = tuple(str(dim) for dim in variable.dims)
+            self.variables[name] = _Variable(dims, variable.dtype.kind in "OUS", dict(variable.attrs))
+        else:
+            known.attrs = _agreed(known.attrs, variable.attrs)
+
+    def dimension(self, dim: str) -> str:
+        """The name of a dimension in the result."""
+        if dim not in self.differing:
+            return dim
+        return OUTPUT if dim == "time" else f"{dim}_index"
+
+    def places(self, found: xr.Dataset, name: str) -> tuple[Any, ...]:
+        """Where a member's variable stands in that of the result, after the dimensions of the sweep."""
+        return tuple(self._place(found, str(dim)) for dim in found.variables[name].dims)
+
+    def _place(self, found: xr.Dataset, dim: str) -> Any:
+        labels = self.labels.get(dim)
+        if labels is None or dim not in found.variables:
+            return slice(0, found.sizes[dim])
+        places = [labels.index(item) for item in found.variables[dim].values.tolist()]
+        return slice(0, len(places)) if places == list(range(len(places))) else places
+
+
+def _agreed(one: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in one.items() if key in other and np.array_equal(value, other[key])}
+
+
+def _skeleton(sweep: Sweep, failures: Mapping[int, str], layout: _Layout, taken: np.ndarray) -> xr.Dataset:
+    """The result without what members recorded: its coordinates, what each member took, and what it says of itself."""
+    coords: dict[str, Any] = {}
+    dims, shape = ("member",), (len(sweep.members),)
+    if sweep.kind == GRID:
+        for key, values in zip(sweep.keys, sweep.axes, strict=True):
+            coords[variable_name(key)] = _parameter(key, values, variable_name(key))
+        dims, shape = tuple(coords), tuple(len(values) for values in sweep.axes)
+        along = _along_members(sweep, failures)
+        coords |= {name: (dims, along[name].values.reshape(shape), along[name].attrs) for name in ("member", "failure")}
+    else:
+        coords = _along_members(sweep, failures)
+    for dim, labels in layout.labels.items():
+        coords[dim] = (dim, np.array(labels), layout.described[dim])
+    for dim, values in layout.shared.items():
+        if dim not in layout.differing:
+            coords[dim] = values
+    attrs = {
+        **(layout.attrs or {"astroinertia_format": FORMAT, "Conventions": CONVENTIONS}),
+        "title": f"{sweep.name}: a sweep of {len(sweep.members)} members",
+        "scene": sweep.source,
+        "sweep": sweep.kind,
+        "sweep_parameters": ", ".join(sweep.keys),
+        "failed_members": len(failures),
+    }
+    costs = {
+        name: (dims, taken[:, place].reshape(shape), {"units": unit, "long_name": text})
+        for place, (name, (unit, text)) in enumerate(_TAKEN.items())
+    }
+    return xr.Dataset(costs, coords, attrs)
+
+
+def variable_name(key: str) -> str:
+    """How a swept key of a scene is called in datasets: body.mass is body_mass, for names in netCDF have no dots.
+
+    >>> print(variable_name("body.mass"))
+    body_mass
+    """
+    name = key.replace(".", "_").replace("-", "_")
+    return name if "." in key else f"scene_{name}"
+
+
+def _along_members(sweep: Sweep, failures: Mapping[int, str]) -> dict[str, Any]:
+    """Parameters, numbers and failures of members, along the dimension member."""
+    numbers = range(len(sweep.members))
+    told = {
+        variable_name(key): _parameter(key, [each[place] for each in sweep.members], "member")
+        for place, key in enumerate(sweep.keys)
+    }
+    why = {"long_name": "why the numbers of a member are missing; empty where they are not"}
+    return {
+        **told,
+        "member": xr.Variable("member", np.array(numbers), {"long_name": "number of the member, and of its folder"}),
+        "failure": xr.Variable("member", np.array([failures.get(each, "") for each in numbers], dtype=object), why),
+    }
+
+
+def _parameter(key: str, values: Iterable[Any], dim: str) -> xr.Variable:
+    array, unit = coordinate(list(values))
+    return xr.Variable(dim, array, {"long_name": key, **({} if unit is None else {"units": unit})})
+
+
+def _variable(target: netCDF4.Dataset, sweep: Sweep, layout: _Layout, name: str) -> Any:
+    """A variable of the result, empty; a member a chunk, so that one can be read by itself."""
+    told = layout.variables[name]
+    swept = tuple(variable_name(key) for key in sweep.keys) if sweep.kind == GRID else ("member",)
+    dims = tuple(layout.dimension(dim) for dim in told.dims)
+    sizes = [layout.sizes[dim] for dim in told.dims]
+    for dim, size in zip(dims, sizes, strict=True):
+        if dim not in target.dimensions:
+            target.createDimension(dim, size)
+    shape = (*swept, *dims)
+    if told.text:
+        made = target.createVariable(name, str, shape)
+    elif not all(sizes):
+        made = target.createVariable(name, "f8", shape, fill_value=np.nan)
+    else:
+        chunks = [1] * len(swept) + sizes
+        made = target.createVariable(
+            name, "f8", shape, compression="zlib", complevel=4, chunksizes=chunks, fill_value=np.nan, fletcher32=True
+        )
+    attrs = {key: value for key, value in told.attrs.items() if key not in ("_FillValue", "dtype")}
+    beside = [each for each in layout.differing if each != name and layout.dimension(each) in dims]
+    made.setncatts(attrs | {"coordinates": " ".join(["failure", *sorted(beside)])})
+    return made
+
+
+def _place(sweep: Sweep, number: int) -> tuple[int, ...]:
+    if sweep.kind != GRID:
+        return (number,)
+    return tuple(int(each) for each in np.unravel_index(number, [len(axis) for axis in sweep.axes]))

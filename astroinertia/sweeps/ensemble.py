@@ -1,0 +1,205 @@
+"""A sweep from its scene to one dataset: members given out, failures kept apart, gone on with after an interruption.
+
+Tests: tests/unit/test_sweeps_of_scenes.py.
+"""
+
+import math
+import os
+import time as clock
+import uuid
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from astroinertia.costs import machine
+from astroinertia.costs.prediction import Prediction, predict
+from astroinertia.errors import RunInterrupted, SceneError
+from astroinertia.process import interrupts
+from astroinertia.scene.sweep import Sweep
+from astroinertia.storage.archive import locked
+from astroinertia.storage.atomic import write_whole
+from astroinertia.sweeps import combined, folder as folders
+from astroinertia.sweeps.cluster import by_cluster
+from astroinertia.sweeps.folder import SESSION, Failure
+from astroinertia.sweeps.members import Outcome, Task, carry_out
+from astroinertia.sweeps.workers import side_by_side
+
+DEFAULT_MINUTES = 60.0  # that a member may take whose settings are chosen for an accuracy
+SECONDS_TO_CLOSE = 6.0  # that workers take to be gone once their members are sealed
+WORTH_WORKERS = 30.0  # seconds of work, below which the start of processes takes as long
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How far a sweep is: members done, of them failed, in all; seconds taken and to go (NaN until one is done)."""
+
+    done: int
+    failed: int
+    members: int
+    seconds: float
+    to_go: float
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A sweep that is done: its file, and why members have no result, by their numbers."""
+
+    file: Path
+    failures: dict[int, Failure]
+
+
+Told = Callable[[Standing], None]
+
+
+def run_sweep(
+    sweep: Sweep,
+    folder: Path,
+    workers: int = 1,
+    cluster: str | None = None,
+    minutes: float = DEFAULT_MINUTES,
+    told: Told | None = None,
+    deadline: float = math.inf,
+) -> Carried:
+    """Run all members of a sweep in a folder, or those that are left, and put them together in one file.
+
+    workers: processes of this machine, 1 for this one alone; cluster: the address of a cluster of dask instead, which
+    sees the same files. deadline: of time.monotonic(), by which members under way are sealed and no more are begun.
+    Members that failed for good stay as they are. Raises SceneError, ArchiveError (the folder holds something else, or
+    another process runs it), and RunInterrupted after a signal or for the deadline: the same call goes on.
+
+    >>> import tempfile
+    >>> from astroinertia.scene.sweep import load_file
+    >>> sweep = load_file("sweep.toml")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     done = run_sweep(sweep, Path(folder), told=lambda standing: print(f"{standing.done} of {standing.members}"))
+    0 of 2
+    1 of 2
+    2 of 2
+    >>> print(done.file.name, done.failures)
+    sweep.nc {}
+    """
+    if workers < 1:
+        raise SceneError("the number of workers must be at least 1.")
+    folders.describe(sweep, folder)
+    count = len(sweep.members)
+    with closing(locked(folder)), _session(folder) as session:
+        if workers > 1 or cluster is not None:
+            deadline -= SECONDS_TO_CLOSE
+        until = clock.time() + deadline - clock.monotonic()
+        tasks = [Task(str(folder.absolute()), number, session, minutes, until) for number in left(sweep, folder)]
+        file = combined.path(sweep, folder)
+        if tasks:
+            file.unlink(missing_ok=True)  # of before members that failed were run again
+        _carry_out(tasks, count, workers, cluster, folder, told, deadline)
+        failures = {number: found for number in range(count) if (found := folders.failure(folder, number))}
+        if not file.exists():
+            _combine(sweep, folder, {number: found.sentence for number, found in failures.items()})
+    return Carried(file, failures)
+
+
+def resume(
+    folder: Path, workers: int = 1, cluster: str | None = None, minutes: float = DEFAULT_MINUTES,
+    told: Told | None = None, deadline: float = math.inf,
+) -> Carried:  # fmt: skip
+    """Go on with the sweep that a folder holds, as run_sweep.
+
+    >>> print(resume(Path("runs/sweep")).file.name)  # finished: it has nothing to do
+    sweep.nc
+    """
+    return run_sweep(folders.read(folder), folder, workers, cluster, minutes, told, deadline)
+
+
+def left(sweep: Sweep, folder: Path) -> list[int]:
+    """Numbers of the members that a sweep's folder, which may not be there yet, has left to run.
+
+    >>> sweep = folders.read(Path("runs/sweep"))
+    >>> print(left(sweep, Path("runs/sweep")), left(sweep, Path("runs/another")))
+    [] [0, 1]
+    """
+    return folders.waiting(folder, len(sweep.members))
+
+
+def predictions(sweep: Sweep, numbers: Sequence[int]) -> list[Prediction | None]:
+    """What members will take, None where that is not known.
+
+    >>> sweep = folders.read(Path("runs/sweep"))
+    >>> print([each.evolution.wall < 60.0 for each in predictions(sweep, [0, 1])])
+    [True, True]
+    """
+    known = machine.known()
+    found: list[Prediction | None] = []
+    for number in numbers:
+        try:
+            found.append(predict(sweep.scene(number), known))
+        except (ArithmeticError, ValueError):  # a body at the edge of what numbers hold
+            found.append(None)
+    return found
+
+
+def usual_workers(found: Sequence[Prediction | None]) -> int:
+    """Processes that are worth their start for what members will take: one for each core, or this one alone.
+
+    >>> print(usual_workers([]))
+    1
+    """
+    seconds = sum(math.inf if each is None else each.evolution.wall for each in found)
+    cores = os.cpu_count() or 1
+    return min(cores, len(found)) if seconds > WORTH_WORKERS and len(found) > 1 else 1
+
+
+def _carry_out(
+    tasks: Sequence[Task], count: int, workers: int, cluster: str | None, folder: Path, told: Told | None,
+    deadline: float,
+) -> None:  # fmt: skip
+    begun, before = clock.monotonic(), count - len(tasks)
+    numbers = {task.number for task in tasks}
+    failed = sum(number not in numbers and folders.failure(folder, number) is not None for number in range(count))
+    outcomes: Any = _one_by_one(tasks)
+    if tasks and cluster is not None:
+        outcomes = by_cluster(tasks, cluster, deadline)
+    elif tasks and workers > 1:
+        outcomes = side_by_side(tasks, min(workers, len(tasks)), deadline)
+    done, tell = 0, told or (lambda standing: None)
+
+    def stopped(by: str) -> RunInterrupted:
+        return RunInterrupted(folder, before + done, count, by)
+
+    with interrupts.under_way(stopped), closing(outcomes):
+        try:
+            tell(Standing(before, failed, count, 0.0, math.nan))
+            for done, outcome in enumerate(outcomes, 1):
+                failed += outcome.failure is not None
+                seconds = clock.monotonic() - begun
+                tell(Standing(before + done, failed, count, seconds, seconds / done * (len(tasks) - done)))
+        except RunInterrupted as one:
+            raise stopped(one.by) from None
+
+
+def _combine(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> None:
+    count = len(sweep.members)
+    with interrupts.under_way(lambda by: RunInterrupted(folder, count, count, by)):
+        combined.write(sweep, folder, failures)
+
+
+def _one_by_one(tasks: Sequence[Task]) -> Iterator[Outcome]:
+    for task in tasks:
+        yield carry_out(task)
+
+
+@contextmanager
+def _session(folder: Path) -> Iterator[str]:
+    """The text by which members know that they are still wanted; without its file they stop."""
+    session = uuid.uuid4().hex
+    path = folder / SESSION
+
+    def fill(aside: Path) -> None:
+        aside.write_text(session)
+
+    write_whole(path, fill)
+    try:
+        with interrupts.leaving(path.unlink):
+            yield session
+    finally:
+        path.unlink(missing_ok=True)

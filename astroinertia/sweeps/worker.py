@@ -1,0 +1,53 @@
+"""The program of a worker of scale.workers: runs the members that come through a pipe, and says what came of them.
+
+It ends, at once or once the member under way is sealed, when the pipe says so, and at once when the process at the
+other end is gone.
+"""
+
+import os
+import signal
+import sys
+import threading
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from queue import SimpleQueue
+from typing import Any, NoReturn
+
+from astroinertia.process import interrupts
+
+
+def main() -> None:
+    """Run members until told to stop; the number of the pipe's descriptor is the program's argument."""
+    connection = Connection(int(sys.argv[1]))
+    tasks: SimpleQueue[tuple[Any, ...] | None] = SimpleQueue()
+    with interrupts.watched(_end):
+        threading.Thread(target=_listen, args=(connection, tasks), daemon=True).start()
+        from astroinertia.sweeps.members import Task, carry_out
+
+        while (task := tasks.get()) is not None:
+            try:
+                found = carry_out(Task(*task))
+            except Exception as error:
+                found = error
+            with suppress(OSError):  # the process at the other end is gone
+                connection.send(found)
+
+
+def _listen(connection: Any, tasks: "SimpleQueue[tuple[Any, ...] | None]") -> None:
+    try:
+        while True:
+            task = connection.recv()
+            if task is None:
+                interrupts.ask(signal.SIGTERM)  # comes back where there is something to seal
+            tasks.put(task)
+    except (EOFError, OSError):
+        os._exit(1)
+
+
+def _end(how: interrupts.Ended) -> NoReturn:
+    interrupts.discard_leftovers()
+    os._exit(how.code)
+
+
+if __name__ == "__main__":
+    main()

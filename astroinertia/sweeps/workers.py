@@ -1,0 +1,134 @@
+"""Members of a sweep run side by side by processes of this machine, each at the other end of a pipe.
+
+No port is opened. A worker sees no signal, which terminals and `timeout` send to all processes of a command; the
+process of the sweep says what is to be stopped.
+
+Tests: tests/unit/test_sweeps_of_scenes.py, tests/crash/test_sweep_signals.py.
+"""
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import time as clock
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import astuple
+from multiprocessing import Pipe
+from multiprocessing.connection import wait
+from pathlib import Path
+
+from astroinertia.errors import AstroinertiaError, RunInterrupted
+from astroinertia.process import interrupts
+from astroinertia.process.interrupts import LIMIT
+from astroinertia.sweeps.folder import SESSION, Failure, note_failure
+from astroinertia.sweeps.members import KILLED, PATIENCE, Outcome, Task
+
+TRIES = 4  # of a member whose worker is killed each time
+_SECONDS_BETWEEN_LOOKS = 0.2  # at the clock and at what signals ask for
+_STOP = None
+
+
+def side_by_side(tasks: Sequence[Task], workers: int, deadline: float = math.inf) -> Iterator[Outcome]:
+    """Run members in so many processes of this machine; outcomes as they come.
+
+    A worker that is killed is replaced, and what it ran is gone on with. When the iterator is closed, workers are gone,
+    once members under way are sealed. deadline: of time.monotonic(), after which members are waited for no longer:
+    RunInterrupted, as after a signal.
+    """
+    asked: list[str] = []
+    waiting, tries = deque(tasks), Counter[int]()
+    threads = max(1, (os.cpu_count() or 1) // workers)
+    pool: list[_Worker] = []
+    with interrupts.noted(asked):
+        try:
+            while waiting or any(worker.task for worker in pool):
+                while waiting and len(pool) < workers:
+                    pool.append(_Worker(threads))
+                for worker in pool:
+                    if waiting and worker.task is None:
+                        worker.give(waiting.popleft())
+                for worker in _ready(pool):
+                    task, outcome = worker.taken()
+                    if outcome is None:
+                        pool.remove(worker)
+                        tries[task.number] += 1
+                        outcome = _given_up(task) if tries[task.number] == TRIES else waiting.appendleft(task)
+                    if outcome is not None:
+                        yield outcome
+                if asked or clock.monotonic() > deadline:
+                    raise RunInterrupted(Path(tasks[0].folder), 0.0, 1.0, (*asked, LIMIT)[0])
+        finally:
+            (Path(tasks[0].folder) / SESSION).unlink(missing_ok=True)
+            for worker in pool:
+                worker.stop()
+            for worker in pool:
+                worker.end(clock.monotonic() + PATIENCE)
+
+
+class _Worker:
+    """A process that runs members (astroinertia.sweeps.worker), and the one that it runs."""
+
+    def __init__(self, threads: int) -> None:
+        self.task: Task | None = None
+        self.connection, theirs = Pipe()
+        command = [sys.executable, "-P", "-m", "astroinertia.sweeps.worker", str(theirs.fileno())]
+        env = os.environ | {
+            "NUMBA_NUM_THREADS": str(threads),
+            "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
+        }
+        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, interrupts.SIGNALS)  # what a child inherits
+        try:
+            with theirs:
+                self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=[theirs.fileno()], env=env)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+
+    def give(self, task: Task) -> None:
+        self.task = task
+        with suppress(OSError):  # of one that was killed, `taken` says so
+            self.connection.send(astuple(task))
+
+    def taken(self) -> tuple[Task, Outcome | None]:
+        """The member that it ran, and the outcome; None where the process was killed. Raises what ended it."""
+        task, self.task = self.task, None
+        assert task is not None
+        try:
+            found = self.connection.recv()
+        except (EOFError, OSError):
+            self.connection.close()
+            if (code := self.process.wait()) < 0:
+                return task, None
+            raise AstroinertiaError(
+                f"a worker ended with exit code {code}; what is done is kept: go on with the same command."
+            ) from None
+        if isinstance(found, Exception):
+            raise found
+        return task, found
+
+    def stop(self) -> None:
+        """Ask it to seal what it runs, and to end."""
+        with suppress(OSError):
+            self.connection.send(_STOP)
+
+    def end(self, deadline: float) -> None:
+        """Wait until it has ended, and end it where it has not by a time."""
+        try:
+            self.process.wait(max(0.0, deadline - clock.monotonic()))
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+        self.connection.close()
+
+
+def _ready(pool: Sequence[_Worker]) -> list[_Worker]:
+    found = wait([worker.connection for worker in pool if worker.task is not None], _SECONDS_BETWEEN_LOOKS)
+    return [worker for worker in pool if worker.connection in found]
+
+
+def _given_up(task: Task) -> Outcome:
+    found = Failure(KILLED, lasting=False)
+    note_failure(task.place, found)
+    return Outcome(task.number, math.nan, found)
