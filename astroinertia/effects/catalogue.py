@@ -5,6 +5,7 @@ A scene never names code: it names a kind, which is looked up here, and only tha
 
 import importlib
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from astroinertia.effects.entries import ALL_MODELS as ALL_MODELS
@@ -16,9 +17,11 @@ from astroinertia.effects.entries import REQUIRED as REQUIRED
 from astroinertia.effects.entries import Default as Default
 from astroinertia.effects.entries import Entry as Entry
 from astroinertia.effects.entries import Option as Option
+from astroinertia.effects.entries import exponents as exponents
 from astroinertia.effects.entries import not_negative, positive
 from astroinertia.effects.heat_entries import HEAT
 from astroinertia.effects.rigid_entries import RIGID
+from astroinertia.effects.sizes import SIZES
 
 CATALOGUE: Mapping[str, Entry] = {
     "gravity": Entry(
@@ -288,23 +291,27 @@ CATALOGUE: Mapping[str, Entry] = {
     **HEAT,
     **RIGID,
 }
+CATALOGUE = {kind: replace(entry, size=SIZES[kind]) for kind, entry in CATALOGUE.items()}
 
 
-def load(kind: str) -> type:
+def load(kind: str, entries: Mapping[str, Entry] = CATALOGUE) -> type:
     """The class of an effect, importing its module and no other effect's; KeyError for an unknown kind."""
-    entry = CATALOGUE[kind]
-    return getattr(importlib.import_module(entry.module), entry.class_name)
+    entry = entries[kind]
+    return entry.made or getattr(importlib.import_module(entry.module), entry.class_name)
 
 
-def build(kind: str, options: Mapping[str, Any] | None = None) -> Any:
-    """The effect from options in code units, defaults filled in; ValueError where options are missing or contradict."""
+def build(kind: str, options: Mapping[str, Any] | None = None, entries: Mapping[str, Entry] = CATALOGUE) -> Any:
+    """The effect from options in code units, defaults filled in; ValueError where options are missing or contradict.
+
+    entries: of the effects that are known, those of a scene (Scene.entries).
+    """
     given = dict(options or {})
     values = {}
-    for name, option in CATALOGUE[kind].options.items():
+    for name, option in entries[kind].options.items():
         value = given.pop(name, option.default)
         if isinstance(value, Default):
             raise ValueError(f"{name} is missing: {option.text}")
         values[name] = value
     if given:
         raise ValueError(f"{next(iter(given))} is not an option of {kind}")
-    return load(kind).from_options(values)
+    return load(kind, entries).from_options(values)

@@ -39,9 +39,13 @@ class Size:
         return self.change is None or self.change * MARGIN > accuracy
 
 
-def effect_size(kind: str, body: Characteristic, options: Options | None = None) -> Size:
-    """The size of an effect with these options (None: it is not listed, and has none)."""
-    measure = SIZES[kind]
+def effect_size(measure: Measure | None, body: Characteristic, options: Options | None = None) -> Size:
+    """The size of an effect with these options (None: it is not listed, and has none).
+
+    measure: the effect's; without one its size is not known.
+    """
+    if measure is None:
+        return Size("", None, None, "", "", "the effect states no size")
     if "zone" in measure.needs and not body.deforms:
         return Size(measure.name, None, 0.0, "what keeps its size or shape does not yield to it", measure.source)
     missing = [name for name in measure.needs if getattr(body, name) is None]
