@@ -5,9 +5,9 @@ A scene never names code: it names a kind, which is looked up here, and only tha
 
 import importlib
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
+from astroinertia.effects import sizes
 from astroinertia.effects.entries import ALL_MODELS as ALL_MODELS
 from astroinertia.effects.entries import AXIS as AXIS
 from astroinertia.effects.entries import DIMENSIONS as DIMENSIONS
@@ -21,7 +21,6 @@ from astroinertia.effects.entries import exponents as exponents
 from astroinertia.effects.entries import not_negative, positive
 from astroinertia.effects.heat_entries import HEAT
 from astroinertia.effects.rigid_entries import RIGID
-from astroinertia.effects.sizes import SIZES
 
 CATALOGUE: Mapping[str, Entry] = {
     "gravity": Entry(
@@ -58,6 +57,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "all pairs",
         "Price & Monaghan 2007; Dehnen 2014",
         ALL_MODELS,
+        size=sizes.GRAVITY,
+        colour="blue",
     ),
     "pressure": Entry(
         "astroinertia.effects.pressure",
@@ -67,6 +68,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "neighbours",
         "Springel & Hernquist 2002",
         ALL_MODELS,
+        size=sizes.PRESSURE,
+        colour="vermillion",
     ),
     "viscosity": Entry(
         "astroinertia.effects.viscosity",
@@ -97,6 +100,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "neighbours",
         "Cullen & Dehnen 2010; Monaghan 1997; Balsara 1995",
         numerical=True,
+        size=sizes.VISCOSITY,
+        colour="green",
     ),
     "conduction": Entry(
         "astroinertia.effects.conduction",
@@ -115,6 +120,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "neighbours",
         "Price 2008; Wadsley, Veeravalli & Couchman 2008",
         numerical=True,
+        size=sizes.CONDUCTION,
+        colour="orange",
     ),
     "damping": Entry(
         "astroinertia.effects.damping",
@@ -136,6 +143,9 @@ CATALOGUE: Mapping[str, Entry] = {
         "particles",
         "Gingold & Monaghan 1977",
         ("sph", "ellipsoid"),
+        size=sizes.DAMPING,
+        colour="purple",
+        pace=lambda options: (options["time_scale"], options["until"]),
     ),
     "rotating_frame": Entry(
         "astroinertia.effects.rotating_frame",
@@ -149,6 +159,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "particles",
         "Landau & Lifshitz 1976, Mechanics, eq. 39.7",
         ("sph", "ellipsoid"),
+        size=sizes.ROTATING_FRAME,
+        colour="yellow",
     ),
     "tide": Entry(
         "astroinertia.effects.tide",
@@ -173,6 +185,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "particles",
         "Murray & Dermott 1999, chapter 2",
         ("sph", "ellipsoid"),
+        size=sizes.TIDE,
+        colour="sky",
     ),
     "companions": Entry(
         "astroinertia.effects.companions",
@@ -197,6 +211,7 @@ CATALOGUE: Mapping[str, Entry] = {
         },
         "particles",
         "Rein & Liu 2012; Hernquist & Katz 1989",
+        size=sizes.COMPANIONS,
     ),
     "sinks": Entry(
         "astroinertia.effects.sinks",
@@ -210,6 +225,7 @@ CATALOGUE: Mapping[str, Entry] = {
         },
         "particles",
         "Bate, Bonnell & Price 1995",
+        size=sizes.SINKS,
     ),
     "external_field": Entry(
         "astroinertia.effects.external_field",
@@ -229,6 +245,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "particles",
         "Binney & Tremaine 2008, sections 2.2 and 2.3",
         ("sph", "ellipsoid"),
+        size=sizes.EXTERNAL_FIELD,
+        colour="purple",
     ),
     "target_tensor": Entry(
         "astroinertia.effects.target_tensor",
@@ -269,6 +287,8 @@ CATALOGUE: Mapping[str, Entry] = {
         },
         "particles",
         "Zajac, Jones & Glazier 2003; Merks et al. 2006",
+        size=sizes.TARGET_TENSOR,
+        colour="orange",
     ),
     "shear_viscosity": Entry(
         "astroinertia.effects.shear_viscosity",
@@ -278,6 +298,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "neighbours",
         "Espanol & Revenga 2003; Cleary & Monaghan 1999; Chandrasekhar 1969, section 37",
         ("sph", "ellipsoid"),
+        size=sizes.SHEAR_VISCOSITY,
+        colour="green",
     ),
     "radiation_reaction": Entry(
         "astroinertia.effects.radiation_reaction",
@@ -287,11 +309,12 @@ CATALOGUE: Mapping[str, Entry] = {
         "body",
         "Burke & Thorne 1970; Misner, Thorne & Wheeler 1973, eq. 36.8",
         ("sph", "ellipsoid"),
+        size=sizes.RADIATION_REACTION,
+        colour="orange",
     ),
     **HEAT,
     **RIGID,
 }
-CATALOGUE = {kind: replace(entry, size=SIZES[kind]) for kind, entry in CATALOGUE.items()}
 
 
 def load(kind: str, entries: Mapping[str, Entry] = CATALOGUE) -> type:

@@ -1,7 +1,7 @@
 """What the catalogue of effects is made of: entries, options and their dimensions, as plain data."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -9,6 +9,7 @@ from astroinertia.effects.measure import Measure
 from astroinertia.units import Dimension
 
 Cost = Literal["particles", "neighbours", "all pairs", "body"]
+Pace = Callable[[Mapping[str, Any]], tuple[float, float | None]]
 
 
 class Default:
@@ -54,7 +55,9 @@ class Entry:
     """One effect: its module and class, one line on what it is, its options, the loop it needs and its source.
 
     models: those that have it. A numerical device of particles is not physics: other models need it not and skip it.
-    size: how its size in a scene is estimated; None where it states none. made: the class itself, of an effect that is
+    size: how its size in a scene is estimated; None where it states none. colour: that of figures, of plots.style; a
+    spare one without it. pace: from its options, the time that steps must resolve and until when (None: to the end),
+    where these follow from options alone. made: the class itself, of an effect that is
     not of this package; package: name and version of the one that it comes from, empty where it was given from Python.
     """
 
@@ -67,6 +70,8 @@ class Entry:
     models: tuple[str, ...] = ("sph",)
     numerical: bool = False
     size: Measure | None = None
+    colour: str = ""
+    pace: Pace | None = None
     made: type | None = None
     package: str = ""
 

@@ -63,7 +63,7 @@ def entry_of(made: Any, package: str = "") -> Entry:
     text = text[:1].lower() + text[1:] if text[1:2].islower() else text
     return Entry(
         made.__module__, made.__name__, text, options, _loop(made, Effect), made.source, tuple(made.models),
-        made.numerical, made.size, made, package,
+        made.numerical, size=made.size, made=made, package=package,
     )  # fmt: skip
 
 
@@ -97,7 +97,7 @@ def installed(kind: str) -> Entry | None:
 
     SceneError where several do, where the name is that of a built-in effect, or where it cannot be imported.
     """
-    points = offered().get(kind)
+    points = list(offered().get(kind, ()))
     if not points:
         return None
     packages = [f"{point.dist.name} {point.dist.version}" if point.dist else "a package" for point in points]
