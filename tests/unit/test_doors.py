@@ -134,6 +134,12 @@ def test_an_effect_from_python_acts_as_its_equation_says_and_goes_on_bit_for_bit
     assert "given from Python" in whole.attrs["own_effects"]
 
 
+@pytest.mark.parametrize("setting", ['engine="xla"', 'timesteps="individual"'])
+def test_it_acts_the_same_in_the_other_engine_and_with_individual_steps(drag, tmp_path, setting) -> None:
+    scene = loads(SCENE, [f"numerics.{setting}"], effects=[drag(k=K)])
+    assert_the_drag_is_exact(astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run")), 1e-4)
+
+
 def test_halving_the_step_takes_a_fourth_of_the_error(drag, tmp_path) -> None:
     errors = []
     for step in (0.04, 0.02):
@@ -269,10 +275,10 @@ Particles.advance = advance
 @pytest.mark.slow
 def test_an_installed_effect_is_planned_run_stopped_resumed_audited_and_reported(installed, tmp_path) -> None:
     (tmp_path / "scene.toml").write_text(LISTED)
-    told = command(installed, tmp_path, "plan", "scene.toml", "--audit")
-    assert "from astroinertia-cubic-drag 0.1" in told and "the effect states no size" in told
-    assert "k 0.3" in told
-    (row,) = (line for line in told.splitlines() if line.strip().startswith("cubic_drag") and "yes" in line)
+    said = command(installed, tmp_path, "plan", "scene.toml", "--audit")
+    assert "from astroinertia-cubic-drag 0.1" in said and "the effect states no size" in said
+    assert "k 0.3" in said
+    (row,) = (line for line in said.splitlines() if line.strip().startswith("cubic_drag") and "yes" in line)
     assert any(part.isdigit() and int(part) > 0 for part in row.split())
 
     command(installed, tmp_path, "run", "scene.toml", "--output", "whole")
