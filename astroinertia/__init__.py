@@ -1,6 +1,6 @@
 """Rotating, self-gravitating fluid bodies and the evolution of their inertia tensor.
 
-    astroinertia.run_scene(scene, folder)  run a scene file or a Scene; returns the netCDF file
+    astroinertia.run_scene(scene, folder, effects=[...])  run a scene file or a Scene, with effects of your own
     astroinertia.resume(folder)            go on with an interrupted run
     astroinertia.load(path, settings)      a scene from a TOML file, validated
     astroinertia.open(path)                the headline series of a run, an xarray Dataset with the accessor `.inertia`
@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import xarray as xr
 
+    from astroinertia.effects import Effect
     from astroinertia.run.loop import Listener
     from astroinertia.scene.schema import Scene
 
@@ -45,12 +46,17 @@ def run_scene(
     listener: "Listener | None" = None,
     workers: int = 1,
     cluster: str | None = None,
+    effects: "Sequence[Effect | type[Effect]]" = (),
 ) -> Path:
     """Run a scene, or the scene in a file, in a new folder; returns the netCDF file that it leaves.
 
     Where the scene asks for an accuracy, its settings are chosen first, by pilot runs in a folder beside. The members
     of a file with [sweep] are run in so many worker processes (more than one are for scripts that are guarded by
     `if __name__ == "__main__"`) or on a cluster of dask, and those in the folder that are finished are kept.
+
+    effects: of your own (astroinertia.effects), which act besides those that the scene lists; their numbers are in SI,
+    or in code units where the scene is, or text with a unit. The class of one stands for what the scene lists by its
+    kind. SceneError says where one is not as it must be.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -62,14 +68,15 @@ def run_scene(
     requirements.check()
     kept_programs.keep_apart()
     from astroinertia.accuracy.running import run_scene as carry_out
+    from astroinertia.scene.load import load_file as load_scene, with_effects
     from astroinertia.scene.schema import Scene
     from astroinertia.scene.sweep import load_file
 
-    if not isinstance(scene, Scene) and (sweep := load_file(scene)) is not None:
+    if not effects and not isinstance(scene, Scene) and (sweep := load_file(scene)) is not None:
         from astroinertia.sweeps.ensemble import run_sweep
 
         return run_sweep(sweep, Path(folder), workers, cluster).file
-    chosen = scene if isinstance(scene, Scene) else load(scene)
+    chosen = with_effects(scene, effects) if isinstance(scene, Scene) else load_scene(scene, effects=effects)
     if chosen.wants_choice:
         from astroinertia.accuracy.choice import choose, pilots_beside
 
@@ -78,9 +85,12 @@ def run_scene(
 
 
 def resume(
-    folder: str | PathLike[str], listener: "Listener | None" = None, workers: int = 1, cluster: str | None = None
-) -> Path:
+    folder: str | PathLike[str], listener: "Listener | None" = None, workers: int = 1, cluster: str | None = None,
+    effects: "Sequence[Effect | type[Effect]]" = (),
+) -> Path:  # fmt: skip
     """Go on with an interrupted run or sweep; returns its netCDF file.
+
+    effects: those that the run was given, or their classes; ArchiveError names one that is missing.
 
     >>> print(resume("runs/star").name)  # finished: it has nothing to do, and tells where the result is
     one_star_three_models.nc
@@ -93,10 +103,13 @@ def resume(
     from astroinertia.storage.archive import SWEEP
 
     if (Path(folder) / SWEEP).exists():
+        from astroinertia.errors import SceneError
         from astroinertia.sweeps.ensemble import resume as go_on_with_members
 
+        if effects:
+            raise SceneError("a sweep takes effects that are built in or installed, none from Python.")
         return go_on_with_members(Path(folder), workers, cluster).file
-    return go_on(Path(folder), listener)
+    return go_on(Path(folder), listener, effects=effects)
 
 
 def open(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -> "xr.Dataset":

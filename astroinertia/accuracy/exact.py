@@ -15,7 +15,6 @@ from astroinertia.accuracy import affine_exact as affine
 from astroinertia.bodies.oscillations import radial_modes
 from astroinertia.build.rotation import rigid_moments, rotation_amount, rotation_axis
 from astroinertia.build.spheres import Sphere, sphere, stretch
-from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.rotation import free_attitude, free_top
 from astroinertia.rotation.attitude import attitude_of_quaternion, nearest_rotation, quaternion
 from astroinertia.scene.plan import code_units
@@ -71,7 +70,7 @@ def exact(scene: Scene) -> Exact | None:
 
 def _physical(scene: Scene) -> set[str]:
     """The effects of a scene but those that are devices of a numerical method."""
-    return {kind for kind in scene.effects if not CATALOGUE[kind].numerical}
+    return {kind for kind in scene.effects if not scene.entries[kind].numerical}
 
 
 def _fluid(scene: Scene, units: CodeUnits) -> Exact | None:

@@ -6,15 +6,16 @@ takes up whichever was going; those that are finished stay. Tests: tests/unit/te
 
 import math
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
 from astroinertia import dataset as datasets
 from astroinertia.accuracy.companion_runs import CompanionRun, companion_runs
-from astroinertia.build.assemble import scene_of
+from astroinertia.build.assemble import missing_effects, scene_of
 from astroinertia.engines import hosts
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
 from astroinertia.run import loop
@@ -47,14 +48,21 @@ def run_scene(
     return loop.run_scene(scene, folder, listener, begun, _completion(scene, folder, listener, deadline), deadline)
 
 
-def resume(folder: Path, listener: Listener | None = None, deadline: float = math.inf) -> Path:
+def resume(
+    folder: Path, listener: Listener | None = None, deadline: float = math.inf, effects: Sequence[Any] = ()
+) -> Path:
     """Go on with an interrupted run or its companion runs, bit for bit, and return the netCDF file.
+
+    effects: those of the user's own that it was given from Python, or their classes; a finished run needs none.
 
     >>> print(resume(Path("runs/star")).name)  # finished: it has nothing to do
     one_star_three_models.nc
     """
-    scene = scene_of(Archive.view(folder))
-    return loop.resume(folder, listener, _completion(scene, folder, listener, deadline), deadline)
+    archive = Archive.view(folder)
+    if archive.finished is not None and missing_effects(archive, effects):
+        return archive.finished  # nothing is left for them to do
+    scene = scene_of(archive, effects)
+    return loop.resume(folder, listener, _completion(scene, folder, listener, deadline), deadline, effects)
 
 
 def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline: float) -> Completion | None:
@@ -93,7 +101,9 @@ def _carried_out(companion: CompanionRun, folder: Path, listener: Listener | Non
     archive = Archive.view(folder)
     if archive.metadata["scene"] != load.resolved_text(companion.scene):
         raise ArchiveError(f"{folder} holds a companion run of another scene; remove it, or choose another folder.")
-    return datasets.open(archive.finished or loop.resume(folder, listener, deadline=deadline))
+    return datasets.open(
+        archive.finished or loop.resume(folder, listener, deadline=deadline, effects=companion.scene.given)
+    )
 
 
 def _labelled(listener: Listener | None, companion: CompanionRun, number: int, count: int) -> Listener | None:

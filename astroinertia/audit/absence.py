@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from astroinertia.audit.operations import COMMON
-from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.errors import AstroinertiaError
 from astroinertia.process.children import completed
 from astroinertia.scene.schema import Scene
@@ -78,7 +77,7 @@ def audited(scene: Scene) -> Audit:
             found["arrays"].get(kind, 0),
             entry.module in found["modules"],
         )
-        for kind, entry in CATALOGUE.items()
+        for kind, entry in scene.entries.items()
         if kind in scene.effects or scene.model in entry.models
     )
     common = found["traced"].get(COMMON, 0), found["compiled"].get(COMMON, 0)
@@ -105,6 +104,11 @@ def with_costs(audit: Audit, scene: Scene, tell: Callable[[str], None] = lambda 
 
 
 def _asked(scene: Scene, leave_out: str | None, steps: int) -> Mapping[str, Any]:
+    if scene.given:
+        kinds = ", ".join(kind for kind, entry in scene.own.items() if not entry.package)
+        raise AuditFailed(
+            f"an audit knows effects that are built in or installed, not those given from Python: {kinds}."
+        )
     question = {
         "scene": scene.source,
         "overrides": list(scene.overrides),

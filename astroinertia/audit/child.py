@@ -16,13 +16,11 @@ import numpy as np
 
 from astroinertia.audit import operations, programs
 from astroinertia.build.assemble import prepare
-from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.engines.numba_cache import cache_directory
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 
 ENOUGH = 128  # particles: how many there are changes no operation
-OWNERS = {entry.module: kind for kind, entry in CATALOGUE.items()}
 
 
 def small(scene: Scene) -> Scene:
@@ -46,12 +44,13 @@ def found(scene: Scene) -> dict[str, Any]:
         evolution.advance(1e-3 * prepared.outputs.end)
     texts = generated()
     # What tracing imports is not the scene's.
-    modules = sorted(name for name in sys.modules if name.startswith("astroinertia."))
+    owners = {entry.module: kind for kind, entry in scene.entries.items()}
+    modules = sorted(name for name in sys.modules if name.startswith("astroinertia.") or name in owners)
     program = programs.traced(scene, evolution)
     return {
         "modules": [name for name in modules if not name.startswith("astroinertia.audit")],
         "generated": sorted(texts),
-        "compiled": operations.added(operations.of_text(text, OWNERS) for text in texts.values()),
+        "compiled": operations.added(operations.of_text(text, owners) for text in texts.values()),
         "traced": {} if program is None else dict(operations.of_trace(program)),
         "program": ""
         if program is None

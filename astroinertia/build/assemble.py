@@ -3,6 +3,7 @@
 import importlib
 import platform
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Annotated, Any
@@ -11,7 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from astroinertia.build.effects import effects_of
 from astroinertia.build.spheres import Sphere, Star, sphere
-from astroinertia.effects import catalogue
+from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.effects.own import classes, offered
 from astroinertia.errors import ArchiveError, ArchiveWarning
 from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
@@ -68,17 +70,36 @@ def prepare(scene: Scene) -> Prepared:
     return Prepared(_model(scene).evolution(scene, units), outputs_of(scene, units), units, _plain(Counters()))
 
 
-def scene_of(archive: Archive) -> Scene:
-    """The scene that a run was made from."""
+def scene_of(archive: Archive, effects: Sequence[Any] = ()) -> Scene:
+    """The scene that a run was made from.
+
+    effects: those of the user's own that it was given from Python, or their classes. ArchiveError names one of its
+    effects that is not here; SceneError, one that it was not given, or that has other options than it had.
+    """
     told = archive.metadata
     if not isinstance(told.get("scene"), str):
         raise ArchiveError(f"{archive.folder} does not tell the scene that its run was made from.")
-    return load.loads(told["scene"], origin=told.get("origin"))
+    for kind in missing_effects(archive, effects):
+        raise ArchiveError(
+            f"{archive.folder} was run with the effect '{plain_text(kind)}' ({plain_text(told['own_effects'][kind])}), "
+            "which is not here: install its package, or give it from Python to resume(folder, effects=[...])."
+        )
+    scene = load.loads(
+        told["scene"], origin=told.get("origin"), effects=[entry.made for entry in classes(effects).values()]
+    )
+    for effect in effects:
+        load.refuse_other_options(scene, effect)
+    return scene
 
 
-def restore(archive: Archive) -> Prepared:
-    """A run at its last checkpoint."""
-    scene = scene_of(archive)
+def missing_effects(archive: Archive, effects: Sequence[Any] = ()) -> list[str]:
+    """Kinds of the effects of a run that are neither built in nor given here nor offered by an installed package."""
+    here = {*classes(effects), *offered(), *CATALOGUE}
+    return [kind for kind in archive.metadata.get("own_effects", {}) if kind not in here]
+
+
+def restore(archive: Archive, scene: Scene) -> Prepared:
+    """A run of that scene at its last checkpoint."""
     stored = archive.read_checkpoint()
     if stored is None:
         return prepare(scene)
@@ -138,34 +159,36 @@ def metadata(scene: Scene) -> dict[str, Any]:
         "reference_radius_convention": "radius that the scene gives" if ball is None else ball.radius_convention,
         "model": scene.model,
         **_numerics(scene),
-        "effects": [kind for kind in catalogue.CATALOGUE if kind in scene.effects],
+        "effects": [kind for kind in scene.entries if kind in scene.effects],
         "companions": [companion.name for companion in scene.companions],
         "skipped_effects": {
             kind: f"a numerical device of particles, which the model {scene.model} does not need"
-            for kind in catalogue.CATALOGUE
-            if kind in scene.effects and scene.model not in catalogue.CATALOGUE[kind].models
+            for kind, entry in scene.entries.items()
+            if kind in scene.effects and scene.model not in entry.models
         },
+        **({"own_effects": {kind: entry.origin for kind, entry in scene.own.items()}} if scene.own else {}),
         **({"regions": regions_told(scene)} if scene.regions else {}),
         **({"choice": dict(scene.choice)} if scene.choice else {}),
-        "versions": versions(),
+        "versions": versions(scene),
     }
 
 
-def versions() -> dict[str, str]:
-    """Of Python and of what decides a run's numbers, here and now."""
+def versions(scene: Scene) -> dict[str, str]:
+    """Of Python and of what decides a run's numbers, here and now, packages of effects of its own among them."""
     names = ("numpy", "numba", "jax", "diffrax", "rebound", "xarray", "netCDF4", "astropy")
-    return {"python": platform.python_version(), **{name: version(name) for name in names}}
+    own = dict(entry.package.rsplit(" ", 1) for entry in scene.own.values() if entry.package)
+    return {"python": platform.python_version(), **{name: version(name) for name in names}, **own}
 
 
-def note_versions(archive: Archive) -> None:
-    """Where a run that is not finished goes on with other versions than so far, say so and add them to its description.
+def note_versions(archive: Archive, scene: Scene) -> None:
+    """Where a run of that scene goes on with other versions than so far, say so and add them to its description.
 
     ArchiveWarning names what has changed; `resumed_versions` lists what the run went on with, one after the other.
     """
     told = archive.metadata
     since = told.get("resumed_versions")
     since = since if isinstance(since, list) else []
-    before, now = ([told.get("versions"), *since])[-1], versions()
+    before, now = ([told.get("versions"), *since])[-1], versions(scene)
     if archive.finished is not None or not isinstance(before, dict) or before == now:
         return
     changed = [f"{name} {before.get(name, 'unknown')} to {now[name]}" for name in now if before.get(name) != now[name]]

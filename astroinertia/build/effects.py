@@ -8,17 +8,17 @@ from astroinertia.effects import catalogue
 from astroinertia.errors import SceneError
 from astroinertia.scene.plan import gravity_method
 from astroinertia.scene.schema import Scene
-from astroinertia.units import CodeUnits, Dimension
+from astroinertia.units import CodeUnits
 
 
 def effects_of(scene: Scene, units: CodeUnits, particles: int | None = None) -> tuple[Any, ...]:
-    """What acts on the body, in the catalogue's order; what the scene's model has no use for is left out.
+    """What acts on the body, in the order of Scene.entries; what the scene's model has no use for is left out.
 
     particles: their number, from which gravity's method follows where the scene leaves it open. Raises SceneError where
     options contradict each other.
     """
     built = []
-    for kind, entry in catalogue.CATALOGUE.items():
+    for kind, entry in scene.entries.items():
         if kind in scene.effects and scene.model in entry.models:
             options = {
                 name: _to_code(value, entry.options[name].dimension, units)
@@ -28,16 +28,16 @@ def effects_of(scene: Scene, units: CodeUnits, particles: int | None = None) -> 
             if options.get("method") == "auto" and particles is not None:
                 options["method"] = gravity_method(scene, particles)
             try:
-                built.append(catalogue.build(kind, options))
+                built.append(catalogue.build(kind, options, scene.entries))
             except ValueError as error:
                 raise SceneError(f"[effects.{kind}] {error}") from None
     return tuple(built)
 
 
-def _to_code(value: Any, dimension: str, units: CodeUnits) -> Any:
+def _to_code(value: Any, dimension: Any, units: CodeUnits) -> Any:
     if value is None or isinstance(value, str) or dimension in ("choice", "boolean"):
         return value
-    scale = units.unit(Dimension(*catalogue.DIMENSIONS[dimension]))
+    scale = units.unit(catalogue.exponents(dimension))
     if isinstance(value, int | float):
         return value / scale
     return (np.asarray(value, dtype=float) / scale).tolist()

@@ -46,6 +46,7 @@ def _effects(listed: "list[EffectLine]") -> Table:
         text = Text(effect.text)
         why = "a numerical device of particles: skipped" if effect.skipped else f"{effect.loop}; {effect.source}"
         text.append(f" ({why})", style="dim")
+        text.append(f"\nfrom {effect.origin}" if effect.origin else "")
         text.append(f"\n{effect.options}" if effect.options else "")
         text.append(f"\n{effect.size}" if effect.size else "")
         table.add_row(Text(f"  {effect.kind}"), text)

@@ -76,7 +76,7 @@ def _steps_of(scene: Scene) -> float | None:
         return None  # no shock stops such a collapse: where it ends is not in this picture
     rates = np.abs(np.gradient(sizes, times)) / sizes
     step = np.minimum(longest, _steps_at(scene, sphere, sizes, rates))
-    step = np.minimum(step, _drag_limit(scene, times))
+    step = np.minimum(step, _limit_by_options(scene, times))
     return float(np.trapezoid(1.0 / step, times)) + 1.0
 
 
@@ -200,14 +200,16 @@ def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
     return np.array(times)[follows], np.array(sizes)[follows]
 
 
-def _drag_limit(scene: Scene, times: np.ndarray) -> np.ndarray:
-    """What damping allows at those times, (K,), while it lasts."""
-    drag, units = scene.effects.get("damping"), code_units(scene)
-    if drag is None:
-        return np.full_like(times, np.inf)
-    until = np.inf if drag["until"] is None else float(units.to_code(drag["until"], "time"))
-    limit = scene.numerics.courant * float(units.to_code(drag["time_scale"], "time"))
-    return np.where(times < until, limit, np.inf)
+def _limit_by_options(scene: Scene, times: np.ndarray) -> np.ndarray:
+    """What effects allow at those times, (K,), whose limit follows from their options alone."""
+    units, limits = code_units(scene), np.full_like(times, np.inf)
+    for kind, options in scene.effects.items():
+        if (pace := scene.entries[kind].pace) is not None:
+            allowed, last = pace(options)
+            until = np.inf if last is None else float(units.to_code(last, "time"))
+            limit = scene.numerics.courant * float(units.to_code(allowed, "time"))
+            limits = np.minimum(limits, np.where(times < until, limit, np.inf))
+    return limits
 
 
 def _steps_at(scene: Scene, sphere: Sphere, sizes: np.ndarray, rates: np.ndarray) -> np.ndarray:

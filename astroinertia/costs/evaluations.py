@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.costs.machine import REFERENCE_NEIGHBOURS, Machine, Seconds
-from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.scene import gravity_prices
 from astroinertia.scene.plan import gravity_method, smoothing
 from astroinertia.scene.schema import Scene
@@ -42,7 +41,7 @@ def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seco
     def passed(name: str) -> Seconds:
         return prices[f"fixed.{name}"] + more * prices[f"{numerics.precision}.{name}"]
 
-    near = [kind for kind in scene.effects if kind == "gravity" or CATALOGUE[kind].cost == "neighbours"]
+    near = [kind for kind in scene.effects if kind == "gravity" or scene.entries[kind].cost == "neighbours"]
     parts = {"density": passed("density")}
     for kind in near:
         part = FORCE_SHARES.get(kind, FURTHER_SHARE) * passed("forces")

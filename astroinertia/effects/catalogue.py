@@ -7,6 +7,7 @@ import importlib
 from collections.abc import Mapping
 from typing import Any
 
+from astroinertia.effects import sizes
 from astroinertia.effects.entries import (
     ALL_MODELS as ALL_MODELS,
     AXIS as AXIS,
@@ -17,6 +18,7 @@ from astroinertia.effects.entries import (
     Default as Default,
     Entry as Entry,
     Option as Option,
+    exponents as exponents,
     not_negative,
     positive,
 )
@@ -58,6 +60,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "all pairs",
         "Price & Monaghan 2007; Dehnen 2014",
         ALL_MODELS,
+        size=sizes.GRAVITY,
+        colour="blue",
     ),
     "pressure": Entry(
         "astroinertia.effects.pressure",
@@ -67,6 +71,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "neighbours",
         "Springel & Hernquist 2002",
         ALL_MODELS,
+        size=sizes.PRESSURE,
+        colour="vermillion",
     ),
     "viscosity": Entry(
         "astroinertia.effects.viscosity",
@@ -97,6 +103,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "neighbours",
         "Cullen & Dehnen 2010; Monaghan 1997; Balsara 1995",
         numerical=True,
+        size=sizes.VISCOSITY,
+        colour="green",
     ),
     "conduction": Entry(
         "astroinertia.effects.conduction",
@@ -115,6 +123,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "neighbours",
         "Price 2008; Wadsley, Veeravalli & Couchman 2008",
         numerical=True,
+        size=sizes.CONDUCTION,
+        colour="orange",
     ),
     "damping": Entry(
         "astroinertia.effects.damping",
@@ -136,6 +146,9 @@ CATALOGUE: Mapping[str, Entry] = {
         "particles",
         "Gingold & Monaghan 1977",
         ("sph", "ellipsoid"),
+        size=sizes.DAMPING,
+        colour="purple",
+        pace=lambda options: (options["time_scale"], options["until"]),
     ),
     "rotating_frame": Entry(
         "astroinertia.effects.rotating_frame",
@@ -149,6 +162,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "particles",
         "Landau & Lifshitz 1976, Mechanics, eq. 39.7",
         ("sph", "ellipsoid"),
+        size=sizes.ROTATING_FRAME,
+        colour="yellow",
     ),
     "tide": Entry(
         "astroinertia.effects.tide",
@@ -173,6 +188,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "particles",
         "Murray & Dermott 1999, chapter 2",
         ("sph", "ellipsoid"),
+        size=sizes.TIDE,
+        colour="sky",
     ),
     "companions": Entry(
         "astroinertia.effects.companions",
@@ -197,6 +214,7 @@ CATALOGUE: Mapping[str, Entry] = {
         },
         "particles",
         "Rein & Liu 2012; Hernquist & Katz 1989",
+        size=sizes.COMPANIONS,
     ),
     "sinks": Entry(
         "astroinertia.effects.sinks",
@@ -210,6 +228,7 @@ CATALOGUE: Mapping[str, Entry] = {
         },
         "particles",
         "Bate, Bonnell & Price 1995",
+        size=sizes.SINKS,
     ),
     "external_field": Entry(
         "astroinertia.effects.external_field",
@@ -229,6 +248,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "particles",
         "Binney & Tremaine 2008, sections 2.2 and 2.3",
         ("sph", "ellipsoid"),
+        size=sizes.EXTERNAL_FIELD,
+        colour="purple",
     ),
     "target_tensor": Entry(
         "astroinertia.effects.target_tensor",
@@ -269,6 +290,8 @@ CATALOGUE: Mapping[str, Entry] = {
         },
         "particles",
         "Zajac, Jones & Glazier 2003; Merks et al. 2006",
+        size=sizes.TARGET_TENSOR,
+        colour="orange",
     ),
     "shear_viscosity": Entry(
         "astroinertia.effects.shear_viscosity",
@@ -278,6 +301,8 @@ CATALOGUE: Mapping[str, Entry] = {
         "neighbours",
         "Espanol & Revenga 2003; Cleary & Monaghan 1999; Chandrasekhar 1969, section 37",
         ("sph", "ellipsoid"),
+        size=sizes.SHEAR_VISCOSITY,
+        colour="green",
     ),
     "radiation_reaction": Entry(
         "astroinertia.effects.radiation_reaction",
@@ -287,27 +312,32 @@ CATALOGUE: Mapping[str, Entry] = {
         "body",
         "Burke & Thorne 1970; Misner, Thorne & Wheeler 1973, eq. 36.8",
         ("sph", "ellipsoid"),
+        size=sizes.RADIATION_REACTION,
+        colour="orange",
     ),
     **HEAT,
     **RIGID,
 }
 
 
-def load(kind: str) -> type:
+def load(kind: str, entries: Mapping[str, Entry] = CATALOGUE) -> type:
     """The class of an effect, importing its module and no other effect's; KeyError for an unknown kind."""
-    entry = CATALOGUE[kind]
-    return getattr(importlib.import_module(entry.module), entry.class_name)
+    entry = entries[kind]
+    return entry.made or getattr(importlib.import_module(entry.module), entry.class_name)
 
 
-def build(kind: str, options: Mapping[str, Any] | None = None) -> Any:
-    """The effect from options in code units, defaults filled in; ValueError where options are missing or contradict."""
+def build(kind: str, options: Mapping[str, Any] | None = None, entries: Mapping[str, Entry] = CATALOGUE) -> Any:
+    """The effect from options in code units, defaults filled in; ValueError where options are missing or contradict.
+
+    entries: of the effects that are known, those of a scene (Scene.entries).
+    """
     given = dict(options or {})
     values = {}
-    for name, option in CATALOGUE[kind].options.items():
+    for name, option in entries[kind].options.items():
         value = given.pop(name, option.default)
         if isinstance(value, Default):
             raise ValueError(f"{name} is missing: {option.text}")
         values[name] = value
     if given:
         raise ValueError(f"{next(iter(given))} is not an option of {kind}")
-    return load(kind).from_options(values)
+    return load(kind, entries).from_options(values)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import jax
 import numpy as np
 
+from astroinertia.effects.entries import Option
+from astroinertia.effects.measure import Measure
 from astroinertia.engines.terms import PairTerm
 
 PARTS = (
@@ -51,6 +53,11 @@ def scoped(kind: str, part: Callable) -> Callable:
     return named
 
 
+def is_pytree(made: type) -> bool:
+    """Whether JAX knows the parts of a class, by @pytree."""
+    return not jax.tree_util.all_leaves([object.__new__(made)])
+
+
 @dataclass(frozen=True, eq=False)
 class Effect:
     """One force or energy exchange, with an acceleration of its own, so that its virial tensor can be taken (G = 1).
@@ -80,9 +87,22 @@ class Effect:
     function of F and dF/dt).
 
     The rigid parts are for a body that keeps its shape or changes it as prescribed: `body` there is models.rigid.View.
+
+    An effect that is not of this package (effects.own) says of itself what the catalogue says of the others: `options`,
+    `source`, `models`, `numerical` and `size`; the first paragraph of its docstring says in plans what it is.
     """
 
     kind: ClassVar[str]
+    options: ClassVar[Mapping[str, Option]] = {}
+    """Each field: its dimension, default, limits and meaning."""
+    source: ClassVar[str] = "no source is stated"
+    """Where its equations come from."""
+    models: ClassVar[tuple[str, ...]] = ("sph",)
+    """Those that it has parts for."""
+    numerical: ClassVar[bool] = False
+    """A device of particles and no physics: other models do without."""
+    size: ClassVar[Measure | None] = None
+    """How large it is in a scene, and what leaving it out would change; None where it does not say."""
     external: ClassVar[bool] = False
     """Exchanges momentum or energy with the outside of the fluid."""
     central: ClassVar[bool] = False

@@ -1,11 +1,15 @@
 """What the catalogue of effects is made of: entries, options and their dimensions, as plain data."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from astroinertia.effects.measure import Measure
+from astroinertia.units import Dimension
+
 Cost = Literal["particles", "neighbours", "all pairs", "body"]
+Pace = Callable[[Mapping[str, Any]], tuple[float, float | None]]
 
 
 class Default:
@@ -28,12 +32,14 @@ LIGHT = Default("the speed of light")
 class Option:
     """One option: its dimension ("choice" for one of `choices`), default in code units and meaning.
 
+    A dimension without a name in DIMENSIONS is given by its exponents, units.Dimension(mass, length, time).
+
     A default of None means that what the option describes is absent. `shape` is () for a number, (3,) for a vector and
     (3, 3) for a matrix; `minimum` and `maximum` bound a number, and are themselves allowed unless `exclusive`. `models`
     are those that it means something to: the others leave it out.
     """
 
-    dimension: str
+    dimension: str | Dimension
     default: Any
     text: str
     shape: tuple[int, ...] = ()
@@ -49,6 +55,10 @@ class Entry:
     """One effect: its module and class, one line on what it is, its options, the loop it needs and its source.
 
     models: those that have it. A numerical device of particles is not physics: other models need it not and skip it.
+    size: how its size in a scene is estimated; None where it states none. colour: that of figures, of plots.style; a
+    spare one without it. pace: from its options, the time that steps must resolve and until when (None: to the end),
+    where these follow from options alone. made: the class itself, of an effect that is
+    not of this package; package: name and version of the one that it comes from, empty where it was given from Python.
     """
 
     module: str
@@ -59,6 +69,18 @@ class Entry:
     source: str
     models: tuple[str, ...] = ("sph",)
     numerical: bool = False
+    size: Measure | None = None
+    colour: str = ""
+    pace: Pace | None = None
+    made: type | None = None
+    package: str = ""
+
+    @property
+    def origin(self) -> str:
+        """Where it comes from, in words; empty for an effect of this package."""
+        if self.made is None:
+            return ""
+        return self.package or f"the class {self.made.__qualname__} of {self.module}, given from Python"
 
 
 # Exponents of (mass, length, time) of every dimension that an option may have.
@@ -88,12 +110,17 @@ DIMENSIONS: Mapping[str, tuple[float, float, float]] = {
 }
 
 
-def positive(dimension: str, default: Any, text: str) -> Option:
+def exponents(dimension: str | Dimension) -> Dimension:
+    """Exponents of mass, length and time of an option's dimension."""
+    return Dimension(*DIMENSIONS[dimension]) if isinstance(dimension, str) else dimension
+
+
+def positive(dimension: str | Dimension, default: Any, text: str) -> Option:
     """An option that must be above zero."""
     return Option(dimension, default, text, minimum=0.0, exclusive=True)
 
 
-def not_negative(dimension: str, default: Any, text: str) -> Option:
+def not_negative(dimension: str | Dimension, default: Any, text: str) -> Option:
     """An option that must not be below zero."""
     return Option(dimension, default, text, minimum=0.0)
 

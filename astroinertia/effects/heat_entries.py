@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from astroinertia.effects import sizes
 from astroinertia.effects.entries import Entry, Option, not_negative, positive
 
 HEAT: Mapping[str, Entry] = {
@@ -41,6 +42,7 @@ HEAT: Mapping[str, Entry] = {
         },
         "particles",
         "Gammie 2001; Rybicki & Lightman 1979",
+        size=sizes.COOLING,
     ),
     "neutrino_loss": Entry(
         "astroinertia.effects.neutrino_loss",
@@ -68,5 +70,6 @@ HEAT: Mapping[str, Entry] = {
         },
         "particles",
         "Janka 2001; Murphy & Burrows 2008; Roberts & Reddy 2017",
+        size=sizes.NEUTRINO_LOSS,
     ),
 }

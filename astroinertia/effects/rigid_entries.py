@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from astroinertia.effects import torque_sizes
 from astroinertia.effects.entries import LIGHT, REQUIRED, Entry, Option, not_negative, positive
 
 _FRAME = Option("choice", "inertial", "the axes that it is given in", choices=("inertial", "body"))
@@ -20,6 +21,8 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Goldstein, Poole & Safko 2002, section 5.5",
         ("rigid", "scaling"),
+        size=torque_sizes.CONSTANT_TORQUE,
+        colour="yellow",
     ),
     "impulses": Entry(
         "astroinertia.effects.impulses",
@@ -35,6 +38,8 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Goldstein, Poole & Safko 2002, section 1.1",
         ("rigid",),
+        size=torque_sizes.IMPULSES,
+        colour="purple",
     ),
     "pivot": Entry(
         "astroinertia.effects.pivot",
@@ -47,6 +52,8 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Goldstein, Poole & Safko 2002, section 5.7",
         ("rigid",),
+        size=torque_sizes.PIVOT,
+        colour="vermillion",
     ),
     "dipole_braking": Entry(
         "astroinertia.effects.dipole_braking",
@@ -70,6 +77,8 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Goldreich 1970; Davis & Goldstein 1970; Michel & Goldwire 1970",
         ("sph", "rigid", "scaling"),
+        size=torque_sizes.DIPOLE_BRAKING,
+        colour="purple",
     ),
     "internal_dissipation": Entry(
         "astroinertia.effects.internal_dissipation",
@@ -84,6 +93,8 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Bloch, Krishnaprasad, Marsden & Ratiu 1996; Burns & Safronov 1973",
         ("rigid",),
+        size=torque_sizes.INTERNAL_DISSIPATION,
+        colour="orange",
     ),
     "gravity_gradient": Entry(
         "astroinertia.effects.gravity_gradient",
@@ -93,6 +104,8 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Murray & Dermott 1999, section 5.2",
         ("rigid",),
+        size=torque_sizes.GRAVITY_GRADIENT,
+        colour="blue",
     ),
     "tidal_torque": Entry(
         "astroinertia.effects.tidal_torque",
@@ -107,6 +120,8 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Mignard 1979; Goldreich & Soter 1966",
         ("rigid",),
+        size=torque_sizes.TIDAL_TORQUE,
+        colour="green",
     ),
     "rotational_deformation": Entry(
         "astroinertia.effects.rotational_deformation",
@@ -122,5 +137,7 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Munk & MacDonald 1960, chapter 6; Love 1909",
         ("rigid",),
+        size=torque_sizes.ROTATIONAL_DEFORMATION,
+        colour="vermillion",
     ),
 }

@@ -5,13 +5,11 @@ soon as the run is as long as the fall. Nothing here imports an effect. Tests: t
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from astroinertia.effects.characteristic import Characteristic, tidal_parameter
 from astroinertia.effects.measure import Found, Measure, Options, size, within_all
 from astroinertia.effects.one_zone import braked, difference
-from astroinertia.effects.torque_sizes import TORQUES
 
 MARGIN = 3.0  # by which estimates may be wrong: an effect counts from a third of the accuracy on
 BULGE = 5.0  # of a liquid sphere in a tide, over its tidal parameter: twice 5/2, for a tide that comes suddenly
@@ -39,9 +37,13 @@ class Size:
         return self.change is None or self.change * MARGIN > accuracy
 
 
-def effect_size(kind: str, body: Characteristic, options: Options | None = None) -> Size:
-    """The size of an effect with these options (None: it is not listed, and has none)."""
-    measure = SIZES[kind]
+def effect_size(measure: Measure | None, body: Characteristic, options: Options | None = None) -> Size:
+    """The size of an effect with these options (None: it is not listed, and has none).
+
+    measure: the effect's; without one its size is not known.
+    """
+    if measure is None:
+        return Size("", None, None, "", "", "the effect states no size")
     if "zone" in measure.needs and not body.deforms:
         return Size(measure.name, None, 0.0, "what keeps its size or shape does not yield to it", measure.source)
     missing = [name for name in measure.needs if getattr(body, name) is None]
@@ -267,66 +269,63 @@ def _neutrino_loss(body: Characteristic, options: Options) -> Found:
 
 
 _ZONE = ("mass", "radius", "zone")
-SIZES: Mapping[str, Measure] = {
-    "gravity": Measure(
-        "|W| over 3 Pi + 2 T", "I of one zone by the virial theorem, with |W| and without",
-        "Chandrasekhar 1969, section 14", _gravity, _ZONE,
-    ),
-    "pressure": Measure(
-        "U/|W|", "I of one zone with 3 Pi and without; mass whose free fall ends",
-        "Chandrasekhar 1969, section 14", _pressure, _ZONE,
-    ),
-    "viscosity": Measure(
-        "Mach number of the braked fall", "M^2 of the heat, once waves of that Mach number have steepened; what falls",
-        "Landau & Lifshitz 1987, Fluid Mechanics, section 101", _viscosity, _ZONE,
-    ),
-    "conduction": Measure(
-        "contacts of materials", "all where matter of different kinds meets; a device without a size of its own else",
-        "Price 2008", _conduction,
-    ),
-    "damping": Measure(
-        "run over time scale", "1 - exp(-t/tau)", "Gingold & Monaghan 1977", _damping, (), ("time_scale",),
-    ),
-    "rotating_frame": Measure(
-        "turn of the frame in the run", "the angle that it turns by", "Landau & Lifshitz 1976, eq. 39.7",
-        _rotating_frame, (), ("rate",),
-    ),
-    "tide": Measure(
-        "(M'/M) (R/d)^3 at the nearest", "five times that if bound, times (t/t_dyn)^2 at first; all beyond Roche",
-        "Murray & Dermott 1999, section 4.2", _tide, ("mass", "radius"), ("mass", "position"),
-    ),
-    "companions": Measure(
-        "(M'/M) (R/d)^3 at the nearest", "five times that if bound, times (t/t_dyn)^2 at first; all beyond Roche",
-        "Murray & Dermott 1999, section 4.2", _companions, ("mass", "radius", "neighbours"),
-    ),
-    "sinks": Measure(
-        "central density over the sinks'", "all once the density is reached; the mass whose free fall ends before",
-        "Bate, Bonnell & Price 1995", _sinks, ("central_density",), ("density",),
-    ),
-    "external_field": Measure(
-        "tidal field times R^3/(G M)", "as a tide of that size", "Binney & Tremaine 2008, section 8.2",
-        _external_field, ("mass", "radius"), ("origin",),
-    ),
-    "target_tensor": Measure(
-        "stiffness times R^3/(G M)", "stiffness times t^2, or t_dyn^2", "Zajac, Jones & Glazier 2003",
-        _target_tensor, ("mass", "radius"), ("stiffness",),
-    ),
-    "shear_viscosity": Measure(
-        "5 nu t/R^2", "that, where the flow has shear; times the imbalance of forces in rigid rotation",
-        "Lamb 1932, section 355; Chandrasekhar 1969, section 37", _shear_viscosity, ("radius",),
-        ("kinematic_viscosity",),
-    ),
-    "radiation_reaction": Measure(
-        "G M/(R c^2)", "6.4 (G M/(R c^2))^(5/2) ((B - A)/C)^2 (omega t_dyn)^4 t/t_dyn; t over inspiral",
-        "Peters 1964; Misner, Thorne & Wheeler 1973, eq. 36.8", _radiation_reaction, ("mass", "radius", "moments"),
-    ),
-    "cooling": Measure(
-        "run in cooling times", "2/(3 gamma - 4) of that, times what pressure does", "Chandrasekhar 1939, chapter 4",
-        _cooling, (*_ZONE, "thermal_energy"), ("law",),
-    ),
-    "neutrino_loss": Measure(
-        "run in times of loss", "2/(3 gamma - 4) times that, of what pressure does", "Janka 2001",
-        _neutrino_loss, (*_ZONE, "thermal_energy", "central_density"), ("law",),
-    ),
-    **TORQUES,
-}  # fmt: skip
+GRAVITY = Measure(
+    "|W| over 3 Pi + 2 T", "I of one zone by the virial theorem, with |W| and without",
+    "Chandrasekhar 1969, section 14", _gravity, _ZONE,
+)  # fmt: skip
+PRESSURE = Measure(
+    "U/|W|", "I of one zone with 3 Pi and without; mass whose free fall ends",
+    "Chandrasekhar 1969, section 14", _pressure, _ZONE,
+)  # fmt: skip
+VISCOSITY = Measure(
+    "Mach number of the braked fall", "M^2 of the heat, once waves of that Mach number have steepened; what falls",
+    "Landau & Lifshitz 1987, Fluid Mechanics, section 101", _viscosity, _ZONE,
+)  # fmt: skip
+CONDUCTION = Measure(
+    "contacts of materials", "all where matter of different kinds meets; a device without a size of its own else",
+    "Price 2008", _conduction,
+)  # fmt: skip
+DAMPING = Measure(
+    "run over time scale", "1 - exp(-t/tau)", "Gingold & Monaghan 1977", _damping, (), ("time_scale",),
+)  # fmt: skip
+ROTATING_FRAME = Measure(
+    "turn of the frame in the run", "the angle that it turns by", "Landau & Lifshitz 1976, eq. 39.7",
+    _rotating_frame, (), ("rate",),
+)  # fmt: skip
+TIDE = Measure(
+    "(M'/M) (R/d)^3 at the nearest", "five times that if bound, times (t/t_dyn)^2 at first; all beyond Roche",
+    "Murray & Dermott 1999, section 4.2", _tide, ("mass", "radius"), ("mass", "position"),
+)  # fmt: skip
+COMPANIONS = Measure(
+    "(M'/M) (R/d)^3 at the nearest", "five times that if bound, times (t/t_dyn)^2 at first; all beyond Roche",
+    "Murray & Dermott 1999, section 4.2", _companions, ("mass", "radius", "neighbours"),
+)  # fmt: skip
+SINKS = Measure(
+    "central density over the sinks'", "all once the density is reached; the mass whose free fall ends before",
+    "Bate, Bonnell & Price 1995", _sinks, ("central_density",), ("density",),
+)  # fmt: skip
+EXTERNAL_FIELD = Measure(
+    "tidal field times R^3/(G M)", "as a tide of that size", "Binney & Tremaine 2008, section 8.2",
+    _external_field, ("mass", "radius"), ("origin",),
+)  # fmt: skip
+TARGET_TENSOR = Measure(
+    "stiffness times R^3/(G M)", "stiffness times t^2, or t_dyn^2", "Zajac, Jones & Glazier 2003",
+    _target_tensor, ("mass", "radius"), ("stiffness",),
+)  # fmt: skip
+SHEAR_VISCOSITY = Measure(
+    "5 nu t/R^2", "that, where the flow has shear; times the imbalance of forces in rigid rotation",
+    "Lamb 1932, section 355; Chandrasekhar 1969, section 37", _shear_viscosity, ("radius",),
+    ("kinematic_viscosity",),
+)  # fmt: skip
+RADIATION_REACTION = Measure(
+    "G M/(R c^2)", "6.4 (G M/(R c^2))^(5/2) ((B - A)/C)^2 (omega t_dyn)^4 t/t_dyn; t over inspiral",
+    "Peters 1964; Misner, Thorne & Wheeler 1973, eq. 36.8", _radiation_reaction, ("mass", "radius", "moments"),
+)  # fmt: skip
+COOLING = Measure(
+    "run in cooling times", "2/(3 gamma - 4) of that, times what pressure does", "Chandrasekhar 1939, chapter 4",
+    _cooling, (*_ZONE, "thermal_energy"), ("law",),
+)  # fmt: skip
+NEUTRINO_LOSS = Measure(
+    "run in times of loss", "2/(3 gamma - 4) times that, of what pressure does", "Janka 2001",
+    _neutrino_loss, (*_ZONE, "thermal_energy", "central_density"), ("law",),
+)  # fmt: skip

@@ -132,37 +132,35 @@ def _rotational_deformation(body: Characteristic, options: Options) -> Found:
 
 
 TURNS = ("moments", "spin")
-TORQUES = {
-    "constant_torque": Measure(
-        "torque times run over L", "torque times the time that it acts, over L", "Goldstein, Poole & Safko 2002, 1.1",
-        _constant_torque, TURNS, ("vector",),
-    ),
-    "impulses": Measure(
-        "impulses over L", "the sum of all impulses over L", "Goldstein, Poole & Safko 2002, 1.1", _impulses, TURNS,
-        ("angular_momentum", "time"),
-    ),
-    "pivot": Measure(
-        "M g l/(L omega)", "angle of precession M g l t/L", "Goldstein, Poole & Safko 2002, 5.7", _pivot,
-        (*TURNS, "mass"), ("gravity", "arm"),
-    ),
-    "dipole_braking": Measure(
-        "torque over L omega", "1 - (1 + (n - 1) t/tau)^(-1/(n - 1)) with the age tau of the torque of now",
-        "Goldreich 1970", _dipole_braking, TURNS,
-    ),
-    "internal_dissipation": Measure(
-        "run over time scale", "angle of the wobble times 1 - exp(-t/tau)", "Burns & Safronov 1973",
-        _internal_dissipation, ("spin",), ("time_scale",),
-    ),
-    "gravity_gradient": Measure(
-        "torque over L omega", "(3/2) (G M'/a^3) (H/omega) sin eps cos eps t, and what of B - A is not averaged out",
-        "Murray & Dermott 1999, 5.2; Goldreich 1966", _gravity_gradient, (*TURNS, "neighbours"),
-    ),
-    "tidal_torque": Measure(
-        "(M'/M) (R/a)^3", "torque on the lagging tide times the run, over L", "Goldreich & Soter 1966", _tidal_torque,
-        (*TURNS, "neighbours"), ("love_number", "radius"),
-    ),
-    "rotational_deformation": Measure(
-        "bulge k2 R^5 omega^2/(3 G C)", "what the bulge adds to C, and the wobble where its phase has changed",
-        "Munk & MacDonald 1960, 6", _rotational_deformation, TURNS, ("love_number", "radius"),
-    ),
-}  # fmt: skip
+CONSTANT_TORQUE = Measure(
+    "torque times run over L", "torque times the time that it acts, over L", "Goldstein, Poole & Safko 2002, 1.1",
+    _constant_torque, TURNS, ("vector",),
+)  # fmt: skip
+IMPULSES = Measure(
+    "impulses over L", "the sum of all impulses over L", "Goldstein, Poole & Safko 2002, 1.1", _impulses, TURNS,
+    ("angular_momentum", "time"),
+)  # fmt: skip
+PIVOT = Measure(
+    "M g l/(L omega)", "angle of precession M g l t/L", "Goldstein, Poole & Safko 2002, 5.7", _pivot,
+    (*TURNS, "mass"), ("gravity", "arm"),
+)  # fmt: skip
+DIPOLE_BRAKING = Measure(
+    "torque over L omega", "1 - (1 + (n - 1) t/tau)^(-1/(n - 1)) with the age tau of the torque of now",
+    "Goldreich 1970", _dipole_braking, TURNS,
+)  # fmt: skip
+INTERNAL_DISSIPATION = Measure(
+    "run over time scale", "angle of the wobble times 1 - exp(-t/tau)", "Burns & Safronov 1973",
+    _internal_dissipation, ("spin",), ("time_scale",),
+)  # fmt: skip
+GRAVITY_GRADIENT = Measure(
+    "torque over L omega", "(3/2) (G M'/a^3) (H/omega) sin eps cos eps t, and what of B - A is not averaged out",
+    "Murray & Dermott 1999, 5.2; Goldreich 1966", _gravity_gradient, (*TURNS, "neighbours"),
+)  # fmt: skip
+TIDAL_TORQUE = Measure(
+    "(M'/M) (R/a)^3", "torque on the lagging tide times the run, over L", "Goldreich & Soter 1966", _tidal_torque,
+    (*TURNS, "neighbours"), ("love_number", "radius"),
+)  # fmt: skip
+ROTATIONAL_DEFORMATION = Measure(
+    "bulge k2 R^5 omega^2/(3 G C)", "what the bulge adds to C, and the wobble where its phase has changed",
+    "Munk & MacDonald 1960, 6", _rotational_deformation, TURNS, ("love_number", "radius"),
+)  # fmt: skip

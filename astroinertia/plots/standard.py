@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from astroinertia.errors import SceneError
 from astroinertia.plots import style
 from astroinertia.scene import load
 from astroinertia.test_problems.matter import Solution, l1_errors, standard
@@ -20,7 +21,10 @@ def standard_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure | None
     """
     if "scene" not in dataset.attrs or "standard" not in dataset.attrs["scene"]:
         return None
-    scene = load.loads(dataset.attrs["scene"])
+    try:
+        scene = load.loads(dataset.attrs["scene"])
+    except SceneError:  # of an effect that is not here
+        return None
     if scene.body.kind != "standard" or scene.equation_of_state is None or scene.equation_of_state.kind != "ideal":
         return None
     problem, gamma = scene.body.problem, scene.equation_of_state.gamma

@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.storage import overwriting
 from astroinertia.storage.atomic import write_whole
 from astroinertia.units import quantity, readable
@@ -22,28 +23,12 @@ BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, YELLOW = (
 )  # fmt: skip
 INK, GREY, PALE = "#1c1c1c", "#707070", "#d9d9d9"
 COMPONENTS = (SKY, ORANGE, BLUE)
-EFFECTS = {
-    "motion": INK,
-    "gravity": BLUE,
-    "pressure": VERMILLION,
-    "viscosity": GREEN,
-    "conduction": ORANGE,
-    "damping": PURPLE,
-    "tide": SKY,
-    "rotating_frame": YELLOW,
-    "external_field": PURPLE,
-    "target_tensor": ORANGE,
-    "rigidity": SKY,
-    "shear_viscosity": GREEN,
-    "radiation_reaction": ORANGE,
-    "gravity_gradient": BLUE,
-    "pivot": VERMILLION,
-    "constant_torque": YELLOW,
-    "dipole_braking": PURPLE,
-    "internal_dissipation": ORANGE,
-    "tidal_torque": GREEN,
-    "rotational_deformation": VERMILLION,
-    "impulses": PURPLE,
+PALETTE = {
+    "blue": BLUE, "vermillion": VERMILLION, "green": GREEN, "orange": ORANGE, "purple": PURPLE, "sky": SKY,
+    "yellow": YELLOW,
+}  # fmt: skip
+EFFECTS = {"motion": INK, "rigidity": SKY} | {
+    kind: PALETTE[entry.colour] for kind, entry in CATALOGUE.items() if entry.colour
 }
 SPARE = (PURPLE, SKY, ORANGE, YELLOW, GREEN)
 TIME_MAP, DENSITY_MAP = "viridis", "inferno"

@@ -2,7 +2,7 @@
 
 import math
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -124,18 +124,21 @@ def resume(
     listener: Listener | None = None,
     completed: Completion | None = None,
     deadline: float = math.inf,
+    effects: Sequence[Any] = (),
 ) -> Path:
     """Go on with an interrupted run, bit for bit as if it had never stopped, and return its netCDF file.
 
-    Where a disk has damaged files of the run: Archive.open. Otherwise as run_scene. Tests: tests/crash.
+    effects: those of the user's own that it was given from Python, or their classes. Where a disk has damaged files of
+    the run: Archive.open. Otherwise as run_scene. Tests: tests/crash.
     """
     begun = clock.monotonic()
     opened = hosts.first_then_others(lambda: Archive.open(folder), lambda: Archive.view(folder))
-    with jax.enable_x64(True), opened, shared_out(scene_of(opened).numerics.devices):
+    scene = scene_of(opened, effects)
+    with jax.enable_x64(True), opened, shared_out(scene.numerics.devices):
         if hosts.is_first():
-            note_versions(opened)
+            note_versions(opened, scene)
         archive = opened if hosts.is_first() else Unwritten(folder, opened.metadata)
-        return _Run(restore(opened), archive, listener, begun, deadline).finish(completed)
+        return _Run(restore(opened, scene), archive, listener, begun, deadline).finish(completed)
 
 
 class _Run:

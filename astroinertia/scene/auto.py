@@ -45,10 +45,11 @@ def choose(scene: Scene) -> Choice:
     considered = _considered(scene, body)
     effects: dict[str, dict[str, Any]] = {}
     reasons, sizes = {}, {}
-    for kind in (each for each in CATALOGUE if each in considered):
+    for kind in (each for each in scene.entries if each in considered):
         needed = _needed(kind, scene, body)
         # gravity and pressure, which come first, are judged against each other; the others beside what of them is on
-        sizes[kind] = effect_size(kind, body if kind in FIRST else settled(body, effects), considered[kind])
+        measure = scene.entries[kind].size
+        sizes[kind] = effect_size(measure, body if kind in FIRST else settled(body, effects), considered[kind])
         on = bool(needed) or sizes[kind].counts(accuracy)
         if on:
             effects[kind] = considered[kind]

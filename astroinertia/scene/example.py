@@ -190,12 +190,13 @@ def _effect(kind: str) -> str:
 
 def _option(name: str, option: Option) -> str:
     value = "299792.458 km/s" if option.default is LIGHT else option.default
+    dimension = str(option.dimension)  # which has a name, in every effect of the catalogue
     if value is None or value is REQUIRED:
-        value = "" if option.dimension == "choice" else EXAMPLES.get(option.dimension, 1.0)
+        value = "" if dimension == "choice" else EXAMPLES.get(dimension, 1.0)
         for length in reversed(option.shape):
             value = [value] * length
-    elif option.dimension in EXAMPLES and option.default is not LIGHT:
-        value = _with_unit(value, EXAMPLES[option.dimension].split(" ", 1)[1])
+    elif dimension in EXAMPLES and option.default is not LIGHT:
+        value = _with_unit(value, EXAMPLES[dimension].split(" ", 1)[1])
     choices = f" ({', '.join(option.choices)})" if option.choices else ""
     return _entry(f"# {name} = {toml_value(value)}", option.text + choices)
 

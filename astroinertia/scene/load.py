@@ -1,13 +1,14 @@
 """A scene from a TOML file or text: read within limits, overridden, validated, or refused with one clear sentence."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from astroinertia.effects.catalogue import ALL_MODELS, CATALOGUE
+from astroinertia.effects.catalogue import ALL_MODELS, CATALOGUE, Entry
+from astroinertia.effects.own import as_written, classes, own_entries
 from astroinertia.errors import SceneError
 from astroinertia.scene import schema
 from astroinertia.scene.auto import AUTO, Choice, choose
@@ -18,13 +19,13 @@ from astroinertia.scene.problems import Problem, first_problem, nearest, place, 
 from astroinertia.scene.quantities import described
 from astroinertia.scene.scales import refuse_extremes
 from astroinertia.scene.source import LARGEST_FILE, decode, line_of, override, parse, read_regular_file
-from astroinertia.scene.text import with_overrides
+from astroinertia.scene.text import toml_value, with_overrides
 from astroinertia.units import shown
 
 SWEEP = "sweep"
 """The table that makes several runs of a scene: scene.sweep."""
 # Fields of a Scene that say where it came from and why it is so; no keys of a scene.
-RECORD = ("source", "overrides", "origin", "reasons", "choice")
+RECORD = ("source", "overrides", "origin", "reasons", "choice", "own")
 
 
 def _by_kind(union: Any) -> dict[str, type[BaseModel]]:
@@ -40,10 +41,13 @@ KINDS = {
 KEYS = [name for name in schema.Scene.model_fields if name not in RECORD]
 
 
-def load_file(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> schema.Scene:
-    """The scene in a TOML file, with "key.path=value" overrides put in; SceneError says in a sentence what is wrong."""
+def load_file(path: str | os.PathLike[str], overrides: Sequence[str] = (), effects: Sequence[Any] = ()) -> schema.Scene:
+    """The scene in a TOML file, with "key.path=value" overrides put in; SceneError says in a sentence what is wrong.
+
+    effects: of the user's own, as for `loads`.
+    """
     text, name, origin = read_file(path)
-    return loads(text, overrides, origin, name)
+    return loads(text, overrides, origin, name, effects)
 
 
 def read_file(path: str | os.PathLike[str]) -> tuple[str, str, str]:
@@ -53,19 +57,64 @@ def read_file(path: str | os.PathLike[str]) -> tuple[str, str, str]:
     return decode(read_regular_file(file, LARGEST_FILE, "a scene"), name), name, str(file.absolute().parent)
 
 
-def loads(text: str, overrides: Sequence[str] = (), origin: str | None = None, name: str = "the scene") -> schema.Scene:
+def loads(
+    text: str, overrides: Sequence[str] = (), origin: str | None = None, name: str = "the scene",
+    effects: Sequence[Any] = (),
+) -> schema.Scene:  # fmt: skip
     """The scene in a TOML text; raises SceneError.
 
-    origin: the folder that file names in it are relative to. name: what messages call the text.
+    origin: the folder that file names in it are relative to. name: what messages call the text. effects: of the user's
+    own; a class stands for what the text names, an effect is listed besides, as if by overrides.
     """
+    given = classes(effects)
     tables = override(parse(text, name), overrides)
+    overrides = (*overrides, *_listing(tables, effects))
+    tables = override(tables, overrides)
     if overrides:
         parse(with_overrides(text, overrides), name)  # what a run folder keeps must be readable when it is resumed
     try:
-        return _validated(tables, text, tuple(overrides), origin)
+        return _validated(tables, text, tuple(overrides), origin, given)
     except Problem as problem:
         path = tuple(part for part in problem.path if isinstance(part, str))
         raise SceneError(f"{where(text, overrides, path, name)}: {_told(problem)}") from None
+
+
+def with_effects(scene: schema.Scene, effects: Sequence[Any]) -> schema.Scene:
+    """The scene with effects of the user's own besides those that it lists; SceneError where they do not go with it."""
+    if not effects:
+        return scene
+    return loads(scene.source, scene.overrides, scene.origin, effects=(*scene.given, *effects))
+
+
+def refuse_other_options(scene: schema.Scene, effect: Any) -> None:
+    """SceneError where an effect, or the class of one, that is given for a scene is not among its own, or not as there.
+
+    For runs that go on: what they were given is in the text of their scenes.
+    """
+    made = effect if isinstance(effect, type) else type(effect)
+    if made.kind not in scene.effects:
+        raise SceneError(f"the effect '{made.kind}' is given, but the run began without it.")
+    if isinstance(effect, type):
+        return
+    written = {made.kind: as_written(effect, scene.dimensionless)}
+    given = effect_options(written, scene.dimensionless, entries=scene.entries)[made.kind]
+    if given != scene.effects[made.kind]:
+        was = ", ".join(f"{name} = {value}" for name, value in scene.effects[made.kind].items())
+        raise SceneError(f"the effect '{made.kind}' is given with other options than the run began with: {was}.")
+
+
+def _listing(tables: dict[str, Any], effects: Sequence[Any]) -> list[str]:
+    """Overrides that list effects which are given from Python, with their options."""
+    table = "candidates" if tables.get("effects") == AUTO else "effects"
+    listed, found = tables.get(table, {}), []
+    for effect in effects:
+        if isinstance(effect, type):
+            continue
+        kind = type(effect).kind
+        if isinstance(listed, dict) and kind in listed:
+            raise SceneError(f"the effect '{kind}' is listed in the scene and given besides; give its class alone.")
+        found.append(f"{table}.{kind}={toml_value(as_written(effect, tables.get('units') == 'code'))}")
+    return found
 
 
 def resolved_text(scene: schema.Scene) -> str:
@@ -87,7 +136,11 @@ def where(text: str, overrides: Sequence[str], path: tuple[str, ...], name: str)
     return f"{name}, line {line}" if line else name
 
 
-def _validated(tables: dict[str, Any], text: str, overrides: tuple[str, ...], origin: str | None) -> schema.Scene:
+def _validated(
+    tables: dict[str, Any], text: str, overrides: tuple[str, ...], origin: str | None, given: Mapping[str, Entry]
+) -> schema.Scene:
+    if SWEEP in tables and given:
+        raise Problem((SWEEP,), " takes effects that are built in or installed, none from Python.", table=True)
     if SWEEP in tables:
         raise Problem((SWEEP,), " makes several runs of a scene, which only `run` and `plan` take.", table=True)
     for key in tables:
@@ -107,13 +160,17 @@ def _validated(tables: dict[str, Any], text: str, overrides: tuple[str, ...], or
     if "candidates" in tables and not automatic:
         raise Problem(("candidates",), ' are for effects = "auto", which chooses among them.', table=True)
     table = "candidates" if automatic else "effects"
-    effects = effect_options(tables.get(table, {}), code, table)
-    _check_model(tables.get("model", "sph"), effects, table)
-    _check_softening(effects, table)
+    listed = tables.get(table, {})
+    own = own_entries(listed if isinstance(listed, dict) else (), given)
+    entries = {**CATALOGUE, **own}
+    effects = effect_options(listed, code, table, entries)
+    _check_model(tables.get("model", "sph"), effects, table, entries)
+    _check_softening(effects, table, entries)
     if "box" in tables:
-        _check_box(effects, table)
+        _check_box(effects, table, entries)
     context = {"code": code, "gamma_thermal": _thermal_exponent(tables.get("equation_of_state"))}
-    record = {"effects": effects, "source": text, "overrides": overrides, "origin": origin} | _first_of(tables)
+    record = {"effects": effects, "source": text, "overrides": overrides, "origin": origin, "own": own}
+    record |= _first_of(tables)
     if not automatic:
         return _scene_of({**tables, **record}, context)
     everything = {**tables, **record, "candidates": effects, "effects": {"gravity": {}, **effects}}
@@ -141,11 +198,11 @@ def _first_of(tables: dict[str, Any]) -> dict[str, Any]:
     return {"body": bodies[0]} if isinstance(bodies, list) and bodies else {"body": {"kind": "uniform"}}
 
 
-def _check_model(model: Any, effects: dict[str, Any], table: str) -> None:
+def _check_model(model: Any, effects: dict[str, Any], table: str, entries: Mapping[str, Entry]) -> None:
     if model not in ALL_MODELS:
         return  # said by the field itself
     for kind in effects:
-        entry = CATALOGUE[kind]
+        entry = entries[kind]
         if model not in entry.models and not entry.numerical:
             has = ", ".join(name for name, other in CATALOGUE.items() if model in other.models)
             raise Problem(
@@ -153,15 +210,15 @@ def _check_model(model: Any, effects: dict[str, Any], table: str) -> None:
             )
 
 
-def _check_box(effects: dict[str, Any], table: str) -> None:
+def _check_box(effects: dict[str, Any], table: str, entries: Mapping[str, Entry]) -> None:
     for kind in effects:
-        if CATALOGUE[kind].cost != "neighbours":
+        if entries[kind].cost != "neighbours":
             has = ", ".join(name for name, other in CATALOGUE.items() if other.cost == "neighbours")
             raise Problem((table, kind), f" cannot act in a periodic box, where only neighbours do: {has}.", table=True)
 
 
-def _check_softening(effects: dict[str, Any], table: str) -> None:
-    near = [kind for kind in effects if CATALOGUE[kind].cost == "neighbours"]
+def _check_softening(effects: dict[str, Any], table: str, entries: Mapping[str, Entry]) -> None:
+    near = [kind for kind in effects if entries[kind].cost == "neighbours"]
     if near and effects.get("gravity", {}).get("softening") is not None:
         raise Problem(
             (table, "gravity", "softening"),

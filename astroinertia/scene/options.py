@@ -1,8 +1,10 @@
 """The options of the effects that a scene lists, checked against plain data: no effect's module is imported here."""
 
+from collections.abc import Mapping
 from typing import Any
 
-from astroinertia.effects.catalogue import CATALOGUE, LIGHT, Default, Option
+from astroinertia.effects.catalogue import CATALOGUE, LIGHT, Default, Entry, Option
+from astroinertia.effects.own import offered
 from astroinertia.scene.problems import Problem, nearest, unknown_key, wrong_choice
 from astroinertia.scene.quantities import described, dimensional
 from astroinertia.units import SPEED_OF_LIGHT
@@ -10,26 +12,28 @@ from astroinertia.units import SPEED_OF_LIGHT
 DIRECTIONS = ("axis", "normal")  # options that say only where something points
 
 
-def effect_options(effects: Any, code: bool, table: str = "effects") -> dict[str, dict[str, Any]]:
+def effect_options(
+    effects: Any, code: bool, table: str = "effects", entries: Mapping[str, Entry] = CATALOGUE
+) -> dict[str, dict[str, Any]]:
     """Each listed effect with all its options, in SI (in code units where `code`); raises Problem.
 
     An option that a scene does not give has the catalogue's default; those are zero, without dimension, None, or the
-    speed of light. `table` is the name that the scene gives to what lists them.
+    speed of light. `table` is the name that the scene gives to what lists them; `entries`, the effects that are known.
     """
     if not isinstance(effects, dict):
         raise Problem((table,), f": must be a table with a table for each effect, not {described(effects)}.")
     result = {}
     for kind, given in effects.items():
-        if kind not in CATALOGUE:
-            raise Problem((table, kind), f" is not a known effect; {nearest(kind, CATALOGUE)}.")
+        if kind not in entries:
+            known = dict.fromkeys((*entries, *offered()))
+            raise Problem((table, kind), f" is not a known effect; {nearest(kind, known)}.")
         if not isinstance(given, dict):
             raise Problem((table, kind), f": must be a table (an empty one will do), not {described(given)}.")
-        result[kind] = _options(kind, given, code, table)
+        result[kind] = _options(kind, entries[kind].options, given, code, table)
     return result
 
 
-def _options(kind: str, given: dict[str, Any], code: bool, table: str) -> dict[str, Any]:
-    known = CATALOGUE[kind].options
+def _options(kind: str, known: Mapping[str, Option], given: dict[str, Any], code: bool, table: str) -> dict[str, Any]:
     for name in given:
         if name not in known:
             raise unknown_key((table, kind, name), known)

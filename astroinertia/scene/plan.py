@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.scene import gravity_prices, plan_body, plan_effects
 from astroinertia.scene.fluids import FROM_BODY, Material
 from astroinertia.scene.particle_costs import expected
@@ -12,7 +11,7 @@ from astroinertia.scene.resolution import resolved
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
-from astroinertia.units import si_unit
+from astroinertia.units import Dimension, si_unit
 
 UNCHOSEN = (
     "settings",
@@ -36,7 +35,8 @@ class EffectLine:
     """One effect of the catalogue: `options` as written for a person, empty where it is not listed.
 
     skipped: listed, but a numerical device that the scene's model does not need. size: how large it is in this scene,
-    and what leaving it out would cost; empty where that takes numbers that the scene does not give.
+    and what leaving it out would cost; empty where that takes numbers that the scene does not give. origin: where it
+    comes from, empty for an effect of this package.
     """
 
     kind: str
@@ -47,6 +47,7 @@ class EffectLine:
     source: str
     skipped: bool = False
     size: str = ""
+    origin: str = ""
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,7 @@ class Plan:
         lines += ["effects:"]
         lines += [
             f"  {line.kind}: {line.text}{f'; {line.options}' if line.options else ''}"
+            f"{f'; from {line.origin}' if line.origin else ''}"
             for line in self.effects
             if line.listed and not line.skipped
         ]
@@ -151,14 +153,15 @@ def plan(scene: Scene) -> Plan:
             entry.source,
             kind in scene.effects and scene.model not in entry.models,
             sizes.get(kind, ""),
+            entry.origin,
         )
-        for kind, entry in CATALOGUE.items()
+        for kind, entry in scene.entries.items()
         if kind in scene.effects or scene.model in entry.models
     )
     return Plan(scene.name, scene.description.strip(), sections, effects)
 
 
-def _shown(scene: Scene, value: float, dimension: str) -> str:
+def _shown(scene: Scene, value: float, dimension: str | Dimension) -> str:
     unit = "" if scene.dimensionless or dimension == "dimensionless" else f" {si_unit(dimension)}"
     return f"{value:.6g}{unit}"
 
@@ -337,7 +340,7 @@ def records(end: float, every: float) -> int:
 
 
 def _options(scene: Scene, kind: str) -> str:
-    known, given = CATALOGUE[kind].options, scene.effects[kind]
+    known, given = scene.entries[kind].options, scene.effects[kind]
     return ", ".join(
         f"{name} {_option(scene, value, known[name].dimension)}"
         for name, value in given.items()
@@ -345,7 +348,7 @@ def _options(scene: Scene, kind: str) -> str:
     )
 
 
-def _option(scene: Scene, value: Any, dimension: str) -> str:
+def _option(scene: Scene, value: Any, dimension: str | Dimension) -> str:
     if isinstance(value, str | bool):
         return str(value).lower()
     if isinstance(value, tuple | list):

@@ -5,7 +5,6 @@ Tests: tests/unit/test_sizes.py.
 
 import math
 
-from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
 from astroinertia.effects.sizes import MARGIN, effect_size
 from astroinertia.scene.auto import accuracy_of, settled, told
@@ -29,14 +28,14 @@ def sizes_told(scene: Scene) -> dict[str, str]:
     body, accuracy = characteristic(scene), accuracy_of(scene)
     body = settled(body, scene.effects)
     found = {}
-    for kind, entry in CATALOGUE.items():
+    for kind, entry in scene.entries.items():
         listed = kind in scene.effects
         if scene.model not in entry.models:
             continue
         if kind in scene.reasons:
             found[kind] = scene.reasons[kind]
             continue
-        size = effect_size(kind, settled(body, (*scene.effects, kind)), scene.effects.get(kind))
+        size = effect_size(entry.size, settled(body, (*scene.effects, kind)), scene.effects.get(kind))
         if size.change is None and not listed:
             continue  # without its numbers nothing can be said
         text = told(size, accuracy)

@@ -10,7 +10,6 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.scene.problems import Problem
 from astroinertia.scene.quantities import quantity_of
 from astroinertia.scene.schema import Scene, Units
@@ -98,8 +97,8 @@ def _constants(scene: Scene) -> Iterator[Number]:
 def _of_effects(scene: Scene) -> Iterator[Number]:
     for kind, options in scene.effects.items():
         for name, value in options.items():
-            option = CATALOGUE[kind].options[name]
-            if option.dimension in DIMENSIONS and value is not None:
+            option = scene.entries[kind].options[name]
+            if (isinstance(option.dimension, Dimension) or option.dimension in DIMENSIONS) and value is not None:
                 positive = option.minimum == 0.0 and option.exclusive
                 for path, number in _flat(value, ("effects", kind, name)):
                     yield path, number, option.dimension, positive

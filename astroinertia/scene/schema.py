@@ -5,10 +5,13 @@ field descriptions are what `astroinertia new` writes as comments. Effects are c
 data of effects/catalogue.py, so that no effect that a scene does not list is imported.
 """
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.effects.entries import Entry
 from astroinertia.scene import box as boxes
 from astroinertia.scene.bodies import AnyBody
 from astroinertia.scene.box import Box
@@ -138,7 +141,8 @@ class Scene(Part):
     """A whole scene. `source` and `overrides` are the text it came from and the --set arguments, for the record.
 
     `reasons`: with effects = "auto", why each effect that was considered is on or off. `choice`: where settings were
-    chosen for an accuracy, what is expected of them and why they are so.
+    chosen for an accuracy, what is expected of them and why they are so. `own`: of the effects that it lists, those
+    that are not of this package, by kind (effects.own).
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_\-]{0,63}$")] = Field(
@@ -195,6 +199,17 @@ class Scene(Part):
     source: str = ""
     overrides: tuple[str, ...] = ()
     origin: str | None = None
+    own: dict[str, Any] = Field(default_factory=dict, exclude=True)
+
+    @property
+    def entries(self) -> Mapping[str, Entry]:
+        """What is known of every effect, by kind: those of the catalogue, then those of its own."""
+        return {**CATALOGUE, **self.own}
+
+    @property
+    def given(self) -> tuple[type, ...]:
+        """The classes of its effects that were given from Python, which its text alone does not bring back."""
+        return tuple(entry.made for entry in self.own.values() if entry.made is not None and not entry.package)
 
     @property
     def dimensionless(self) -> bool:

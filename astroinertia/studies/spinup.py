@@ -91,7 +91,7 @@ def spin_up(
     """
     wanted = [*settings, *([] if model is None else [f"model={model}"])]
     if isinstance(scene, Scene):
-        chosen = load.loads(load.resolved_text(scene), wanted, scene.origin) if wanted else scene
+        chosen = load.loads(load.resolved_text(scene), wanted, scene.origin, effects=scene.given) if wanted else scene
     else:
         chosen = load.load_file(scene, wanted)
     if folder is not None:

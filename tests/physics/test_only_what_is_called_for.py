@@ -157,7 +157,14 @@ ALONGSIDE = {
     "sinks": {"astroinertia.gravity.point_masses", "astroinertia.gravity.sinks"},
     "viscosity": {"astroinertia.effects.gradients"},
 }
-PLAIN = ("catalogue", "effect", "entries", "heat_entries", "rigid_entries")  # data and small functions, no effect
+PLAIN = (
+    "catalogue",
+    "effect",
+    "entries",
+    "heat_entries",
+    "own",
+    "rigid_entries",
+)  # data and small functions, no effect
 SIZES = ("characteristic", "measure", "one_zone", "sizes", "torque_sizes")
 ALWAYS = {f"astroinertia.effects.{name}" for name in (*PLAIN, *SIZES)}
 

@@ -10,7 +10,7 @@ import pytest
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
 from astroinertia.effects.one_zone import Zone, braked, difference, motion
-from astroinertia.effects.sizes import SIZES, effect_size, inspiral_time, nearest_approach
+from astroinertia.effects.sizes import effect_size, inspiral_time, nearest_approach
 from astroinertia.effects.torque_sizes import gradient_turn, tidal_spin_down
 from astroinertia.errors import SceneError
 from astroinertia.scene.characteristic import characteristic
@@ -22,6 +22,7 @@ SCENES = ROOT / "tests" / "data" / "effects_auto"
 EXPECTED = tomllib.loads((SCENES / "expected.toml").read_text())
 YEAR, ARCSECOND = 3.15576e7, math.pi / 648000.0
 G, C = 6.6743e-11, 299792458.0
+SIZES = {kind: entry.size for kind, entry in CATALOGUE.items()}
 SUN, EARTH = 1.98841e30, 5.97217e24
 
 
@@ -30,7 +31,7 @@ def earth(end: float) -> Characteristic:
 
 
 def test_every_effect_has_a_size():
-    assert set(SIZES) == set(CATALOGUE)
+    assert all(SIZES.values())
 
 
 def test_sun_and_moon_precess_the_earth_by_fifty_arc_seconds_a_year():
@@ -60,7 +61,9 @@ def test_the_crab_slows_down_as_its_age_says():
     body = characteristic(load_file(SCENES / "crab_in_a_century.toml"))
     options = load_file(SCENES / "crab_in_a_century.toml").effects["dipole_braking"]
     later = 33.3924123e-3 * (1.0 + 1.51 * 4.20972e-13 / 33.3924123e-3 * 100.0 * YEAR) ** (1.0 / 1.51)
-    assert effect_size("dipole_braking", body, options).change == pytest.approx(1.0 - 33.3924123e-3 / later, rel=1e-3)
+    assert effect_size(SIZES["dipole_braking"], body, options).change == pytest.approx(
+        1.0 - 33.3924123e-3 / later, rel=1e-3
+    )
 
 
 def test_compactness_of_a_white_dwarf_and_of_a_neutron_star():
@@ -102,23 +105,23 @@ def test_viscosity_decays_a_flow_in_the_viscous_time():
     # the quadrupole mode of a liquid sphere decays at 5 nu/R^2 (Lamb)
     body = characteristic(load_file(SCENES / "thick_liquid_for_long.toml"))
     assert body.shear > 0.1
-    found = effect_size("shear_viscosity", body, {"kinematic_viscosity": 1e-4})
+    found = effect_size(SIZES["shear_viscosity"], body, {"kinematic_viscosity": 1e-4})
     assert found.change == pytest.approx(5e-4 * body.end, rel=1e-3)
 
 
 def test_rigid_rotation_has_no_friction():
     text = (SCENES / "star_that_cools_slowly.toml").read_text()
     body = characteristic(loads(text))
-    assert effect_size("shear_viscosity", body, {"kinematic_viscosity": 1.0}).change < 1e-6
+    assert effect_size(SIZES["shear_viscosity"], body, {"kinematic_viscosity": 1.0}).change < 1e-6
 
 
 def test_a_compact_body_that_is_round_about_its_axis_sends_no_waves_and_one_that_is_not_does():
     body = characteristic(load_file(SCENES / "liquid_at_a_large_reynolds_number.toml"))
-    loud = effect_size("radiation_reaction", body, {"speed_of_light": 2.0}).change
+    loud = effect_size(SIZES["radiation_reaction"], body, {"speed_of_light": 2.0}).change
     assert body.moments is not None
     least, _, largest = body.moments
     steady = replace(body, moments=(least, least, largest), triple_pressure=body.gravitational - 2 * body.rotational)
-    assert loud > 1e-2 and effect_size("radiation_reaction", steady, {"speed_of_light": 2.0}).change < 1e-20
+    assert loud > 1e-2 and effect_size(SIZES["radiation_reaction"], steady, {"speed_of_light": 2.0}).change < 1e-20
 
 
 def test_a_perturber_is_nearest_at_its_pericentre_only_if_the_run_gets_there():
@@ -152,7 +155,7 @@ def test_the_list_is_chosen_exactly_and_with_its_orders_of_magnitude(name):
     body = characteristic(scene)
     for kind, entry in {**wanted["on"], **wanted["off"]}.items():
         given = {**scene.candidates, **scene.effects}.get(kind, {})
-        change = effect_size(kind, body, given).change
+        change = effect_size(SIZES[kind], body, given).change
         if entry["change"] > 1e-9 and kind not in ("gravity", "pressure"):
             assert 0.1 < change / entry["change"] < 10.0 or kind == "shear_viscosity", kind
 

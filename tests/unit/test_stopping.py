@@ -376,7 +376,7 @@ def test_a_run_that_goes_on_with_other_versions_says_so_and_records_both(tmp_pat
 
     with pytest.raises(RunInterrupted):
         astroinertia.run_scene(scene(), tmp_path / "parts", stop)
-    now = assemble.versions()
+    now = assemble.versions(scene())
     before = now | {"numba": "0.1", "jax": "0.2"}
     with Archive.open(tmp_path / "parts") as archive:
         archive.describe({"versions": before})

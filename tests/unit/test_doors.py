@@ -1,0 +1,391 @@
+"""Effects from outside the package: given from Python, or offered by an installed package; what is refused, and how."""
+
+import os
+import subprocess
+import sys
+import tomllib
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+from hatchling.builders.wheel import WheelBuilder
+
+import astroinertia
+from astroinertia.build.effects import effects_of
+from astroinertia.effects import REQUIRED, Effect, Option, Output, PairTerm, not_negative, positive, pytree
+from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
+from astroinertia.models.particles import Particles
+from astroinertia.scene.load import load_file, loads
+from astroinertia.scene.plan import code_units, plan
+
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "sims" / "plugin_example"
+K, SPEED, END, STEP = 0.3, 1.5, 1.0, 0.02
+SCENE = f"""
+name = "free_fall_through_a_medium"
+units = "code"
+[body]
+kind = "uniform"
+mass = 1.0
+radius = 1.0
+particles = 100
+velocity = [{SPEED}, 0.0, 0.0]
+relax = false
+[equation_of_state]
+kind = "ideal"
+[effects]
+[time]
+end = {END}
+[output]
+series_every = 0.1
+checkpoint_seconds = 0.0
+[numerics]
+max_timestep = {STEP}
+"""
+LISTED = SCENE.replace("[effects]", f"[effects.cubic_drag]\nk = {K}")
+SI = """
+name = "in_si"
+[body]
+kind = "uniform"
+mass = "1 Msun"
+radius = "1 Rsun"
+particles = 100
+[equation_of_state]
+kind = "ideal"
+[effects.gravity]
+[time]
+end = "1 s"
+"""
+
+
+def exact_speed(time: Any) -> Any:
+    return SPEED / np.sqrt(1.0 + 2.0 * K * SPEED**2 * time)
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder that the example package is installed in."""
+    place = tmp_path_factory.mktemp("installed")
+    (wheel,) = WheelBuilder(str(EXAMPLE)).build(directory=str(place / "wheels"), versions=["standard"])
+    zipfile.ZipFile(wheel).extractall(place / "site")
+    return place / "site"
+
+
+@pytest.fixture
+def drag(installed: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The class of the example, by its file alone: without its package the name means nothing."""
+    monkeypatch.syspath_prepend(EXAMPLE)
+    monkeypatch.delitem(sys.modules, "cubic_drag", raising=False)
+    from cubic_drag import CubicDrag  # pyright: ignore[reportMissingImports]
+
+    return CubicDrag
+
+
+def stopped_at(monkeypatch: pytest.MonkeyPatch, step: int) -> None:
+    """Runs stop, sealed, once they have taken so many steps."""
+    plain = Particles.advance
+
+    def advance(self: Particles, until: float) -> None:
+        plain(self, until)
+        if self.steps == step:
+            os.kill(os.getpid(), 15)
+
+    monkeypatch.setattr(Particles, "advance", advance)
+
+
+def assert_the_drag_is_exact(dataset: Any, tolerance: float) -> None:
+    times = dataset.time.values
+    speed = dataset.momentum.sel(i="x").values
+    assert speed == pytest.approx(exact_speed(times), rel=tolerance)
+    lost = 0.5 * (exact_speed(times) ** 2 - SPEED**2)
+    work = dataset.work.sel(effect="cubic_drag").values
+    assert work == pytest.approx(lost, abs=tolerance)
+    # Work is what the ledger says that kinetic energy has lost, to round-off, whatever the step.
+    assert work == pytest.approx(dataset.kinetic_energy.values - dataset.kinetic_energy.values[0], abs=1e-13)
+    assert float(abs(dataset.ledger_closure).max()) < 1e-13
+    assert float(abs(dataset.integration_energy_error).max()) < 1e-13
+    assert dataset.heating.sel(effect="cubic_drag").values == pytest.approx(0.0, abs=1e-15)
+
+
+# From Python
+
+
+def test_an_effect_from_python_acts_as_its_equation_says_and_goes_on_bit_for_bit(drag, tmp_path, monkeypatch) -> None:
+    scene = loads(SCENE)
+    whole = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "whole", effects=[drag(k=K)]))
+    assert_the_drag_is_exact(whole, 1e-4)
+    with monkeypatch.context() as patch:
+        stopped_at(patch, 20)
+        with pytest.raises(RunInterrupted):
+            astroinertia.run_scene(scene, tmp_path / "parts", effects=[drag(k=K)])
+
+    with pytest.raises(ArchiveError, match=r"with the effect 'cubic_drag' \(the class CubicDrag of cubic_drag, given"):
+        astroinertia.resume(tmp_path / "parts")
+    with pytest.raises(SceneError, match=r"'cubic_drag' is given with other options than the run began with: k = 0\.3"):
+        astroinertia.resume(tmp_path / "parts", effects=[drag(k=0.4)])
+    with pytest.raises(SceneError, match="'other' is given, but the run began without it"):
+        astroinertia.resume(tmp_path / "parts", effects=[drag, Other()])
+    parts = astroinertia.resume(tmp_path / "parts", effects=[drag(k=K)])
+    assert astroinertia.open(parts).drop_vars("wall_time").equals(whole.drop_vars("wall_time"))
+    assert astroinertia.resume(tmp_path / "parts") == parts  # finished: it needs no effect any more
+    assert "given from Python" in whole.attrs["own_effects"]
+
+
+@pytest.mark.parametrize("setting", ['engine="xla"', 'timesteps="individual"'])
+def test_it_acts_the_same_in_the_other_engine_and_with_individual_steps(drag, tmp_path, setting) -> None:
+    scene = loads(SCENE, [f"numerics.{setting}"], effects=[drag(k=K)])
+    assert_the_drag_is_exact(astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run")), 1e-4)
+
+
+def test_halving_the_step_takes_a_fourth_of_the_error(drag, tmp_path) -> None:
+    errors = []
+    for step in (0.04, 0.02):
+        scene = loads(SCENE, [f"numerics.max_timestep={step}"])
+        found = astroinertia.open(astroinertia.run_scene(scene, tmp_path / str(step), effects=[drag(k=K)]))
+        errors.append(abs(float(found.momentum.sel(i="x")[-1]) - exact_speed(END)))
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
+
+
+def test_the_time_step_resolves_the_decay_of_the_fastest(drag, tmp_path) -> None:
+    scene = loads(SCENE, ["numerics.max_timestep=1.0", "numerics.courant=0.05"])
+    found = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run", effects=[drag(k=K)]))
+    first = float(found.timestep[0])
+    assert first == pytest.approx(0.05 / (K * SPEED**2), rel=1e-12)
+
+
+def test_numbers_are_in_the_units_of_the_scene(drag, tmp_path) -> None:
+    units = code_units(loads(SI))
+    wanted = 3e-9 * units.length**2 / units.time  # k has the dimension of a time over an area
+    for k in (3e-9, "3e-9 s/m2", "3e-3 s/km2", np.float64(3e-9)):
+        scene = loads(SI, effects=[drag(k=k)])
+        (effect,) = (each for each in effects_of(scene, code_units(scene)) if each.kind == "cubic_drag")
+        assert effect.k == pytest.approx(wanted, rel=1e-14), k
+        assert "k 3e-09 m-2 s" in plan(scene).text()
+    assert loads(SI, effects=[drag(k=1.0 / 3.0)]).effects["cubic_drag"]["k"] == 1.0 / 3.0
+    with pytest.raises(SceneError, match=r"cubic_drag\] k: '3 m' is not a quantity in m-2 s"):
+        loads(SI, effects=[drag(k="3 m")])
+    with pytest.raises(SceneError, match=r"cubic_drag\] k: must be more than 0"):
+        loads(SI, effects=[drag(k=-1.0)])
+
+
+def test_the_class_alone_stands_for_what_the_scene_lists(drag, tmp_path) -> None:
+    (tmp_path / "scene.toml").write_text(LISTED)
+    scene = load_file(tmp_path / "scene.toml", effects=[drag])
+    assert scene.effects["cubic_drag"] == {"k": K}
+    assert scene.model_dump() == loads(LISTED, effects=[drag], origin=str(tmp_path)).model_dump()
+    with pytest.raises(SceneError, match="is listed in the scene and given besides"):
+        loads(LISTED, effects=[drag(k=K)])
+    with pytest.raises(SceneError, match=r"\[effects.cubic_drag\] k is missing"):
+        loads(SCENE + "[effects.cubic_drag]\n", effects=[drag])
+
+
+def test_a_plan_says_where_an_effect_comes_from_and_that_its_size_is_not_stated(drag) -> None:
+    found = plan(loads(SCENE, effects=[drag(k=K)]))
+    (line,) = (each for each in found.effects if each.kind == "cubic_drag")
+    assert line.listed and line.loop == "over particles"
+    assert line.origin == "the class CubicDrag of cubic_drag, given from Python"
+    assert line.size == "its size is not known: the effect states no size"
+    assert "from the class CubicDrag" in found.text()
+    assert all(not each.origin for each in found.effects if each.kind != "cubic_drag")
+
+
+def test_an_effect_that_states_no_size_is_on_where_effects_are_chosen(drag) -> None:
+    text = SCENE.replace("[effects]", "").replace("units =", 'effects = "auto"\nunits =')
+    scene = loads(text, effects=[drag(k=K)])
+    assert scene.reasons["cubic_drag"].startswith("on: its size is not known")
+    assert scene.effects["cubic_drag"] == {"k": K}
+
+
+# Pair terms
+
+
+def pull(xp, r, W_i, W_j, strength_i, strength_j):
+    """A pull that is symmetric in i and j."""
+    return (0.5 * (strength_i + strength_j) * r * (W_i + W_j),)
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Cohesion(Effect):
+    """A pull between neighbours."""
+
+    strength: Any = 1.0
+    kind: ClassVar[str] = "cohesion"
+    central: ClassVar[bool] = True
+    options: ClassVar = {"strength": not_negative("dimensionless", 1.0, "of the pull")}
+
+    @property
+    def neighbour_terms(self):
+        """The pull."""
+        return (PairTerm(self.kind, pull, (Output("acceleration", "central"),)),)
+
+    def fields(self, xp, fluid):
+        """The strength, of each particle."""
+        return {"strength": xp.zeros_like(fluid.mass) + self.strength}
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Other(Effect):
+    """Nothing."""
+
+    kind: ClassVar[str] = "other"
+
+
+def test_a_pair_term_from_outside_is_compiled_and_pulls(drag, tmp_path) -> None:
+    scene = loads(SCENE, ["time.end=0.2", "output.series_every=0.1"], effects=[Cohesion(), drag(k=K)])
+    assert scene.entries["cohesion"].cost == "neighbours" and scene.entries["cubic_drag"].cost == "particles"
+    found = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run"))
+    assert list(found.effect.values) == ["cohesion", "cubic_drag"]
+    pulled = found.sel(effect="cohesion").isel(time=-1)
+    assert abs(pulled.force).max() < 1e-13 and float(np.trace(pulled.virial_tensor)) < -1e-3
+    assert float(abs(pulled.virial_tensor - pulled.virial_tensor.values.T).max()) < 1e-15
+    assert float(abs(found.ledger_closure).max()) < 1e-13
+
+
+# From an installed package
+
+
+def command(installed: Path, folder: Path, *arguments: str, code: int = 0, program: str = "") -> str:
+    """What `astroinertia` prints where the example is installed; `program` is run before it."""
+    program = f"import sys\n{program}\nfrom astroinertia.cli.main import main\nsys.exit(main(sys.argv[1:]))"
+    done = subprocess.run(
+        [sys.executable, "-c", program, *arguments], cwd=folder, capture_output=True, text=True, check=False,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join((str(ROOT), str(installed))), "COLUMNS": "200"},
+    )  # fmt: skip
+    assert done.returncode == code, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+STOP = """
+import os
+from astroinertia.models.particles import Particles
+plain = Particles.advance
+def advance(self, until):
+    plain(self, until)
+    if self.steps == 20:
+        os.kill(os.getpid(), 15)
+Particles.advance = advance
+"""
+
+
+@pytest.mark.slow
+def test_an_installed_effect_is_planned_run_stopped_resumed_audited_and_reported(installed, tmp_path) -> None:
+    (tmp_path / "scene.toml").write_text(LISTED)
+    said = command(installed, tmp_path, "plan", "scene.toml", "--audit")
+    assert "from astroinertia-cubic-drag 0.1" in said and "the effect states no size" in said
+    assert "k 0.3" in said
+    (row,) = (line for line in said.splitlines() if line.strip().startswith("cubic_drag") and "yes" in line)
+    assert any(part.isdigit() and int(part) > 0 for part in row.split())
+
+    command(installed, tmp_path, "run", "scene.toml", "--output", "whole")
+    command(installed, tmp_path, "run", "scene.toml", "--output", "parts", program=STOP, code=130)
+    without = command(tmp_path / "nowhere", tmp_path, "resume", "parts", code=2)
+    assert "with the effect 'cubic_drag' (astroinertia-cubic-drag 0.1), which is not here: install its pack" in without
+    command(installed, tmp_path, "resume", "parts")
+    whole, parts = (astroinertia.open(tmp_path / name) for name in ("whole", "parts"))
+    assert parts.drop_vars("wall_time").equals(whole.drop_vars("wall_time"))
+    assert_the_drag_is_exact(whole, 1e-4)
+    assert '"astroinertia-cubic-drag": "0.1"' in whole.attrs["versions"]
+    command(tmp_path / "nowhere", tmp_path, "report", "parts", "--output", "report.html")
+    assert "cubic drag" in (tmp_path / "report.html").read_text().replace("_", " ")
+
+
+def distribution(place: Path, points: str, name: str = "stranger") -> None:
+    """The metadata of an installed package."""
+    folder = place / f"{name}-2.0.dist-info"
+    folder.mkdir()
+    (folder / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 2.0\n")
+    (folder / "entry_points.txt").write_text(f"[astroinertia.effects]\n{points}\n")
+
+
+def test_only_the_entry_point_that_a_scene_lists_is_imported(tmp_path, monkeypatch) -> None:
+    (tmp_path / "unasked_for.py").write_text("raise RuntimeError('imported')")
+    distribution(
+        tmp_path, "unasked_for = unasked_for:Unasked\nnot_there = nowhere:Nothing\nrenamed = cubic_drag:CubicDrag"
+    )
+    monkeypatch.syspath_prepend(EXAMPLE)
+    monkeypatch.syspath_prepend(tmp_path)
+    loads(SI)
+    assert "unasked_for" not in sys.modules
+    with pytest.raises(SceneError, match=r"'unasked_for' of stranger 2\.0 cannot be imported \(RuntimeError: imported"):
+        loads(SCENE + "[effects.unasked_for]\n")
+    with pytest.raises(SceneError, match=r"'not_there' of stranger 2\.0 cannot be imported \(ModuleNotFoundError"):
+        loads(SCENE + "[effects.not_there]\n")
+    with pytest.raises(SceneError, match="offers an effect as 'renamed' whose kind is 'cubic_drag'"):
+        loads(SCENE + "[effects.renamed]\n")
+    with pytest.raises(SceneError, match="unasked_fro is not a known effect; did you mean 'unasked_for'"):
+        loads(SCENE + "[effects.unasked_fro]\n")
+    with pytest.raises(SceneError, match="dampign is not a known effect; did you mean 'damping'"):
+        loads(SCENE + "[effects.dampign]\n")
+    with pytest.raises(SceneError, match=r'"os:system" is not a known effect'):
+        loads(SCENE + '[effects."os:system"]\n')
+
+
+def test_a_name_that_two_offer_is_refused(tmp_path, monkeypatch) -> None:
+    distribution(tmp_path, "gravity = cubic_drag:CubicDrag\nslow = a:A")
+    distribution(tmp_path, "slow = b:B", "another")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(SceneError, match=r"'gravity' is offered by stranger 2\.0 and by this package"):
+        loads(SI)
+    with pytest.raises(
+        SceneError, match=r"'slow' is offered by (stranger|another) 2\.0 and by (another|stranger) 2\.0"
+    ):
+        loads(SCENE + "[effects.slow]\n")
+
+
+# What is no effect
+
+
+def made(**parts: Any) -> type:
+    """A class of an effect with these parts."""
+    return pytree(dataclass(frozen=True, eq=False)(type("Made", (Effect,), {"kind": "made", **parts})))
+
+
+@pytest.mark.parametrize(
+    ("effect", "sentence"),
+    [
+        (3.0, "float is no effect: it must be a subclass of astroinertia.effects.Effect"),
+        (dataclass(frozen=True, eq=False)(type("Bare", (Effect,), {"kind": "bare"})), "decorate it with @pytree"),
+        (made(kind="damping"), "'damping' is the name of a built-in one"),
+        (made(kind="motion"), "'motion' is the name of a built-in one"),
+        (made(kind="Made Up"), "its `kind` must be a name of small letters"),
+        (made(models=("gas",)), "`models` must be some of sph, ellipsoid"),
+        (made(options={"k": positive("rate", REQUIRED, "k")}), "describe each of its fields, but not so k"),
+        (
+            made(
+                __annotations__={"law": str},
+                law=field(default="a"),
+                options={"law": Option("choice", "a", "law", choices=("a", "b"))},
+            ),
+            'its field law must have the metadata {"static": True}',
+        ),
+    ],
+)
+def test_what_is_no_effect_is_refused_in_a_sentence(effect: Any, sentence: str) -> None:
+    with pytest.raises(SceneError) as refused:
+        loads(SCENE, effects=[effect])
+    assert sentence in str(refused.value)
+
+
+def test_an_effect_of_another_model_is_refused(drag) -> None:
+    text = SI.replace('name = "in_si"', 'name = "in_si"\nmodel = "ellipsoid"')
+    with pytest.raises(SceneError, match=r"\[effects.cubic_drag\] belongs to the model sph; ellipsoid has gravity"):
+        loads(text, effects=[drag(k="1 s/m2")])
+
+
+def test_a_sweep_takes_no_effect_from_python(drag, tmp_path) -> None:
+    file = tmp_path / "sweep.toml"
+    file.write_text(SCENE + '[sweep]\n"body.mass" = [1.0, 2.0]\n')
+    with pytest.raises(SceneError, match=r"\[sweep\] takes effects that are built in or installed, none from Python"):
+        astroinertia.run_scene(file, tmp_path / "run", effects=[drag(k=K)])
+
+
+def test_the_example_is_small() -> None:
+    for name in ("pyproject.toml", "cubic_drag.py"):
+        assert len((EXAMPLE / name).read_text().splitlines()) < 60
+    points = tomllib.loads((EXAMPLE / "pyproject.toml").read_text())["project"]["entry-points"]
+    assert points == {"astroinertia.effects": {"cubic_drag": "cubic_drag:CubicDrag"}}
