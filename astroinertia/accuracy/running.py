@@ -15,7 +15,7 @@ import xarray as xr
 
 from astroinertia import dataset as datasets
 from astroinertia.accuracy.companion_runs import CompanionRun, companion_runs
-from astroinertia.build.assemble import missing_effects, scene_of
+from astroinertia.build.assemble import missing, scene_of
 from astroinertia.engines import hosts
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
 from astroinertia.run import loop
@@ -53,13 +53,14 @@ def resume(
 ) -> Path:
     """Go on with an interrupted run or its companion runs, bit for bit, and return the netCDF file.
 
-    effects: those of the user's own that it was given from Python, or their classes; a finished run needs none.
+    effects: those of the user's own that it was given from Python, or their classes, and its equation of state; a
+    finished run needs none.
 
     >>> print(resume(Path("runs/star")).name)  # finished: it has nothing to do
     one_star_three_models.nc
     """
     archive = Archive.view(folder)
-    if archive.finished is not None and missing_effects(archive, effects):
+    if archive.finished is not None and missing(archive, effects):
         return archive.finished  # nothing is left for them to do
     scene = scene_of(archive, effects)
     return loop.resume(folder, listener, _completion(scene, folder, listener, deadline), deadline, effects)

@@ -105,10 +105,8 @@ def with_costs(audit: Audit, scene: Scene, tell: Callable[[str], None] = lambda 
 
 def _asked(scene: Scene, leave_out: str | None, steps: int) -> Mapping[str, Any]:
     if scene.given:
-        kinds = ", ".join(kind for kind, entry in scene.own.items() if not entry.package)
-        raise AuditFailed(
-            f"an audit knows effects that are built in or installed, not those given from Python: {kinds}."
-        )
+        kinds = ", ".join(made.kind for made in scene.given)
+        raise AuditFailed(f"an audit knows what is built in or installed, not what is given from Python: {kinds}.")
     question = {
         "scene": scene.source,
         "overrides": list(scene.overrides),

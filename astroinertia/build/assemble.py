@@ -13,8 +13,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from astroinertia.build.effects import effects_of
 from astroinertia.build.spheres import Sphere, Star, sphere
 from astroinertia.effects.catalogue import CATALOGUE
-from astroinertia.effects.own import classes, offered
+from astroinertia.effects.own import EFFECTS
 from astroinertia.errors import ArchiveError, ArchiveWarning
+from astroinertia.matter import own as own_matter
 from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
 from astroinertia.scene.plan import cadence, code_units, plan, regions_told, smoothing, softening
@@ -73,29 +74,36 @@ def prepare(scene: Scene) -> Prepared:
 def scene_of(archive: Archive, effects: Sequence[Any] = ()) -> Scene:
     """The scene that a run was made from.
 
-    effects: those of the user's own that it was given from Python, or their classes. ArchiveError names one of its
-    effects that is not here; SceneError, one that it was not given, or that has other options than it had.
+    effects: those of the user's own that it was given from Python, or their classes, and its equation of state where
+    that was. ArchiveError names what is not here of them; SceneError, one that it was not given, or that has other
+    options than it had.
     """
     told = archive.metadata
     if not isinstance(told.get("scene"), str):
         raise ArchiveError(f"{archive.folder} does not tell the scene that its run was made from.")
-    for kind in missing_effects(archive, effects):
+    for kind in missing(archive, effects):
+        of_effect = kind in told.get("own_effects", {})
+        thing, origin = ("effect", "own_effects") if of_effect else ("equation of state", "own_matter")
+        argument = "effects=[...]" if of_effect else "matter=..."
         raise ArchiveError(
-            f"{archive.folder} was run with the effect '{plain_text(kind)}' ({plain_text(told['own_effects'][kind])}), "
-            "which is not here: install its package, or give it from Python to resume(folder, effects=[...])."
+            f"{archive.folder} was run with the {thing} '{plain_text(kind)}' ({plain_text(told[origin][kind])}), "
+            f"which is not here: install its package, or give it from Python to resume(folder, {argument})."
         )
-    scene = load.loads(
-        told["scene"], origin=told.get("origin"), effects=[entry.made for entry in classes(effects).values()]
-    )
+    classes = [own_matter.made_of(effect) for effect in effects]
+    scene = load.loads(told["scene"], origin=told.get("origin"), effects=classes)
     for effect in effects:
         load.refuse_other_options(scene, effect)
     return scene
 
 
-def missing_effects(archive: Archive, effects: Sequence[Any] = ()) -> list[str]:
-    """Kinds of the effects of a run that are neither built in nor given here nor offered by an installed package."""
-    here = {*classes(effects), *offered(), *CATALOGUE}
-    return [kind for kind in archive.metadata.get("own_effects", {}) if kind not in here]
+def missing(archive: Archive, effects: Sequence[Any] = ()) -> list[str]:
+    """Kinds of the effects and of the equation of state of a run that are neither built in nor given here nor offered
+    by an installed package.
+    """
+    given, fluid = own_matter.given(effects)
+    known = {"own_effects": {*given, *EFFECTS.offered(), *CATALOGUE}}
+    known["own_matter"] = {*own_matter.MATTER.offered(), *((fluid.made.kind,) if fluid else ())}  # type: ignore[union-attr]
+    return [kind for name, here in known.items() for kind in archive.metadata.get(name, {}) if kind not in here]
 
 
 def restore(archive: Archive, scene: Scene) -> Prepared:
@@ -167,16 +175,22 @@ def metadata(scene: Scene) -> dict[str, Any]:
             if kind in scene.effects and scene.model not in entry.models
         },
         **({"own_effects": {kind: entry.origin for kind, entry in scene.own.items()}} if scene.own else {}),
+        **_own_matter(scene),
         **({"regions": regions_told(scene)} if scene.regions else {}),
         **({"choice": dict(scene.choice)} if scene.choice else {}),
         "versions": versions(scene),
     }
 
 
+def _own_matter(scene: Scene) -> dict[str, Any]:
+    fluid = scene.equation_of_state
+    return {"own_matter": {fluid.name: fluid.entry.origin}} if fluid is not None and fluid.kind == "own" else {}
+
+
 def versions(scene: Scene) -> dict[str, str]:
-    """Of Python and of what decides a run's numbers, here and now, packages of effects of its own among them."""
+    """Of Python and of what decides a run's numbers, here and now, packages of its own among them."""
     names = ("numpy", "numba", "jax", "diffrax", "rebound", "xarray", "netCDF4", "astropy")
-    own = dict(entry.package.rsplit(" ", 1) for entry in scene.own.values() if entry.package)
+    own = dict(entry.package.rsplit(" ", 1) for entry in scene.outside if entry.package)
     return {"python": platform.python_version(), **{name: version(name) for name in names}, **own}
 
 

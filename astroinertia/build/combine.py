@@ -29,7 +29,7 @@ def together(bodies: Sequence[Particles]) -> Particles:
 
 def check_same_fluid(equations: Sequence[object]) -> None:
     """SceneError where a constant that is taken "from body" would be another for another body."""
-    first, *others = (np.hstack(jax.tree.leaves(equation)).astype(float) for equation in equations)
+    first, *others = (np.hstack([0.0, *jax.tree.leaves(equation)]).astype(float) for equation in equations)
     for number, constants in enumerate(others, start=1):
         if not np.allclose(constants, first, rtol=_SAME_FLUID, atol=0.0):
             raise SceneError(

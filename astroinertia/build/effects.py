@@ -2,11 +2,10 @@
 
 from typing import Any
 
-import numpy as np
-
 from astroinertia.effects import catalogue
 from astroinertia.errors import SceneError
 from astroinertia.scene.plan import gravity_method
+from astroinertia.scene.quantities import in_code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.units import CodeUnits
 
@@ -21,7 +20,7 @@ def effects_of(scene: Scene, units: CodeUnits, particles: int | None = None) -> 
     for kind, entry in scene.entries.items():
         if kind in scene.effects and scene.model in entry.models:
             options = {
-                name: _to_code(value, entry.options[name].dimension, units)
+                name: in_code_units(value, entry.options[name].dimension, units)
                 for name, value in scene.effects[kind].items()
                 if scene.model in entry.options[name].models
             }
@@ -32,12 +31,3 @@ def effects_of(scene: Scene, units: CodeUnits, particles: int | None = None) -> 
             except ValueError as error:
                 raise SceneError(f"[effects.{kind}] {error}") from None
     return tuple(built)
-
-
-def _to_code(value: Any, dimension: Any, units: CodeUnits) -> Any:
-    if value is None or isinstance(value, str) or dimension in ("choice", "boolean"):
-        return value
-    scale = units.unit(catalogue.exponents(dimension))
-    if isinstance(value, int | float):
-        return value / scale
-    return (np.asarray(value, dtype=float) / scale).tolist()

@@ -34,6 +34,15 @@ def _equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | Non
     assert chosen is not None  # the schema asks for it where the model needs it
     if chosen.kind == "ideal":
         return eos.ideal(chosen.gamma)
+    if chosen.kind == "own":
+        matter = chosen.matter(units)
+        if ball is not None and (
+            wrong := importlib.import_module("astroinertia.matter.equation").disagreement(
+                matter, _mean_density(scene, ball)
+            )
+        ):
+            raise ValueError(f"the equation of state {chosen.name} would not conserve energy: {wrong}")
+        return matter
     if chosen.kind == "isothermal":
         return eos.isothermal(units.to_code(chosen.sound_speed, "velocity"))
     if chosen.kind == "polytropic":
@@ -60,8 +69,7 @@ def _refuse_thin(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, mat
     body: Any = scene.body
     if ball is None or body.kind == "layered":  # whose layers are made of the tables
         return
-    volume = 4.0 / 3.0 * math.pi * ball.radius**3 * math.prod(getattr(body, "axes", (1.0,)))
-    mean, least = ball.mass / volume, matter.least_density(0)
+    mean, least = _mean_density(scene, ball), matter.least_density(0)
     chosen: Any = scene.equation_of_state
     if mean < (1.0 if chosen.materials[0].tension else _THIN) * least:
         shown = [f"{density * units.unit('density'):.3g} kg m-3" for density in (mean, least)]
@@ -69,6 +77,10 @@ def _refuse_thin(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, mat
             f"[body] has a mean density of {shown[0]}, too far below {shown[1]}, where the table of its material ends: "
             "take a smaller radius, or an ideal gas."
         )
+
+
+def _mean_density(scene: Scene, ball: Sphere | Star) -> float:
+    return ball.mass / (4.0 / 3.0 * math.pi * ball.radius**3 * math.prod(getattr(scene.body, "axes", (1.0,))))
 
 
 def entropies(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, fluid: Any, where: np.ndarray) -> np.ndarray:
@@ -79,6 +91,13 @@ def entropies(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, fluid:
     """
     body = scene.body
     if not fluid.thermal or (scene.equation_of_state is not None and scene.equation_of_state.kind == "materials"):
+        return np.zeros(len(where))
+    if scene.equation_of_state is not None and scene.equation_of_state.kind == "own":
+        if "pressure" in scene.effects:
+            raise SceneError(
+                f"[body] needs specific_internal_energy: how warm matter of the kind {scene.equation_of_state.name} is "
+                "does not follow from equilibrium."
+            )
         return np.zeros(len(where))
     if body.entropy is not None:
         gamma = fluid.gamma_thermal if _hybrid(scene) else fluid.gamma

@@ -98,6 +98,7 @@ DIMENSIONS: Mapping[str, tuple[float, float, float]] = {
     "angle": (0, 0, 0),
     "torque": (1, 2, -2),
     "force": (1, 1, -2),
+    "pressure": (1, -1, -2),
     "angular_momentum": (1, 2, -1),
     "energy": (1, 2, -2),
     "power": (1, 2, -3),

@@ -206,6 +206,8 @@ def _heat(scene: Scene, known: dict[str, Any], density: np.ndarray, weights: np.
     body: Any = scene.body
     fluid: Any = scene.equation_of_state
     mass, weight = known["mass"], known["gravitational"]
+    if fluid is not None and fluid.kind == "own":
+        return _own_heat(fluid.matter(), body, mass, density, weights)
     gamma = _exponent(fluid)
     if body.specific_internal_energy is not None:
         energy = body.specific_internal_energy * mass
@@ -224,6 +226,25 @@ def _heat(scene: Scene, known: dict[str, Any], density: np.ndarray, weights: np.
         triple = max(weight - (2.0 * known.get("rotational", 0.0) if turning else 0.0), 0.0)
         triple *= body.pressure_fraction or 1.0
     return {"triple_pressure": triple, "thermal_energy": triple / (3.0 * max(gamma - 1.0, 1e-3))}
+
+
+def _own_heat(matter: Any, body: Any, mass: float, density: np.ndarray, weights: np.ndarray) -> dict[str, Any]:
+    """The same of an equation of state that is not built in, by its own functions; as exponent, the mean of c^2 over
+    that of P/rho.
+    """
+    entropy = np.zeros_like(density)
+    if matter.thermal:
+        if body.specific_internal_energy is None:
+            return {}
+        entropy = matter.entropy(np, density, entropy + body.specific_internal_energy)
+    with np.errstate(all="ignore"):
+        ratio = float(weights @ (matter.pressure(np, density, entropy) / density))
+        stiffness = float(weights @ matter.sound_speed(np, density, entropy) ** 2)
+    if not (math.isfinite(ratio) and math.isfinite(stiffness)) or ratio <= 0.0:
+        return {}
+    gamma = min(max(stiffness / ratio, 1.0), 10.0)
+    energy = body.specific_internal_energy if matter.thermal else ratio / max(gamma - 1.0, 2.0 / 3.0)
+    return {"gamma": gamma, "triple_pressure": 3.0 * mass * ratio, "thermal_energy": mass * energy}
 
 
 def _several(scene: Scene) -> dict[str, Any]:

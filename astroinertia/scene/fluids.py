@@ -4,8 +4,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
-from astroinertia.scene.quantities import Density, SpecificEnergy, Speed, checked, dimensional
-from astroinertia.units import pressure_constant_dimension, shown
+from astroinertia.scene.quantities import Density, SpecificEnergy, Speed, checked, dimensional, in_code_units
+from astroinertia.units import DIMENSIONLESS, CodeUnits, pressure_constant_dimension, shown
 
 FROM_BODY = "from body"
 
@@ -169,6 +169,27 @@ class IncompressibleFluid(Part):
     kind: Literal["incompressible"]
 
 
+class OwnFluid(Part):
+    """An equation of state that is not of this package, which scene.load makes of a kind that it knows from outside.
+
+    name: its kind in the scene. options: in SI, or in code units where the scene is. entry: what its class says.
+    """
+
+    kind: Literal["own"]
+    name: str
+    options: dict[str, Any]
+    entry: Any = Field(exclude=True, repr=False)
+
+    def matter(self, units: CodeUnits = DIMENSIONLESS) -> Any:
+        """The equation of state (matter.equation.Matter) in those units; as the scene has its numbers, without any.
+
+        ValueError, in one sentence, where its options contradict each other.
+        """
+        known = self.entry.options
+        values = {name: in_code_units(value, known[name].dimension, units) for name, value in self.options.items()}
+        return self.entry.made.from_options(values)
+
+
 AnyEquationOfState = Annotated[
     IdealGas
     | IsothermalGas
@@ -176,6 +197,7 @@ AnyEquationOfState = Annotated[
     | PiecewisePolytropicFluid
     | HybridFluid
     | Materials
-    | IncompressibleFluid,
+    | IncompressibleFluid
+    | OwnFluid,
     Field(discriminator="kind"),
 ]

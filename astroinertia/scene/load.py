@@ -8,14 +8,16 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from astroinertia.effects.catalogue import ALL_MODELS, CATALOGUE, Entry
-from astroinertia.effects.own import as_written, classes, own_entries
+from astroinertia.effects.doors import as_written
+from astroinertia.effects.own import own_entries
 from astroinertia.errors import SceneError
+from astroinertia.matter import own as own_matter
 from astroinertia.scene import schema
 from astroinertia.scene.auto import AUTO, Choice, choose
 from astroinertia.scene.bodies import AnyBody
-from astroinertia.scene.fluids import AnyEquationOfState
-from astroinertia.scene.options import effect_options
-from astroinertia.scene.problems import Problem, first_problem, nearest, place, unknown_key
+from astroinertia.scene.fluids import AnyEquationOfState, OwnFluid
+from astroinertia.scene.options import effect_options, options_of
+from astroinertia.scene.problems import Problem, first_problem, nearest, place, unknown_key, wrong_choice
 from astroinertia.scene.quantities import described
 from astroinertia.scene.scales import refuse_extremes
 from astroinertia.scene.source import LARGEST_FILE, decode, line_of, override, parse, read_regular_file
@@ -36,7 +38,7 @@ def _by_kind(union: Any) -> dict[str, type[BaseModel]]:
 KINDS = {
     "body": _by_kind(AnyBody),
     "bodies": _by_kind(AnyBody),
-    "equation_of_state": _by_kind(AnyEquationOfState),
+    "equation_of_state": {kind: made for kind, made in _by_kind(AnyEquationOfState).items() if made is not OwnFluid},
 }
 KEYS = [name for name in schema.Scene.model_fields if name not in RECORD]
 
@@ -64,16 +66,17 @@ def loads(
     """The scene in a TOML text; raises SceneError.
 
     origin: the folder that file names in it are relative to. name: what messages call the text. effects: of the user's
-    own; a class stands for what the text names, an effect is listed besides, as if by overrides.
+    own; a class stands for what the text names, an effect is listed besides, as if by overrides. An equation of state
+    may be among them, and takes the place of [equation_of_state].
     """
-    given = classes(effects)
+    given, fluid = own_matter.given(effects)
     tables = override(parse(text, name), overrides)
-    overrides = (*overrides, *_listing(tables, effects))
+    overrides = (*overrides, *_listing(tables, effects, given))
     tables = override(tables, overrides)
     if overrides:
         parse(with_overrides(text, overrides), name)  # what a run folder keeps must be readable when it is resumed
     try:
-        return _validated(tables, text, tuple(overrides), origin, given)
+        return _validated(tables, text, tuple(overrides), origin, given, fluid)
     except Problem as problem:
         path = tuple(part for part in problem.path if isinstance(part, str))
         raise SceneError(f"{where(text, overrides, path, name)}: {_told(problem)}") from None
@@ -89,31 +92,35 @@ def with_effects(scene: schema.Scene, effects: Sequence[Any]) -> schema.Scene:
 def refuse_other_options(scene: schema.Scene, effect: Any) -> None:
     """SceneError where an effect, or the class of one, that is given for a scene is not among its own, or not as there.
 
-    For runs that go on: what they were given is in the text of their scenes.
+    For runs that go on: what they were given is in the text of their scenes. Equations of state likewise.
     """
-    made = effect if isinstance(effect, type) else type(effect)
-    if made.kind not in scene.effects:
-        raise SceneError(f"the effect '{made.kind}' is given, but the run began without it.")
+    made: Any = own_matter.made_of(effect)
+    chosen, thing, began = scene.equation_of_state, "effect", scene.effects.get(made.kind)
+    if chosen is not None and chosen.kind == "own" and chosen.entry.made is made:
+        thing, began = own_matter.MATTER.thing, chosen.options
+    if began is None:
+        raise SceneError(f"the {thing} '{made.kind}' is given, but the run began without it.")
     if isinstance(effect, type):
         return
-    written = {made.kind: as_written(effect, scene.dimensionless)}
-    given = effect_options(written, scene.dimensionless, entries=scene.entries)[made.kind]
-    if given != scene.effects[made.kind]:
-        was = ", ".join(f"{name} = {value}" for name, value in scene.effects[made.kind].items())
-        raise SceneError(f"the effect '{made.kind}' is given with other options than the run began with: {was}.")
+    if options_of((made.kind,), made.options, as_written(effect, scene.dimensionless), scene.dimensionless) != began:
+        was = ", ".join(f"{name} = {value}" for name, value in began.items())
+        raise SceneError(f"the {thing} '{made.kind}' is given with other options than the run began with: {was}.")
 
 
-def _listing(tables: dict[str, Any], effects: Sequence[Any]) -> list[str]:
-    """Overrides that list effects which are given from Python, with their options."""
+def _listing(tables: dict[str, Any], effects: Sequence[Any], given: Mapping[str, Entry]) -> list[str]:
+    """Overrides that list what is given from Python, with its options: effects of the kinds `given`, and matter."""
     table = "candidates" if tables.get("effects") == AUTO else "effects"
-    listed, found = tables.get(table, {}), []
+    listed, found, code = tables.get(table, {}), [], tables.get("units") == "code"
     for effect in effects:
         if isinstance(effect, type):
             continue
         kind = type(effect).kind
+        if kind not in given:
+            found.append(f"equation_of_state={toml_value({'kind': kind, **as_written(effect, code)})}")
+            continue
         if isinstance(listed, dict) and kind in listed:
             raise SceneError(f"the effect '{kind}' is listed in the scene and given besides; give its class alone.")
-        found.append(f"{table}.{kind}={toml_value(as_written(effect, tables.get('units') == 'code'))}")
+        found.append(f"{table}.{kind}={toml_value(as_written(effect, code))}")
     return found
 
 
@@ -137,10 +144,12 @@ def where(text: str, overrides: Sequence[str], path: tuple[str, ...], name: str)
 
 
 def _validated(
-    tables: dict[str, Any], text: str, overrides: tuple[str, ...], origin: str | None, given: Mapping[str, Entry]
-) -> schema.Scene:
-    if SWEEP in tables and given:
-        raise Problem((SWEEP,), " takes effects that are built in or installed, none from Python.", table=True)
+    tables: dict[str, Any], text: str, overrides: tuple[str, ...], origin: str | None, given: Mapping[str, Entry],
+    fluid: Entry | None,
+) -> schema.Scene:  # fmt: skip
+    if SWEEP in tables and (given or fluid):
+        what = "effects that are built in or installed, none" if given else "matter that is built in or installed, not"
+        raise Problem((SWEEP,), f" takes {what} from Python.", table=True)
     if SWEEP in tables:
         raise Problem((SWEEP,), " makes several runs of a scene, which only `run` and `plan` take.", table=True)
     for key in tables:
@@ -168,6 +177,7 @@ def _validated(
     _check_softening(effects, table, entries)
     if "box" in tables:
         _check_box(effects, table, entries)
+    tables = {**tables, **_own_fluid(tables.get("equation_of_state"), fluid, code)}
     context = {"code": code, "gamma_thermal": _thermal_exponent(tables.get("equation_of_state"))}
     record = {"effects": effects, "source": text, "overrides": overrides, "origin": origin, "own": own}
     record |= _first_of(tables)
@@ -186,6 +196,33 @@ def _scene_of(tables: dict[str, Any], context: dict[str, Any]) -> schema.Scene:
         raise first_problem(error, schema.Scene, KINDS) from None
     refuse_extremes(scene)
     return scene
+
+
+def _own_fluid(table: Any, given: Entry | None, code: bool) -> dict[str, OwnFluid]:
+    """An equation of state of a kind that is not built in, in place of its table; nothing where it is built in."""
+    kind = table.get("kind") if isinstance(table, dict) else None
+    known: Any = None if given is None else given.made
+    if known is not None and known.kind != kind:
+        raise SceneError(
+            f"the class of the equation of state '{known.kind}' is given, but the scene does not name that kind: give "
+            f'{known.__name__}(...) with its options, or write kind = "{known.kind}" in [equation_of_state].'
+        )
+    if not isinstance(kind, str):
+        return {}
+    entry = given or own_matter.installed(kind)
+    if entry is None:
+        kinds = KINDS["equation_of_state"]
+        if kind not in kinds:
+            raise wrong_choice(("equation_of_state", "kind"), kind, [*kinds, *own_matter.MATTER.offered()])
+        return {}
+    options = {name: value for name, value in table.items() if name != "kind"}
+    options = options_of(("equation_of_state",), entry.options, options, code)
+    own = OwnFluid(kind="own", name=kind, options=options, entry=entry)
+    try:
+        own.matter()
+    except ValueError as error:
+        raise Problem(("equation_of_state",), f" {error}", table=True) from None
+    return {"equation_of_state": own}
 
 
 def _first_of(tables: dict[str, Any]) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, Default, Entry, Option
-from astroinertia.effects.own import offered
+from astroinertia.effects.own import EFFECTS
 from astroinertia.scene.problems import Problem, nearest, unknown_key, wrong_choice
 from astroinertia.scene.quantities import described, dimensional
 from astroinertia.units import SPEED_OF_LIGHT
@@ -25,21 +25,24 @@ def effect_options(
     result = {}
     for kind, given in effects.items():
         if kind not in entries:
-            known = dict.fromkeys((*entries, *offered()))
+            known = dict.fromkeys((*entries, *EFFECTS.offered()))
             raise Problem((table, kind), f" is not a known effect; {nearest(kind, known)}.")
         if not isinstance(given, dict):
             raise Problem((table, kind), f": must be a table (an empty one will do), not {described(given)}.")
-        result[kind] = _options(kind, entries[kind].options, given, code, table)
+        result[kind] = options_of((table, kind), entries[kind].options, given, code)
     return result
 
 
-def _options(kind: str, known: Mapping[str, Option], given: dict[str, Any], code: bool, table: str) -> dict[str, Any]:
+def options_of(
+    table: tuple[str, ...], known: Mapping[str, Option], given: Mapping[str, Any], code: bool
+) -> dict[str, Any]:
+    """All options that are known, as a table of that path gives them or by default; raises Problem."""
     for name in given:
         if name not in known:
-            raise unknown_key((table, kind, name), known)
+            raise unknown_key((*table, name), known)
     values = {}
     for name, option in known.items():
-        path = (table, kind, name)
+        path = (*table, name)
         if name in given:
             values[name] = _value(path, option, given[name], code)
         elif option.default is LIGHT and not code:

@@ -203,6 +203,16 @@ def _body(scene: Scene) -> tuple[Line, ...]:
 def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
     chosen = scene.equation_of_state
     assert chosen is not None
+    if chosen.kind == "own":
+        known, origin = chosen.entry.options, f"{chosen.entry.text}; from {chosen.entry.origin}"
+        return (
+            Line("kind", chosen.name.replace("_", " "), f"{origin}; {chosen.entry.source}"),
+            *(
+                Line(name.replace("_", " "), _option(scene, value, known[name].dimension), known[name].text)
+                for name, value in chosen.options.items()
+                if value is not None
+            ),
+        )
     meaning = (type(chosen).__doc__ or "").split("\n")[0].rstrip(".")
     lines = [Line("kind", chosen.kind.replace("_", " "), meaning)]
     dimensions = {"sound_speed": "velocity", "nuclear_density": "density", "densities": "density"}

@@ -9,11 +9,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, get_args
 
+import numpy as np
 from pydantic import BeforeValidator, ValidationInfo
 from pydantic.fields import FieldInfo
 
+from astroinertia.effects.entries import exponents
 from astroinertia.errors import SceneError
-from astroinertia.units import Dimension, plain_number_hint, quantity, shown
+from astroinertia.units import CodeUnits, Dimension, plain_number_hint, quantity, shown
 
 LARGEST_NUMBER = 1e100  # squares of products of such numbers must not overflow; scales.py is stricter on quantities
 LARGEST_CONSTANT = 1e200  # of quantities in odd units, as K of P = K rho^gamma
@@ -45,6 +47,16 @@ def dimensional(value: Any, dimension: str | Dimension, code: bool) -> float:
     if not code and dimension != "dimensionless":
         raise ValueError(f"must have a unit: {plain_number_hint(dimension)}.")
     return result
+
+
+def in_code_units(value: Any, dimension: str | Dimension, units: CodeUnits) -> Any:
+    """The value of an option in code units: a number, or a list of numbers; what has no dimension as it is."""
+    if value is None or isinstance(value, str) or dimension in ("choice", "boolean"):
+        return value
+    scale = units.unit(exponents(dimension))
+    if isinstance(value, int | float):
+        return value / scale
+    return (np.asarray(value, dtype=float) / scale).tolist()
 
 
 def checked(value: float, sign: str) -> float:

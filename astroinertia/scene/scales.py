@@ -5,11 +5,12 @@ float64 (1e-308 to 1e308). Tests: tests/unit/test_extreme_numbers.py.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pydantic import BaseModel
 
+from astroinertia.effects.entries import Option
 from astroinertia.scene.problems import Problem
 from astroinertia.scene.quantities import quantity_of
 from astroinertia.scene.schema import Scene, Units
@@ -96,12 +97,19 @@ def _constants(scene: Scene) -> Iterator[Number]:
 
 def _of_effects(scene: Scene) -> Iterator[Number]:
     for kind, options in scene.effects.items():
-        for name, value in options.items():
-            option = scene.entries[kind].options[name]
-            if (isinstance(option.dimension, Dimension) or option.dimension in DIMENSIONS) and value is not None:
-                positive = option.minimum == 0.0 and option.exclusive
-                for path, number in _flat(value, ("effects", kind, name)):
-                    yield path, number, option.dimension, positive
+        yield from _of_options(("effects", kind), scene.entries[kind].options, options)
+    fluid = scene.equation_of_state
+    if fluid is not None and fluid.kind == "own":
+        yield from _of_options(("equation_of_state",), fluid.entry.options, fluid.options)
+
+
+def _of_options(table: Path, known: Mapping[str, Option], options: Mapping[str, Any]) -> Iterator[Number]:
+    for name, value in options.items():
+        option = known[name]
+        if (isinstance(option.dimension, Dimension) or option.dimension in DIMENSIONS) and value is not None:
+            positive = option.minimum == 0.0 and option.exclusive
+            for path, number in _flat(value, (*table, name)):
+                yield path, number, option.dimension, positive
 
 
 def _flat(value: Any, path: Path) -> Iterator[tuple[Path, float]]:

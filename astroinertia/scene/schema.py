@@ -208,8 +208,14 @@ class Scene(Part):
 
     @property
     def given(self) -> tuple[type, ...]:
-        """The classes of its effects that were given from Python, which its text alone does not bring back."""
-        return tuple(entry.made for entry in self.own.values() if entry.made is not None and not entry.package)
+        """The classes that were given from Python, of effects and matter, which its text alone does not bring back."""
+        return tuple(entry.made for entry in self.outside if entry.made is not None and not entry.package)
+
+    @property
+    def outside(self) -> tuple[Entry, ...]:
+        """What is said of its effects and of its equation of state, of those that are not of this package."""
+        fluid = self.equation_of_state
+        return (*self.own.values(), *((fluid.entry,) if fluid is not None and fluid.kind == "own" else ()))
 
     @property
     def dimensionless(self) -> bool:
@@ -298,6 +304,12 @@ class Scene(Part):
         if self.equation_of_state is not None and self.equation_of_state.kind == "incompressible" and model == "sph":
             raise ValueError("[equation_of_state] incompressible is for the model ellipsoid, not for sph.")
         self._has_its_materials()
+        fluid = self.equation_of_state
+        if fluid is not None and fluid.kind == "own" and model != "rigid" and model not in fluid.entry.models:
+            raise ValueError(
+                f"[equation_of_state] {fluid.name} has a thermal part, which an equation of state that is not built in "
+                f"may have in the models {' and '.join(fluid.entry.models)}, not in {model}."
+            )
         if model == "sph" and body.kind not in ("table", "rigid") and getattr(body, "particles", None) is None:
             raise ValueError("[body] particles is missing (number of particles), which the model sph needs.")
         if body.kind == "rigid" and model not in ("rigid", "scaling"):

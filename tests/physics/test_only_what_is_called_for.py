@@ -159,6 +159,7 @@ ALONGSIDE = {
 }
 PLAIN = (
     "catalogue",
+    "doors",
     "effect",
     "entries",
     "heat_entries",
