@@ -46,6 +46,8 @@ class Door:
 
         if not (isinstance(made, type) and issubclass(made, base)):
             raise refused(f"it must be a subclass of {self.base}")
+        if absent := sorted(getattr(made, "__abstractmethods__", ())):
+            raise refused(f"it has no `{absent[0]}`")
         if not (is_dataclass(made) and is_pytree(made)):
             raise refused(f"decorate it with @pytree above {self.decorated}")
         kind, options = (getattr(made, name, None) for name in ("kind", "options"))

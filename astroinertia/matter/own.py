@@ -34,8 +34,6 @@ def entry_of(made: Any, package: str = "") -> Entry:
     from astroinertia.matter.equation import Matter  # with JAX, which other scenes do without here
 
     text = MATTER.check(made, Matter, package)
-    if missing := sorted(made.__abstractmethods__):
-        raise MATTER.refused(made, package, f"it has no `{missing[0]}`")
     if made.curved:
         raise MATTER.refused(made, package, "its internal energy must be linear in A, without `curved`")
     if made.thermal and (made.entropy is Matter.entropy or made.entropy_rate is Matter.entropy_rate):

@@ -1,28 +1,22 @@
 """Effects from outside the package: given from Python, or offered by an installed package; what is refused, and how."""
 
-import os
-import subprocess
 import sys
 import tomllib
-import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 import pytest
-from hatchling.builders.wheel import WheelBuilder
 
 import astroinertia
 from astroinertia.build.effects import effects_of
 from astroinertia.effects import REQUIRED, Effect, Option, Output, PairTerm, not_negative, positive, pytree
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
-from astroinertia.models.particles import Particles
 from astroinertia.scene.load import load_file, loads
 from astroinertia.scene.plan import code_units, plan
+from tests.plugin_example import EXAMPLE, STOP, command, distribution, installed_in, stopped_at
 
-ROOT = Path(__file__).parents[2]
-EXAMPLE = ROOT / "sims" / "plugin_example"
 K, SPEED, END, STEP = 0.3, 1.5, 1.0, 0.02
 SCENE = f"""
 name = "free_fall_through_a_medium"
@@ -68,10 +62,7 @@ def exact_speed(time: Any) -> Any:
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder that the example package is installed in."""
-    place = tmp_path_factory.mktemp("installed")
-    (wheel,) = WheelBuilder(str(EXAMPLE)).build(directory=str(place / "wheels"), versions=["standard"])
-    zipfile.ZipFile(wheel).extractall(place / "site")
-    return place / "site"
+    return installed_in(tmp_path_factory.mktemp("installed"))
 
 
 @pytest.fixture
@@ -82,18 +73,6 @@ def drag(installed: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     from cubic_drag import CubicDrag  # pyright: ignore[reportMissingImports]
 
     return CubicDrag
-
-
-def stopped_at(monkeypatch: pytest.MonkeyPatch, step: int) -> None:
-    """Runs stop, sealed, once they have taken so many steps."""
-    plain = Particles.advance
-
-    def advance(self: Particles, until: float) -> None:
-        plain(self, until)
-        if self.steps == step:
-            os.kill(os.getpid(), 15)
-
-    monkeypatch.setattr(Particles, "advance", advance)
 
 
 def assert_the_drag_is_exact(dataset: Any, tolerance: float) -> None:
@@ -249,34 +228,11 @@ def test_a_pair_term_from_outside_is_compiled_and_pulls(drag, tmp_path) -> None:
 # From an installed package
 
 
-def command(installed: Path, folder: Path, *arguments: str, code: int = 0, program: str = "") -> str:
-    """What `astroinertia` prints where the example is installed; `program` is run before it."""
-    program = f"import sys\n{program}\nfrom astroinertia.cli.main import main\nsys.exit(main(sys.argv[1:]))"
-    done = subprocess.run(
-        [sys.executable, "-c", program, *arguments], cwd=folder, capture_output=True, text=True, check=False,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join((str(ROOT), str(installed))), "COLUMNS": "200"},
-    )  # fmt: skip
-    assert done.returncode == code, done.stdout + done.stderr
-    return done.stdout + done.stderr
-
-
-STOP = """
-import os
-from astroinertia.models.particles import Particles
-plain = Particles.advance
-def advance(self, until):
-    plain(self, until)
-    if self.steps == 20:
-        os.kill(os.getpid(), 15)
-Particles.advance = advance
-"""
-
-
 @pytest.mark.slow
 def test_an_installed_effect_is_planned_run_stopped_resumed_audited_and_reported(installed, tmp_path) -> None:
     (tmp_path / "scene.toml").write_text(LISTED)
     said = command(installed, tmp_path, "plan", "scene.toml", "--audit")
-    assert "from astroinertia-cubic-drag 0.1" in said and "the effect states no size" in said
+    assert "from astroinertia-plugin-example 0.1" in said and "the effect states no size" in said
     assert "k 0.3" in said
     (row,) = (line for line in said.splitlines() if line.strip().startswith("cubic_drag") and "yes" in line)
     assert any(part.isdigit() and int(part) > 0 for part in row.split())
@@ -284,22 +240,16 @@ def test_an_installed_effect_is_planned_run_stopped_resumed_audited_and_reported
     command(installed, tmp_path, "run", "scene.toml", "--output", "whole")
     command(installed, tmp_path, "run", "scene.toml", "--output", "parts", program=STOP, code=130)
     without = command(tmp_path / "nowhere", tmp_path, "resume", "parts", code=2)
-    assert "with the effect 'cubic_drag' (astroinertia-cubic-drag 0.1), which is not here: install its pack" in without
+    assert (
+        "with the effect 'cubic_drag' (astroinertia-plugin-example 0.1), which is not here: install its pack" in without
+    )
     command(installed, tmp_path, "resume", "parts")
     whole, parts = (astroinertia.open(tmp_path / name) for name in ("whole", "parts"))
     assert parts.drop_vars("wall_time").equals(whole.drop_vars("wall_time"))
     assert_the_drag_is_exact(whole, 1e-4)
-    assert '"astroinertia-cubic-drag": "0.1"' in whole.attrs["versions"]
+    assert '"astroinertia-plugin-example": "0.1"' in whole.attrs["versions"]
     command(tmp_path / "nowhere", tmp_path, "report", "parts", "--output", "report.html")
     assert "cubic drag" in (tmp_path / "report.html").read_text().replace("_", " ")
-
-
-def distribution(place: Path, points: str, name: str = "stranger") -> None:
-    """The metadata of an installed package."""
-    folder = place / f"{name}-2.0.dist-info"
-    folder.mkdir()
-    (folder / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 2.0\n")
-    (folder / "entry_points.txt").write_text(f"[astroinertia.effects]\n{points}\n")
 
 
 def test_only_the_entry_point_that_a_scene_lists_is_imported(tmp_path, monkeypatch) -> None:
@@ -385,7 +335,10 @@ def test_a_sweep_takes_no_effect_from_python(drag, tmp_path) -> None:
 
 
 def test_the_example_is_small() -> None:
-    for name in ("pyproject.toml", "cubic_drag.py"):
+    for name in ("pyproject.toml", "cubic_drag.py", "logotrope.py"):
         assert len((EXAMPLE / name).read_text().splitlines()) < 60
     points = tomllib.loads((EXAMPLE / "pyproject.toml").read_text())["project"]["entry-points"]
-    assert points == {"astroinertia.effects": {"cubic_drag": "cubic_drag:CubicDrag"}}
+    assert points == {
+        "astroinertia.effects": {"cubic_drag": "cubic_drag:CubicDrag"},
+        "astroinertia.matter": {"logotrope": "logotrope:Logotrope"},
+    }

@@ -1,0 +1,64 @@
+"""The example package of sims/plugin_example, installed in a folder, and commands that find it there."""
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from hatchling.builders.wheel import WheelBuilder
+
+from astroinertia.models.particles import Particles
+
+ROOT = Path(__file__).parents[1]
+EXAMPLE = ROOT / "sims" / "plugin_example"
+# What stops a command after 20 steps, with all of them kept.
+STOP = """
+import os
+from astroinertia.models.particles import Particles
+plain = Particles.advance
+def advance(self, until):
+    plain(self, until)
+    if self.steps == 20:
+        os.kill(os.getpid(), 15)
+Particles.advance = advance
+"""
+
+
+def installed_in(place: Path) -> Path:
+    """A folder in that place with the example package installed in it."""
+    (wheel,) = WheelBuilder(str(EXAMPLE)).build(directory=str(place / "wheels"), versions=["standard"])
+    zipfile.ZipFile(wheel).extractall(place / "site")
+    return place / "site"
+
+
+def command(installed: Path, folder: Path, *arguments: str, code: int = 0, program: str = "") -> str:
+    """What `astroinertia` prints where the example is installed; `program` is run before it."""
+    program = f"import sys\n{program}\nfrom astroinertia.cli.main import main\nsys.exit(main(sys.argv[1:]))"
+    done = subprocess.run(
+        [sys.executable, "-c", program, *arguments], cwd=folder, capture_output=True, text=True, check=False,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join((str(ROOT), str(installed))), "COLUMNS": "200"},
+    )  # fmt: skip
+    assert done.returncode == code, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+def stopped_at(monkeypatch: pytest.MonkeyPatch, step: int) -> None:
+    """Runs stop, with all of them kept, once they have taken so many steps."""
+    plain = Particles.advance
+
+    def advance(self: Particles, until: float) -> None:
+        plain(self, until)
+        if self.steps == step:
+            os.kill(os.getpid(), 15)
+
+    monkeypatch.setattr(Particles, "advance", advance)
+
+
+def distribution(place: Path, points: str, name: str = "stranger", group: str = "effects") -> None:
+    """The metadata of an installed package with those entry points."""
+    folder = place / f"{name}-2.0.dist-info"
+    folder.mkdir()
+    (folder / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 2.0\n")
+    (folder / "entry_points.txt").write_text(f"[astroinertia.{group}]\n{points}\n")
