@@ -14,6 +14,7 @@ from pathlib import Path
 from types import NoneType
 from typing import get_args
 
+import numpy as np
 import pytest
 from pydantic import BaseModel
 
@@ -318,6 +319,28 @@ def test_results_of_sweeps_that_pages_show_can_be_analysed(workplace, monkeypatc
         compile(code, "sweeps.md", "exec"),
         {"astroinertia": astroinertia, "ds": astroinertia.open("runs/pulsar_births")},
     )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "mark", "least"),
+    [("README.md", "astroinertia.bodies", 4), ("moment-ratios.md", "apsidal", 9), ("inertia-toolbox.md", "shapes", 1)],
+)
+def test_numbers_that_pages_show_come_out(name, mark, least):
+    (code,) = [code for code in blocks(SHOWN[name], "python") if mark in code]
+    space, checked, lines = {}, 0, code.splitlines()
+    for statement in ast.parse(code).body:
+        source = ast.unparse(statement)
+        if not isinstance(statement, ast.Expr):
+            exec(source, space)
+            continue
+        value, comment = eval(source, space), lines[statement.lineno - 1].partition("  # ")[2]
+        shown = re.findall(r"\d+\.\d+", comment)
+        if np.ndim(value) == 0 and shown:
+            number = next(each for each in shown if abs(float(each) / float(value) - 1.0) < 0.1)
+            assert abs(float(value) - float(number)) <= 0.51 * 10.0 ** -len(number.partition(".")[2]), source
+            checked += 1
+    assert checked >= least
 
 
 def test_rooms_of_the_overview_exist():
