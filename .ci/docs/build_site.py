@@ -11,6 +11,7 @@ import re
 import shutil
 from pathlib import Path
 
+from latex2mathml.converter import convert
 from mkdocs.commands.build import build
 from mkdocs.config import load_config
 from mkdocs.exceptions import Abort
@@ -160,8 +161,24 @@ def notebook(path: Path) -> str:
     )
     for name, picture in resources["outputs"].items():
         write(f"notebooks/{name}", picture)
-    write(f"notebooks/{path.stem}.md", text)
+    write(f"notebooks/{path.stem}.md", with_formulas(text))
     return f"notebooks/{path.stem}.md"
+
+
+def with_formulas(text: str) -> str:
+    """Markdown with its formulas as MathML, which browsers show by themselves."""
+
+    def displayed(formula: re.Match[str]) -> str:
+        return f"\n\n<div>{convert(formula[1].strip(), display='block')}</div>\n\n"
+
+    def inline(formula: re.Match[str]) -> str:
+        return f"<span>{convert(formula[1])}</span>"
+
+    pieces = re.split(r"(^```.*?^```$|^    [^\n]*$|`[^`\n]*`)", text, flags=re.MULTILINE | re.DOTALL)
+    for k in range(0, len(pieces), 2):  # what is between blocks and pieces of code
+        pieces[k] = re.sub(r"\$\$(.+?)\$\$", displayed, pieces[k], flags=re.DOTALL)
+        pieces[k] = re.sub(r"\$([^$\s](?:[^$]*[^$\s])?)\$", inline, pieces[k])
+    return "".join(pieces)
 
 
 def interface() -> list:
