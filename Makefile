@@ -1,4 +1,4 @@
-# Everything that is run by name. The environment in .venv is made, and made anew when the project's needs change.
+# Everything that is run by name. The environment in .venv is made, and made again when the project's needs change.
 #
 #   make demo         a star collapses: runs/pulsar_collapse with a netCDF file and pictures
 #   make test         all tests but the long ones (under 25 minutes on two cores)
@@ -7,12 +7,13 @@
 #   make test-status  which results of the long ones are valid for this code and this kind of processor, which stale
 #   make bench        the benchmarks
 #   make notebooks    executes the notebooks of sims/notebooks and writes them
+#   make docs         the guide, the scenes, the notebooks and the Python interface as a site: build/site/index.html
 #   make lint         format, lint, types, import order
 #   make venv         only the environment
 
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: help demo test test-quick test-full test-status bench notebooks lint venv clean
+.PHONY: help demo test test-quick test-full test-status bench notebooks docs lint venv clean
 
 VENV := .venv
 RUN := $(VENV)/bin/python
@@ -61,6 +62,10 @@ $(VENV)/lint: $(VENV)/made
 	$(RUN) -m pip install -qq -e '.[lint]'
 	@touch $@ $(VENV)/run
 
+$(VENV)/docs: $(VENV)/made
+	$(RUN) -m pip install -qq -e '.[docs]'
+	@touch $@ $(VENV)/run
+
 venv: $(VENV)/test
 
 demo: $(VENV)/run
@@ -86,6 +91,10 @@ bench: $(VENV)/bench
 
 notebooks: $(VENV)/test
 	$(RUN) sims/notebooks/execute.py
+
+docs: $(VENV)/docs
+	$(RUN) .ci/docs/build_site.py
+	@echo "wrote build/site/index.html"
 
 lint: $(VENV)/lint
 	$(VENV)/bin/ruff format --check .

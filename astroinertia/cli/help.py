@@ -9,6 +9,7 @@ a first session:
   astroinertia plan star.toml                see what would be run, and why
   astroinertia run star.toml                 run it; the result is runs/<name>/<name>.nc
   astroinertia show runs/<name>              a summary, and pictures beside the file
+  astroinertia guide                         the guide: its topics; astroinertia guide first-run to begin
 
 more:
   astroinertia run star.toml --set body.particles=5000 --set "time.end=2 s" --output runs/coarse

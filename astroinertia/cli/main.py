@@ -19,6 +19,7 @@ from astroinertia.cli import (
     choice,
     compare,
     export,
+    guide as cli_guide,
     hard,
     hosts,
     moments,
@@ -222,6 +223,9 @@ def _parser() -> argparse.ArgumentParser:
         "astroinertia calibrate",
     )  # fmt: skip
     cli_calibrate.add_arguments(calibrate)
+
+    guide = _command(commands, "guide", _guide, "read the guide, page by page", "astroinertia guide ledger")
+    cli_guide.add_arguments(guide)
     return parser
 
 
@@ -388,6 +392,21 @@ def _finished(result: Path, folder: Path) -> int:
             _say(told)
     _say(f"wrote {result}; look at it with: astroinertia show {folder}")
     return UNCLOSED if unclosed else GOOD
+
+
+def _guide(options: argparse.Namespace) -> int:
+    if options.topic is None:
+        _say(cli_guide.topics())
+        return GOOD
+    text = cli_guide.pages.readable(options.topic)
+    if not sys.stdout.isatty():
+        _say(text, end="")
+        return GOOD
+    console = _Console(highlight=False)
+    shown = cli_guide.rendered(text, console.width, console.color_system is not None and not console.no_color)
+    if not cli_guide.paged(shown):
+        print(shown, end="")
+    return GOOD
 
 
 def _show(options: argparse.Namespace) -> int:

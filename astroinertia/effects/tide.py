@@ -7,7 +7,6 @@ from typing import Any, ClassVar
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
-from astroinertia.effects.open_orbit import place_on_open_orbit
 from astroinertia.engines.pytree import pytree
 from astroinertia.gravity.point_masses import (
     attraction,
@@ -17,22 +16,9 @@ from astroinertia.gravity.point_masses import (
     tidal_energy,
     virial,
 )
+from astroinertia.orbits.kepler import eccentric_anomaly, place_on_open_orbit
 
-# Newton steps on Kepler's equation from Danby's guess: below 1e-15 for eccentricities up to 0.99, by test.
-KEPLER_STEPS = 8
 MOST_ELLIPTIC = 0.99
-
-
-def eccentric_anomaly(xp: Any, mean_anomaly: Any, eccentricity: Any) -> Any:
-    """E of Kepler's equation E - e sin E = M, for any M and 0 <= e <= 0.99 (Danby 1988, Celestial Mechanics, 6.6)."""
-    reduced = mean_anomaly - 2.0 * math.pi * xp.round(mean_anomaly / (2.0 * math.pi))
-    anomaly = reduced + xp.where(reduced < 0.0, -0.85, 0.85) * eccentricity
-    for _ in range(KEPLER_STEPS):
-        # Halley's form of the step: it does not overshoot where the orbit is nearly radial.
-        error = anomaly - eccentricity * xp.sin(anomaly) - reduced
-        slope = 1.0 - eccentricity * xp.cos(anomaly)
-        anomaly = anomaly - error / (slope - 0.5 * error * eccentricity * xp.sin(anomaly) / slope)
-    return anomaly
 
 
 @pytree

@@ -124,8 +124,8 @@ def archive_ephemeris(
         if now.t >= end:
             break
         piece = _segments(now, following.t - now.t, _TOLERANCE)
-        met, stood = (states.present(each)[0] for each in (piece.last, following))
-        apart = np.max(np.linalg.norm(met - stood, axis=1) / np.linalg.norm(stood, axis=1))
+        stood = states.present(following)[0]
+        apart = np.max(np.linalg.norm(piece.end - stood, axis=1) / np.linalg.norm(stood, axis=1))
         if not apart <= tolerance:
             raise NumericalError(
                 f"the archive's next snapshot is {apart:.1e} of the distance from where gravity alone leads", time=now.t
@@ -141,13 +141,13 @@ def archive_ephemeris(
 
 
 class _Segments(NamedTuple):
-    """Polynomials from a simulation's time on, the largest error, and the simulation at their end."""
+    """Polynomials from a simulation's time on, the largest error, and the positions (N, 3) at their end."""
 
     middle: np.ndarray
     half_length: np.ndarray
     coefficients: np.ndarray
     error: float
-    last: Any
+    end: np.ndarray
 
 
 def _allowed(bodies: Any, tolerance: float | None) -> float:
@@ -160,27 +160,60 @@ def _segments(bodies: Any, span: float, allowed: float) -> _Segments:
     # Only here: what reads an ephemeris does without REBOUND.
     from astroinertia.orbits import states
 
-    fixed = str(bodies.integrator) == "whfast"
-    level = first = max(0, math.ceil(math.log2(span / (_FIRST * states.shortest_time(bodies)))))
-    number, worst, before, parts = 0, 0.0, bodies.copy(), []
+    level = max(0, math.ceil(math.log2(span / (_FIRST * states.shortest_time(bodies)))))
+    if str(bodies.integrator) == "whfast":
+        return _alike(bodies, span, allowed, level)
+    return _adapted(bodies, span, allowed, level)
+
+
+def _alike(bodies: Any, span: float, allowed: float, level: int) -> _Segments:
+    """Segments of one length, for WHFast: a change of its step on the way would not be symplectic."""
+    from astroinertia.orbits import states
+
+    for halvings in range(_MOST_HALVINGS + 2):
+        length = span / 2 ** (level + halvings)
+        now, worst, parts = bodies.copy(), 0.0, []
+        while len(parts) < 2 ** (level + halvings):
+            now.t = 0.0  # of the segment: late times are too coarse for the points
+            coefficients, error = _fitted(*states.states(now, length * _SHARES), 0.5 * length)
+            if not error <= allowed:
+                break
+            parts.append((len(parts), level + halvings, coefficients))
+            worst = max(worst, error)
+            _refuse_more(len(parts) * coefficients.nbytes, halvings, error, allowed)
+        else:
+            return _joined(parts, span, worst, states.present(now)[0])
+        _refuse_more(0.0, halvings + 1, error, allowed)
+    raise AssertionError  # _refuse_more has raised
+
+
+def _adapted(bodies: Any, span: float, allowed: float, first: int) -> _Segments:
+    """Segments that are halved and doubled on the way."""
+    from astroinertia.orbits.dense import DenseOrbits
+
+    orbits, level = DenseOrbits(bodies), first
+    number, worst, parts = 0, 0.0, []
+    place = np.empty((1, bodies.N - 1, 3))
     while number < 2**level:
         length = span / 2**level
-        now = before.copy()
-        now.t = 0.0  # of the segment: late times are too coarse for the points
-        coefficients, error = _fitted(*states.states(now, length * _SHARES), 0.5 * length)
+        place, speed = orbits.at(length * _SHARES)
+        coefficients, error = _fitted(place, speed, 0.5 * length)
         if error <= allowed:
             parts.append((number, level, coefficients))
-            number, worst, before = number + 1, max(worst, error), now
-            if not fixed and level > 0 and number % 2 == 0 and _error_if_doubled(coefficients) < allowed:
+            number, worst = number + 1, max(worst, error)
+            orbits.leave(length)
+            if level > 0 and number % 2 == 0 and _error_if_doubled(coefficients) < allowed:
                 number, level = number // 2, level - 1
-        elif fixed:  # all segments alike: a change of step on the way would not be symplectic
-            number, level, worst, before, parts = 0, level + 1, 0.0, bodies.copy(), []
         else:
             number, level = 2 * number, level + 1
         _refuse_more(len(parts) * coefficients.nbytes, level - first, error, allowed)
+    return _joined(parts, span, worst, place[-1])
+
+
+def _joined(parts: list[tuple[int, int, np.ndarray]], span: float, worst: float, end: np.ndarray) -> _Segments:
     half_length = np.array([0.5 * span / 2**level for _, level, _ in parts])
     middle = half_length * [2 * number + 1 for number, _, _ in parts]
-    return _Segments(middle, half_length, np.array([coefficients for *_, coefficients in parts]), worst, before)
+    return _Segments(middle, half_length, np.array([coefficients for *_, coefficients in parts]), worst, end)
 
 
 def _table(

@@ -16,6 +16,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from astroinertia.orbits.kepler import eccentric_anomaly
 from astroinertia.rotation.cassini import hansen_coefficient
 
 Array = Any
@@ -127,7 +128,7 @@ def surface_of_section(
     drifts = np.array([*_DRIFTS, 1 - 2 * sum(_DRIFTS), *_DRIFTS[::-1]]) * 2 * np.pi / steps
     kicks = np.array([*_KICKS, 0.5 - sum(_KICKS), 0.5 - sum(_KICKS), *_KICKS[::-1]]) * 2 * np.pi / steps
     anomaly = 2 * np.pi / steps * np.arange(steps)[:, None] + np.cumsum(drifts)[:-1]
-    eccentric = _eccentric_anomaly(anomaly, eccentricity)
+    eccentric = eccentric_anomaly(np, anomaly, eccentricity)
     distance = 1 - eccentricity * np.cos(eccentric)
     true = np.arctan2(np.sqrt(1 - eccentricity**2) * np.sin(eccentric), np.cos(eccentric) - eccentricity)
     strength = -0.5 * asphericity**2 * kicks / distance**3
@@ -159,16 +160,3 @@ def _mapped(begin, orbit, decay, equilibrium_rate, orbits):
 
     _, (angles, rates) = jax.lax.scan(whole_orbit, begin, length=orbits)
     return jnp.concatenate([begin[0][None], angles]), jnp.concatenate([begin[1][None], rates])
-
-
-def _eccentric_anomaly(mean: np.ndarray, eccentricity: float) -> np.ndarray:
-    """E of M = E - e sin E by Newton's method from Danby's start, which converges for all e < 1."""
-    whole = np.floor(mean / (2 * np.pi) + 0.5) * 2 * np.pi
-    inside = mean - whole
-    found = inside + 0.85 * eccentricity * np.sign(np.sin(inside))
-    for _ in range(60):
-        change = (found - eccentricity * np.sin(found) - inside) / (1 - eccentricity * np.cos(found))
-        found = found - change
-        if np.max(np.abs(change)) < 1e-15:
-            break
-    return found + whole

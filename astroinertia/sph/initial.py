@@ -14,13 +14,13 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from astroinertia.errors import SceneError
+from astroinertia.orbits.kepler import eccentric_anomaly
 from astroinertia.sph.profiles import Profile
 from astroinertia.storage import cache
 
 PLACEMENTS = ("glass", "lattice", "random")
 _GLASS_STEPS = 60
 _GLASS_NEIGHBOURS = 36
-_KEPLER_STEPS = 40  # of Newton's iteration, which takes four or five but next to amplitude 1
 _FLAT = 1e-12  # of the mean squares along axes, the least over the largest: below that, points lie in a plane
 _GLASS_VERSION = 1  # part of the cache key: raise it when the glass itself changes
 
@@ -64,14 +64,12 @@ def azimuthal_mode(points: np.ndarray, mode: int, amplitude: float) -> np.ndarra
     """Return angles (N,) about z to turn points (N, 3) by, so that their density goes as 1 + amplitude cos(mode phi).
 
     The new angle p of a point at phi has as much of the circle behind it: p + (amplitude/mode) sin(mode p) = phi, which
-    is Kepler's equation; Newton's iteration from the middle finds its root for 0 <= amplitude < 1.
+    is Kepler's equation of p + pi, for 0 <= amplitude < 1.
     """
     angle = mode * np.arctan2(points[:, 1], points[:, 0])
     wanted = np.mod(angle + np.pi, 2 * np.pi) - np.pi
-    found = np.zeros_like(wanted)
-    for _ in range(_KEPLER_STEPS):
-        found = found - (found + amplitude * np.sin(found) - wanted) / (1 + amplitude * np.cos(found))
-    return (found - wanted) / mode
+    opposite = np.where(wanted < 0, wanted + np.pi, wanted - np.pi)
+    return (eccentric_anomaly(np, opposite, amplitude) - opposite) / mode
 
 
 def turned(vectors: np.ndarray, angle: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Moment ratios as text: the table of the solar system, one body in detail, and the README's table in Markdown.
+"""Moment ratios as text: the table of the solar system, one body in detail, and the guide's table in Markdown.
 
 Tests: tests/unit/test_ratios_cli.py.
 """

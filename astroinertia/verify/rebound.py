@@ -4,9 +4,9 @@ import jax
 import numpy as np
 
 from astroinertia.build.assemble import prepare
-from astroinertia.effects.tide import eccentric_anomaly
 from astroinertia.engines import numba_cpu
 from astroinertia.gravity.direct import DIRECT_GRAVITY
+from astroinertia.orbits.kepler import eccentric_anomaly
 from astroinertia.orbits.particles import accelerations, of_particles
 from astroinertia.orbits.rigid_ode import RigidBodyOde
 from astroinertia.orbits.simulation import Companion, simulation

@@ -12,7 +12,6 @@
 # ---
 
 # %% [markdown]
-# # A collapse experiment: what does it do to the moment of inertia, and which force did it?
 # # Planetary moment ratios: what does C/(M R²) tell of the inside of a planet?
 #
 # Nobody has seen the core of a planet. But how a planet precesses, how it is flattened and how its moons and probes

@@ -152,7 +152,7 @@ IMPORTS = """
 """
 ALONGSIDE = {
     "gravity": {"astroinertia.gravity.direct", "astroinertia.gravity.points"},
-    "tide": {"astroinertia.gravity.point_masses", "astroinertia.effects.open_orbit"},
+    "tide": {"astroinertia.gravity.point_masses"},
     "companions": {"astroinertia.gravity.point_masses"},
     "sinks": {"astroinertia.gravity.point_masses", "astroinertia.gravity.sinks"},
     "viscosity": {"astroinertia.effects.gradients"},

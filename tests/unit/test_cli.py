@@ -33,7 +33,7 @@ def test_help_teaches_with_examples(capsys):
 
 @pytest.mark.parametrize(
     "command",
-    ["new", "plan", "run", "resume", "show", "movie", "report", "view", "tradeoff", "moments", "ratios"],
+    ["new", "plan", "run", "resume", "show", "movie", "report", "view", "tradeoff", "moments", "ratios", "guide"],
 )
 def test_every_command_has_an_example_that_parses(command, capsys):
     with pytest.raises(SystemExit):
@@ -173,7 +173,7 @@ def test_a_wheel_holds_the_package(tmp_path):
         names = set(archive.namelist())
         entry = next(name for name in names if name.endswith("entry_points.txt"))
         assert "astroinertia = astroinertia.__main__:main" in archive.read(entry).decode()
-    every = (path for kind in ("py", "html", "js") for path in (ROOT / "astroinertia").rglob(f"*.{kind}"))
+    every = (path for kind in ("py", "html", "js", "md") for path in (ROOT / "astroinertia").rglob(f"*.{kind}"))
     sources = {str(path.relative_to(ROOT)) for path in every}
     assert sources <= names
     assert not any(name.startswith(("tests/", "sims/")) for name in names)

@@ -15,7 +15,6 @@ from scipy.integrate import solve_ivp
 from astroinertia.effects import catalogue
 from astroinertia.effects.catalogue import CATALOGUE, DIMENSIONS, Default
 from astroinertia.effects.effect import antisymmetric_vector
-from astroinertia.effects.tide import eccentric_anomaly
 from astroinertia.models import sph
 from tests.ball import ball, state_of
 
@@ -148,17 +147,6 @@ def test_a_body_at_rest_in_the_inertial_frame_turns_backwards_on_a_circle() -> N
 
 
 # Tide
-
-
-def test_keplers_equation_is_solved_for_every_eccentricity() -> None:
-    mean = np.linspace(-20.0, 20.0, 4001)
-    near = 10.0 ** np.arange(-12.0, 0.0)
-    mean = np.concatenate([mean, near, -near])
-    for e in (0.0, 0.1, 0.5, 0.9, 0.99):
-        anomaly = eccentric_anomaly(np, mean, e)
-        wanted = np.remainder(mean + math.pi, 2 * math.pi) - math.pi
-        error = np.remainder(anomaly - e * np.sin(anomaly) - wanted + math.pi, 2 * math.pi) - math.pi
-        assert np.abs(error).max() < 2e-14, e
 
 
 def test_the_perturber_follows_keplers_laws() -> None:

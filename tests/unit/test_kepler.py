@@ -9,10 +9,21 @@ import numpy as np
 import pytest
 
 from astroinertia.effects import catalogue
-from astroinertia.effects.open_orbit import place_on_open_orbit
+from astroinertia.orbits.kepler import eccentric_anomaly, place_on_open_orbit
 from tests.unit.test_effects import at
 
 TIMES = np.concatenate([-np.logspace(-8, 6, 57), [0.0], np.logspace(-8, 6, 57)])
+
+
+def test_keplers_equation_is_solved_for_every_eccentricity() -> None:
+    mean = np.linspace(-20.0, 20.0, 4001)
+    near = 10.0 ** np.arange(-12.0, 0.0)
+    mean = np.concatenate([mean, near, -near])
+    for e in (0.0, 0.1, 0.5, 0.9, 0.99, 0.9999, 1.0 - 1e-9):
+        anomaly = eccentric_anomaly(np, mean, e)
+        wanted = np.remainder(mean + math.pi, 2 * math.pi) - math.pi
+        error = np.remainder(anomaly - e * np.sin(anomaly) - wanted + math.pi, 2 * math.pi) - math.pi
+        assert np.abs(error).max() < 2e-14, e
 
 
 @pytest.mark.parametrize("eccentricity", [1.0, 1.0 + 1e-9, 1.001, 1.3, 5.0, 100.0])
