@@ -23,6 +23,7 @@ from astroinertia.cli.main import main
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.guide import effects_reference, pages, scene_reference
 from astroinertia.scene import schema
+from astroinertia.scene.fluids import OwnFluid
 from astroinertia.scene.load import RECORD
 
 ROOT = Path(__file__).parents[2]
@@ -129,7 +130,7 @@ def test_every_key_of_a_scene_is_in_its_reference():
     text, known = scene_reference.text(), set()
     parts(schema.Scene, known)
     assert len(known) > 25
-    for model in known:
+    for model in known - {OwnFluid}:  # which stands for kinds that other packages have
         for name, field in model.model_fields.items():
             if name == "kind":
                 assert f'kind = "{get_args(field.annotation)[0]}"' in text
@@ -313,6 +314,8 @@ def workplace(tmp_path_factory):
     (folder / "births.toml").write_text(births)
     astroinertia.run_scene(folder / "births.toml", folder / "runs/pulsar_births")
     (folder / "star.toml").write_text(STAR)
+    cloud = STAR.replace("1 Rsun", "0.1 pc").replace("1 min", "1 kyr").replace("[effects.gravity]\n", "")
+    (folder / "cloud.toml").write_text(cloud)
     return folder
 
 
