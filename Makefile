@@ -1,4 +1,4 @@
-# Everything that is run by name. The environment in .venv is made, and made anew when the project's needs change.
+# Everything that is run by name. The environment in .venv is made, and made again when the project's needs change.
 #
 #   make demo         a star collapses: runs/pulsar_collapse with a netCDF file and pictures
 #   make test         all tests but the long ones (under 25 minutes on two cores)

@@ -28,7 +28,7 @@ MOST = 10_000_000  # particles
 UNSURE = 0.5  # of the error of the finest pilot, that of what the ladder tends to
 COST = 4.0 / 3.0  # seconds go as this power of the number of particles: N passes over N^(1/3) times as many steps
 LONGEST, SHORTEST = 4.0, 0.05  # factors of the time step
-REFUSING = 0.1  # of the time allowed, that pilots may take before a price is told
+REFUSING = 0.1  # of the time allowed, that pilots may take before a cost is reported
 
 Other = Callable[[Measured, float], Found | None]
 
@@ -115,8 +115,8 @@ def _timestep(pilots: Pilots, knob: Knob, count: int, plain: Measured, share: fl
     main = knobs.knobs(pilots.scene)[0]
     least, most = 1.0, math.inf
     for longer in sorted((each for each in map(float, knob.values) if 1.0 < each <= LONGEST), reverse=True):
-        told = f"{count} particles, time steps {longer:g} times as long"
-        apart = pilots.apart(pilots.run(told, (*main.overrides(float(count)), *knob.overrides(longer))), plain)
+        label = f"{count} particles, time steps {longer:g} times as long"
+        apart = pilots.apart(pilots.run(label, (*main.overrides(float(count)), *knob.overrides(longer))), plain)
         if math.isfinite(apart):
             least, most = apart / (longer**2 - 1.0), longer
             break
@@ -143,8 +143,8 @@ def _gravity(pilots: Pilots, knob: Knob, count: int, plain: Measured, share: flo
     for value in knob.values:  # from coarse to fine
         if float(value) > share and value != knob.values[-1]:
             continue
-        told = f"{count} particles, gravity to {value:g}"
-        error = pilots.apart(pilots.run(told, (*main.overrides(float(count)), *knob.overrides(value))), plain)
+        label = f"{count} particles, gravity to {value:g}"
+        error = pilots.apart(pilots.run(label, (*main.overrides(float(count)), *knob.overrides(value))), plain)
         if error <= share:
             break
     return float(value), error, f"gravity to {value:g} changes the pilot with {count} particles by {error:.1e}"

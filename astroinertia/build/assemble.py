@@ -17,7 +17,7 @@ from astroinertia.effects.own import classes, offered
 from astroinertia.errors import ArchiveError, ArchiveWarning
 from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
-from astroinertia.scene.plan import cadence, code_units, plan, regions_told, smoothing, softening
+from astroinertia.scene.plan import cadence, code_units, plan, region_descriptions, smoothing, softening
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import Archive
 from astroinertia.storage.bounded import plain_text
@@ -76,16 +76,17 @@ def scene_of(archive: Archive, effects: Sequence[Any] = ()) -> Scene:
     effects: those of the user's own that it was given from Python, or their classes. ArchiveError names one of its
     effects that is not here; SceneError, one that it was not given, or that has other options than it had.
     """
-    told = archive.metadata
-    if not isinstance(told.get("scene"), str):
+    metadata = archive.metadata
+    if not isinstance(metadata.get("scene"), str):
         raise ArchiveError(f"{archive.folder} does not tell the scene that its run was made from.")
     for kind in missing_effects(archive, effects):
         raise ArchiveError(
-            f"{archive.folder} was run with the effect '{plain_text(kind)}' ({plain_text(told['own_effects'][kind])}), "
-            "which is not here: install its package, or give it from Python to resume(folder, effects=[...])."
+            f"{archive.folder} was run with the effect '{plain_text(kind)}' "
+            f"({plain_text(metadata['own_effects'][kind])}), which is not here: "
+            "install its package, or give it from Python to resume(folder, effects=[...])."
         )
     scene = load.loads(
-        told["scene"], origin=told.get("origin"), effects=[entry.made for entry in classes(effects).values()]
+        metadata["scene"], origin=metadata.get("origin"), effects=[entry.made for entry in classes(effects).values()]
     )
     for effect in effects:
         load.refuse_other_options(scene, effect)
@@ -104,14 +105,14 @@ def restore(archive: Archive, scene: Scene) -> Prepared:
     if stored is None:
         return prepare(scene)
     units = code_units(scene)
-    arrays, told = stored
+    arrays, counters = stored
     try:
-        if wrong := complaint(Counters, told):
+        if wrong := complaint(Counters, counters):
             raise ValueError(wrong)
         body = _model(scene).resumed(scene, units, arrays)
     except ValueError as error:
         raise ArchiveError(f"{archive.folder} has a checkpoint of another scene: {plain_text(error)}.") from error
-    return Prepared(body, outputs_of(scene, units), units, _plain(Counters(**told)))
+    return Prepared(body, outputs_of(scene, units), units, _plain(Counters(**counters)))
 
 
 def _plain(counters: Counters) -> dict[str, Any]:
@@ -167,7 +168,7 @@ def metadata(scene: Scene) -> dict[str, Any]:
             if kind in scene.effects and scene.model not in entry.models
         },
         **({"own_effects": {kind: entry.origin for kind, entry in scene.own.items()}} if scene.own else {}),
-        **({"regions": regions_told(scene)} if scene.regions else {}),
+        **({"regions": region_descriptions(scene)} if scene.regions else {}),
         **({"choice": dict(scene.choice)} if scene.choice else {}),
         "versions": versions(scene),
     }
@@ -185,10 +186,10 @@ def note_versions(archive: Archive, scene: Scene) -> None:
 
     ArchiveWarning names what has changed; `resumed_versions` lists what the run went on with, one after the other.
     """
-    told = archive.metadata
-    since = told.get("resumed_versions")
+    metadata = archive.metadata
+    since = metadata.get("resumed_versions")
     since = since if isinstance(since, list) else []
-    before, now = ([told.get("versions"), *since])[-1], versions(scene)
+    before, now = ([metadata.get("versions"), *since])[-1], versions(scene)
     if archive.finished is not None or not isinstance(before, dict) or before == now:
         return
     changed = [f"{name} {before.get(name, 'unknown')} to {now[name]}" for name in now if before.get(name) != now[name]]
@@ -206,7 +207,7 @@ def _reference_radius(scene: Scene, units: CodeUnits, ball: Sphere | Star | None
     return None if radius is None else radius if ball is not None else units.to_code(radius, "length")
 
 
-def told_by(evolution: Evolution) -> dict[str, Any]:
+def model_description(evolution: Evolution) -> dict[str, Any]:
     """What a file says of the model itself: the rows of its ledger, what it lacks, and what it approximates."""
     return {
         "effects": list(evolution.effects),

@@ -15,7 +15,7 @@ FORCE_SHARES = {"gravity": 0.25, "pressure": 0.4}
 BY_NEIGHBOURS = 0.6  # of a pass, what goes with the number of neighbours; lists and whole leaves do not
 FURTHER_SHARE = 0.35  # viscosity's, and that of any other effect between neighbours
 EFFECTS_IN_REST = 3  # that the calibration's "rest" is of
-REST_OF_EFFECT = 0.15  # of that rest: each effect's accelerations and its books
+REST_OF_EFFECT = 0.15  # of that rest: each effect's accelerations and its ledger
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seco
     common = 1.0 - EFFECTS_IN_REST * REST_OF_EFFECT
     for kind in scene.effects:
         parts[kind] = parts.get(kind, Seconds()) + REST_OF_EFFECT * rest
-    return parts | {"drift, books and time step": common * rest}
+    return parts | {"drift, ledger and time step": common * rest}
 
 
 def gravity(scene: Scene, particles: int, machine: Machine) -> Seconds:
@@ -64,8 +64,8 @@ def gravity(scene: Scene, particles: int, machine: Machine) -> Seconds:
         return prices["fixed.direct"] + float(particles) ** 2 * prices[f"{precision}.direct"]
     error = scene.effects["gravity"]["force_error"]
     growth = gravity_prices.PRICES["numba_cpu", precision].growth
-    dearer = (gravity_prices.FORCE_ERROR / error) ** growth
-    return prices["fixed.multipole"] + dearer * particles * prices[f"{precision}.multipole"]
+    costlier = (gravity_prices.FORCE_ERROR / error) ** growth
+    return prices["fixed.multipole"] + costlier * particles * prices[f"{precision}.multipole"]
 
 
 def has_gradients(scene: Scene, kind: str) -> bool:
@@ -81,7 +81,7 @@ def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine)
     plain = evaluation(scene, particles, machine)
     if scene.numerics.timesteps == "global":
         return {name: counts.steps * each for name, each in plain.items()}
-    # A few particles awake take their share of every pass, and each end of an interval what it takes by itself.
+    # A few active particles take their share of every pass, and each end of an interval what it takes by itself.
     by_particle = evaluation(scene, particles, _without_fixed(machine))
     prices = machine.seconds
     found = {name: counts.evaluations * each for name, each in by_particle.items()}

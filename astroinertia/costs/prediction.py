@@ -26,7 +26,7 @@ SMOOTH = 0.6  # the same without particles: smooth series are compressed well
 COMPRESSED = 0.75  # a snapshot in the final file
 # Of individual steps without a pilot: as in Evrard's collapse (tests/benchmarks/results/individual_steps.md).
 STEPS_IN_A_BASE_STEP = 16.0
-AWAKE = 0.5
+ACTIVE = 0.5
 PREPARATION = ("start-up", "compiling", "placing", "settling")
 HEADER = 3.5e5  # bytes of the final file without any record, and of the manifest
 
@@ -112,7 +112,7 @@ def counted(scene: Scene) -> Counts | None:
     if found is None:
         return None
     if scene.numerics.timesteps == "individual":
-        return Counts(found / STEPS_IN_A_BASE_STEP, found * AWAKE, found, "an estimate").at_most(most)
+        return Counts(found / STEPS_IN_A_BASE_STEP, found * ACTIVE, found, "an estimate").at_most(most)
     return Counts(found, found, found, "an estimate").at_most(most)
 
 

@@ -20,7 +20,7 @@ import jax
 import numpy as np
 
 from astroinertia import dataset
-from astroinertia.build.assemble import metadata, prepare, told_by
+from astroinertia.build.assemble import metadata, model_description, prepare
 from astroinertia.costs.machine import PRECISIONS, Seconds, less, peak_memory, total
 from astroinertia.costs.probe_scenes import CLOUD, COMPANION, ELLIPSOID, RIGID, SCALING
 from astroinertia.models import sph
@@ -178,15 +178,15 @@ def _individual(prices: Pairs) -> Pairs:
     rows = []
     for particles in (FEW, MANY):
         body = cloud(particles, numerics__precision="mixed", numerics__timesteps="individual")
-        told, plain = [], body.base_step
-        body.base_step = lambda *given, plain=plain, told=told: _counted(plain(*given), told)
+        tallies, plain = [], body.base_step
+        body.base_step = lambda *given, plain=plain, tallies=tallies: _counted(plain(*given), tallies)
         body.advance(body.end)
-        told.clear()
+        tallies.clear()
         begin = now()
-        while sum(each.evaluations for each in told) < min(EVALUATIONS, 20 * particles):
+        while sum(each.evaluations for each in tallies) < min(EVALUATIONS, 20 * particles):
             body.advance(body.end)
         taken = since(begin)
-        evaluations, ends = (sum(getattr(each, name) for each in told) for name in ("evaluations", "ends"))
+        evaluations, ends = (sum(getattr(each, name) for each in tallies) for name in ("evaluations", "ends"))
         rest = less(taken, evaluations * total(passes))
         rows.append((ends, evaluations, [rest.wall, rest.processor]))
     matrix = np.array([[ends, evaluations] for ends, evaluations, _ in rows], dtype=float)
@@ -197,14 +197,17 @@ def _individual(prices: Pairs) -> Pairs:
     return {"individual.end": Seconds(*map(float, end)), "individual.particle": Seconds(*map(float, particle))}
 
 
-def _counted(result: Any, told: list[Any]) -> Any:
-    told.append(result[2])
+def _counted(result: Any, tallies: list[Any]) -> Any:
+    tallies.append(result[2])
     return result
 
 
 def written(scene: Any, body: Any) -> Pairs:
     """A checkpoint, the fixed part of it, and a byte of the segments and the final file."""
-    with tempfile.TemporaryDirectory() as folder, Archive.create(folder, metadata(scene) | told_by(body)) as archive:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        Archive.create(folder, metadata(scene) | model_description(body)) as archive,
+    ):
         record = {**body.record(0.0), "wall_time": 0.0}
         archive.write_segment([record])
         begin = now()
@@ -305,8 +308,8 @@ def main(kind: str, launched: str) -> None:
         memory = peak_memory()
         seconds = PROBES[kind]()
         last = peak_memory()
-    told = {name: [each.wall, each.processor] for name, each in seconds.items()}
-    content = {"seconds": told, "memory": memory, "last": last, "prepared": [prepared.wall, prepared.processor]}
+    timings = {name: [each.wall, each.processor] for name, each in seconds.items()}
+    content = {"seconds": timings, "memory": memory, "last": last, "prepared": [prepared.wall, prepared.processor]}
     sys.stdout.write(json.dumps(content) + "\n")
 
 

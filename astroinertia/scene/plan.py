@@ -123,16 +123,16 @@ def plan(scene: Scene) -> Plan:
     titles = [f"bodies.{number}" for number in range(len(scene.bodies))] or ["body"]
     sections = {title: _body(alone) for title, alone in zip(titles, scene.alone(), strict=True)}
     if scene.orbit is not None:
-        told = scene.orbit.told(lambda value, dimension: _shown(scene, value, dimension))
-        sections["orbit"] = tuple(Line(*each) for each in told)
+        lines = scene.orbit.plan_lines(lambda value, dimension: _shown(scene, value, dimension))
+        sections["orbit"] = tuple(Line(*each) for each in lines)
     if scene.model in ("sph", "ellipsoid"):
         sections["equation of state"] = _equation_of_state(scene)
     if scene.regions:
-        sections["regions"] = tuple(Line(name, text) for name, text in regions_told(scene).items())
+        sections["regions"] = tuple(Line(name, text) for name, text in region_descriptions(scene).items())
     if scene.companions:
         sections["companions"] = _companions(scene)
     if scene.box is not None:
-        sections["box"] = (Line(*scene.box.told(lambda length: _shown(scene, length, "length"))),)
+        sections["box"] = (Line(*scene.box.plan_line(lambda length: _shown(scene, length, "length"))),)
     sections |= {"model and numerics": _numerics(scene), "time and output": _time(scene)}
     follows = scene.model == "sph" and softening(scene) is None
     if follows and (found := resolved(scene, *smoothing(scene), code_units(scene).gravitational_constant)):
@@ -141,8 +141,8 @@ def plan(scene: Scene) -> Plan:
         sections["accuracy"] = tuple(Line(name, text) for name, text in scene.choice.items())
     elif scene.wants_choice:
         sections["accuracy"] = (Line(*UNCHOSEN),)
-    sections["characteristic numbers"] = tuple(Line(*each) for each in plan_effects.numbers_told(scene))
-    sizes = plan_effects.sizes_told(scene)
+    sections["characteristic numbers"] = tuple(Line(*each) for each in plan_effects.number_lines(scene))
+    sizes = plan_effects.size_descriptions(scene)
     effects = tuple(
         EffectLine(
             kind,
@@ -183,10 +183,10 @@ def _companions(scene: Scene) -> tuple[Line, ...]:
     return (*lines, Line("orbits", f"REBOUND, {scene.orbits.integrator}", back))
 
 
-def regions_told(scene: Scene) -> dict[str, str]:
+def region_descriptions(scene: Scene) -> dict[str, str]:
     """What each region of a scene is, in words."""
     return {
-        name: region.told(
+        name: region.description(
             "" if region.innermost_mass is None else _shown(scene, region.innermost_mass, "mass"),
             "" if region.density_above is None else _shown(scene, region.density_above, "density"),
         )
@@ -196,8 +196,8 @@ def regions_told(scene: Scene) -> dict[str, str]:
 
 def _body(scene: Scene) -> tuple[Line, ...]:
     constant = code_units(scene).gravitational_constant
-    told = plan_body.told(scene, constant, lambda value, dimension: _shown(scene, value, dimension))
-    return tuple(Line(*each) for each in told)
+    lines = plan_body.body_lines(scene, constant, lambda value, dimension: _shown(scene, value, dimension))
+    return tuple(Line(*each) for each in lines)
 
 
 def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
@@ -254,8 +254,8 @@ def _units(scene: Scene) -> tuple[Line, ...]:
     units = code_units(scene)
     if scene.dimensionless:
         return (Line("units", "code units", "G = 1, plain numbers at both ends"),)
-    told = f"{units.mass:.6g} kg, {units.length:.6g} m, {units.time:.6g} s"
-    return (Line("code units", told, "G = 1 inside"),)
+    text = f"{units.mass:.6g} kg, {units.length:.6g} m, {units.time:.6g} s"
+    return (Line("code units", text, "G = 1 inside"),)
 
 
 def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
@@ -286,7 +286,7 @@ def _smoothing_lengths(scene: Scene) -> Line:
 
 
 def _gravity(scene: Scene) -> tuple[Line, ...]:
-    # Both prices are told, so that a person sees what the other way would cost.
+    # Both costs are shown, so that a person sees what the other way would cost.
     asked, particles = scene.effects["gravity"], scene.particles
     if particles is None:
         why = "by the number of particles in the table" if asked["method"] == "auto" else "as asked for"
@@ -312,7 +312,7 @@ def _seconds(value: float) -> str:
 
 SPLITTING = {
     "global": "all particles take the shortest",
-    "individual": "each particle its own, powers of two of the shortest; their histogram is told as the run goes",
+    "individual": "each particle its own, powers of two of the shortest; their histogram is shown as the run goes",
 }
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.costs import course, experience, machine, piloted, smooth, told
+from astroinertia.costs import course, experience, machine, piloted, plan_lines, smooth
 from astroinertia.costs.machine import Machine, Seconds
 from astroinertia.costs.piloted import Pilot
 from astroinertia.costs.prediction import predict
@@ -130,7 +130,7 @@ def test_a_price_is_split_into_what_is_fixed_and_what_a_particle_adds():
 def test_every_scene_is_predicted_or_says_why_not(file):
     scene = load.load_file(file)
     found = predict(scene, machine.shipped())
-    lines = told.lines(scene, found)
+    lines = plan_lines.lines(scene, found)
     assert all(line.name and line.value for line in lines)
     if found is None:
         assert lines[0].value == "not known" and lines[0].why
@@ -164,8 +164,8 @@ def test_a_calibrated_machine_takes_what_was_measured():
     slow, fast = (predict(load.loads(STAR), each) for each in (machine.shipped(), measured()))
     assert fast.wall_time == pytest.approx(0.5 * slow.wall_time, rel=0.01)
     assert fast.calibrated and not slow.calibrated
-    assert "calibrate" in told.lines(load.loads(STAR), slow)[0].why
-    assert "this machine" in told.lines(load.loads(STAR), fast)[0].why
+    assert "calibrate" in plan_lines.lines(load.loads(STAR), slow)[0].why
+    assert "this machine" in plan_lines.lines(load.loads(STAR), fast)[0].why
 
 
 def test_units_do_not_matter():
@@ -198,11 +198,11 @@ def test_predicting_imports_no_engine_and_takes_no_time(tmp_path):
     program = (
         "import sys, time\n"
         "from astroinertia.scene import load\n"
-        "from astroinertia.costs import machine, told\n"
+        "from astroinertia.costs import machine, plan_lines\n"
         "from astroinertia.costs.prediction import predict\n"
         f"scene = load.load_file({str(tmp_path / 'star.toml')!r})\n"
         "begin = time.process_time()\n"
-        "told.lines(scene, predict(scene, machine.known()))\n"
+        "plan_lines.lines(scene, predict(scene, machine.known()))\n"
         "print(time.process_time() - begin)\n"
         "heavy = ('jax', 'numba', 'astroinertia.engines', 'astroinertia.models', 'astroinertia.gravity')\n"
         "print([name for name in sys.modules if name in heavy])\n"
@@ -350,7 +350,7 @@ def test_no_number_of_steps_is_claimed_of_a_collapse_that_nothing_stops() -> Non
     text = STAR.replace('kind = "ideal"\ngamma = 1.6666666666666667', 'kind = "isothermal"\nsound_speed = 0.05')
     scene = load.loads(text.replace('kind = "polytrope"\nindex = 1.5', 'kind = "uniform"\npressure_fraction = 0.01'))
     assert predict(scene, machine.shipped()) is None
-    assert told.lines(scene, None)[0].value == "not known"
+    assert plan_lines.lines(scene, None)[0].value == "not known"
 
 
 def test_a_body_that_flies_apart_at_once_has_a_course_all_the_same():

@@ -36,12 +36,12 @@ end = 1.0
 """
 
 
-def told(*settings: str) -> dict[str, tuple[str, str]]:
+def plan_entries(*settings: str) -> dict[str, tuple[str, str]]:
     """The plan's lines of model and numerics for SCENE with these settings: {name: (value, why)}."""
-    return told_of(load.loads(SCENE, settings))
+    return plan_entries_of(load.loads(SCENE, settings))
 
 
-def told_of(scene: Scene) -> dict[str, tuple[str, str]]:
+def plan_entries_of(scene: Scene) -> dict[str, tuple[str, str]]:
     return {line.name: (line.value, line.why) for line in plan(scene).sections["model and numerics"]}
 
 
@@ -50,20 +50,20 @@ def crossing(precision: str) -> int:
 
 
 @pytest.mark.parametrize("precision", ["mixed", "float64"])
-def test_the_cheaper_method_is_taken_and_told_with_both_prices(precision: str) -> None:
+def test_the_cheaper_method_is_taken_and_reported_with_both_costs(precision: str) -> None:
     edge = crossing(precision)
     for particles, words in ((edge - 1, "direct sums"), (edge, "multipoles, forces to 0.0002")):
-        value, why = told(f"body.particles={particles}", f'numerics.precision="{precision}"')["gravity"]
+        value, why = plan_entries(f"body.particles={particles}", f'numerics.precision="{precision}"')["gravity"]
         assert value == words
         prices = r"direct sums take about [\d.]+ ms a step on two cores, multipoles [\d.]+ ms"
         assert re.fullmatch(rf"cheaper with {particles} particles: {prices}", why)
 
 
 def test_a_method_that_is_asked_for_is_taken() -> None:
-    value, why = told('effects.gravity.method="multipole"', "effects.gravity.force_error=1e-5")["gravity"]
+    value, why = plan_entries('effects.gravity.method="multipole"', "effects.gravity.force_error=1e-5")["gravity"]
     assert value == "multipoles, forces to 1e-05"
     assert why.startswith("as asked for: ")
-    assert told("body.particles=1000000", 'effects.gravity.method="direct"')["gravity"][0] == "direct sums"
+    assert plan_entries("body.particles=1000000", 'effects.gravity.method="direct"')["gravity"][0] == "direct sums"
 
 
 def test_a_smaller_error_costs_more_and_moves_the_crossing_up() -> None:
@@ -95,7 +95,7 @@ def test_a_table_is_counted_before_the_method_is_chosen(tmp_path, monkeypatch) -
     body = '[body]\nkind = "table"\nfile = "body.npz"\nspecific_internal_energy = 0.05\n'
     text = SCENE[: SCENE.index("[body]")] + body + SCENE[SCENE.index("[equation_of_state]") :]
     scene = load.loads(text, origin=str(tmp_path))
-    assert told_of(scene)["gravity"] == ("auto", "by the number of particles in the table")
+    assert plan_entries_of(scene)["gravity"] == ("auto", "by the number of particles in the table")
     with pytest.raises(Chosen, match=r"^multipole$"):
         prepare(scene)
 
@@ -103,7 +103,7 @@ def test_a_table_is_counted_before_the_method_is_chosen(tmp_path, monkeypatch) -
 def test_other_models_than_particles_do_without_the_method() -> None:
     text = SCENE.replace('name = "cloud"', 'name = "cloud"\nmodel = "ellipsoid"').replace('placement = "random"\n', "")
     scene = load.loads(text)
-    assert "gravity" not in told_of(scene)
+    assert "gravity" not in plan_entries_of(scene)
     (line,) = (line for line in plan(scene).effects if line.kind == "gravity")
     assert line.options == ""
     assert effects_of(scene, DIMENSIONLESS)[0].kind == "gravity"
