@@ -26,7 +26,7 @@ GIVEN = 'settings="given"'
 
 
 class UnreachableAccuracy(SceneError):
-    """The accuracy asked for is out of reach of the time that is allowed; the sentence has the price."""
+    """The accuracy asked for is out of reach of the time that is allowed; the sentence has the cost."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def choose(
 
     minutes: of wall time that the run itself may take. listener: is called with a line before each pilot. The model is
     chosen, too, unless the scene names one. SceneError where a scene asks for no accuracy or has nothing to choose, and
-    UnreachableAccuracy, with the price, where it takes longer.
+    UnreachableAccuracy, with the cost, where it takes longer.
 
     >>> from astroinertia.scene import load
     >>> scene = load.load_file("sims/tennis_racket.toml", ["accuracy=1e-6", "time.end='1 s'"])

@@ -63,7 +63,7 @@ def calibrate(listener: Callable[[str, float], None] | None = None) -> Machine:
 
 
 def checked(seconds: dict[str, Seconds], memory: dict[str, float]) -> Machine:
-    """The machine with these prices; NumericalError where one is missing or no number."""
+    """The machine with these costs; NumericalError where one is missing or no number."""
     known = shipped()
     wrong = (seconds.keys() ^ known.seconds.keys()) | (memory.keys() ^ known.memory.keys())
     content = {
@@ -72,7 +72,7 @@ def checked(seconds: dict[str, Seconds], memory: dict[str, float]) -> Machine:
     }  # fmt: skip
     machine = read(content, described())
     if machine is None:
-        raise NumericalError(f"the machine could not be measured: a price is missing or out of bounds {sorted(wrong)}")
+        raise NumericalError(f"the machine could not be measured: a cost is missing or out of bounds {sorted(wrong)}")
     return machine
 
 

@@ -83,17 +83,17 @@ def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
     counts = counted(scene)
     if counts is None:
         return None
-    prices = machine.seconds
-    parts = {"start-up": prices["start"] + prices["prepare.sph"]}
+    costs = machine.seconds
+    parts = {"start-up": costs["start"] + costs["prepare.sph"]}
     if not experience.compiled(scene):
-        parts["compiling"] = prices["compile.sph"]
+        parts["compiling"] = costs["compile.sph"]
     if not experience.placed(scene):
         parts |= _placing(scene, particles, machine)
     steps = run_of_steps(scene, particles, counts, machine)
     written = _records(scene, counts.steps)
     once = evaluation(scene, particles, machine)
     again = total(each for name, each in once.items() if name in scene.effects)  # once more, for the virials
-    one = prices["record"] + particles * prices["record.particle"] + again
+    one = costs["record"] + particles * costs["record.particle"] + again
     size = files(scene, written, particles)
     parts |= {f"steps: {name}": each for name, each in steps.items()}
     parts |= {"records": written * one, "writing": _writing(scene, size, total(parts.values()).wall, machine)}
@@ -117,16 +117,16 @@ def counted(scene: Scene) -> Counts | None:
 
 
 def _without_particles(scene: Scene, machine: Machine) -> Prediction:
-    prices, kind = machine.seconds, smooth.kind(scene)
+    costs, kind = machine.seconds, smooth.kind(scene)
     written = records(scene.time.end, cadence(scene).series_every or scene.time.end)
-    parts = {"start-up": prices["start"]}
+    parts = {"start-up": costs["start"]}
     steps = 0.0
     if kind != "scaling":
-        parts["compiling"] = total(prices[name] for name in smooth.compiled(scene))
+        parts["compiling"] = total(costs[name] for name in smooth.compiled(scene))
         steps = smooth.steps(scene, written)
-        parts["steps"] = steps * prices[f"step.{kind}"]
+        parts["steps"] = steps * costs[f"step.{kind}"]
     size = files(scene, written, 0)
-    parts |= {"records": written * prices[f"record.{kind}"]}
+    parts |= {"records": written * costs[f"record.{kind}"]}
     parts |= {"writing": _writing(scene, size, total(parts.values()).wall, machine)}
     return Prediction(parts, steps, "an estimate", machine.memory[kind], size, machine.calibrated)
 

@@ -1,7 +1,7 @@
 """What `calibrate` times, in an interpreter of its own: python -m astroinertia.costs.probes KIND LAUNCHED.
 
 KIND is sph, ellipsoid or rigid, LAUNCHED the time at which it was started. It writes one line of JSON:
-{"seconds": {price: [wall, processor]}, "memory": bytes of a run that does next to nothing, "last": bytes at the end,
+{"seconds": {name: [wall, processor]}, "memory": bytes of a run that does next to nothing, "last": bytes at the end,
 "prepared": [wall, processor] since it was started}.
 """
 
@@ -131,9 +131,9 @@ def line(few: Seconds, many: Seconds, power: int = 1) -> tuple[Seconds, Seconds]
     return Seconds(fixed, fixed_cpu), Seconds(slope, slope_cpu)
 
 
-def particle_prices() -> Pairs:
-    """Prices of passes, records, individual steps and placing."""
-    prices: Pairs = {}
+def particle_costs() -> Pairs:
+    """Costs of passes, records, individual steps and placing."""
+    costs: Pairs = {}
     fixed: dict[str, list[Seconds]] = defaultdict(list)
     rests = []
     for precision in PRECISIONS:
@@ -148,17 +148,17 @@ def particle_prices() -> Pairs:
         lines = {name: line(few, found[1][name], 2 if name == "direct" else 1) for name, few in found[0].items()}
         rests.append(lines.pop("rest"))
         if "record" in lines:
-            prices["record"], prices["record.particle"] = lines.pop("record")
+            costs["record"], costs["record.particle"] = lines.pop("record")
         for name, (start, slope) in lines.items():
             fixed[name].append(start)
-            prices[f"{precision}.{name}"] = slope
-    prices |= {f"fixed.{name}": middle(each) for name, each in fixed.items()}
-    prices["fixed.rest"] = middle([start for start, _ in rests])
-    prices["rest"] = middle([slope for _, slope in rests])
-    prices |= _individual(prices)
+            costs[f"{precision}.{name}"] = slope
+    costs |= {f"fixed.{name}": middle(each) for name, each in fixed.items()}
+    costs["fixed.rest"] = middle([start for start, _ in rests])
+    costs["rest"] = middle([slope for _, slope in rests])
+    costs |= _individual(costs)
     begin = now()
     initial.glass(profiles.uniform(), GLASS, 1)
-    return prices | {"place.particle": since(begin) * (1.0 / GLASS)}
+    return costs | {"place.particle": since(begin) * (1.0 / GLASS)}
 
 
 def _record(body: Any, step: Pairs) -> Seconds:
@@ -172,9 +172,9 @@ def _record(body: Any, step: Pairs) -> Seconds:
     return less(middle(times), step["forces"] + step["multipole"])
 
 
-def _individual(prices: Pairs) -> Pairs:
+def _individual(costs: Pairs) -> Pairs:
     """Of the ends of intervals within base steps, and what a particle takes there beside its passes."""
-    passes = [prices[f"mixed.{name}"] for name in ("density", "gradients", "forces", "multipole")]
+    passes = [costs[f"mixed.{name}"] for name in ("density", "gradients", "forces", "multipole")]
     rows = []
     for particles in (FEW, MANY):
         body = cloud(particles, numerics__precision="mixed", numerics__timesteps="individual")
@@ -224,8 +224,8 @@ def written(scene: Any, body: Any) -> Pairs:
 
 
 def of_particles() -> Pairs:
-    """All prices of particles."""
-    return particle_prices() | written(*_first("sph"))
+    """All costs of particles."""
+    return particle_costs() | written(*_first("sph"))
 
 
 def of_ellipsoid() -> Pairs:

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from astroinertia.scene import gravity_prices, plan_body, plan_effects
+from astroinertia.scene import gravity_costs, plan_body, plan_effects
 from astroinertia.scene.fluids import FROM_BODY, Material
 from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.resolution import resolved
@@ -110,12 +110,12 @@ def softening(scene: Scene) -> float | None:
     return scene.effects.get("gravity", {}).get("softening")
 
 
-def gravity_method(scene: Scene, particles: int) -> gravity_prices.Method:
+def gravity_method(scene: Scene, particles: int) -> gravity_costs.Method:
     """How so many particles attract each other: as the scene says, or what takes less time."""
     asked, numerics = scene.effects["gravity"], scene.numerics
     if asked["method"] != "auto":
         return asked["method"]
-    return gravity_prices.cheaper(particles, numerics.engine, numerics.precision, asked["force_error"])
+    return gravity_costs.cheaper(particles, numerics.engine, numerics.precision, asked["force_error"])
 
 
 def plan(scene: Scene) -> Plan:
@@ -293,14 +293,14 @@ def _gravity(scene: Scene) -> tuple[Line, ...]:
         return (Line("gravity", asked["method"], why),)
     numerics, chosen = scene.numerics, gravity_method(scene, particles)
     error = asked["force_error"]
-    price = {
-        method: gravity_prices.seconds(method, particles, numerics.engine, numerics.precision, error)
+    cost = {
+        method: gravity_costs.seconds(method, particles, numerics.engine, numerics.precision, error)
         for method in ("direct", "multipole")
     }
     verdict = "as asked for"
     if asked["method"] == "auto":
         verdict = f"cheaper with {particles} particles"
-    direct, multipole = _seconds(price["direct"]), _seconds(price["multipole"])
+    direct, multipole = _seconds(cost["direct"]), _seconds(cost["multipole"])
     value = "direct sums" if chosen == "direct" else f"multipoles, forces to {error:g}"
     why = f"{verdict}: direct sums take about {direct} a step on two cores, multipoles {multipole}"
     return (Line("gravity", value, why),)

@@ -1,4 +1,4 @@
-"""What was asked and what was delivered: accuracies of scenes with exact answers, and their price against a scan's.
+"""What was asked and what was delivered: accuracies of scenes with exact answers, and their cost against a scan's.
 
     python tests/benchmarks/delivered.py --seed 1 --folder runs/delivered --keep
 

@@ -114,7 +114,7 @@ def test_short_time_steps_are_made_shorter_where_they_are_what_errs(runs, tmp_pa
     assert formula.error(found.scene)[0] <= 1e-2
 
 
-def test_out_of_reach_is_refused_with_the_price(runs, tmp_path):
+def test_out_of_reach_is_refused_with_the_cost(runs, tmp_path):
     runs(Formula(resolution=5.0, seconds=1e-3))
     with pytest.raises(
         choice.UnreachableAccuracy, match=r"it takes .* particles and .*; in 6 s some .* particles have"

@@ -93,8 +93,8 @@ def test_a_calibration_of_another_machine_or_version_counts_as_none():
     ],
 )
 def test_a_broken_calibration_counts_as_none(broken):
-    prices = {**measured().seconds, "record": Seconds(0.0015, 0.0015)}
-    path = machine.keep(replace(measured(), seconds=prices))
+    costs = {**measured().seconds, "record": Seconds(0.0015, 0.0015)}
+    path = machine.keep(replace(measured(), seconds=costs))
     assert machine.known().calibrated
     text = path.read_text()
     assert broken(text) != text
@@ -109,7 +109,7 @@ def test_a_cache_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):
     assert not machine.known().calibrated
 
 
-def test_a_price_is_split_into_what_is_fixed_and_what_a_particle_adds():
+def test_a_cost_is_split_into_what_is_fixed_and_what_a_particle_adds():
     from astroinertia.costs import probes
 
     def taken(count: int, power: int) -> Seconds:
@@ -119,7 +119,7 @@ def test_a_price_is_split_into_what_is_fixed_and_what_a_particle_adds():
         fixed, slope = probes.line(taken(probes.FEW, power), taken(probes.MANY, power), power)
         assert (fixed.wall, fixed.processor) == pytest.approx((0.25, 0.5))
         assert (slope.wall, slope.processor) == pytest.approx((3e-6, 5e-6))
-    fixed, slope = probes.line(Seconds(2.0, 2.0), Seconds(1.0, 1.0))  # noise must not make a price negative
+    fixed, slope = probes.line(Seconds(2.0, 2.0), Seconds(1.0, 1.0))  # noise must not make a cost negative
     assert slope == Seconds(0.0, 0.0) and fixed == Seconds(2.0, 2.0)
 
 

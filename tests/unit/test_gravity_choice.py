@@ -1,4 +1,4 @@
-"""Which way of gravity a scene gets: as it asks, or direct sums where they cost less; `plan` tells both prices."""
+"""Which way of gravity a scene gets: as it asks, or direct sums where they cost less; `plan` shows both costs."""
 
 import re
 
@@ -9,7 +9,7 @@ from astroinertia.build import sph as start_sph
 from astroinertia.build.assemble import prepare
 from astroinertia.build.effects import effects_of
 from astroinertia.models.sph import Problem
-from astroinertia.scene import gravity_prices, load
+from astroinertia.scene import gravity_costs, load
 from astroinertia.scene.plan import plan
 from astroinertia.scene.schema import Scene
 from astroinertia.units import DIMENSIONLESS
@@ -46,7 +46,7 @@ def plan_entries_of(scene: Scene) -> dict[str, tuple[str, str]]:
 
 
 def crossing(precision: str) -> int:
-    return next(n for n in range(16, 10**6) if gravity_prices.cheaper(n, "numba_cpu", precision, 2e-4) == "multipole")
+    return next(n for n in range(16, 10**6) if gravity_costs.cheaper(n, "numba_cpu", precision, 2e-4) == "multipole")
 
 
 @pytest.mark.parametrize("precision", ["mixed", "float64"])
@@ -55,8 +55,8 @@ def test_the_cheaper_method_is_taken_and_reported_with_both_costs(precision: str
     for particles, words in ((edge - 1, "direct sums"), (edge, "multipoles, forces to 0.0002")):
         value, why = plan_entries(f"body.particles={particles}", f'numerics.precision="{precision}"')["gravity"]
         assert value == words
-        prices = r"direct sums take about [\d.]+ ms a step on two cores, multipoles [\d.]+ ms"
-        assert re.fullmatch(rf"cheaper with {particles} particles: {prices}", why)
+        costs = r"direct sums take about [\d.]+ ms a step on two cores, multipoles [\d.]+ ms"
+        assert re.fullmatch(rf"cheaper with {particles} particles: {costs}", why)
 
 
 def test_a_method_that_is_asked_for_is_taken() -> None:
@@ -67,9 +67,9 @@ def test_a_method_that_is_asked_for_is_taken() -> None:
 
 
 def test_a_smaller_error_costs_more_and_moves_the_crossing_up() -> None:
-    prices = [gravity_prices.seconds("multipole", 10**5, "numba_cpu", "mixed", error) for error in (1e-3, 1e-4, 1e-6)]
-    assert prices == sorted(prices)
-    assert gravity_prices.seconds("direct", 10**5, "numba_cpu", "mixed", 1e-3) == gravity_prices.seconds(
+    costs = [gravity_costs.seconds("multipole", 10**5, "numba_cpu", "mixed", error) for error in (1e-3, 1e-4, 1e-6)]
+    assert costs == sorted(costs)
+    assert gravity_costs.seconds("direct", 10**5, "numba_cpu", "mixed", 1e-3) == gravity_costs.seconds(
         "direct", 10**5, "numba_cpu", "mixed", 1e-6
     )
 

@@ -112,7 +112,7 @@ def test_balanced_settings_are_cheaper_than_the_ladder_at_the_same_error(formula
         assert found.measured[setting].cpu_time < 0.6 * same.cpu_time
 
 
-def test_words_name_whose_error_it_is_and_the_price_of_a_digit(formula, tmp_path):
+def test_words_name_whose_error_it_is_and_the_cost_of_a_digit(formula, tmp_path):
     text = "\n".join(table.conclusions(study(tmp_path)))
     assert "limited by the particles" in text
     assert "(theory 2)" in text

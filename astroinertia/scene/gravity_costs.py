@@ -9,7 +9,7 @@ Method = Literal["direct", "multipole"]
 
 
 @dataclass(frozen=True)
-class Price:
+class Cost:
     """Seconds of one evaluation: by direct sums, fixed + pair N^2; by multipoles, fixed + particle N.
 
     That is at an error of 2e-4; the part that grows with N goes as force_error^-growth.
@@ -22,21 +22,21 @@ class Price:
 
 
 # On two cores with AVX-512 (tests/benchmarks/gravity_crossover.py); what counts is where they cross.
-PRICES = {
-    ("numba_cpu", "mixed"): Price(pair=2e-10, fixed=1e-4, particle=7e-7),
-    ("numba_cpu", "float64"): Price(pair=5.5e-10, fixed=1e-4, particle=1.4e-6),
-    # Direct sums as in tests/benchmarks/results/pair_throughput_xla.md; the price of multipoles is an estimate.
-    ("xla", "mixed"): Price(pair=2.3e-9, fixed=1e-3, particle=8e-6),
-    ("xla", "float64"): Price(pair=2.3e-9, fixed=1e-3, particle=8e-6),
+COSTS = {
+    ("numba_cpu", "mixed"): Cost(pair=2e-10, fixed=1e-4, particle=7e-7),
+    ("numba_cpu", "float64"): Cost(pair=5.5e-10, fixed=1e-4, particle=1.4e-6),
+    # Direct sums as in tests/benchmarks/results/pair_throughput_xla.md; the cost of multipoles is an estimate.
+    ("xla", "mixed"): Cost(pair=2.3e-9, fixed=1e-3, particle=8e-6),
+    ("xla", "float64"): Cost(pair=2.3e-9, fixed=1e-3, particle=8e-6),
 }
 
 
 def seconds(method: Method, particles: int, engine: str, precision: str, force_error: float) -> float:
-    """What one evaluation takes on the machine that the prices were measured on."""
-    price = PRICES[engine, precision]
+    """What one evaluation takes on the machine that the costs were measured on."""
+    cost = COSTS[engine, precision]
     if method == "direct":
-        return price.fixed + price.pair * particles**2
-    return price.fixed + price.particle * particles * (FORCE_ERROR / force_error) ** price.growth
+        return cost.fixed + cost.pair * particles**2
+    return cost.fixed + cost.particle * particles * (FORCE_ERROR / force_error) ** cost.growth
 
 
 def cheaper(particles: int, engine: str, precision: str, force_error: float) -> Method:
