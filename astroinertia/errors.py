@@ -45,8 +45,8 @@ class NumericalError(AstroinertiaError):
             None if self.time is None else f"time {self.time:.6g} {self.unit}".rstrip(),
             None if self.particle is None else f"particle {self.particle}",
         ]
-        told = ", ".join(part for part in parts if part)
-        return f"{self.message} ({told})" if told else self.message
+        details = ", ".join(part for part in parts if part)
+        return f"{self.message} ({details})" if details else self.message
 
 
 class SceneWarning(UserWarning):

@@ -189,7 +189,7 @@ def quantity(text: str, dimension: str | Dimension) -> float:
     if not math.isfinite(value):
         raise SceneError(f"'{shown(text)}' is not a finite number.")
     if value == 0.0 and re.search(r"[1-9]", re.split("[eE]", number)[0]):
-        raise SceneError(f"'{shown(text)}' is too small to be told from zero.")
+        raise SceneError(f"'{shown(text)}' is too small to differ from zero.")
     return value
 
 

@@ -75,7 +75,7 @@ class Browser:
         message = {"id": self.number, "method": method, "params": parameters}
         message |= {"sessionId": self.session} if self.session else {}
         os.write(self.outward, json.dumps(message).encode() + b"\0")
-        return self._until(lambda told: told.get("id") == self.number)["result"]
+        return self._until(lambda event: event.get("id") == self.number)["result"]
 
     def open(self, path):
         """Load a file, and wait until it is there."""
@@ -83,7 +83,7 @@ class Browser:
         self.loaded = False
         self.ask("Page.navigate", url=path.as_uri())
         if not self.loaded:
-            self._until(lambda told: told.get("method") == "Page.loadEventFired")
+            self._until(lambda event: event.get("method") == "Page.loadEventFired")
 
     def value(self, expression):
         """What an expression is, in the page."""
@@ -103,18 +103,18 @@ class Browser:
         while time.monotonic() < end:
             while b"\0" in self.buffer:
                 message, self.buffer = self.buffer.split(b"\0", 1)
-                told = json.loads(message)
-                self._noted(told)
-                if wanted(told):
-                    return told
+                event = json.loads(message)
+                self._noted(event)
+                if wanted(event):
+                    return event
             try:
                 self.buffer += os.read(self.inward, 1 << 20)
             except BlockingIOError:
                 time.sleep(0.01)
         raise TimeoutError(f"the browser has not answered in {PATIENCE:g} s")
 
-    def _noted(self, told):
-        method, parameters = told.get("method"), told.get("params", {})
+    def _noted(self, event):
+        method, parameters = event.get("method"), event.get("params", {})
         if method == "Network.requestWillBeSent":
             self.requests.append(parameters["request"]["url"])
         elif method == "Page.loadEventFired":

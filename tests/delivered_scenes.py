@@ -92,9 +92,9 @@ def _pulsation(random: np.random.Generator):
 
 def _free_top(random: np.random.Generator):
     moments = np.sort(random.uniform(1.0, 1.9, 3)) * 1e-3
-    told = "[" + ", ".join(f'"{each:.6g} kg m2"' for each in moments) + "]"
+    moments_text = "[" + ", ".join(f'"{each:.6g} kg m2"' for each in moments) + "]"
     return (SIMS / "tennis_racket.toml").read_text(), (
-        f"body.moments={told}", f"body.rotation.axis={_numbers(random.normal(size=3))}",
+        f"body.moments={moments_text}", f"body.rotation.axis={_numbers(random.normal(size=3))}",
         f'body.rotation.rate="{random.uniform(2.0, 20.0):.4g} rad/s"', f'time.end="{random.uniform(2.0, 10.0):.4g} s"',
     )  # fmt: skip
 

@@ -11,15 +11,15 @@ SIMS = Path(__file__).parents[1] / "sims"
 
 def run_sim(name, *options, code=0):
     """What a script printed, to either stream; it must end with this exit code and without a traceback."""
-    told, ended = io.StringIO(), 0
+    printed, ended = io.StringIO(), 0
     with (
         mock.patch("sys.argv", [name, *map(str, options)]),
-        contextlib.redirect_stdout(told),
-        contextlib.redirect_stderr(told),
+        contextlib.redirect_stdout(printed),
+        contextlib.redirect_stderr(printed),
     ):
         try:
             runpy.run_path(str(SIMS / name), run_name="__main__")
         except SystemExit as stopped:
             ended = stopped.code or 0
-    assert ended == code, told.getvalue()
-    return told.getvalue()
+    assert ended == code, printed.getvalue()
+    return printed.getvalue()

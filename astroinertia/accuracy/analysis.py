@@ -1,6 +1,6 @@
 """What a table of runs says: errors, whose they are, their orders, and what is worth its cost.
 
-Sources of error are told apart by differences: two runs that differ in one knob differ by that knob's error alone,
+Sources of error are separated by differences: two runs that differ in one knob differ by that knob's error alone,
 whatever else errs in both. Tests: tests/unit/test_tradeoff.py.
 """
 
@@ -155,12 +155,12 @@ def _judged(table: "Table", observable: Observable, values: Callable) -> Judged:
     ]
     among = [source.error for source in others if source.knob.step is not None and np.isfinite(source.error)]
     first = _main_source(table, main, known, errors, size, max([floor, *among]))
-    # Other rungs of the ladder of models are told by themselves: they may be exact, and then nothing else is worth it.
+    # Other rungs of the ladder of models are judged apart: they may be exact, and then nothing else is worth it.
     ranked = [setting for setting in errors if setting.knob != MODEL]
     cost = np.array([table.measured[setting].cpu_time for setting in ranked])
-    told = np.array([max(errors[setting], floor) for setting in ranked])  # nothing is known below the floor
-    front = [ranked[number] for number in np.flatnonzero(frontier.pareto(cost, told))]
-    number = frontier.knee(cost, told)
+    bounded = np.array([max(errors[setting], floor) for setting in ranked])  # nothing is known below the floor
+    front = [ranked[number] for number in np.flatnonzero(frontier.pareto(cost, bounded))]
+    number = frontier.knee(cost, bounded)
     front.sort(key=lambda setting: table.measured[setting].cpu_time)
     return Judged(
         observable, reference, errors, (first, *others), tuple(front), None if number is None else ranked[number]
@@ -179,15 +179,17 @@ def _finest(main: Knob, known: dict[Setting, np.ndarray]) -> Reference | None:
         limit = convergence.extrapolated(steps, found, main.order)
         if limit is not None:
             left = relative_error(found[best], limit)
-            told = f"Richardson's extrapolation of the finest runs along {main.name}, with the order {main.order:g}"
-            return Reference(limit, told, 0.3 * left)
-    told = f"the finest run, {ladder[best].label}"
+            description = (
+                f"Richardson's extrapolation of the finest runs along {main.name}, with the order {main.order:g}"
+            )
+            return Reference(limit, description, 0.3 * left)
+    description = f"the finest run, {ladder[best].label}"
     second = (
         relative_error(np.delete(found, best, 0)[np.argmin(np.delete(steps, best))], found[best])
         if len(ladder) > 1
         else np.nan
     )
-    return Reference(found[best], told, second / 3.0, ladder[best])
+    return Reference(found[best], description, second / 3.0, ladder[best])
 
 
 def _sweep(table: "Table", knob: Knob, known: dict[Setting, np.ndarray]) -> dict[Value, tuple[Setting, np.ndarray]]:

@@ -16,7 +16,7 @@ def predicted(setting: Setting, knob: Knob, base: float, taken: Mapping[tuple[st
     """Seconds that a setting will take.
 
     taken: seconds by (knob, value) of what was run; base: those of the base, NaN before it was run. Along a knob whose
-    two dearest settings are known their power law goes on; else the knob's own guess is scaled.
+    two most expensive settings are known their power law goes on; else the knob's own guess is scaled.
     """
     known = [(knob.cost(value), taken[knob.name, value]) for value in knob.values if (knob.name, value) in taken]
     known = sorted((guess, seconds) for guess, seconds in known if math.isfinite(seconds))

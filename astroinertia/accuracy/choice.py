@@ -2,8 +2,8 @@
 
 Pilot runs tell what each source of error contributes; the search for particles is in choice_particles, that for the
 other models in choice_smooth. Sources are balanced: none is made much smaller than the others. Where the time allowed
-does not suffice, the price is told. Tests: tests/unit/test_choice.py; tests/benchmarks/delivered.py compares what was
-asked with what was delivered, on scenes with exact answers.
+does not suffice, the cost is reported. Tests: tests/unit/test_choice.py; tests/benchmarks/delivered.py compares what
+was asked with what was delivered, on scenes with exact answers.
 """
 
 from dataclasses import dataclass
@@ -13,19 +13,20 @@ from astroinertia.accuracy import choice_particles, choice_smooth, measuring
 from astroinertia.accuracy.knobs import MODEL, knobs, with_overrides
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.observables import default_names, parsed
-from astroinertia.accuracy.pilots import Found, OutOfReach, Pilots, Told
+from astroinertia.accuracy.pilots import Found, Listener, OutOfReach, Pilots
 from astroinertia.accuracy.words import duration
 from astroinertia.build.assemble import prepare
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.process.renamed import renamed_keyword
 from astroinertia.scene.schema import Scene
 
 DEFAULT_MINUTES = 60.0
 GIVEN = 'settings="given"'
-"""What a scene whose settings are chosen is told, so that they stay."""
+"""What is set in a scene whose settings are chosen, so that they stay."""
 
 
 class UnreachableAccuracy(SceneError):
-    """The accuracy asked for is out of reach of the time that is allowed; the sentence has the price."""
+    """The accuracy asked for is out of reach of the time that is allowed; the sentence has the cost."""
 
 
 @dataclass(frozen=True)
@@ -50,12 +51,15 @@ def pilots_beside(folder: Path) -> Path:
     return folder.with_name(f"{folder.name}-pilots")
 
 
-def choose(scene: Scene, folder: Path, minutes: float = DEFAULT_MINUTES, told: Told = lambda text: None) -> Choice:
+@renamed_keyword("told", "listener")
+def choose(
+    scene: Scene, folder: Path, minutes: float = DEFAULT_MINUTES, listener: Listener = lambda text: None
+) -> Choice:
     """The cheapest settings that have the accuracy a scene asks for, by pilot runs kept below `folder`.
 
-    minutes: of wall time that the run itself may take. told: is given a line before each pilot. The model is chosen,
-    too, unless the scene names one. SceneError where a scene asks for no accuracy or has nothing to choose, and
-    UnreachableAccuracy, with the price, where it takes longer.
+    minutes: of wall time that the run itself may take. listener: is called with a line before each pilot. The model is
+    chosen, too, unless the scene names one. SceneError where a scene asks for no accuracy or has nothing to choose, and
+    UnreachableAccuracy, with the cost, where it takes longer.
 
     >>> from astroinertia.scene import load
     >>> scene = load.load_file("sims/tennis_racket.toml", ["accuracy=1e-6", "time.end='1 s'"])
@@ -66,7 +70,7 @@ def choose(scene: Scene, folder: Path, minutes: float = DEFAULT_MINUTES, told: T
     if scene.accuracy is None:
         raise SceneError("accuracy is not asked for: write accuracy = 1e-3, or another number, into the scene.")
     asked = tuple(parsed(name) for name in (scene.judged_by or default_names(scene)))
-    pilots = Pilots(scene, asked, folder, told)
+    pilots = Pilots(scene, asked, folder, listener)
     seconds = 60.0 * minutes
     if scene.model == "scaling":
         raise SceneError('the model scaling has nothing to choose: its answers are closed forms; settings = "given".')
@@ -139,7 +143,7 @@ def _of_rung(pilots: Pilots, rung: str, scene: Scene, accuracy: float, seconds: 
         if measured.failure:
             return None
         return Found((setting,), {MODEL: rung}, {}, measured.wall_time, ("closed form",))
-    inner = Pilots(scene, pilots.observables, pilots.folder, pilots.told)
+    inner = Pilots(scene, pilots.observables, pilots.folder, pilots.listener)
     found = choice_smooth.search(inner, 0.1 * accuracy, seconds)
     pilots.spent += inner.spent
     if isinstance(found, OutOfReach):

@@ -28,7 +28,7 @@ MOST = 10_000_000  # particles
 UNSURE = 0.5  # of the error of the finest pilot, that of what the ladder tends to
 COST = 4.0 / 3.0  # seconds go as this power of the number of particles: N passes over N^(1/3) times as many steps
 LONGEST, SHORTEST = 4.0, 0.05  # factors of the time step
-REFUSING = 0.1  # of the time allowed, that pilots may take before a price is told
+REFUSING = 0.1  # of the time allowed, that pilots may take before a cost is reported
 
 Other = Callable[[Measured, float], Found | None]
 
@@ -59,11 +59,11 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Fou
                 return cheaper
         if estimate is not None and len(ladder) >= 3:
             wanted = _particles(estimate, max(ladder), OF_RESOLUTION * accuracy)
-            price = _price(ladder, wanted)
-            if wanted <= BEYOND * count and price <= seconds:
+            cost = _cost(ladder, wanted)
+            if wanted <= BEYOND * count and cost <= seconds:
                 return _settled(pilots, by_name, ladder, estimate, wanted, accuracy)
-            if price > seconds and _price(ladder, GROWTH * count) > REFUSING * seconds:
-                return _refusal(ladder, estimate, wanted, price, seconds)
+            if cost > seconds and _cost(ladder, GROWTH * count) > REFUSING * seconds:
+                return _refusal(ladder, estimate, wanted, cost, seconds)
         count = int(GROWTH * count)
 
 
@@ -76,7 +76,7 @@ def _particles(estimate: Estimate, finest: int, error: float) -> float:
     return math.ceil(wanted / unit) * unit
 
 
-def _price(ladder: dict[int, Measured], count: float) -> float:
+def _cost(ladder: dict[int, Measured], count: float) -> float:
     finest = max(ladder)
     return ladder[finest].wall_time * (count / finest) ** COST
 
@@ -92,7 +92,7 @@ def _settled(
         f"{wanted:.0f} particles: pilots with {', '.join(map(str, sorted(ladder)))} tell an error of "
         f"{estimate.error:.1e} at {finest}, which falls as h^{estimate.order:.2g}"
     ]
-    overrides, chosen, seconds = main.overrides(wanted), {"particles": wanted}, _price(ladder, wanted)
+    overrides, chosen, seconds = main.overrides(wanted), {"particles": wanted}, _cost(ladder, wanted)
     tried = sorted(ladder)[min(STEP_PILOT, len(ladder)) - 1]
     plain = ladder[tried]
     factor, error, why = _timestep(pilots, by_name["timestep_factor"], tried, plain, OF_STEPS * accuracy)
@@ -115,8 +115,8 @@ def _timestep(pilots: Pilots, knob: Knob, count: int, plain: Measured, share: fl
     main = knobs.knobs(pilots.scene)[0]
     least, most = 1.0, math.inf
     for longer in sorted((each for each in map(float, knob.values) if 1.0 < each <= LONGEST), reverse=True):
-        told = f"{count} particles, time steps {longer:g} times as long"
-        apart = pilots.apart(pilots.run(told, (*main.overrides(float(count)), *knob.overrides(longer))), plain)
+        label = f"{count} particles, time steps {longer:g} times as long"
+        apart = pilots.apart(pilots.run(label, (*main.overrides(float(count)), *knob.overrides(longer))), plain)
         if math.isfinite(apart):
             least, most = apart / (longer**2 - 1.0), longer
             break
@@ -143,20 +143,18 @@ def _gravity(pilots: Pilots, knob: Knob, count: int, plain: Measured, share: flo
     for value in knob.values:  # from coarse to fine
         if float(value) > share and value != knob.values[-1]:
             continue
-        told = f"{count} particles, gravity to {value:g}"
-        error = pilots.apart(pilots.run(told, (*main.overrides(float(count)), *knob.overrides(value))), plain)
+        label = f"{count} particles, gravity to {value:g}"
+        error = pilots.apart(pilots.run(label, (*main.overrides(float(count)), *knob.overrides(value))), plain)
         if error <= share:
             break
     return float(value), error, f"gravity to {value:g} changes the pilot with {count} particles by {error:.1e}"
 
 
-def _refusal(
-    ladder: dict[int, Measured], estimate: Estimate, wanted: float, price: float, seconds: float
-) -> OutOfReach:
+def _refusal(ladder: dict[int, Measured], estimate: Estimate, wanted: float, cost: float, seconds: float) -> OutOfReach:
     finest = max(ladder)
     most = finest * (seconds / ladder[finest].wall_time) ** (1.0 / COST)
     best = estimate.at((most / finest) ** (-1 / 3)) / OF_RESOLUTION
     return OutOfReach(
-        f"it takes {wanted:.2g} particles and {duration(price)}; in {duration(seconds)} some {most:.2g} "
+        f"it takes {wanted:.2g} particles and {duration(cost)}; in {duration(seconds)} some {most:.2g} "
         f"particles have {best:.1e}"
     )

@@ -19,8 +19,8 @@ from astroinertia.scene.schema import Scene
 SHARE = 0.4  # of the wanted accuracy that the method may err, for the estimate has an error of its own
 FEWEST_STEPS, MOST_STEPS = 4.0, 1e5  # in a rotation
 FINEST_TOLERANCE = 1e-14
-DEARER = 1.2  # times the cheapest so far, at which a method is given up
-ORDERS = (6, 8, 4, 2)  # of splittings, the likeliest first: others are given up as soon as they are dearer
+COSTLIER = 1.2  # times the cheapest so far, at which a method is given up
+ORDERS = (6, 8, 4, 2)  # of splittings, the likeliest first: others are given up as soon as they cost more
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def search(pilots: Pilots, accuracy: float, seconds: float) -> Found | OutOfReac
     best: Found | None = None
     finest: list[tuple[float, str]] = []  # the least error of the methods that do not reach it
     for method in methods(pilots.scene, accuracy):
-        limit = seconds if best is None else min(seconds, DEARER * best.seconds)
+        limit = seconds if best is None else min(seconds, COSTLIER * best.seconds)
         found = _climbed(pilots, method, SHARE * accuracy, limit)
         if isinstance(found, Found):
             best = found if best is None or found.seconds < best.seconds else best
@@ -91,8 +91,8 @@ def search(pilots: Pilots, accuracy: float, seconds: float) -> Found | OutOfReac
             finest.append(found)
     if best is not None:
         return best
-    error, told = min(finest, default=(math.nan, "no method could be tried"))
-    return OutOfReach(f"the least error found is {error:.1e}: {told}")
+    error, reason = min(finest, default=(math.nan, "no method could be tried"))
+    return OutOfReach(f"the least error found is {error:.1e}: {reason}")
 
 
 def _climbed(pilots: Pilots, method: Method, wanted: float, limit: float) -> Found | tuple[float, str] | None:
@@ -153,9 +153,9 @@ def _settled(pilots: Pilots, method: Method, ladder: dict[float, Measured], esti
             chosen = float(f"{method.value_at(further * method.step(value)):.2g}")
             seconds, error = seconds * chosen / value, error * (value / chosen) ** order
             value = chosen
-    told: dict[str, Value] = {method.name: value}
+    settings: dict[str, Value] = {method.name: value}
     why = (
         f"{method.name.replace('_', ' ')} {value:g}: runs up to {finest:g} tell an error of {estimate.error:.1e} "
         f"there, of order {estimate.order:.2g}"
     )
-    return Found(method.overrides(value), told, {"integration": error}, seconds, (why,))
+    return Found(method.overrides(value), settings, {"integration": error}, seconds, (why,))

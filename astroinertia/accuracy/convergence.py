@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 
 _FLATTEST = 0.3  # order below which nothing converges
 _STEEPEST = 12.0  # of the orders that are tried
-_LEAST_CHANGE = 1.4  # of the steps, from the finest to the coarsest, from which an order can be told: 3 in particles
+_LEAST_CHANGE = 1.4  # of the steps, from the finest to the coarsest, from which an order is known: 3 in particles
 
 
 class PowerLaw(NamedTuple):
@@ -36,7 +36,7 @@ class PowerLaw(NamedTuple):
 
 
 NONE = PowerLaw(np.nan, np.nan, np.nan, 0)
-"""Where no order can be told."""
+"""Where no order can be determined."""
 
 
 def power_law(steps: np.ndarray, errors: np.ndarray, floor: float = 0.0) -> PowerLaw:
@@ -85,7 +85,7 @@ def self_convergence(steps: np.ndarray, values: np.ndarray, size: float, floor: 
     Differences at most `floor` (over size) are left out. Test: tests/unit/test_convergence.py.
 
     >>> steps = np.array([0.4, 0.2, 0.1])
-    >>> print(f"{self_convergence(steps, 1 + steps[:, None] ** 4, size=1.0).order:.3f}")  # the limit is not told
+    >>> print(f"{self_convergence(steps, 1 + steps[:, None] ** 4, size=1.0).order:.3f}")  # the limit is not given
     4.000
     """
     r, v = np.asarray(steps, float), np.asarray(values, float)

@@ -13,7 +13,7 @@ of error add up, and what rounding leaves of so many steps is added. Tests: test
 """
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -26,6 +26,7 @@ from astroinertia.accuracy.companion_runs import CompanionRun
 from astroinertia.accuracy.observables import Observable, relative_error, value
 from astroinertia.dataset.schema import DERIVED, RECORDED
 from astroinertia.errors import SceneError
+from astroinertia.process.renamed import renamed
 
 SUFFIX = "_error"
 HEADLINE = (
@@ -49,7 +50,7 @@ Found = tuple[CompanionRun, "xr.Dataset | str"]
 
 
 class Estimate(NamedTuple):
-    """What one source of error does to a series: its bar (T, ...), the order taken, and whether three runs told it."""
+    """What one source of error does to a series: its bar (T, ...), the order taken, and whether three runs gave it."""
 
     bar: np.ndarray
     order: float
@@ -80,19 +81,19 @@ def error_bars(main: xr.Dataset, found: Sequence[Found]) -> dict[str, xr.DataArr
     >>> print(f"{float(bars[0, 2, 2]):.4f}")
     0.0250
     """
-    failures = [f"the companion run {run.name} failed: {told}" for run, told in found if isinstance(told, str)]
-    datasets = {run.name: told for run, told in found if not isinstance(told, str)}
+    failures = [f"the companion run {run.name} failed: {outcome}" for run, outcome in found if isinstance(outcome, str)]
+    datasets = {run.name: outcome for run, outcome in found if not isinstance(outcome, str)}
     bars = {}
     for name in HEADLINE:
         if name not in main or not np.isfinite(main[name].values).any():
             continue
         variable = main[name].transpose("time", ...)
-        values, told = np.full(variable.shape, np.nan), {"reason": "; ".join(failures)}
+        values, more = np.full(variable.shape, np.nan), {"reason": "; ".join(failures)}
         if not failures:
             values, comment = _bar(main, datasets, [run for run, _ in found], name)
-            told = {"comment": comment}
+            more = {"comment": comment}
         attrs = {"units": variable.attrs["units"], "long_name": f"error of: {variable.attrs['long_name']}"}
-        bars[name] = xr.DataArray(values, variable.coords, variable.dims, attrs=attrs | told)
+        bars[name] = xr.DataArray(values, variable.coords, variable.dims, attrs=attrs | more)
     return bars
 
 
@@ -102,8 +103,8 @@ def at_end(dataset: xr.Dataset, observable: Observable) -> float:
     SceneError where there is none: for frequencies of a series, and for what is no headline series.
 
     >>> from astroinertia.accuracy.observables import parsed
-    >>> told = ds.assign(mass_error=0.01 * ds.mass)
-    >>> print(f"{at_end(told, parsed('mass')):.4f}")
+    >>> with_error = ds.assign(mass_error=0.01 * ds.mass)
+    >>> print(f"{at_end(with_error, parsed('mass')):.4f}")
     0.0100
     """
     name = f"{observable.variable}{SUFFIX}"
@@ -114,13 +115,13 @@ def at_end(dataset: xr.Dataset, observable: Observable) -> float:
     )
 
 
-def order_told(steps: Sequence[float], first: np.ndarray, second: np.ndarray, theory: float) -> float | None:
+def measured_order(steps: Sequence[float], first: np.ndarray, second: np.ndarray, theory: float) -> float | None:
     """The order of an error from three runs, between the lowest that is credible and theory's; None if it is scatter.
 
     steps: of the three, from the finest; first, second (T, ...): differences of the finest from the middle one, and of
     that from the coarsest. Sizes are taken over the whole series, so that no crossing of zero tells an order.
 
-    >>> print(order_told((1.0, 2.0, 4.0), np.full(9, 3.0), np.full(9, 12.0), theory=4.0))  # differences as of r^2
+    >>> print(measured_order((1.0, 2.0, 4.0), np.full(9, 3.0), np.full(9, 12.0), theory=4.0))  # differences as of r^2
     2.0
     """
     fine, middle, coarse = steps
@@ -189,14 +190,15 @@ def _bar(
     for source in dict.fromkeys(run.source for run in runs):
         found = _estimate(times, [run for run in runs if run.source == source], values)
         bar = bar + found.bar
-        how = f"told by three runs, times {SAFETY_OF_THREE:g}" if found.judged else f"assumed, times {SAFETY_OF_TWO:g}"
+        measured = f"measured by three runs, times {SAFETY_OF_THREE:g}"
+        how = measured if found.judged else f"assumed, times {SAFETY_OF_TWO:g}"
         words.append(f"{source.replace('_', ' ')} (order {found.order:.2f}, {how})")
     if name == ORDERED:
         bar = np.take_along_axis(bar, np.argsort(np.argsort(main[name].transpose("time", ...).values)), axis=1)
-    told = f"|difference|/|ratio of steps^order - 1| of companion runs, summed over {', '.join(words)}" + (
+    comment = f"|difference|/|ratio of steps^order - 1| of companion runs, summed over {', '.join(words)}" + (
         f"; at least {LEAST_SHARE:g} of its largest size since half of the time" if runs[0].scatter else ""
     )
-    return bar, told
+    return bar, comment
 
 
 def _estimate(times: np.ndarray, runs: Sequence[CompanionRun], values: Mapping[str, np.ndarray]) -> Estimate:
@@ -209,7 +211,7 @@ def _estimate(times: np.ndarray, runs: Sequence[CompanionRun], values: Mapping[s
         second = values[middle.name] - values[coarse.name]
         known = np.isfinite(first) & np.isfinite(second)
         three = (1.0, middle.step, coarse.step)
-        found = order_told(three, np.where(known, first, 0.0), np.where(known, second, 0.0), middle.order)
+        found = measured_order(three, np.where(known, first, 0.0), np.where(known, second, 0.0), middle.order)
         if found is not None:
             order, safety, judged = found, SAFETY_OF_THREE, True
     estimate = safety * np.abs(first) / abs(nearest.step**order - 1.0)
@@ -243,3 +245,10 @@ def _rounding(values: np.ndarray, name: str, steps: np.ndarray) -> np.ndarray:
     least = 1.0 if (RECORDED | DERIVED)[name].dimension is None else 0.0
     sizes = np.maximum(_size(values), least) * _ROUNDING * np.sqrt(1.0 + steps)
     return np.broadcast_to(_beside(sizes, values), values.shape)
+
+
+def __getattr__(name: str) -> Callable[..., float | None]:
+    if name == "order_told":
+        renamed(__name__, name, "measured_order")
+        return measured_order
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

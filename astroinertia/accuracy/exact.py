@@ -42,7 +42,7 @@ class Exact:
     """Values of dataset variables at the end of the run, in the dataset's units, and what they stand on.
 
     The key "frequency of NAME" is the angular frequency of every component of a series. accuracy is the relative error
-    of the answer itself, below which nothing is told by it.
+    of the answer itself, below which it says nothing.
     """
 
     values: Mapping[str, np.ndarray]
@@ -94,16 +94,18 @@ def _ellipsoid(scene: Scene, units: CodeUnits, ball: Sphere) -> Exact | None:
     if steady is not None:
         spin, inner, left = steady
         at, moving = affine.steady_motion(start, spin, inner, end)
-        told = (
+        source = (
             "figure of equilibrium in closed form (Chandrasekhar 1969, ch. 5 and 7): F(t) = R(Omega t) F_0 R(Lambda t)"
         )
-        return Exact(affine.observables(at, moving, moment), told, max(left, _ROUNDED * max(1.0, abs(spin) * end)))
+        return Exact(affine.observables(at, moving, moment), source, max(left, _ROUNDED * max(1.0, abs(spin) * end)))
     try:
         at, moving = affine.motion(start, rate, acceleration, end)
     except RuntimeError:
         return None
-    told = "exact motion of an ellipsoid, its deformation gradient integrated by scipy's DOP853 (accuracy.affine_exact)"
-    return Exact(affine.observables(at, moving, moment), told, affine.INTEGRATED)
+    source = (
+        "exact motion of an ellipsoid, its deformation gradient integrated by scipy's DOP853 (accuracy.affine_exact)"
+    )
+    return Exact(affine.observables(at, moving, moment), source, affine.INTEGRATED)
 
 
 def _acceleration(scene: Scene, units: CodeUnits, ball: Sphere, volume: float) -> affine.Acceleration | None:
@@ -202,11 +204,11 @@ def _pulsation(scene: Scene, ball: Sphere) -> Exact | None:
     if mode.squared_frequency <= 0.0:
         return None
     omega = np.sqrt(mode.squared_frequency * ball.mass / (ball.radius * body.axes[0]) ** 3)
-    told = (
+    source = (
         "frequency of the radial fundamental of a polytrope by Rayleigh and Ritz (bodies.oscillations), to first order "
         "in the amplitude"
     )
-    return Exact({"frequency of inertia_tensor": np.asarray(omega)}, told, max(off**2, 1e-9))
+    return Exact({"frequency of inertia_tensor": np.asarray(omega)}, source, max(off**2, 1e-9))
 
 
 def _rigid(scene: Scene, units: CodeUnits) -> Exact | None:
@@ -235,9 +237,9 @@ def _free(scene: Scene, units: CodeUnits) -> Exact:
     top = free_top.free_top(moments.tolist(), spin.tolist())
     end = np.asarray(units.to_code(scene.time.end, "time"))
     attitude = free_attitude.attitude(top, end, rows)
-    told = "free top in closed form, Jacobi's elliptic functions in 60 digits (rotation.free_top)"
+    source = "free top in closed form, Jacobi's elliptic functions in 60 digits (rotation.free_top)"
     spread = float(free_attitude.uncertainty(top, end)[1])
-    return Exact(_of_attitude(moments, attitude, free_top.angular_velocity(top, end)), told, max(spread, _CLOSED))
+    return Exact(_of_attitude(moments, attitude, free_top.angular_velocity(top, end)), source, max(spread, _CLOSED))
 
 
 def _torqued(scene: Scene, units: CodeUnits) -> Exact:
@@ -265,11 +267,11 @@ def _torqued(scene: Scene, units: CodeUnits) -> Exact:
         float(np.linalg.norm(found[0][name] - found[1][name]) / np.linalg.norm(found[0][name]))
         for name in ("angular_velocity", "attitude")
     )
-    told = (
+    source = (
         "same body and companions in REBOUND's interface to differential equations, by Gragg, Bulirsch and Stoer "
         f"with a tolerance of {TOLERANCE:g} (orbits.rigid_ode)"
     )
-    return Exact(found[0], told, max(spread, _CLOSED))
+    return Exact(found[0], source, max(spread, _CLOSED))
 
 
 def _of_attitude(moments: np.ndarray, attitude: np.ndarray, rates: np.ndarray) -> dict[str, np.ndarray]:

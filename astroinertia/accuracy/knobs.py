@@ -1,6 +1,6 @@
 """The accuracy knobs of a scene, by model: what may be turned, to which values, and the order that theory gives.
 
-Every knob is told by `--set` overrides, so that what is measured is a scene that anyone can run.
+Every knob is given by `--set` overrides, so that what is measured is a scene that anyone can run.
 Tests: tests/unit/test_knobs.py.
 """
 
@@ -160,15 +160,15 @@ def _timestep(scene: Scene) -> Knob:
 
     def overrides(value: Value) -> tuple[str, ...]:
         factor = float(value)
-        told = [
+        settings = [
             f"numerics.{name}={factor * getattr(numerics, name)!r}"
             for name in ("courant", "acceleration_factor", "energy_factor")
         ]
         if numerics.max_timestep is not None:
-            told.append(f"numerics.max_timestep={duration(scene, factor * numerics.max_timestep)}")
+            settings.append(f"numerics.max_timestep={duration(scene, factor * numerics.max_timestep)}")
         if numerics.free_fall_factor is not None:
-            told.append(f"numerics.free_fall_factor={factor * numerics.free_fall_factor!r}")
-        return tuple(told)
+            settings.append(f"numerics.free_fall_factor={factor * numerics.free_fall_factor!r}")
+        return tuple(settings)
 
     most = min(1.0 / numerics.courant, 2.0 / numerics.acceleration_factor, 2.0 / numerics.energy_factor)
     values = tuple(factor for factor in _TIMESTEP_FACTORS if factor <= most)
@@ -208,14 +208,14 @@ def _neighbours(scene: Scene) -> Knob:
     )  # fmt: skip
 
 
-def _without_eta(scene: Scene, told: str) -> tuple[str, ...]:
+def _without_eta(scene: Scene, setting: str) -> tuple[str, ...]:
     # A scene that gives eta says the number of neighbours in another way: it is given as eta, too.
     if scene.numerics.eta is None:
-        return (told,)
+        return (setting,)
     from astroinertia.sph.kernels import KERNELS, eta_for_neighbours
 
     kernel = KERNELS[scene.numerics.kernel]
-    return (f"numerics.eta={eta_for_neighbours(kernel, float(told.partition('=')[2]))!r}",)
+    return (f"numerics.eta={eta_for_neighbours(kernel, float(setting.partition('=')[2]))!r}",)
 
 
 def _kernel(scene: Scene) -> Knob:
@@ -320,9 +320,9 @@ def _model(scene: Scene) -> tuple[Knob, ...]:
         allowed.append(rung)
     if len(allowed) < 2:
         return ()
-    told = Knob(
+    timestep = Knob(
         MODEL, "rung of the ladder of models", tuple(allowed), scene.model,
         lambda value: (f"model='{value}'",),
         cost=lambda value: {"sph": 1.0}.get(value, 1e-3),
     )  # fmt: skip
-    return (told,)
+    return (timestep,)

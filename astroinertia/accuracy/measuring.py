@@ -28,11 +28,11 @@ from astroinertia.storage.atomic import own_folder, read_json, write_json
 from astroinertia.storage.cache import content_key
 
 _RESULT = "measured.json"
-_WARMING_STEPS = 3  # the first sorts and compiles, the second goes on, the third finds all that is compiled
+_WARM_UP_STEPS = 3  # the first sorts and compiles, the second goes on, the third finds all that is compiled
 _STATUS, _CLEAR = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 _warm: set[tuple[Any, ...]] = set()  # what this process has compiled
 
-MEMORY_TOLD = (
+MEMORY_MENTIONED = (
     "the most that the process held while it ran, its code and libraries included (VmHWM of Linux, forgotten before "
     "each run), as one process runs them all: no less than the run needs; NaN on other systems"
 )
@@ -87,7 +87,7 @@ def scene_of(scene: Scene, setting: Setting, observables: Sequence[Observable]) 
 
 
 def folder_of(place: Path, scene: Scene, setting: Setting) -> Path:
-    """The folder of a setting's `scene_of` below that of the tradeoff, told by both; ArchiveError for a link.
+    """The folder of a setting's `scene_of` below that of the tradeoff, named after both; ArchiveError for a link.
 
     scene: what `scene_of` gave; its hash in the name tells settings of other scenes apart.
     """
@@ -107,7 +107,7 @@ def stored(folder: Path, observables: Sequence[Observable]) -> Measured | None:
 def measure(
     scene: Scene, observables: Sequence[Observable], folder: Path, listener: Callable[[Progress], None] | None = None
 ) -> Measured:
-    """Run a scene in `folder` and say what it gave and took; what an interruption left there is run anew.
+    """Run a scene in `folder` and say what it gave and took; what an interruption left there is run again.
 
     A NumericalError is a result, and so is that the model cannot answer the scene: the sentence is kept. SceneError for
     an observable that there is not, RunInterrupted after a signal.
@@ -174,7 +174,7 @@ def _compile(scene: Scene) -> None:
         return
     prepared = prepare(scene)
     opening = prepared.evolution.record(None)["potential_energy"]
-    for _ in range(_WARMING_STEPS):
+    for _ in range(_WARM_UP_STEPS):
         prepared.evolution.advance(prepared.outputs.end)
     prepared.evolution.record(opening)
     _warm.add(what)

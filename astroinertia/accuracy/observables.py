@@ -47,16 +47,16 @@ def parsed(name: str) -> Observable:
     >>> print(parsed("inertia_tensor z z").labels, parsed("frequency of inertia_tensor z z").of_series)
     ('z', 'z') True
     """
-    told = " ".join(name.split())
-    of_series = told.startswith(_OF_SERIES)
-    words = told.removeprefix(_OF_SERIES).split()
+    normalized = " ".join(name.split())
+    of_series = normalized.startswith(_OF_SERIES)
+    words = normalized.removeprefix(_OF_SERIES).split()
     if not words:
         raise SceneError("an observable is a variable of the dataset and its labels, such as inertia_tensor z z.")
     if words[0] not in _KNOWN:
         near = difflib.get_close_matches(words[0], _KNOWN, 1)
         hint = f"; did you mean {near[0]}?" if near else ", such as inertia_tensor z z, angular_velocity or flattening."
         raise SceneError(f"'{shown(words[0])}' is no series of the dataset{hint}")
-    return Observable(told, words[0], tuple(words[1:]), of_series)
+    return Observable(normalized, words[0], tuple(words[1:]), of_series)
 
 
 def default_names(scene: Scene) -> tuple[str, ...]:
@@ -140,7 +140,7 @@ def frequency(times: np.ndarray, values: np.ndarray) -> float:
         solution = np.linalg.lstsq(columns, values, rcond=None)[0]
         return float(np.sum((columns @ solution - values) ** 2))
 
-    # From one turn in all to one in four records; slower ones are not told from the straight line.
+    # From one turn in all to one in four records; slower ones cannot be separated from the straight line.
     tried = np.arange(_TRIED_A_PERIOD, _TRIED_A_PERIOD * len(times) // 4 + 1) * (2 * np.pi / (_TRIED_A_PERIOD * span))
     best = tried[int(np.argmin([misfit(omega) for omega in tried]))]
     step = 2 * np.pi / (_TRIED_A_PERIOD * span)

@@ -1,4 +1,4 @@
-"""Pilot runs of a search: each setting of a scene is run once, kept in a folder, and told.
+"""Pilot runs of a search: each setting of a scene is run once, kept in a folder, and reported.
 
 Tests: tests/unit/test_choice.py.
 """
@@ -19,7 +19,7 @@ from astroinertia.accuracy.observables import Observable, relative_error
 from astroinertia.errors import SceneError
 from astroinertia.scene.schema import Scene
 
-Told = Callable[[str], None]
+Listener = Callable[[str], None]
 
 
 @dataclass
@@ -29,7 +29,7 @@ class Pilots:
     scene: Scene
     observables: tuple[Observable, ...]
     folder: Path
-    told: Told
+    listener: Listener
     spent: float = 0.0
     done: dict[tuple[str, ...], Measured] = field(default_factory=dict)
 
@@ -37,7 +37,7 @@ class Pilots:
         """What the scene gives with these overrides; a setting that fails, or that the scene refuses, says so."""
         key = tuple(overrides)
         if key not in self.done:
-            self.told(label)
+            self.listener(label)
             begin = clock.monotonic()
             self.done[key] = self._measured(Setting("pilot", label, key))
             self.spent += clock.monotonic() - begin

@@ -81,14 +81,14 @@ def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline:
             begin = clock.monotonic()
             try:
                 labelled = _labelled(listener, each, number, len(runs))
-                told = _carried_out(each, own_folder(folder, FOLDER, each.name), labelled, deadline)
-                seconds += float(told.attrs["measured_wall_time"])
+                outcome = _carried_out(each, own_folder(folder, FOLDER, each.name), labelled, deadline)
+                seconds += float(outcome.attrs["measured_wall_time"])
             except (NumericalError, SceneError) as error:
-                told = str(error)
+                outcome = str(error)
                 seconds += clock.monotonic() - begin
             except RunInterrupted as stopped:
                 raise RunInterrupted(folder, 1.0 + number, 1.0 + len(runs), stopped.by) from None
-            found.append((each, told))
+            found.append((each, outcome))
         names = ", ".join(each.name for each in runs)
         return with_error_bars(main, found).assign_attrs(error_bars_companion_runs=names, error_bars_wall_time=seconds)
 

@@ -14,7 +14,7 @@ import xarray as xr
 from astroinertia.accuracy import frontier
 from astroinertia.accuracy.analysis import Analysis, Judged, Source, analysed
 from astroinertia.accuracy.knobs import MODEL, Setting, shown
-from astroinertia.accuracy.measuring import MEMORY_TOLD
+from astroinertia.accuracy.measuring import MEMORY_MENTIONED
 from astroinertia.accuracy.tradeoff import Table
 from astroinertia.accuracy.words import duration
 from astroinertia.costs.machine import described
@@ -66,7 +66,7 @@ def dataset(table: Table) -> xr.Dataset:
         "wall_time": of_runs("wall_time", "s", "wall time from preparing the body to the finished file"),
         "preparation_time": of_runs("preparation_time", "s", "wall time of preparing the body",
                                     "what was placed or settled before is taken from the cache"),
-        "peak_memory": of_runs("peak_memory", "byte", "peak memory", MEMORY_TOLD),
+        "peak_memory": of_runs("peak_memory", "byte", "peak memory", MEMORY_MENTIONED),
         "steps": of_runs("steps", "1", "number of time steps"),
         "error": (of_both, np.array(errors), {
             "units": "1", "long_name": "relative error at the end of the run",
@@ -206,9 +206,9 @@ def _conclusion(table: Table, each: Judged) -> str:
         return f"{name}: no run to measure against"
     error, accuracy = each.errors.get(table.base, math.nan), each.reference.accuracy
     took = table.measured[table.base].cpu_time if table.base in table.measured else math.nan
-    told = f"{error:.1e}" if math.isfinite(error) else "unknown"
-    told = f"below {accuracy:.1e}, the accuracy of the reference," if error < accuracy else told
-    return f"{name}: error {told} at {table.base.label}, in {duration(took)}, against the {each.reference.source}"
+    size = f"{error:.1e}" if math.isfinite(error) else "unknown"
+    size = f"below {accuracy:.1e}, the accuracy of the reference," if error < accuracy else size
+    return f"{name}: error {size} at {table.base.label}, in {duration(took)}, against the {each.reference.source}"
 
 
 def _whose(each: Judged) -> str:
@@ -221,17 +221,17 @@ def _whose(each: Judged) -> str:
         if source is not limiting and math.isfinite(source.error) and source.knob.step is not None
     ]
     order = "" if not limiting.law.points else f", {_order(limiting)}"
-    told = f"  limited by the {limiting.knob.name.replace('_', ' ')}: {limiting.error:.1e}{order}"
-    return "; ".join([told, *rest])
+    first = f"  limited by the {limiting.knob.name.replace('_', ' ')}: {limiting.error:.1e}{order}"
+    return "; ".join([first, *rest])
 
 
 def _order(source: Source) -> str:
     law = source.law
     if not law.credible:
         return "no order: scatter"
-    told = f"order {law.order:.2f}"
-    told += f" +- {law.uncertainty:.2f}" if math.isfinite(law.uncertainty) else ""
-    return f"{told} (theory {source.knob.order:g})" if source.knob.order is not None else told
+    text = f"order {law.order:.2f}"
+    text += f" +- {law.uncertainty:.2f}" if math.isfinite(law.uncertainty) else ""
+    return f"{text} (theory {source.knob.order:g})" if source.knob.order is not None else text
 
 
 def _next_digit(table: Table, each: Judged) -> str:
@@ -300,10 +300,10 @@ def _values(table: Table, found: Analysis, settings: list[Setting]) -> dict[str,
         named = (table.measured[setting].components.get(name) for setting in settings)
         labels += next((names for names in named if names), [name])
         reference += [math.nan] * count if each.reference is None else list(each.reference.values)
-    told = {"long_name": "component of an observable"}
+    attributes = {"long_name": "component of an observable"}
     return {
         "result": (("setting", "component"), np.concatenate(columns, axis=1), {
             "long_name": "what the run gave", "comment": "SI, or code units where the scene is dimensionless"}),
         "reference_result": ("component", reference, {"long_name": "what it is measured against"}),
-        "component": ("component", np.array(labels, dtype=object), told),
+        "component": ("component", np.array(labels, dtype=object), attributes),
     }  # fmt: skip

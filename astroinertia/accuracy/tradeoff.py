@@ -18,6 +18,7 @@ from astroinertia.accuracy.knobs import BALANCED, Knob, Setting
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.observables import Observable, default_names, parsed
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
+from astroinertia.process.renamed import renamed_keyword
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.atomic import read_json, write_json
@@ -28,7 +29,7 @@ _EXACT = "exact.json"
 _SHARE_OF_BASE = 1 / 20  # of the budget, that one run of the base may take: it is repeated for every value of a knob
 _SHARE_OF_OTHERS = 0.3  # of the main knob's error, that each other source may have on the balanced line
 
-Told = Callable[["Standing"], None]
+Listener = Callable[["Standing"], None]
 
 
 @dataclass(frozen=True)
@@ -46,8 +47,8 @@ class Standing:
 class Table:
     """What a tradeoff found: settings that were run with what they gave, and those that the budget left out.
 
-    base: the setting around which single knobs are turned, the scene itself unless that is too dear. left: settings
-    that were not run, with the seconds that they would take.
+    base: the setting around which single knobs are turned, the scene itself unless that is too expensive. left:
+    settings that were not run, with the seconds that they would take.
     """
 
     scene: Scene
@@ -61,13 +62,14 @@ class Table:
     interrupted: bool = False
 
 
+@renamed_keyword("told", "listener")
 def carry_out(
     scene: Scene,
     folder: Path,
     minutes: float = DEFAULT_MINUTES,
     observables: Sequence[str] = (),
     only: Sequence[str] = (),
-    told: Told | None = None,
+    listener: Listener | None = None,
 ) -> Table:
     """Run a scene over its knobs below `folder`, as many settings as fit into so many minutes of wall time.
 
@@ -86,7 +88,7 @@ def carry_out(
         raise SceneError(f"the model {scene.model} has no accuracy knobs: its answers are closed forms.")
     asked = tuple(parsed(name) for name in (observables or default_names(scene)))
     chosen = _chosen(found, only)
-    study = _Study(scene, chosen, asked, folder, 60.0 * minutes, told)
+    study = _Study(scene, chosen, asked, folder, 60.0 * minutes, listener)
     folder.mkdir(parents=True, exist_ok=True)
     try:
         study.run()
@@ -100,9 +102,9 @@ class _Study:
 
     def __init__(
         self, scene: Scene, found: tuple[Knob, ...], asked: tuple[Observable, ...], folder: Path, seconds: float,
-        told: Told | None,
+        listener: Listener | None,
     ) -> None:  # fmt: skip
-        self.seconds, self.told, self.spent = seconds, told, 0.0
+        self.seconds, self.listener, self.spent = seconds, listener, 0.0
         base = Setting("default", "", ())
         self.table = Table(scene, found, asked, base, None, folder)
         self.waiting: list[Setting] = []
@@ -136,9 +138,9 @@ class _Study:
 
     def _measure(self, setting: Setting) -> None:
         table = self.table
-        if self.told is not None:
+        if self.listener is not None:
             total = len(table.measured) + 1 + len(self.waiting)
-            self.told(Standing(len(table.measured), total, self.spent, self.seconds, setting.label))
+            self.listener(Standing(len(table.measured), total, self.spent, self.seconds, setting.label))
         try:
             scene = measuring.scene_of(table.scene, setting, table.observables)
         except SceneError as error:
@@ -218,8 +220,8 @@ class _Study:
             if not turned or overrides in run_before:
                 continue
             words = ", ".join(f"{name.replace('_', ' ')} {knobs.shown(each)}" for name, each in turned.items())
-            told = f"{main.name} {knobs.shown(value)}, {words}"
-            settings.append(Setting(BALANCED, told, overrides, {main.name: value, **turned}))
+            label = f"{main.name} {knobs.shown(value)}, {words}"
+            settings.append(Setting(BALANCED, label, overrides, {main.name: value, **turned}))
         return settings
 
 
@@ -239,14 +241,14 @@ def stored_exact(scene: Scene, folder: Path) -> Exact | None:
     """The exact answer, kept in the folder, for some take a while to find."""
     path, key = folder / _EXACT, content_key(scene=load.resolved_text(scene))
     try:
-        told = read_json(path)
-        if told["scene"] == key:
-            if told["values"] is None:
+        stored = read_json(path)
+        if stored["scene"] == key:
+            if stored["values"] is None:
                 return None
-            values = {name: np.array(value) for name, value in told["values"].items()}
-            return Exact(values, told["source"], told["accuracy"])
+            values = {name: np.array(value) for name, value in stored["values"].items()}
+            return Exact(values, stored["source"], stored["accuracy"])
     except (OSError, ArchiveError, ValueError, KeyError, TypeError, AttributeError):
-        pass  # another made the folder, or it is damaged: found anew
+        pass  # another made the folder, or it is damaged: computed again
     found = exact(scene)
     if found is None:
         write_json(path, {"scene": key, "values": None})

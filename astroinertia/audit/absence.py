@@ -120,6 +120,8 @@ def _asked(scene: Scene, leave_out: str | None, steps: int) -> Mapping[str, Any]
         env=os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
     )
     if run.returncode:
-        told = run.stderr.strip().splitlines()
-        raise AuditFailed(f"the scene could not be run for a step: {told[-1] if told else 'no reason was given'}")
+        complaints = run.stderr.strip().splitlines()
+        raise AuditFailed(
+            f"the scene could not be run for a step: {complaints[-1] if complaints else 'no reason was given'}"
+        )
     return json.loads(run.stdout.splitlines()[-1])

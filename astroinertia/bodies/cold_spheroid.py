@@ -178,7 +178,7 @@ class ColdSpheroid:
         spindle = len(found.t_events[1]) > 0
         psi, nodes = found.t, found.y
         if not spindle:
-            # The dense output is of lower order than the steps: the last one is made anew, to the event.
+            # The dense output is of lower order than the steps: the last one is repeated, to the event.
             last = self._integrate(slopes, (psi[-2], found.t_events[0][0]), nodes[:, -2])
             nodes = np.concatenate([nodes[:, :-1], last.y[:, -1:]], axis=1)
         return psi, nodes, spindle

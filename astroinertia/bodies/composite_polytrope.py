@@ -249,9 +249,9 @@ def _interface(indices: tuple[float, float], weight_ratio: float, name: str, wan
     found = np.array([excess(t, tolerance) for t in places])
     changes = np.flatnonzero(found[:-1] * found[1:] <= 0)
     if len(changes) != 1:
-        told = "no interface has" if len(changes) == 0 else f"{len(changes)} interfaces have"
+        count = "no interface has" if len(changes) == 0 else f"{len(changes)} interfaces have"
         raise ValueError(
-            f"{told} {name} = {wanted:g}, with fractions from {wanted + found.min():.3g} to {wanted + found.max():.3g}"
+            f"{count} {name} = {wanted:g}, with fractions from {wanted + found.min():.3g} to {wanted + found.max():.3g}"
             + (": give the pressure" if len(changes) else "")
         )
     low, high = places[changes[0]], places[changes[0] + 1]

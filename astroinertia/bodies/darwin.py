@@ -7,7 +7,7 @@ both, Omega^2 = 2 mu (1 + 2 delta). That is what an interaction energy of a poin
     (Omega^2 + 2 mu) a^2 + mu c^2 = 2 (a^2 - c^2) B_13,    (Omega^2 - mu) b^2 + mu c^2 = 2 (b^2 - c^2) B_23,
 
 so that dE = Omega dJ holds exactly along the sequence, and energy and angular momentum are least at one and the same
-separation: the secular limit. Figures are told apart by d/(2a), one where they touch.
+separation: the secular limit. Figures are labelled by d/(2a), one where they touch.
 
 Source: Lai, Rasio & Shapiro 1993, ApJS 88, 205 (the energy, for n = 0); Chandrasekhar 1969, ch. 8 (the problem).
 Tests: tests/unit/test_roche.py, tests/hard/test_ellipsoids_hard.py.

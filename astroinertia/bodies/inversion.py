@@ -224,7 +224,7 @@ def _family(mean_density: Array, moment_ratio: Array, shell_density: Array, boun
 
 
 def _refuse_the_impossible(s: float, k: float, name: str, given: float, found: TwoLayers) -> None:
-    told = f"{name.replace('_', ' ')} {given:g}"
+    assumption = f"{name.replace('_', ' ')} {given:g}"
     if not (s > 0 and np.isfinite(s)):
         raise ValueError(f"a mean density must be positive, not {s:g}")
     if not 0 < k < 2 / 3:
@@ -235,25 +235,31 @@ def _refuse_the_impossible(s: float, k: float, name: str, given: float, found: T
     elif not given > 0:
         raise ValueError(f"a density must be positive, not {given:g}")
     if name != "core_radius_ratio" and given == s and k != _HOMOGENEOUS:
-        raise ValueError(f"with {told} equal to the mean density the body is homogeneous: its moment ratio is 0.4")
+        raise ValueError(
+            f"with {assumption} equal to the mean density the body is homogeneous: its moment ratio is 0.4"
+        )
     x, core, mantle = (float(each) for each in (found.core_radius_ratio, found.core_density, found.mantle_density))
     if k == _HOMOGENEOUS and name != "core_radius_ratio":
         raise ValueError("a moment ratio of 0.4 is that of a homogeneous body: the size of its core is undefined")
     if name == "mantle_density":
         if (given < s) != (k < _HOMOGENEOUS):
             side, other = ("below", "above") if given < s else ("above", "below")
-            raise ValueError(f"with {told} {side} the mean density {s:g} the moment ratio cannot be {other} 0.4: {k:g}")
+            raise ValueError(
+                f"with {assumption} {side} the mean density {s:g} the moment ratio cannot be {other} 0.4: {k:g}"
+            )
         if not x > 0:
             limit = _HOMOGENEOUS * given / s
-            raise ValueError(f"with {told} even a point core leaves a moment ratio of {limit:g}: {k:g} cannot be")
+            raise ValueError(f"with {assumption} even a point core leaves a moment ratio of {limit:g}: {k:g} cannot be")
     if name == "core_density":
         if (given > s) != (k < _HOMOGENEOUS):
             side, other = ("above", "above") if given > s else ("below", "below")
-            raise ValueError(f"with {told} {side} the mean density {s:g} the moment ratio cannot be {other} 0.4: {k:g}")
+            raise ValueError(
+                f"with {assumption} {side} the mean density {s:g} the moment ratio cannot be {other} 0.4: {k:g}"
+            )
         if not mantle > 0:
             limit = _HOMOGENEOUS * (s / given) ** (2 / 3)
-            raise ValueError(f"with {told} and no mantle at all the moment ratio is {limit:.6g}: {k:g} cannot be")
+            raise ValueError(f"with {assumption} and no mantle at all the moment ratio is {limit:.6g}: {k:g} cannot be")
     if not core > 0:
-        raise ValueError(f"with {told} the core would need a negative density, {core:g}")
+        raise ValueError(f"with {assumption} the core would need a negative density, {core:g}")
     if not mantle > 0:
-        raise ValueError(f"with {told} the mantle would need a negative density, {mantle:g}")
+        raise ValueError(f"with {assumption} the mantle would need a negative density, {mantle:g}")

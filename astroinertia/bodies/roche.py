@@ -9,7 +9,7 @@ Eliminating mu and using b^2 B_23 and B_13 in terms of A_12 and A_3 leaves a sum
     (3 + c^2)(b^2 - c^2) B_23 - c^2 (1 - c^2) B_13 + p (1 - b^2)(b^2 A_12 - c^2 A_3) = 0,
 
 in which p -> infinity shows Maclaurin's (b = 1) and Jacobi's sequence. p = -1 is Jeans's spheroid in a tide without
-rotation (b = c), p = 0 a satellite of negligible mass. The figures are told apart by c/a, which falls from 1 along each
+rotation (b = c), p = 0 a satellite of negligible mass. The figures are labelled by c/a, which falls from 1 along each
 sequence; the Roche limit is where mu is largest.
 
 Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 8. Tests: tests/unit/test_roche.py,

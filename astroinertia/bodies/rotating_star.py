@@ -248,8 +248,8 @@ def rotating_star(
     field = _field(matter, axis_ratio, law, resolution)
     check_field(field)
     if (error := RotatingStar(field).virial_error) > _VIRIAL_ERROR:
-        told = f"a {matter.name} with axis ratio {axis_ratio:g} and {law.kind} rotation"
-        raise NumericalError(f"{told} is not resolved: its virial theorem is off by {error:.2g}")
+        star = f"a {matter.name} with axis ratio {axis_ratio:g} and {law.kind} rotation"
+        raise NumericalError(f"{star} is not resolved: its virial theorem is off by {error:.2g}")
     if matter.max_density is None or matter.max_enthalpy is None:
         return RotatingStar(field, mass, equatorial_radius, gravitational_constant)
     radius = math.sqrt(matter.max_enthalpy / (field.peak * gravitational_constant * matter.max_density))
@@ -298,8 +298,8 @@ def rotating_star_with(
     star, bracket, end = _march(excess, matter, law, resolution, units)
     if bracket is None:
         most = f"down to axis ratio {star.field.axis_ratio:.5g} it reaches {getattr(star, quantity):.6g}"
-        told = f"no {matter.name} with {law.kind} rotation was found with a {quantity} of {value:g}: {most}"
-        raise NumericalError(f"{told}, and {end}" if end else told)
+        message = f"no {matter.name} with {law.kind} rotation was found with a {quantity} of {value:g}: {most}"
+        raise NumericalError(f"{message}, and {end}" if end else message)
 
     def at(ratio: float) -> float:
         return excess(rotating_star(matter, ratio, law, resolution=resolution, **units))

@@ -1,4 +1,4 @@
-"""The scale of a body whose figure is known: its mass, its mean radius, and the units that it is told in."""
+"""The scale of a body whose figure is known: its mass, its mean radius, and the units that it is given in."""
 
 import math
 

@@ -152,11 +152,12 @@ def solve_field(
         if follows:
             given = given.with_rates(state[moments.size :])
     raise NumericalError(
-        f"the self-consistent field of a {_told(matter, axis_ratio, law)} did not converge: there may be no such body"
+        f"the self-consistent field of a {_description(matter, axis_ratio, law)} did not converge: "
+        "there may be no such body"
     )
 
 
-def _told(matter: Matter, axis_ratio: float, law: Law) -> str:
+def _description(matter: Matter, axis_ratio: float, law: Law) -> str:
     return f"{matter.name} with axis ratio {axis_ratio:g} and {law.kind} rotation"
 
 
@@ -305,13 +306,17 @@ def check_field(field: Field) -> None:
         ...
     astroinertia.errors.NumericalError: no polytrope of index 1.5 with axis ratio 0.5 ... (mass shedding)
     """
-    told = _told(field.matter, field.axis_ratio, field.law)
+    description = _description(field.matter, field.axis_ratio, field.law)
     if field.equatorial_gravity >= 0:
-        raise NumericalError(f"no {told} exists: its equator would turn faster than an orbit there (mass shedding)")
+        raise NumericalError(
+            f"no {description} exists: its equator would turn faster than an orbit there (mass shedding)"
+        )
     if field.rate_squared < 0 or field.level.min() < -_TORN or _surface_beyond(field):
-        raise NumericalError(f"no {told} exists: the surface would not close between its pole and its equator")
+        raise NumericalError(f"no {description} exists: the surface would not close between its pole and its equator")
     if not field.resolved:
-        raise NumericalError(f"a {told} needs harmonics beyond degree {field.mesh.degrees[-1]}: raise the resolution")
+        raise NumericalError(
+            f"a {description} needs harmonics beyond degree {field.mesh.degrees[-1]}: raise the resolution"
+        )
 
 
 def _surface_beyond(field: Field) -> bool:

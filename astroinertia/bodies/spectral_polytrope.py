@@ -308,10 +308,10 @@ def rotating_polytrope(
         "central_rotation_parameter": central_rotation_parameter,
         "flattening": None if axis_ratio is None else 1 - axis_ratio,
     }
-    told = {name: float(value) for name, value in given.items() if value is not None}
-    if len(told) != 1:
+    stated = {name: float(value) for name, value in given.items() if value is not None}
+    if len(stated) != 1:
         raise ValueError("give one of rotation_parameter, small_m, central_rotation_parameter and axis_ratio")
-    [(quantity, target)] = told.items()
+    [(quantity, target)] = stated.items()
     if not (0 <= target < math.inf):
         raise ValueError("a polytrope needs a finite rotation of zero or more, and an axis ratio of at most one")
     if not tolerance > 0:

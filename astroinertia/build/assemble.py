@@ -18,7 +18,7 @@ from astroinertia.errors import ArchiveError, ArchiveWarning
 from astroinertia.matter import own as own_matter
 from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
-from astroinertia.scene.plan import cadence, code_units, plan, regions_told, smoothing, softening
+from astroinertia.scene.plan import cadence, code_units, plan, region_descriptions, smoothing, softening
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import Archive
 from astroinertia.storage.bounded import plain_text
@@ -78,19 +78,19 @@ def scene_of(archive: Archive, effects: Sequence[Any] = ()) -> Scene:
     that was. ArchiveError names what is not here of them; SceneError, one that it was not given, or that has other
     options than it had.
     """
-    told = archive.metadata
-    if not isinstance(told.get("scene"), str):
+    metadata = archive.metadata
+    if not isinstance(metadata.get("scene"), str):
         raise ArchiveError(f"{archive.folder} does not tell the scene that its run was made from.")
     for kind in missing(archive, effects):
-        of_effect = kind in told.get("own_effects", {})
+        of_effect = kind in metadata.get("own_effects", {})
         thing, origin = ("effect", "own_effects") if of_effect else ("equation of state", "own_matter")
         argument = "effects=[...]" if of_effect else "matter=..."
         raise ArchiveError(
-            f"{archive.folder} was run with the {thing} '{plain_text(kind)}' ({plain_text(told[origin][kind])}), "
+            f"{archive.folder} was run with the {thing} '{plain_text(kind)}' ({plain_text(metadata[origin][kind])}), "
             f"which is not here: install its package, or give it from Python to resume(folder, {argument})."
         )
     classes = [own_matter.made_of(effect) for effect in effects]
-    scene = load.loads(told["scene"], origin=told.get("origin"), effects=classes)
+    scene = load.loads(metadata["scene"], origin=metadata.get("origin"), effects=classes)
     for effect in effects:
         load.refuse_other_options(scene, effect)
     return scene
@@ -112,14 +112,14 @@ def restore(archive: Archive, scene: Scene) -> Prepared:
     if stored is None:
         return prepare(scene)
     units = code_units(scene)
-    arrays, told = stored
+    arrays, counters = stored
     try:
-        if wrong := complaint(Counters, told):
+        if wrong := complaint(Counters, counters):
             raise ValueError(wrong)
         body = _model(scene).resumed(scene, units, arrays)
     except ValueError as error:
         raise ArchiveError(f"{archive.folder} has a checkpoint of another scene: {plain_text(error)}.") from error
-    return Prepared(body, outputs_of(scene, units), units, _plain(Counters(**told)))
+    return Prepared(body, outputs_of(scene, units), units, _plain(Counters(**counters)))
 
 
 def _plain(counters: Counters) -> dict[str, Any]:
@@ -176,7 +176,7 @@ def metadata(scene: Scene) -> dict[str, Any]:
         },
         **({"own_effects": {kind: entry.origin for kind, entry in scene.own.items()}} if scene.own else {}),
         **_own_matter(scene),
-        **({"regions": regions_told(scene)} if scene.regions else {}),
+        **({"regions": region_descriptions(scene)} if scene.regions else {}),
         **({"choice": dict(scene.choice)} if scene.choice else {}),
         "versions": versions(scene),
     }
@@ -199,10 +199,10 @@ def note_versions(archive: Archive, scene: Scene) -> None:
 
     ArchiveWarning names what has changed; `resumed_versions` lists what the run went on with, one after the other.
     """
-    told = archive.metadata
-    since = told.get("resumed_versions")
+    metadata = archive.metadata
+    since = metadata.get("resumed_versions")
     since = since if isinstance(since, list) else []
-    before, now = ([told.get("versions"), *since])[-1], versions(scene)
+    before, now = ([metadata.get("versions"), *since])[-1], versions(scene)
     if archive.finished is not None or not isinstance(before, dict) or before == now:
         return
     changed = [f"{name} {before.get(name, 'unknown')} to {now[name]}" for name in now if before.get(name) != now[name]]
@@ -220,7 +220,7 @@ def _reference_radius(scene: Scene, units: CodeUnits, ball: Sphere | Star | None
     return None if radius is None else radius if ball is not None else units.to_code(radius, "length")
 
 
-def told_by(evolution: Evolution) -> dict[str, Any]:
+def model_description(evolution: Evolution) -> dict[str, Any]:
     """What a file says of the model itself: the rows of its ledger, what it lacks, and what it approximates."""
     return {
         "effects": list(evolution.effects),

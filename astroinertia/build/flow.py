@@ -49,7 +49,7 @@ def rotation_flow(
 def shellular_rotation(
     shells: Progenitor, where: np.ndarray, position: np.ndarray, factor: float, units: CodeUnits
 ) -> np.ndarray:
-    """Velocities (N, 3) of shells that each turn rigidly about z, at r/R `where` (N,); at rest where none is told."""
+    """Velocities (N, 3) of shells that each turn rigidly about z, at r/R `where` (N,); at rest where none is given."""
     if shells.angular_velocity is None:
         return np.zeros_like(position)
     rate = factor * shells.at(units.to_code(shells.angular_velocity, "angular_velocity"), where)

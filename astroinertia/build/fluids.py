@@ -25,8 +25,8 @@ def equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | None
     try:
         return _equation_of_state(scene, units, ball)
     except (ValueError, ArithmeticError) as error:
-        told = str(error).removeprefix("equation of state: ")
-        raise SceneError(f"[equation_of_state] in units of the body: {told}.") from None
+        message = str(error).removeprefix("equation of state: ")
+        raise SceneError(f"[equation_of_state] in units of the body: {message}.") from None
 
 
 def _equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> Any:

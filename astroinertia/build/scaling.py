@@ -62,12 +62,12 @@ def evolution(scene: Scene, units: CodeUnits) -> Scaling:
     if body.change is not None:
         times = [units.to_code(time, "time") for time in body.change.times]
         curve = change(times, body.change.factors)
-        told = EXACT + "its size is prescribed"
-        return _evolution(opening, Prescribed(curve, scale), effects, end, told, False, tuple(times))
-    law, told = _size_law(scene, opening, scale, expansion)
+        approximation = EXACT + "its size is prescribed"
+        return _evolution(opening, Prescribed(curve, scale), effects, end, approximation, False, tuple(times))
+    law, approximation = _size_law(scene, opening, scale, expansion)
     if law is None or (isinstance(law, Kepler) and _acting(effects)):
-        return _evolution(opening, None, effects, end, told, True, (), (scale, scale * expansion))
-    return _evolution(opening, law, effects, end, told, isinstance(law, Kepler))
+        return _evolution(opening, None, effects, end, approximation, True, (), (scale, scale * expansion))
+    return _evolution(opening, law, effects, end, approximation, isinstance(law, Kepler))
 
 
 def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Scaling:
@@ -89,7 +89,7 @@ def _size_law(scene: Scene, opening: Homologous, scale: float, expansion: float)
     binding = max(abs(opening.gravitational_energy) / scale, opening.rotational_energy(momentum, scale))
     if expansion == 0.0 and abs(force) <= _IN_EQUILIBRIUM * binding:
         return Fixed(scale), EXACT + "the body is in equilibrium and stays so"
-    told = EXACT + "its size follows the scalar virial theorem of one zone"
+    approximation = EXACT + "its size follows the scalar virial theorem of one zone"
     repulsion, attraction = 2 * opening.rotational_energy(momentum, 1.0), -opening.gravitational_energy
     gas = opening.pressure
     if gas is not None:
@@ -99,13 +99,13 @@ def _size_law(scene: Scene, opening: Homologous, scale: float, expansion: float)
         elif abs(gamma - 4 / 3) < 1e-12:
             attraction -= 3 * gas.integral(1.0)
         else:
-            return None, told
+            return None, approximation
     exact = ", in closed form"
-    return Kepler(repulsion / trace, attraction / trace, scale, scale * expansion), told + exact
+    return Kepler(repulsion / trace, attraction / trace, scale, scale * expansion), approximation + exact
 
 
 def _evolution(
-    body: Homologous, law: SizeLaw | None, effects: tuple[Any, ...], end: float, told: str, free: bool,
+    body: Homologous, law: SizeLaw | None, effects: tuple[Any, ...], end: float, approximation: str, free: bool,
     breaks: tuple[float, ...] = (), motion: tuple[float, float] = (1.0, 0.0),
 ) -> Scaling:  # fmt: skip
     breaks = (*breaks, *(time for effect in _acting(effects) for time in effect.breaks(0.0, end)))
@@ -116,7 +116,7 @@ def _evolution(
     unit = spin if spin > 0 else 1.0
     work_unit = max(body.spin_constant * unit**2, 1e-300)
     if law is not None and not torques:
-        return Scaling(body, law, None, {}, names, (unit, work_unit), told, free)
+        return Scaling(body, law, None, {}, names, (unit, work_unit), approximation, free)
 
     def slope(time: float, state: np.ndarray) -> np.ndarray:
         momentum = unit * state[2:5]
@@ -132,7 +132,7 @@ def _evolution(
     dynamics = Dynamic(slope, state, end, pulsates=not torques, breaks=breaks)
     if law is None and torques:
         dynamics.look_ahead()
-    return Scaling(body, law, dynamics, torques, names, (unit, work_unit), told, free)
+    return Scaling(body, law, dynamics, torques, names, (unit, work_unit), approximation, free)
 
 
 def _acting(effects: tuple[Any, ...]) -> list[Any]:

@@ -46,10 +46,10 @@ def between(problem: Any) -> Any:
 
 def at_first(arrays: Mapping[str, np.ndarray], count: int) -> int:
     """The number of particles that the run of a checkpoint began with, which has `count` of them now."""
-    told = arrays.get(".points['sinks'].particles", np.array(count))
-    if told.shape != () or told.dtype.kind != "i" or not count <= told <= MAX_PARTICLES:
+    original = arrays.get(".points['sinks'].particles", np.array(count))
+    if original.shape != () or original.dtype.kind != "i" or not count <= original <= MAX_PARTICLES:
         raise ValueError("it does not say how many particles there were before the sinks")
-    return int(told)
+    return int(original)
 
 
 def _effect(problem: Any) -> Any:

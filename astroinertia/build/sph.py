@@ -143,7 +143,7 @@ def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tupl
 
 
 def engine_of(name: str, precision: str, kernel: Kernel) -> Any:
-    """The engine of that name, importing no other; the one that lists neighbours is told how far the kernel reaches."""
+    """The engine of that name, importing no other; the one that lists neighbours is given the reach of the kernel."""
     module = importlib.import_module(f"astroinertia.engines.{name}")
     if name == "xla":
         return module.Engine(precision=precision, support=kernel.support)

@@ -136,8 +136,8 @@ def _progenitor(scene: Scene, units: CodeUnits) -> Sphere:
     def tabulated(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return shells.at(units.to_code(shells.pressure, "pressure"), s), shells.at(density, s)
 
-    told = None if shells.pressure is None else tabulated
-    return Sphere(shells.profile(), float(mass), float(radius), shells, told)
+    state_at = None if shells.pressure is None else tabulated
+    return Sphere(shells.profile(), float(mass), float(radius), shells, state_at)
 
 
 @lru_cache(maxsize=4)
@@ -161,8 +161,8 @@ def _rotating_star(body: Any, units: CodeUnits, mass: float, radius: float) -> R
     try:
         unit_star = _unit_star(body.index, body.law, scale, quantity, value)
     except (ValueError, NumericalError) as error:
-        units_told = " (in units of its mass, equatorial radius and G)" if quantity.startswith("angular") else ""
-        raise SceneError(f"[body] {error}{units_told}.") from None
+        units_note = " (in units of its mass, equatorial radius and G)" if quantity.startswith("angular") else ""
+        raise SceneError(f"[body] {error}{units_note}.") from None
     return replace(unit_star, mass=mass, equatorial_radius=radius)
 
 

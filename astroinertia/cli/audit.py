@@ -18,7 +18,7 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--audit", action="store_true",
         help="prove absence: run one step in an interpreter of its own and count the operations, arrays and modules of "
-        "every effect; with particles also what a step takes without each one, which compiles anew",
+        "every effect; with particles also what a step takes without each one, which compiles again",
     )  # fmt: skip
 
 
@@ -53,9 +53,8 @@ def verdict(audit: "Audit") -> str:
     if present:
         return f"NOT ABSENT, though not called for: {', '.join(present)}."
     left = sum(not share.listed for share in audit.shares)
-    told = f"Of the {left} effects that are not called for there is no operation, no array and no module."
+    summary = f"Of the {left} effects that are not called for there is no operation, no array and no module."
     if audit.seconds is None:
-        return told
-    return (
-        f"{told} A step takes {1e3 * audit.seconds:.3g} ms; the last column is what it takes less without the effect."
-    )
+        return summary
+    step = f"A step takes {1e3 * audit.seconds:.3g} ms"
+    return f"{summary} {step}; the last column is what it takes less without the effect."

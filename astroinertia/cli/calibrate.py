@@ -55,7 +55,7 @@ def report(options: argparse.Namespace, say: Say) -> str:
 
 def with_cost(plan: "Plan", scene: "Scene", options: argparse.Namespace, say: Say) -> "Plan":
     """The plan with what the run will take; with --pilot a run with few particles counts its steps first."""
-    from astroinertia.costs import machine, told
+    from astroinertia.costs import machine, plan_lines
     from astroinertia.costs.prediction import predict
 
     if options.pilot and scene.model == "sph":
@@ -72,12 +72,12 @@ def with_cost(plan: "Plan", scene: "Scene", options: argparse.Namespace, say: Sa
         with jax.enable_x64(True):
             prepare(scene)  # refuses a pulsation that cannot be followed to the end
     known = machine.known()
-    lines = told.lines(scene, predict(scene, known))
+    lines = plan_lines.lines(scene, predict(scene, known))
     if scene.output.error_bars:
         from astroinertia.accuracy.companion_runs import companion_runs
 
         runs = companion_runs(scene)
-        lines = (*lines, told.of_error_bars([(each.name, predict(each.scene, known)) for each in runs]))
+        lines = (*lines, plan_lines.of_error_bars([(each.name, predict(each.scene, known)) for each in runs]))
     return replace(plan, sections={**plan.sections, "cost": lines})
 
 

@@ -19,7 +19,7 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--minutes", type=float, default=60.0, metavar="M",
         help="wall time that the run may take where the scene asks for an accuracy (accuracy = 1e-3) and its settings "
-        "are chosen; where it would take longer, that is told with the price (default: 60)",
+        "are chosen; where it would take longer, that is reported with the cost (default: 60)",
     )  # fmt: skip
     command.add_argument(
         "--error-bars", dest="overrides", action="append_const", const="output.error_bars=true",

@@ -17,7 +17,7 @@ Numbers are those of the dataset, in SI and float64, bit for bit; files of dimen
 Particles stay about the origin: where a SWIFT file is to start a run of SWIFT, InitialConditions:shift moves them.
 Sinks and companions are in the headline series, not in snapshots. GADGET's and SWIFT's smoothing lengths follow their
 definitions; the h of this package stands beside them as KernelScale(s). What is there already is never overwritten.
-yt has to be told the units of GADGET files: yt.load(file, unit_base={"UnitLength_in_cm": 100, "UnitMass_in_g": 1000,
+yt needs the units of GADGET files: yt.load(file, unit_base={"UnitLength_in_cm": 100, "UnitMass_in_g": 1000,
 "UnitVelocity_in_cm_per_s": 100}); pynbody takes their time from cosmology, so prefer swift where the time matters.
 
 GADGET and SWIFT snapshots, these and others', are read as particle tables: by `astroinertia moments`, and by a scene's

@@ -68,11 +68,13 @@ def table(title: str, rows: Rows) -> Table:
         shown.add_column(verdict.mode, min_width=24)
     for verdicts in rows:
         case = verdicts[0].case
-        shown.add_row(Text(f"{case.name}\n").append(case.stable, style="dim"), *(_told(each) for each in verdicts))
+        shown.add_row(
+            Text(f"{case.name}\n").append(case.stable, style="dim"), *(_verdict_text(each) for each in verdicts)
+        )
     return shown
 
 
-def _told(verdict: "Verdict") -> Text:
+def _verdict_text(verdict: "Verdict") -> Text:
     said = ("ended, as it must" if verdict.case.ends else "stable") if verdict.holds else "NOT STABLE"
     good = Text(said, style="green" if verdict.holds else "bold red")
     if verdict.error:

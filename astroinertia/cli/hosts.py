@@ -1,4 +1,4 @@
-"""How `run` and `resume` are told of the other processes of the same run. Printing is left to main.py."""
+"""How `run` and `resume` learn of the other processes of the same run. Printing is left to main.py."""
 
 import argparse
 import os

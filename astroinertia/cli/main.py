@@ -81,10 +81,10 @@ def _carried_out(arguments: Sequence[str] | None) -> int:
         options = _parser().parse_args(arguments)
         requirements.check()
         kept_programs.keep_apart()
-        with stop.warnings_told(_complain), hosts.joined(options):
+        with stop.warnings_as_sentences(_complain), hosts.joined(options):
             return options.command(options)
     except RunInterrupted as stopped:
-        _complain(stop.told(stopped))
+        _complain(stop.interruption_message(stopped))
         return INTERRUPTED
     except AstroinertiaError as error:
         _complain(_ended(str(error)))
@@ -240,8 +240,8 @@ def _command(commands, name: str, action: Callable, text: str, example: str) -> 
 def _printing(name: str, action: Callable[[argparse.Namespace], str]) -> Callable[[argparse.Namespace], int]:
     def printed(options: argparse.Namespace) -> int:
         with _voice(f"{name} is at work"):
-            told = action(options)
-        _say(told)
+            message = action(options)
+        _say(message)
         return GOOD
 
     return printed
@@ -323,8 +323,8 @@ def _plan(options: argparse.Namespace) -> int:
     if options.pilot:
         scene = _chosen(scene, Path("runs") / scene.name, options)
     with _voice("the plan is worked out"):
-        told = cli_calibrate.with_cost(plan(scene), scene, options, _say)
-    _Console(highlight=False).print(*cli_plan.parts(told), sep="\n")
+        costed = cli_calibrate.with_cost(plan(scene), scene, options, _say)
+    _Console(highlight=False).print(*cli_plan.parts(costed), sep="\n")
     if not options.audit:
         return GOOD
     with _voice("importing") as voice:
@@ -386,10 +386,10 @@ def _finished(result: Path, folder: Path) -> int:
     from astroinertia.ledger import bounds
 
     attrs = dataset.open(result).attrs
-    unclosed = bounds.told(attrs)
-    for told in (resolution.told(attrs), unclosed, cli_calibrate.compared(attrs)):
-        if told:
-            _say(told)
+    unclosed = bounds.ledger_message(attrs)
+    for message in (resolution.resolution_message(attrs), unclosed, cli_calibrate.compared(attrs)):
+        if message:
+            _say(message)
     _say(f"wrote {result}; look at it with: astroinertia show {folder}")
     return UNCLOSED if unclosed else GOOD
 
@@ -428,8 +428,8 @@ def _show(options: argparse.Namespace) -> int:
 def _movie(options: argparse.Namespace) -> int:
     console = _Console(highlight=False)
     with _voice_unless_shown(console, "frames are drawn"), movie.Bar(console) as bar:
-        told = movie.carry_out(options, bar.tell)
-    _say(told)
+        message = movie.carry_out(options, bar.tell)
+    _say(message)
     return GOOD
 
 

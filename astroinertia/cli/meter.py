@@ -82,14 +82,14 @@ class Meter:
             "ledger closure": f"{progress.ledger_closure:.1e}",
             "densest": f"{progress.density_max:.3g}",
         }
-        told = [f"{name} {value}" for name, value in shown.items() if value != "nan"]
-        told += filter(None, [doubtful(progress.ledger_closure, progress.energy_error)])
-        told += [f"step limited by {progress.limited_by}"] if progress.limited_by else []
+        parts = [f"{name} {value}" for name, value in shown.items() if value != "nan"]
+        parts += filter(None, [doubtful(progress.ledger_closure, progress.energy_error)])
+        parts += [f"step limited by {progress.limited_by}"] if progress.limited_by else []
         if math.isfinite(progress.planned_steps):
-            told += [f"WARNING: the plan was about {progress.planned_steps:.3g} steps"]
-        figures = "  ".join([*([progress.part] if progress.part else []), f"step {progress.step}", *told])
+            parts += [f"WARNING: the plan was about {progress.planned_steps:.3g} steps"]
+        figures = "  ".join([*([progress.part] if progress.part else []), f"step {progress.step}", *parts])
         self.voice.begin(f"after step {progress.step}")
-        if progress.part != self.part:  # another run, whose time begins anew
+        if progress.part != self.part:  # another run, whose time begins again
             self.part, self.last_line = progress.part, float("-inf")
         share = min(1.0, progress.time / progress.end)
         to_go = f"{progress.to_go:.0f} s to go  " if math.isfinite(progress.to_go) else ""

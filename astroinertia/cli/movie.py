@@ -33,7 +33,7 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--every", type=int, metavar="N", help="take every Nth snapshot (default: all)")
 
 
-def carry_out(options: argparse.Namespace, told: Callable[[int, int], None]) -> str:
+def carry_out(options: argparse.Namespace, listener: Callable[[int, int], None]) -> str:
     """Write the film; what the command prints. SceneError and ArchiveError for what cannot be done."""
     from astroinertia.plots import movie
 
@@ -44,7 +44,7 @@ def carry_out(options: argparse.Namespace, told: Callable[[int, int], None]) -> 
     opened = result.opened(options.run)
     path = options.output or result.beside(options.run) / ("film.mp4" if movie.ffmpeg() else "film.gif")
     with result.shown(options.run):
-        count = movie.write_movie(opened, opened.inertia.snapshots, path, options.fps, options.every, told)
+        count = movie.write_movie(opened, opened.inertia.snapshots, path, options.fps, options.every, listener)
     return f"wrote {path}: {count} pictures"
 
 

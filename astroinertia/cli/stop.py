@@ -1,4 +1,4 @@
-"""What ends `run` and `resume` before the scene's end, and how that is told. Printing is left to main.py."""
+"""What ends `run` and `resume` before the scene's end, and how that is reported. Printing is left to main.py."""
 
 import argparse
 import math
@@ -42,7 +42,7 @@ def deadline(options: argparse.Namespace, begun: float | None = None) -> float:
     return found
 
 
-def told(stopped: RunInterrupted) -> str:
+def interruption_message(stopped: RunInterrupted) -> str:
     """How to go on."""
     return f"{stopped}; go on with: astroinertia resume {stopped.folder}"
 
@@ -50,7 +50,7 @@ def told(stopped: RunInterrupted) -> str:
 def ended(how: Ended) -> tuple[int, str]:
     """The exit code of a command that a signal has ended at once, and what is said."""
     if isinstance(how.said, RunInterrupted) and how.sealed:
-        return INTERRUPTED, told(how.said)
+        return INTERRUPTED, interruption_message(how.said)
     if isinstance(how.said, RunInterrupted):
         again = f"what was sealed before is kept; go on with: astroinertia resume {how.said.folder}"
         return how.code, f"ended at once by {how.name}; {again}"
@@ -60,8 +60,8 @@ def ended(how: Ended) -> tuple[int, str]:
 
 
 @contextmanager
-def warnings_told(tell: Callable[[str], None]) -> Iterator[None]:
-    """Has what a disk has damaged, and what a scene leaves out, told as a sentence without the line that found it."""
+def warnings_as_sentences(tell: Callable[[str], None]) -> Iterator[None]:
+    """Show what a disk has damaged, and what a scene leaves out, as a sentence without the line of the code."""
     usual = warnings.showwarning
 
     def show(message, category, *where) -> None:

@@ -107,7 +107,7 @@ class _Bar:
         to_go = f", {standing.to_go:.0f} s to go" if known else ""
         line = f"{standing.done} of {standing.members} members{failed}{to_go}"
         if self.console.is_terminal:
-            self._opened(standing.members).update(self.task, completed=standing.done, told=line)
+            self._opened(standing.members).update(self.task, completed=standing.done, status=line)
         elif standing.seconds - self.last_line >= SECONDS_BETWEEN_LINES or standing.done == standing.members:
             self.last_line = standing.seconds
             self.say(f"{standing.seconds:7.1f} s  {line}")
@@ -116,9 +116,9 @@ class _Bar:
         if self.bar is None:
             from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-            columns = (BarColumn(24), TaskProgressColumn(), TimeElapsedColumn(), TextColumn("{task.fields[told]}"))
+            columns = (BarColumn(24), TaskProgressColumn(), TimeElapsedColumn(), TextColumn("{task.fields[status]}"))
             self.bar = Progress(*columns, console=self.console)
-            self.task = self.bar.add_task("", total=members, told="")
+            self.task = self.bar.add_task("", total=members, status="")
             self.bar.start()
         return self.bar
 
@@ -133,7 +133,7 @@ def failures(sweep: "Sweep", found: "Carried") -> list[str]:
     for number in sorted(found.failures)[:MOST_ROWS]:
         failure = found.failures[number]
         again = "" if failure.lasting else " (resume runs it again)"
-        rows.append((member(number), sweep.told(number), f"{failure.sentence}{again}"))
+        rows.append((member(number), sweep.description(number), f"{failure.sentence}{again}"))
     more = len(found.failures) - MOST_ROWS
     return [*_aligned(rows), *([f"and {more} more"] if more > 0 else [])]
 
@@ -143,7 +143,7 @@ def unclosed(file: Path) -> list[str]:
     from astroinertia import dataset
     from astroinertia.ledger import bounds
 
-    lines = bounds.told(dataset.open(file).attrs).splitlines()
+    lines = bounds.ledger_message(dataset.open(file).attrs).splitlines()
     more = len(lines) - MOST_ROWS
     return [*lines[:MOST_ROWS], *([f"and {more} more"] if more > 0 else [])]
 
@@ -157,7 +157,7 @@ def planned(sweep: "Sweep", options: argparse.Namespace) -> "Plan":
     """The plan of the first member, with what varies and what all members take."""
     from dataclasses import replace
 
-    from astroinertia.costs import told
+    from astroinertia.costs import plan_lines
     from astroinertia.errors import SceneError
     from astroinertia.scene.plan import Line, plan
     from astroinertia.scene.sweep import member
@@ -183,11 +183,13 @@ def planned(sweep: "Sweep", options: argparse.Namespace) -> "Plan":
             max(each.wall_time - each.evolution.wall for each in known),
         )
         workers = ensemble.usual_workers(found)
-        beside = f"{told.seconds(start + work / workers)} by {workers} workers, " if workers > 1 else ""
-        lines.append(Line("time of all", f"{beside}{told.seconds(start + work)} one after another", "when none fails"))
-        lines.append(Line("files of all", told.size(sum(each.files for each in known)), "in the sweep's folder"))
+        beside = f"{plan_lines.seconds(start + work / workers)} by {workers} workers, " if workers > 1 else ""
+        lines.append(
+            Line("time of all", f"{beside}{plan_lines.seconds(start + work)} one after another", "when none fails")
+        )
+        lines.append(Line("files of all", plan_lines.size(sum(each.files for each in known)), "in the sweep's folder"))
     whole = plan(scene)
-    sections = {"sweep": tuple(lines), **whole.sections, f"cost of {member(0)}": told.lines(scene, found[0])}
+    sections = {"sweep": tuple(lines), **whole.sections, f"cost of {member(0)}": plan_lines.lines(scene, found[0])}
     return replace(whole, sections=sections)
 
 

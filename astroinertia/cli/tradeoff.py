@@ -29,7 +29,7 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(
-    scene: "Scene", options: argparse.Namespace, told: Callable[["Standing"], None]
+    scene: "Scene", options: argparse.Namespace, listener: Callable[["Standing"], None]
 ) -> tuple[list[str], bool]:
     """Run what the options ask for; the lines to print, and whether Ctrl-C ended it."""
     from astroinertia.accuracy import table
@@ -41,7 +41,7 @@ def carry_out(
     if not options.minutes > 0.0:
         raise SceneError("--minutes must be a number above 0.")
     folder = options.output or Path("runs") / f"{scene.name}-tradeoff"
-    found = run(scene, folder, options.minutes, options.observable, options.knob, told)
+    found = run(scene, folder, options.minutes, options.observable, options.knob, listener)
     if not found.measured:
         return [], found.interrupted
     file = table.write(found)

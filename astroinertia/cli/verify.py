@@ -102,9 +102,9 @@ def total(found: "list[Section]", seconds: float) -> str:
 def as_json(found: "list[Section]") -> str:
     """Everything that is known of every comparison."""
     rows: list[dict[str, Any]] = [each.plain() for section in found for each in section.comparisons]
-    told = {
+    content = {
         "agree": all(section.holds for section in found),
         "seconds": round(sum(section.seconds for section in found), 2),
         "comparisons": rows,
     }
-    return json.dumps(told, indent=1)
+    return json.dumps(content, indent=1)

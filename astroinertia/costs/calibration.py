@@ -33,19 +33,19 @@ def calibrate(listener: Callable[[str, float], None] | None = None) -> Machine:
 
     listener: hears what is measured next, and the share that is done. NumericalError where a probe fails.
     """
-    told = listener or (lambda *_: None)
+    report = listener or (lambda *_: None)
     shares = iter((0.0, 0.1, 0.3, 0.5))
-    told(START, next(shares))
+    report(START, next(shares))
     start, memory = _start()
     seconds = {"start": start}
     peaks = {"scaling": memory}
     for kind, text in PROBES.items():
-        told(text, next(shares))
+        report(text, next(shares))
         found = probed(kind)
         prepared = Seconds(*found["prepared"])
         if kind == "sph" and prepared.processor > COMPILED:
             seconds["compile.sph"] = less(prepared, start)
-            told(f"{text}, now that they are compiled", 0.7)
+            report(f"{text}, now that they are compiled", 0.7)
             found = probed(kind)
             prepared = Seconds(*found["prepared"])
         first = "splitting" if kind == "rigid" else kind
@@ -58,12 +58,12 @@ def calibrate(listener: Callable[[str, float], None] | None = None) -> Machine:
     particle = {name: size for name, size in shipped().memory.items() if name.startswith("particle.")}
     machine = checked(seconds, peaks | particle)
     keep(machine)
-    told("done", 1.0)
+    report("done", 1.0)
     return machine
 
 
 def checked(seconds: dict[str, Seconds], memory: dict[str, float]) -> Machine:
-    """The machine with these prices; NumericalError where one is missing or no number."""
+    """The machine with these costs; NumericalError where one is missing or no number."""
     known = shipped()
     wrong = (seconds.keys() ^ known.seconds.keys()) | (memory.keys() ^ known.memory.keys())
     content = {
@@ -72,7 +72,7 @@ def checked(seconds: dict[str, Seconds], memory: dict[str, float]) -> Machine:
     }  # fmt: skip
     machine = read(content, described())
     if machine is None:
-        raise NumericalError(f"the machine could not be measured: a price is missing or out of bounds {sorted(wrong)}")
+        raise NumericalError(f"the machine could not be measured: a cost is missing or out of bounds {sorted(wrong)}")
     return machine
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.costs.machine import REFERENCE_NEIGHBOURS, Machine, Seconds
-from astroinertia.scene import gravity_prices
+from astroinertia.scene import gravity_costs
 from astroinertia.scene.plan import gravity_method, smoothing
 from astroinertia.scene.schema import Scene
 
@@ -15,7 +15,7 @@ FORCE_SHARES = {"gravity": 0.25, "pressure": 0.4}
 BY_NEIGHBOURS = 0.6  # of a pass, what goes with the number of neighbours; lists and whole leaves do not
 FURTHER_SHARE = 0.35  # viscosity's, and that of any other effect between neighbours
 EFFECTS_IN_REST = 3  # that the calibration's "rest" is of
-REST_OF_EFFECT = 0.15  # of that rest: each effect's accelerations and its books
+REST_OF_EFFECT = 0.15  # of that rest: each effect's accelerations and its ledger
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,11 @@ class Counts:
 
 def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:
     """What one evaluation of all particles takes, by its parts; those of effects under their kinds."""
-    numerics, prices = scene.numerics, machine.seconds
+    numerics, costs = scene.numerics, machine.seconds
     more = particles * (1.0 - BY_NEIGHBOURS + BY_NEIGHBOURS * smoothing(scene)[1] / REFERENCE_NEIGHBOURS)
 
     def passed(name: str) -> Seconds:
-        return prices[f"fixed.{name}"] + more * prices[f"{numerics.precision}.{name}"]
+        return costs[f"fixed.{name}"] + more * costs[f"{numerics.precision}.{name}"]
 
     near = [kind for kind in scene.effects if kind == "gravity" or scene.entries[kind].cost == "neighbours"]
     parts = {"density": passed("density")}
@@ -50,22 +50,22 @@ def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seco
         parts[kind] = part
     if "gravity" in scene.effects:
         parts["gravity"] = parts["gravity"] + gravity(scene, particles, machine)
-    rest = prices["fixed.rest"] + particles * prices["rest"]
+    rest = costs["fixed.rest"] + particles * costs["rest"]
     common = 1.0 - EFFECTS_IN_REST * REST_OF_EFFECT
     for kind in scene.effects:
         parts[kind] = parts.get(kind, Seconds()) + REST_OF_EFFECT * rest
-    return parts | {"drift, books and time step": common * rest}
+    return parts | {"drift, ledger and time step": common * rest}
 
 
 def gravity(scene: Scene, particles: int, machine: Machine) -> Seconds:
     """The attraction of all pairs."""
-    prices, precision = machine.seconds, scene.numerics.precision
+    costs, precision = machine.seconds, scene.numerics.precision
     if gravity_method(scene, particles) == "direct":
-        return prices["fixed.direct"] + float(particles) ** 2 * prices[f"{precision}.direct"]
+        return costs["fixed.direct"] + float(particles) ** 2 * costs[f"{precision}.direct"]
     error = scene.effects["gravity"]["force_error"]
-    growth = gravity_prices.PRICES["numba_cpu", precision].growth
-    dearer = (gravity_prices.FORCE_ERROR / error) ** growth
-    return prices["fixed.multipole"] + dearer * particles * prices[f"{precision}.multipole"]
+    growth = gravity_costs.COSTS["numba_cpu", precision].growth
+    costlier = (gravity_costs.FORCE_ERROR / error) ** growth
+    return costs["fixed.multipole"] + costlier * particles * costs[f"{precision}.multipole"]
 
 
 def has_gradients(scene: Scene, kind: str) -> bool:
@@ -81,12 +81,12 @@ def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine)
     plain = evaluation(scene, particles, machine)
     if scene.numerics.timesteps == "global":
         return {name: counts.steps * each for name, each in plain.items()}
-    # A few particles awake take their share of every pass, and each end of an interval what it takes by itself.
+    # A few active particles take their share of every pass, and each end of an interval what it takes by itself.
     by_particle = evaluation(scene, particles, _without_fixed(machine))
-    prices = machine.seconds
+    costs = machine.seconds
     found = {name: counts.evaluations * each for name, each in by_particle.items()}
-    ends = counts.ends * prices["individual.end"]
-    return found | {"ends of intervals": ends + counts.evaluations * particles * prices["individual.particle"]}
+    ends = counts.ends * costs["individual.end"]
+    return found | {"ends of intervals": ends + counts.evaluations * particles * costs["individual.particle"]}
 
 
 def _without_fixed(machine: Machine) -> Machine:

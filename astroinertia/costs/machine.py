@@ -20,10 +20,10 @@ from astroinertia.errors import ArchiveError
 from astroinertia.storage.atomic import write_json
 from astroinertia.storage.cache import cache_directory
 
-FORMAT = 1  # raise it when a price changes its meaning
+FORMAT = 1  # raise it when a cost changes its meaning
 FILE = "machine.json"
 LARGEST_FILE = 1 << 16  # bytes
-MOST_SECONDS, MOST_BYTES = 1e4, 1e13  # no honest price is as large
+MOST_SECONDS, MOST_BYTES = 1e4, 1e13  # no honest cost is as large
 _VERSIONS = ("numpy", "numba", "jax", "diffrax")  # those that carry out what is timed
 
 
@@ -57,7 +57,7 @@ def less(whole: Seconds, part: Seconds) -> Seconds:
 class Machine:
     """What things take on a machine.
 
-    seconds: {price: Seconds}, as SHIPPED_SECONDS has them; memory: bytes, as SHIPPED_MEMORY; calibrated: whether they
+    seconds: {name: Seconds}, as SHIPPED_SECONDS has them; memory: bytes, as SHIPPED_MEMORY; calibrated: whether they
     were measured here; description: the machine and the versions that they are of.
     """
 
@@ -68,7 +68,7 @@ class Machine:
 
 
 # As `calibrate` found on a 2-core x86-64 machine that other jobs shared: processor times, and wall times that are those
-# over two where both cores share the work. Prices of passes are seconds a particle with REFERENCE_NEIGHBOURS, direct.*
+# over two where both cores share the work. Costs of passes are seconds a particle with REFERENCE_NEIGHBOURS, direct.*
 # of a pair; those of fixed.* are what a pass takes however few particles there are. compile.sph was not timed then: it
 # is about twice the half minute of a machine that does nothing else.
 REFERENCE_NEIGHBOURS = 74.0

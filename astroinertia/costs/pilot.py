@@ -21,7 +21,7 @@ FIRST = 2  # steps in which loops are compiled, which is not counted
 
 
 def run(scene: Scene, listener: Callable[[float], None] | None = None, longest: float = LONGEST) -> Pilot | None:
-    """Run a scene with few particles, in memory, and keep what it told; None where it cannot be.
+    """Run a scene with few particles, in memory, and keep what it reported; None where it cannot be.
 
     listener: hears the share that is done. A pilot that was run before is not run again.
     """
@@ -44,13 +44,13 @@ def _followed(scene: Scene, listener: Any, longest: float) -> Pilot | None:
     few = with_particles(scene, PARTICLES)
     body: Any = prepare(few).evolution
     end = outputs_of(few, code_units(few)).end
-    told: list[Any] = []
+    tallies: list[Any] = []
     if body.base_step is not None:
         plain = body.base_step
 
         def counted(*given: Any) -> Any:
             result = plain(*given)
-            told.append(result[2])
+            tallies.append(result[2])
             return result
 
         body.base_step = counted
@@ -63,7 +63,7 @@ def _followed(scene: Scene, listener: Any, longest: float) -> Pilot | None:
         body.advance(end)
         rows.append([body.time - before, *(float(np.min(limit)) for limit in limits.values())])
         count = len(body.state.mass)
-        evaluated.append((told[-1].evaluations / count, told[-1].ends) if told else (1.0, 1.0))
+        evaluated.append((tallies[-1].evaluations / count, tallies[-1].ends) if tallies else (1.0, 1.0))
         if listener is not None:
             listener(body.time / end)
     body.record(None)  # so that all that a run compiles is compiled

@@ -1,4 +1,4 @@
-"""What a pilot run told of the steps of particles, and how they grow with their number: plain arrays, no engine.
+"""What a pilot run reported on the steps of particles, and how they grow with their number: plain arrays, no engine.
 
 Every limit of the time step has its power of the number of particles: sound crosses a smoothing length, h ~ N^(-1/3),
 while free fall knows none. The pilot's limits, each carried over to the number that is asked about, give the steps that

@@ -26,7 +26,7 @@ SMOOTH = 0.6  # the same without particles: smooth series are compressed well
 COMPRESSED = 0.75  # a snapshot in the final file
 # Of individual steps without a pilot: as in Evrard's collapse (tests/benchmarks/results/individual_steps.md).
 STEPS_IN_A_BASE_STEP = 16.0
-AWAKE = 0.5
+ACTIVE = 0.5
 PREPARATION = ("start-up", "compiling", "placing", "settling")
 HEADER = 3.5e5  # bytes of the final file without any record, and of the manifest
 
@@ -83,17 +83,17 @@ def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
     counts = counted(scene)
     if counts is None:
         return None
-    prices = machine.seconds
-    parts = {"start-up": prices["start"] + prices["prepare.sph"]}
+    costs = machine.seconds
+    parts = {"start-up": costs["start"] + costs["prepare.sph"]}
     if not experience.compiled(scene):
-        parts["compiling"] = prices["compile.sph"]
+        parts["compiling"] = costs["compile.sph"]
     if not experience.placed(scene):
         parts |= _placing(scene, particles, machine)
     steps = run_of_steps(scene, particles, counts, machine)
     written = _records(scene, counts.steps)
     once = evaluation(scene, particles, machine)
     again = total(each for name, each in once.items() if name in scene.effects)  # once more, for the virials
-    one = prices["record"] + particles * prices["record.particle"] + again
+    one = costs["record"] + particles * costs["record.particle"] + again
     size = files(scene, written, particles)
     parts |= {f"steps: {name}": each for name, each in steps.items()}
     parts |= {"records": written * one, "writing": _writing(scene, size, total(parts.values()).wall, machine)}
@@ -112,21 +112,21 @@ def counted(scene: Scene) -> Counts | None:
     if found is None:
         return None
     if scene.numerics.timesteps == "individual":
-        return Counts(found / STEPS_IN_A_BASE_STEP, found * AWAKE, found, "an estimate").at_most(most)
+        return Counts(found / STEPS_IN_A_BASE_STEP, found * ACTIVE, found, "an estimate").at_most(most)
     return Counts(found, found, found, "an estimate").at_most(most)
 
 
 def _without_particles(scene: Scene, machine: Machine) -> Prediction:
-    prices, kind = machine.seconds, smooth.kind(scene)
+    costs, kind = machine.seconds, smooth.kind(scene)
     written = records(scene.time.end, cadence(scene).series_every or scene.time.end)
-    parts = {"start-up": prices["start"]}
+    parts = {"start-up": costs["start"]}
     steps = 0.0
     if kind != "scaling":
-        parts["compiling"] = total(prices[name] for name in smooth.compiled(scene))
+        parts["compiling"] = total(costs[name] for name in smooth.compiled(scene))
         steps = smooth.steps(scene, written)
-        parts["steps"] = steps * prices[f"step.{kind}"]
+        parts["steps"] = steps * costs[f"step.{kind}"]
     size = files(scene, written, 0)
-    parts |= {"records": written * prices[f"record.{kind}"]}
+    parts |= {"records": written * costs[f"record.{kind}"]}
     parts |= {"writing": _writing(scene, size, total(parts.values()).wall, machine)}
     return Prediction(parts, steps, "an estimate", machine.memory[kind], size, machine.calibrated)
 

@@ -1,7 +1,7 @@
 """What `calibrate` times, in an interpreter of its own: python -m astroinertia.costs.probes KIND LAUNCHED.
 
 KIND is sph, ellipsoid or rigid, LAUNCHED the time at which it was started. It writes one line of JSON:
-{"seconds": {price: [wall, processor]}, "memory": bytes of a run that does next to nothing, "last": bytes at the end,
+{"seconds": {name: [wall, processor]}, "memory": bytes of a run that does next to nothing, "last": bytes at the end,
 "prepared": [wall, processor] since it was started}.
 """
 
@@ -20,7 +20,7 @@ import jax
 import numpy as np
 
 from astroinertia import dataset
-from astroinertia.build.assemble import metadata, prepare, told_by
+from astroinertia.build.assemble import metadata, model_description, prepare
 from astroinertia.costs.machine import PRECISIONS, Seconds, less, peak_memory, total
 from astroinertia.costs.probe_scenes import CLOUD, COMPANION, ELLIPSOID, RIGID, SCALING
 from astroinertia.models import sph
@@ -131,9 +131,9 @@ def line(few: Seconds, many: Seconds, power: int = 1) -> tuple[Seconds, Seconds]
     return Seconds(fixed, fixed_cpu), Seconds(slope, slope_cpu)
 
 
-def particle_prices() -> Pairs:
-    """Prices of passes, records, individual steps and placing."""
-    prices: Pairs = {}
+def particle_costs() -> Pairs:
+    """Costs of passes, records, individual steps and placing."""
+    costs: Pairs = {}
     fixed: dict[str, list[Seconds]] = defaultdict(list)
     rests = []
     for precision in PRECISIONS:
@@ -148,17 +148,17 @@ def particle_prices() -> Pairs:
         lines = {name: line(few, found[1][name], 2 if name == "direct" else 1) for name, few in found[0].items()}
         rests.append(lines.pop("rest"))
         if "record" in lines:
-            prices["record"], prices["record.particle"] = lines.pop("record")
+            costs["record"], costs["record.particle"] = lines.pop("record")
         for name, (start, slope) in lines.items():
             fixed[name].append(start)
-            prices[f"{precision}.{name}"] = slope
-    prices |= {f"fixed.{name}": middle(each) for name, each in fixed.items()}
-    prices["fixed.rest"] = middle([start for start, _ in rests])
-    prices["rest"] = middle([slope for _, slope in rests])
-    prices |= _individual(prices)
+            costs[f"{precision}.{name}"] = slope
+    costs |= {f"fixed.{name}": middle(each) for name, each in fixed.items()}
+    costs["fixed.rest"] = middle([start for start, _ in rests])
+    costs["rest"] = middle([slope for _, slope in rests])
+    costs |= _individual(costs)
     begin = now()
     initial.glass(profiles.uniform(), GLASS, 1)
-    return prices | {"place.particle": since(begin) * (1.0 / GLASS)}
+    return costs | {"place.particle": since(begin) * (1.0 / GLASS)}
 
 
 def _record(body: Any, step: Pairs) -> Seconds:
@@ -172,21 +172,21 @@ def _record(body: Any, step: Pairs) -> Seconds:
     return less(middle(times), step["forces"] + step["multipole"])
 
 
-def _individual(prices: Pairs) -> Pairs:
+def _individual(costs: Pairs) -> Pairs:
     """Of the ends of intervals within base steps, and what a particle takes there beside its passes."""
-    passes = [prices[f"mixed.{name}"] for name in ("density", "gradients", "forces", "multipole")]
+    passes = [costs[f"mixed.{name}"] for name in ("density", "gradients", "forces", "multipole")]
     rows = []
     for particles in (FEW, MANY):
         body = cloud(particles, numerics__precision="mixed", numerics__timesteps="individual")
-        told, plain = [], body.base_step
-        body.base_step = lambda *given, plain=plain, told=told: _counted(plain(*given), told)
+        tallies, plain = [], body.base_step
+        body.base_step = lambda *given, plain=plain, tallies=tallies: _counted(plain(*given), tallies)
         body.advance(body.end)
-        told.clear()
+        tallies.clear()
         begin = now()
-        while sum(each.evaluations for each in told) < min(EVALUATIONS, 20 * particles):
+        while sum(each.evaluations for each in tallies) < min(EVALUATIONS, 20 * particles):
             body.advance(body.end)
         taken = since(begin)
-        evaluations, ends = (sum(getattr(each, name) for each in told) for name in ("evaluations", "ends"))
+        evaluations, ends = (sum(getattr(each, name) for each in tallies) for name in ("evaluations", "ends"))
         rest = less(taken, evaluations * total(passes))
         rows.append((ends, evaluations, [rest.wall, rest.processor]))
     matrix = np.array([[ends, evaluations] for ends, evaluations, _ in rows], dtype=float)
@@ -197,14 +197,17 @@ def _individual(prices: Pairs) -> Pairs:
     return {"individual.end": Seconds(*map(float, end)), "individual.particle": Seconds(*map(float, particle))}
 
 
-def _counted(result: Any, told: list[Any]) -> Any:
-    told.append(result[2])
+def _counted(result: Any, tallies: list[Any]) -> Any:
+    tallies.append(result[2])
     return result
 
 
 def written(scene: Any, body: Any) -> Pairs:
     """A checkpoint, the fixed part of it, and a byte of the segments and the final file."""
-    with tempfile.TemporaryDirectory() as folder, Archive.create(folder, metadata(scene) | told_by(body)) as archive:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        Archive.create(folder, metadata(scene) | model_description(body)) as archive,
+    ):
         record = {**body.record(0.0), "wall_time": 0.0}
         archive.write_segment([record])
         begin = now()
@@ -221,8 +224,8 @@ def written(scene: Any, body: Any) -> Pairs:
 
 
 def of_particles() -> Pairs:
-    """All prices of particles."""
-    return particle_prices() | written(*_first("sph"))
+    """All costs of particles."""
+    return particle_costs() | written(*_first("sph"))
 
 
 def of_ellipsoid() -> Pairs:
@@ -305,8 +308,8 @@ def main(kind: str, launched: str) -> None:
         memory = peak_memory()
         seconds = PROBES[kind]()
         last = peak_memory()
-    told = {name: [each.wall, each.processor] for name, each in seconds.items()}
-    content = {"seconds": told, "memory": memory, "last": last, "prepared": [prepared.wall, prepared.processor]}
+    timings = {name: [each.wall, each.processor] for name, each in seconds.items()}
+    content = {"seconds": timings, "memory": memory, "last": last, "prepared": [prepared.wall, prepared.processor]}
     sys.stdout.write(json.dumps(content) + "\n")
 
 

@@ -14,12 +14,12 @@ REACH = {"ellipsoid": 4.9, "adaptive": 9.5}
 
 
 def kind(scene: Scene) -> str:
-    """What prices are named after: the model, or the integrator of a rigid body."""
+    """What costs are named after: the model, or the integrator of a rigid body."""
     return scene.numerics.integrator if scene.model == "rigid" else scene.model
 
 
 def compiled(scene: Scene) -> tuple[str, ...]:
-    """The prices of what is compiled before the first step."""
+    """The costs of what is compiled before the first step."""
     names = {"splitting": ("prepare.splitting",), "adaptive": ("prepare.splitting", "prepare.adaptive")}
     found = names.get(kind(scene), (f"prepare.{kind(scene)}",))
     return (*found, "companions") if scene.companions else found

@@ -86,7 +86,7 @@ class InertiaAccessor:
         inertia = self.dataset["inertia_tensor"]
         direction = self._axis(axis)
         moment = tensor.moment_about(inertia.transpose("time", "i", "j").values, direction)
-        return self._series(moment, f"moment of inertia about {_told(axis)}", inertia.attrs["units"], "n.I.n")
+        return self._series(moment, f"moment of inertia about {_axis_text(axis)}", inertia.attrs["units"], "n.I.n")
 
     def radius_of_gyration(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
         """sqrt(n.I.n / M) about an axis.
@@ -95,7 +95,7 @@ class InertiaAccessor:
         0.43
         """
         radius = np.sqrt(self.about_axis(axis).values / self.dataset["mass"].values)
-        return self._series(radius, f"radius of gyration about {_told(axis)}", self._unit("m"), "sqrt(n.I.n / M)")
+        return self._series(radius, f"radius of gyration about {_axis_text(axis)}", self._unit("m"), "sqrt(n.I.n / M)")
 
     def moment_ratio(
         self, radius: float | xr.DataArray, axis: str | Sequence[float] | xr.DataArray = "spin"
@@ -107,7 +107,7 @@ class InertiaAccessor:
         """
         ratio = self.about_axis(axis) / (self.dataset["mass"] * radius**2)
         attrs = f"with R = {radius:g} {self._unit('m')}" if isinstance(radius, float | int) else "with the R given"
-        return self._series(ratio.values, f"moment of inertia about {_told(axis)} over M R^2", "1", attrs)
+        return self._series(ratio.values, f"moment of inertia about {_axis_text(axis)} over M R^2", "1", attrs)
 
     @property
     def quadrupole(self) -> xr.DataArray:
@@ -165,7 +165,7 @@ class InertiaAccessor:
         direction = np.broadcast_to(self._axis(axis), (self.dataset.sizes["time"], 3))
         along = np.einsum("tei,ti->te", torque.values, direction)
         found = xr.DataArray(along, self._coordinates("time", "effect"), ("time", "effect"))
-        return found.rename("torque").assign_attrs(torque.attrs | {"long_name": f"torque along {_told(axis)}"})
+        return found.rename("torque").assign_attrs(torque.attrs | {"long_name": f"torque along {_axis_text(axis)}"})
 
     def spin_rate(self) -> xr.DataArray:
         """The mean spin along the direction of the angular momentum at the start: L.n / n.I.n, n fixed.
@@ -380,7 +380,7 @@ class InertiaAccessor:
         return xr.DataArray(values, coords, dims, attrs={"units": self._unit(unit), "long_name": long_name})
 
 
-def _told(axis: Any) -> str:
+def _axis_text(axis: Any) -> str:
     if isinstance(axis, str):
         return "the spin axis" if axis == "spin" else axis
     return "an axis that moves" if isinstance(axis, xr.DataArray) else f"({', '.join(f'{x:.3g}' for x in axis)})"

@@ -1,4 +1,4 @@
-"""netCDF files of the package as xarray reads them, from anywhere: bounded, checked, and told where they are damaged.
+"""netCDF files of the package as xarray reads them, from anywhere: bounded, checked, with an error where damaged.
 
 Tests: tests/unit/test_dataset.py, tests/crash/test_flipped_bits.py, tests/hard/test_malformed_files.py.
 """
@@ -19,7 +19,7 @@ from astroinertia.storage.bounded import check_proportion, plain_text
 
 
 @contextmanager
-def told(path: Path, what: str = "cannot be read as netCDF") -> Iterator[None]:
+def archive_errors(path: Path, what: str = "cannot be read as netCDF") -> Iterator[None]:
     """Make an ArchiveError of whatever netCDF, HDF5 and xarray raise of a file that is damaged or is no such file."""
     try:
         yield
@@ -32,17 +32,17 @@ def told(path: Path, what: str = "cannot be read as netCDF") -> Iterator[None]:
 def headline(path: Path) -> xr.Dataset:
     """The headline series of a file, in memory; ArchiveError where it is damaged, or not of this package."""
     _look(path)
-    with told(path):
+    with archive_errors(path):
         _check_sizes(path, None)
         dataset = xr.load_dataset(path, engine="netcdf4")
     version = dataset.attrs.get("astroinertia_format")
     if version is None:
         raise ArchiveError(f"{path} is a netCDF file, but not one of this package.")
-    with told(path, "does not say which format it has"):
+    with archive_errors(path, "does not say which format it has"):
         version = int(version)
     if version > FORMAT:
         raise ArchiveError(f"{path} has format {version} of a newer version; this one reads up to {FORMAT}.")
-    with told(path):
+    with archive_errors(path):
         labels = [name for name, coord in dataset.coords.items() if coord.dtype.kind == "O"]
         dataset = dataset.assign_coords({name: dataset[name].astype(str) for name in labels})
     return dataset
@@ -54,7 +54,7 @@ def snapshots(path: Path, chunks: Mapping[str, int] | None) -> xr.Dataset | None
     # netCDF (4.10) crashes when a file that is open elsewhere in the process is opened once more after a variable of
     # strings was read from it and it was closed. Files have had their labels as characters since; of older ones those
     # of the snapshots are not read, and none is opened just to see what is in it.
-    with told(path):
+    with archive_errors(path):
         if not _check_sizes(path, "snapshots"):
             return None
         return xr.open_dataset(path, group="snapshots", engine="netcdf4", drop_variables="i", chunks=chunks)
@@ -62,7 +62,7 @@ def snapshots(path: Path, chunks: Mapping[str, int] | None) -> xr.Dataset | None
 
 def loaded(path: Path, found: xr.Dataset) -> xr.Dataset:
     """What was opened lazily from a file, in memory; ArchiveError where the file is damaged there."""
-    with told(path, "is damaged"):
+    with archive_errors(path, "is damaged"):
         check_proportion("it", sum(_size(variable) for variable in found.variables.values()), path)
         return found.load()
 

@@ -37,7 +37,7 @@ def resolution_warnings(series: Mapping[str, np.ndarray], neighbours: float | No
     return found
 
 
-def told(attributes: Mapping[Any, Any]) -> str:
+def resolution_message(attributes: Mapping[Any, Any]) -> str:
     """The sentences that a dataset's attributes keep, a line each; empty where all is resolved."""
     kept = str(attributes.get("resolution_warnings", ""))
     return "\n".join(f"warning: {sentence}" for sentence in kept.splitlines())

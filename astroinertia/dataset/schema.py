@@ -61,7 +61,7 @@ RECORDED: dict[str, Quantity] = {
     ),
     "virial_mismatch": Quantity(
         _TE, NUMBER, "1", "difference between the virial tensor by the effect's own route and sum m x_i a_j",
-        "divided by sum m |x| |a|; the effect that this is large for is booked wrongly",
+        "divided by sum m |x| |a|; the ledger of the effect that this is large for is wrong",
     ),
     "mixed_impulse": Quantity(_TEIJ, ANGULAR_MOMENTUM, "kg m2 s-1", "what each effect has added to the mixed moment"),
     "inertia_tensor": Quantity(
@@ -258,7 +258,7 @@ OF_EFFECTS: dict[str, Quantity] = {
     "sink_position": Quantity(_TSI, LENGTH, "m", "position of each sink"),
     "sink_velocity": Quantity(_TSI, SPEED, "m s-1", "velocity of each sink"),
     "sink_spin": Quantity(
-        _TSI, ANGULAR_MOMENTUM, "kg m2 s-1", "spin of each sink", "what it swallowed, about its own centre of mass"
+        _TSI, ANGULAR_MOMENTUM, "kg m2 s-1", "spin of each sink", "what it accreted, about its own centre of mass"
     ),
     "accreted_mass": Quantity(_T, MASS, "kg", "mass that sinks have taken from the fluid"),
     "accreted_momentum": Quantity(_TI, MOMENTUM, "kg m s-1", "momentum that sinks have taken from the fluid with it"),
@@ -277,7 +277,7 @@ OF_EFFECTS: dict[str, Quantity] = {
         ENERGY,
         "J",
         "energy that went into sinks",
-        "of the heat, the motion and the mutual attraction of what they swallowed",
+        "of the heat, the motion and the mutual attraction of what they accreted",
     ),
     "accretion_rate": Quantity(
         _T, MASS_RATE, "kg s-1", "mass that sinks take from the fluid in a time", "from one record to the next"
@@ -323,10 +323,10 @@ def reason_for_absence(name: str, effects: list[str], dimensionless: bool, frame
 
 def code_units(metadata: Mapping[str, Any]) -> CodeUnits:
     """The units that a run's records are in; with the G it used, so that old files keep their meaning."""
-    told = metadata.get("code_units")
-    if told is None or metadata.get("dimensionless"):
+    units = metadata.get("code_units")
+    if units is None or metadata.get("dimensionless"):
         return DIMENSIONLESS
-    return CodeUnits(told["mass"], told["length"], told["G"])
+    return CodeUnits(units["mass"], units["length"], units["G"])
 
 
 def attributes(quantity: Quantity, metadata: Mapping[str, Any]) -> dict[str, str]:

@@ -61,7 +61,7 @@ def open(path: Path | str, damaged: str = "raise", chunks: Chunks = None) -> xr.
     if isinstance(source, Path):
         dataset = dataset_files.headline(source)
     else:
-        with dataset_files.told(source.folder, NOT_OF_A_RUN):
+        with dataset_files.archive_errors(source.folder, NOT_OF_A_RUN):
             dataset = headline(_series(source, damaged), source.metadata)
         dataset.encoding["source"] = str(path)
     return dataset if chunks is None else dataset.chunk(chunks)
@@ -77,7 +77,7 @@ def open_snapshots(path: Path | str, damaged: str = "raise", chunks: Chunks = No
     if isinstance(source, Path):
         lazy = dataset_files.snapshots(source, chunks)
         return None if lazy is None else lazy.assign_coords(i=label("i"))
-    with dataset_files.told(source.folder, NOT_OF_A_RUN):
+    with dataset_files.archive_errors(source.folder, NOT_OF_A_RUN):
         files = source.snapshots_unread(damaged)
         if not files:
             return None
@@ -93,19 +93,19 @@ def open_tree(path: Path | str, chunks: Chunks = None) -> xr.DataTree:
 
 def finish(
     archive: Archive,
-    told: Mapping[str, float] | None = None,
+    measured: Mapping[str, float] | None = None,
     completed: Callable[[xr.Dataset], xr.Dataset] | None = None,
 ) -> Path:
     """Write the run's final netCDF file, whole or not at all, and return its path.
 
-    told: global attributes known only now, such as what the run took. completed: what adds to the headline series
+    measured: global attributes known only now, such as what the run took. completed: what adds to the headline series
     before they are written. Snapshots are copied segment by segment, so that memory holds one segment and the series.
-    Outputs that a disk has damaged for good are told in the attribute `lost_outputs`.
+    Outputs that a disk has damaged for good are listed in the attribute `lost_outputs`.
     """
     archive.must_be_writable()
     lost = {"lost_outputs": "\n".join(archive.lost)} if archive.lost else {}
-    with dataset_files.told(archive.folder, NOT_OF_A_RUN):
-        dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs({**(told or {}), **lost})
+    with dataset_files.archive_errors(archive.folder, NOT_OF_A_RUN):
+        dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs({**(measured or {}), **lost})
     dataset = dataset if completed is None else completed(dataset)
 
     def fill(aside: Path) -> None:
@@ -119,7 +119,7 @@ def finish(
                 encoding[str(name)] = {"zlib": True, "complevel": 4, "shuffle": True}
         for name, described in encoding.items():  # HDF5's own checksums, for whoever reads the file
             described["fletcher32"] = dataset[name].ndim > 0
-        with _refusals_told():
+        with _refusals_as_os_errors():
             dataset.to_netcdf(aside, engine="netcdf4", format="NETCDF4", encoding=encoding)
             head = aside.stat().st_size
             count, layout = archive.snapshot_layout()
@@ -216,10 +216,10 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
 def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str) -> dict[str, Any]:
     """What the file says of where it came from: enough to repeat the run. Lists and tables are JSON text."""
     elsewhere = ("effects", "companions", "regions", "skipped_effects", "absent", "code_units", "dimensionless")
-    told = {name: value for name, value in metadata.items() if name not in elsewhere}
+    described = {name: value for name, value in metadata.items() if name not in elsewhere}
     plain = {
         name: value if isinstance(value, str | int | float) and not isinstance(value, bool) else json.dumps(value)
-        for name, value in told.items()
+        for name, value in described.items()
         if value is not None
     }
     model, engine, precision = (str(metadata.get(name, "unknown")) for name in ("model", "engine", "precision"))
@@ -300,7 +300,7 @@ def _source(path: Path) -> Path | Archive:
 
 
 @contextmanager
-def _refusals_told() -> Iterator[None]:
+def _refusals_as_os_errors() -> Iterator[None]:
     """HDF5 keeps to itself what the system refused, and netCDF raises a RuntimeError for it."""
     try:
         yield

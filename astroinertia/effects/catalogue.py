@@ -219,10 +219,10 @@ CATALOGUE: Mapping[str, Entry] = {
     "sinks": Entry(
         "astroinertia.effects.sinks",
         "Sinks",
-        "point masses that take the place of collapsing matter, and swallow what falls into them",
+        "point masses that take the place of collapsing matter, and accrete what falls into them",
         {
             "density": positive("density", REQUIRED, "above which bound, converging matter becomes a sink"),
-            "radius": positive("length", REQUIRED, "within which a sink swallows what is bound to it"),
+            "radius": positive("length", REQUIRED, "within which a sink accretes what is bound to it"),
             "softening": not_negative("length", 0.0, "Plummer softening of the sinks"),
             "number": Option("dimensionless", 16.0, "of sinks, at most", minimum=1.0, maximum=1000.0),
         },

@@ -1,4 +1,4 @@
-"""Checks of each effect by itself: the ledger's closure proves the bookkeeping, these the physics that it books.
+"""Checks of each effect by itself: the closure of the ledger proves the accounting, these checks prove the physics.
 
 (a) the virial tensor that an effect reports by its own route against sum m x (x) a_e;
 (b) the symmetries it claims: no net force within the fluid, no torque of a central one, work and heat that cancel;

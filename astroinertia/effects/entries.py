@@ -15,11 +15,11 @@ Pace = Callable[[Mapping[str, Any]], tuple[float, float | None]]
 class Default:
     """A default that is no number: an option that must be given, or the speed of light."""
 
-    def __init__(self, told: str) -> None:
-        self.told = told
+    def __init__(self, text: str) -> None:
+        self.text = text
 
     def __repr__(self) -> str:
-        return self.told
+        return self.text
 
 
 ALL_MODELS = ("sph", "ellipsoid", "rigid", "scaling")

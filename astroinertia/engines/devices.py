@@ -48,7 +48,7 @@ def sums_of_chunks(chunks_from: Callable[[Any, Array | int, int], Any], given: A
     def mine(given: Any) -> Any:
         return jax.tree.map_with_path(_joined, chunks_from(given, jax.lax.axis_index(AXIS), count))
 
-    # What the devices hold in common is not told apart within conditionals: its derivative would be summed over
+    # What the devices hold in common is not distinguished within conditionals: its derivative would be summed over
     # devices inside of them, where not all devices come by.
     whole = PartitionSpec()
     return jax.shard_map(mine, in_specs=(whole,), out_specs=whole, check_vma=False)(given)

@@ -22,8 +22,8 @@ from astroinertia.sph.kernels import KERNELS
 
 LEAF_SIZE = 32  # most particles in a leaf
 ALL_PAIRS_SIZE = 128  # most particles in a target node of a sum over all pairs
-LISTED = 1.05  # how far h may grow before the neighbours of a particle are gathered anew
-LOOSENED = 1.3  # growth of the work in a neighbour pass at which sorting anew pays
+LISTED = 1.05  # how far h may grow before the neighbours of a particle are gathered again
+LOOSENED = 1.3  # growth of the work in a neighbour pass at which sorting again pays
 SHAPES = {"central": (3,), "sum": (), "max": (), "outer": (3, 3), "symmetric": (3, 3)}
 FINEST = {"float64": 1e-15, "mixed": 3e-7}  # relative steps in h below this are round-off
 
@@ -116,7 +116,7 @@ class Engine:
         return _arrangement(tree.balanced_leaves(len(indices), LEAF_SIZE), np.inf)
 
     def stale(self, arrangement: Arrangement, position: Any, smoothing_length: Any) -> bool:
-        """Whether the leaves have loosened so much that arranging particles anew pays."""
+        """Whether the leaves have loosened so much that sorting particles again pays."""
         volume = _expanded_volume(arrangement.leaves, _array(position), _array(smoothing_length), self.workers)
         return not volume <= LOOSENED * arrangement.volume
 
@@ -127,7 +127,7 @@ class Engine:
 
         smoothing_length: (N,) as it is known so far. A pass that is given another array of positions, targets that are
         not listed or lengths grown by more than LISTED makes lists for itself. Whoever changes the positions within
-        their array must list anew before they have moved by as much as the lengths were handed in too large.
+        their array must list again before they have moved by as much as the lengths were handed in too large.
         """
         chosen = _targets(arrangement, targets)
         lists = self._lists(arrangement, chosen, kernel, _array(position), LISTED * _array(smoothing_length))

@@ -240,7 +240,7 @@ class Lanes:
     def loop(self, first, last, lanes, filled, body):
         """For every vector from first to last: body(position, filled) -> lanes kept; returns how far arrays are filled.
 
-        The final vector, perhaps empty, is told that it is the last.
+        The final vector, perhaps empty, is marked as the last.
         """
         builder = self.builder
         filled = cgutils.alloca_once_value(builder, filled)

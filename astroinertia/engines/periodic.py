@@ -107,7 +107,7 @@ class Engine:
         return Arrangement(None)
 
     def stale(self, arrangement: Arrangement, position: Any, smoothing_length: Any) -> bool:
-        """Whether particles are to be arranged anew, in leaves that are as compact as before."""
+        """Whether particles are to be sorted again, in leaves that are as compact as before."""
         images = arrangement.images
         if images is None:
             return True
@@ -230,8 +230,8 @@ class Engine:
             seen_from, seen_to = (x - reach).min(), (x + reach).max()
             lengths = (high - low + reach.max()) / length
             if not lengths <= MOST_LENGTHS:
-                told = f"particles reach over {lengths:.2g} lengths of the box along {'xyz'[axis]}"
-                raise NumericalError(f"{told}: it is too small for them")
+                message = f"particles reach over {lengths:.2g} lengths of the box along {'xyz'[axis]}"
+                raise NumericalError(f"{message}: it is too small for them")
             far = int(np.ceil(lengths))
             for k in range(-far, far + 1):
                 image = x + k * length
@@ -258,8 +258,8 @@ class Engine:
                 shifts.append(wrap[chosen] + np.array(cell) * size)
                 made += len(chosen)
                 if made > MOST_IMAGES * max(count, MANY):
-                    told = f"the box is so small for its particles that each needs over {made // count} images"
-                    raise NumericalError(told)
+                    message = f"the box is so small for its particles that each needs over {made // count} images"
+                    raise NumericalError(message)
         source, shift = np.concatenate(sources), np.concatenate(shifts)
         order, pairs = self.inner.arrange(position[source] + shift, h[source])
         place = np.empty(len(order), np.int64)

@@ -14,7 +14,7 @@ from numba import config
 
 
 def available_threads() -> int:
-    """Threads that a loop is shared out over unless told otherwise: NUMBA_NUM_THREADS, or the processor's cores."""
+    """Threads that a loop is shared out over unless set otherwise: NUMBA_NUM_THREADS, or the processor's cores."""
     return int(config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
 

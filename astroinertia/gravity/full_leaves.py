@@ -1,7 +1,7 @@
 """The tree of fast gravity on dense tiles: nodes halved near the middle of their boxes, every leaf full.
 
 Tiles cost the same however many of their places are taken, so that leaves hold leaf_size particles each, only the last
-one fewer. A node of n leaves is parted at the whole number of leaves nearest to the middle of its box's longest side:
+one fewer. A node of n leaves is split at the whole number of leaves nearest to the middle of its box's longest side:
 nodes are as compact as that allows. Where particles are few and far between, a full leaf would be too wide for the
 field of everything else to be expanded in it: those leaves are cut into 2, 4, 8 or 16. Node numbers run down the left
 side first: the left child of node a is a + 1.

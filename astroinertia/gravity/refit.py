@@ -41,9 +41,9 @@ def fit_leaf(node, first, last, order, position, mass, h, weight, origin, scale,
 
 
 @njit(**PART)
-def finish(node, parted, count, total, radius, fourth, squares, largest, where_is, about):
+def finish(node, split, count, total, radius, fourth, squares, largest, where_is, about):
     # about: radius, that of its mass (mean of the fourth power), mass, 1/|a| (rms), share of the clamp, scale of
-    # moments, number (below 0 of those not parted), attraction of a sheet of its column density; where_is: centre of
+    # moments, number (below 0 of those not split), attraction of a sheet of its column density; where_is: centre of
     # mass, sum of 1/|a|^2
     spread = (fourth / total) ** 0.25 if total > 0.0 else radius
     about[node, 0] = real(radius)
@@ -52,7 +52,7 @@ def finish(node, parted, count, total, radius, fourth, squares, largest, where_i
     about[node, 3] = real(np.sqrt(squares / count))
     about[node, 4] = real(CLAMP * largest * largest * RADIUS_SLACK)
     about[node, 5] = real(max(radius, largest))
-    about[node, 6] = real(count if parted else -count)
+    about[node, 6] = real(count if split else -count)
     about[node, 7] = SHEET * about[node, 2] / (about[node, 5] * about[node, 5])
     where_is[node, 3] = squares
 

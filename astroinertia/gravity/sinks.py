@@ -1,4 +1,4 @@
-"""Sinks: point masses beside a fluid that have swallowed some of it."""
+"""Sinks: point masses beside a fluid that have accreted some of it."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -15,10 +15,10 @@ Array = Any
 @pytree
 @dataclass(frozen=True)
 class Sinks(PointMasses):
-    """Point masses with a spin (n, 3), and what they have swallowed together.
+    """Point masses with a spin (n, 3), and what they have accreted together.
 
     removed: what the fluid's moments have lost; inner_energy: of the heat, the motion and the mutual attraction of what
-    was swallowed; particles: how many the fluid had at first.
+    was accreted; particles: how many the fluid had at first.
     """
 
     spin: Array

@@ -23,7 +23,7 @@ TASKS = 64  # about so many subtrees are shared out over threads
 DEEPEST = 60  # below this level nodes are halved by number
 MOST_LEVELS = DEEPEST + 64  # and so no tree has more levels than this
 # Seen from a sparse leaf, something dense lies all in one direction, and errors of the leaf's expansion add up: a leaf
-# that is less than SPARSE times as dense as a node above it can be parted, down to single particles, until the square
+# that is less than SPARSE times as dense as a node above it can be split, down to single particles, until the square
 # of its width is NARROW times that of this node.
 SPARSE, NARROW = 0.6, 0.03
 
@@ -33,10 +33,10 @@ class Tree:
     """Nodes of a binary tree over particles; node 0 is the root.
 
     order (N,): position[order] is node after node; first, last (nodes,): particles of a node in that order; child
-    (nodes,): the first of two children, 0 at nodes that are not parted; task (T,): nodes that are tasks, which hold all
+    (nodes,): the first of two children, 0 at nodes that are not split; task (T,): nodes that are tasks, which hold all
     particles; begin (T+1,): below task t lie the nodes begin[t] to begin[t+1]-1, and before begin[0] the tasks and what
     is above them; leaf_size: nodes of no more particles are leaves, which attract each other particle by particle, even
-    where they can be parted.
+    where they can be split.
     """
 
     order: np.ndarray
@@ -129,7 +129,7 @@ def _exposed(path, level, density, width2):
 def _split(columns, order, nodes, leaf_size, above, further):
     # Splits node 0 and all below it; children of the node in column k are numbered by their columns.
     # above[k]: density and squared width of the nodes above node k, by their levels; of all nodes, or of node 0 alone
-    # where exposed leaves are parted further.
+    # where exposed leaves are split further.
     x, y, z = columns[0], columns[1], columns[2]
     stack = np.empty(2 * MOST_LEVELS, np.int64)
     stack[0] = 0

@@ -1,6 +1,6 @@
 """The text of the fast gravity's loops: nodes refitted upwards, then targets downwards with their lists of sources.
 
-A pair of nodes is parted, taken by expansions or taken particle by particle by rules that are the same from both sides,
+A pair of nodes is split, taken by expansions or taken particle by particle by rules that are the same from both sides,
 and either side's sums are written by itself: no sum is shared, so results have the same bits for any number of threads,
 and forces are opposite to rounding. Each target looks through its candidates a vector at a time and hands on to its
 children those that are no larger than itself.
@@ -15,7 +15,7 @@ spread_moments = row_spreader(MOMENTS, 0)
 @njit(fastmath=TEST_FLAGS, **PART)
 def sort_candidates(node, listed, count, places, features, where_is, about, bucket, theta, tolerance, far, part, hand,
                     near):
-    # Keys below 0: taken by expansions; parted; handed on to the target's children; taken particle by particle.
+    # Keys below 0: taken by expansions; split; handed on to the target's children; taken particle by particle.
     # places, features: of the candidates listed, as columns.
     widest_vectors()
     x_a, y_a, z_a = where_is[node, 0], where_is[node, 1], where_is[node, 2]
@@ -45,11 +45,11 @@ def sort_candidates(node, listed, count, places, features, where_is, about, buck
         single_b, bucket_b = number[k] < real(0), abs(number[k]) <= bucket
         larger_b = (r_b > r_a) | ((r_b == r_a) & (listed[k] < node))
         by_pairs = (not accepted) & bucket_a & bucket_b
-        parted = (not accepted) & (not by_pairs) & (not single_b) & (single_a | larger_b)
+        split = (not accepted) & (not by_pairs) & (not single_b) & (single_a | larger_b)
         far[k] = where(accepted, real(-1), real(1))
-        part[k] = where(parted, real(-1), real(1))
+        part[k] = where(split, real(-1), real(1))
         near[k] = where(by_pairs, real(-1), real(1))
-        hand[k] = where(accepted | parted | by_pairs, real(1), real(-1))
+        hand[k] = where(accepted | split | by_pairs, real(1), real(-1))
 
 
 @njit(fastmath=LOOP_FLAGS, **PART)
@@ -160,11 +160,11 @@ def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance,
         fars = closed_up(now, keys[0], count, far, fars)
         hands = closed_up(now, keys[2], count, hand, hands)
         nears = closed_up(now, keys[3], count, near, nears)
-        parted = closed_up(now, keys[1], count, later, 0)
-        for k in range(parted):
+        split = closed_up(now, keys[1], count, later, 0)
+        for k in range(split):
             left = child[later[k]]
             now[2 * k], now[2 * k + 1] = left, left + np.int32(1)
-        count = 2 * parted
+        count = 2 * split
     return fars, nears, hands
 
 

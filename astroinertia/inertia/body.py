@@ -8,7 +8,7 @@ from astroinertia.inertia.tensor import about_point, is_known, moment_about, nam
 
 Array = Any
 
-_SMALLEST_SHARE = 4.0  # roundings of its parts that a total mass must exceed to be told from 0
+_SMALLEST_SHARE = 4.0  # roundings of its parts that a total mass must exceed to differ from 0
 _ORTHOGONAL = 1e3  # roundings by which the products of a rotation matrix's columns may be off
 
 

@@ -42,7 +42,7 @@ def checked(mass: Array, can_vanish: tuple[str, ...] = (), **sizes: Array) -> tu
 def checked_points(mass: Array, points: Array, trailing: tuple[int | None, ...], what: str) -> tuple[Any, Array, Array]:
     """The namespace, mass (...,) and points (..., *trailing) in one precision, the widest given; None stands for any.
 
-    A ValueError where the shape or a known value is not as told. Checked by tests/unit/test_shapes.py.
+    A ValueError where the shape or a known value is not as stated. Checked by tests/unit/test_shapes.py.
     """
     xp = namespace(mass, points)
     given = [np.asarray(value) if isinstance(value, (list, tuple)) else value for value in (mass, points)]
@@ -50,8 +50,8 @@ def checked_points(mass: Array, points: Array, trailing: tuple[int | None, ...],
     mass, points = (xp.asarray(value, dtype=precision) for value in given)
     found = points.shape[-len(trailing) :]
     if len(found) < len(trailing) or any(want not in (None, size) for want, size in zip(trailing, found, strict=True)):
-        told = ", ".join("n" if size is None else str(size) for size in trailing)
-        raise ValueError(f"{what} must have shape (..., {told}), not {points.shape}")
+        dimensions = ", ".join("n" if size is None else str(size) for size in trailing)
+        raise ValueError(f"{what} must have shape (..., {dimensions}), not {points.shape}")
     for name, array in (("the mass of a shape", mass), (what, points)):
         if is_known(array) and not np.isfinite(np.asarray(array)).all():
             raise ValueError(f"{name} must be finite")

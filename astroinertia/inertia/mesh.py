@@ -23,7 +23,7 @@ Array = Any
 
 FORMATS = (".stl", ".obj", ".ply", ".off")
 MAX_BYTES = 2**28  # of a file: 5 million triangles
-_ROUNDINGS = 8.0  # roundings of the box around a mesh that its volume must exceed to be told from 0
+_ROUNDINGS = 8.0  # roundings of the box around a mesh that its volume must exceed to differ from 0
 
 
 def mesh_body(vertices: Array, faces: Array, mass: Array | None = None, density: Array | None = None) -> Body:

@@ -97,8 +97,8 @@ def rolling_race(
 def flywheel_energy(body: Body, rate: Array, axis: Array = (0.0, 0.0, 1.0)) -> Array:
     """I w^2 / 2 for spin at the rate w (...,), in radians per time, about the axis (..., 3) through the centre of mass.
 
-    A disc of 100 kg and 1 m in diameter stores 1.9 kWh at 10,000 revolutions per minute; whether it survives that is
-    told by `spinning_disc_stress`.
+    A disc of 100 kg and 1 m in diameter stores 1.9 kWh at 10,000 revolutions per minute; `spinning_disc_stress` says
+    whether it survives that.
 
     >>> from astroinertia.inertia import shapes
     >>> disc, rate = shapes.disc(100.0, 0.5), 10_000 * 2 * np.pi / 60

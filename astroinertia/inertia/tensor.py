@@ -180,9 +180,9 @@ def grid_inertia(density: Any, coordinates: Sequence[str] = ("x", "y", "z"), ori
     second = xr.concat(rows, i).transpose(..., "i", "j")
     tensor = second.copy(data=inertia_from_second_moment(second.data))
     place = xr.concat(list(centre.values()), i).transpose(..., "i")
-    told = "the centre of mass" if origin is None else f"({', '.join(f'{float(each):g}' for each in origin)})"
+    origin_text = "the centre of mass" if origin is None else f"({', '.join(f'{float(each):g}' for each in origin)})"
     found = xr.Dataset({"mass": mass, "centre_of_mass": place, "inertia_tensor": tensor})
-    found["inertia_tensor"].attrs = {"long_name": "inertia tensor", "origin": told, "frame": "axes of the grid"}
+    found["inertia_tensor"].attrs = {"long_name": "inertia tensor", "origin": origin_text, "frame": "axes of the grid"}
     units = density.attrs.get("units"), density[coordinates[0]].attrs.get("units")
     if None not in units:
         found["mass"].attrs["units"], found["inertia_tensor"].attrs["units"] = (
@@ -234,7 +234,7 @@ def about_point(inertia: Array, mass: Array, offset: Array) -> Array:
 def about_centre(inertia: Array, mass: Array, offset: Array) -> Array:
     """From the tensor (..., 3, 3) about a point to that about the centre of mass, at `offset` (..., 3) from it.
 
-    The inverse of `about_point`. Digits that the shift has swallowed do not come back: the error is a rounding of
+    The inverse of `about_point`. Digits that the shift has lost do not come back: the error is a rounding of
     M d^2.
 
     >>> print(np.diag(about_centre(np.diag([19.0, 19.0, 1.0]), 2.0, np.array([0.0, 0.0, 3.0]))))  # Steiner, back

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 Tree = Any
 
 MOST_STEPS = 4_000_000  # from one record to the next, and then it says that it failed
-JUDGED = 2**10  # steps, from which on it is told from their length whether they will be far too many
+JUDGED = 2**10  # steps, from which on their length shows whether they will be far too many
 FAR_TOO_MANY = 10 * MOST_STEPS
 SHORTEST = 1e-14  # of a step, as a share of the time: round-off
 WHOLE = 0.99  # of what is left, beyond which a first step takes all of it

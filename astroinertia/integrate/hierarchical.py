@@ -89,7 +89,8 @@ def cost(counts: Array, finest: int) -> float:
     """The cost of a unit of time with so many rungs below the base step, in evaluations of a particle.
 
     counts: of particles by the power of two that their limit is above the shortest. An evaluation is of sums over
-    neighbours, one for each interval, and of sums over nested sets, each anew where particles have changed sides.
+    neighbours, one for each interval, and of sums over nested sets, each computed again where particles have changed
+    sides.
     """
     particles = counts.sum()
     total = (1.0 + FAR + BASE) * particles

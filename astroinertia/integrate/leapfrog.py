@@ -13,9 +13,9 @@ from typing import Any
 from astroinertia.engines.elementwise import elementwise, totals
 from astroinertia.engines.pytree import pytree
 from astroinertia.integrate.exchange import Exchange, energies, entropy_after
-from astroinertia.integrate.warming import warmed
+from astroinertia.integrate.heat_update import heat_update
 from astroinertia.ledger.moments import Ledger, after_drift, after_heating, after_kick, after_rounding
-from astroinertia.ledger.regions import Books
+from astroinertia.ledger.regions import RegionLedger
 from astroinertia.sph.fluid import Fluid
 
 Array = Any
@@ -47,7 +47,7 @@ class State:
     """Everything that a run carries from step to step, in code units; rates belong to the present positions.
 
     points: {effect: point masses beside the fluid}, which move with it.
-    regions: the books of each region of the body, whose members memory holds under member_key(name), (N,).
+    regions: the ledger of each region of the body, whose members memory holds under member_key(name), (N,).
     material (N,) numbers what particles are of, in an equation of state of several materials; None with any other.
     remainder (N, 3) is what rounding has left of the places: the sum with `position` is where particles are, to twice
     the digits. Only drifts know of it. A place that is rounded at each step alone errs the same way each time while
@@ -67,7 +67,7 @@ class State:
     ledger: Ledger
     rates: Rates
     points: dict[str, Any] = field(default_factory=dict)
-    regions: dict[str, Books] = field(default_factory=dict)
+    regions: dict[str, RegionLedger] = field(default_factory=dict)
     material: Array | None = None
 
 
@@ -130,8 +130,8 @@ def drift(xp: Any, state: State, dt: Array) -> State:
         ledger=after_rounding(xp, after_drift(xp, state.ledger, dt), mass, *ways),
         points={kind: each.drifted(dt, state.time + dt) for kind, each in state.points.items()},
         regions={
-            name: books.drifted(xp, dt).rounded(xp, mass * state.memory[member_key(name)], *ways)
-            for name, books in state.regions.items()
+            name: region.drifted(xp, dt).rounded(xp, mass * state.memory[member_key(name)], *ways)
+            for name, region in state.regions.items()
         },
     )
 
@@ -152,11 +152,13 @@ def kick(xp: Any, state: State, dt: Array, matter: Any = None) -> State:
     else:
         given = [None if q is None else dt * q for q in rates.heating]
         density = rates.fluid.density
-        entropy, heat = warmed(xp, matter, mass, density, state.entropy, given, rates.exchange, dt, -xp.inf)
+        entropy, heat = heat_update(xp, matter, mass, density, state.entropy, given, rates.exchange, dt, -xp.inf)
     points = {kind: each.kicked(dt) for kind, each in state.points.items()}
     regions = {
-        name: books.kicked(xp, mass * state.memory[member_key(name)], state.position, before, after, increments, length)
-        for name, books in state.regions.items()
+        name: region.kicked(
+            xp, mass * state.memory[member_key(name)], state.position, before, after, increments, length
+        )
+        for name, region in state.regions.items()
     }
     ledger = after_heating(ledger, xp.asarray(heat))
     return replace(state, velocity=after, entropy=entropy, ledger=ledger, points=points, regions=regions)

@@ -54,11 +54,11 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)  # for the mean of 1/size 
 
 
 class Kick(NamedTuple):
-    """What torques change at one moment: L (3,), the rotor's `turning` (7,) and its books (B,)."""
+    """What torques change at one moment: L (3,), the rotor's `turning` (7,) and its sums (B,)."""
 
     angular_momentum: Array
     turning: Array
-    books: Array
+    sums: Array
 
 
 @pytree
@@ -67,14 +67,14 @@ class Rotor:
     """A turning body; each sum carries the rounding errors of its additions.
 
     turning (7,): the unit quaternion, scalar first, that turned the inertial axes into the principal axes, moments
-    ascending; then the angular momentum in these axes. angular_momentum (3,) in inertial axes. books (B,): sums over
-    kicks, such as the work of torques. Where the size is prescribed the first of them is the energy at size 1, and the
-    second the work that the change of size has done.
+    ascending; then the angular momentum in these axes. angular_momentum (3,) in inertial axes. sums (B,): running sums
+    over kicks, such as the work of torques. Where the size is prescribed the first of them is the energy at size 1, and
+    the second the work that the change of size has done.
     """
 
     turning: Compensated
     angular_momentum: Compensated
-    books: Compensated
+    sums: Compensated
 
     @property
     def quaternion(self) -> Array:
@@ -87,13 +87,13 @@ class Rotor:
         return self.turning.value[4:]
 
 
-def rotor(quaternion: Array, momentum_in_body: Array, books: Array = ()) -> Rotor:
-    """A body with an attitude (4,), an angular momentum (3,) in its principal axes, and books (B,) that begin so."""
+def rotor(quaternion: Array, momentum_in_body: Array, sums: Array = ()) -> Rotor:
+    """A body with an attitude (4,), an angular momentum (3,) in its principal axes, and sums (B,) that begin so."""
     quaternion, momentum = jnp.asarray(quaternion, dtype=float), jnp.asarray(momentum_in_body, dtype=float)
     quaternion = quaternion / jnp.linalg.norm(quaternion)
     turning = jnp.concatenate([quaternion, momentum])
-    sums = (turning, in_space(quaternion, momentum), jnp.asarray(books, dtype=float))
-    return Rotor(*(Compensated(value, jnp.zeros_like(value)) for value in sums))
+    parts = (turning, in_space(quaternion, momentum), jnp.asarray(sums, dtype=float))
+    return Rotor(*(Compensated(value, jnp.zeros_like(value)) for value in parts))
 
 
 def turning_rates(moments: Array) -> np.ndarray:
@@ -153,8 +153,8 @@ def advance(
             state = _drift(state, rates, interval, about_momentum=not free)
         else:
             duration, change = _shrunk(size, arguments, before, interval)
-            work = jnp.zeros_like(state.books.value).at[1].set(state.books.value[0] * change)
-            state = _drift(replace(state, books=_plus(state.books, work)), rates, duration, about_momentum=True)
+            work = jnp.zeros_like(state.sums.value).at[1].set(state.sums.value[0] * change)
+            state = _drift(replace(state, sums=_plus(state.sums, work)), rates, duration, about_momentum=True)
         if kick is None:
             return state
         share = jnp.where(opens | (index == steps * count - 1), 0.5 * lengths[number], kicks[number])
@@ -186,7 +186,7 @@ def _kicked(state: Rotor, kick: Kick) -> Rotor:
     return Rotor(
         _plus(state.turning, kick.turning),
         _plus(state.angular_momentum, kick.angular_momentum),
-        _plus(state.books, kick.books),
+        _plus(state.sums, kick.sums),
     )
 
 

@@ -64,8 +64,8 @@ def origin(snapshot: Snapshot) -> dict[str, Any]:
     """What the file says of the run; a reader knows by units_system whether its numbers have units at all.
 
     >>> from astroinertia.interop.snapshots import snapshots_of
-    >>> told = origin(next(snapshots_of(Path("runs/star"), "last")))
-    >>> print(told["snapshot"], told["units_system"])
+    >>> source = origin(next(snapshots_of(Path("runs/star"), "last")))
+    >>> print(source["snapshot"], source["units_system"])
     2 SI
     """
     return {

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia import dataset
-from astroinertia.dataset.files import loaded, told
+from astroinertia.dataset.files import archive_errors, loaded
 from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.units import quantity
@@ -79,7 +79,7 @@ def snapshots_of(path: Path, which: str) -> Iterator[Snapshot]:
         raise ArchiveError(f"{path} does not say when its snapshots are.")
     for number in chosen_numbers(particles.sizes["snapshot_time"], which, path):
         one = loaded(path, particles.isel(snapshot_time=number))
-        with told(path, "does not hold the particles of a run"):
+        with archive_errors(path, "does not hold the particles of a run"):
             found = _snapshot(headline, one, number)
         yield found
 
@@ -90,7 +90,7 @@ def _snapshot(headline: xr.Dataset, one: xr.Dataset, number: int) -> Snapshot:
         for name, values in one.data_vars.items()
         if values.dims in (("particle",), ("particle", "i"))
     }
-    there = np.isfinite(arrays["mass"])  # what a sink has swallowed is NaN
+    there = np.isfinite(arrays["mass"])  # what a sink has accreted is NaN
     arrays = {name: values[there] for name, values in arrays.items()}
     attrs = headline.attrs
     dimensionless = str(attrs.get("units_system", "SI")) != "SI"

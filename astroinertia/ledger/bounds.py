@@ -61,7 +61,7 @@ def _remedy(series: Mapping[str, np.ndarray]) -> str:
     return "take shorter time steps"
 
 
-def told(attributes: Mapping[Any, Any]) -> str:
+def ledger_message(attributes: Mapping[Any, Any]) -> str:
     """The sentences that a dataset's attributes keep, a line each; empty where the ledger closes."""
     kept = str(attributes.get("ledger_warnings", ""))
     return "\n".join(f"warning: {sentence}" for sentence in kept.splitlines())

@@ -186,7 +186,7 @@ def after_kick(
     complete: whether these are all of its particles.
 
     P and K are those of the velocities that came out, rounding and all: what rounding adds to K would grow with the
-    square of the time in Q. For the same reason K is summed anew where all particles are at hand.
+    square of the time in Q. For the same reason K is summed again where all particles are at hand.
     Tests: tests/unit/test_ledger.py.
     """
     body = whole(xp, mass, position, before) if body is None else Whole(*body)

@@ -1,7 +1,7 @@
 """The ledger of a part of a body: what acts on its matter, and what crosses its edge.
 
 The matter of a region is followed as that of the whole body is, kick by kick and drift by drift, about its own centre
-of mass. Where membership changes, what enters and leaves is booked by itself: with positions x and velocities v of
+of mass. Where membership changes, what enters and leaves is recorded by itself: with positions x and velocities v of
 those particles relative to the centre before, and s = +1 for one that enters and -1 for one that leaves,
 
     dQ = sum s m x (x) x - M' d (x) d    dP = sum s m x (x) v - M' d (x) u    dK = sum s m v (x) v - M' u (x) u,
@@ -50,15 +50,15 @@ class Flux:
 
 @pytree
 @dataclass(frozen=True)
-class Books:
+class RegionLedger:
     """The ledger of a region's matter, the mass and centre that it refers to, and what has crossed the edge."""
 
     ledger: Ledger
     whole: Whole
     flux: Flux
 
-    def drifted(self, xp: Any, dt: Array) -> "Books":
-        """The books after free motion over dt."""
+    def drifted(self, xp: Any, dt: Array) -> "RegionLedger":
+        """The ledger after free motion over dt."""
         mass, centre, velocity = self.whole
         return replace(
             self, ledger=after_drift(xp, self.ledger, dt), whole=Whole(mass, centre + dt * velocity, velocity)
@@ -67,22 +67,24 @@ class Books:
     def kicked(
         self, xp: Any, weight: Array, position: Array, before: Array, after: Array,
         increments: Sequence[Array | None], dt: Array | float = 1.0, complete: bool = True,
-    ) -> "Books":  # fmt: skip
-        """The books after a kick, as ledger.after_kick; weight (n,) is the mass of members, and zero of the others."""
+    ) -> "RegionLedger":  # fmt: skip
+        """The ledger after a kick, as ledger.after_kick; weight (n,) is the mass of members, and zero of the others."""
         mass, centre, velocity = self.whole
         safe = Whole(xp.where(mass > 0.0, mass, 1.0), centre, velocity)  # an empty region has nothing that is kicked
         ledger = after_kick(xp, self.ledger, weight, position, before, after, increments, dt, safe, complete)
         gained = totals(xp, push, weight, before, after)[0][0] / safe.mass
         return replace(self, ledger=ledger, whole=Whole(mass, centre, velocity + gained))
 
-    def rounded(self, xp: Any, weight: Array, before: Array, after: Array, velocity: Array, dt: Array) -> "Books":
-        """The books, drifted by dt, with what rounding did to places, as ledger.after_rounding; weight as above."""
+    def rounded(
+        self, xp: Any, weight: Array, before: Array, after: Array, velocity: Array, dt: Array
+    ) -> "RegionLedger":
+        """The ledger, drifted by dt, with what rounding did to places, as ledger.after_rounding; weight as above."""
         mass, centre, pace = self.whole
         safe = Whole(xp.where(mass > 0.0, mass, 1.0), centre, pace)
         return replace(self, ledger=after_rounding(xp, self.ledger, weight, before, after, velocity, dt, safe))
 
-    def exchanged(self, mass: Array, position: Array, velocity: Array, old: Array, new: Array) -> "Books":
-        """The books after membership changed from `old` to `new` (N,), 1 for members and 0 for the others (numpy)."""
+    def exchanged(self, mass: Array, position: Array, velocity: Array, old: Array, new: Array) -> "RegionLedger":
+        """The ledger after membership changed from `old` to `new` (N,), 1 for members, 0 for the others (numpy)."""
         flux = crossing(self.whole, mass, position, velocity, new - old)
         second = self.ledger.second_moment.add(flux.second_moment)
         size = np.linalg.norm(inertia_from_second_moment(second.total))
@@ -93,7 +95,7 @@ class Books:
             kinetic_tensor=self.ledger.kinetic_tensor.add(flux.kinetic_tensor),
             largest_inertia=np.maximum(self.ledger.largest_inertia, size),
         )
-        return Books(ledger, whole_of(mass * new, position, velocity, self.whole), self.flux.add(flux))
+        return RegionLedger(ledger, whole_of(mass * new, position, velocity, self.whole), self.flux.add(flux))
 
 
 def push(xp, mass, before, after):
@@ -131,8 +133,8 @@ def whole_of(weight: Array, position: Array, velocity: Array, otherwise: Whole) 
     return Whole(total, (weight @ position) / total, (weight @ velocity) / total)
 
 
-def opened_books(mass: Array, position: Array, velocity: Array, member: Array, effects: int) -> Books:
-    """The books of a region at the start (numpy); an empty one stands where the body's centre of mass is."""
+def open_region_ledger(mass: Array, position: Array, velocity: Array, member: Array, effects: int) -> RegionLedger:
+    """The ledger of a region at the start (numpy); an empty one stands where the body's centre of mass is."""
     everything = whole_of(mass, position, velocity, Whole(0.0, np.zeros(3), np.zeros(3)))
     chosen = np.flatnonzero(member)
     whole = whole_of((mass * member)[chosen], position[chosen], velocity[chosen], everything)
@@ -141,7 +143,7 @@ def opened_books(mass: Array, position: Array, velocity: Array, member: Array, e
     else:
         ledger = open_ledger(np, np.ones(1), np.zeros((1, 3)), np.zeros((1, 3)), effects)
     nothing = np.zeros((3, 3))
-    return Books(ledger, whole, Flux(np.zeros(()), nothing, nothing, nothing))
+    return RegionLedger(ledger, whole, Flux(np.zeros(()), nothing, nothing, nothing))
 
 
 def region_moments(mass: Array, position: Array, velocity: Array, member: Array) -> tuple[Array, Array, Array]:

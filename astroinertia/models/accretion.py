@@ -1,4 +1,4 @@
-"""Sinks at work: between steps, collapsing matter becomes a sink and sinks swallow what falls into them.
+"""Sinks at work: between steps, collapsing matter becomes a sink and sinks accrete what falls into them.
 
 The tests are those of Bate, Bonnell & Price (1995, MNRAS 277, 362, section 2.2). Mass, momentum and angular momentum go
 from the fluid to the sinks, their spins included, to round-off; energy that is not found elsewhere afterwards is that
@@ -23,7 +23,7 @@ from astroinertia.models.series import energy_budget
 from astroinertia.sph.kernels import KERNELS
 
 Array = Any
-INNER = 0.1  # of the radius: what is this near is swallowed, whatever its orbit (Bate et al. 1995: 0.01 to 0.1)
+INNER = 0.1  # of the radius: what is this near is accreted, whatever its orbit (Bate et al. 1995: 0.01 to 0.1)
 FEWEST = 8  # particles that still are a fluid
 
 
@@ -31,7 +31,7 @@ def step(problem: sph.Problem, arrangement: Any, state: State) -> tuple[State, A
     """The state after one round of accretion, with rates of what is left of the fluid, and its arrangement."""
     effect: Any = next(effect for effect in problem.effects if effect.kind == "sinks")
     sinks = state.points["sinks"]
-    groups = _swallowed(state, sinks, effect)
+    groups = _accreted(state, sinks, effect)
     new = _new_sink(problem, state, sinks, effect)
     taken = np.concatenate([np.zeros(0, int), *groups.values(), *([] if new is None else [new])])
     if not len(taken):
@@ -52,7 +52,7 @@ def step(problem: sph.Problem, arrangement: Any, state: State) -> tuple[State, A
 
 
 def bound_to(sinks: Sinks, radius: float, position: Array, velocity: Array) -> Array:
-    """The sink that swallows each particle, (N,); -1 where none does.
+    """The sink that accretes each particle, (N,); -1 where none does.
 
     Within the radius, a particle must be bound to the sink, most of all to this one, with less angular momentum than a
     circular orbit at the radius has.
@@ -91,8 +91,8 @@ def collapses(mass: Array, position: Array, velocity: Array, acceleration: Array
     return bool(converging and drawn and energies)
 
 
-def _swallowed(state: State, sinks: Sinks, effect: Any) -> dict[int, Array]:
-    """{sink: particles that it swallows now}."""
+def _accreted(state: State, sinks: Sinks, effect: Any) -> dict[int, Array]:
+    """{sink: particles that it accretes now}."""
     best = bound_to(sinks, float(effect.radius), state.position, state.velocity)
     return {k: np.flatnonzero(best == k) for k in range(len(sinks.mass)) if (best == k).any()}
 
@@ -122,7 +122,7 @@ def _point(state: State, chosen: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def _grown(state: State, sinks: Sinks, groups: dict[int, Array]) -> Sinks:
-    """Sinks with what they swallow."""
+    """Sinks with what they accrete."""
     fields = {name: getattr(sinks, name).copy() for name in ("mass", "position", "velocity", "spin")}
     for k, chosen in groups.items():
         mass, place, speed = (
@@ -148,7 +148,7 @@ def _without(problem: sph.Problem, state: State, taken: Array) -> tuple[State, A
     """The fluid without particles, its ledger with what it lost, and that."""
     count = len(state.mass)
     if count - len(taken) < FEWEST:
-        raise NumericalError("sinks have swallowed all but a few particles", effect="sinks", time=float(state.time))
+        raise NumericalError("sinks have accreted all but a few particles", effect="sinks", time=float(state.time))
     mass, position, velocity = state.mass[taken], state.position[taken], state.velocity[taken]
     lost = removed(whole(np, state.mass, state.position, state.velocity), mass, position, velocity)
     work = -0.5 * float(mass @ (velocity**2).sum(axis=1))
@@ -161,9 +161,9 @@ def _without(problem: sph.Problem, state: State, taken: Array) -> tuple[State, A
     stays = np.ones(count, bool)
     stays[taken] = False
     regions = {}
-    for name, books in state.regions.items():
+    for name, region in state.regions.items():
         member = state.memory[member_key(name)]
-        regions[name] = books.exchanged(state.mass, state.position, state.velocity, member, member * stays)
+        regions[name] = region.exchanged(state.mass, state.position, state.velocity, member, member * stays)
     particles, others = without_others(replace(state, regions=regions))
 
     def kept(array: Array) -> Array:

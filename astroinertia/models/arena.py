@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.models.awake import moved
+from astroinertia.models.active import moved
 from astroinertia.models.flow import Flow
 from astroinertia.models.sph import Arrangement
 
@@ -40,7 +40,7 @@ def part_of(flow: Flow, depth: int) -> Flow:
     threads = 1 if len(chosen) < ALONE else engine.threads
     problem = replace(flow.problem, engine=engine.with_threads(threads))
     taken = {name: array[chosen] for name, array in rows.items()} | {"home": chosen}
-    taken["booked"] = np.where(inner[chosen], taken["booked"], 0.0)
+    taken["ledger_mass"] = np.where(inner[chosen], taken["ledger_mass"], 0.0)
     pairs = problem.engine.subset(flow.arrangement.pairs, chosen, taken["smoothing_length"])
     return replace(flow, problem=problem, arrangement=Arrangement(pairs, {}), rows=taken, whole=False, pairs=None)
 
@@ -49,8 +49,8 @@ def put_back(flow: Flow, part: Flow, depth: int) -> None:
     """What became of the particles that were taken out; all others drift to the same time."""
     inner = np.flatnonzero(part.rows["rung"] >= depth)
     home = part.rows.pop("home")[inner]
-    booked = flow.rows["booked"]
-    others = booked.copy()
+    ledger_mass = flow.rows["ledger_mass"]
+    others = ledger_mass.copy()
     others[home] = 0.0
     flow.ledger, flow.regions, flow.points = part.ledger, part.regions, part.points
     flow.centre, flow.centre_velocity = part.centre, part.centre_velocity

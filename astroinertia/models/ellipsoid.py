@@ -89,8 +89,8 @@ class Ellipsoid:
         """The state, and what goes with it."""
         named = {name: np.asarray(value) for name, value in self.state._asdict().items()}
         named |= {f"opening {name}": np.asarray(value) for name, value in self.opening.items()}
-        told = {"time": self.time, "steps": self.steps, "timestep": self.timestep, "largest": self.largest_inertia}
-        return named | {name: np.asarray(value) for name, value in told.items()}
+        numbers = {"time": self.time, "steps": self.steps, "timestep": self.timestep, "largest": self.largest_inertia}
+        return named | {name: np.asarray(value) for name, value in numbers.items()}
 
     def resume(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Take up the state of a checkpoint; ValueError, in a sentence, where it is none of this body's."""
@@ -130,14 +130,16 @@ class Ellipsoid:
             return NumericalError("the state is no longer finite", time=self.time)
         for kind, reach in self._seen().reaches.items():
             if float(reach) >= 1.0:
-                told = "the body is torn apart: it reaches out to the perturber, where an ellipsoid means nothing"
-                return NumericalError(told, effect=kind, time=self.time)
+                message = "the body is torn apart: it reaches out to the perturber, where an ellipsoid means nothing"
+                return NumericalError(message, effect=kind, time=self.time)
         # A body that goes to a point does so ever faster: the steps end before it is as thin as that.
         if float(affine_body.thickness(self.state.deformation)) < STEEP * float(self.problem.smallest):
             return self._collapse(deformation, rate)
         shown = ", ".join(f"{stretch:.3g}" for stretch in np.linalg.svd(deformation, compute_uv=False))
-        told = f"the steps of the integration grew too short or too many, with semi-axes {shown} in radii of the sphere"
-        return NumericalError(told, time=self.time)
+        message = (
+            f"the steps of the integration grew too short or too many, with semi-axes {shown} in radii of the sphere"
+        )
+        return NumericalError(message, time=self.time)
 
     def _collapse(self, deformation: np.ndarray, rate: np.ndarray) -> NumericalError:
         left, stretch, right = np.linalg.svd(deformation)

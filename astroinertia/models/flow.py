@@ -10,7 +10,7 @@ from astroinertia.engines.pytree import pytree
 from astroinertia.integrate.hierarchical import Clock
 from astroinertia.integrate.leapfrog import State
 from astroinertia.ledger.moments import Ledger
-from astroinertia.ledger.regions import Books
+from astroinertia.ledger.regions import RegionLedger
 from astroinertia.models import sph
 from astroinertia.models.sph import Arrangement, Problem
 from astroinertia.sph.fluid import Fluid
@@ -43,7 +43,7 @@ class Part(Fluid):
 
 @dataclass(frozen=True)
 class Spans:
-    """Half of the interval that ends, and of the one that begins, of each particle awake (n,), and their rungs.
+    """Half of the interval that ends, and of the one that begins, of each active particle (n,), and their rungs.
 
     A particle that was woken has nothing to close: its old rung is -1. Nothing is opened at the end of a base step:
     all new rungs are -1.
@@ -87,13 +87,13 @@ class Flow:
     """Particles within a base step.
 
     rows: the arrays of a State and of its Fluid under their names (velocity as kicked so far), and `predicted`, the
-    velocity now; `booked` (N,), the mass of particles whose drift this part tells the ledger of, else 0;
+    velocity now; `ledger_mass` (N,), the mass of particles whose drift this part enters into the ledger, else 0;
     `material`, where there are several; `entropy_rate`; `decay` where heat is exchanged with the surroundings;
     `middle` (N,), the time at the middle of a particle's interval; `limit` (N,), what its interval must
     not exceed, its own and for its neighbours' sake; `own_limit` (N,); `rung` (N,) and `interval` (N,); and with
     prefixes memory, field (of the force terms), distant (accelerations that are not by neighbours), outer (those of
     them by what is outside a nested set) and body (accelerations that come with the base step alone).
-    regions: the books of each; points: those beside the fluid;
+    regions: the ledger of each; points: those beside the fluid;
     pairs: the engine's arrangement with lists of neighbours; tally: what was done so far; whole: whether these are all
     particles of the body.
     """
@@ -104,7 +104,7 @@ class Flow:
     begun: float
     rows: dict[str, Array]
     ledger: Ledger
-    regions: dict[str, Books]
+    regions: dict[str, RegionLedger]
     total_mass: float
     centre: Array
     centre_velocity: Array
@@ -128,26 +128,26 @@ class Flow:
         """Number of particles."""
         return len(self.rows["mass"])
 
-    def take(self, name: str, awake: Array) -> Array:
-        """The rows of particles that are awake (a copy, unless all are)."""
+    def take(self, name: str, active: Array) -> Array:
+        """The rows of active particles (a copy, unless all are active)."""
         array = self.rows[name]
-        return array if len(awake) == len(array) else array[awake]
+        return array if len(active) == len(array) else array[active]
 
-    def put(self, name: str, awake: Array, values: Array) -> None:
+    def put(self, name: str, active: Array, values: Array) -> None:
         """Change those rows."""
-        if len(awake) == self.count:
+        if len(active) == self.count:
             self.rows[name] = np.array(values)
         else:
-            self.rows[name][awake] = values
+            self.rows[name][active] = values
 
     def under(self, prefix: str) -> dict[str, Array]:
         """The rows with a prefix, under what follows it."""
         dotted = prefix + "."
         return {name[len(dotted) :]: array for name, array in self.rows.items() if name.startswith(dotted)}
 
-    def targets(self, awake: Array) -> Array | None:
-        """What a pass is told: None where all are awake."""
-        return None if len(awake) == self.count else awake
+    def targets(self, active: Array) -> Array | None:
+        """The targets of a pass: None where all are active."""
+        return None if len(active) == self.count else active
 
 
 def opened(problem: Problem, arrangement: Arrangement, state: State, base: float, limits: Array) -> Flow:
@@ -156,7 +156,7 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
     rows = {name: np.array(getattr(fluid, name)) for name in FLUID if getattr(fluid, name) is not None}
     rows |= {
         "predicted": rows["velocity"],
-        "booked": mass,
+        "ledger_mass": mass,
         "position": state.position,
         "remainder": state.remainder,
         "velocity": state.velocity.copy(),
@@ -173,6 +173,6 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
     total = mass.sum()
     centre, velocity = (mass @ state.position) / total, (mass @ state.velocity) / total
     begun = float(state.time)
-    books = state.ledger, state.regions
-    parts = rows, *books, total, centre, velocity, Tally(), state.points
+    ledgers = state.ledger, state.regions
+    parts = rows, *ledgers, total, centre, velocity, Tally(), state.points
     return Flow(problem, arrangement, Clock(base), begun, *parts)

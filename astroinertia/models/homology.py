@@ -259,7 +259,7 @@ class Dynamic:
                 time, state = self._knots[-1]
                 if before * state[1] < 0:
                     turns.append((len(self._knots), time))
-        except NumericalError:  # told when the run gets there
+        except NumericalError:  # reported when the run gets there
             self._solver = self._started()
         if len(turns) < 2:
             return
@@ -305,7 +305,7 @@ class Dynamic:
         if self._solver.status != "running":
             self._solver = self._started()
         try:
-            with np.errstate(all="ignore"):  # what is no number is told below
+            with np.errstate(all="ignore"):  # what is no number is reported below
                 message = self._solver.step()
         except OverflowError:  # of a size whose powers are no numbers
             raise NumericalError("the size cannot be followed any further", time=self._knots[-1][0]) from None

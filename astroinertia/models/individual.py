@@ -1,10 +1,10 @@
 """A base step of a particle fluid in which every particle has an interval of its own (integrate.hierarchical).
 
-At each of its ends some particles are awake: those whose interval ends. Their densities, gradients and memories follow
-from all particles around, where those are now; then every pair of which both are awake is kicked over half the interval
-that ends and half the one that begins. Rates of change, which time-step limits, viscosity's switch and predicted
-velocities need, are those by all neighbours. At the end of a base step all are awake, and the state is one like any
-other: nothing but the state is carried from one base step to the next.
+At each of its ends some particles are active: those whose interval ends. Their densities, gradients and memories follow
+from all particles around, where those are now; then every pair of which both are active is kicked over half the
+interval that ends and half the one that begins. Rates of change, which time-step limits, viscosity's switch and
+predicted velocities need, are those by all neighbours. At the end of a base step all are active, and the state is one
+like any other: nothing but the state is carried from one base step to the next.
 """
 
 from dataclasses import dataclass, replace
@@ -18,8 +18,8 @@ from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.integrate.hierarchical import NEIGHBOURS, base_step, merged, rungs
 from astroinertia.integrate.leapfrog import Rates, State
 from astroinertia.integrate.timestep import shortest
-from astroinertia.models import arena, awake as passes, points, sph
-from astroinertia.models.awake import Sums
+from astroinertia.models import active as passes, arena, points, sph
+from astroinertia.models.active import Sums
 from astroinertia.models.flow import Flow, Part, Spans, opened
 from astroinertia.models.heat import exchange_with_surroundings, with_heat
 from astroinertia.models.sph import Arrangement, Problem
@@ -29,7 +29,7 @@ Array = Any
 RINGS = 16  # of neighbours over which limits are made to agree before a base step
 WOKEN = 4.0  # a particle is woken where its interval is longer than this times a neighbour's limit
 BEYOND = 1  # powers of two that a base step is longer than the longest interval, where nothing acts with base steps
-SORTED = 4  # particles may be sorted anew where intervals of this rung end
+SORTED = 4  # particles may be sorted again where intervals of this rung end
 PATIENCE = 2  # an interval becomes longer only where that of this many rungs above ends as well
 KEPT = 1.1  # an interval goes on where it is longer than its limit by less than this
 SETTLED = 0.9  # an interval becomes longer where the longer one is below this part of its limit
@@ -103,7 +103,7 @@ def _carry_on(flow: Flow, depth: int) -> None:
         if flow.clock.level <= depth:
             return
         if flow.clock.level <= SORTED and passes.stale(flow):
-            passes.sorted_anew(flow)
+            passes.sorted_again(flow)
         flow.tally.evaluations += _synchronised(flow)
         flow.tally.ends += 1
 
@@ -142,50 +142,51 @@ def _with_neighbours(limits: Array, sums: Sums) -> Array:
 
 
 def _synchronised(flow: Flow) -> int:
-    """Evaluate and kick those that are awake now; their number."""
+    """Evaluate and kick those that are active now; their number."""
     level, rows = flow.clock.level, flow.rows
-    awake = np.flatnonzero(rows["rung"] >= level)
-    passes.list_neighbours(flow, awake)
-    sums = _before_forces(flow, awake)
-    sleepers = _to_wake(flow, awake, sums, level)
-    if len(sleepers):
-        further = _before_forces(flow, sleepers)
-        both = np.concatenate([awake, sleepers])
+    active = np.flatnonzero(rows["rung"] >= level)
+    passes.list_neighbours(flow, active)
+    sums = _before_forces(flow, active)
+    activated = _to_activate(flow, active, sums, level)
+    if len(activated):
+        further = _before_forces(flow, activated)
+        both = np.concatenate([active, activated])
         order = np.argsort(both)
-        awake = both[order]
+        active = both[order]
         sums = {
             effect: {name: np.concatenate([a, further[effect][name]])[order] for name, a in outputs.items()}
             for effect, outputs in sums.items()
         }
-    since = _since(flow, awake)
-    part = _remembered(flow, awake, sums, since)
-    old, limits = rows["rung"][awake], rows["limit"][awake]
+    since = _since(flow, active)
+    part = _remembered(flow, active, sums, since)
+    old, limits = rows["rung"][active], rows["limit"][active]
     wanted, relaxed = rungs(KEPT * limits, flow.clock.base), rungs(SETTLED * limits, flow.clock.base)
-    # Few ends of intervals are for longer ones to begin: nested sets that lose members are summed over anew.
+    # Few ends of intervals are for longer ones to begin: nested sets that lose members are summed over again.
     longer = np.where(level <= old - PATIENCE, np.minimum(old, relaxed), old)
     rung = merged(np.maximum(level, np.where(wanted > old, wanted, longer)), level)
-    _forced(flow, awake, part, rung, since)
-    return len(awake)
+    _forced(flow, active, part, rung, since)
+    return len(active)
 
 
-def _before_forces(flow: Flow, awake: Array) -> Sums:
-    rows, before = flow.rows, flow.take("smoothing_length", awake).copy()
-    passes.find_densities(flow, awake)
+def _before_forces(flow: Flow, active: Array) -> Sums:
+    rows, before = flow.rows, flow.take("smoothing_length", active).copy()
+    passes.find_densities(flow, active)
     rows["step_rate"] = 1.0 / rows["limit"]
-    sums = passes.gradients(flow, awake, (NEIGHBOURHOOD,))
+    sums = passes.gradients(flow, active, (NEIGHBOURHOOD,))
     # The last evaluation's limit, shorter where matter has been compressed since.
-    own = flow.take("own_limit", awake) * np.minimum(1.0, flow.take("smoothing_length", awake) / before)
-    flow.put("limit", awake, _with_neighbours(own, sums))
+    own = flow.take("own_limit", active) * np.minimum(1.0, flow.take("smoothing_length", active) / before)
+    flow.put("limit", active, _with_neighbours(own, sums))
     return sums
 
 
-def _to_wake(flow: Flow, awake: Array, sums: Sums, level: int) -> Array:
+def _to_activate(flow: Flow, active: Array, sums: Sums, level: int) -> Array:
     """Particles at the middle of their interval with a neighbour whose limit is far shorter than that.
 
-    Half a kick over the whole interval was a whole one over its first half, to first order: nothing has to be mended.
+    Half a kick over the whole interval was a whole one over its first half, to first order: nothing has to be
+    corrected.
     """
     rows, longer = flow.rows, flow.clock.base / 2.0 ** (level - 1)
-    near = (sums["timesteps"]["interval"] > 0.75 * longer) & (WOKEN * rows["limit"][awake] < longer)
+    near = (sums["timesteps"]["interval"] > 0.75 * longer) & (WOKEN * rows["limit"][active] < longer)
     if level == 0 or not near.any():
         return np.zeros(0, np.int64)
     resting = np.flatnonzero(rows["rung"] == level - 1)
@@ -199,44 +200,44 @@ def _to_wake(flow: Flow, awake: Array, sums: Sums, level: int) -> Array:
     return resting[WOKEN / np.maximum(found["timesteps"]["rate"], 1e-300) < longer]
 
 
-def _since(flow: Flow, awake: Array) -> Array:
-    """Time since those awake were evaluated, (n,): their intervals, or half of them where they have been woken."""
-    woken = flow.take("rung", awake) < flow.clock.level
-    return np.where(woken, 0.5, 1.0) * flow.take("interval", awake)
+def _since(flow: Flow, active: Array) -> Array:
+    """Time since active particles were evaluated, (n,): their intervals, or half of them where they have been woken."""
+    activated = flow.take("rung", active) < flow.clock.level
+    return np.where(activated, 0.5, 1.0) * flow.take("interval", active)
 
 
-def _remembered(flow: Flow, awake: Array, sums: Sums, since: Array) -> Part:
-    """The particles awake with their gradients, and their memories brought up to now."""
-    part = passes.fluid_of(flow, awake, gradients=sums)
+def _remembered(flow: Flow, active: Array, sums: Sums, since: Array) -> Part:
+    """The active particles with their gradients, and their memories brought up to now."""
+    part = passes.fluid_of(flow, active, gradients=sums)
     for effect in flow.problem.effects:
         if changed := effect.remember(np, part, since):
             part = replace(part, memory={**part.memory, **changed})
             for name, values in changed.items():
-                flow.put(f"memory.{name}", awake, values)
+                flow.put(f"memory.{name}", active, values)
     return part
 
 
 def _kicked(
-    flow: Flow, awake: Array, part: Any, rung: Array, opening: State | None = None
+    flow: Flow, active: Array, part: Any, rung: Array, opening: State | None = None
 ) -> tuple[Part, list[Array | None], list[Array | None]]:
-    """Kick those awake, over half of what ends and half of what begins with their new rungs.
+    """Kick active particles, over half of what ends and half of what begins with their new rungs.
 
     opening: the state that a base step begins with. Returned are the particles with their sums, and each effect's
     acceleration that is not of pairs, and drag.
     """
     problem, level = flow.problem, flow.clock.level
-    old = flow.take("rung", awake).copy()
+    old = flow.take("rung", active).copy()
     old[old < level] = -1  # woken
     spans = Spans(flow.clock.base, level, old, rung)
-    plain, pushed = passes.neighbour_forces(flow, part, awake, spans)
+    plain, pushed = passes.neighbour_forces(flow, part, active, spans)
     if opening is not None:
         _found_before(flow, plain, opening)
-    distant, pulled, far = passes.distant_forces(flow, awake, spans)
+    distant, pulled, far = passes.distant_forces(flow, active, spans)
     sums: Sums = {}
     for further in (plain, distant if opening is None else _distant_rows(flow)):
         sph.add_sums(sums, further)
     part = replace(part, sums=sums)
-    own, kicked = _own_accelerations(flow, part, awake)
+    own, kicked = _own_accelerations(flow, part, active)
     half = spans.closing + spans.opening
     pushes, heat = [], []
     for effect, acceleration in zip(problem.effects, own, strict=True):
@@ -245,30 +246,30 @@ def _kicked(
         if acceleration is not None and kicked(effect):
             span = 0.5 * flow.clock.base if effect.whole_body else half
             push = added(push, np.reshape(span, (-1, 1)) * acceleration)
-        pushes.append(np.zeros((len(awake), 3)) if push is None else push)
+        pushes.append(np.zeros((len(active), 3)) if push is None else push)
         heat.append(impulses.get("heating") if problem.equation_of_state.thermal else None)
     flow.points = points.pushed(problem.effects, part, half)
     drags = [effect.drag(part) for effect in problem.effects]
-    exchange = exchange_with_surroundings(problem, part, flow.take("entropy_per_heat", awake))
-    passes.kick(flow, awake, pushes, drags, heat, exchange, spans)
+    exchange = exchange_with_surroundings(problem, part, flow.take("entropy_per_heat", active))
+    passes.kick(flow, active, pushes, drags, heat, exchange, spans)
     if spans.opens:
-        passes.remember_outer(flow, awake, far)
+        passes.remember_outer(flow, active, far)
         interval = flow.clock.base / 2.0**rung
-        flow.put("rung", awake, rung)
-        flow.put("interval", awake, interval)
-        flow.put("middle", awake, flow.time + 0.5 * interval)
+        flow.put("rung", active, rung)
+        flow.put("interval", active, interval)
+        flow.put("middle", active, flow.time + 0.5 * interval)
     return part, own, drags
 
 
-def _forced(flow: Flow, awake: Array, part: Any, rung: Array, since: Array) -> Rates:
-    """Kick those awake as `_kicked` does; their rates now, `since` (n,) after the last ones."""
-    part, own, drags = _kicked(flow, awake, part, rung)
-    rates = _rates(flow.problem, part, own, drags, flow.take("entropy_per_heat", awake))
-    passes.correct(flow, awake, since, sph.total_acceleration(np, rates, part.velocity))
-    flow.put("entropy_rate", awake, rates.entropy_rate)
+def _forced(flow: Flow, active: Array, part: Any, rung: Array, since: Array) -> Rates:
+    """Kick active particles as `_kicked` does; their rates now, `since` (n,) after the last ones."""
+    part, own, drags = _kicked(flow, active, part, rung)
+    rates = _rates(flow.problem, part, own, drags, flow.take("entropy_per_heat", active))
+    passes.correct(flow, active, since, sph.total_acceleration(np, rates, part.velocity))
+    flow.put("entropy_rate", active, rates.entropy_rate)
     if rates.exchange is not None:
-        flow.put("decay", awake, rates.exchange.decay)
-    flow.put("own_limit", awake, own_limits(flow.problem, rates, flow.clock.level == 0))
+        flow.put("decay", active, rates.exchange.decay)
+    flow.put("own_limit", active, own_limits(flow.problem, rates, flow.clock.level == 0))
     return rates
 
 
@@ -293,7 +294,7 @@ def _act_with_base(problem: Problem) -> bool:
     return any(effect.whole_body for effect in problem.effects)
 
 
-def _own_accelerations(flow: Flow, part: Any, awake: Array) -> tuple[list[Array | None], Any]:
+def _own_accelerations(flow: Flow, part: Any, active: Array) -> tuple[list[Array | None], Any]:
     """Each effect's acceleration that is not of pairs, and whether it kicks now.
 
     Most act on a particle by itself; what depends on the whole body, on all of it at once, with the base step, so that
@@ -312,7 +313,7 @@ def _own_accelerations(flow: Flow, part: Any, awake: Array) -> tuple[list[Array 
                 flow.rows[f"body.{effect.kind}"] = acceleration
         else:
             stored = flow.rows.get(f"body.{effect.kind}")
-            acceleration = None if stored is None else stored[awake]
+            acceleration = None if stored is None else stored[active]
         found.append(acceleration)
     return found, kicked
 

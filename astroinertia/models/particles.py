@@ -22,7 +22,7 @@ from astroinertia.models.series import (
     works_from_outside,
 )
 
-# Particles are sorted anew, and checkpoints may be taken, every so many steps: a resumed run then sorts where the
+# Particles are sorted again, and checkpoints may be taken, every so many steps: a resumed run then sorts where the
 # uninterrupted one did, and both compute the same bits.
 STEPS_BETWEEN_SORTS = 16
 # A step so much shorter than the run is no longer an evolution in time.
@@ -81,7 +81,7 @@ class Particles:
 
     @property
     def resumable(self) -> bool:
-        """Whether particles are about to be sorted anew."""
+        """Whether particles are about to be sorted again."""
         return self.base_step is not None or self.steps % STEPS_BETWEEN_SORTS == 0
 
     def advance(self, until: float) -> None:
@@ -115,7 +115,7 @@ class Particles:
             self.state, self.arrangement = self.between(self.problem, self.arrangement, self.state)
 
     def record(self, opening_potential: float | None) -> Record:
-        """One row of the headline series; regions are judged anew for it."""
+        """One row of the headline series; regions are judged again for it."""
         record = series_record(self.problem, self.arrangement, self.state, opening_potential)
         if self.regions is None:
             return record
@@ -135,12 +135,12 @@ class Particles:
         energy = energy_budget(self.problem, self.state)
         largest = max(energy["kinetic"], abs(energy["internal"]), *map(abs, energy["potential"].values()), 1e-300)
         densest = float(np.max(self.state.rates.fluid.density))
-        told = ", ".join(filter(None, [self._limited_by(), self.note]))
+        limits = ", ".join(filter(None, [self._limited_by(), self.note]))
         outside = works_from_outside(self.problem, energy["potential"])
         ledger = self.state.ledger
         brought = float((np.asarray(ledger.work.total) + np.asarray(ledger.heating.total))[outside].sum())
         kept = energy["kinetic"] + energy["internal"] + energy["static"] - brought
-        return Figures(kept, largest, ledger_closure(self.problem, self.state), densest, told)
+        return Figures(kept, largest, ledger_closure(self.problem, self.state), densest, limits)
 
     def _limited_by(self) -> str:
         limit = timestep_limit(self.problem, self.state)
@@ -158,9 +158,9 @@ class Particles:
             return self._diagnosis(what)
         criterion, particle = limiting(sph.timestep_limits(self.problem, self.state.rates))
         by = criterion if criterion in self.effects else None
-        told = what if by else f"{what} ({criterion})"
+        message = what if by else f"{what} ({criterion})"
         particle = self._most_accelerated() if particle is None else particle
-        return NumericalError(told, effect=by, time=self.time, particle=int(self.state.identity[particle]))
+        return NumericalError(message, effect=by, time=self.time, particle=int(self.state.identity[particle]))
 
     def _diagnosis(self, what: str) -> NumericalError:
         rates, time = self.state.rates, self.time

@@ -32,7 +32,7 @@ def opened(xp: Any, effects: Sequence[Effect], points: dict[str, Any] | None) ->
 
 
 def without_others(state: State) -> tuple[State, tuple[Any, ...]]:
-    """The arrays of the particles alone, and what else there is: the ledger, the books of regions and the points."""
+    """The arrays of the particles alone, and what else there is: the ledger, the ledgers of regions and the points."""
     fluid = state.rates.fluid
     rates = state.rates if fluid is None else replace(state.rates, fluid=replace(fluid, points={}))
     others = state.ledger, state.regions, state.points, fluid

@@ -1,7 +1,8 @@
 """Regions of a particle body under way: whose matter is whose, and one row of the headline series for each.
 
-Membership is judged when a row is recorded; between two records a region is the matter that it then held, and its books
-follow that. Only scenes with regions import this. Tests: tests/unit/test_regions.py, tests/physics/test_regions.py.
+Membership is judged when a row is recorded; between two records a region is the matter that it then held, and its
+ledger follow that. Only scenes with regions import this. Tests: tests/unit/test_regions.py,
+tests/physics/test_regions.py.
 """
 
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from astroinertia.gravity.direct import DIRECT_GRAVITY
 from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
 from astroinertia.integrate.leapfrog import State, member_key
 from astroinertia.ledger.moments import centre_of_mass, weighted_outer
-from astroinertia.ledger.regions import Books, opened_books, region_moments
+from astroinertia.ledger.regions import RegionLedger, open_region_ledger, region_moments
 from astroinertia.models import membership
 from astroinertia.models.sph import Problem, effect_accelerations
 
@@ -47,41 +48,41 @@ class Regions:
     regions: Sequence[Region]
 
     def opened(self, state: State) -> State:
-        """The state with members and books of every region."""
+        """The state with members and ledger of every region."""
         mass, position, velocity = _arrays(state)
         members = {region.name: self._member(region, state) for region in self.regions}
-        books = {
-            name: opened_books(mass, position, velocity, member, len(self.problem.effects))
+        ledgers = {
+            name: open_region_ledger(mass, position, velocity, member, len(self.problem.effects))
             for name, member in members.items()
         }
-        return self._with(state, members, books)
+        return self._with(state, members, ledgers)
 
     def with_room(self, state: State) -> State:
         """A state with the structure that regions give it, empty: what a checkpoint is read into."""
         nothing = {region.name: np.zeros(state.mass.shape[0]) for region in self.regions}
         effects = len(self.problem.effects)
-        books = {name: opened_books(*_arrays(state), none, effects) for name, none in nothing.items()}
-        return self._with(state, nothing, books)
+        ledgers = {name: open_region_ledger(*_arrays(state), none, effects) for name, none in nothing.items()}
+        return self._with(state, nothing, ledgers)
 
     def updated(self, state: State) -> State:
-        """The state with membership judged anew, and what crossed an edge booked."""
+        """The state with membership judged again, and what crossed an edge in the ledger."""
         arrays = _arrays(state)
         members = {region.name: self._member(region, state) for region in self.regions}
-        books = {
+        ledgers = {
             name: state.regions[name].exchanged(*arrays, np.asarray(state.memory[member_key(name)]), member)
             for name, member in members.items()
         }
-        return self._with(state, members, books)
+        return self._with(state, members, ledgers)
 
     def record(self, state: State) -> dict[str, np.ndarray]:
         """What is recorded of every region, in code units, with regions as the first axis."""
         rows = [self._row(state, region.name) for region in self.regions]
         return {name: np.stack([row[name] for row in rows]) for name in rows[0]}
 
-    def _with(self, state: State, members: dict[str, np.ndarray], books: dict[str, Books]) -> State:
+    def _with(self, state: State, members: dict[str, np.ndarray], ledgers: dict[str, RegionLedger]) -> State:
         xp = self.problem.engine.xp
         memory = {**state.memory, **{member_key(name): xp.asarray(member) for name, member in members.items()}}
-        return replace(state, memory=memory, regions=books)
+        return replace(state, memory=memory, regions=ledgers)
 
     def _member(self, region: Region, state: State) -> np.ndarray:
         mass, position, velocity = _arrays(state)
@@ -114,23 +115,23 @@ class Regions:
         return potential
 
     def _row(self, state: State, name: str) -> dict[str, Any]:
-        arrays, books = _arrays(state), state.regions[name]
+        arrays, region = _arrays(state), state.regions[name]
         member = np.asarray(state.memory[member_key(name)])
         chosen = np.flatnonzero(member)
         mass, position, _ = (array[chosen] for array in arrays)
         second, mixed, kinetic = region_moments(*arrays, member)
-        direct, evolved = inertia_from_second_moment(second), np.asarray(books.ledger.inertia_tensor())
+        direct, evolved = inertia_from_second_moment(second), np.asarray(region.ledger.inertia_tensor())
         density = np.asarray(state.rates.fluid.density)[chosen]
         occupied = len(chosen) > 0
-        centre = np.asarray(books.whole.centre) if occupied else np.full(3, np.nan)
+        centre = np.asarray(region.whole.centre) if occupied else np.full(3, np.nan)
         accelerations = [np.asarray(a)[chosen] for a in effect_accelerations(self.problem.engine.xp, state.rates)]
         attracts = occupied and "gravity" in self.problem.effect_names
-        largest = float(books.ledger.largest_inertia)
+        largest = float(region.ledger.largest_inertia)
         return {
             "region_particles": float(len(chosen)),
             "region_mass": mass.sum(),
             "region_centre": centre,
-            "region_velocity": np.asarray(books.whole.velocity) if occupied else np.full(3, np.nan),
+            "region_velocity": np.asarray(region.whole.velocity) if occupied else np.full(3, np.nan),
             "region_second_moment": second,
             "region_mixed_moment": mixed,
             "region_kinetic_tensor": kinetic,
@@ -143,11 +144,11 @@ class Regions:
             ).reshape(-1, 3, 3)
             if occupied
             else np.zeros((len(accelerations), 3, 3)),
-            "region_mixed_impulse": np.asarray(books.ledger.mixed_impulse.total),
-            "region_flux_mass": float(books.flux.mass),
-            "region_flux_second_moment": np.asarray(books.flux.second_moment),
-            "region_flux_mixed_moment": np.asarray(books.flux.mixed_moment),
-            "region_flux_angular_momentum": axial_vector(np.asarray(books.flux.mixed_moment)),
+            "region_mixed_impulse": np.asarray(region.ledger.mixed_impulse.total),
+            "region_flux_mass": float(region.flux.mass),
+            "region_flux_second_moment": np.asarray(region.flux.second_moment),
+            "region_flux_mixed_moment": np.asarray(region.flux.mixed_moment),
+            "region_flux_angular_momentum": axial_vector(np.asarray(region.flux.mixed_moment)),
             "region_gravitational_energy": 0.5 * float(mass @ self._potential(state, chosen)) if attracts else np.nan,
             "region_volume_radius": (0.75 / np.pi * (mass / density).sum()) ** (1 / 3) if occupied else np.nan,
             "region_density_max": density.max() if occupied else np.nan,

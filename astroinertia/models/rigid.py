@@ -196,7 +196,7 @@ def pace(body: Rigid, time: Array, turning: Array, momentum: Array) -> Array:
 
 
 def rate(time: Array, state: dict[str, Array], arguments: tuple[Rigid, Array, Array, Array]) -> dict[str, Array]:
-    """The same for integrate.adaptive: of turning, momentum and books, in the arguments' units of L, m (3,) and energy.
+    """The same for integrate.adaptive: of turning, momentum and work, in the arguments' units of L, m (3,) and energy.
 
     Each component of m has its own unit, so that a needle's spin about itself is known as well as the others.
     """
@@ -204,14 +204,14 @@ def rate(time: Array, state: dict[str, Array], arguments: tuple[Rigid, Array, Ar
     q = state["turning"][:4]
     turning = jnp.concatenate([q / jnp.sqrt(jnp.sum(q**2)), body_unit * state["turning"][4:]])
     found = motion(body, time, turning, momentum_unit * state["momentum"])
-    books = found.power
+    work = found.power
     if body.change is not None:
         growth = jax.jvp(body.change.factor, (time,), (jnp.ones_like(time),))[1] / size(body, time)
         energy = rotational_energy(body, time, turning[4:])
-        gain = size(body, time) * jnp.sum(books)
-        books = jnp.concatenate([jnp.stack([gain, -energy * growth]), books])
+        gain = size(body, time) * jnp.sum(work)
+        work = jnp.concatenate([jnp.stack([gain, -energy * growth]), work])
     rates = jnp.concatenate([found.turning[:4], found.turning[4:] / body_unit])
-    return {"turning": rates, "momentum": found.angular_momentum / momentum_unit, "books": books / energy_unit}
+    return {"turning": rates, "momentum": found.angular_momentum / momentum_unit, "accumulated": work / energy_unit}
 
 
 def kick(body: Rigid, time: Array, state: Rotor, interval: Array) -> Kick:

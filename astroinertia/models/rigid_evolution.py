@@ -48,7 +48,7 @@ _MOST_STEPS = 1e12
 _SHORTEST = 1e-12  # of a stretch between two breaks, as a share of the time
 _MISALIGNED = 0.1  # up to which errors of the adaptive integrator in |m| and the direction of L are put right
 _UNIT = 1e-6  # from 1, the length of a quaternion that is an attitude but for round-off
-_BY_SIZE = 2  # books that a change of size keeps: the energy at size 1, and its own work
+_BY_SIZE = 2  # sums that a change of size needs: the energy at size 1, and its own work
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class RigidBody:
         self._way = adaptive.Way()
         if sized:
             energy = rigid.rotational_energy(body, jnp.zeros(()), self.state.momentum_in_body)
-            self.state = replace(self.state, books=_filled(self.state.books.value.at[0].set(energy)))
+            self.state = replace(self.state, sums=_filled(self.state.sums.value.at[0].set(energy)))
         opening = self._ledger()
         self._opening = {
             "energies": np.array(self._energies(opening)),
@@ -171,10 +171,10 @@ class RigidBody:
     def arrays(self) -> dict[str, np.ndarray]:
         """The state, for a checkpoint."""
         leaves = jax.tree.leaves(self.state)
-        told = {"time": self._time, "steps": self._steps, "timestep": self._timestep, "pace": self._pace}
+        numbers = {"time": self._time, "steps": self._steps, "timestep": self._timestep, "pace": self._pace}
         return {
             **{f"state_{number}": np.asarray(leaf) for number, leaf in enumerate(leaves)},
-            **{name: np.asarray(value) for name, value in told.items()},
+            **{name: np.asarray(value) for name, value in numbers.items()},
         }
 
     def resume(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -233,11 +233,11 @@ class RigidBody:
 
     def _adapt(self, body: Rigid, until: float) -> None:
         momentum_unit, body_unit, energy_unit = self._units
-        turning, books = self.state.turning.value, self.state.books.value
+        turning, sums = self.state.turning.value, self.state.sums.value
         state = {
             "turning": jnp.concatenate([turning[:4], turning[4:] / body_unit]),
             "momentum": self.state.angular_momentum.value / momentum_unit,
-            "books": books / energy_unit,
+            "accumulated": sums / energy_unit,
         }
         left = until - self._time
         first = min(left, self._timestep or _FIRST_STEP / max(self._present_pace(body, until), _FIRST_STEP / left))
@@ -248,17 +248,17 @@ class RigidBody:
         )  # fmt: skip
         unfinished = self._way.goes_on(self._time, found, until)
         if bool(found.failed) and not unfinished:
-            told = "the adaptive integrator does not come on"
+            message = "the adaptive integrator does not come on"
             if bool(found.unfinished):
-                told = (
+                message = (
                     f"{adaptive.MOST_STEPS:.0e} steps of the adaptive integrator do not reach the next record: "
                     "record more often, take the integrator splitting, or the model scaling if only the rate counts"
                 )
-            raise NumericalError(told, time=float(found.time))
+            raise NumericalError(message, time=float(found.time))
         turning = found.state["turning"]
         turning = jnp.concatenate([turning[:4] / jnp.linalg.norm(turning[:4]), body_unit * turning[4:]])
         state = Rotor(
-            *map(_filled, (turning, momentum_unit * found.state["momentum"], energy_unit * found.state["books"]))
+            *map(_filled, (turning, momentum_unit * found.state["momentum"], energy_unit * found.state["accumulated"]))
         )
         length = jnp.linalg.norm(state.momentum_in_body)
         right = jnp.linalg.norm(state.angular_momentum.value) / jnp.where(length > 0.0, length, 1.0)
@@ -279,12 +279,12 @@ class RigidBody:
         before = rigid.rotational_energy(body, time, m)
         m = m + in_body(state.quaternion, blow)
         work = rigid.rotational_energy(body, time, m) - before
-        books, sized = state.books.value, len(state.books.value) - len(body.effects)
-        books = books.at[sized + number].add(work)
+        sums, sized = state.sums.value, len(state.sums.value) - len(body.effects)
+        sums = sums.at[sized + number].add(work)
         if sized:
-            books = books.at[0].add(work * rigid.size(body, time))
+            sums = sums.at[0].add(work * rigid.size(body, time))
         turning = jnp.concatenate([state.quaternion, m])
-        self.state = Rotor(_filled(turning), _filled(momentum + blow), _filled(books))
+        self.state = Rotor(_filled(turning), _filled(momentum + blow), _filled(sums))
 
     def _ledger(self) -> Ledger:
         return ledger(self.body, self._time, self.state.turning.value, self.state.angular_momentum.value)
@@ -298,15 +298,15 @@ class RigidBody:
 
     def _work(self, found: Ledger) -> np.ndarray:
         """What each effect, and rigidity, has done to the kinetic energy."""
-        books = np.asarray(self.state.books.total)
-        work = books[len(books) - len(self.body.effects) :].copy()
+        sums = np.asarray(self.state.sums.total)
+        work = sums[len(sums) - len(self.body.effects) :].copy()
         for number, effect in enumerate(self.body.effects):
             if hasattr(effect, "deformability"):
                 work[number] = self._opening["potentials"][number] - float(found.potential[number])
         by_size = 0.0
         if self.body.change is not None:
             # What it does to the spin is summed up; its own motion is that of the prescribed size.
-            by_size = books[1] + self._energies(found)[0] - float(found.spin_energy) - self._opening["swelling"]
+            by_size = sums[1] + self._energies(found)[0] - float(found.spin_energy) - self._opening["swelling"]
         return np.append(work, by_size)
 
     def _units_of_errors(self) -> tuple[float, np.ndarray, float]:

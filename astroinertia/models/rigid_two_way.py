@@ -120,7 +120,7 @@ def _turned_and_kicked(body: Rigid, time: Array, state: Rotor, drift: Array, int
     state = Rotor(
         state.turning.add(kick.turning),
         state.angular_momentum.add(kick.angular_momentum),
-        state.books.add(kick.books),
+        state.sums.add(kick.sums),
     )
     return state, interval * jnp.concatenate([reaction[None], attraction])
 

@@ -168,7 +168,7 @@ def snapshot_record(state: State) -> dict[str, Any]:
         **({} if state.material is None else {"material": state.material}),
     }
     found = {name: np.asarray(array)[order] for name, array in arrays.items()}
-    if "sinks" in state.points:  # a snapshot has all particles that there ever were: those swallowed are NaN
+    if "sinks" in state.points:  # a snapshot has all particles that there ever were: those accreted are NaN
         known, most = np.asarray(state.identity)[order], int(state.points["sinks"].particles)
         for name, array in found.items():
             found[name] = np.full((most, *array.shape[1:]), np.nan)

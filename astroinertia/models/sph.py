@@ -111,7 +111,7 @@ def initial_state(
         points=opened(xp, problem.effects, points),
         material=None if material is None else xp.asarray(material, dtype=int),
     )
-    for _ in range(2):  # the first lengths are a guess; particles are arranged anew by the solved ones
+    for _ in range(2):  # the first lengths are a guess; particles are sorted again by the solved ones
         state, arrangement = rearranged(problem, state)
         solved = _density(problem, arrangement, state)
         state = replace(state, smoothing_length=solved.smoothing_length)
@@ -149,7 +149,7 @@ def matter(problem: Problem, material: Array | None) -> Any:
 
 
 def rearranged(problem: Problem, state: State) -> tuple[State, Any]:
-    """The state with its particles sorted anew into leaves, and the arrangement, made for the coming evaluation."""
+    """The state with its particles sorted again into leaves, and the arrangement, made for the coming evaluation."""
     order, pairs = problem.engine.arrange(coming_position(problem, state), state.smoothing_length)
     count = state.mass.shape[0]
 
@@ -168,7 +168,7 @@ def arranged(problem: Problem, pairs: Any, state: State) -> Arrangement:
 
 
 def stale(problem: Problem, arrangement: Arrangement, state: State) -> bool:
-    """Whether sorting particles anew pays."""
+    """Whether sorting particles again pays."""
     return problem.engine.stale(arrangement.pairs, coming_position(problem, state), state.smoothing_length)
 
 

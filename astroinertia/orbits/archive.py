@@ -84,17 +84,17 @@ def _read(source: Path) -> _Stored:
     if child.returncode:
         raise ValueError(f"{source.name} is not read as an archive of REBOUND's: it is damaged")
     line, _, states = child.stdout.partition(b"\n")
-    told = json.loads(line)
-    if "error" in told:
-        raise ValueError(f"{source.name} is not read as an archive of REBOUND's: {plain_text(told['error'])}")
-    if len(set(told["counts"])) > 1:
+    header = json.loads(line)
+    if "error" in header:
+        raise ValueError(f"{source.name} is not read as an archive of REBOUND's: {plain_text(header['error'])}")
+    if len(set(header["counts"])) > 1:
         raise ValueError(f"the particles of {source.name} come or go, but companions stay the same")
-    shape = (len(told["counts"]), told["counts"][0], 7)
+    shape = (len(header["counts"]), header["counts"][0], 7)
     particles = np.frombuffer(states, float).reshape(shape)
-    numbers = np.array([*told["times"], *told["constants"], 0.0])
+    numbers = np.array([*header["times"], *header["constants"], 0.0])
     if not shape[1] or not np.isfinite(particles).all() or not np.isfinite(numbers).all():
         raise ValueError(f"{source.name} has no particles, or some without numbers")
-    return _Stored(told["names"], told["times"], told["constants"], told["length"], told["time"], particles)
+    return _Stored(header["names"], header["times"], header["constants"], header["length"], header["time"], particles)
 
 
 def _number(known: list[str], body: str | int | None) -> int:

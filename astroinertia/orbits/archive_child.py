@@ -31,7 +31,7 @@ def main(path: str) -> None:
         stored = list(rebound.Simulationarchive(path))
         for each in stored:
             each.synchronize()
-        told = {
+        header = {
             # REBOUND 5.2 reads some names of the first snapshot wrong
             "names": [particle.name or f"particle {k}" for k, particle in enumerate(stored[-1].particles)],
             "counts": [each.N for each in stored],
@@ -42,11 +42,11 @@ def main(path: str) -> None:
         }
         particles = [particle for each in stored for particle in each.particles]
     except Exception as error:
-        told, particles = {"error": str(error)}, []
+        header, particles = {"error": str(error)}, []
     states = array("d")
     for particle in particles:
         states.extend((particle.m, *particle.xyz, *particle.vxyz))
-    sys.stdout.buffer.write(json.dumps(told).encode() + b"\n" + states.tobytes())
+    sys.stdout.buffer.write(json.dumps(header).encode() + b"\n" + states.tobytes())
 
 
 if __name__ == "__main__":

@@ -127,7 +127,7 @@ def packed(bodies: rebound.Simulation) -> np.ndarray:
     return np.frombuffer(bodies.__reduce__()[1][0], dtype=np.uint8)
 
 
-def unpacked(told: np.ndarray, begun: rebound.Simulation) -> rebound.Simulation:
+def unpacked(packed_state: np.ndarray, begun: rebound.Simulation) -> rebound.Simulation:
     """The simulation that was packed, which `begun` became in time; ValueError where it is another.
 
     REBOUND trusts every length and every pointer in such bytes, which may come from anywhere. Only the numbers that
@@ -141,7 +141,7 @@ def unpacked(told: np.ndarray, begun: rebound.Simulation) -> rebound.Simulation:
     >>> print(unpacked(packed(later), bodies) == later)
     True
     """
-    stored = _fields(told.tobytes())
+    stored = _fields(packed_state.tobytes())
     stepped = begun.copy()
     drift(stepped, _PROBE * stepped.dt, 0.0)  # with what its integrator allocates at its first step
     for like in (begun, stepped):

@@ -1,6 +1,6 @@
 """A report of a run in one HTML file: scene, plan, summary, pictures, ledger, accuracy, versions, and how to repeat it.
 
-Nothing in it is a script, and a browser that reads it is told to load and run nothing. Whatever the result says of
+Nothing in it is a script, and it forbids a browser to load or run anything. Whatever the result says of
 itself, its name, scene or attributes, may come from anybody, and is shown as text.
 """
 
@@ -17,7 +17,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia import plots
-from astroinertia.dataset.resolution import told
+from astroinertia.dataset.resolution import resolution_message
 from astroinertia.pages.page import filled, name_of, policy, raised, text, write_page
 from astroinertia.plots import style
 from astroinertia.plots.summary import Table, heading, tables
@@ -59,7 +59,7 @@ def write_report(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) 
     sections = {title: body for title, body in sections.items() if body}
     # The first line of the heading is the name and the description, which stand above it.
     how = " ".join(heading(dataset).splitlines()[-1:])
-    warnings = told(attrs)
+    warnings = resolution_message(attrs)
     page = filled(
         "report.html",
         policy=text(policy()),

@@ -31,7 +31,7 @@ function draw() {
   if (frame.points) drawParticles(frame, seen, scale, width, height);
   if (byId("shell").checked || !frame.points) drawShell(frame, place, seen);
   if (byId("axes").checked) drawAxes(frame, place);
-  byId("now").textContent = frame.told;
+  byId("now").textContent = frame.caption;
   byId("time").value = now;
 }
 

@@ -32,8 +32,8 @@ def write_view(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) ->
     numbers = film.chosen(dataset, snapshots)
     numbers = numbers[np.linspace(0, len(numbers) - 1, min(len(numbers), MOST_FRAMES)).round().astype(int)]
     frames = list(_of_series(dataset, numbers) if snapshots is None else _of_particles(snapshots, numbers))
-    for frame, told in zip(frames, _told(dataset, snapshots, numbers), strict=True):
-        frame["told"] = told
+    for frame, caption in zip(frames, _captions(dataset, snapshots, numbers), strict=True):
+        frame["caption"] = caption
     shown = 1 if snapshots is None else min(snapshots.sizes["particle"], MOST_PARTICLES)
     colours = matplotlib.colormaps[style.DENSITY_MAP](np.linspace(_DARKEST, 1.0, _COLOURS))
     data = {
@@ -101,7 +101,7 @@ def _frame(found: Triad, width: float) -> dict[str, Any]:
     }
 
 
-def _told(dataset: xr.Dataset, snapshots: xr.Dataset | None, numbers: np.ndarray) -> Iterator[str]:
+def _captions(dataset: xr.Dataset, snapshots: xr.Dataset | None, numbers: np.ndarray) -> Iterator[str]:
     """What is said at each time: the time, the moment of inertia and the spin."""
     time = dataset["time"].values
     times = time[numbers] if snapshots is None else snapshots["snapshot_time"].values[numbers]

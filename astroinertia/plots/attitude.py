@@ -27,7 +27,7 @@ from astroinertia.rotation.attitude import euler_angles
 
 SPARSE = 0.7  # rad that something turns by from output to output: beyond it, lines would join what is not joined
 FASTEST = 2.5  # rad of precession from output to output beyond which turns cannot be counted
-STEADY = 1e-6  # change of the direction of L, rad, below which it counts as fixed, and angles are told from it
+STEADY = 1e-6  # change of the direction of L, rad, below which it counts as fixed, and angles are measured from it
 SLIGHT_WOBBLE = 1e-4  # of the rate: a wobble that is smaller is drawn by itself
 EQUAL = 1e-9  # moments that differ by less, over the greatest, have no polhodes of their own
 _SHARES = (0.3, 0.6, 0.85)
@@ -169,7 +169,7 @@ def _pole(axes, times: np.ndarray, found: Motion, main: int, others: np.ndarray,
 
 
 def reference_direction(dataset: xr.Dataset) -> tuple[np.ndarray, str]:
-    """What angles are told from: the angular momentum at the start where its direction stays, else z; and its name."""
+    """Where angles are measured from: the angular momentum at the start where its direction stays, else z; its name."""
     momentum = dataset["angular_momentum"].transpose("time", "i").values
     size = np.linalg.norm(momentum, axis=1)
     unit = momentum[size > 0] / size[size > 0, None]  # a brake may stop it altogether

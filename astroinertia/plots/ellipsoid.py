@@ -70,8 +70,8 @@ def _body(panel, dataset: xr.Dataset, axes, defined, view, points) -> None:
     draw_ellipsoid(panel, thick, axes, view, BODY_COLOUR, alpha=1.0 if points is None else 0.82)
     draw_axes(panel, thick, axes, defined, view)
     heading(panel, "Homogeneous ellipsoid with this tensor")
-    told = [f"{value / scale:.4g}" for value in lengths]
-    _note(panel, "semi-axes " + ", ".join(told) + ("" if unit == "1" else f" {style.pretty(unit)}"))
+    axis_lengths = [f"{value / scale:.4g}" for value in lengths]
+    _note(panel, "semi-axes " + ", ".join(axis_lengths) + ("" if unit == "1" else f" {style.pretty(unit)}"))
 
 
 def _inertia(panel, moments, axes, defined, view) -> None:

@@ -46,8 +46,8 @@ def known_bars(dataset: xr.Dataset) -> dict[str, np.ndarray]:
 def error_bars_figure(dataset: xr.Dataset) -> Figure:
     """All error bars of a run in one panel.
 
-    >>> told = ds.assign(inertia_tensor_error=0.01 * ds.inertia_tensor * (1 + ds.time / ds.time[-1]))
-    >>> (axes,) = error_bars_figure(told).axes
+    >>> with_error = ds.assign(inertia_tensor_error=0.01 * ds.inertia_tensor * (1 + ds.time / ds.time[-1]))
+    >>> (axes,) = error_bars_figure(with_error).axes
     >>> print(f"{axes.lines[0].get_ydata().max():.2f}", axes.get_yscale())
     0.02 log
     """

@@ -84,7 +84,7 @@ def _map(figure, points: int) -> None:
     heights = np.array([[body.c_over_a for body in row] for row in bodies])
     unit = math.sqrt(math.pi * bodies[0][0].density)
     growth = np.array([[spectrum(body).growth_rate / unit for body in row] for row in bodies])
-    growth[-1] = 0.0  # a spheroid is told by its own colours
+    growth[-1] = 0.0  # a spheroid has its own colours
     colours = LinearSegmentedColormap.from_list("growth", ["#e4eef6", "#fbd9a6", style.ORANGE, style.VERMILLION])
     across = np.broadcast_to(ratios[:, None], heights.shape)
     mesh = panel.pcolormesh(across, heights, growth, cmap=colours, shading="gouraud", vmin=0, rasterized=True)

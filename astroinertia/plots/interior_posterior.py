@@ -65,8 +65,8 @@ def posterior_figure(
         for k, values in enumerate(columns):
             low, middle, high = np.quantile(values, [0.16, 0.5, 0.84])
             digits = max(0, 1 - math.floor(math.log10(min(high - middle, middle - low) or 1.0)))
-            told = f"${middle:.{digits}f}^{{+{high - middle:.{digits}f}}}_{{-{middle - low:.{digits}f}}}$"
-            figure.axes[k * len(columns) + k].set_title(told, loc="center", fontsize=11)
+            label = f"${middle:.{digits}f}^{{+{high - middle:.{digits}f}}}_{{-{middle - low:.{digits}f}}}$"
+            figure.axes[k * len(columns) + k].set_title(label, loc="center", fontsize=11)
         body = str(posterior.attrs.get("body", ""))
         title = str(posterior.attrs.get("title", "interiors"))
         figure.suptitle(

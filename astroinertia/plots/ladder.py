@@ -21,7 +21,7 @@ USUAL = ("moment_of_inertia", "mean_spin", "mean_radius", "flattening", "rotatio
 """What is compared unless something else is asked for, as far as the runs have it."""
 _DERIVED = ("moment_of_inertia", "mean_spin")  # of the accessor, about the axis of the angular momentum
 _COLUMN = 15
-_ROUND_OFF = 1e-13  # of the largest value: less is told as 0
+_ROUND_OFF = 1e-13  # of the largest value: less is shown as 0
 
 
 @dataclass(frozen=True)
@@ -63,26 +63,26 @@ def labels(datasets: Sequence[xr.Dataset]) -> list[str]:
     >>> print(labels([ds, ds]))
     ['sph, 100 particles [1]', 'sph, 100 particles [2]']
     """
-    told = []
+    names = []
     for dataset in datasets:
         particles = _particles(dataset)
         model = str(dataset.attrs.get("model", "run"))
-        told.append(f"{model}, {particles} particles" if particles else model)
+        names.append(f"{model}, {particles} particles" if particles else model)
     for extra in ([str(dataset.attrs.get("name", "")) for dataset in datasets], _outer_folders(datasets)):
-        if len(set(told)) < len(told) and len(set(extra)) > 1:
-            told = [f"{text} ({more})" if more else text for text, more in zip(told, extra, strict=True)]
-    if len(set(told)) < len(told):
-        told = [f"{text} [{number + 1}]" for number, text in enumerate(told)]
-    return told
+        if len(set(names)) < len(names) and len(set(extra)) > 1:
+            names = [f"{text} ({more})" if more else text for text, more in zip(names, extra, strict=True)]
+    if len(set(names)) < len(names):
+        names = [f"{text} [{number + 1}]" for number, text in enumerate(names)]
+    return names
 
 
 def compared(datasets: Sequence[xr.Dataset], names: Sequence[str] = (), finest: int | None = None) -> list[Compared]:
     """Quantities of several runs on their own times, and their differences from the finest run's.
 
     names: variables of the schema, "moment_of_inertia" or "mean_spin" (both about the axis of the angular momentum);
-    the usual ones without. Vectors and tensors are told by their size. finest: number of the run that the others are
-    measured against, the finest by `fineness` without. ValueError for fewer than two runs, more than can be told apart,
-    a quantity that no two runs have, or runs of which some have units and some have not.
+    the usual ones without. Vectors and tensors are shown by their size. finest: number of the run that the others are
+    measured against, the finest by `fineness` without. ValueError for fewer than two runs, more than can be
+    distinguished, a quantity that no two runs have, or runs of which some have units and some have not.
 
     >>> runs = [ds, ds.assign(inertia_tensor=1.01 * ds.inertia_tensor)]
     >>> (found,) = compared(runs, ["inertia_tensor"], finest=0)
@@ -113,7 +113,7 @@ def ladder_figure(datasets: Sequence[xr.Dataset], found: Sequence[Compared], fin
     >>> print(len(figure.axes))  # the quantity, and how far the runs are apart
     2
     """
-    told = labels(datasets)
+    names = labels(datasets)
     with style.styled():
         figure = style.begin(datasets[finest], "runs beside each other", (12.0, 1.4 + 2.15 * len(found)))
         grid = figure.subplots(len(found), 2, width_ratios=[1.35, 1.0], squeeze=False)
@@ -121,14 +121,14 @@ def ladder_figure(datasets: Sequence[xr.Dataset], found: Sequence[Compared], fin
             style.unit_of(datasets[0]["time"]), np.concatenate([each["time"].values for each in datasets])
         )
         for (left, right), one in zip(grid, found, strict=True):
-            _overlaid(left, one, told, factor)
-            _differences(right, one, told, factor, finest)
+            _overlaid(left, one, names, factor)
+            _differences(right, one, names, factor, finest)
             for axes in (left, right):
                 axes.set_xlim(0, max(line.times[-1] for line in one.lines.values()) / factor)
                 axes.tick_params(labelbottom=one is found[-1])
                 if one is found[-1]:
                     axes.set_xlabel(style.label("time", unit))
-        grid[0, 1].set_title(f"Difference from: {told[finest]}")
+        grid[0, 1].set_title(f"Difference from: {names[finest]}")
         handles, texts = grid[0, 0].get_legend_handles_labels()
         figure.legend(handles, texts, loc="outside lower center", ncols=min(len(texts), 4))
         return figure
@@ -138,14 +138,14 @@ def ladder_table(datasets: Sequence[xr.Dataset], found: Sequence[Compared], fine
     """The same in words: what each run costs, and start, extremes, end and differences of every quantity.
 
     >>> runs = [ds, ds.assign(inertia_tensor=1.01 * ds.inertia_tensor)]
-    >>> told = ladder_table(runs, compared(runs, ["inertia_tensor"], finest=0), 0)
-    >>> print(told.splitlines()[-3].split()[-1])  # the largest difference
+    >>> text = ladder_table(runs, compared(runs, ["inertia_tensor"], finest=0), 0)
+    >>> print(text.splitlines()[-3].split()[-1])  # the largest difference
     1.00e-02
     """
-    told = labels(datasets)
-    width = max(max(map(len, told)), 18) + 2
+    names = labels(datasets)
+    width = max(max(map(len, names)), 18) + 2
     lines = [f"{'run':{width}}{'computed in':>{_COLUMN}}{'outputs':>{_COLUMN}}{'to':>{_COLUMN}}"]
-    for name, dataset in zip(told, datasets, strict=True):
+    for name, dataset in zip(names, datasets, strict=True):
         wall, outputs = float(dataset["wall_time"][-1]), dataset.sizes["time"]
         took = f"{wall:.3g} s" if np.isfinite(wall) else "-"
         factor, unit = style.scale_of(style.unit_of(dataset["time"]), dataset["time"].values)
@@ -161,11 +161,11 @@ def ladder_table(datasets: Sequence[xr.Dataset], found: Sequence[Compared], fine
             values = np.where(abs(values) > _ROUND_OFF * one.size, values, 0.0)
             shown = [values[0], values.min(), values.max(), values[-1]]
             cells = "".join(f"{value / factor:>{_COLUMN}.5g}" for value in shown)
-            lines.append(f"{told[number]:{width}}{cells}{_told_differences(one, line, number == finest)}")
-    return "\n".join([*lines, "", f"differences are from '{told[finest]}', over its largest value"])
+            lines.append(f"{names[number]:{width}}{cells}{_difference_cells(one, line, number == finest)}")
+    return "\n".join([*lines, "", f"differences are from '{names[finest]}', over its largest value"])
 
 
-def _told_differences(one: Compared, line: Line, itself: bool) -> str:
+def _difference_cells(one: Compared, line: Line, itself: bool) -> str:
     sizes = abs(line.difference[np.isfinite(line.difference)]) / one.size
     if itself or not len(sizes):
         return f"{'-':>{_COLUMN}}" * 2
@@ -217,12 +217,12 @@ def _at(reference: xr.DataArray, times: np.ndarray) -> np.ndarray:
     return CubicSpline(known["time"].values, known.values)(times, extrapolate=False)
 
 
-def _overlaid(axes, one: Compared, told: list[str], factor: float) -> None:
+def _overlaid(axes, one: Compared, names: list[str], factor: float) -> None:
     scale, unit = style.scale_of(one.unit, *(line.values for line in one.lines.values()))
     for place, (number, line) in enumerate(one.lines.items()):
         axes.plot(
             line.times / factor, line.values / scale, color=COLOURS[number], linestyle=DASHES[place % len(DASHES)],
-            linewidth=1.7, label=told[number],
+            linewidth=1.7, label=names[number],
         )  # fmt: skip
     finite = np.concatenate([line.values[np.isfinite(line.values)] for line in one.lines.values()]) / scale
     if (finite > 0).all() and finite.max() > 20 * finite.min():
@@ -233,7 +233,7 @@ def _overlaid(axes, one: Compared, told: list[str], factor: float) -> None:
         axes.set_ylabel(style.pretty(unit))
 
 
-def _differences(axes, one: Compared, told: list[str], factor: float, finest: int) -> None:
+def _differences(axes, one: Compared, names: list[str], factor: float, finest: int) -> None:
     drawn = []
     for place, (number, line) in enumerate(one.lines.items()):
         sizes = abs(line.difference) / one.size

@@ -66,12 +66,12 @@ def triads(found: Iterable[Matter]) -> list[Triad]:
 
     They are as long as the semi-axes of the homogeneous ellipsoid with the particles' tensor.
     """
-    told = [
+    rows = [
         (tensor.inertia_tensor(each.mass, each.position), each.mass.sum(),
          tensor.centre_of_mass(each.mass, each.position))
         for each in found
     ]  # fmt: skip
-    inertia, mass, centres = (np.array(values) for values in zip(*told, strict=True))
+    inertia, mass, centres = (np.array(values) for values in zip(*rows, strict=True))
     moments, axes = principal.tracked_frame(inertia, PARTICLE_GAP_TOLERANCE)
     lengths = tensor.equivalent_semi_axes(mass, moments)
     defined = ~principal.undefined_axes(moments, PARTICLE_GAP_TOLERANCE)

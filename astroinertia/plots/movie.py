@@ -17,6 +17,7 @@ from PIL import Image
 from astroinertia.errors import ArchiveError
 from astroinertia.plots import film
 from astroinertia.process import interrupts
+from astroinertia.process.renamed import renamed_keyword
 from astroinertia.storage import overwriting
 from astroinertia.storage.atomic import write_whole
 
@@ -28,19 +29,20 @@ _COLOURS = 256
 SHORTEST = 20  # milliseconds that a picture of a GIF is shown: viewers slow down what is shorter
 
 
+@renamed_keyword("told", "listener")
 def write_movie(
     dataset: xr.Dataset,
     snapshots: xr.Dataset | None,
     path: Path,
     fps: float | None = None,
     every: int | None = None,
-    told: Callable[[int, int], None] | None = None,
+    listener: Callable[[int, int], None] | None = None,
 ) -> int:
     """Write the film of a run's snapshots, or of its outputs where it has no particles; how many pictures it has.
 
     path: ends in .mp4 or .gif. fps: pictures a second; without it the film lasts some 8 s. every: take every so many
-    snapshots. told: called with the pictures that are done and their number. ArchiveError for what cannot be filmed or
-    written; nothing is left behind then, nor after Ctrl-C. Tests: tests/unit/test_film.py.
+    snapshots. listener: called with the pictures that are done and their number. ArchiveError for what cannot be filmed
+    or written; nothing is left behind then, nor after Ctrl-C. Tests: tests/unit/test_film.py.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -59,7 +61,7 @@ def write_movie(
         )
     numbers = film.chosen(dataset, snapshots, every)
     rate = fps or float(np.clip(len(numbers) / LASTS, SLOWEST, FASTEST))
-    pictures = _counted(film.frames(dataset, snapshots, numbers, _DPI[suffix]), len(numbers), told)
+    pictures = _counted(film.frames(dataset, snapshots, numbers, _DPI[suffix]), len(numbers), listener)
 
     def fill(aside: Path) -> None:
         if program is None:
@@ -89,12 +91,12 @@ def ffmpeg() -> str | None:
 
 
 def _counted(
-    pictures: Iterable[np.ndarray], count: int, told: Callable[[int, int], None] | None
+    pictures: Iterable[np.ndarray], count: int, listener: Callable[[int, int], None] | None
 ) -> Iterator[np.ndarray]:
     for done, picture in enumerate(pictures, 1):
         yield picture
-        if told is not None:
-            told(done, count)
+        if listener is not None:
+            listener(done, count)
 
 
 def _write_gif(pictures: Iterator[np.ndarray], rate: float, path: Path) -> None:

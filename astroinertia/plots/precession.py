@@ -65,10 +65,10 @@ def chandler_figure(dataset: xr.Dataset) -> Figure:
             axes.bar(k, by, _BAR, bottom=end - by, color=colour, alpha=0.9)
             if k:
                 axes.plot([k - 1 + _BAR / 2, k - _BAR / 2], [end - by] * 2, color=style.GREY, linewidth=0.9)
-            told = f"{end:.1f} d" if k == 0 else f"{by:+.1f}".replace("-", "\N{MINUS SIGN}")
+            label = f"{end:.1f} d" if k == 0 else f"{by:+.1f}".replace("-", "\N{MINUS SIGN}")
             wide = k and abs(by) > _ROOM
             axes.annotate(
-                told, (k, end - by / 2 if wide else max(end, end - by)), xytext=(0, 0 if wide else 4), ha="center",
+                label, (k, end - by / 2 if wide else max(end, end - by)), xytext=(0, 0 if wide else 4), ha="center",
                 textcoords="offset points", va="center" if wide else "bottom", color="white" if wide else style.INK,
                 fontsize=10,
             )  # fmt: skip
@@ -174,7 +174,7 @@ def _parts(axes, dataset: xr.Dataset) -> None:
     axes.set_axis_off()
     axes.set_title("What turns it: arc seconds a century")
 
-    def told(value: float) -> str:
+    def value_text(value: float) -> str:
         return f"{value / _ARCSECOND * _CENTURY:,.3f}".replace(",", " ")
 
     rows = [
@@ -191,7 +191,9 @@ def _parts(axes, dataset: xr.Dataset) -> None:
         whole = name.startswith(("all", "corrected", "published"))
         weight = "bold" if whole else "normal"
         axes.text(0.0, y, name, transform=axes.transAxes, fontsize=9, fontweight=weight, va="center")
-        axes.text(1.0, y, told(value), transform=axes.transAxes, fontsize=9, fontweight=weight, va="center", ha="right")
+        axes.text(
+            1.0, y, value_text(value), transform=axes.transAxes, fontsize=9, fontweight=weight, va="center", ha="right"
+        )
     axes.text(
         0.0, 0.94 - 0.085 * len(rows), f"corrected over published: 1 {float(dataset['difference']):+.1e}",
         transform=axes.transAxes, fontsize=9, color=style.GREY, va="center",

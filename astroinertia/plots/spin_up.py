@@ -75,8 +75,8 @@ def _period_panel(axes: Any, dataset: xr.Dataset, first: int) -> None:
         axes.plot(x[last], y[last], color=colour, marker="X" if stopped else "v", markersize=8 if stopped else 6,
                   zorder=4)  # fmt: skip
         axes.annotate(
-            f"{dataset['case'].values[number]}\n{_told(y[0])} to {_told(y[last])}", (x[0], y[0]), xytext=(0, 7),
-            textcoords="offset points", fontsize=8.5, color=colour, ha="center", va="bottom", zorder=5,
+            f"{dataset['case'].values[number]}\n{_period_text(y[0])} to {_period_text(y[last])}", (x[0], y[0]),
+            xytext=(0, 7), textcoords="offset points", fontsize=8.5, color=colour, ha="center", va="bottom", zorder=5,
             path_effects=[withStroke(linewidth=2.5, foreground="white")],
         )  # fmt: skip
     axes.set_xscale("log")
@@ -87,7 +87,7 @@ def _period_panel(axes: Any, dataset: xr.Dataset, first: int) -> None:
               transform=axes.transAxes)  # fmt: skip
 
 
-def _told(period: float) -> str:
+def _period_text(period: float) -> str:
     if _HOUR <= period < 48 * _HOUR:
         return f"{period / _HOUR:.3g} h"
     scale, unit = style.scale_of("s", period)

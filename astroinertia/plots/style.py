@@ -17,7 +17,7 @@ from astroinertia.storage import overwriting
 from astroinertia.storage.atomic import write_whole
 from astroinertia.units import quantity, readable
 
-# Okabe & Ito's palette, told apart in all common kinds of colour blindness (jfly.uni-koeln.de/color).
+# Okabe & Ito's palette, distinct in all common kinds of colour blindness (jfly.uni-koeln.de/color).
 BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, YELLOW = (
     "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#B8A800",
 )  # fmt: skip

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from astroinertia.dataset.resolution import told
+from astroinertia.dataset.resolution import resolution_message
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.ledger import bounds
 from astroinertia.plots.error_bars import known_bars
@@ -50,8 +50,8 @@ def summary(dataset: xr.Dataset) -> str:
     >>> print("flattening" in summary(ds), "T/|W|" in summary(ds))
     True True
     """
-    parts = [heading(dataset), *(table.text() for table in tables(dataset)), told(dataset.attrs)]
-    parts.append(bounds.told(dataset.attrs))
+    parts = [heading(dataset), *(table.text() for table in tables(dataset)), resolution_message(dataset.attrs)]
+    parts.append(bounds.ledger_message(dataset.attrs))
     return "\n\n".join(part for part in parts if part)
 
 
@@ -160,8 +160,8 @@ def _accuracy(dataset: xr.Dataset) -> Table:
             "of (2 M E_kin)^1/2 at its largest",
         ),
     ]
-    told = tuple((name, f"{value:.2e}", of) for name, value, of in rows if np.isfinite(value))
-    return Table("Accuracy and conservation", (), told, (_WIDTH, 14))
+    finite = tuple((name, f"{value:.2e}", of) for name, value, of in rows if np.isfinite(value))
+    return Table("Accuracy and conservation", (), finite, (_WIDTH, 14))
 
 
 def _bars(dataset: xr.Dataset) -> Table:

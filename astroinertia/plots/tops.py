@@ -58,8 +58,8 @@ def heavy_top_figure(tops: Mapping[str, HeavyTop], name: str = "") -> Figure:
     with style.styled():
         figure = style.page(f"{name}: heavy tops" if name else "heavy tops", (4.6 * len(tops), 5.2))
         panels = figure.subplots(1, len(tops), squeeze=False)[0]
-        for panel, (told, top) in zip(panels, tops.items(), strict=True):
-            _axis_path(panel, told, top)
+        for panel, (title, top) in zip(panels, tops.items(), strict=True):
+            _axis_path(panel, title, top)
         return figure
 
 
@@ -121,8 +121,8 @@ def _on_plane(panel, top: FreeTop) -> None:
     most = 1.12 * radii[1] or 1.0
     panel.set(xlim=(-most, most), ylim=(-most, most), aspect="equal", xlabel=r"$\omega_x$ (rad per time)")
     panel.set_ylabel(r"$\omega_y$ (rad per time)")
-    told = f"{_PERIODS} periods" if math.isfinite(period(top)) else "the whole motion"
-    panel.set_title(f"Herpolhode, from above L: {told}")
+    span = f"{_PERIODS} periods" if math.isfinite(period(top)) else "the whole motion"
+    panel.set_title(f"Herpolhode, from above L: {span}")
 
 
 def _rates(panel, top: FreeTop) -> None:
@@ -137,11 +137,11 @@ def _rates(panel, top: FreeTop) -> None:
     low, high = panel.get_ylim()
     panel.set(xlim=(times[0], times[-1]), ylim=(low, high + 0.2 * (high - low)), xlabel="time", ylabel="rad per time")
     panel.legend(loc="upper left", ncols=3, columnspacing=0.9, handlelength=1.2)
-    told = {"steady": "steady", "separatrix": "separatrix"}.get(top.motion)
-    panel.set_title(f"Rates in the body: {told or f'period {once:.6g}'}")
+    motion_text = {"steady": "steady", "separatrix": "separatrix"}.get(top.motion)
+    panel.set_title(f"Rates in the body: {motion_text or f'period {once:.6g}'}")
 
 
-def _axis_path(panel, told: str, top: HeavyTop) -> None:
+def _axis_path(panel, title: str, top: HeavyTop) -> None:
     once = heavy.nutation_period(top)
     span = _NUTATIONS * once if math.isfinite(once) else 24.0 / float(top.argument_rate)
     axis = heavy.attitude(top, np.linspace(0.0, span, _POINTS))[:, 2]
@@ -160,7 +160,7 @@ def _axis_path(panel, told: str, top: HeavyTop) -> None:
     panel.grid(False)
     for side in panel.spines.values():
         side.set_visible(False)
-    panel.set_title(told)
+    panel.set_title(title)
     panel.text(
         0.0, -1.33 * most,
         f"tilt {math.degrees(low):.4g} to {math.degrees(high):.4g} deg\n"

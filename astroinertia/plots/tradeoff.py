@@ -147,11 +147,11 @@ def _triangle(panel, table: xr.Dataset, name: str) -> None:
     colour = _look(number)[1]
     panel.plot(*(10.0 ** np.array(corners)).T, color=colour, linewidth=1.1, zorder=6)
     spread = float(of_knobs["order_uncertainty"][number])
-    told = f"order {order:.2f}" + (f" ± {spread:.2f}" if math.isfinite(spread) else "")
+    note = f"order {order:.2f}" + (f" ± {spread:.2f}" if math.isfinite(spread) else "")
     theory = float(table["expected_order"][number])
-    told += f", theory {theory:g}" if math.isfinite(theory) else ""
+    note += f", theory {theory:g}" if math.isfinite(theory) else ""
     panel.annotate(
-        f"{_words(str(table['knob'].values[number]))}: {told}", (10.0 ** (x + width), 10.0**y), xytext=(0, 5),
+        f"{_words(str(table['knob'].values[number]))}: {note}", (10.0 ** (x + width), 10.0**y), xytext=(0, 5),
         textcoords="offset points", ha="right", fontsize=_NOTE + 0.5, color=colour,
     )  # fmt: skip
 
@@ -191,9 +191,9 @@ def _limits(panel, seconds: np.ndarray, error: np.ndarray) -> None:
 def _rung(one: xr.Dataset, number: int, drawn: float) -> str:
     """What is written beside another rung: its name, and its error, for it may be drawn above it."""
     error, accuracy = float(one["error"][number]), float(one["reference_accuracy"])
-    told = "exact" if error < accuracy else f"error {style.number(error, 2)}"
-    told += " \N{DOWNWARDS ARROW}" if drawn > error else ""
-    return f"{one['value'].values[number]}: {told}"
+    note = "exact" if error < accuracy else f"error {style.number(error, 2)}"
+    note += " \N{DOWNWARDS ARROW}" if drawn > error else ""
+    return f"{one['value'].values[number]}: {note}"
 
 
 def _look(number: int) -> tuple[str, str]:

@@ -180,8 +180,8 @@ def spun_up_polytrope(
     asked = abs(angular_momentum) / math.sqrt(gravitational_constant * mass**3 * radius_at_rest)
     most = polytropic_limit(float(index))
     if not asked < most.angular_momentum:
-        told = f"{asked:.6g} (G M^3 R)^(1/2), and sheds mass at {most.angular_momentum:.6g}"
-        raise NumericalError(f"a polytrope of index {index:g} cannot hold an angular momentum of {told}")
+        described = f"{asked:.6g} (G M^3 R)^(1/2), and sheds mass at {most.angular_momentum:.6g}"
+        raise NumericalError(f"a polytrope of index {index:g} cannot hold an angular momentum of {described}")
     matter = polytropic_matter(index)
 
     def excess(ratio: float) -> float:

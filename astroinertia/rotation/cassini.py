@@ -183,7 +183,7 @@ def _require_locked(ratio: float, motion: float, node_rate: float, inclination: 
 
 
 def _zeros(torque: Any) -> list[float]:
-    """The angles from -pi to pi where the torque vanishes; pairs that are about to merge are told from none."""
+    """The angles from -pi to pi where the torque vanishes; pairs that are about to merge are kept apart from none."""
     grid = np.linspace(-np.pi, np.pi, _SCAN + 1)
     values = torque(grid)
     found = [float(grid[k]) for k in np.flatnonzero(values[:-1] == 0)]

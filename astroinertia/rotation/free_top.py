@@ -212,6 +212,6 @@ def _checked(moments: Sequence[Number], angular_velocity: Sequence[Number]) -> t
     sizes, rates = [exact(each) for each in moments], [exact(each) for each in angular_velocity]
     least, middle, most = sorted(sizes)
     if least < 0 or (least == 0 and not (0 < middle == most)):
-        told = ", ".join(f"{float(size):g}" for size in sizes)
-        raise ValueError(f"the moments of a free top are positive, or one is 0 and the others are equal, not {told}")
+        listed = ", ".join(f"{float(size):g}" for size in sizes)
+        raise ValueError(f"the moments of a free top are positive, or one is 0 and the others are equal, not {listed}")
     return sizes, rates

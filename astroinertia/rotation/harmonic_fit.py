@@ -11,7 +11,7 @@ from astroinertia.errors import NumericalError
 
 Array = Any
 
-_WORST_CONDITION = 1e8  # of the normalised columns; beyond, terms are not told apart in so short a record
+_WORST_CONDITION = 1e8  # of the normalised columns; beyond, terms cannot be separated in so short a record
 
 
 class HarmonicFit(NamedTuple):

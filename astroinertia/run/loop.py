@@ -14,12 +14,12 @@ from astroinertia import dataset
 from astroinertia.build.assemble import (
     Prepared,
     metadata,
+    model_description,
     note_versions,
     prepare,
     refuse_contradictions,
     restore,
     scene_of,
-    told_by,
 )
 from astroinertia.costs import experience, machine
 from astroinertia.costs.prediction import predict
@@ -63,7 +63,7 @@ class Progress:
 
 OFF_PLAN = 10.0  # times the steps that were planned for the whole run, from which on a run says so
 Listener = Callable[[Progress], None]
-"""What is told how a run goes; if it raises RunInterrupted, the run is sealed and stops, as after a signal."""
+"""What hears how a run goes; if it raises RunInterrupted, the run is sealed and stops, as after a signal."""
 Completion = Callable[[xr.Dataset], xr.Dataset]
 """What adds to a run's dataset before its file is written; where it was interrupted, a resumed run calls it again."""
 
@@ -79,8 +79,8 @@ def run_scene(
     """Run a scene in a new run folder and return the netCDF file that it leaves.
 
     begun: of time.monotonic(), from when on the run's time is counted; from now on without it. The scene's error bars
-    are told by `completed`: accuracy.companion_runs. deadline: of time.monotonic(), too, by which the run is sealed and
-    stopped if it has not ended. Raises SceneError, ArchiveError (the folder holds another run), NumericalError, and
+    are added by `completed`: accuracy.companion_runs. deadline: of time.monotonic(), too, by which the run is sealed
+    and stopped if it has not ended. Raises SceneError, ArchiveError (the folder holds another run), NumericalError, and
     RunInterrupted after a signal or for the deadline, with everything sealed so that `resume` goes on.
     """
     begun = clock.monotonic() if begun is None else begun
@@ -100,8 +100,10 @@ def run_prepared(
     completed: Completion | None = None, deadline: float = math.inf,
 ) -> Path:  # fmt: skip
     """The same for a scene at time 0 that is prepared and described (build.metadata); under jax.enable_x64."""
-    told = {**described, **told_by(prepared.evolution)}
-    with hosts.first_then_others(lambda: Archive.create(folder, told), lambda: Unwritten(folder, told)) as archive:
+    description = {**described, **model_description(prepared.evolution)}
+    with hosts.first_then_others(
+        lambda: Archive.create(folder, description), lambda: Unwritten(folder, description)
+    ) as archive:
         return _Run(prepared, archive, listener, begun, deadline).finish(completed)
 
 
@@ -110,13 +112,13 @@ def _predicted(scene: Scene) -> dict[str, float]:
     found = predict(scene, machine.known())
     if found is None:
         return {}
-    told = {
+    figures = {
         "predicted_wall_time": found.wall_time,
         "predicted_evolution_time": found.evolution.wall,
         "predicted_memory": found.memory,
         "predicted_steps": found.steps,
     }
-    return {name: value for name, value in told.items() if math.isfinite(value)}
+    return {name: value for name, value in figures.items() if math.isfinite(value)}
 
 
 def resume(
@@ -154,7 +156,7 @@ class _Run:
         self.counters = dict(prepared.counters)
         self.opened = clock.monotonic()
         self.from_share = self._share()
-        self.told = -1e9
+        self.reported_at = -1e9
         self.saved, self.saved_step = self.opened, self.body.steps
         self.could_stop, self.sealing = self.opened, 0.0
         self.stopping: list[str] = []
@@ -165,7 +167,7 @@ class _Run:
             with interrupts.noted(self.stopping, self._unsealed):
                 self._evolve()
             self._tell(force=True)
-            # Of several processes the first alone can leave here: the others wait for it, and are told.
+            # Of several processes the first alone can leave here: the others wait for it, and learn of it.
             return hosts.first_then_others(lambda: self._written(completed), lambda: self._written(completed))
 
     def _evolve(self) -> None:
@@ -287,15 +289,15 @@ class _Run:
         self.sealing = self.saved - begin
 
     def _tell(self, force: bool) -> None:
-        if self.listener is None or (not force and clock.monotonic() - self.told < 0.2):
+        if self.listener is None or (not force and clock.monotonic() - self.reported_at < 0.2):
             return
-        self.told = clock.monotonic()
+        self.reported_at = clock.monotonic()
         found = self.body.figures()
         progress = Progress(
             time=self.body.time,
             end=self.output.end,
             step=self.body.steps,
-            wall_time=self.counters["wall_time"] + self.told - self.opened,
+            wall_time=self.counters["wall_time"] + self.reported_at - self.opened,
             energy_error=abs(found.total_energy - self.counters["opening_energy"]) / found.energy_scale,
             ledger_closure=found.ledger_closure,
             density_max=found.density_max,
@@ -321,6 +323,6 @@ class _Run:
         done = share - self.from_share
         if done <= 0.0:
             return (1.0 - share) * predicted
-        seen = (self.told - self.opened) / done
+        seen = (self.reported_at - self.opened) / done
         expected = predicted if math.isfinite(predicted) and not self._off_plan() else seen
         return (1.0 - share) * (share * seen + (1.0 - share) * expected)

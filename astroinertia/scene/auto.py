@@ -53,12 +53,12 @@ def choose(scene: Scene) -> Choice:
         on = bool(needed) or sizes[kind].counts(accuracy)
         if on:
             effects[kind] = considered[kind]
-        reasons[kind] = f"{'on' if on else 'off'}: {needed or told(sizes[kind], accuracy)}"
+        reasons[kind] = f"{'on' if on else 'off'}: {needed or size_description(sizes[kind], accuracy)}"
     kept = scene.model != "sph" or "companions" in effects
     return Choice(effects, reasons, kept)
 
 
-def told(size: Size, accuracy: float) -> str:
+def size_description(size: Size, accuracy: float) -> str:
     """What a size means, in words."""
     if size.change is None:
         return f"its size is not known: {size.unknown}"

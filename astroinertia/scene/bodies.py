@@ -43,8 +43,8 @@ _SCALED = ("j_constant", "v_constant")
 def _exactly_one(part: Part, *names: str) -> None:
     given = [name for name in names if getattr(part, name) is not None]
     if len(given) != 1:
-        told = "none is given" if not given else f"{' and '.join(given)} are given"
-        raise ValueError(f"needs exactly one of {', '.join(names[:-1])} and {names[-1]}, but {told}.")
+        problem = "none is given" if not given else f"{' and '.join(given)} are given"
+        raise ValueError(f"needs exactly one of {', '.join(names[:-1])} and {names[-1]}, but {problem}.")
 
 
 def _law_with_scale(part: Any) -> None:

@@ -1,4 +1,4 @@
-"""Characteristic numbers of a scene, from the scene alone and before anything is built; rough, and None if untold.
+"""Characteristic numbers of a scene, from the scene alone and before anything is built; rough, and None if unknown.
 
 Tests: tests/unit/test_sizes.py.
 """
@@ -193,7 +193,7 @@ def _flow(body: Any, second: np.ndarray, known: dict[str, Any]) -> dict[str, Any
     strain = float(np.linalg.norm(whole + whole.T)) / 2.0
     mixed = second @ whole.T
     momentum = np.array([mixed[1, 2] - mixed[2, 1], mixed[2, 0] - mixed[0, 2], mixed[0, 1] - mixed[1, 0]])
-    # A needle may have no moment about its own axis, to rounding, and no spin about it that could be told.
+    # A needle may have no moment about its own axis, to rounding, and no spin about it that could be stated.
     spin = np.linalg.pinv(np.trace(second) * np.eye(3) - second, hermitian=True) @ momentum
     rate = float(np.linalg.norm(spin))
     energy = 0.5 * float(np.trace(whole @ second @ whole.T))

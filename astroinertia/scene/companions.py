@@ -70,8 +70,8 @@ def check_names(companions: tuple[Companion, ...]) -> None:
     known = [BODY, BARYCENTRE]
     for each in companions:
         if each.name in known:
-            told = "twice" if each.name not in (BODY, BARYCENTRE) else "which is taken"
-            raise ValueError(f"[[companions]] has the name {each.name} {told}.")
+            problem = "twice" if each.name not in (BODY, BARYCENTRE) else "which is taken"
+            raise ValueError(f"[[companions]] has the name {each.name} {problem}.")
         if each.around not in known:
             raise ValueError(
                 f"[[companions]] {each.name} goes around {each.around}, which is not listed before it "

@@ -131,7 +131,7 @@ class Material(Part):
         description="table (.csv .npz .h5), relative to the scene: columns density internal_energy pressure, in SI",
     )
     reference_density: Density | None = Field(
-        default=None, description="with a file: the density at which isentropes are told apart by their energy"
+        default=None, description="with a file: the density at which isentropes are distinguished by their energy"
     )
     hottest: SpecificEnergy | None = Field(
         default=None, description="energy of the hottest isentrope at the reference density; 1e9 J/kg, or the file's"

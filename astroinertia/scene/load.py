@@ -79,7 +79,7 @@ def loads(
         return _validated(tables, text, tuple(overrides), origin, given, fluid)
     except Problem as problem:
         path = tuple(part for part in problem.path if isinstance(part, str))
-        raise SceneError(f"{where(text, overrides, path, name)}: {_told(problem)}") from None
+        raise SceneError(f"{where(text, overrides, path, name)}: {_message(problem)}") from None
 
 
 def with_effects(scene: schema.Scene, effects: Sequence[Any]) -> schema.Scene:
@@ -129,7 +129,7 @@ def resolved_text(scene: schema.Scene) -> str:
     return with_overrides(scene.source, scene.overrides)
 
 
-def _told(problem: Problem) -> str:
+def _message(problem: Problem) -> str:
     return f"{place(problem.path, problem.table)}{problem.message}" if problem.path else problem.message.lstrip(": ")
 
 

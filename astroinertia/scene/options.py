@@ -72,9 +72,9 @@ def _value(path: tuple[str | int, ...], option: Option, value: Any, code: bool) 
 def _array(path: tuple[str | int, ...], option: Option, shape: tuple[int, ...], value: Any, code: bool) -> Any:
     if shape:
         if not isinstance(value, list) or len(value) != shape[0]:
-            told = f"a list of {len(value)}" if isinstance(value, list) else described(value)
+            actual = f"a list of {len(value)}" if isinstance(value, list) else described(value)
             what = "numbers" if len(shape) == 1 else "rows"
-            raise Problem(path, f": must be a list of {shape[0]} {what}, not {told}.")
+            raise Problem(path, f": must be a list of {shape[0]} {what}, not {actual}.")
         return tuple(_array((*path, k), option, shape[1:], item, code) for k, item in enumerate(value))
     try:
         number = dimensional(value, option.dimension, code)

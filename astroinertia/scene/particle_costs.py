@@ -21,8 +21,8 @@ def expected(
         for body in bodies
     ]
     first = {name: min(each[name] for each in limits) for name in limits[0]}
-    told = ", ".join(f"{name} {shown(scene, float(f'{limit:.2g}'), 'time')}" for name, limit in first.items())
-    return [("its limits at first", told, "about, at the mean density; denser places and shocks shorten it")]
+    listed = ", ".join(f"{name} {shown(scene, float(f'{limit:.2g}'), 'time')}" for name, limit in first.items())
+    return [("its limits at first", listed, "about, at the mean density; denser places and shocks shorten it")]
 
 
 def first_limits(

@@ -38,8 +38,8 @@ class Orbit(Part):
             raise ValueError("has a separation that is beyond the apocentre.")
         return self
 
-    def told(self, shown: Callable[[float, str], str]) -> list[tuple[str, str, str]]:
-        """What the plan tells of it: name, value and why, with quantities as `shown` writes them."""
+    def plan_lines(self, shown: Callable[[float, str], str]) -> list[tuple[str, str, str]]:
+        """The lines of the plan: name, value and why, with quantities as `shown` writes them."""
         separation = self.pericentre if self.separation is None else self.separation
         return [
             ("pericentre", shown(self.pericentre, "length"), f"eccentricity {self.eccentricity:g}"),
@@ -47,8 +47,8 @@ class Orbit(Part):
         ]
 
 
-def place_told(position: Any, velocity: Any, shown: Callable[[float, str], str]) -> list[tuple[str, str]]:
-    """What the plan tells of a body that is not at rest at the origin."""
+def place_lines(position: Any, velocity: Any, shown: Callable[[float, str], str]) -> list[tuple[str, str]]:
+    """The lines of the plan on a body that is not at rest at the origin."""
     given = (("position", position, "length"), ("velocity", velocity, "velocity"))
     return [
         (f"{name} of its centre", f"({', '.join(shown(x, dimension) for x in vector)})")

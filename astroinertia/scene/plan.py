@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from astroinertia.scene import gravity_prices, plan_body, plan_effects
+from astroinertia.scene import gravity_costs, plan_body, plan_effects
 from astroinertia.scene.fluids import FROM_BODY, Material
 from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.resolution import resolved
@@ -110,12 +110,12 @@ def softening(scene: Scene) -> float | None:
     return scene.effects.get("gravity", {}).get("softening")
 
 
-def gravity_method(scene: Scene, particles: int) -> gravity_prices.Method:
+def gravity_method(scene: Scene, particles: int) -> gravity_costs.Method:
     """How so many particles attract each other: as the scene says, or what takes less time."""
     asked, numerics = scene.effects["gravity"], scene.numerics
     if asked["method"] != "auto":
         return asked["method"]
-    return gravity_prices.cheaper(particles, numerics.engine, numerics.precision, asked["force_error"])
+    return gravity_costs.cheaper(particles, numerics.engine, numerics.precision, asked["force_error"])
 
 
 def plan(scene: Scene) -> Plan:
@@ -123,16 +123,16 @@ def plan(scene: Scene) -> Plan:
     titles = [f"bodies.{number}" for number in range(len(scene.bodies))] or ["body"]
     sections = {title: _body(alone) for title, alone in zip(titles, scene.alone(), strict=True)}
     if scene.orbit is not None:
-        told = scene.orbit.told(lambda value, dimension: _shown(scene, value, dimension))
-        sections["orbit"] = tuple(Line(*each) for each in told)
+        lines = scene.orbit.plan_lines(lambda value, dimension: _shown(scene, value, dimension))
+        sections["orbit"] = tuple(Line(*each) for each in lines)
     if scene.model in ("sph", "ellipsoid"):
         sections["equation of state"] = _equation_of_state(scene)
     if scene.regions:
-        sections["regions"] = tuple(Line(name, text) for name, text in regions_told(scene).items())
+        sections["regions"] = tuple(Line(name, text) for name, text in region_descriptions(scene).items())
     if scene.companions:
         sections["companions"] = _companions(scene)
     if scene.box is not None:
-        sections["box"] = (Line(*scene.box.told(lambda length: _shown(scene, length, "length"))),)
+        sections["box"] = (Line(*scene.box.plan_line(lambda length: _shown(scene, length, "length"))),)
     sections |= {"model and numerics": _numerics(scene), "time and output": _time(scene)}
     follows = scene.model == "sph" and softening(scene) is None
     if follows and (found := resolved(scene, *smoothing(scene), code_units(scene).gravitational_constant)):
@@ -141,8 +141,8 @@ def plan(scene: Scene) -> Plan:
         sections["accuracy"] = tuple(Line(name, text) for name, text in scene.choice.items())
     elif scene.wants_choice:
         sections["accuracy"] = (Line(*UNCHOSEN),)
-    sections["characteristic numbers"] = tuple(Line(*each) for each in plan_effects.numbers_told(scene))
-    sizes = plan_effects.sizes_told(scene)
+    sections["characteristic numbers"] = tuple(Line(*each) for each in plan_effects.number_lines(scene))
+    sizes = plan_effects.size_descriptions(scene)
     effects = tuple(
         EffectLine(
             kind,
@@ -183,10 +183,10 @@ def _companions(scene: Scene) -> tuple[Line, ...]:
     return (*lines, Line("orbits", f"REBOUND, {scene.orbits.integrator}", back))
 
 
-def regions_told(scene: Scene) -> dict[str, str]:
+def region_descriptions(scene: Scene) -> dict[str, str]:
     """What each region of a scene is, in words."""
     return {
-        name: region.told(
+        name: region.description(
             "" if region.innermost_mass is None else _shown(scene, region.innermost_mass, "mass"),
             "" if region.density_above is None else _shown(scene, region.density_above, "density"),
         )
@@ -196,8 +196,8 @@ def regions_told(scene: Scene) -> dict[str, str]:
 
 def _body(scene: Scene) -> tuple[Line, ...]:
     constant = code_units(scene).gravitational_constant
-    told = plan_body.told(scene, constant, lambda value, dimension: _shown(scene, value, dimension))
-    return tuple(Line(*each) for each in told)
+    lines = plan_body.body_lines(scene, constant, lambda value, dimension: _shown(scene, value, dimension))
+    return tuple(Line(*each) for each in lines)
 
 
 def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
@@ -264,8 +264,8 @@ def _units(scene: Scene) -> tuple[Line, ...]:
     units = code_units(scene)
     if scene.dimensionless:
         return (Line("units", "code units", "G = 1, plain numbers at both ends"),)
-    told = f"{units.mass:.6g} kg, {units.length:.6g} m, {units.time:.6g} s"
-    return (Line("code units", told, "G = 1 inside"),)
+    text = f"{units.mass:.6g} kg, {units.length:.6g} m, {units.time:.6g} s"
+    return (Line("code units", text, "G = 1 inside"),)
 
 
 def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
@@ -296,21 +296,21 @@ def _smoothing_lengths(scene: Scene) -> Line:
 
 
 def _gravity(scene: Scene) -> tuple[Line, ...]:
-    # Both prices are told, so that a person sees what the other way would cost.
+    # Both costs are shown, so that a person sees what the other way would cost.
     asked, particles = scene.effects["gravity"], scene.particles
     if particles is None:
         why = "by the number of particles in the table" if asked["method"] == "auto" else "as asked for"
         return (Line("gravity", asked["method"], why),)
     numerics, chosen = scene.numerics, gravity_method(scene, particles)
     error = asked["force_error"]
-    price = {
-        method: gravity_prices.seconds(method, particles, numerics.engine, numerics.precision, error)
+    cost = {
+        method: gravity_costs.seconds(method, particles, numerics.engine, numerics.precision, error)
         for method in ("direct", "multipole")
     }
     verdict = "as asked for"
     if asked["method"] == "auto":
         verdict = f"cheaper with {particles} particles"
-    direct, multipole = _seconds(price["direct"]), _seconds(price["multipole"])
+    direct, multipole = _seconds(cost["direct"]), _seconds(cost["multipole"])
     value = "direct sums" if chosen == "direct" else f"multipoles, forces to {error:g}"
     why = f"{verdict}: direct sums take about {direct} a step on two cores, multipoles {multipole}"
     return (Line("gravity", value, why),)
@@ -322,7 +322,7 @@ def _seconds(value: float) -> str:
 
 SPLITTING = {
     "global": "all particles take the shortest",
-    "individual": "each particle its own, powers of two of the shortest; their histogram is told as the run goes",
+    "individual": "each particle its own, powers of two of the shortest; their histogram is shown as the run goes",
 }
 
 

@@ -5,18 +5,18 @@ from collections.abc import Callable
 from typing import Any
 
 from astroinertia.scene.bodies import LayeredBody, ProfileBody, RigidBody
-from astroinertia.scene.places import place_told
+from astroinertia.scene.places import place_lines
 from astroinertia.scene.schema import Scene
 
-Told = tuple[str, ...]
+PlanLine = tuple[str, ...]
 Shown = Callable[[float, str], str]
 """How a quantity of a dimension is written."""
 
 
-def told(scene: Scene, gravitational_constant: float, shown: Shown) -> list[Told]:
+def body_lines(scene: Scene, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
     """The body of a scene: name, value and, if there is more to say, why."""
-    body, lines = scene.body, list[Told]()
-    placed = place_told(body.position, body.velocity, shown)
+    body, lines = scene.body, list[PlanLine]()
+    placed = place_lines(body.position, body.velocity, shown)
     if body.kind == "table":
         lines = [("particles", f"from the table {body.file}")]
     elif body.kind == "profile":
@@ -32,18 +32,18 @@ def told(scene: Scene, gravitational_constant: float, shown: Shown) -> list[Told
     return [*lines, *_thermal(scene, shown), *_motion(scene, shown), *_change(scene, shown), *placed]
 
 
-def _profile(body: ProfileBody, shown: Shown) -> list[Told]:
+def _profile(body: ProfileBody, shown: Shown) -> list[PlanLine]:
     part = "all of it"
     if body.inner_mass is not None:
         part = f"the inner {shown(body.inner_mass, 'mass')}"
-    lines: list[Told] = [("kind", f"profile from {body.file}", part), ("particles", f"{body.particles}")]
+    lines: list[PlanLine] = [("kind", f"profile from {body.file}", part), ("particles", f"{body.particles}")]
     if body.rotation is None:
         lines.append(("shells turn", f"{body.rotation_factor:g} times as fast as the file says", "about z"))
     return [*lines, ("placement", body.placement, f"seed {body.seed}, not settled first")]
 
 
-def _rigid_body(body: RigidBody, shown: Shown) -> list[Told]:
-    lines: list[Told] = [("kind", "rigid"), ("mass", shown(body.mass, "mass"))]
+def _rigid_body(body: RigidBody, shown: Shown) -> list[PlanLine]:
+    lines: list[PlanLine] = [("kind", "rigid"), ("mass", shown(body.mass, "mass"))]
     if body.radius is not None:
         lines.append(("radius", shown(body.radius, "length")))
     if body.moments is not None:
@@ -53,9 +53,9 @@ def _rigid_body(body: RigidBody, shown: Shown) -> list[Told]:
     return [*lines, ("principal moments", numbers(body.moment_ratios), "over mass radius^2")]
 
 
-def _layers(body: LayeredBody, shown: Shown) -> list[Told]:
+def _layers(body: LayeredBody, shown: Shown) -> list[PlanLine]:
     each = shown(body.mass / (body.particles or 1), "mass")
-    lines: list[Told] = [
+    lines: list[PlanLine] = [
         ("kind", "layered"),
         ("particles", f"{body.particles}", f"of {each} each"),
         ("mass", shown(body.mass, "mass")),
@@ -66,14 +66,14 @@ def _layers(body: LayeredBody, shown: Shown) -> list[Told]:
     return lines
 
 
-def _sphere(scene: Scene, body: Any, gravitational_constant: float, shown: Shown) -> list[Told]:
+def _sphere(scene: Scene, body: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
     shape = {"polytrope": "index", "power_law": "exponent", "dyson": "gamma", "rotating_star": "index"}.get(body.kind)
     kind = f"{body.kind.replace('_', ' ')}{f' of {shape} {getattr(body, shape):g}' if shape else ''}"
     axes = getattr(body, "axes", (1.0, 1.0, 1.0))
     density = body.mass / (4.0 / 3.0 * math.pi * body.radius**3 * math.prod(axes))
     fall = math.sqrt(3.0 * math.pi / (32.0 * gravitational_constant * density))
     sphere = " in the equatorial sphere" if body.kind == "rotating_star" else ""
-    lines: list[Told] = [("kind", kind, "" if axes == (1.0, 1.0, 1.0) else f"axes {numbers(axes)}")]
+    lines: list[PlanLine] = [("kind", kind, "" if axes == (1.0, 1.0, 1.0) else f"axes {numbers(axes)}")]
     if scene.model == "sph":
         lines.append(("particles", f"{body.particles}", f"of {shown(body.mass / body.particles, 'mass')} each"))
     lines += [
@@ -89,7 +89,7 @@ def _sphere(scene: Scene, body: Any, gravitational_constant: float, shown: Shown
     return lines
 
 
-def _change(scene: Scene, shown: Shown) -> list[Told]:
+def _change(scene: Scene, shown: Shown) -> list[PlanLine]:
     change = scene.body.change
     if change is None:
         return []
@@ -97,7 +97,7 @@ def _change(scene: Scene, shown: Shown) -> list[Told]:
     return [("size", "prescribed", f"inertia tensor times {change.factors[-1]:g} from {last} on")]
 
 
-def _thermal(scene: Scene, shown: Shown) -> list[Told]:
+def _thermal(scene: Scene, shown: Shown) -> list[PlanLine]:
     body = scene.body
     if body.pressure_fraction is not None:
         return [("pressure", f"{body.pressure_fraction:g} of that of equilibrium")]
@@ -106,9 +106,9 @@ def _thermal(scene: Scene, shown: Shown) -> list[Told]:
     return [] if body.entropy is None else [("entropy function", f"{body.entropy:.6g}, uniform")]
 
 
-def _motion(scene: Scene, shown: Shown) -> list[Told]:
+def _motion(scene: Scene, shown: Shown) -> list[PlanLine]:
     body: Any = scene.body
-    lines: list[Told] = []
+    lines: list[PlanLine] = []
     if body.velocity_gradient is not None:
         lines.append(("velocity", "linear in position", "velocity_gradient"))
     spin: Any = body if body.kind == "rotating_star" else body.rotation

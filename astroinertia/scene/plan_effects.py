@@ -7,11 +7,11 @@ import math
 
 from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
 from astroinertia.effects.sizes import MARGIN, effect_size
-from astroinertia.scene.auto import accuracy_of, settled, told
+from astroinertia.scene.auto import accuracy_of, settled, size_description
 from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.schema import Scene
 
-Told = tuple[str, str, str]
+PlanLine = tuple[str, str, str]
 
 NUMBERS = {
     "run_length": "run in dynamical times",
@@ -23,7 +23,7 @@ NUMBERS = {
 }
 
 
-def sizes_told(scene: Scene) -> dict[str, str]:
+def size_descriptions(scene: Scene) -> dict[str, str]:
     """Of each effect of the model, by kind: its size, what leaving it out costs, and whether that is as it should."""
     body, accuracy = characteristic(scene), accuracy_of(scene)
     body = settled(body, scene.effects)
@@ -38,7 +38,7 @@ def sizes_told(scene: Scene) -> dict[str, str]:
         size = effect_size(entry.size, settled(body, (*scene.effects, kind)), scene.effects.get(kind))
         if size.change is None and not listed:
             continue  # without its numbers nothing can be said
-        text = told(size, accuracy)
+        text = size_description(size, accuracy)
         boxed = scene.box is not None and entry.cost != "neighbours"
         if listed and not size.counts(accuracy):
             text = f"NEGLIGIBLE here: {text}"
@@ -48,10 +48,10 @@ def sizes_told(scene: Scene) -> dict[str, str]:
     return found
 
 
-def numbers_told(scene: Scene) -> list[Told]:
+def number_lines(scene: Scene) -> list[PlanLine]:
     """The characteristic numbers that the scene tells, and what the program leaves out although it may count."""
     body = characteristic(scene)
-    lines: list[Told] = [
+    lines: list[PlanLine] = [
         (label, f"{value:.3g}" if math.isfinite(value) else "beyond all bounds", "")
         for name, label in NUMBERS.items()
         if (value := getattr(body, name)) is not None

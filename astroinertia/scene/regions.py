@@ -1,4 +1,4 @@
-"""The regions that a scene may ask for, each with books of its own: validated and frozen, in SI (or code units)."""
+"""The regions that a scene may ask for, each with a ledger of its own: validated and frozen, in SI (or code units)."""
 
 from typing import Literal, Self
 
@@ -40,7 +40,7 @@ class Region(Part):
             raise ValueError("has internal_energy, which only bound uses.")
         return self
 
-    def told(self, mass: str = "", density: str = "") -> str:
+    def description(self, mass: str = "", density: str = "") -> str:
         """What it is, in words; the quantities as written for a person."""
         if self.innermost_mass is not None:
             about = "densest point" if self.centre == "densest" else "centre of mass"

@@ -191,7 +191,7 @@ class Scene(Part):
     reasons: dict[str, str] = Field(default_factory=dict)
     choice: dict[str, str] = Field(default_factory=dict)
     regions: Annotated[dict[Annotated[str, Field(pattern=REGION_NAME)], Region], Field(max_length=MOST_REGIONS)] = (
-        Field(default_factory=dict, description="parts of the body with books of their own, by name")
+        Field(default_factory=dict, description="parts of the body with a ledger of their own, by name")
     )
     numerics: Numerics = Field(default_factory=Numerics)
     time: TimeSpan
@@ -353,6 +353,6 @@ class Scene(Part):
             if body.kind not in boxes.BODIES:
                 raise ValueError(f"[box] is for bodies of the kinds {' and '.join(boxes.BODIES)}, not {body.kind}.")
         if self.regions:
-            raise ValueError("[box] cannot have regions, whose books are about places.")
+            raise ValueError("[box] cannot have regions, whose ledgers are about places.")
         if self.companions:
             raise ValueError("[box] cannot have companions, whose attraction has no end.")

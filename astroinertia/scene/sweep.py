@@ -37,7 +37,7 @@ from astroinertia.scene.sweep_values import (
     is_distribution,
     is_rule,
     listed,
-    told,
+    toml_text,
 )
 from astroinertia.scene.text import with_overrides, without_table
 from astroinertia.units import shown
@@ -69,7 +69,7 @@ class Sweep:
 
     def settings(self, number: int) -> tuple[str, ...]:
         """What is set in the scene of a member, as --set would have it."""
-        return tuple(f"{key}={told(value)}" for key, value in zip(self.keys, self.members[number], strict=True))
+        return tuple(f"{key}={toml_text(value)}" for key, value in zip(self.keys, self.members[number], strict=True))
 
     def scene(self, number: int) -> Scene:
         """The scene of a member; SceneError names the member."""
@@ -82,9 +82,11 @@ class Sweep:
             for item in self.settings(number):
                 sentence = sentence.removeprefix(f"--set {shown(item)}: ")
             where = "" if sentence.startswith(self.file) else f"{self.file}: "
-            raise SceneError(f"{where}{sentence.removesuffix('.')} ({member(number)}: {self.told(number)}).") from None
+            raise SceneError(
+                f"{where}{sentence.removesuffix('.')} ({member(number)}: {self.description(number)})."
+            ) from None
 
-    def told(self, number: int) -> str:
+    def description(self, number: int) -> str:
         """What is set in the scene of a member, for a message."""
         return ", ".join(shown(item.replace("=", " = ", 1), 60) for item in self.settings(number))
 
@@ -226,7 +228,7 @@ def _of_list(members: Any) -> tuple[tuple[str, ...], _Members]:
             )
         for key, value in each.items():
             _check_key(key, load.KEYS)
-            _checked(key, told, value)
+            _checked(key, toml_text, value)
     return keys, tuple(tuple(each[key] for key in keys) for each in flat)
 
 

@@ -60,7 +60,7 @@ def _broken(value: Any) -> str:
     if isinstance(value, str):
         pieces = [value[start : start + LONG // 4] for start in range(0, len(value), LONG // 4)]
         lines = [toml_value(piece)[1:-1] for piece in pieces]
-        # a backslash at the end of a line swallows the white space that begins the next
+        # a backslash at the end of a line removes the white space that begins the next
         lines = [f"\\u0020{line[1:]}" if line.startswith(" ") else line for line in lines]
         return '"""\\\n' + "\\\n".join(lines) + '"""'
     if isinstance(value, list | tuple):

@@ -7,7 +7,7 @@ Each kernel has four functions of (xp, q), dimensionless, for three dimensions:
 
 phi is the potential of a unit mass spread as W: dphi = M(q)/q^2 with M(q) = 4 pi int_0^q w s^2 ds, and
 phi = -1/q beyond the support, exactly (Price & Monaghan 2007, MNRAS 374, 1347, section 2.1 and appendix A; the
-integrals here were done anew, in exact rationals). Splines: Schoenberg's M4, M5, M6 (Price 2012, JCP 231, 759,
+integrals here were done again, in exact rationals). Splines: Schoenberg's M4, M5, M6 (Price 2012, JCP 231, 759,
 equations 6 to 8). Wendland's C2, C4, C6 for three dimensions (Dehnen & Aly 2012, MNRAS 425, 1068, table 1).
 
 Forms are chosen for accuracy. Near the origin the potentials are polynomials in q; further out they are -1/q plus

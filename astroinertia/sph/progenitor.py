@@ -1,6 +1,6 @@
 """Profiles of stars from codes of stellar evolution: tables of shells with mass, density, pressure and rotation.
 
-Three formats are told apart by what the file holds:
+Three formats are recognized by what the file holds:
 
     MESA    profile.data: a line of numbers 1 2 3 ..., one of names and one of values of the whole star, an empty line,
             then numbers, names and a row a zone, from the surface inwards (cgs; mass and radius in those of the Sun)
@@ -232,8 +232,8 @@ def _csv(lines: list[str]) -> Columns:
             raise ValueError(f"the column '{shown(title.strip())}' must be a name and a unit, such as \"radius (km)\"")
         kind = _ALIASES.get(parts[1].lower(), parts[1].lower())
         if kind not in CSV or kind in found:
-            told = "there already" if kind in found else f"not one of {', '.join(CSV)}"
-            raise ValueError(f"the column '{shown(parts[1])}' is {told}")
+            problem = "there already" if kind in found else f"not one of {', '.join(CSV)}"
+            raise ValueError(f"the column '{shown(parts[1])}' is {problem}")
         values = _numbers([row[k] if len(row) == len(rows[0]) else "a row of another length" for row in rows[1:]], kind)
         if values is None:
             raise ValueError(f"the column '{kind}' is empty")
@@ -296,9 +296,9 @@ def _checked(columns: Columns, molecular_weight: float | None) -> Progenitor:
     return Progenitor(mass, radius, pressure, columns.get("internal_energy"), rotation)
 
 
-def _same_density(told: np.ndarray, found: np.ndarray) -> None:
-    if (told <= 0).any():
-        raise ValueError(f"density of row {int(np.argmax(told <= 0)) + 1} is not positive")
-    apart = float(np.median(np.abs(np.log(told / found))))
+def _same_density(stated: np.ndarray, found: np.ndarray) -> None:
+    if (stated <= 0).any():
+        raise ValueError(f"density of row {int(np.argmax(stated <= 0)) + 1} is not positive")
+    apart = float(np.median(np.abs(np.log(stated / found))))
     if apart > _SAME_DENSITY:
         raise ValueError(f"its densities are {np.exp(apart):.3g} times off what its masses and radii say")

@@ -32,7 +32,7 @@ COLUMNS = Columns("particle table", REQUIRED, OPTIONAL + PASSED_OVER, MAX_PARTIC
 class Table:
     """mass (N,), position (N, 3), velocity (N, 3) (zero where not given), internal_energy (N,) or None.
 
-    units: SI or UNKNOWN of a snapshot of another code; None where they are those of whoever made the table. told: what
+    units: SI or UNKNOWN of a snapshot of another code; None where they are those of whoever made the table. note: what
     of the file is among the particles or left out; unfit: what it has that a scene's body cannot; both may be empty.
     """
 
@@ -41,7 +41,7 @@ class Table:
     velocity: np.ndarray
     internal_energy: np.ndarray | None
     units: str | None = None
-    told: str = ""
+    note: str = ""
     unfit: str = ""
 
 
@@ -51,7 +51,7 @@ def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES) -> Table:
     if is_dump(path):
         check_size(path, COLUMNS.what)
         dump = read_dump(path, MAX_PARTICLES, COLUMNS.what)
-        return replace(_checked(path, dump.columns, fewest, dump.units), told=dump.told, unfit=dump.unfit)
+        return replace(_checked(path, dump.columns, fewest, dump.units), note=dump.note, unfit=dump.unfit)
     check_file(path, COLUMNS.what, tuple(_READERS))
     suffix = path.suffix.lower()
     snapshot = snapshot_columns(path, MAX_PARTICLES, COLUMNS.what) if suffix in HDF5_SUFFIXES else None
@@ -68,8 +68,8 @@ def read_body(path: str | Path, dimensionless: bool) -> Table:
     table = read_table(path)
     if table.unfit:
         raise SceneError(f"particle table {path} has {table.unfit}, so it cannot be a body; `moments` takes it")
-    if table.told:
-        warnings.warn(f"particle table {path}: {table.told}.", SceneWarning, stacklevel=2)
+    if table.note:
+        warnings.warn(f"particle table {path}: {table.note}.", SceneWarning, stacklevel=2)
     if table.units == UNKNOWN and not dimensionless:
         raise SceneError(f'particle table {path} does not tell its units: it can be a body where units = "code"')
     if table.units == SI and dimensionless:

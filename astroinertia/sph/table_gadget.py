@@ -97,9 +97,9 @@ def _refuse_parts_and_expansion(name: str, attributes: Mapping[str, _Attributes]
     header = attributes[_HEADER]
     if (header.number("NumFilesPerSnapshot") or 1) > 1:
         raise SceneError(f"{name} is one of several files of a snapshot; join them first")
-    told = [header.number("Redshift")]
-    told += [each.number("ComovingIntegrationOn", "Cosmological run") for each in attributes.values()]
-    if any(told):
+    cosmological = [header.number("Redshift")]
+    cosmological += [each.number("ComovingIntegrationOn", "Cosmological run") for each in attributes.values()]
+    if any(cosmological):
         raise SceneError(f"{name} is of an expanding universe, whose comoving coordinates are not read")
 
 
@@ -119,9 +119,9 @@ def _units(name: str, attributes: Mapping[str, _Attributes]) -> tuple[float, flo
         return None
     for group in ("Units", "Parameters", _HEADER):
         if group in attributes:
-            told = attributes[group]
-            length, mass, velocity = told.number(*_LENGTH), told.number(*_MASS), told.number(*_VELOCITY)
-            time = told.number(*_TIME)
+            units = attributes[group]
+            length, mass, velocity = units.number(*_LENGTH), units.number(*_MASS), units.number(*_VELOCITY)
+            time = units.number(*_TIME)
             if velocity is None and length is not None and time:
                 velocity = length / time
             if length is not None and mass is not None and velocity is not None:

@@ -3,7 +3,7 @@
 Format: the native binary format of Phantom's documentation ("dumpfile"), which is that of sphNG: Fortran records, each
 between two tags with its length; a header of tagged values by type; blocks of tagged arrays, the second of them sinks.
 A dump has masses by type of particle, halved at each level of adaptive refinement, marks particles that a sink has
-swallowed or that are dead by h <= 0, and sinks that were merged by m <= 0.
+accreted or that are dead by h <= 0, and sinks that were merged by m <= 0.
 Tests: tests/unit/test_phantom_dumps.py.
 """
 
@@ -33,12 +33,12 @@ _COLUMNS = ("x", "y", "z", "vx", "vy", "vz", "u")
 class Dump:
     """Columns mass, x, y, z and, if there, vx, vy, vz, u; units: SI or UNKNOWN.
 
-    told: what is among the particles or left out; unfit: what they have that a scene's body cannot; both may be empty.
+    note: what is among the particles or left out; unfit: what they have that a scene's body cannot; both may be empty.
     """
 
     columns: dict[str, np.ndarray]
     units: str
-    told: str
+    note: str
     unfit: str
 
 
@@ -93,19 +93,19 @@ def _dump(name: str, header: dict[str, Any], particles: Any, sinks: Any) -> Dump
         alive = ~(particles["h"].to_numpy() <= 0.0)
     columns = {each: column[alive] for each, column in columns.items()}
     kinds, dead = np.unique(kinds[alive]), int((~alive).sum())
-    told = [f"{dead} accreted or dead ones left out"] if dead else []
+    notes = [f"{dead} accreted or dead ones left out"] if dead else []
     unfit = [] if {"vx", "vy", "vz"} <= set(columns) else ["no velocities, as a small dump"]
     if kinds.size > 1:
-        told.append(f"of the types {', '.join(map(str, kinds))}")
+        notes.append(f"of the types {', '.join(map(str, kinds))}")
         unfit.append(f"particles of {kinds.size} types")
     if sinks is not None:
         points = _sinks(name, sinks, columns)
         columns = {each: np.append(column, points[each]) for each, column in columns.items()}
         if count := points["mass"].size:
             counted = "1 sink" if count == 1 else f"{count} sinks"
-            told.append(f"{counted} among them as points")
+            notes.append(f"{counted} among them as points")
             unfit.append(counted)
-    return Dump(*_in_si(name, header, columns), ", ".join(told), " and ".join(unfit))
+    return Dump(*_in_si(name, header, columns), ", ".join(notes), " and ".join(unfit))
 
 
 def _whole(particles: Any, column: str) -> np.ndarray:
@@ -117,10 +117,10 @@ def _masses(name: str, header: dict[str, Any], kinds: np.ndarray) -> np.ndarray:
     # sarracen repeats the tag of every type's mass with a number, and would give a type that is alone the gas's.
     masses = np.zeros(len(kinds))
     for kind in np.unique(kinds):
-        told = header.get("massoftype" if kind == 1 else f"massoftype_{kind}")
-        if told is None:
+        particle_mass = header.get("massoftype" if kind == 1 else f"massoftype_{kind}")
+        if particle_mass is None:
             raise SceneError(f"{name} does not tell the mass of particles of type {kind}")
-        masses[kinds == kind] = float(told)
+        masses[kinds == kind] = float(particle_mass)
     return masses
 
 
@@ -135,10 +135,10 @@ def _sinks(name: str, sinks: Any, columns: dict[str, np.ndarray]) -> dict[str, n
 
 
 def _in_si(name: str, header: dict[str, Any], columns: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], str]:
-    told = [float(header[each]) for each in ("umass", "udist", "utime") if each in header]
-    if len(told) < 3 or told == [1.0, 1.0, 1.0]:  # Phantom's units where a setup has none
+    scales = [float(header[each]) for each in ("umass", "udist", "utime") if each in header]
+    if len(scales) < 3 or scales == [1.0, 1.0, 1.0]:  # Phantom's units where a setup has none
         return columns, UNKNOWN
-    mass, length, time = told
+    mass, length, time = scales
     if not (min(mass, length, time) > 0.0 and np.isfinite([mass, length, time]).all()):
         raise SceneError(f"{name} has a unit that is not positive")
     mass, length = mass / GRAM, length / CM

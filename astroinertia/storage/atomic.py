@@ -126,7 +126,7 @@ def read_arrays(path: Path, digest: str, prefix: str = "") -> tuple[dict[str, np
     """
     check(path, digest)
     arrays, scalars = {}, {}
-    with _told(path), zipfile.ZipFile(path) as bundle:
+    with _archive_errors(path), zipfile.ZipFile(path) as bundle:
         for entry in _stored(bundle):
             with bundle.open(entry) as member:
                 if entry.filename == _SCALARS:
@@ -211,7 +211,7 @@ class Rows:
         """Where each array begins, in bytes, its dtype and its shape; ArchiveError where the file is not whole."""
         check(self.path, self.digest)
         found = {}
-        with _told(self.path), zipfile.ZipFile(self.path) as bundle, self.path.open("rb") as file:
+        with _archive_errors(self.path), zipfile.ZipFile(self.path) as bundle, self.path.open("rb") as file:
             for entry in _stored(bundle):
                 if entry.filename == _SCALARS:
                     continue
@@ -227,7 +227,7 @@ class Rows:
 
     def row(self, name: str, number: int) -> np.ndarray:
         """Element `number` of an array along its first axis; ArchiveError as `places`, or where there is none."""
-        with _told(self.path):
+        with _archive_errors(self.path):
             begin, dtype, shape = self.places[name]
             size = math.prod(shape[1:])
             if not 0 <= number < shape[0]:
@@ -237,7 +237,7 @@ class Rows:
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _archive_errors(path: Path) -> Iterator[None]:
     """Make an ArchiveError of whatever is wrong: only files that others made get here, and zipfile has its own ways."""
     try:
         yield

@@ -83,11 +83,11 @@ def described(member: Any, size: int) -> tuple[tuple[int, ...], bool, np.dtype]:
     if version not in _FORMATS:
         raise ValueError(f"an array is of the unknown format {version}")
     width = _FORMATS[version][0]
-    told = member.read(width)
-    length = int.from_bytes(told, "little")
+    prefix = member.read(width)
+    length = int.from_bytes(prefix, "little")
     if length > _LONGEST_HEADER:
         raise ValueError("the description of an array is longer than any of a run")
-    shape, fortran, dtype = _parsed(version, told + member.read(length))
+    shape, fortran, dtype = _parsed(version, prefix + member.read(length))
     if dtype.hasobject:
         raise ValueError("an array holds Python objects, which are not read")
     if dtype.itemsize == 0 and 0 not in shape:

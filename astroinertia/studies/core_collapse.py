@@ -208,10 +208,10 @@ def with_bounce(dataset: xr.Dataset) -> xr.Dataset:
         gw_amplitude=("time", amplitude, {"units": "m", "long_name": "gravitational-wave amplitude A20"}),
     )
     kind, at = dynamics(time, density, amplitude)
-    told: dict[str, float | str] = {"dynamics": kind}
+    attributes: dict[str, float | str] = {"dynamics": kind}
     if at is not None:
         near = np.abs(time - time[at]) < _NEAR
-        told |= {
+        attributes |= {
             "bounce_time": float(time[at]),
             "bounce_density": float(density[at]),
             "bounce_rotational_share": float(share[at]),
@@ -222,11 +222,11 @@ def with_bounce(dataset: xr.Dataset) -> xr.Dataset:
         }
         if "region" in dataset.dims and "inner" in dataset["region"]:
             inner = dataset.sel(region="inner").isel(time=at)
-            told["bounce_inner_spin"] = float(np.linalg.norm(inner["region_angular_velocity"]))
-            told["bounce_inner_radius"] = float(inner["region_volume_radius"])
+            attributes["bounce_inner_spin"] = float(np.linalg.norm(inner["region_angular_velocity"]))
+            attributes["bounce_inner_radius"] = float(inner["region_volume_radius"])
         if "region" in dataset.dims and "core" in dataset["region"]:
-            told["bounce_core_mass"] = float(dataset["region_mass"].sel(region="core")[at])
-    return found.assign_attrs(told)
+            attributes["bounce_core_mass"] = float(dataset["region_mass"].sel(region="core")[at])
+    return found.assign_attrs(attributes)
 
 
 def rotational_share(dataset: xr.Dataset) -> np.ndarray:

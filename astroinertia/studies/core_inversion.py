@@ -88,7 +88,7 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
         mantle_density_deviation=_deviation(layers.mantle_density),
         love_number=float(love_numbers(central)),
         possible_share=float(good.mean()),
-        assumed=_told(name, density) + ("" if crust is None else "; " + _told_crust(*crust)),
+        assumed=_layer_text(name, density) + ("" if crust is None else "; " + _crust_text(*crust)),
     )
 
 
@@ -111,10 +111,10 @@ def _deviation(values: np.ndarray) -> float:
     return float(high - low) / 2
 
 
-def _told(name: str, density: Published) -> str:
+def _layer_text(name: str, density: Published) -> str:
     error = f"({density.uncertainty:.0f})" if np.isfinite(density.uncertainty) else ""
     return f"{name.replace('_', ' ')} {density.value:.0f}{error} kg/m3"
 
 
-def _told_crust(thickness: Published, density: Published) -> str:
+def _crust_text(thickness: Published, density: Published) -> str:
     return f"crust {thickness.value / 1e3:.0f}({thickness.uncertainty / 1e3:.0f}) km of {density.value:.0f} kg/m3"

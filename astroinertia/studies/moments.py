@@ -12,7 +12,7 @@ import xarray as xr
 
 from astroinertia import dataset
 from astroinertia.dataset.derived import PARTICLE_GAP_TOLERANCE
-from astroinertia.dataset.files import loaded, told
+from astroinertia.dataset.files import archive_errors, loaded
 from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.inertia import tensor
 from astroinertia.inertia.body import Body
@@ -77,7 +77,7 @@ def read_matter(
     table = read_table(path, fewest=1)
     if table.units == SI and units != PLAIN:
         raise SceneError(f"{path} says which units it is in; leave --units out")
-    text = ", ".join(filter(None, [_counted(table.mass.size), table.told]))
+    text = ", ".join(filter(None, [_counted(table.mass.size), table.note]))
     found = _particles(table.mass, table.position, units, ROUND_OFF_GAP, text)
     return replace(found, units=("kg", "m")) if table.units == SI else found
 
@@ -151,8 +151,8 @@ def moments(
         }
     return xr.Dataset(
         {
-            name: (dims, value, {"units": unit, "long_name": told})
-            for name, (dims, value, unit, told) in variables.items()
+            name: (dims, value, {"units": unit, "long_name": long_name})
+            for name, (dims, value, unit, long_name) in variables.items()
         },
         coords={"i": list("xyz"), "j": list("xyz"), "principal": [1, 2, 3]},
         attrs={
@@ -185,7 +185,7 @@ def _run_matter(path: Path, units: tuple[str, str], snapshot: int) -> Matter | N
         raise SceneError(f"{path} has more than {MAX_PARTICLES} particles")
     if units != PLAIN:
         raise SceneError(f"{path} says which units it is in; leave --units out")
-    with told(path, "does not hold the particles of a run"):
+    with archive_errors(path, "does not hold the particles of a run"):
         one = loaded(path, snapshots[["mass", "position", "snapshot_time"]].isel(snapshot_time=snapshot))
         mass, position, time = _of_a_snapshot(one)
     own = (str(one["mass"].attrs.get("units", "1")), str(one["position"].attrs.get("units", "1")))

@@ -59,14 +59,14 @@ def obliquity_history(
     alpha = _alpha(name) if precession_constant is None else precession_constant
     times = np.linspace(0.0, years * JULIAN_YEAR, samples)
     found = spin_history(times, pole, alpha, modes.amplitudes[k], modes.rates, modes.phases[k])
-    told = {"units": "rad"}
+    attributes = {"units": "rad"}
     return xr.Dataset(
         {
-            "obliquity": ("time", found.obliquity, told | {"long_name": "obliquity to the planet's own orbit"}),
+            "obliquity": ("time", found.obliquity, attributes | {"long_name": "obliquity to the planet's own orbit"}),
             "inclination": (
                 "time",
                 np.arccos(found.normal[:, 2]),
-                told | {"long_name": "of the orbit, to that of J2000"},
+                attributes | {"long_name": "of the orbit, to that of J2000"},
             ),
         },
         {"time": ("time", times, {"units": "s", "long_name": "time from J2000"})},

@@ -101,20 +101,32 @@ def chandler_wobble(love_number: float = wobble.ELASTIC_LOVE_NUMBER) -> xr.Datas
             "period": (
                 "cause",
                 [share.period for share in found.shares],
-                _told("s", "period with it and all before it"),
+                _attributes("s", "period with it and all before it"),
             ),
-            "change": ("cause", [share.change for share in found.shares], _told("s", "what it does to the period")),
-            "love_number_part": ("cause", [np.real(s.love_number) for s in found.shares], _told("1", "part of k2")),
+            "change": (
+                "cause",
+                [share.change for share in found.shares],
+                _attributes("s", "what it does to the period"),
+            ),
+            "love_number_part": (
+                "cause",
+                [np.real(s.love_number) for s in found.shares],
+                _attributes("1", "part of k2"),
+            ),
             "love_number_lag": (
                 "cause",
                 [-np.imag(s.love_number) for s in found.shares],
-                _told("1", "lagging part of k2"),
+                _attributes("1", "lagging part of k2"),
             ),
-            "period_of_all": ((), found.period, _told("s", "period with all causes")),
-            "observed_period": ((), observed, _told("s", "observed period; published values are 430 to 435 d")),
-            "unnamed": ((), observed - found.period, _told("s", "observed less computed")),
-            "quality": ((), found.quality, _told("1", "Q of the damping by anelasticity")),
-            "mantle_share": ((), found.mantle_share, _told("1", "A_m/A, the moment outside the fluid core by PREM")),
+            "period_of_all": ((), found.period, _attributes("s", "period with all causes")),
+            "observed_period": ((), observed, _attributes("s", "observed period; published values are 430 to 435 d")),
+            "unnamed": ((), observed - found.period, _attributes("s", "observed less computed")),
+            "quality": ((), found.quality, _attributes("1", "Q of the damping by anelasticity")),
+            "mantle_share": (
+                (),
+                found.mantle_share,
+                _attributes("1", "A_m/A, the moment outside the fluid core by PREM"),
+            ),
         },
         {"cause": causes},
         {"title": "free wobble of the Earth, by causes", "source": "Smith & Dahlen 1981, GJRAS 64, 223"},
@@ -143,17 +155,24 @@ def _dataset(
     formula = _formula(planet)
     return xr.Dataset(
         {
-            "longitude": ("time", longitude, _told("rad", "how far the node of the equator has gone back")),
-            "obliquity": ("time", tilt, _told("rad", "obliquity to the orbit of J2000")),
-            "steady_longitude": ("time", motion.steady(times), _told("rad", "longitude without its periodic terms")),
-            "steady_obliquity": ("time", tilting.steady(times), _told("rad", "obliquity without its periodic terms")),
-            "precession_rate": ("part", list(found.values()), _told("rad s-1", "rate of the motion at J2000")),
-            "precession_rate_formula": (
-                "part", [formula.get(part, np.nan) for part in found], _told("rad s-1", "rate by first-order formula"),
+            "longitude": ("time", longitude, _attributes("rad", "how far the node of the equator has gone back")),
+            "obliquity": ("time", tilt, _attributes("rad", "obliquity to the orbit of J2000")),
+            "steady_longitude": (
+                "time", motion.steady(times), _attributes("rad", "longitude without its periodic terms"),
             ),
-            "residual": ((), motion.residual, _told("rad", "root mean square of the longitude that the fit leaves")),
+            "steady_obliquity": (
+                "time", tilting.steady(times), _attributes("rad", "obliquity without its periodic terms"),
+            ),
+            "precession_rate": ("part", list(found.values()), _attributes("rad s-1", "rate of the motion at J2000")),
+            "precession_rate_formula": (
+                "part", [formula.get(part, np.nan) for part in found],
+                _attributes("rad s-1", "rate by first-order formula"),
+            ),
+            "residual": (
+                (), motion.residual, _attributes("rad", "root mean square of the longitude that the fit leaves"),
+            ),
         },
-        {"time": ("time", times, _told("s", "time from J2000")), "part": list(found)},
+        {"time": ("time", times, _attributes("s", "time from J2000")), "part": list(found)},
         {"title": f"precession of {planet.name}, integrated", "body": planet.name},
     )  # fmt: skip
 
@@ -174,12 +193,12 @@ def _corrected(dataset: xr.Dataset, corrections: dict[str, float], sources: list
         correction_rate=(
             "correction",
             list(corrections.values()),
-            _told("rad s-1", "rate of what is not in the motion"),
+            _attributes("rad s-1", "rate of what is not in the motion"),
         ),
         correction_source=("correction", sources),
-        corrected_rate=((), corrected, _told("rad s-1", "rate with all corrections")),
-        published_rate=((), published, _told("rad s-1", "published rate")),
-        difference=((), corrected / published - 1, _told("1", "corrected over published, less one")),
+        corrected_rate=((), corrected, _attributes("rad s-1", "rate with all corrections")),
+        published_rate=((), published, _attributes("rad s-1", "published rate")),
+        difference=((), corrected / published - 1, _attributes("1", "corrected over published, less one")),
     )
 
 
@@ -196,12 +215,20 @@ def _of_the_earth(
     pole = _pole_rate(planet, orbits)
     general = float(formulae.general_precession(dataset["corrected_rate"], planet.obliquity, pole))
     return dataset.assign(
-        nutation_longitude=((), -motion.sine[_NODE], _told("rad", "amplitude of the 18.6-year term in longitude")),
-        nutation_obliquity=((), tilt.cosine[_NODE], _told("rad", "amplitude of the 18.6-year term in obliquity")),
-        ecliptic_pole_rate=((), pole, _told("rad s-1", "of the ecliptic's pole towards the equinox")),
-        general_precession_rate=((), general, _told("rad s-1", "rate of the equinox on the moving ecliptic")),
-        general_precession_period=((), 2 * np.pi / general, _told("s", "period of the general precession")),
-        published_general_rate=((), _IAU_GENERAL * _PER_CENTURY, _told("rad s-1", "published general precession")),
+        nutation_longitude=(
+            (),
+            -motion.sine[_NODE],
+            _attributes("rad", "amplitude of the 18.6-year term in longitude"),
+        ),
+        nutation_obliquity=((), tilt.cosine[_NODE], _attributes("rad", "amplitude of the 18.6-year term in obliquity")),
+        ecliptic_pole_rate=((), pole, _attributes("rad s-1", "of the ecliptic's pole towards the equinox")),
+        general_precession_rate=((), general, _attributes("rad s-1", "rate of the equinox on the moving ecliptic")),
+        general_precession_period=((), 2 * np.pi / general, _attributes("s", "period of the general precession")),
+        published_general_rate=(
+            (),
+            _IAU_GENERAL * _PER_CENTURY,
+            _attributes("rad s-1", "published general precession"),
+        ),
     )
 
 
@@ -223,10 +250,14 @@ def _of_mars(
     # The torque, and that on the moons with it, goes as 1/C; relativity does not.
     found = ratio * rate * (1 + moons) / (_MARS_RATE * _PER_YEAR + float(relativity))
     return dataset.assign(
-        polar_moment_ratio=((), found, _told("1", "C/(M a^2) of the published rate, a = 3396 km")),
-        polar_moment_ratio_error=((), found * _MARS_RATE_ERROR / _MARS_RATE, _told("1", "one sigma, from the rate")),
-        published_polar_moment_ratio=((), _MARS_RATIO, _told("1", "C/(M a^2) published with that rate")),
-        published_polar_moment_ratio_error=((), _MARS_RATIO_ERROR, _told("1", "one sigma")),
+        polar_moment_ratio=((), found, _attributes("1", "C/(M a^2) of the published rate, a = 3396 km")),
+        polar_moment_ratio_error=(
+            (),
+            found * _MARS_RATE_ERROR / _MARS_RATE,
+            _attributes("1", "one sigma, from the rate"),
+        ),
+        published_polar_moment_ratio=((), _MARS_RATIO, _attributes("1", "C/(M a^2) published with that rate")),
+        published_polar_moment_ratio_error=((), _MARS_RATIO_ERROR, _attributes("1", "one sigma")),
     )
 
 
@@ -242,5 +273,5 @@ def _pole_rate(planet: Planet, orbits: Ephemeris) -> float:
     return harmonic_fit(times, normal[:, 0], planet.frequencies[planet.frequencies > 0][[3]] * np.arange(1, 3)).rate
 
 
-def _told(units: str, name: str) -> dict[str, str]:
+def _attributes(units: str, name: str) -> dict[str, str]:
     return {"units": units, "long_name": name}

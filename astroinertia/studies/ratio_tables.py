@@ -226,12 +226,12 @@ def _layer_lines(one: SolarSystemBody, known: Mapping[str, float]) -> list[str]:
     ratio = one.moment_ratio()
     off = found["moment_ratio_found"] - ratio.value
     sigmas = f", {abs(off) / ratio.uncertainty:.1f} standard deviations" if math.isfinite(ratio.uncertainty) else ""
-    told = f"{off:+.5f} of the published{sigmas}" if predicted or "moment_ratio" in known else "as published"
+    comparison = f"{off:+.5f} of the published{sigmas}" if predicted or "moment_ratio" in known else "as published"
     j2 = one.small_m * found["love_number"] / 3
     measured = f" (measured {one.zonal_harmonic(one.mean_radius):.4g})" if one.has("j2") else ""
     return [
-        f"two uniform layers with {' and '.join(_told(name, value) for name, value in known.items())}",
-        f"  I/(M R^2)            {found['moment_ratio_found']:.5f}, {told}",
+        f"two uniform layers with {' and '.join(_quantity_text(name, value) for name, value in known.items())}",
+        f"  I/(M R^2)            {found['moment_ratio_found']:.5f}, {comparison}",
         f"  core radius          {found['core_radius_found'] / 1e3:.0f} km, "
         f"{found['core_radius_found'] / one.mean_radius:.4f} of the body's",
         f"  core density         {found['core_density_found']:.0f} kg/m3, "
@@ -243,7 +243,7 @@ def _layer_lines(one: SolarSystemBody, known: Mapping[str, float]) -> list[str]:
     ]  # fmt: skip
 
 
-def _told(name: str, value: float) -> str:
+def _quantity_text(name: str, value: float) -> str:
     if name == "core_radius":
         return f"core radius {value / 1e3:g} km"
     if name == "moment_ratio":

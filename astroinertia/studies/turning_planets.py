@@ -54,7 +54,7 @@ class Planet(NamedTuple):
     """A planet that turns, SI: others are relative to it, in axes in which its pole is (0, sin, cos)(obliquity).
 
     parts: names of the bodies whose torque is looked at alone; frequencies and phases (J,) of the terms of its motion;
-    span: the length of time in which they are told apart well; every: time between records.
+    span: the length of time in which they are separated well; every: time between records.
     """
 
     name: str

@@ -93,23 +93,22 @@ def impossible(mean_density: float, **known: float) -> str | None:
     """
     if np.isfinite(two_layers(mean_density, **known).core_density):
         return None
-    told = {name: f"{name.replace('_', ' ')} {value:g}" for name, value in known.items()}
+    stated = {name: f"{name.replace('_', ' ')} {value:g}" for name, value in known.items()}
     if "moment_ratio" in known:
         rest = {name: value for name, value in known.items() if name != "moment_ratio"}
         if known["moment_ratio"] >= UNIFORM:
-            return (
-                f"{told['moment_ratio']} is not below {UNIFORM:g}, that of a body with a core no denser than its mantle"
-            )
+            limit = f"{UNIFORM:g}, that of a body with a core no denser than its mantle"
+            return f"{stated['moment_ratio']} is not below {limit}"
         try:
             inversion.two_layers(mean_density, known["moment_ratio"], **rest)
         except ValueError as error:
             return str(error)
-        return f"with {' and '.join(told.values())} the core would not be denser than the mantle"
+        return f"with {' and '.join(stated.values())} the core would not be denser than the mantle"
     if not known.get("mantle_density", 0.5 * mean_density) < mean_density:
-        return f"{told['mantle_density']} kg/m3 is not below the mean density {mean_density:.5g} kg/m3"
+        return f"{stated['mantle_density']} kg/m3 is not below the mean density {mean_density:.5g} kg/m3"
     if not known.get("core_density", 2 * mean_density) > mean_density:
-        return f"{told['core_density']} kg/m3 is not above the mean density {mean_density:.5g} kg/m3"
-    return f"with {' and '.join(told.values())} no mantle of a positive density is left"
+        return f"{stated['core_density']} kg/m3 is not above the mean density {mean_density:.5g} kg/m3"
+    return f"with {' and '.join(stated.values())} no mantle of a positive density is left"
 
 
 def _same(*values) -> list[np.ndarray]:

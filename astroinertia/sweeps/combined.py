@@ -109,8 +109,8 @@ def open_members(folder: Path) -> xr.DataTree:
     """
     sweep = folders.read(folder)
     failures = {number: folders.failure(folder, number) for number in range(len(sweep.members))}
-    told = {number: found.sentence for number, found in failures.items() if found}
-    groups = {"/": xr.Dataset(coords=_along_members(sweep, told))}
+    failed = {number: found.sentence for number, found in failures.items() if found}
+    groups = {"/": xr.Dataset(coords=_along_members(sweep, failed))}
     for number in range(len(sweep.members)):
         place = folders.place(folder, number)
         if not (place / MANIFEST).exists():
@@ -154,8 +154,8 @@ class _Layout:
             self._note_dimension(str(name), size, found)
         for name in found.data_vars:
             self._note_variable(str(name), found.variables[name])
-        told = {key: value for key, value in found.attrs.items() if key not in _OF_ONE_RUN}
-        self.attrs = told if self.attrs is None else _agreed(self.attrs, told)
+        attributes = {key: value for key, value in found.attrs.items() if key not in _OF_ONE_RUN}
+        self.attrs = attributes if self.attrs is None else _agreed(self.attrs, attributes)
 
     def _note_dimension(self, dim: str, size: int, found: xr.Dataset) -> None:
         coordinate = found.variables.get(dim)  # an index is of a class of its own
@@ -250,13 +250,13 @@ def variable_name(key: str) -> str:
 def _along_members(sweep: Sweep, failures: Mapping[int, str]) -> dict[str, Any]:
     """Parameters, numbers and failures of members, along the dimension member."""
     numbers = range(len(sweep.members))
-    told = {
+    attributes = {
         variable_name(key): _parameter(key, [each[place] for each in sweep.members], "member")
         for place, key in enumerate(sweep.keys)
     }
     why = {"long_name": "why the numbers of a member are missing; empty where they are not"}
     return {
-        **told,
+        **attributes,
         "member": xr.Variable("member", np.array(numbers), {"long_name": "number of the member, and of its folder"}),
         "failure": xr.Variable("member", np.array([failures.get(each, "") for each in numbers], dtype=object), why),
     }
@@ -269,15 +269,15 @@ def _parameter(key: str, values: Iterable[Any], dim: str) -> xr.Variable:
 
 def _variable(target: netCDF4.Dataset, sweep: Sweep, layout: _Layout, name: str) -> Any:
     """A variable of the result, empty; a member a chunk, so that one can be read by itself."""
-    told = layout.variables[name]
+    variable = layout.variables[name]
     swept = tuple(variable_name(key) for key in sweep.keys) if sweep.kind == GRID else ("member",)
-    dims = tuple(layout.dimension(dim) for dim in told.dims)
-    sizes = [layout.sizes[dim] for dim in told.dims]
+    dims = tuple(layout.dimension(dim) for dim in variable.dims)
+    sizes = [layout.sizes[dim] for dim in variable.dims]
     for dim, size in zip(dims, sizes, strict=True):
         if dim not in target.dimensions:
             target.createDimension(dim, size)
     shape = (*swept, *dims)
-    if told.text:
+    if variable.text:
         made = target.createVariable(name, str, shape)
     elif not all(sizes):
         made = target.createVariable(name, "f8", shape, fill_value=np.nan)
@@ -286,7 +286,7 @@ def _variable(target: netCDF4.Dataset, sweep: Sweep, layout: _Layout, name: str)
         made = target.createVariable(
             name, "f8", shape, compression="zlib", complevel=4, chunksizes=chunks, fill_value=np.nan, fletcher32=True
         )
-    attrs = {key: value for key, value in told.attrs.items() if key not in ("_FillValue", "dtype")}
+    attrs = {key: value for key, value in variable.attrs.items() if key not in ("_FillValue", "dtype")}
     beside = [each for each in layout.differing if each != name and layout.dimension(each) in dims]
     made.setncatts(attrs | {"coordinates": " ".join(["failure", *sorted(beside)])})
     return made

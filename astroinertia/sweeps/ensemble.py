@@ -17,6 +17,7 @@ from astroinertia.costs import machine
 from astroinertia.costs.prediction import Prediction, predict
 from astroinertia.errors import RunInterrupted, SceneError
 from astroinertia.process import interrupts
+from astroinertia.process.renamed import renamed_keyword
 from astroinertia.scene.sweep import Sweep
 from astroinertia.storage.archive import locked
 from astroinertia.storage.atomic import write_whole
@@ -50,16 +51,17 @@ class Carried:
     failures: dict[int, Failure]
 
 
-Told = Callable[[Standing], None]
+Listener = Callable[[Standing], None]
 
 
+@renamed_keyword("told", "listener")
 def run_sweep(
     sweep: Sweep,
     folder: Path,
     workers: int = 1,
     cluster: str | None = None,
     minutes: float = DEFAULT_MINUTES,
-    told: Told | None = None,
+    listener: Listener | None = None,
     deadline: float = math.inf,
 ) -> Carried:
     """Run all members of a sweep in a folder, or those that are left, and put them together in one file.
@@ -73,7 +75,9 @@ def run_sweep(
     >>> from astroinertia.scene.sweep import load_file
     >>> sweep = load_file("sweep.toml")
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     done = run_sweep(sweep, Path(folder), told=lambda standing: print(f"{standing.done} of {standing.members}"))
+    ...     done = run_sweep(
+    ...         sweep, Path(folder), listener=lambda standing: print(f"{standing.done} of {standing.members}")
+    ...     )
     0 of 2
     1 of 2
     2 of 2
@@ -92,23 +96,24 @@ def run_sweep(
         file = combined.path(sweep, folder)
         if tasks:
             file.unlink(missing_ok=True)  # of before members that failed were run again
-        _carry_out(tasks, count, workers, cluster, folder, told, deadline)
+        _carry_out(tasks, count, workers, cluster, folder, listener, deadline)
         failures = {number: found for number in range(count) if (found := folders.failure(folder, number))}
         if not file.exists():
             _combine(sweep, folder, {number: found.sentence for number, found in failures.items()})
     return Carried(file, failures)
 
 
+@renamed_keyword("told", "listener")
 def resume(
     folder: Path, workers: int = 1, cluster: str | None = None, minutes: float = DEFAULT_MINUTES,
-    told: Told | None = None, deadline: float = math.inf,
+    listener: Listener | None = None, deadline: float = math.inf,
 ) -> Carried:  # fmt: skip
     """Go on with the sweep that a folder holds, as run_sweep.
 
     >>> print(resume(Path("runs/sweep")).file.name)  # finished: it has nothing to do
     sweep.nc
     """
-    return run_sweep(folders.read(folder), folder, workers, cluster, minutes, told, deadline)
+    return run_sweep(folders.read(folder), folder, workers, cluster, minutes, listener, deadline)
 
 
 def left(sweep: Sweep, folder: Path) -> list[int]:
@@ -150,7 +155,7 @@ def usual_workers(found: Sequence[Prediction | None]) -> int:
 
 
 def _carry_out(
-    tasks: Sequence[Task], count: int, workers: int, cluster: str | None, folder: Path, told: Told | None,
+    tasks: Sequence[Task], count: int, workers: int, cluster: str | None, folder: Path, listener: Listener | None,
     deadline: float,
 ) -> None:  # fmt: skip
     begun, before = clock.monotonic(), count - len(tasks)
@@ -161,7 +166,7 @@ def _carry_out(
         outcomes = by_cluster(tasks, cluster, deadline)
     elif tasks and workers > 1:
         outcomes = side_by_side(tasks, min(workers, len(tasks)), deadline)
-    done, tell = 0, told or (lambda standing: None)
+    done, tell = 0, listener or (lambda standing: None)
 
     def stopped(by: str) -> RunInterrupted:
         return RunInterrupted(folder, before + done, count, by)

@@ -63,18 +63,18 @@ def read(folder: Path) -> Sweep:
     """
     path = folder / SWEEP
     try:
-        told = read_json(path)
+        content = read_json(path)
     except (FileNotFoundError, NotADirectoryError):
         raise ArchiveError(f"{folder} holds no sweep (it has no {SWEEP}).") from None
-    if not isinstance(told, dict) or told.pop("format", None) != FORMAT:
+    if not isinstance(content, dict) or content.pop("format", None) != FORMAT:
         raise ArchiveError(f"{path} does not describe a sweep of this package.")
-    version = told.pop("version", 0)
+    version = content.pop("version", 0)
     if not isinstance(version, int) or version > VERSION:
         raise ArchiveError(f"{path} has format {version!r:.20} of a newer version; this one reads up to {VERSION}.")
     try:
-        told |= {name: tuple(told[name]) for name in ("overrides", "keys")}
-        told |= {name: tuple(tuple(each) for each in told[name]) for name in ("members", "axes")}
-        found = Sweep(**told, file=str(path))
+        content |= {name: tuple(content[name]) for name in ("overrides", "keys")}
+        content |= {name: tuple(tuple(each) for each in content[name]) for name in ("members", "axes")}
+        found = Sweep(**content, file=str(path))
         _check(found)
     except (KeyError, TypeError, ValueError, SceneError) as error:
         raise ArchiveError(f"{path} is damaged: {plain_text(error).rstrip('.')}.") from None
@@ -106,9 +106,9 @@ def place(folder: Path, number: int) -> Path:
 
 
 def _plain(sweep: Sweep) -> dict[str, Any]:
-    told = asdict(sweep)
-    del told["file"]
-    return told
+    content = asdict(sweep)
+    del content["file"]
+    return content
 
 
 def finished(folder: Path, number: int) -> Path | None:
@@ -123,7 +123,7 @@ def finished(folder: Path, number: int) -> Path | None:
     try:
         return Archive.view(own).finished
     except ArchiveError:
-        return None  # damaged: to be told when the member is gone on with
+        return None  # damaged: to be reported when the member is gone on with
 
 
 def failure(folder: Path, number: int) -> Failure | None:

@@ -17,7 +17,7 @@ from astroinertia.process import interrupts
 
 
 def main() -> None:
-    """Run members until told to stop; the number of the pipe's descriptor is the program's argument."""
+    """Run members until asked to stop; the number of the pipe's descriptor is the program's argument."""
     connection = Connection(int(sys.argv[1]))
     tasks: SimpleQueue[tuple[Any, ...] | None] = SimpleQueue()
     with interrupts.watched(_end):

@@ -32,7 +32,7 @@ SECTIONS: dict[str, str] = {
     "precession": "Precession, wobble and spin states of planets, moons and pulsars",
     "turning_planets": "The Earth and Mars integrated under Sun, Moon and planets",
     "pulsars": "Pulsars, accretion and collapse",
-    "particles": "A short run of particles: what its books say",
+    "particles": "A short run of particles: what its ledger says",
 }
 """Sections by the name of their module, with a title; `python -m astroinertia verify --only NAME` runs one."""
 
@@ -61,11 +61,11 @@ class Comparison:
 
     def plain(self) -> dict[str, Any]:
         """All of it as numbers and texts that JSON can hold; what was not computed is None."""
-        told = asdict(self.reference)
-        told["reference"] = told.pop("value")
+        content = asdict(self.reference)
+        content["reference"] = content.pop("value")
         numbers = {"here": self.here, "reference": self.there, "difference": self.difference}
-        told |= {name: value if math.isfinite(value) else None for name, value in numbers.items()}
-        return told | {"verdict": str(self.verdict), "problem": self.problem}
+        content |= {name: value if math.isfinite(value) else None for name, value in numbers.items()}
+        return content | {"verdict": str(self.verdict), "problem": self.problem}
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,8 @@ def _section_of(beside: "subprocess.Popen[str]") -> Section:
     output, errors = beside.communicate()
     rows, seconds, problem = {}, 0.0, ""
     try:
-        told = json.loads(output)
-        rows, seconds = {row["key"]: row for row in told["comparisons"]}, told["seconds"]
+        content = json.loads(output)
+        rows, seconds = {row["key"]: row for row in content["comparisons"]}, content["seconds"]
     except ValueError:
         problem = (errors.strip().splitlines() or [f"its process ended with {beside.returncode}"])[-1]
     compared = tuple(_compared(each, rows.get(each.key, {}), problem) for each in references()[BESIDE])

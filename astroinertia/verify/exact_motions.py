@@ -36,7 +36,7 @@ def riemann() -> Found:
     fraction = 0.45 / 0.5 * math.prod(axes) ** (_GAMMA - 1)  # of the equilibrium of the sphere, 1/2 at the centre
     fluid = f'kind = "ideal"\ngamma = {_GAMMA!r}'
     body = f'kind = "uniform"\npressure_fraction = {fraction!r}'
-    return _told("riemann", _at(3.0, body, axes, 0.5, fluid, f"{_GRAVITY}\n{_PRESSURE}"))
+    return _figures("riemann", _at(3.0, body, axes, 0.5, fluid, f"{_GRAVITY}\n{_PRESSURE}"))
 
 
 def dyson() -> Found:
@@ -44,14 +44,14 @@ def dyson() -> Found:
     axes, n = (1.0, 0.8, 0.6), 1.0 / (_GAMMA - 1.0)
     central = math.gamma(n + 2.5) / math.gamma(n + 1) / math.pi**1.5 / math.prod(axes)
     fluid = f'kind = "polytropic"\ngamma = {_GAMMA!r}\nconstant = {central ** (1 - _GAMMA) / (n + 1)!r}'
-    return _told("dyson", _at(4.0, f'kind = "dyson"\ngamma = {_GAMMA!r}', axes, 1.0, fluid, _PRESSURE))
+    return _figures("dyson", _at(4.0, f'kind = "dyson"\ngamma = {_GAMMA!r}', axes, 1.0, fluid, _PRESSURE))
 
 
 def dirichlet() -> Found:
     """An incompressible ellipsoid out of balance."""
     axes = (1.1, 1.0, 1.0 / 1.1)
     effects = f"{_GRAVITY}\n{_PRESSURE}"
-    return _told("dirichlet", _at(10.0, 'kind = "uniform"', axes, 0.4, 'kind = "incompressible"', effects))
+    return _figures("dirichlet", _at(10.0, 'kind = "uniform"', axes, 0.4, 'kind = "incompressible"', effects))
 
 
 def _at(
@@ -66,7 +66,7 @@ def _at(
         return evolution.record(opening)
 
 
-def _told(name: str, record: dict[str, np.ndarray]) -> Found:
+def _figures(name: str, record: dict[str, np.ndarray]) -> Found:
     return {
         f"{name}_moment": float(record["inertia_tensor"][2, 2]),
         f"{name}_product": float(record["second_moment"][0, 1]),

@@ -49,7 +49,7 @@ series_every = 0.05
 """A triaxial rotating cloud that falls together in a tide: every effect of the ledger has something to do."""
 
 
-def books() -> Found:
+def ledger_of_a_collapse() -> Found:
     """The largest closure and mismatch over the run, and what nobody accounts for of what should be conserved."""
     series = _run(COLLAPSE)
     largest = float(abs(series["kinetic_energy"]).max() + abs(series["gravitational_energy"]).max())
@@ -76,4 +76,4 @@ def _run(text: str) -> xr.Dataset:
         return dataset.open(run_scene(loads(text), folder / "run"))
 
 
-COMPUTATIONS = (books,)
+COMPUTATIONS = (ledger_of_a_collapse,)

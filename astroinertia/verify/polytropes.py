@@ -24,7 +24,7 @@ def structure() -> Found:
 
 
 def love_numbers() -> Found:
-    """Response to a tide: k_2, and half of it where apsidal motion is told."""
+    """Response to a tide: k_2, and half of it where apsidal motion is given."""
     return {
         "n1_love_number": love_number(1.0),
         "n15_apsidal_constant": apsidal_constant(1.5),

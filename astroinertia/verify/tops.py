@@ -30,7 +30,7 @@ def closed_forms() -> Found:
 
 
 def splitting() -> Found:
-    """A hundred flips of the racket by the splitting: distance from the closed form, and L summed anew in space."""
+    """A hundred flips of the racket by the splitting: distance from the closed form, and L summed again in space."""
     top, moments = free_top.free_top(_MOMENTS, _RACKET), np.array(_MOMENTS)
     end, momentum = _PERIODS * free_top.period(top), moments * np.array(_RACKET)
     with jax.enable_x64(True):

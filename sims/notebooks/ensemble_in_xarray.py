@@ -14,7 +14,7 @@
 # %% [markdown]
 # # An ensemble in xarray: which stellar cores leave a pulsar, and which a bar?
 #
-# One run answers one question. What decides the outcome is told by many. Here a dozen iron cores shrink to neutron
+# One run answers one question. Many runs show what decides the outcome. Here a dozen iron cores shrink to neutron
 # stars. They differ in how fast they turn before, in how centrally condensed they are, and in how large they are. All
 # are answered by the model `scaling`, conservation laws in closed form, which takes a fraction of a second each; the
 # same lines of analysis work on a sweep of particle runs.

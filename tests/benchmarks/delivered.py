@@ -1,4 +1,4 @@
-"""What was asked and what was delivered: accuracies of scenes with exact answers, and their price against a scan's.
+"""What was asked and what was delivered: accuracies of scenes with exact answers, and their cost against a scan's.
 
     python tests/benchmarks/delivered.py --seed 1 --folder runs/delivered --keep
 
@@ -144,8 +144,10 @@ def main():
             place.mkdir(parents=True, exist_ok=True)
             file.write_text(json.dumps(row))
         rows.append(row)
-        told = row.get("refused") or f"{row['delivered']:.1e} (bar {row['bar']:.1e}) in {duration(row['time'])}"
-        print(f"{row['scene']}: asked {row['asked']:.1e}, {told}; ratio {ratio(row):.2f} to {row['with']}", flush=True)
+        outcome = row.get("refused") or f"{row['delivered']:.1e} (bar {row['bar']:.1e}) in {duration(row['time'])}"
+        print(
+            f"{row['scene']}: asked {row['asked']:.1e}, {outcome}; ratio {ratio(row):.2f} to {row['with']}", flush=True
+        )
     lines = [cells(row) for row in rows]
     text = "\n\n".join(
         [

@@ -57,16 +57,16 @@ def machine() -> str:
 def processor() -> str:
     """What kind of processor it is, and the widest vectors that it has, as far as the system tells."""
     try:
-        told = dict(
+        fields = dict(
             (part.strip() for part in line.split(":", 1))
             for line in Path("/proc/cpuinfo").read_text().splitlines()
             if ":" in line
         )
     except OSError:
         return platform.machine()
-    flags = told.get("flags", "").split()
+    flags = fields.get("flags", "").split()
     widest = next((name for name in ("avx512f", "avx2", "avx") if name in flags), "")
-    return ", ".join(part for part in (platform.machine(), told.get("model name", ""), widest) if part)
+    return ", ".join(part for part in (platform.machine(), fields.get("model name", ""), widest) if part)
 
 
 def rows_of(head: list[str], rows: list[list[Any]]) -> str:

@@ -1,4 +1,4 @@
-"""Where multipoles become cheaper than direct sums, and what their error costs: the prices of scene/gravity_prices.py.
+"""Where multipoles become cheaper than direct sums, and what their error costs: the figures of scene/gravity_costs.py.
 
     python tests/benchmarks/gravity_crossover.py --keep
 
@@ -15,7 +15,7 @@ from astroinertia.effects.entries import FORCE_ERROR
 
 COUNTS = (100, 300, 1000, 3000, 10_000)
 ERRORS = (1e-3, 1e-4, 1e-5, 1e-6)
-MANY = 30_000  # particles at which the price of an error is taken
+MANY = 30_000  # particles at which the cost of an error is taken
 
 
 def measured(particles: int, precision: str, rounds: int, methods: dict[str, str]) -> dict[str, float]:

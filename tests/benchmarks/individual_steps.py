@@ -30,7 +30,7 @@ from astroinertia.scene import load
 from astroinertia.sph import profiles
 from astroinertia.sph.initial import place
 
-SHARES = ("share", "share_saved", "share_processor", "share_saved_processor")  # told as percentages
+SHARES = ("share", "share_saved", "share_processor", "share_saved_processor")  # shown as percentages
 TURNS = 8  # of either kind of steps in the interval
 INDEX = 1.5  # of both stars
 SMALL_MASS, SMALL_RADIUS = 0.03, 0.01  # of the other star, in units of the first

@@ -282,8 +282,8 @@ def labelled(panel: Any, answers: list[Answer], seconds: np.ndarray, found: np.n
             beside(panel, place, (8, 8), f"scaling,\n{answer.rung.label}", LOOK["scaling"][1])
     own = [number for number, answer in enumerate(answers) if answer.rung.model == "ellipsoid"]
     ends = (float(answers[number].rung.label.split()[-1]) for number in (own[0], own[-1]))
-    told = "ellipsoid, tolerance\n" + " to ".join(f"$10^{{{np.log10(each):.0f}}}$" for each in ends)
-    beside(panel, (seconds[own[0]], found[own[0]].min()), (-4, -34), told, LOOK["ellipsoid"][1])
+    label = "ellipsoid, tolerance\n" + " to ".join(f"$10^{{{np.log10(each):.0f}}}$" for each in ends)
+    beside(panel, (seconds[own[0]], found[own[0]].min()), (-4, -34), label, LOOK["ellipsoid"][1])
 
 
 def beside(panel: Any, place: tuple[Any, Any], offset: tuple[float, float], text: str, colour: str) -> None:
@@ -298,8 +298,10 @@ def legend() -> list[Line2D]:
         for model, (marker, colour) in LOOK.items()
     ]
     kinds = [
-        Line2D([], [], marker="o", color=style.GREY, linestyle="", markersize=size, markerfacecolor=face, label=told)
-        for face, size, told in ((style.GREY, 8, "moment of inertia $I_{zz}$"), ("none", 12, "angular velocity"))
+        Line2D(
+            [], [], marker="o", color=style.GREY, linestyle="", markersize=size, markerfacecolor=face, label=quantity
+        )
+        for face, size, quantity in ((style.GREY, 8, "moment of inertia $I_{zz}$"), ("none", 12, "angular velocity"))
     ]
     return [*points, *kinds]
 
@@ -331,12 +333,12 @@ def main() -> None:
     found = errors(answers, reference)
     ladder = np.array([each.rung.model == "sph" for each in answers])
     law = convergence.power_law(steps_of(particles_of(answers)), found[ladder, 0], reference.uncertainty)
-    publish("ladder", told(answers, found, reference, law), chosen.keep)
+    publish("ladder", report(answers, found, reference, law), chosen.keep)
     if chosen.keep:
         picture(answers, found, reference, law)
 
 
-def told(answers: list[Answer], found: np.ndarray, reference: Reference, law: convergence.PowerLaw) -> str:
+def report(answers: list[Answer], found: np.ndarray, reference: Reference, law: convergence.PowerLaw) -> str:
     """The table and what stands below it."""
     head = ["model", "how", "processor time", "wall time", "steps", "I_zz (kg m2)", "angular velocity (rad/s)",
             "error of I_zz", "of the angular velocity"]  # fmt: skip
@@ -361,7 +363,7 @@ def told(answers: list[Answer], found: np.ndarray, reference: Reference, law: co
         f"± {own.uncertainty:.2f} in N^(-1/3), which makes {100 * spread:.2g} %: {100 * (alone / mean - 1):+.2f} % "
         "from the shells.",
         f"- Error of I_zz with particles: order {law.order:.2f} ± {law.uncertainty:.2f} in N^(-1/3).",
-        f"- From the cheapest to the dearest: {np.log10(max(times) / min(times)):.1f} decades of processor time.",
+        f"- From the cheapest to the costliest: {np.log10(max(times) / min(times)):.1f} decades of processor time.",
         "",
     ])  # fmt: skip
 

@@ -98,10 +98,10 @@ def main() -> None:
     chosen = parser.parse_args()
     names = [name for name in CASES if any(word in name for word in chosen.only)]
     known = "calibrated" if machine.known().calibrated else "not calibrated"
-    told = f"{machine_in_words()}; {known}"
+    machine_line = f"{machine_in_words()}; {known}"
     rows = json.loads(KEPT.read_text()) if KEPT.exists() else {}
     for name in names:
-        rows[name] = [*case(name, CASES[name], not chosen.without_pilot), told]
+        rows[name] = [*case(name, CASES[name], not chosen.without_pilot), machine_line]
         if chosen.keep:
             KEPT.write_text(json.dumps(rows, indent=1) + "\n")
     head = [

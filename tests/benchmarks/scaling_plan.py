@@ -22,7 +22,7 @@ BOARD = 8
 LATENCY = 10e-6  # s a message; assumed, on the slow side of what collective libraries are known for
 FASTER = 100.0  # assumed: a GPU over the machine that was measured, since no GPU was
 DENSITY_PASSES = 3  # a solve of the smoothing lengths from the last step's, with the loop's sums exchanged each time
-HALO_VALUES = {"density": 5, "gradients": 8, "forces": 24}  # numbers of a halo particle that each pass reads anew
+HALO_VALUES = {"density": 5, "gradients": 8, "forces": 24}  # numbers of a halo particle that each pass reads again
 LEAF, OPENING, ORDER = 32, 0.6, 4  # particles of a leaf of gravity, width over distance of nodes, order of expansions
 
 

@@ -112,9 +112,9 @@ def measured(case: Case, particles: int, steps: int) -> dict[str, Any]:
 def row(name: str, found: dict[str, Any]) -> list[object]:
     """A row of the table."""
     total = found["base"] + sum(found["added"].values())
-    told = ", ".join(f"{kind} {1e3 * seconds:.1f}" for kind, seconds in found["added"].items())
+    added = ", ".join(f"{kind} {1e3 * seconds:.1f}" for kind, seconds in found["added"].items())
     times = (f"{1e3 * seconds:.1f}" for seconds in (total, found["whole"]))
-    return [name, found["particles"], f"{1e3 * found['base']:.1f}", told, *times, f"{found['whole'] / total:.2f}"]
+    return [name, found["particles"], f"{1e3 * found['base']:.1f}", added, *times, f"{found['whole'] / total:.2f}"]
 
 
 def main() -> None:

@@ -35,13 +35,13 @@ def rows(name, found):
             if not law.points:
                 continue
             spread = "" if math.isnan(law.uncertainty) else f" ± {law.uncertainty:.2f}"
-            price = 10 ** (source.cost_order / law.order) if law.order > 0 and source.cost_order > 0 else math.nan
+            cost = 10 ** (source.cost_order / law.order) if law.order > 0 and source.cost_order > 0 else math.nan
             yield [
                 name, judged.observable.name, len(found.measured), f"{judged.errors.get(found.base, math.nan):.1e}",
                 "-" if base is None else duration(base.cpu_time),
                 f"**{source.knob.name}**" if source is judged.limiting else source.knob.name,
                 "-" if math.isnan(source.error) else f"{source.error:.1e}",
-                f"{law.order:.2f}{spread}", source.knob.order, "-" if math.isnan(price) else f"{price:.2g} times",
+                f"{law.order:.2f}{spread}", source.knob.order, "-" if math.isnan(cost) else f"{cost:.2g} times",
             ]  # fmt: skip
 
 

@@ -3,7 +3,7 @@
     python tests/benchmarks/weak_scaling.py --particles 2000 --keep
 
 Evrard's cloud, float64. What a device receives is read off the compiled program: the arrays of all its collectives. The
-devices are virtual: they share the cores of this machine, so that processor time and the work of each device are told,
+devices are virtual: they share the cores of this machine, so that processor time and the work of each device are shown,
 and wall time says nothing about real ones. The plan to 1e9 particles is in scaling_plan.py.
 """
 
@@ -144,8 +144,8 @@ def by_itself(each: int, repeats: int) -> dict[int, dict[str, dict[str, Any]]]:
     done = subprocess.run(command, env={**os.environ, **flags}, capture_output=True, text=True, check=False)
     if done.returncode:
         sys.exit(done.stderr)
-    told = json.loads(done.stdout[done.stdout.index("{") :])
-    return {int(devices): figures for devices, figures in told.items()}
+    content = json.loads(done.stdout[done.stdout.index("{") :])
+    return {int(devices): figures for devices, figures in content.items()}
 
 
 def uneven(work: list[int]) -> str:
@@ -184,8 +184,8 @@ def main() -> None:
         import jax
 
         with jax.enable_x64(True):
-            told = {devices: measured(chosen.particles, devices, chosen.repeats) for devices in COUNTS}
-        print(json.dumps(told))
+            times = {devices: measured(chosen.particles, devices, chosen.repeats) for devices in COUNTS}
+        print(json.dumps(times))
         return
     found = by_itself(chosen.particles, chosen.repeats)
     most = found[COUNTS[-1]]

@@ -45,12 +45,12 @@ def measured(
     for name in actions:
         seconds = times[name] / (STEPS_BETWEEN_SORTS if name in clouds else 1)
         ratio = f"{seconds / times[QUADRUPOLE.name]:.3f}" if QUADRUPOLE.name in times else ""
-        told = ["", "", ""]
+        errors = ["", "", ""]
         if name in clouds:
             found = force_errors(*gravity(clouds[name]), clouds[name].problem.kernel)
-            told = [f"{found[kind]:.1e}" for kind in ("median", "rms", "p99")]
+            errors = [f"{found[kind]:.1e}" for kind in ("median", "rms", "p99")]
         what = f"whole step, {name}" if name in clouds else f"{name}, {JUDGED}"
-        rows.append([particles, what, f"{1e3 * seconds:.4g}", ratio, f"{particles / seconds / 1e6:.3f}", *told])
+        rows.append([particles, what, f"{1e3 * seconds:.4g}", ratio, f"{particles / seconds / 1e6:.3f}", *errors])
     return rows
 
 

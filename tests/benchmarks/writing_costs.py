@@ -4,8 +4,8 @@
 
 One run, taken apart while it goes on: every part is timed by wall and by processor (of all threads), each without what
 it calls of the others, and divided by the whole of the same run, from run_scene to the netCDF file that it returns.
-What records are computed from is physics, and told beside. A first run with a few steps compiles. Pictures are no part
-of a run: `astroinertia show`, which `make demo` calls after it, draws them, and their time is told as well.
+What records are computed from is physics, and listed beside. A first run with a few steps compiles. Pictures are no
+part of a run: `astroinertia show`, which `make demo` calls after it, draws them, and their time is listed as well.
 """
 
 import argparse
@@ -116,7 +116,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as place:
         meter, whole, pictures, finished = measured(chosen.scene, chosen.settings, Path(place))
         size = sum(path.stat().st_size for path in finished.parent.iterdir())
-        told = dataset.open(finished).attrs
+        attributes = dataset.open(finished).attrs
         outputs = dataset.open(finished).sizes["time"]
     writing = np.sum([meter.spent[name] for name in PARTS], axis=0)
     rows = [[name, meter.calls[name], *share(meter.spent[name], whole)] for name in PARTS]
@@ -125,7 +125,9 @@ def main() -> None:
     rows += [["the whole run", 1, *share(whole, whole)], ["pictures, after the run", 1, *share(pictures, whole)]]
     head = ["part", "times", "wall (s)", "% of the run", "processor (s)", "% of the run"]
     text = f"# What writing costs: {' '.join([chosen.scene.name, *chosen.settings])}\n\n{machine()}.\n"
-    text += f"{outputs} records, {size / 1e6:.1f} MB in the run folder, {told['model']}, {told['engine']}.\n"
+    text += (
+        f"{outputs} records, {size / 1e6:.1f} MB in the run folder, {attributes['model']}, {attributes['engine']}.\n"
+    )
     text += "Of one run; each part without what it calls of the others.\n\n" + rows_of(head, rows)
     with_pictures = (writing + pictures) / (whole + pictures)
     text += f"\nWriting takes {100 * writing[0] / whole[0]:.2f} % of the run's wall time and "

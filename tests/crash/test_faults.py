@@ -65,7 +65,7 @@ def final(archive):
     return archive.finish(lambda aside: aside.write_bytes(b"final"))
 
 
-def test_a_disk_that_is_full_at_any_write_is_told_and_nothing_sealed_is_lost(tmp_path, monkeypatch, quick_disk):
+def test_a_disk_that_is_full_at_any_write_is_reported_and_nothing_sealed_is_lost(tmp_path, monkeypatch, quick_disk):
     reached = []
     for fatal in range(1, 1000):
         folder, disk = tmp_path / str(fatal), FillsUp(fatal)
@@ -76,11 +76,11 @@ def test_a_disk_that_is_full_at_any_write_is_told_and_nothing_sealed_is_lost(tmp
             try:
                 write_on(archive, 2 * INTERVAL)
                 final(archive)
-                told = ""
+                message = ""
             except ArchiveError as error:
-                told = str(error)
-        assert told == "" or (str(folder) in told and "No space left on device; what was written" in told)
-        assert bool(told) == (disk.writes >= fatal)
+                message = str(error)
+        assert message == "" or (str(folder) in message and "No space left on device; what was written" in message)
+        assert bool(message) == (disk.writes >= fatal)
         reached.append(assert_consistent(folder))
         if disk.writes < fatal:
             break
@@ -120,7 +120,7 @@ def test_no_damage_to_a_file_goes_unnoticed_and_an_interval_at_most_is_lost(tmp_
     with Archive.create(tmp_path / "whole", METADATA) as archive:
         write_on(archive, OUTPUTS)
     names = sorted(path.name for path in (tmp_path / "whole").iterdir() if path.name != "lock")
-    told = {"back": 0, "lost": 0, "copy": 0, "harmless": 0}
+    counts = {"back": 0, "lost": 0, "copy": 0, "harmless": 0}
     for number in range(damages):
         folder = tmp_path / "damaged"
         shutil.copytree(tmp_path / "whole", folder)
@@ -158,10 +158,10 @@ def test_no_damage_to_a_file_goes_unnoticed_and_an_interval_at_most_is_lost(tmp_
             assert name.startswith("manifest")
             assert outputs == OUTPUTS
         kind = "lost" if lost or dropped else "back" if outputs < OUTPUTS else "copy" if sentences else "harmless"
-        told[kind] += 1
+        counts[kind] += 1
         shutil.rmtree(folder)
-    assert min(told.values()) > damages // 50, told
-    assert sum(told.values()) == damages
+    assert min(counts.values()) > damages // 50, counts
+    assert sum(counts.values()) == damages
 
 
 def test_damage_while_only_looking_is_an_error_that_names_the_file(tmp_path, quick_disk):

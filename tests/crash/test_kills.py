@@ -60,7 +60,7 @@ class Lives:
     def live(self, folder, share=None, span=None):
         """Run or resume; kill it after so much of so many seconds from its first step on. Seconds, steps, killed."""
         print(folder, file=self.server.stdin, flush=True)
-        process, begin, steps = int(self._told("process")), None, []
+        process, begin, steps = int(self._answer("process")), None, []
         while True:
             word, number = self.server.stdout.readline().split()
             if word == "ended":
@@ -74,7 +74,7 @@ class Lives:
                     time.sleep(share * span)
                     os.kill(process, signal.SIGKILL)  # its number is its own until "ended" is answered
 
-    def _told(self, what):
+    def _answer(self, what):
         word, number = self.server.stdout.readline().split()
         assert word == what
         return number

@@ -52,12 +52,12 @@ def test_members_under_way_in_workers_are_sealed_when_all_processes_get_a_signal
             time.sleep(2.0)  # some steps
             for _ in range(2):
                 os.killpg(sweep.pid, signal.SIGTERM)
-            _, told = sweep.communicate(timeout=120.0)
+            _, complaint = sweep.communicate(timeout=120.0)
         finally:
             with suppress(ProcessLookupError):
                 os.killpg(sweep.pid, signal.SIGKILL)
     assert sweep.returncode == 130
-    assert "the run was stopped by SIGTERM at 0.0% and is sealed in" in told
+    assert "the run was stopped by SIGTERM at 0.0% and is sealed in" in complaint
     for place in under_way:
         with Archive.open(place) as found:  # let go of by its worker
             assert found.read_checkpoint()[1]["series"] > 1

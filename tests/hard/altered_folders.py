@@ -164,9 +164,9 @@ def _npz_changed(path, chance, is_meant):
             np.lib.format.write_array(stream, np.ascontiguousarray(other) if other.ndim else other)
             members[name] = stream.getvalue()
     else:
-        told = json.loads(members[name])
-        _value_changed(told, chance)
-        members[name] = json.dumps(told).encode()
+        content = json.loads(members[name])
+        _value_changed(content, chance)
+        members[name] = json.dumps(content).encode()
     with zipfile.ZipFile(path, "w") as bundle:
         for each, data in members.items():
             bundle.writestr(each, data)

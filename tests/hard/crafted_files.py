@@ -214,7 +214,7 @@ def _runs(folder, whole, outside):
 def _sweeps(folder, whole, outside):
     if "sweep" not in whole:
         return []
-    told = json.loads((whole["sweep"] / "sweep.json").read_text())
+    content = json.loads((whole["sweep"] / "sweep.json").read_text())
     made = []
     changes = {
         "name": {"name": 3}, "version": {"version": "x"}, "members": {"members": [[1, 2, 3]]}, "many": {"axes": [[]]},
@@ -223,12 +223,12 @@ def _sweeps(folder, whole, outside):
     for name, change in changes.items():
         place = folder / f"sweep-{name}"
         place.mkdir()
-        (place / "sweep.json").write_text(json.dumps({**told, **change}))
+        (place / "sweep.json").write_text(json.dumps({**content, **change}))
         made.append(("sweep", place))
     for name in ("deep", "linked"):
         place = folder / f"sweep-{name}"
         place.mkdir()
-        (place / "sweep.json").write_text("[" * 200_000 if name == "deep" else json.dumps(told))
+        (place / "sweep.json").write_text("[" * 200_000 if name == "deep" else json.dumps(content))
         (place / "member-0000").symlink_to(whole["core"])
         made.append(("sweep", place))
     return made

@@ -129,9 +129,9 @@ def main():
         import sarracen  # noqa: F401  an extra that takes seconds: what is measured is reading
     warnings.simplefilter("error")
     warnings.simplefilter("ignore", ArchiveWarning)
-    told = os.fdopen(os.dup(1), "w")
+    pipe = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # what libraries print is no answer
-    print("{}", file=told, flush=True)
+    print("{}", file=pipe, flush=True)
     for line in sys.stdin:
         asked = json.loads(line)
         limited(HANG)
@@ -139,7 +139,7 @@ def main():
         before, begun = memory("VmRSS"), processor_time()
         became, said = outcome(asked["kind"], Path(asked["path"]))
         figures = {"seconds": processor_time() - begun, "bytes": memory("VmHWM") - before}
-        print(json.dumps({"became": became, "said": said[-3000:], **figures}), file=told, flush=True)
+        print(json.dumps({"became": became, "said": said[-3000:], **figures}), file=pipe, flush=True)
 
 
 if __name__ == "__main__":

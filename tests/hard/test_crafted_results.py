@@ -45,12 +45,12 @@ def test_nothing_is_written_through_links(tmp_path):
     outside, folder = tmp_path / "outside", tmp_path / "run"
     folder.mkdir()
     outside.write_text("precious")
-    for name in ("told.json", "told.json.tmp", "lock"):
+    for name in ("content.json", "content.json.tmp", "lock"):
         (folder / name).symlink_to(outside)
     with pytest.raises(ArchiveError, match="leads out of its folder"):
-        read_json(folder / "told.json")
-    write_json(folder / "told.json", [1])
-    assert read_json(folder / "told.json") == [1] and not (folder / "told.json").is_symlink()
+        read_json(folder / "content.json")
+    write_json(folder / "content.json", [1])
+    assert read_json(folder / "content.json") == [1] and not (folder / "content.json").is_symlink()
     with pytest.raises(ArchiveError, match="cannot be written"):
         locked(folder)
     assert outside.read_text() == "precious"

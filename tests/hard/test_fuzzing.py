@@ -52,11 +52,11 @@ def fuzzed(folder, reader, seconds):
         [sys.executable, "-m", "tests.hard.fuzzing", reader, str(seconds), folder / "seeds" / reader, corpus, findings],
         cwd=folder, env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True, check=False,
     )  # fmt: skip
-    told = re.findall(r"cov: (\d+)", done.stderr), re.search(r"Done (\d+) runs", done.stderr)
-    assert done.returncode == 0 and told[0] and told[1], done.stderr[-3000:]
+    coverage = re.findall(r"cov: (\d+)", done.stderr), re.search(r"Done (\d+) runs", done.stderr)
+    assert done.returncode == 0 and coverage[0] and coverage[1], done.stderr[-3000:]
     found = [json.loads(line) for line in findings.read_text().splitlines()] if findings.exists() else []
     return {
-        "executions": int(told[1][1]), "edges": int(told[0][-1]), "inputs": len(list(corpus.iterdir())),
+        "executions": int(coverage[1][1]), "edges": int(coverage[0][-1]), "inputs": len(list(corpus.iterdir())),
         "findings": [f"{each['content'][:2000]}: {each['said'][-1500:]}" for each in found],
     }  # fmt: skip
 

@@ -59,8 +59,8 @@ def test_a_core_without_mantle_and_a_point_core_are_the_ends_of_what_exists():
 
 def test_a_ratio_above_that_of_a_uniform_body_is_refused_with_the_inequality():
     for known in ({"core_density": 7000.0}, {"mantle_density": 3500.0}, {"core_radius_ratio": 0.5}):
-        told = impossible(4000.0, moment_ratio=0.45, **known)
-        assert told is not None and "0.45 is not below 0.4" in told
+        reason = impossible(4000.0, moment_ratio=0.45, **known)
+        assert reason is not None and "0.45 is not below 0.4" in reason
 
 
 def test_love_numbers_of_extreme_cores():

@@ -83,7 +83,7 @@ def test_small_dense_cores_under_a_changing_mantle(degree):
         assert with_core == pytest.approx(alone, rel=20 * density * radius**3 + 2e-11)
 
 
-def test_a_lighter_core_raises_the_moment_ratio_and_is_told():
+def test_a_lighter_core_raises_the_moment_ratio_and_is_reported():
     body = constant_layers([0.6, 1.0], [1e-3, 1.0])
     assert not body.stably_stratified
     assert 0.4 < body.moment_ratio < 2 / 3

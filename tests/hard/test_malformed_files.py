@@ -60,7 +60,7 @@ def judged(judge, folder, count, few):
     before = contents(outside)
     for kind, path in bad:
         became, said = judge(kind, path)
-        # What is wrong is told of the file; a damaged checkpoint has another before it, and its scene is then refused.
+        # What is wrong is said of the file; a damaged checkpoint has another before it, and its scene is then refused.
         assert became == "refused" and (path.stem in said or path.stem == "linked-checkpoint"), (kind, path, said)
     read = judge.counts["read"]
     for kind, path in malformed(files, changed, 5, count - len(bad)):

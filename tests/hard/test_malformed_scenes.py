@@ -138,9 +138,9 @@ def tree(folder: Path) -> set[str]:
     return {str(path.relative_to(folder)) for path in folder.rglob("*")}
 
 
-def is_one_sentence(told: str) -> bool:
+def is_one_sentence(printed: str) -> bool:
     """One printable line that ends with a full stop and has no other sentence in it."""
-    line = told.removesuffix("\n")
+    line = printed.removesuffix("\n")
     prefix = "astroinertia: "
     return (
         line.startswith(prefix) and line.endswith(".") and line.isprintable() and not re.search(r"[.!?] +[A-Z]", line)
@@ -161,12 +161,12 @@ def refused(elsewhere, capsys):
         before, started = tree(elsewhere), time.perf_counter()
         assert main(arguments) == 2
         assert time.perf_counter() - started < 5.0
-        told = capsys.readouterr()
-        assert told.out == "" or not silent
-        assert is_one_sentence(told.err), told.err
-        assert re.search(words, told.err), told.err
-        assert "Traceback" not in told.err
-        assert len(told.err) < 600
+        printed = capsys.readouterr()
+        assert printed.out == "" or not silent
+        assert is_one_sentence(printed.err), printed.err
+        assert re.search(words, printed.err), printed.err
+        assert "Traceback" not in printed.err
+        assert len(printed.err) < 600
         assert tree(elsewhere) == before
 
     return check

@@ -54,8 +54,8 @@ def judged(reading, path, content, seed, count, commands):
         assert found["became"] in counts and found["seconds"] < 5.0, (number, found)
         counts[found["became"]] += 1
         for command in commands if found["became"] == "read" else ():
-            told = reading.of(command, path)  # a process that takes 30 s of processor time is ended
-            assert told["became"] in ("read", "refused"), (number, command, told)
+            outcome = reading.of(command, path)  # a process that takes 30 s of processor time is ended
+            assert outcome["became"] in ("read", "refused"), (number, command, outcome)
     return counts
 
 

@@ -1,4 +1,4 @@
-"""Scenes with mistakes that chance made: told in a sentence or planned, within seconds, and nothing is written."""
+"""Scenes with mistakes that chance made: refused in a sentence or planned, within seconds, and nothing is written."""
 
 import time
 from pathlib import Path
@@ -18,7 +18,7 @@ def planned(seed, count, folder, capsys):
     """Figures of so many plans; fails at the first that is not as it should be."""
     scene = folder / "scene.toml"
     codes = {0: 0, 2: 0}
-    Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew: what ran before may have held more
+    Path("/proc/self/clear_refs").write_text("5")  # the peak begins again: what ran before may have held more
     longest, before = 0.0, peak_memory()
     for text in mutated(seed, count):
         scene.write_text(text, encoding="utf-8", errors="surrogatepass")

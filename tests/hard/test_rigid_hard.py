@@ -161,7 +161,7 @@ def test_a_runaway_torque_is_said_to_fail():
         run.advance(100.0)
 
 
-def test_a_body_that_turns_too_often_for_the_adaptive_integrator_is_told_what_to_take(monkeypatch):
+def test_a_body_that_turns_too_often_for_the_adaptive_integrator_gets_advice_what_to_take(monkeypatch):
     monkeypatch.setattr(adaptive, "MOST_STEPS", 200)
     adaptive.advance.clear_cache()
     run = under_way([1.0, 2.0, 3.0], [0.1, 1.0, 0.1], settings=BEST["adaptive"])

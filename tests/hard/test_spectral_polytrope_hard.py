@@ -33,7 +33,7 @@ def test_mass_shedding_is_a_cusp_and_converges():
 
 
 def test_published_star_next_to_mass_shedding():
-    """Yoshida 2022: f = 0.4425 of at most 0.443022, told to four digits; q changes fastest there."""
+    """Yoshida 2022: f = 0.4425 of at most 0.443022, given to four digits; q changes fastest there."""
     [entry] = [each for each in ENTRIES if each["inputs"].get("f_oblateness=1-Rp/Re") == 0.4425]
     body = rotating_polytrope(axis_ratio=1 - 0.4425, tolerance=1e-4)
     assert body.rotation_parameter == pytest.approx(entry["value"]["q_Omega2Re3_GM"], rel=6e-4)
@@ -70,10 +70,10 @@ def test_truncation_error_is_honest():
         exact = rotating_polytrope(q, tolerance=1e-9 if q < 1 else 1e-7)
         for degree in (16, 26):
             rough = rotating_polytrope(q, degree=degree)
-            told = rough.truncation_error
+            estimate = rough.truncation_error
             for name in ("polar_moment_ratio_equatorial", "flattening"):
-                assert abs(getattr(rough, name) / getattr(exact, name) - 1) <= told
-            assert np.max(np.abs(rough.zonal_harmonics[:3] / exact.zonal_harmonics[:3] - 1)) <= told
+                assert abs(getattr(rough, name) / getattr(exact, name) - 1) <= estimate
+            assert np.max(np.abs(rough.zonal_harmonics[:3] / exact.zonal_harmonics[:3] - 1)) <= estimate
 
 
 @pytest.mark.parametrize("q", [1e-12, 1e-8, 1e-5, 1e-4])

@@ -79,8 +79,8 @@ def run_scenes(programs: Path, folder: Path) -> None:
     """Each model's scene through the installed command, from a plan to a summary, in an empty folder."""
     for model, (scene, *settings) in SCENES.items():
         changed = [part for setting in settings for part in ("--set", setting)]
-        told = run([programs / "astroinertia", "run", scene, *changed, "--output", model], folder)
-        assert f"look at it with: astroinertia show {model}" in told
+        output = run([programs / "astroinertia", "run", scene, *changed, "--output", model], folder)
+        assert f"look at it with: astroinertia show {model}" in output
         opened = "import astroinertia, sys; found = astroinertia.open(sys.argv[1])"
         shown = (
             "print(found.attrs['model'], int(found.time.size > 1), float(found.ledger_closure.fillna(0).max()) < 1e-10)"

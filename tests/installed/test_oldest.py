@@ -40,5 +40,5 @@ def test_the_oldest_versions_allowed_run_each_model_and_pass_quick_tests(tmp_pat
     tests = [ROOT / "tests" / "unit" / f"{name}.py" for name in QUICK]
     # what is deprecated since is no error there
     command = [programs / "python", "-m", "pytest", "-q", "-m", "quick and not full", "-W", "default", *tests]
-    told = run([*command, "-p", "no:cacheprovider"], ROOT)
-    result(versions=found, tests=told.strip().splitlines()[-1])
+    output = run([*command, "-p", "no:cacheprovider"], ROOT)
+    result(versions=found, tests=output.strip().splitlines()[-1])

@@ -121,6 +121,6 @@ def test_a_new_effect_changes_no_operation_of_scenes_that_do_not_list_it(tmp_pat
     after = absence.audited(scene)
     assert (after.program, after.generated) == (before.program, before.generated)
     asking = scene.model_copy(update={"source": f"{scene.source}\n[effects.newcomer]\n"})
-    told = absence._asked(asking, None, 0)
-    assert told["traced"]["newcomer"] > 0 and "astroinertia.effects.newcomer" in told["modules"]
-    assert told["program"] != before.program
+    answer = absence._asked(asking, None, 0)
+    assert answer["traced"]["newcomer"] > 0 and "astroinertia.effects.newcomer" in answer["modules"]
+    assert answer["program"] != before.program

@@ -1,4 +1,4 @@
-"""Companions beside a particle fluid: orbits as REBOUND has them, and books that close with the masses that move."""
+"""Companions beside a particle fluid: orbits as REBOUND has them, and a ledger that closes while masses move."""
 
 from pathlib import Path
 from typing import Any
@@ -76,18 +76,18 @@ SCHEMES = {
 
 
 @pytest.mark.full
-def test_live_companions_keep_the_books_in_the_xla_engine(result: Any) -> None:
-    keeps_the_books("xla")
+def test_the_ledger_closes_with_live_companions_in_the_xla_engine(result: Any) -> None:
+    ledger_closes_with("xla")
     result(engine="xla", particles=200)
 
 
 @pytest.mark.parametrize("scheme", ["global", "individual"])
 def test_fluid_and_live_companions_keep_momentum_angular_momentum_and_energy(scheme: str) -> None:
     """Two companions and a star that is no sphere: all is kept to round-off, and the torque is what the star gains."""
-    keeps_the_books(scheme)
+    ledger_closes_with(scheme)
 
 
-def keeps_the_books(scheme: str) -> None:
+def ledger_closes_with(scheme: str) -> None:
     with jax.enable_x64(True):
         body = prepared(companions_of("live", more=MOON), *SCHEMES[scheme], "numerics.precision=float64")
         first, last = reached(body, 1.0)
@@ -222,7 +222,7 @@ def test_the_dataset_has_the_companions_under_their_names_in_SI(tmp_path: Path) 
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         (STAR + COMPANION, "act on particles by .effects.companions., which the scene does not list"),
         (STAR + "[effects.companions]\n", "needs ..companions.."),
@@ -232,8 +232,8 @@ def test_the_dataset_has_the_companions_under_their_names_in_SI(tmp_path: Path) 
         (STAR + '[effects.companions]\nmotion = "live"\n[orbits]\narchive = "a.bin"\n', "not with .orbits. archive"),
     ],
 )
-def test_what_contradicts_itself_is_refused_in_one_sentence(text: str, told: str) -> None:
-    with pytest.raises(SceneError, match=told):
+def test_what_contradicts_itself_is_refused_in_one_sentence(text: str, message: str) -> None:
+    with pytest.raises(SceneError, match=message):
         prepared(text)
 
 

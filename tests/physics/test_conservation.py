@@ -27,7 +27,7 @@ FEW = (
 
 
 def run_steps(path: Path, steps: int, particles: int, engine: str) -> dict[str, Any]:
-    """Evolve a scene for so many steps; the figures of its books, and the largest values on the way."""
+    """Evolve a scene for so many steps; the figures of its ledger, and the largest values on the way."""
     bodies = [f"bodies.{number}" for number in range(len(load.load_file(path).bodies))] or ["body"]
     settings = [f"{body}.particles={particles // len(bodies)}" for body in bodies]
     settings += [f"numerics.engine={engine}", "numerics.precision=float64", "numerics.timesteps=global"]
@@ -115,14 +115,14 @@ def test_the_few_scenes_have_every_effect_that_any_scene_lists() -> None:
 
 
 # Those that compile loops over pairs for themselves alone, or are much like another one: test_effect_checks has their
-# effects by plain sums, test_box the books of sod.
+# effects by plain sums, test_box the ledger of sod.
 LONGER = ("jacobi_by_viscosity", "pulsar_collapse", "sod", "tidal_disruption")
 
 
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.full) if name in LONGER else name for name in FEW]
 )
-def test_the_books_of_scenes_with_every_effect_close(name: str) -> None:
+def test_the_ledger_of_scenes_with_every_effect_closes(name: str) -> None:
     """Ledger against direct sums, each effect's virial tensor by two routes, energy, momentum and spin."""
     path = next(path for path in SIMS if path.stem == name)
     check(run_steps(path, STEPS, 300, "numba_cpu"))
@@ -139,7 +139,7 @@ BOTH = [pytest.param(path, engine, id=f"{path.stem}-{engine}") for path in SIMS 
 
 @pytest.mark.full
 @pytest.mark.parametrize(("path", "engine"), BOTH)
-def test_the_books_close_in_both_engines(path: Path, engine: str, result) -> None:
+def test_the_ledger_closes_in_both_engines(path: Path, engine: str, result) -> None:
     with jax.enable_x64(True):
         figures = run_steps(path, 1200, 600, engine)
     result(engine=engine, steps=1200, particles=600, **figures)

@@ -29,7 +29,7 @@ def errors(name, particles, end, *settings):
 def test_a_core_at_rest_bounces_when_and_as_densely_as_on_a_grid():
     """500 particles: late by 5 to 15 %, as dense to 20 %; energy to 1e-3 of the deepest binding."""
     late, dense, data = errors("G3", 500, 0.056, "numerics.precision=float64")
-    assert data.dynamics in ("regular", "rapid")  # told apart by the signal, which a core at rest does not have
+    assert data.dynamics in ("regular", "rapid")  # distinguished by the signal, which a core at rest does not have
     assert 0.05 < late < 0.15
     assert abs(dense) < 0.20
     assert np.ptp(data.total_energy.values) < 1e-3 * np.abs(data.gravitational_energy.values).max()

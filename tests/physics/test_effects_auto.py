@@ -92,5 +92,5 @@ def test_the_same_of_the_longer_scenes(name, result):
 
 def test_a_run_keeps_the_reasons_in_its_file(tmp_path):
     scene = load_file(SCENES / "crab_in_a_century.toml")
-    told = str(astroinertia.open(astroinertia.run_scene(scene, tmp_path / "crab")).attrs)
-    assert "dipole_braking: on: torque over L omega" in told and "constant_torque: off: " in told
+    attributes = str(astroinertia.open(astroinertia.run_scene(scene, tmp_path / "crab")).attrs)
+    assert "dipole_braking: on: torque over L omega" in attributes and "constant_torque: off: " in attributes

@@ -73,7 +73,7 @@ def test_a_killed_worker_changes_nothing(tmp_path, result):
                     break
 
     begun = time.monotonic()
-    found = ensemble.run_sweep(sweep, tmp_path / "workers", workers=2, told=kill)
+    found = ensemble.run_sweep(sweep, tmp_path / "workers", workers=2, listener=kill)
     assert killed and not found.failures
     times = ["wall_time", "measured_wall_time", "measured_memory"]
     one, other = (dataset.open(tmp_path / name).drop_vars(times) for name in ("serial", "workers"))

@@ -50,7 +50,7 @@ def force_errors(body: Particles) -> np.ndarray:
     return np.linalg.norm(apart, axis=1) / np.linalg.norm(exact["gravity"]["acceleration"], axis=1)
 
 
-def test_a_run_with_multipoles_keeps_momentum_books_and_its_force_error() -> None:
+def test_a_run_with_multipoles_keeps_momentum_ledger_and_force_error() -> None:
     """3000 turning particles, 32 steps: momentum to round-off, spin within the force error, forces as wanted."""
     body = prepared(CLOUD, "body.particles=3000", "effects.gravity.force_error=1e-3")
     opening = body.record(None)

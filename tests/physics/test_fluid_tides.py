@@ -74,7 +74,7 @@ def test_roches_limit_is_bracketed(particles: int, result: Any) -> None:
     assert inside[0] >= TORN and inside[1] < 5.0
 
 
-def test_a_tide_turns_a_star_by_the_torque_in_its_books() -> None:
+def test_a_tide_turns_a_star_by_the_torque_in_its_ledger() -> None:
     """What changes the spin is the tide alone, by its impulse in the ledger, which is the integral of its torque."""
     body = scene("tidal_spin_down", "body.particles=200", "body.relax=false")
     records = [body.record(None)]

@@ -1,4 +1,4 @@
-"""A giant impact: what it leaves, and that the books of mass, angular momentum and energy close over it."""
+"""A giant impact: what it leaves, and that the ledger of mass, angular momentum and energy closes over it."""
 
 import math
 from pathlib import Path
@@ -29,7 +29,7 @@ def after(count, end, folder):
     return datasets.open(file).load(), left, mass, last["material"].values
 
 
-def keeps_its_books(series, momentum, energy):
+def ledger_closes(series, momentum, energy):
     spin = series.angular_momentum.values
     assert np.linalg.norm(spin - spin[0], axis=1).max() < momentum * np.linalg.norm(spin[0])
     assert np.ptp(series.total_energy.values) < energy * np.abs(series.gravitational_energy.values).max()
@@ -37,13 +37,13 @@ def keeps_its_books(series, momentum, energy):
 
 
 @pytest.mark.full
-def test_an_impact_spins_a_planet_up_and_keeps_its_books(tmp_path):
+def test_an_impact_spins_a_planet_up_and_its_ledger_closes(tmp_path):
     """500 particles, 3 h: angular momentum to 1e-13, energy to 1e-3 (measured 2e-4 over the whole day).
 
     The planet is by then most of the mass and turns with the orbit; what turns in all is what there was.
     """
     series, left, mass, _ = after(500, "3 h", tmp_path / "run")
-    keeps_its_books(series, 1e-13, 1e-3)
+    ledger_closes(series, 1e-13, 1e-3)
     assert (left.planet.astype(int) + left.disc + left.escaped == 1).all()
     assert mass[left.planet].sum() > 0.85 * mass.sum()
     total = series.angular_momentum.values[0]
@@ -61,7 +61,7 @@ def test_what_an_impact_leaves_settles_with_particles(tmp_path, result):
     periods, ratios, discs, flattenings = [], [], [], []
     for count in (1000, 2000):
         series, left, mass, material = after(count, "24 h", tmp_path / str(count))
-        keeps_its_books(series, 1e-13, 1e-3)
+        ledger_closes(series, 1e-13, 1e-3)
         periods.append(2 * math.pi / float(np.linalg.norm(left.angular_velocity)) / 3600)
         ratios.append(left.moment_ratio)
         flattenings.append(left.flattening)

@@ -1,4 +1,4 @@
-"""Individual time steps keep the books as global ones do, and come to the same answer."""
+"""Individual time steps keep the ledger as global ones do, and come to the same answer."""
 
 from pathlib import Path
 
@@ -37,7 +37,7 @@ def advanced(body: Particles, end: float, every: float) -> list[dict]:
     return records
 
 
-def test_a_collapse_keeps_the_books_and_comes_to_the_same_shape() -> None:
+def test_a_collapse_keeps_the_ledger_and_comes_to_the_same_shape() -> None:
     """Evrard's collapse through its bounce: as with global steps, with fewer evaluations."""
     one, other = (advanced(start("body.particles=300", choice), 1.2, 0.1) for choice in (
         "numerics.timesteps=individual", "numerics.timesteps=global"
@@ -143,7 +143,7 @@ kinematic_viscosity = 0.003
 @pytest.mark.parametrize(
     "shear", ["", pytest.param(SHEAR, marks=pytest.mark.full)], ids=["without shear", "with shear"]
 )
-def test_effects_from_outside_and_on_the_whole_body_keep_the_books(shear: str, tmp_path: Path) -> None:
+def test_the_ledger_closes_with_effects_from_outside_and_on_the_whole_body(shear: str, tmp_path: Path) -> None:
     """From a rotating frame to cooling: closure, and an owner for every loss of energy."""
     path = tmp_path / "scene.toml"
     path.write_text(EVRARD.read_text() + EXTERNAL + shear)
@@ -162,7 +162,7 @@ def test_effects_from_outside_and_on_the_whole_body_keep_the_books(shear: str, t
     assert abs(held[1] - held[0] - owned) <= 1e-12 * abs(held[0])
     coriolis = np.linalg.norm(last["impulse"][names.index("target_tensor")])
     assert coriolis <= 1e-13
-    assert last["heating"][names.index("cooling")] > 1e-2  # cold gas, which is warmed
+    assert last["heating"][names.index("cooling")] > 1e-2  # cold gas, which is heated
     if shear:
         viscosity = names.index("shear_viscosity")
         assert last["heating"][viscosity] == pytest.approx(-last["work"][viscosity], rel=1e-12)

@@ -26,8 +26,8 @@ ROUND_OFF = 1e-5  # smaller numbers are errors, and any of them is as good as an
 def claims_of(source, names):
     """Execute a source with warnings as errors: the variables named, and the notebook."""
     found = executed(source, before=STRICT, after=TELL.format(names=names))
-    told = found.cells.pop().outputs
-    return json.loads(told[0].text), found
+    outputs = found.cells.pop().outputs
+    return json.loads(outputs[0].text), found
 
 
 def written(source):
@@ -126,7 +126,7 @@ def test_ensemble_in_xarray():
 
 @pytest.mark.parametrize("source", sources(), ids=lambda source: source.stem)
 def test_written_notebooks_are_those_of_their_sources(source):
-    """After a change of a source, `make notebooks` writes them anew."""
+    """After a change of a source, `make notebooks` writes them again."""
     cells = [(cell.cell_type, cell.source) for cell in written(source).cells]
     assert cells == [(cell.cell_type, cell.source) for cell in notebook(source).cells]
 
@@ -158,8 +158,8 @@ def test_notebooks_that_fail_or_warn_are_not_written(tmp_path):
     source.write_text("# %%\nx = 1\n\n# %%\nassert x == 2\n")
     with pytest.raises(CellExecutionError, match="assert x == 2"):
         write(source)
-    source.write_text("# %%\nimport warnings\n\nwarnings.warn('told to readers')\n")
-    with pytest.raises(ValueError, match="told to readers"):
+    source.write_text("# %%\nimport warnings\n\nwarnings.warn('seen by readers')\n")
+    with pytest.raises(ValueError, match="seen by readers"):
         write(source)
     assert not source.with_suffix(".ipynb").exists()
     source.write_text("# %%\nx = 1\nx + 1\n")

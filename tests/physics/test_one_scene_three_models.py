@@ -72,8 +72,8 @@ def test_the_first_rebound_is_the_same_to_a_few_percent(runs):
 def test_the_command_lays_them_over_each_other(runs, folder, tmp_path, capsys):
     picture = tmp_path / "three.png"
     assert main(["compare", *(str(folder / model) for model in MODELS), "--plot", str(picture)]) == 0
-    told = capsys.readouterr().out
+    printed = capsys.readouterr().out
     for name in ("moment of inertia about the spin axis", "mean spin", "flattening", "largest density"):
-        assert name in told
-    assert "differences are from 'sph, 500 particles'" in told
+        assert name in printed
+    assert "differences are from 'sph, 500 particles'" in printed
     assert picture.stat().st_size > 50_000

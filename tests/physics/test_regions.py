@@ -1,4 +1,4 @@
-"""Regions of a run: their books close at every record, with global and individual steps, flux row and all."""
+"""Regions of a run: their ledgers close at every record, with global and individual steps, flux row and all."""
 
 import subprocess
 import sys
@@ -10,7 +10,7 @@ import pytest
 from astroinertia import dataset
 from astroinertia.build import sph
 from astroinertia.inertia.tensor import axial_vector
-from astroinertia.ledger import regions as books
+from astroinertia.ledger import regions as region_ledger
 from astroinertia.ledger.moments import weighted_outer
 from astroinertia.run.loop import run_scene
 from astroinertia.scene import load
@@ -89,10 +89,10 @@ def test_change_of_a_region_is_what_acts_on_it_and_what_crosses_its_edge(tmp_pat
 
 def test_closure_breaks_without_the_flux_row(monkeypatch):
     start = prepared(SCENE)
-    none = books.Flux(np.zeros(()), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)))
+    none = region_ledger.Flux(np.zeros(()), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)))
     closures = {}
-    for name, replaced in (("with", books.crossing), ("without", lambda *_: none)):
-        monkeypatch.setattr(books, "crossing", replaced)
+    for name, replaced in (("with", region_ledger.crossing), ("without", lambda *_: none)):
+        monkeypatch.setattr(region_ledger, "crossing", replaced)
         body = prepared(SCENE) if name == "without" else start
         for _ in range(10):
             body.advance(10.0)
@@ -139,7 +139,7 @@ def test_a_region_of_everything_is_the_body(tmp_path):
     assert not np.any(data["region_flux_mass"])
 
 
-def test_an_empty_region_is_told_to_be_empty(tmp_path):
+def test_an_empty_region_is_reported_as_empty(tmp_path):
     data = run(tmp_path / "run").sel(region="nothing")
     assert not np.any(data["region_mass"]) and not np.any(data["region_second_moment"])
     assert np.isnan(data["region_angular_velocity"]).all() and np.isnan(data["region_centre"]).all()
@@ -185,7 +185,7 @@ def test_scenes_without_regions_import_nothing_of_them():
         prepare(load.loads(text))
         print("astroinertia.models.regions" in sys.modules)
     """
-    told = subprocess.run(
+    done = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(script).format(text=SCENE)], capture_output=True, text=True, check=True
     )
-    assert told.stdout.split() == ["False", "True"]
+    assert done.stdout.split() == ["False", "True"]

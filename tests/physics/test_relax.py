@@ -194,7 +194,7 @@ def test_differential_rotation_relaxes_on_its_own_law():
     np.testing.assert_allclose(np.linalg.norm(v, axis=1), 0.6 / (1 + w2 / 0.25) * np.sqrt(w2), rtol=1e-9)
 
 
-def test_a_relaxed_body_is_kept_and_told_of(tmp_path, monkeypatch):
+def test_a_relaxed_body_is_kept_and_reported(tmp_path, monkeypatch):
     monkeypatch.setattr(cache, "cache_directory", lambda: tmp_path)
     mass, position, entropy, _ = _start(1.5, 300)
     problem, heard = polytrope_problem(1.5, 300), []

@@ -1,4 +1,4 @@
-"""Sinks keep the books of what they swallow, and swallow what theory says."""
+"""Sinks keep the ledger of what they accrete, and accrete what theory says."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -50,7 +50,7 @@ def moment_vector(tensor: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("timesteps", ["global", "individual"])
 def test_fluid_and_sinks_keep_mass_momentum_and_angular_momentum(timesteps: str) -> None:
-    """A turning cloud collapses into a sink, which takes most of it and spins: all books close to round-off."""
+    """A turning cloud collapses into a sink, which takes most of it and spins: all ledgers close to round-off."""
     body = prepared(CLOUD, f"numerics.timesteps={timesteps}")
     first, last = reached(body, 0.9)
     assert last["sink_number"] == 1.0
@@ -114,7 +114,7 @@ def fallen(time: float, radius: float) -> float:
 
 
 @pytest.mark.parametrize("timesteps", ["global", "individual"])
-def test_a_cold_collapse_is_swallowed_as_it_falls(timesteps: str) -> None:
+def test_a_cold_collapse_is_accreted_as_it_falls(timesteps: str) -> None:
     """Without pressure, mass arrives at the sink's radius when theory has it there.
 
     With 1000 particles the mass was off by up to 0.3% of the whole (three particles, or one base step), with 3000 and a
@@ -193,7 +193,7 @@ def test_a_run_with_a_sink_resumes_bit_for_bit(timesteps: str) -> None:
 
 
 def test_the_dataset_has_sinks_and_the_rate_of_accretion(tmp_path: Path) -> None:
-    """Series of sinks with their accretion rate, and snapshots in which swallowed particles are absent."""
+    """Series of sinks with their accretion rate, and snapshots in which accreted particles are absent."""
     settings = ["body.particles=200", "time.end=0.7", "output.series_every=0.05", "output.snapshot_every=0.35"]
     tree = astroinertia.open_tree(astroinertia.run_scene(load.loads(CLOUD, settings), tmp_path / "run"))
     series, snapshots = tree["/"].dataset, tree["/snapshots"].dataset
@@ -207,7 +207,7 @@ def test_the_dataset_has_sinks_and_the_rate_of_accretion(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    ("settings", "more", "told"),
+    ("settings", "more", "message"),
     [
         (["numerics.engine=xla"], "", "needs the engine numba_cpu"),
         (["effects.sinks.radius=0.05"], "", "radius must be at least .* times as large"),
@@ -219,8 +219,8 @@ def test_the_dataset_has_sinks_and_the_rate_of_accretion(tmp_path: Path) -> None
         ),
     ],
 )
-def test_what_sinks_cannot_do_is_refused_in_one_sentence(settings: list[str], more: str, told: str) -> None:
-    with pytest.raises(SceneError, match=told):
+def test_what_sinks_cannot_do_is_refused_in_one_sentence(settings: list[str], more: str, message: str) -> None:
+    with pytest.raises(SceneError, match=message):
         prepared(CLOUD + more, *settings)
 
 
@@ -228,11 +228,11 @@ def test_too_many_sinks_and_too_little_fluid_end_a_run_with_a_reason() -> None:
     text = NAME + TWO + PHYSICS + "[effects.sinks]\ndensity = 4.0\nradius = 0.35\nnumber = 1\n"
     with pytest.raises(NumericalError, match=r"raise .effects.sinks. number"):
         reached(prepared(text), 0.9)
-    with pytest.raises(NumericalError, match="swallowed all but a few"):
+    with pytest.raises(NumericalError, match="accreted all but a few"):
         reached(prepared(CLOUD, "body.particles=200"), 2.0)
 
 
-def test_a_sink_swallows_what_is_bound_to_it_and_can_come_down() -> None:
+def test_a_sink_accretes_what_is_bound_to_it_and_can_come_down() -> None:
     """Within the radius: at rest, too fast, too much angular momentum, and both but very near; and outside."""
     sink = replace(no_sinks(0.0, 10), mass=np.ones(1), position=np.zeros((1, 3)), velocity=np.zeros((1, 3)))
     place = np.array([[0.5, 0, 0], [0.5, 0, 0], [0.9, 0, 0], [0.05, 0, 0], [1.1, 0, 0]])

@@ -48,13 +48,15 @@ def test_the_error_of_a_fluid_goes_as_its_particles_and_its_steps(result, tmp_pa
         "dyson", tmp_path, "body.particles=1000", only=["timestep_factor", "smoothing_tolerance", "precision"]
     )
     for name, each in (("inertia", inertia), ("rate", rate)):
-        told = sources(each)
-        result(**{f"{name}_{knob}_order": source.law.order for knob, source in told.items() if source.law.points})
-        result(**{f"{name}_{knob}_error": source.error for knob, source in told.items()})
+        sources_found = sources(each)
+        result(
+            **{f"{name}_{knob}_order": source.law.order for knob, source in sources_found.items() if source.law.points}
+        )
+        result(**{f"{name}_{knob}_error": source.error for knob, source in sources_found.items()})
         assert each.limiting.knob.name == "particles"
-        assert told["particles"].law.order == pytest.approx(2.0, abs=0.7)
-        assert told["timestep_factor"].law.order == pytest.approx(2.0, abs=0.4)
+        assert sources_found["particles"].law.order == pytest.approx(2.0, abs=0.7)
+        assert sources_found["timestep_factor"].law.order == pytest.approx(2.0, abs=0.4)
         # What is known of the default is that of the exact flow: a hundredth of it is the steps'.
-        assert told["timestep_factor"].error < 0.1 * told["particles"].error
+        assert sources_found["timestep_factor"].error < 0.1 * sources_found["particles"].error
     together = [setting for setting in table.measured if setting.knob == "balanced"]
     assert together

@@ -16,12 +16,12 @@ LONG = {
 }
 
 
-def told_by_the_command(capsys) -> list[dict]:
+def rows_of_the_command(capsys) -> list[dict]:
     code = main(["verify", "--json"])
-    told = json.loads(capsys.readouterr().out)
-    assert (code == 0) == told["agree"]
-    assert len({row["section"] for row in told["comparisons"]}) == 14
-    return told["comparisons"]
+    content = json.loads(capsys.readouterr().out)
+    assert (code == 0) == content["agree"]
+    assert len({row["section"] for row in content["comparisons"]}) == 14
+    return content["comparisons"]
 
 
 def test_every_short_cross_check_agrees(monkeypatch, capsys):
@@ -31,11 +31,11 @@ def test_every_short_cross_check_agrees(monkeypatch, capsys):
         assert 0 < len(short) == len(module.COMPUTATIONS) - len(long)
         monkeypatch.setattr(module, "COMPUTATIONS", short)
     left_out = {section: sum(long.values(), ()) for section, long in LONG.items()}
-    for row in told_by_the_command(capsys):
+    for row in rows_of_the_command(capsys):
         expected = "not computed" if row["key"].startswith(left_out.get(row["section"], ())) else "agrees"
         assert row["verdict"] == expected, row
 
 
 @pytest.mark.full(inputs=["data/verify.csv"])
 def test_every_cross_check_agrees(capsys):
-    assert {row["verdict"] for row in told_by_the_command(capsys)} == {"agrees"}
+    assert {row["verdict"] for row in rows_of_the_command(capsys)} == {"agrees"}

@@ -22,7 +22,7 @@ KINDS = {
 STATUS, CLEAR, COUNTED = (Path("/proc/self") / name for name in ("status", "clear_refs", "io"))
 
 
-def told(path, kind):
+def kernel_count(path, kind):
     """What the kernel tells of this process: a number of bytes."""
     line = next(line for line in path.read_text().splitlines() if line.startswith(kind))
     return int(line.split()[1]) * (1024 if path is STATUS else 1)
@@ -32,13 +32,13 @@ def taken(action):
     """Seconds of an action, bytes that it read, and the most memory beyond what the process had before."""
     gc.collect()
     CLEAR.write_text("5")  # forget the peak
-    memory, read, begin = told(STATUS, "VmRSS"), told(COUNTED, "rchar"), time.perf_counter()
+    memory, read, begin = kernel_count(STATUS, "VmRSS"), kernel_count(COUNTED, "rchar"), time.perf_counter()
     result = action()
     seconds = time.perf_counter() - begin
     return result, {
         "seconds": seconds,
-        "read": told(COUNTED, "rchar") - read,
-        "memory": told(STATUS, "VmHWM") - memory,
+        "read": kernel_count(COUNTED, "rchar") - read,
+        "memory": kernel_count(STATUS, "VmHWM") - memory,
     }
 
 

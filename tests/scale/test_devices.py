@@ -25,7 +25,7 @@ def started(*arguments, **variables):
     return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-def told(process):
+def differences_of(process):
     """{number of devices: {quantity: its largest difference over its largest value}}."""
     output, complaints = process.communicate(timeout=1200)
     assert process.returncode == 0, complaints
@@ -41,12 +41,12 @@ def assert_alike(found, quantities):
 
 def test_eight_devices_find_what_one_finds():
     """Densities, and sums and a largest over neighbours; the full test has gravity and derivatives, too."""
-    assert_alike(told(started("8", "--few", **VIRTUAL)), 5)
+    assert_alike(differences_of(started("8", "--few", **VIRTUAL)), 5)
 
 
 @pytest.mark.full
 def test_any_number_of_devices_finds_what_one_finds_with_derivatives(result):
-    found = told(started("2", "4", "8", "--derivatives", **VIRTUAL))
+    found = differences_of(started("2", "4", "8", "--derivatives", **VIRTUAL))
     result(largest_difference={count: max(each.values()) for count, each in found.items()})
     assert_alike(found, 13)
 
@@ -57,7 +57,7 @@ def test_two_processes_find_what_one_finds(result):
         free.bind(("127.0.0.1", 0))
         place = f"127.0.0.1:{free.getsockname()[1]}"
     both = [started("2", "--host", number, place) for number in ("0", "1")]
-    found = [told(process) for process in both]
+    found = [differences_of(process) for process in both]
     result(largest_difference=[max(each["2"].values()) for each in found])
     for each in found:
         assert_alike(each, 10)
@@ -91,7 +91,7 @@ def test_a_run_on_two_devices_is_that_on_one(tmp_path):
     assert done.returncode == 0, done.stderr
 
 
-def test_more_devices_than_there_are_is_told():
+def test_more_devices_than_there_are_is_reported():
     count = jax.device_count() + 1
     with pytest.raises(SceneError, match=f"numerics.devices is {count}, but"), devices.shared_out(count):
         pass

@@ -51,10 +51,10 @@ def both(folders, scene, *second):
 
 def ended(processes, code=0):
     """What each printed, and complained of, after it ended with this exit code."""
-    told = [process.communicate(timeout=1200) for process in processes]
-    for process, (_, complaints) in zip(processes, told, strict=True):
+    outputs = [process.communicate(timeout=1200) for process in processes]
+    for process, (_, complaints) in zip(processes, outputs, strict=True):
         assert process.returncode == code, complaints
-    return told
+    return outputs
 
 
 def is_silent(said):
@@ -131,8 +131,8 @@ def test_a_run_by_two_processes_is_that_by_one(tmp_path, result):
     while processes[0].poll() is None and len(list(stopped.glob("checkpoint-*"))) < 2:
         time.sleep(0.02)
     processes[1].send_signal(signal.SIGTERM)  # the second alone: both stop after the same step
-    told = ended(processes, 130)
-    assert all("SIGTERM" in complaints for _, complaints in told)
+    outputs = ended(processes, 130)
+    assert all("SIGTERM" in complaints for _, complaints in outputs)
     left = difference(last_state(whole), last_state(stopped), exactly=False)
     assert left > 1e-6  # it was under way
     ended(both((stopped, stopped), None))

@@ -79,8 +79,8 @@ def test_bytes_read_do_not_grow_with_the_particles(results):
     for case, few, many in zip(cases, found[::2], found[1::2], strict=True):
         assert many["records"] == few["records"] == 6
         if case == ("finished", "open"):  # the first time, a file that is not large is compared with its hash
-            for count, told in ((FEW, few), (MANY, many)):
-                told["read"] -= (results[count] / "finished" / "affine_star.nc").stat().st_size
+            for count, figures in ((FEW, few), (MANY, many)):
+                figures["read"] -= (results[count] / "finished" / "affine_star.nc").stat().st_size
         # Numbers in the manifest, and chunks of HDF5's metadata, have another length.
         assert abs(many["read"] - few["read"]) < 0.05 * few["read"] + 20_000, case
         if case[1] != "open":
@@ -103,7 +103,7 @@ def test_what_is_read_later_is_what_was_written(results):
         particles.close()
 
 
-def test_damage_to_snapshots_is_told_when_they_are_read(results, tmp_path):
+def test_damage_to_snapshots_is_reported_when_they_are_read(results, tmp_path):
     folder = tmp_path / "damaged"
     shutil.copytree(results[FEW] / "unfinished", folder)
     path = folder / "snapshots-000002.npz"

@@ -15,8 +15,8 @@ FIELD, RATE = 1e5, 1e-9 * SOLAR_MASS / YEAR  # 1e9 G
 def test_published_numbers():
     # Ghosh & Lamb 1979: 3.2e8 cm for 1e17 g/s, 1 Msun and mu = 1e30 G cm3. (Others balance the ram pressure of the
     # flow with B^2/(8 pi), which leaves 4^(-1/7) of it: 5.1e8 cm at 1e16 g/s in Frank, King & Raine 2002, eq. 6.18.)
-    told = accretion.magnetospheric_radius(1e8, 1e14, mass=SOLAR_MASS, coefficient=1.0)
-    assert told == pytest.approx(3.2e6, rel=0.02)
+    radius = accretion.magnetospheric_radius(1e8, 1e14, mass=SOLAR_MASS, coefficient=1.0)
+    assert radius == pytest.approx(3.2e6, rel=0.02)
     slower = accretion.magnetospheric_radius(1e8, 1e13, mass=SOLAR_MASS, coefficient=4 ** (-1 / 7))
     assert slower == pytest.approx(5.1e6, rel=0.01)
     assert accretion.eddington_rate() / SOLAR_MASS * YEAR == pytest.approx(1.5e-8, rel=0.01)

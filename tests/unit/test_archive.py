@@ -230,7 +230,7 @@ def test_a_run_goes_on_from_the_checkpoint_before_the_damage(tmp_path, name, how
 
 
 @pytest.mark.parametrize("how", ["damaged", "missing"])
-def test_outputs_older_than_both_checkpoints_are_lost_and_told(tmp_path, how):
+def test_outputs_older_than_both_checkpoints_are_lost_and_reported(tmp_path, how):
     with Archive.create(tmp_path, METADATA) as archive:
         write_on(archive, 8)
     spoil(tmp_path / "segment-000001.npz", how)
@@ -297,10 +297,10 @@ def test_one_copy_of_the_manifest_is_enough(tmp_path, name, how):
     with Archive.create(tmp_path, METADATA) as archive:
         write_on(archive, 8)
     spoil(tmp_path / name, how)
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         assert assert_consistent(tmp_path) == 8
-    assert any("its copy is used" in str(each.message) for each in told) == (name == MANIFEST)
+    assert any("its copy is used" in str(each.message) for each in caught) == (name == MANIFEST)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         archive = Archive.open(tmp_path)
@@ -376,7 +376,7 @@ READER = """
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="only the superuser can become a user who may not write")
-def test_a_folder_that_must_not_be_written_is_told_and_can_be_read():
+def test_a_folder_that_must_not_be_written_is_reported_and_can_be_read():
     with tempfile.TemporaryDirectory() as place:  # pytest's own can be looked into by its user only
         Path(place).chmod(0o755)
         folder = Path(place) / "run"

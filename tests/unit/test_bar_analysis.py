@@ -20,7 +20,7 @@ def _history(body, times, turn=None, **more):
 
 
 @pytest.mark.parametrize("f", [-7.0, -2.0, -0.4, 0.0, 1.0, math.inf])
-def test_a_riemann_ellipsoid_is_told_at_any_phase(f):
+def test_a_riemann_ellipsoid_is_recognized_at_any_phase(f):
     body = riemann.from_vorticity_ratio(0.6, f, **SCALE)
     times = np.array([0.0, 1.7, 30.0])
     seen = _history(body, times)
@@ -78,7 +78,7 @@ def test_round_bodies_have_no_bar():
     assert seen.bar_strength == 0 and np.isnan(seen.pattern_speed) and np.isnan(seen.internal_rate)
 
 
-def test_fission_is_told_by_the_pear():
+def test_fission_begins_with_the_pear():
     pear = jacobi.pear_bifurcation().b_over_a
     for ratio, past in ((pear * 1.001, False), (pear * 0.999, True)):
         body = riemann.from_vorticity_ratio(ratio, 0.0)

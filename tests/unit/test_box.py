@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from astroinertia.build import sph as start_sph
-from astroinertia.build.assemble import prepare, told_by
+from astroinertia.build.assemble import model_description, prepare
 from astroinertia.errors import SceneError
 from astroinertia.models.checkpoint import flattened
 from astroinertia.models.particles import Particles
@@ -41,7 +41,7 @@ def started(*settings: str) -> Particles:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("steps", ["global", "individual"])
-def test_a_run_in_a_box_keeps_momentum_energy_and_books(steps: str) -> None:
+def test_a_run_in_a_box_keeps_momentum_energy_and_ledger(steps: str) -> None:
     """A tube that moves along all axes, and leaves its box meanwhile: all is kept to round-off, energy to 1 %."""
     body = started(f"numerics.timesteps={steps}", "body.velocity=[30.0, 8.0, -12.0]")
     first = body.record(None)
@@ -58,7 +58,7 @@ def test_a_run_in_a_box_keeps_momentum_energy_and_books(steps: str) -> None:
     assert np.ptp(body.state.position[:, 0]) < 2.5  # it went on as one
     assert body.state.position[:, 0].mean() == pytest.approx(0.75, abs=1e-9)
     assert np.isnan(last["virial_tensor"]).all()
-    assert "no place of its own" in told_by(body)["absent"]["virial_tensor"]
+    assert "no place of its own" in model_description(body)["absent"]["virial_tensor"]
 
 
 @pytest.mark.slow
@@ -92,7 +92,7 @@ def test_a_box_goes_on_from_a_checkpoint_bit_for_bit() -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ("effects.gravity.method=direct", "[effects.gravity] cannot act in a periodic box, where only neighbours do"),
         ("numerics.engine=xla", "[box] needs the engine numba_cpu"),
@@ -103,10 +103,10 @@ def test_a_box_goes_on_from_a_checkpoint_bit_for_bit() -> None:
         ("body.kind=uniform", "[body]"),
     ],
 )
-def test_what_cannot_be_in_a_box_is_refused_in_a_sentence(change: str, told: str) -> None:
+def test_what_cannot_be_in_a_box_is_refused_in_a_sentence(change: str, message: str) -> None:
     with pytest.raises(SceneError) as refused:
         load.loads(SCENE, (change,))
-    assert told in str(refused.value), refused.value
+    assert message in str(refused.value), refused.value
 
 
 def test_the_plan_tells_of_the_box() -> None:
@@ -123,9 +123,9 @@ def test_a_scene_without_a_box_has_no_trace_of_one() -> None:
     )
     plain = SCENE.replace("[box]\nlengths = [2.0, 0.5, 0.5]\n", "")
     plain = plain.replace('"standard"\nproblem = "sod"', '"uniform"\nmass = 1.0\nradius = 1.0\nentropy = 1.0')
-    told = subprocess.run([sys.executable, "-c", program, plain], capture_output=True, text=True, check=True)
-    assert "'astroinertia.engines.numba_cpu'" in told.stdout
+    done = subprocess.run([sys.executable, "-c", program, plain], capture_output=True, text=True, check=True)
+    assert "'astroinertia.engines.numba_cpu'" in done.stdout
     started()
     for name in ("astroinertia.engines.periodic", "astroinertia.test_problems.matter"):
-        assert name in sys.modules and f"'{name}'" not in told.stdout
-    assert "'astroinertia.test_problems.noh'" not in told.stdout
+        assert name in sys.modules and f"'{name}'" not in done.stdout
+    assert "'astroinertia.test_problems.noh'" not in done.stdout

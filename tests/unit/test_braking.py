@@ -63,15 +63,15 @@ def test_a_decaying_field_ends_the_spin_down():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         ((OMEGA, 1.0, (3.0,), (1.0,)), "negative derivative"),
         ((OMEGA, SLOWING, (3.0,), (0.5, 0.5)), "as many shares"),
         ((OMEGA, SLOWING, (1.0, 3.0), (-0.5, 1.5)), "none negative"),
     ],
 )
-def test_what_does_not_brake_is_refused(arguments, told):
-    with pytest.raises(ValueError, match=told):
+def test_what_does_not_brake_is_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
         braking.Braking(*arguments)
 
 

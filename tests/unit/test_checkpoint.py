@@ -69,11 +69,11 @@ def test_orbits_of_bodies_with_other_masses_are_refused():
 
 
 def test_orbits_of_another_scene_or_damaged_ones_are_refused():
-    told = states.packed(begun(companions=2))
+    packed = states.packed(begun(companions=2))
     with pytest.raises(ValueError, match="not those of its scene"):
-        states.unpacked(told, begun())
-    for place in range(64, len(told), 7):  # lengths, counts and pointers among them
-        changed = told.copy()
+        states.unpacked(packed, begun())
+    for place in range(64, len(packed), 7):  # lengths, counts and pointers among them
+        changed = packed.copy()
         changed[place : place + 8] = 255
         try:
             found = states.unpacked(changed, begun(companions=2))

@@ -37,7 +37,7 @@ end = 10.0
 
 
 class Formula:
-    """Runs that err as told: resolution R h^2, time steps S f^2, splitting (c/n)^order, other models M."""
+    """Runs that err as prescribed: resolution R h^2, time steps S f^2, splitting (c/n)^order, other models M."""
 
     def __init__(self, resolution=1.0, steps=1e-3, coarse=3.0, models=None, seconds=1e-4):
         self.resolution, self.steps, self.coarse, self.seconds = resolution, steps, coarse, seconds
@@ -95,7 +95,7 @@ def test_particles_have_the_accuracy_and_not_much_more(runs, tmp_path, accuracy)
     assert max(scene.body.particles for scene in formula.runs) <= max(found.scene.body.particles, 1000)
 
 
-def test_the_errors_that_are_told_are_those_that_are(runs, tmp_path):
+def test_the_reported_errors_are_the_actual_ones(runs, tmp_path):
     formula = runs(Formula())
     found = choice.choose(particles(3e-3, "model='sph'"), tmp_path)
     factor = found.scene.numerics.courant / 0.3
@@ -114,7 +114,7 @@ def test_short_time_steps_are_made_shorter_where_they_are_what_errs(runs, tmp_pa
     assert formula.error(found.scene)[0] <= 1e-2
 
 
-def test_out_of_reach_is_refused_with_the_price(runs, tmp_path):
+def test_out_of_reach_is_refused_with_the_cost(runs, tmp_path):
     runs(Formula(resolution=5.0, seconds=1e-3))
     with pytest.raises(
         choice.UnreachableAccuracy, match=r"it takes .* particles and .*; in 6 s some .* particles have"

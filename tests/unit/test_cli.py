@@ -26,9 +26,9 @@ def test_help_teaches_with_examples(capsys):
     with pytest.raises(SystemExit) as caught:
         main(["--help"])
     assert caught.value.code == 0
-    told = capsys.readouterr().out
+    printed = capsys.readouterr().out
     for command in ("new", "plan", "run", "resume", "show", "movie", "tradeoff", "moments", "ratios"):
-        assert f"astroinertia {command} " in told
+        assert f"astroinertia {command} " in printed
 
 
 @pytest.mark.parametrize(
@@ -56,9 +56,9 @@ def test_wrong_arguments_get_one_sentence(arguments, capsys):
 def test_new_writes_a_scene_that_plans(elsewhere, capsys):
     assert main(["new", "star.toml"]) == 0
     assert main(["plan", "star.toml"]) == 0
-    told = capsys.readouterr().out
-    assert "gravity" in told
-    assert "not listed" in told
+    printed = capsys.readouterr().out
+    assert "gravity" in printed
+    assert "not listed" in printed
 
 
 def test_new_leaves_an_existing_file_alone(elsewhere, capsys):
@@ -77,9 +77,9 @@ def test_new_without_a_file_prints_what_it_would_write(elsewhere, capsys):
 def test_plan_follows_overrides(elsewhere, capsys):
     main(["new", "star.toml"])
     assert main(["plan", "star.toml", "--set", "body.particles=4321", "--set", "effects.conduction={}"]) == 0
-    told = capsys.readouterr().out
-    assert "4321" in told
-    assert re.search(r"^  conduction +artificial", told, re.MULTILINE)
+    printed = capsys.readouterr().out
+    assert "4321" in printed
+    assert re.search(r"^  conduction +artificial", printed, re.MULTILINE)
 
 
 def test_plan_writes_nothing_and_shows_markup_as_it_is(elsewhere, capsys):
@@ -119,9 +119,9 @@ def test_what_goes_wrong_in_a_run_gets_one_sentence(error, code, words, elsewher
     main(["new", "star.toml"])
     capsys.readouterr()
     assert main(["run", "star.toml"]) == code
-    told = capsys.readouterr().err
-    assert words in told
-    assert told.count("\n") == 1
+    printed = capsys.readouterr().err
+    assert words in printed
+    assert printed.count("\n") == 1
 
 
 def test_a_closed_pipe_is_no_error(elsewhere):

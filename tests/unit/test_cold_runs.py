@@ -49,8 +49,8 @@ def test_a_cold_body_is_run_shown_exported_and_resumed(tmp_path, name):
     assert found["time"].values[-1] == 0.2
     if more:
         assert found["internal_energy"].values[-1] < 1e-9 * found["internal_energy"].values[0]
-    told = plots.summary(found)
-    assert "cold" in told and "nan" not in told
+    summary = plots.summary(found)
+    assert "cold" in summary and "nan" not in summary
     assert main(["resume", str(folder)]) == 0
     assert main(["export", str(folder), "--to", "csv", "--output", str(tmp_path / "csv")]) == 0
     if not more:

@@ -62,13 +62,13 @@ def test_the_error_of_the_core_is_that_of_draws_where_compression_is_small():
     assert found.core_radius_deviation == pytest.approx(spread, rel=0.2)
 
 
-def test_bodies_without_assumptions_are_told():
+def test_bodies_without_assumptions_are_reported():
     with pytest.raises(SceneError, match="nothing for the layers of Jupiter"):
         compressed_core(body("Jupiter"))
 
 
 @pytest.mark.full
-def test_matter_that_is_too_soft_for_any_core_is_told():
+def test_matter_that_is_too_soft_for_any_core_is_refused():
     soft = [replace(each, bulk_modulus=1e9) for each in (IRON_LIQUID, FORSTERITE)]
     with pytest.raises(NumericalError):
         compressed_core(MARS, 0, *soft)

@@ -21,8 +21,8 @@ def test_the_uncertainty_of_an_order_is_that_of_the_scatter():
     """Over many sets of noisy errors the spread of the orders is the standard error that each of them tells."""
     rng = np.random.default_rng(1)
     laws = [power_law(STEPS, STEPS**2 * np.exp(0.1 * rng.normal(size=4))) for _ in range(2000)]
-    told = np.sqrt(np.mean([law.uncertainty**2 for law in laws]))
-    assert np.std([law.order for law in laws]) == pytest.approx(told, rel=0.1)
+    uncertainty = np.sqrt(np.mean([law.uncertainty**2 for law in laws]))
+    assert np.std([law.order for law in laws]) == pytest.approx(uncertainty, rel=0.1)
     assert np.mean([law.order for law in laws]) == pytest.approx(2.0, abs=0.01)
 
 

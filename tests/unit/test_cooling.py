@@ -102,7 +102,7 @@ def test_below_the_floor_nothing_is_radiated_or_given() -> None:
     assert (before > 0.2).any()
 
 
-def test_steps_resolve_the_cooling_time_unless_told_otherwise() -> None:
+def test_steps_resolve_the_cooling_time_unless_switched_off() -> None:
     fluid = SimpleNamespace(
         time=0.0, density=np.ones(3), smoothing_length=np.full(3, 0.1), thermal_energy=np.array([1.0, 0.1, 0.0])
     )

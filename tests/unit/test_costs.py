@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.costs import course, experience, machine, piloted, smooth, told
+from astroinertia.costs import course, experience, machine, piloted, plan_lines, smooth
 from astroinertia.costs.machine import Machine, Seconds
 from astroinertia.costs.piloted import Pilot
 from astroinertia.costs.prediction import predict
@@ -93,8 +93,8 @@ def test_a_calibration_of_another_machine_or_version_counts_as_none():
     ],
 )
 def test_a_broken_calibration_counts_as_none(broken):
-    prices = {**measured().seconds, "record": Seconds(0.0015, 0.0015)}
-    path = machine.keep(replace(measured(), seconds=prices))
+    costs = {**measured().seconds, "record": Seconds(0.0015, 0.0015)}
+    path = machine.keep(replace(measured(), seconds=costs))
     assert machine.known().calibrated
     text = path.read_text()
     assert broken(text) != text
@@ -109,7 +109,7 @@ def test_a_cache_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):
     assert not machine.known().calibrated
 
 
-def test_a_price_is_split_into_what_is_fixed_and_what_a_particle_adds():
+def test_a_cost_is_split_into_what_is_fixed_and_what_a_particle_adds():
     from astroinertia.costs import probes
 
     def taken(count: int, power: int) -> Seconds:
@@ -119,7 +119,7 @@ def test_a_price_is_split_into_what_is_fixed_and_what_a_particle_adds():
         fixed, slope = probes.line(taken(probes.FEW, power), taken(probes.MANY, power), power)
         assert (fixed.wall, fixed.processor) == pytest.approx((0.25, 0.5))
         assert (slope.wall, slope.processor) == pytest.approx((3e-6, 5e-6))
-    fixed, slope = probes.line(Seconds(2.0, 2.0), Seconds(1.0, 1.0))  # noise must not make a price negative
+    fixed, slope = probes.line(Seconds(2.0, 2.0), Seconds(1.0, 1.0))  # noise must not make a cost negative
     assert slope == Seconds(0.0, 0.0) and fixed == Seconds(2.0, 2.0)
 
 
@@ -130,7 +130,7 @@ def test_a_price_is_split_into_what_is_fixed_and_what_a_particle_adds():
 def test_every_scene_is_predicted_or_says_why_not(file):
     scene = load.load_file(file)
     found = predict(scene, machine.shipped())
-    lines = told.lines(scene, found)
+    lines = plan_lines.lines(scene, found)
     assert all(line.name and line.value for line in lines)
     if found is None:
         assert lines[0].value == "not known" and lines[0].why
@@ -164,8 +164,8 @@ def test_a_calibrated_machine_takes_what_was_measured():
     slow, fast = (predict(load.loads(STAR), each) for each in (machine.shipped(), measured()))
     assert fast.wall_time == pytest.approx(0.5 * slow.wall_time, rel=0.01)
     assert fast.calibrated and not slow.calibrated
-    assert "calibrate" in told.lines(load.loads(STAR), slow)[0].why
-    assert "this machine" in told.lines(load.loads(STAR), fast)[0].why
+    assert "calibrate" in plan_lines.lines(load.loads(STAR), slow)[0].why
+    assert "this machine" in plan_lines.lines(load.loads(STAR), fast)[0].why
 
 
 def test_units_do_not_matter():
@@ -198,11 +198,11 @@ def test_predicting_imports_no_engine_and_takes_no_time(tmp_path):
     program = (
         "import sys, time\n"
         "from astroinertia.scene import load\n"
-        "from astroinertia.costs import machine, told\n"
+        "from astroinertia.costs import machine, plan_lines\n"
         "from astroinertia.costs.prediction import predict\n"
         f"scene = load.load_file({str(tmp_path / 'star.toml')!r})\n"
         "begin = time.process_time()\n"
-        "told.lines(scene, predict(scene, machine.known()))\n"
+        "plan_lines.lines(scene, predict(scene, machine.known()))\n"
         "print(time.process_time() - begin)\n"
         "heavy = ('jax', 'numba', 'astroinertia.engines', 'astroinertia.models', 'astroinertia.gravity')\n"
         "print([name for name in sys.modules if name in heavy])\n"
@@ -350,7 +350,7 @@ def test_no_number_of_steps_is_claimed_of_a_collapse_that_nothing_stops() -> Non
     text = STAR.replace('kind = "ideal"\ngamma = 1.6666666666666667', 'kind = "isothermal"\nsound_speed = 0.05')
     scene = load.loads(text.replace('kind = "polytrope"\nindex = 1.5', 'kind = "uniform"\npressure_fraction = 0.01'))
     assert predict(scene, machine.shipped()) is None
-    assert told.lines(scene, None)[0].value == "not known"
+    assert plan_lines.lines(scene, None)[0].value == "not known"
 
 
 def test_a_body_that_flies_apart_at_once_has_a_course_all_the_same():

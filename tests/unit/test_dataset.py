@@ -390,7 +390,7 @@ for size in (1000, 30000, 150000, 600000):  # of 616 kB
 """
 
 
-def test_a_disk_that_is_full_when_the_file_is_written_is_told_and_the_rest_kept(run, tmp_path):
+def test_a_disk_that_is_full_when_the_file_is_written_is_reported_and_the_rest_kept(run, tmp_path):
     shutil.copytree(run, tmp_path / "run")
     (tmp_path / "run" / "affine_star.nc").unlink()
     before = sorted(path.name for path in (tmp_path / "run").iterdir())
@@ -398,8 +398,8 @@ def test_a_disk_that_is_full_when_the_file_is_written_is_told_and_the_rest_kept(
         [sys.executable, "-c", DISK_FULL, str(tmp_path / "run")],
         capture_output=True, text=True, check=True, cwd=Path(__file__).parents[2],
     )  # fmt: skip
-    told = done.stdout.splitlines()
-    assert len(told) == 4 and all("affine_star.nc cannot be written" in line and "disk full" in line for line in told)
+    lines = done.stdout.splitlines()
+    assert len(lines) == 4 and all("affine_star.nc cannot be written" in line and "disk full" in line for line in lines)
     assert sorted(path.name for path in (tmp_path / "run").iterdir()) == before
     assert dataset.open(tmp_path / "run").equals(dataset.open(run / "affine_star.nc"))
 

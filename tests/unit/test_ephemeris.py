@@ -128,7 +128,7 @@ def test_what_cannot_be_tabulated_is_refused():
         ephemeris(bodies, 1.0, tolerance=1e-18)
 
 
-def test_bodies_whose_distance_is_rounded_away_are_told():
+def test_bodies_whose_distance_is_rounded_away_are_reported():
     """About the common centre of mass, which a light body moves if it is far enough away."""
     near, far = Companion("near", 23.0, semi_major_axis=0.08), Companion("far", 1e-3, semi_major_axis=1e34)
     with pytest.raises(NumericalError, match="rounded away beside the distance of another"):

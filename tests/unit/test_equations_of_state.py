@@ -139,7 +139,7 @@ def test_refusals():
         JUMPING.pressure(-1e-3)
 
 
-def test_sound_faster_than_light_is_told():
+def test_sound_faster_than_light_is_reported():
     """c_s^2 = gamma P/(e + P): a polytrope of gamma above 2 becomes acausal, one of 2 approaches c."""
     assert polytrope(100.0, 2.0).causal_up_to(100.0)
     stiff = polytrope(1e4, 3.0)  # (gamma - 1) eta/(1 + eta) = 1 at eta = 1

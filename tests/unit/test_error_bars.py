@@ -15,7 +15,7 @@ from astroinertia.accuracy.error_bars import (
     at_times,
     error_bars,
     largest_lately,
-    order_told,
+    measured_order,
     with_error_bars,
 )
 from astroinertia.accuracy.exact import exact
@@ -116,10 +116,10 @@ def test_every_component_of_a_tensor_has_a_bar_also_where_it_vanishes():
 def test_scatter_tells_no_order():
     random = np.random.default_rng(1)
     first, second = random.normal(size=(2, 200))
-    assert order_told((1.0, 1.5, 2.25), first, second, 2.0) is None
-    assert order_told((1.0, 1.5, 2.25), first, 1.5**1.3 * first, 2.0) == pytest.approx(1.3)
-    assert order_told((1.0, 1.5, 2.25), first, 9.0 * first, 2.0) == 2.0
-    assert order_told((1.0, 1.5, 2.25), first, 0.5 * first, 2.0) == 0.5
+    assert measured_order((1.0, 1.5, 2.25), first, second, 2.0) is None
+    assert measured_order((1.0, 1.5, 2.25), first, 1.5**1.3 * first, 2.0) == pytest.approx(1.3)
+    assert measured_order((1.0, 1.5, 2.25), first, 9.0 * first, 2.0) == 2.0
+    assert measured_order((1.0, 1.5, 2.25), first, 0.5 * first, 2.0) == 0.5
 
 
 def test_sources_of_error_add_up():
@@ -171,7 +171,7 @@ def test_the_bar_at_the_end_is_held_against_a_relative_error():
 def test_variables_point_to_their_bars_and_what_a_run_lacks_has_none():
     found = with_error_bars(made_up(1.0, 2.0), three(2.0))
     assert found["mean_radius"].attrs["ancillary_variables"] == "mean_radius_error"
-    assert "order 2.00, told by three runs" in found["mean_radius_error"].attrs["comment"]
+    assert "order 2.00, measured by three runs" in found["mean_radius_error"].attrs["comment"]
     assert found["mean_radius_error"].attrs["units"] == "1"
     assert "density_max_error" not in found
 
@@ -348,8 +348,8 @@ def test_the_command_line_asks_for_bars_and_the_plan_tells_what_they_cost(tmp_pa
     (tmp_path / "dyson.toml").write_text(BY_NAME["dyson"].text)
     arguments = ["dyson.toml", "--set", "body.particles=150", "--set", "time.end=0.2"]
     assert main(["plan", *arguments, "--error-bars"]) == 0
-    told = " ".join(capsys.readouterr().out.split())
-    assert "error bars" in told and "more of companion runs" in told
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "error bars" in printed and "more of companion runs" in printed
     assert main(["run", *arguments, "--error-bars", "--output", "run"]) == 0
     data = astroinertia.open(tmp_path / "run")
     assert float(data["inertia_tensor_error"].sel(i="z", j="z")[-1]) > 0.0

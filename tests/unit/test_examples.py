@@ -1,6 +1,6 @@
 """Examples in docstrings: every public function of the rooms below has one, and all of them are run.
 
-Those of DEAR take seconds each and run with the full tests, the others together some fifteen seconds.
+Those of EXPENSIVE take seconds each and run with the full tests, the others together some fifteen seconds.
 
 They are run in the namespace of their module, with `np`, in a folder that has sims/, the scenes, and two finished runs:
 runs/star, a star that falls together (its dataset is `ds`), and runs/sweep, of two members.
@@ -35,7 +35,7 @@ ROOMS = [
     "bodies/tillotson",
 ]
 # Those of the rooms that would keep the ordinary tests waiting: what is compiled for a second, run or drawn.
-DEAR = [
+EXPENSIVE = [
     *("accuracy/analysis", "accuracy/choice", "accuracy/error_bars", "accuracy/running", "accuracy/table"),
     *("accuracy/tradeoff", "interop/zarr_store", "plots", "sweeps/ensemble"),
     *("bodies/affine", "bodies/affine_motion", "bodies/hydrostatic", "bodies/rotating_sequence"),
@@ -94,7 +94,7 @@ LONG = {
     *("studies.sampling.sample", "studies.sampling.diagnostics", "studies.sampling.summary"),
     *("studies.slow_spin_up", "studies.spinup.core_to_neutron_star", "studies.spinup.star_of_baryons"),
 }
-SCENES = ["sims/one_star_three_models.toml", "sims/tennis_racket.toml"]  # of the dear examples
+SCENES = ["sims/one_star_three_models.toml", "sims/tennis_racket.toml"]  # of the expensive examples
 SWEEP = """
 name = "sweep"
 model = "scaling"
@@ -181,16 +181,16 @@ def tried(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(set(modules(ROOMS)) - set(modules(DEAR))))
+@pytest.mark.parametrize("name", sorted(set(modules(ROOMS)) - set(modules(EXPENSIVE))))
 def test_examples_print_what_they_say(name, workplace, monkeypatch):
     monkeypatch.chdir(workplace)
     assert tried(name) == (examples_within(name), 0)
 
 
-@pytest.mark.full(inputs=[*SCENES, *(str(source(name).relative_to(PACKAGE.parent)) for name in modules(DEAR))])
-def test_dear_examples_print_what_they_say(workplace, monkeypatch, result):
+@pytest.mark.full(inputs=[*SCENES, *(str(source(name).relative_to(PACKAGE.parent)) for name in modules(EXPENSIVE))])
+def test_expensive_examples_print_what_they_say(workplace, monkeypatch, result):
     monkeypatch.chdir(workplace)
-    found = {name: tried(name) for name in modules(DEAR)}
+    found = {name: tried(name) for name in modules(EXPENSIVE)}
     result(examples=sum(attempted for attempted, _ in found.values()), modules=len(found))
     assert found == {name: (examples_within(name), 0) for name in found}
 

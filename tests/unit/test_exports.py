@@ -1,4 +1,4 @@
-"""Exported files: every bit of the dataset, the meaning that each format gives to it, and what a wrong call is told."""
+"""Exported files: every bit of the dataset, the meaning that each format gives to it, and messages of wrong calls."""
 
 import csv
 import sys
@@ -22,7 +22,7 @@ from astroinertia.storage.archive import Archive
 from astroinertia.studies.moments import moments, read_matter
 from tests.unit.affine_body import METADATA, affine_run
 
-STRAY = 7  # a particle that a sink has swallowed in the last snapshot
+STRAY = 7  # a particle that a sink has accreted in the last snapshot
 
 
 def finished(folder, metadata):
@@ -109,20 +109,20 @@ def test_swift_measures_kernels_by_their_standard_deviation(name):
 def test_units_of_every_field_follow_from_its_dimension(run, tmp_path):
     cgs = {"Coordinates": 1e2, "Velocities": 1e2, "Masses": 1e3, "InternalEnergy": 1e4, "Density": 1e-3, "Pressure": 10}
     with h5py.File(export(run, "gadget", "0", tmp_path)[0]) as file:
-        told = file["Parameters"].attrs
+        units = file["Parameters"].attrs
         for name, factor in cgs.items():
             attrs = file["PartType0"][name].attrs
             powers = {"length": "UnitLength_in_cm", "mass": "UnitMass_in_g", "velocity": "UnitVelocity_in_cm_per_s"}
             assert attrs["to_cgs"] == pytest.approx(factor), name
-            product = np.prod([told[unit] ** attrs[f"{kind}_scaling"] for kind, unit in powers.items()])
+            product = np.prod([units[unit] ** attrs[f"{kind}_scaling"] for kind, unit in powers.items()])
             assert product == pytest.approx(factor), name
     plural = SWIFT_NAMES | {"Pressure": "Pressures"}
     with h5py.File(export(run, "swift", "0", tmp_path)[0]) as file:
-        told = file["Units"].attrs
+        units = file["Units"].attrs
         powers = {"L": "length in cgs (U_L)", "M": "mass in cgs (U_M)", "t": "time in cgs (U_t)"}
         for name, factor in cgs.items():
             attrs = file["PartType0"][plural[name]].attrs
-            product = np.prod([told[f"Unit {unit}"] ** attrs[f"U_{kind} exponent"] for kind, unit in powers.items()])
+            product = np.prod([units[f"Unit {unit}"] ** attrs[f"U_{kind} exponent"] for kind, unit in powers.items()])
             assert product == pytest.approx(factor), name
 
 
@@ -140,7 +140,7 @@ def test_what_is_written_is_read_back_bit_for_bit(run, one, tmp_path, to):
     assert exported["inertia_tensor"].attrs["units"] == ("1" if to == "csv" else "kg m2")
 
 
-def test_swallowed_particles_are_left_out_and_the_others_keep_their_numbers(run, tmp_path):
+def test_accreted_particles_are_left_out_and_the_others_keep_their_numbers(run, tmp_path):
     (path,) = export(run, "gadget", output=tmp_path)
     with h5py.File(path) as file:
         gas = file["PartType0"]
@@ -162,7 +162,7 @@ def test_a_dimensionless_run_says_that_it_has_no_units(tmp_path):
         np.testing.assert_array_equal(file["PartType0/SmoothingLength"], 3.0 * bare["smoothing_length"])
 
 
-def test_the_box_of_a_periodic_run_is_told(tmp_path):
+def test_the_box_of_a_periodic_run_is_reported(tmp_path):
     scene = 'name = "b"\n[box]\nlengths = ["2 km", "2 km", "2 km"]\n'
     folder = finished(tmp_path / "boxed", {"scene": scene})
     with h5py.File(export(folder, "gadget", "0")[0]) as file:
@@ -245,8 +245,8 @@ def test_the_command_says_what_it_wrote_and_help_names_every_format(run, tmp_pat
     assert capsys.readouterr().out == f"wrote {tmp_path / run.name}_003.vtp\n"
     with pytest.raises(SystemExit):
         main(["export", "--help"])
-    told = capsys.readouterr().out
-    assert all(f"\n  {name} " in told for name in FORMATS)
+    printed = capsys.readouterr().out
+    assert all(f"\n  {name} " in printed for name in FORMATS)
 
 
 @pytest.mark.parametrize(
@@ -265,8 +265,8 @@ def test_the_command_says_what_it_wrote_and_help_names_every_format(run, tmp_pat
 def test_wrong_calls_get_one_sentence_and_write_nothing(run, tmp_path, capsys, arguments, sentence):
     (tmp_path / "there.csv").write_text("mine")
     assert main(["export", str(run), *(each.replace("OUT", str(tmp_path)) for each in arguments)]) == 2
-    told = capsys.readouterr()
-    assert sentence in told.err and told.err.count("\n") == 1 and not told.out
+    printed = capsys.readouterr()
+    assert sentence in printed.err and printed.err.count("\n") == 1 and not printed.out
     assert [each.name for each in tmp_path.iterdir()] == ["there.csv"]
     assert (tmp_path / "there.csv").read_text() == "mine"
 
@@ -289,8 +289,8 @@ def test_numbers_of_materials_stay_whole(run, tmp_path):
 def test_a_missing_package_is_named_with_what_installs_it(run, tmp_path, monkeypatch, capsys, to, package, extra):
     monkeypatch.setitem(sys.modules, package, None)  # as if it were not installed
     assert main(["export", str(run), "--to", to, "--output", str(tmp_path)]) == 2
-    told = capsys.readouterr().err
-    assert "need" in told and f"pip install 'astroinertia[{extra}]'" in told and told.count("\n") == 1
+    printed = capsys.readouterr().err
+    assert "need" in printed and f"pip install 'astroinertia[{extra}]'" in printed and printed.count("\n") == 1
     assert not any(tmp_path.iterdir())
 
 

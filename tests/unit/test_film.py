@@ -162,7 +162,7 @@ def test_what_is_interrupted_leaves_no_file_and_the_film_of_before(suffix, serie
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        movie.write_movie(series, snapshots, path, told=interrupt)
+        movie.write_movie(series, snapshots, path, listener=interrupt)
     assert [each.name for each in tmp_path.iterdir()] == [path.name]
     assert path.read_bytes() == before
 
@@ -210,8 +210,8 @@ def test_what_cannot_be_done_gets_one_sentence(arguments, words, tmp_path, capsy
     monkeypatch.chdir(tmp_path)
     headline(affine_run()[0][::40]).to_netcdf("star.nc")
     assert main(arguments) == 2
-    told = capsys.readouterr().err
-    assert words in told and told.count("\n") == 1
+    printed = capsys.readouterr().err
+    assert words in printed and printed.count("\n") == 1
     assert [each.name for each in tmp_path.iterdir()] == ["star.nc"]
 
 

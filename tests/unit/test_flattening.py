@@ -87,7 +87,7 @@ def test_earth_mars_and_jupiter_against_hydrostatic_figures():
         ({"small_m": [0.1], "outer_radii": [0.5, 1.0], "densities": [1.0]}, "density"),
     ],
 )
-def test_what_is_no_rotating_body_is_told(arguments, words):
+def test_what_is_no_rotating_body_is_reported(arguments, words):
     with pytest.raises(SceneError, match=words):
         rotating_sequence(**arguments)
 

@@ -1,4 +1,4 @@
-"""Which way of gravity a scene gets: as it asks, or direct sums where they cost less; `plan` tells both prices."""
+"""Which way of gravity a scene gets: as it asks, or direct sums where they cost less; `plan` shows both costs."""
 
 import re
 
@@ -9,7 +9,7 @@ from astroinertia.build import sph as start_sph
 from astroinertia.build.assemble import prepare
 from astroinertia.build.effects import effects_of
 from astroinertia.models.sph import Problem
-from astroinertia.scene import gravity_prices, load
+from astroinertia.scene import gravity_costs, load
 from astroinertia.scene.plan import plan
 from astroinertia.scene.schema import Scene
 from astroinertia.units import DIMENSIONLESS
@@ -36,40 +36,40 @@ end = 1.0
 """
 
 
-def told(*settings: str) -> dict[str, tuple[str, str]]:
+def plan_entries(*settings: str) -> dict[str, tuple[str, str]]:
     """The plan's lines of model and numerics for SCENE with these settings: {name: (value, why)}."""
-    return told_of(load.loads(SCENE, settings))
+    return plan_entries_of(load.loads(SCENE, settings))
 
 
-def told_of(scene: Scene) -> dict[str, tuple[str, str]]:
+def plan_entries_of(scene: Scene) -> dict[str, tuple[str, str]]:
     return {line.name: (line.value, line.why) for line in plan(scene).sections["model and numerics"]}
 
 
 def crossing(precision: str) -> int:
-    return next(n for n in range(16, 10**6) if gravity_prices.cheaper(n, "numba_cpu", precision, 2e-4) == "multipole")
+    return next(n for n in range(16, 10**6) if gravity_costs.cheaper(n, "numba_cpu", precision, 2e-4) == "multipole")
 
 
 @pytest.mark.parametrize("precision", ["mixed", "float64"])
-def test_the_cheaper_method_is_taken_and_told_with_both_prices(precision: str) -> None:
+def test_the_cheaper_method_is_taken_and_reported_with_both_costs(precision: str) -> None:
     edge = crossing(precision)
     for particles, words in ((edge - 1, "direct sums"), (edge, "multipoles, forces to 0.0002")):
-        value, why = told(f"body.particles={particles}", f'numerics.precision="{precision}"')["gravity"]
+        value, why = plan_entries(f"body.particles={particles}", f'numerics.precision="{precision}"')["gravity"]
         assert value == words
-        prices = r"direct sums take about [\d.]+ ms a step on two cores, multipoles [\d.]+ ms"
-        assert re.fullmatch(rf"cheaper with {particles} particles: {prices}", why)
+        costs = r"direct sums take about [\d.]+ ms a step on two cores, multipoles [\d.]+ ms"
+        assert re.fullmatch(rf"cheaper with {particles} particles: {costs}", why)
 
 
 def test_a_method_that_is_asked_for_is_taken() -> None:
-    value, why = told('effects.gravity.method="multipole"', "effects.gravity.force_error=1e-5")["gravity"]
+    value, why = plan_entries('effects.gravity.method="multipole"', "effects.gravity.force_error=1e-5")["gravity"]
     assert value == "multipoles, forces to 1e-05"
     assert why.startswith("as asked for: ")
-    assert told("body.particles=1000000", 'effects.gravity.method="direct"')["gravity"][0] == "direct sums"
+    assert plan_entries("body.particles=1000000", 'effects.gravity.method="direct"')["gravity"][0] == "direct sums"
 
 
 def test_a_smaller_error_costs_more_and_moves_the_crossing_up() -> None:
-    prices = [gravity_prices.seconds("multipole", 10**5, "numba_cpu", "mixed", error) for error in (1e-3, 1e-4, 1e-6)]
-    assert prices == sorted(prices)
-    assert gravity_prices.seconds("direct", 10**5, "numba_cpu", "mixed", 1e-3) == gravity_prices.seconds(
+    costs = [gravity_costs.seconds("multipole", 10**5, "numba_cpu", "mixed", error) for error in (1e-3, 1e-4, 1e-6)]
+    assert costs == sorted(costs)
+    assert gravity_costs.seconds("direct", 10**5, "numba_cpu", "mixed", 1e-3) == gravity_costs.seconds(
         "direct", 10**5, "numba_cpu", "mixed", 1e-6
     )
 
@@ -95,7 +95,7 @@ def test_a_table_is_counted_before_the_method_is_chosen(tmp_path, monkeypatch) -
     body = '[body]\nkind = "table"\nfile = "body.npz"\nspecific_internal_energy = 0.05\n'
     text = SCENE[: SCENE.index("[body]")] + body + SCENE[SCENE.index("[equation_of_state]") :]
     scene = load.loads(text, origin=str(tmp_path))
-    assert told_of(scene)["gravity"] == ("auto", "by the number of particles in the table")
+    assert plan_entries_of(scene)["gravity"] == ("auto", "by the number of particles in the table")
     with pytest.raises(Chosen, match=r"^multipole$"):
         prepare(scene)
 
@@ -103,7 +103,7 @@ def test_a_table_is_counted_before_the_method_is_chosen(tmp_path, monkeypatch) -
 def test_other_models_than_particles_do_without_the_method() -> None:
     text = SCENE.replace('name = "cloud"', 'name = "cloud"\nmodel = "ellipsoid"').replace('placement = "random"\n', "")
     scene = load.loads(text)
-    assert "gravity" not in told_of(scene)
+    assert "gravity" not in plan_entries_of(scene)
     (line,) = (line for line in plan(scene).effects if line.kind == "gravity")
     assert line.options == ""
     assert effects_of(scene, DIMENSIONLESS)[0].kind == "gravity"

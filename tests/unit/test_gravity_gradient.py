@@ -110,7 +110,7 @@ def test_a_small_swing_has_the_frequency_it_tells():
 
     with jax.enable_x64(True):
         stiffness = -float(jax.grad(torque)(0.0))
-        told = GravityGradient().frequency(
+        frequency = GravityGradient().frequency(
             SimpleNamespace(time=0.0, companions=companions, principal_moments=jnp.asarray(moments))
         )
-    assert float(told) == pytest.approx(np.sqrt(stiffness / moments[1]), rel=1e-12)
+    assert float(frequency) == pytest.approx(np.sqrt(stiffness / moments[1]), rel=1e-12)

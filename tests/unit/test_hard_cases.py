@@ -1,4 +1,4 @@
-"""Hard cases: a case that is not stable is told so, and the command tells it."""
+"""Hard cases: a case that is not stable is reported as such, also by the command."""
 
 import json
 from dataclasses import replace
@@ -31,8 +31,8 @@ def test_a_case_that_should_have_been_refused_or_that_ends_early_is_not_stable()
 
 def test_the_command_tells_figures_and_says_no_to_names_there_are_not(capsys):
     assert main(["verify", "--hard", "--only", "eight particles", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["stable"] and [row["mode"] for row in told["cases"]] == ["global", "individual"]
+    content = json.loads(capsys.readouterr().out)
+    assert content["stable"] and [row["mode"] for row in content["cases"]] == ["global", "individual"]
     assert main(["verify", "--hard", "--only", "eight particles", "--mode", "global"]) == 0
     assert "1 of 1 are stable" in capsys.readouterr().out
     assert main(["verify", "--hard", "--only", "no such case"]) == 2

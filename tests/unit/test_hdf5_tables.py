@@ -1,4 +1,4 @@
-"""Particle tables in HDF5 and netCDF: every layout that is read, and what a hostile file is told."""
+"""Particle tables in HDF5 and netCDF: every layout that is read, and how a hostile file is refused."""
 
 import h5py
 import netCDF4

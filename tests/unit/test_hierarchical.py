@@ -62,7 +62,7 @@ def test_few_particles_do_not_make_another_nested_set() -> None:
     assert merged(np.array([2, 2, 2]), 2).tolist() == [2, 2, 2]
 
 
-def test_a_step_that_falls_to_nothing_is_told() -> None:
+def test_a_step_that_falls_to_nothing_is_reported() -> None:
     with pytest.raises(NumericalError, match="time step fell"):
         rungs(np.array([1.0, 1e-13]), 1.0)
 

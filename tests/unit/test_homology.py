@@ -100,19 +100,19 @@ def test_a_force_that_begins_and_ends_is_met():
     assert found.state(1.25) == pytest.approx([1.03125, 0.25], rel=1e-14)
 
 
-def test_forces_that_are_no_numbers_are_told():
+def test_forces_that_are_no_numbers_are_reported():
     """The solver would look for a first step for ever."""
     with pytest.raises(NumericalError, match="beyond what numbers hold"):
         Dynamic(lambda _, y: np.array([y[1], np.nan]), np.array([1.0, 0.0]), 10.0)
 
 
-def test_a_size_whose_square_no_number_holds_is_told():
+def test_a_size_whose_square_no_number_holds_is_reported():
     found = Dynamic(lambda _, y: np.array([float(y[0]) ** 40, 0.0]), np.array([10.0, 0.0]), 1e300)
     with pytest.raises(NumericalError, match="cannot be followed any further"):
         found.state(1e299)
 
 
-def test_a_cold_collapse_is_told():
+def test_a_cold_collapse_is_reported():
     found = Dynamic(lambda _, y: np.array([y[1], -1.0 / y[0] ** 2]), np.array([1.0, 0.0]), 10.0)
     with pytest.raises(NumericalError, match=r"collapses to a point|cannot be followed"):
         found.state(2.0)

@@ -49,7 +49,7 @@ def matter_of(semi_axes, mass=2.0, turn=0.7):
         Body(np.float64(mass), np.array([1e4, 0, 0]), inertia),
         points + [1e4, 0, 0],
         1.0,
-        "told",
+        "stated",
         ("kg", "m"),
         1e-7,
         "x",
@@ -73,8 +73,8 @@ def test_every_body_can_be_drawn(name):
     matter = matter_of(BODIES[name])
     figure = ellipsoid_figure(moments(matter), matter.points, name)
     assert_legible(figure)
-    told = " ".join(text.get_text() for text in figure.findobj(lambda each: hasattr(each, "get_text")))
-    assert ("undefined" in told) == (name in ("oblate", "prolate", "sphere", "rod", "line"))
+    texts = " ".join(text.get_text() for text in figure.findobj(lambda each: hasattr(each, "get_text")))
+    assert ("undefined" in texts) == (name in ("oblate", "prolate", "sphere", "rod", "line"))
 
 
 def rotor(products, centre):

@@ -124,7 +124,7 @@ def test_incomplete_questions_are_refused(observed, assumed, words):
         infer_interior(observed, assumed, **QUICK)
 
 
-def test_what_no_interior_agrees_with_is_told():
+def test_what_no_interior_agrees_with_is_reported():
     impossible = {"mean_density": MEAN, "moment_ratio": Gaussian(0.45, 1e-3)}
     with pytest.raises(NumericalError, match="no interior of 2 uniform layers"):
         infer_interior(impossible, ASSUMED, **QUICK)
@@ -133,7 +133,7 @@ def test_what_no_interior_agrees_with_is_told():
         infer_interior({"mean_density": MEAN, "moment_ratio": Gaussian(0.35, 1e-3)}, light, **QUICK)
 
 
-def test_bodies_without_errors_or_assumptions_are_told():
+def test_bodies_without_errors_or_assumptions_are_reported():
     with pytest.raises(SceneError, match="nothing for the layers of Jupiter"):
         infer_body("Jupiter")
     with pytest.raises(SceneError, match="Ceres has no published uncertainty"):

@@ -54,8 +54,8 @@ def test_errors_are_those_of_a_sample(name):
     with jax.enable_x64(True):
         sample = jax.vmap(lambda one: two_layers(one[0], one[1], **{name: one[2]}))(draws)
     columns = np.stack([np.asarray(each) for each in jax.tree.leaves(sample)])
-    for spread, told in zip(columns.std(axis=1), jax.tree.leaves(fit.standard_errors), strict=True):
-        assert told == pytest.approx(spread, rel=0.03)
+    for spread, error in zip(columns.std(axis=1), jax.tree.leaves(fit.standard_errors), strict=True):
+        assert error == pytest.approx(spread, rel=0.03)
     both = two_layers_with_errors(*measured[:2], np.diag(errors**2), **{name: measured[2]})
     np.testing.assert_allclose(both.covariance, fit.covariance, rtol=1e-12)
 

@@ -79,7 +79,7 @@ def test_a_passage_of_the_tide_is_on_its_orbit_in_any_units() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         ({"eccentricity": 0.9, "pericentre_time": 1.0}, "at least 1"),
         ({"eccentricity": 1.0, "period": 1.0}, "at most 0.99"),
@@ -87,6 +87,6 @@ def test_a_passage_of_the_tide_is_on_its_orbit_in_any_units() -> None:
         ({"eccentricity": 1.0, "pericentre_time": 1.0, "normal": (1.0, 0.0, 0.0)}, "perpendicular"),
     ],
 )
-def test_orbits_that_contradict_themselves_are_refused(options: dict, told: str) -> None:
-    with pytest.raises(ValueError, match=told):
+def test_orbits_that_contradict_themselves_are_refused(options: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         catalogue.build("tide", {"mass": 1.0, "position": (1.0, 0.0, 0.0), **options})

@@ -67,7 +67,7 @@ print(sum(name.endswith("/cache_hits") for name in found), sum(name.endswith("/c
 """
 
 
-def told_by(program: str, place, *arguments: str) -> str:
+def output_of(program: str, place, *arguments: str) -> str:
     """What a process prints that keeps its programs in a folder."""
     kept = {"NUMBA_CACHE_DIR": str(place / "numba"), "ASTROINERTIA_CACHE": str(place / "kernels")}
     command = [sys.executable, "-c", program, *arguments]
@@ -77,18 +77,18 @@ def told_by(program: str, place, *arguments: str) -> str:
 @pytest.mark.slow
 def test_the_process_that_compiles_a_program_rounds_as_those_that_find_it(tmp_path):
     """A loop compiled by itself and within its caller once stood twice under one name, and rounded otherwise."""
-    compiled = told_by(SUMS, tmp_path)
+    compiled = output_of(SUMS, tmp_path)
     assert (tmp_path / "numba").exists()
-    assert told_by(SUMS, tmp_path) == compiled
+    assert output_of(SUMS, tmp_path) == compiled
 
 
 def test_programs_that_different_processes_compiled_do_not_mix(tmp_path):
     """Functions made with other constants have the same name, types and, each in its process, number: once taken for
     each other, they gave wrong sums over pairs.
     """
-    assert told_by(PROGRAM, tmp_path, "0") == "0 True\n"
-    assert told_by(PROGRAM, tmp_path, "4") == "4 True\n"
-    assert told_by(PROGRAM, tmp_path, "0", "4") == "0 True\n4 True\n"
+    assert output_of(PROGRAM, tmp_path, "0") == "0 True\n"
+    assert output_of(PROGRAM, tmp_path, "4") == "4 True\n"
+    assert output_of(PROGRAM, tmp_path, "0", "4") == "0 True\n4 True\n"
 
 
 def compiled(folder: Path) -> tuple[str, Path, int, int]:

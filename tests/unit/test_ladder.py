@@ -62,7 +62,7 @@ def test_models_are_in_order_and_have_labels(fine, particles):
     assert ladder.labels([fine, fine]) == ["ellipsoid [1]", "ellipsoid [2]"]
 
 
-def test_what_one_model_lacks_is_told_of_the_others(fine):
+def test_what_one_model_lacks_is_reported_of_the_others(fine):
     rigid = headline(rigid_run()[::10], RIGID)
     found = ladder.compared([rigid, fine])
     assert "density_max" not in [one.name for one in found]  # the rigid body has none
@@ -105,9 +105,11 @@ def test_the_command(fine, particles, tmp_path, monkeypatch, capsys):
     fine.to_netcdf("fine.nc", engine="netcdf4")
     particles.to_netcdf("particles.nc", engine="netcdf4")
     assert main(["compare", "particles.nc", "fine.nc", "--quantity", "mean_radius"]) == 0
-    told = capsys.readouterr().out
-    assert "mean radius (km)" in told and "picture: compare.png" in told
-    assert told.index("ellipsoid") < told.index("sph, 5000")  # the cheaper first, in whatever order they are named
+    printed = capsys.readouterr().out
+    assert "mean radius (km)" in printed and "picture: compare.png" in printed
+    assert printed.index("ellipsoid") < printed.index(
+        "sph, 5000"
+    )  # the cheaper first, in whatever order they are named
     assert (tmp_path / "compare.png").read_bytes()[:4] == b"\x89PNG"
     assert main(["compare", "particles.nc", "fine.nc", "--quantity", "mean_radius", "--against", "fine.nc"]) == 0
     assert "differences are from 'ellipsoid'" in capsys.readouterr().out

@@ -10,7 +10,7 @@ import pytest
 
 from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.integrate import leapfrog
-from astroinertia.ledger import moments as books
+from astroinertia.ledger import moments as ledger_moments
 
 REFERENCE = Path(__file__).parent.parent / "reference"
 
@@ -25,21 +25,21 @@ def test_a_thousand_kicks_and_drifts_close_to_round_off() -> None:
     """Variable steps, a moving centre of mass, three effects of which one pushes the whole body."""
     mass, position, velocity = body()
     random = np.random.default_rng(7)
-    entry = books.open_ledger(np, mass, position, velocity, 3)
+    entry = ledger_moments.open_ledger(np, mass, position, velocity, 3)
     kinetic_at_start = 0.5 * (mass[:, None] * velocity**2).sum()
-    mixed_at_start = books.moments(mass, position, velocity)[1]
+    mixed_at_start = ledger_moments.moments(mass, position, velocity)[1]
     elapsed = 0.0
     for _ in range(1000):
         dt = random.uniform(0.0005, 0.002)
-        pull = -(position - books.centre_of_mass(mass, position))
+        pull = -(position - ledger_moments.centre_of_mass(mass, position))
         increments = [dt * pull, dt * 0.3 * random.normal(size=position.shape), dt * np.ones_like(position)]
         after = velocity + sum(increments)
-        entry = books.after_kick(np, entry, mass, position, velocity, after, increments)
+        entry = ledger_moments.after_kick(np, entry, mass, position, velocity, after, increments)
         velocity = after
         position = position + dt * velocity
-        entry = books.after_drift(np, entry, dt)
+        entry = ledger_moments.after_drift(np, entry, dt)
         elapsed += dt
-    second, mixed, kinetic = books.moments(mass, position, velocity)
+    second, mixed, kinetic = ledger_moments.moments(mass, position, velocity)
     largest = float(entry.largest_inertia)
     direct = inertia_from_second_moment(second)
     assert np.abs(entry.inertia_tensor() - direct).max() < 5e-14 * largest
@@ -55,18 +55,20 @@ def test_a_thousand_kicks_and_drifts_close_to_round_off() -> None:
 
 
 def test_rounding_of_velocities_and_places_does_not_pile_up() -> None:
-    """A turning body in a harmonic field: unbooked, rounding is 4e-13 of Q after 2000 steps, and grows."""
+    """A turning body in a harmonic field: not in the ledger, rounding is 4e-13 of Q after 2000 steps, and grows."""
     mass, position, velocity = body()
-    position = position - books.centre_of_mass(mass, position)
+    position = position - ledger_moments.centre_of_mass(mass, position)
     velocity = np.cross([0.0, 0.0, 1.0], position)
-    entry, dt = books.open_ledger(np, mass, position, velocity, 1), 0.01
+    entry, dt = ledger_moments.open_ledger(np, mass, position, velocity, 1), 0.01
     for _ in range(2000):
         after = velocity - dt * position
-        entry = books.after_kick(np, entry, mass, position, velocity, after, [position], -dt)
+        entry = ledger_moments.after_kick(np, entry, mass, position, velocity, after, [position], -dt)
         moved = position + dt * after
-        entry = books.after_rounding(np, books.after_drift(np, entry, dt), mass, position, moved, after, dt)
+        entry = ledger_moments.after_rounding(
+            np, ledger_moments.after_drift(np, entry, dt), mass, position, moved, after, dt
+        )
         position, velocity = moved, after
-    second, mixed, kinetic = books.moments(mass, position, velocity)
+    second, mixed, kinetic = ledger_moments.moments(mass, position, velocity)
     assert np.abs(entry.inertia_tensor() - inertia_from_second_moment(second)).max() < 2e-14
     for found, direct in ((entry.mixed_moment, mixed), (entry.kinetic_tensor, kinetic)):
         assert np.abs(found.total - direct).max() < 1e-15
@@ -74,16 +76,16 @@ def test_rounding_of_velocities_and_places_does_not_pile_up() -> None:
 
 def test_each_effect_is_entered_in_its_own_row() -> None:
     mass, position, velocity = body()
-    entry = books.open_ledger(np, mass, position, velocity, 2)
+    entry = ledger_moments.open_ledger(np, mass, position, velocity, 2)
     increments = [np.zeros_like(position), 0.1 * position]
-    entry = books.after_kick(np, entry, mass, position, velocity, velocity + increments[1], increments)
+    entry = ledger_moments.after_kick(np, entry, mass, position, velocity, velocity + increments[1], increments)
     assert not entry.mixed_impulse.total[0].any() and entry.work.total[0] == 0.0
-    relative = position - books.centre_of_mass(mass, position)
-    assert np.allclose(entry.mixed_impulse.total[1], 0.1 * books.weighted_outer(mass, relative, relative))
+    relative = position - ledger_moments.centre_of_mass(mass, position)
+    assert np.allclose(entry.mixed_impulse.total[1], 0.1 * ledger_moments.weighted_outer(mass, relative, relative))
 
 
 def test_a_compensated_sum_keeps_what_a_plain_one_loses() -> None:
-    total = books.Compensated(np.float64(1.0), np.float64(0.0))
+    total = ledger_moments.Compensated(np.float64(1.0), np.float64(0.0))
     for _ in range(10000):
         total = total.add(np.float64(1e-17))
     assert total.value == 1.0
@@ -102,7 +104,7 @@ def test_rate_of_inertia_is_its_derivative_along_the_motion() -> None:
             return inertia_from_second_moment(second)
 
         value, rate = jax.jvp(inertia, (position,), (velocity,))
-    mixed = books.weighted_outer(mass, position, velocity)
+    mixed = ledger_moments.weighted_outer(mass, position, velocity)
     ours = inertia_from_second_moment(mixed + mixed.T)
     assert np.allclose(ours, rate, rtol=0, atol=1e-14)
     assert np.allclose(value, case["value"]["Theta"], rtol=1e-12)
@@ -130,11 +132,11 @@ def test_taking_matter_away_leaves_the_moments_of_the_rest() -> None:
     """A subset taken from a body off the origin: Q, P and K of what is left by direct sums, and a row that lost it."""
     mass, position, velocity = body()
     taken = np.arange(len(mass)) % 3 == 0
-    entry = books.open_ledger(np, mass, position, velocity, 2)
-    whole = books.whole(np, mass, position, velocity)
-    lost = books.removed(whole, mass[taken], position[taken], velocity[taken])
-    entry = books.after_removal(entry, lost, 1, -0.3, -0.2)
-    left = books.moments(mass[~taken], position[~taken], velocity[~taken])
+    entry = ledger_moments.open_ledger(np, mass, position, velocity, 2)
+    whole = ledger_moments.whole(np, mass, position, velocity)
+    lost = ledger_moments.removed(whole, mass[taken], position[taken], velocity[taken])
+    entry = ledger_moments.after_removal(entry, lost, 1, -0.3, -0.2)
+    left = ledger_moments.moments(mass[~taken], position[~taken], velocity[~taken])
     for found, wanted in zip((entry.second_moment, entry.mixed_moment, entry.kinetic_tensor), left, strict=True):
         np.testing.assert_allclose(found.total, wanted, rtol=1e-13, atol=1e-14)
     np.testing.assert_allclose(entry.impulse.total, [np.zeros(3), -(mass[taken] @ velocity[taken])], rtol=1e-14)

@@ -10,7 +10,7 @@ import astroinertia
 from astroinertia import plots
 from astroinertia.cli.main import main
 from astroinertia.cli.meter import Meter
-from astroinertia.ledger.bounds import CLOSURE, ENERGY, MISMATCH, doubtful, ledger_warnings, told
+from astroinertia.ledger.bounds import CLOSURE, ENERGY, MISMATCH, doubtful, ledger_message, ledger_warnings
 from astroinertia.run.loop import Progress
 from tests.sims import SIMS
 
@@ -41,7 +41,7 @@ def test_a_body_on_which_nothing_acts_is_no_doubt():
     assert ledger_warnings(records() | nothing, ()) == []
 
 
-def test_a_body_whose_shape_is_rounded_away_is_not_told_to_take_shorter_steps():
+def test_a_body_whose_shape_is_rounded_away_gets_no_advice_to_take_shorter_steps():
     second = np.array([0.4, 0.2, 0.2])[:, None, None] * np.eye(3)
     far = {"mass": np.full(3, 0.3), "second_moment": second, "centre_of_mass": np.full((3, 3), 4e7)}
     (sentence,) = ledger_warnings(records(closure=97.0) | far, EFFECTS)
@@ -64,7 +64,7 @@ def test_a_body_whose_shape_is_rounded_away_is_not_told_to_take_shorter_steps():
 def test_each_figure_beyond_its_bound_is_named(change, words):
     (sentence,) = ledger_warnings(records(**change), EFFECTS)
     assert all(word in sentence for word in words)
-    assert told({"ledger_warnings": sentence}) == f"warning: {sentence}"
+    assert ledger_message({"ledger_warnings": sentence}) == f"warning: {sentence}"
 
 
 @pytest.mark.parametrize(("share", "sentences"), [(1e-10, 0), (1e-3, 1)])
@@ -118,11 +118,11 @@ def test_a_sweep_names_the_member_whose_ledger_does_not_close(tmp_path, capsys):
     )
     folder = tmp_path / "run"
     assert main(["run", str(tmp_path / "sweep.toml"), "--workers", "1", "--output", str(folder)]) == 3
-    told = "warning: member-0001: the virial tensor of companions is off by"
+    warning = "warning: member-0001: the virial tensor of companions is off by"
     printed = capsys.readouterr().out
-    assert told in printed and "member-0000: the" not in printed
+    assert warning in printed and "member-0000: the" not in printed
     assert main(["show", str(folder)]) == 0
-    assert told in capsys.readouterr().out
+    assert warning in capsys.readouterr().out
     assert main(["resume", str(folder)]) == 3
 
 

@@ -62,14 +62,14 @@ end = 1.0
 def test_an_ellipsoid_takes_no_more_steps_than_it_may(tmp_path):
     """Up to its first record it would pulsate 1e7 times: it looks up after every part of them."""
     scene = load.loads(PULSATING.replace("MODEL", "ellipsoid").replace("MORE", "pressure_fraction = 0.5"))
-    told = []
-    loop.run_scene(scene, tmp_path / "run", told.append)
-    assert 3 <= told[-1].step <= ellipsoid.AT_ONCE
-    assert 0.0 < told[-1].time < 1e6
+    reports = []
+    loop.run_scene(scene, tmp_path / "run", reports.append)
+    assert 3 <= reports[-1].step <= ellipsoid.AT_ONCE
+    assert 0.0 < reports[-1].time < 1e6
 
 
 def test_what_would_take_far_too_many_steps_ends_before_it_has_taken_them():
-    """Told from the length of the first; a slow beginning and what is done before the end go on."""
+    """Judged by the length of the first; a slow beginning and what is done before the end go on."""
 
     def part(time, steps):
         return adaptive.Advanced(
@@ -83,7 +83,7 @@ def test_what_would_take_far_too_many_steps_ends_before_it_has_taken_them():
     way = adaptive.Way()
     assert way.goes_on(begun, part(100.0, adaptive.MOST_STEPS - 1), end)
     assert not way.goes_on(100.0, part(149.0, 1), end)
-    assert way.goes_on(149.0, part(149.5, 1), end)  # the way to the next record begins anew
+    assert way.goes_on(149.0, part(149.5, 1), end)  # the way to the next record begins again
 
 
 def test_options_that_contradict_each_other_are_refused_before_anything_takes_long(tmp_path, monkeypatch):
@@ -103,16 +103,16 @@ def test_an_equilibrium_whose_entropy_no_number_holds_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("material", "mass", "told"),
+    ("material", "mass", "message"),
     [
         ('tillotson = "iron"', "2e10", "mean density of 4.77e-06 kg m-3, too far below 0.078 kg m-3, where the table"),
         ('tillotson = "ice", tension = true', "1.3e18", "mean density of 310 kg m-3, too far below 458 kg m-3"),
     ],
 )
-def test_a_body_far_thinner_than_its_materials_table_is_refused(material, mass, told):
+def test_a_body_far_thinner_than_its_materials_table_is_refused(material, mass, message):
     text = GASES.replace("EQUATION", f'kind = "materials"\nmaterials = [{{ name = "matter", {material} }}]')
     text = text.replace('units = "code"\n', "").replace("mass = 1.0", f'mass = "{mass} kg"')
-    with pytest.raises(SceneError, match=re.escape(told)):
+    with pytest.raises(SceneError, match=re.escape(message)):
         prepare(load.loads(text.replace("radius = 1.0", 'radius = "1e5 m"').replace("end = 1.0", 'end = "1 yr"')))
 
 

@@ -286,15 +286,15 @@ def test_a_missing_library_is_named(tmp_path, monkeypatch):
 
 
 def test_the_script_of_the_asteroid(tmp_path):
-    told = run_sim("asteroid_mesh.py", "--subdivisions", 4, "--output", tmp_path / "asteroid.png")
+    printed = run_sim("asteroid_mesh.py", "--subdivisions", 4, "--output", tmp_path / "asteroid.png")
     moments = [
-        float(line.split()[1]) for line in told.splitlines() if line.startswith(("smallest", "middle", "largest"))
+        float(line.split()[1]) for line in printed.splitlines() if line.startswith(("smallest", "middle", "largest"))
     ]
     assert len(moments) == 3 and moments == sorted(moments)
     # The craters and hills change the ellipsoid that they are on by some per cent.
     plain = np.diag(shapes.ellipsoid(2150.0 * 4 / 3 * np.pi * 290 * 215 * 175, [290.0, 215.0, 175.0]).inertia)
     np.testing.assert_allclose(moments, plain, rtol=0.2)
-    assert "It settles about the axis of the largest moment" in told
+    assert "It settles about the axis of the largest moment" in printed
     assert (tmp_path / "asteroid.png").stat().st_size > 20_000
     assert "--density" in run_sim("asteroid_mesh.py", "--help")
     assert "cannot be read as a mesh" in run_sim("asteroid_mesh.py", "--mesh", tmp_path / "none.stl", code=2)

@@ -94,7 +94,7 @@ def test_the_sweep_of_a_body_takes_its_mass_radius_and_ratio():
         ({"colour": [1.0]}, "follow from two of|no parameter"),
     ],
 )
-def test_sweeps_that_are_no_body_are_told(values, words):
+def test_sweeps_that_are_no_body_are_reported(values, words):
     with pytest.raises(SceneError, match=words):
         two_layer_sweep("Mars", values)
 

@@ -119,31 +119,31 @@ def test_a_snapshot_is_chosen_by_its_number(tmp_path):
 
 def test_the_command_prints_the_numbers(box, capsys):
     assert main(["moments", str(box), "--axis", "z"]) == 0
-    told = capsys.readouterr().out
-    assert told.startswith("inertia of 8 particles\nall about the centre of mass\n")
-    lines = {line[:30].strip(): line[30:].split() for line in told.splitlines() if len(line) > 30}
+    printed = capsys.readouterr().out
+    assert printed.startswith("inertia of 8 particles\nall about the centre of mass\n")
+    lines = {line[:30].strip(): line[30:].split() for line in printed.splitlines() if len(line) > 30}
     assert list(map(float, lines["moment"])) == [40, 80, 104]
     assert lines["centre of mass  (x y z)"] == ["10", "0", "0"]
     assert float(lines["moment about it"][0]) == 40
-    assert "outermost particle" in told
+    assert "outermost particle" in printed
 
 
 def test_the_command_says_which_axes_are_undefined(tmp_path, capsys):
     two = write_table(tmp_path / "two.csv", [1, 1], [[0, 0, 0], [0, 0, 2]])
     assert main(["moments", str(two), "--units", "kg,cm", "--about=0,0,1"]) == 0
-    told = capsys.readouterr().out
-    assert told.count("undefined") == 7  # two axes of three components, and the line that explains it
-    assert "all about the point (0, 0, 0.01), in SI" in told
-    assert "nan" not in told
+    printed = capsys.readouterr().out
+    assert printed.count("undefined") == 7  # two axes of three components, and the line that explains it
+    assert "all about the point (0, 0, 0.01), in SI" in printed
+    assert "nan" not in printed
 
 
 def test_json_and_netcdf_hold_the_same(box, tmp_path, capsys):
     corners = write_table(tmp_path / "cube.csv", np.ones(8), BOX / [1, 2, 3])
     assert main(["moments", str(corners), "--json", "--output", str(tmp_path / "cube.nc")]) == 0
-    told = json.loads(capsys.readouterr().out)
+    content = json.loads(capsys.readouterr().out)
     with xr.open_dataset(tmp_path / "cube.nc") as stored:
-        np.testing.assert_array_equal(told["principal_moments"]["value"], stored["principal_moments"])
-        assert told["triaxiality"]["value"] is None and np.isnan(stored["triaxiality"])
+        np.testing.assert_array_equal(content["principal_moments"]["value"], stored["principal_moments"])
+        assert content["triaxiality"]["value"] is None and np.isnan(stored["triaxiality"])
         assert not stored["axis_defined"].values.any()
 
 
@@ -195,8 +195,8 @@ def test_what_is_wrong_gets_one_sentence_and_writes_nothing(arguments, words, tm
         (tmp_path / name).write_bytes(bytes(range(256)))
     before = sorted(tmp_path.iterdir())
     assert main(["moments", *arguments]) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert words in told.err
-    assert told.err.count("\n") == 1
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert words in printed.err
+    assert printed.err.count("\n") == 1
     assert sorted(tmp_path.iterdir()) == before

@@ -346,7 +346,7 @@ def test_generated_code_is_kept_where_nobody_else_can_write(tmp_path, monkeypatc
     assert numba_cache.cache_directory() != blocked / "kernels"
 
 
-def test_a_second_process_compiles_nothing_anew(reference):
+def test_a_second_process_compiles_nothing_again(reference):
     """The cache serves a new interpreter: numba reports hits and no misses for the entry function."""
     Engine().neighbour_sums(reference[0], KERNEL, (SHEAR,), reference[2])
     program = """

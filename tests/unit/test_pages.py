@@ -116,8 +116,8 @@ def test_attributes_that_are_not_what_they_should_be_are_shown_as_they_are(serie
 def view_of(series, snapshots, path):
     write_view(series, snapshots, path)
     parts = Parts(path.read_text())
-    told, script = parts.texts["script"]
-    return parts, json.loads(told), script
+    data, script = parts.texts["script"]
+    return parts, json.loads(data), script
 
 
 def test_a_view_holds_the_particles_where_they_are(series, snapshots, tmp_path):
@@ -149,7 +149,7 @@ def test_a_view_shows_what_strangers_wrote_and_runs_one_script(series, tmp_path)
     assert_alone(parts)
     assert parts.count("script") == 2
     assert parts.count("img") == 0
-    assert EVIL in data["frames"][0]["told"]
+    assert EVIL in data["frames"][0]["caption"]
     assert script == (page.HERE / "view.js").read_text()
     assert EVIL in "".join(parts.texts["h1"])
 
@@ -184,7 +184,7 @@ def test_a_browser_shows_the_report_without_a_request_or_a_complaint(series, few
     path.write_text(path.read_text().replace("<main>", "<main><script>document.title = 'owned'</script>"))
     browser.open(path)
     assert browser.value("document.title") != "owned"
-    assert any("Content Security Policy" in told for told in browser.complaints)
+    assert any("Content Security Policy" in complaint for complaint in browser.complaints)
     browser.complaints.clear()
 
 

@@ -52,7 +52,7 @@ def test_the_progress_line_names_the_criterion_and_the_place() -> None:
     name, particle = limiting(limits)
     assert particle is not None
     assert float(limits[name][particle]) == float(body.state.rates.timestep)
-    told, figures = timestep_limit(body.problem, body.state), body.figures()
-    assert figures.limited_by.startswith(f"{name} at radius {told['timestep_limit_radius']:.3g}")
-    assert told["timestep_limit_density"] == body.state.rates.fluid.density[particle]
+    limit, figures = timestep_limit(body.problem, body.state), body.figures()
+    assert figures.limited_by.startswith(f"{name} at radius {limit['timestep_limit_radius']:.3g}")
+    assert limit["timestep_limit_density"] == body.state.rates.fluid.density[particle]
     assert limiting({**limits, "longest": np.float64(1e-9)}) == ("longest", None)

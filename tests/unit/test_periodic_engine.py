@@ -88,8 +88,8 @@ def test_sums_and_densities_are_those_over_all_images(lengths: Any, cells: int) 
 
 
 @pytest.mark.slow
-def test_particles_that_move_on_are_found_without_arranging_them_anew() -> None:
-    """Images follow their particles, and are made anew where they no longer reach far enough; for targets alone."""
+def test_particles_that_move_on_are_found_without_sorting_them_again() -> None:
+    """Images follow their particles, and are made again where they no longer reach far enough; for targets alone."""
     engine, fields = box(CUBE)
     order, arrangement = engine.arrange(fields["position"], np.full(COUNT, 0.08))
     fields = {name: array[order] for name, array in fields.items()}
@@ -120,12 +120,12 @@ def test_a_box_has_no_virial_tensor() -> None:
 
 
 @pytest.mark.parametrize(
-    ("lengths", "told"),
+    ("lengths", "message"),
     [((1e-30, 1.0, 1.0), r"over 2.6e\+29 lengths of the box along x"), ((0.01, 0.01, 0.01), "each needs over")],
 )
-def test_a_box_much_smaller_than_its_particles_reach_is_refused(lengths: Any, told: str) -> None:
+def test_a_box_much_smaller_than_its_particles_reach_is_refused(lengths: Any, message: str) -> None:
     """It would take all memory, or all time."""
     engine = periodic.Engine(numba_cpu.Engine(), lengths, SUPPORT)
     position = np.random.default_rng(1).uniform(-0.5, 0.5, (COUNT, 3)) * lengths
-    with pytest.raises(NumericalError, match=told):
+    with pytest.raises(NumericalError, match=message):
         engine.arrange(position, np.full(COUNT, 0.12))

@@ -92,7 +92,7 @@ def test_levels_of_refinement_halve_the_mass(tmp_path):
     assert table.mass.tolist() == [MASS / 2 ** (level - 1) for level in levels]
 
 
-def test_accreted_and_dead_particles_are_left_out_and_told(tmp_path):
+def test_accreted_and_dead_particles_are_left_out_and_reported(tmp_path):
     needs_sarracen()
     smoothing = SMOOTHING * np.float32([1, -1, 1, 0, 1, -1, 1])
     path = written(tmp_path / "disc_00100", dump(header(units={}), gas(smoothing=smoothing), {}))
@@ -192,7 +192,7 @@ def test_counts_that_a_disk_has_damaged_are_refused_soon(tmp_path):
         read_table(more)
 
 
-def test_without_sarracen_it_is_told_what_to_install(tmp_path, monkeypatch):
+def test_without_sarracen_it_says_what_to_install(tmp_path, monkeypatch):
     usual = builtins.__import__
 
     def without(name, *rest):

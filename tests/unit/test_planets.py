@@ -122,7 +122,7 @@ def test_mean_and_polar_moment_of_a_triaxial_body():
     assert moment_ratios.polar_from_mean(principal.mean(), j2) == pytest.approx(principal[2], rel=1e-14)
 
 
-def test_names_are_found_in_any_case_and_unknown_ones_are_told():
+def test_names_are_found_in_any_case_and_unknown_ones_are_reported():
     assert body("mars") is body("Mars")
     with pytest.raises(KeyError, match=r"Pluto.*Vesta"):
         body("Pluto")

@@ -126,7 +126,7 @@ def test_what_a_model_lacks_is_left_out_and_no_panel_is_empty(name, tmp_path, mo
         if figure not in ("inertia", "spin", "attitude", "shape"):  # elsewhere the same
             assert_legible(drawn)
         assert not any(empty(panel) for panel in drawn.axes), figure
-    told = plots.summary(series)
-    assert "nan" not in told
-    assert ("ledger closure" in told) == (name != "scaling")
-    assert "viscosity" not in told
+    summary = plots.summary(series)
+    assert "nan" not in summary
+    assert ("ledger closure" in summary) == (name != "scaling")
+    assert "viscosity" not in summary

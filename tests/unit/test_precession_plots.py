@@ -43,9 +43,9 @@ def nodding():
 
 def test_precession():
     figure = plots.precession_figure(nodding())
-    told = words(figure)
+    texts = words(figure)
     for what in ("torque of the Sun", "1 500.000", "5 000.000", "-2.000", "4 998.000", "4 997.000", "+2.0e-04"):
-        assert what in told
+        assert what in texts
     longitude, obliquity = figure.axes[0].lines[-1].get_ydata(), figure.axes[1].lines[-1].get_ydata()
     assert np.abs(longitude).max() == pytest.approx(17, rel=1e-3)
     assert np.abs(obliquity).max() == pytest.approx(9, rel=1e-3)
@@ -53,9 +53,9 @@ def test_precession():
 
 def test_the_wobble():
     figure = plots.chandler_figure(chandler_wobble())
-    told = words(figure)
+    texts = words(figure)
     for what in ("303.6 d", "+141.3", "\N{MINUS SIGN}50.3", "+31.2", "+9.2", "observed 433 d", "435.0 d"):
-        assert what in told
+        assert what in texts
     bars = figure.axes[0].patches
     assert bars[2].get_y() + bars[2].get_height() == pytest.approx(394.6, abs=0.1)  # a bar that hangs
 

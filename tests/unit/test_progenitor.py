@@ -157,7 +157,7 @@ def test_a_profile_without_pressure_is_put_into_equilibrium(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", "it is empty"),
         ("radius (km), mass\n1,2\n", "must be a name and a unit"),
@@ -180,15 +180,15 @@ def test_a_profile_without_pressure_is_put_into_equilibrium(tmp_path):
         ),
     ],
 )
-def test_what_is_wrong_with_a_file_is_told(tmp_path, text, told):
+def test_what_is_wrong_with_a_file_is_reported(tmp_path, text, message):
     file = tmp_path / "bad.csv"
     file.write_text(text)
     with pytest.raises(SceneError) as refused:
         read_progenitor(file)
-    assert told in str(refused.value) and "\n" not in str(refused.value)
+    assert message in str(refused.value) and "\n" not in str(refused.value)
 
 
-def test_limits_and_unknown_formats_are_told(tmp_path):
+def test_limits_and_unknown_formats_are_reported(tmp_path):
     file = tmp_path / "strange"
     file.write_text("hello\n")
     with pytest.raises(SceneError, match="none of the known formats"):
@@ -209,7 +209,7 @@ def test_limits_and_unknown_formats_are_told(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ('body.inner_mass = "3 Msun"', "inner_mass: the profile has 3.97"),
         ("body.relax = true", "placed as the file has it"),
@@ -217,7 +217,7 @@ def test_limits_and_unknown_formats_are_told(tmp_path):
         ('model = "ellipsoid"', "is for the model sph"),
     ],
 )
-def test_scenes_that_cannot_be_are_refused(change, told):
+def test_scenes_that_cannot_be_are_refused(change, message):
     text = SCENE.replace("FILE", str(KEPLER))
     if change.startswith("units"):
         text = text.replace('[units]\nmass = "1 Msun"\nlength = "1000 km"\n', "")
@@ -226,7 +226,7 @@ def test_scenes_that_cannot_be_are_refused(change, told):
         change = "name = other"
     with pytest.raises(SceneError) as refused:
         placed(load.loads(text, [change]))
-    assert told in str(refused.value)
+    assert message in str(refused.value)
 
 
 def test_the_plan_tells_of_the_profile():

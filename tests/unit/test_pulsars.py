@@ -18,8 +18,8 @@ YEAR = 365.25 * 86400
 
 @pytest.mark.parametrize("entry", PULSARS, ids=lambda entry: entry["inputs"]["name"])
 def test_reference_values(entry):
-    told, value = entry["inputs"], {name: float(text) for name, text in entry["value"].items()}
-    period, slowing, moment, radius = told["P"], told["Pdot"], told["I"] * 1e-7, told["R"] * 1e-2
+    inputs, value = entry["inputs"], {name: float(text) for name, text in entry["value"].items()}
+    period, slowing, moment, radius = inputs["P"], inputs["Pdot"], inputs["I"] * 1e-7, inputs["R"] * 1e-2
     found = {
         "Edot_erg_s": 1e7 * pulsars.spin_down_luminosity(period, slowing, moment),
         "tau_char_yr": pulsars.characteristic_age(period, slowing) / YEAR,

@@ -23,13 +23,13 @@ def _rows(text: str) -> dict[str, list[str]]:
 @pytest.mark.slow
 def test_the_table_has_every_body_and_what_is_known_of_it(elsewhere, capsys):
     assert main(["ratios", "--csv", "all.csv", "--netcdf", "all.nc"]) == 0
-    told = capsys.readouterr().out
-    rows = _rows(told)
+    printed = capsys.readouterr().out
+    rows = _rows(printed)
     assert rows["Mars"][1:3] == ["0.36428(11)", "measured"]
     assert rows["Jupiter"][2] == "model"
     assert rows["Titan"][2] == "hydrostatic"
     assert rows["Mercury"][3] == "-"  # its figure is no fluid's
-    assert max(map(len, told.splitlines())) <= 120
+    assert max(map(len, printed.splitlines())) <= 120
     with xr.open_dataset(elsewhere / "all.nc") as written, (elsewhere / "all.csv").open() as stream:
         assert written.sizes["body"] == 17
         assert written["core_radius"].attrs["units"] == "m"
@@ -48,31 +48,31 @@ def test_markdown_has_a_source_in_every_row(capsys):
     assert "| C 0.36419 at 3396 km |" in rows[5]
 
 
-def test_one_body_is_told_with_every_published_ratio_and_core(capsys):
+def test_one_body_is_reported_with_every_published_ratio_and_core(capsys):
     assert main(["ratios", "--body", "mars"]) == 0
-    told = capsys.readouterr().out
+    printed = capsys.readouterr().out
     for words in ("0.36428 +- 0.00011", "C/(M R^2) = 0.36419 for 3396 km", "Konopliv", "1830 +- 40 km", "1650 +- 20 km",
                   "core density 6000(175)", "hydrostatic"):  # fmt: skip
-        assert words in told
+        assert words in printed
 
 
 def test_a_core_density_gives_the_core_with_the_published_ratio(capsys):
     assert main(["ratios", "--body", "Mars", "--core-density", "7 g/cm3"]) == 0
-    told = capsys.readouterr().out
-    assert "0.36428, as published" in told
-    assert "core radius          1737 km" in told
+    printed = capsys.readouterr().out
+    assert "0.36428, as published" in printed
+    assert "core radius          1737 km" in printed
     assert main(["ratios", "--body", "Mars", "--core-density", "7000"]) == 0
-    assert capsys.readouterr().out == told
+    assert capsys.readouterr().out == printed
 
 
 def test_two_densities_predict_a_ratio(capsys):
     assert main(["ratios", "--body", "Mars", "--core-density", "7000", "--mantle-density", "3458.3"]) == 0
-    told = re.search(
+    match = re.search(
         r"I/\(M R\^2\) +(0\.36\d+), ([+-]0\.\d+) of the published, (\d\.\d) standard", capsys.readouterr().out
     )
-    assert told is not None
-    assert float(told[2]) == pytest.approx(float(told[1]) - 0.364279, abs=2e-5)
-    assert float(told[3]) == pytest.approx(abs(float(told[2])) / 0.00011, abs=0.1)
+    assert match is not None
+    assert float(match[2]) == pytest.approx(float(match[1]) - 0.364279, abs=2e-5)
+    assert float(match[3]) == pytest.approx(abs(float(match[2])) / 0.00011, abs=0.1)
     assert main(["ratios", "--body", "Mars", "--core-density", "7000", "--core-radius", "1500"]) == 0
     by_radius = capsys.readouterr().out
     assert "standard deviations" in by_radius

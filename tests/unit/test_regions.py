@@ -1,4 +1,4 @@
-"""Books of a region: what acts on its matter, what crosses its edge, and who belongs to it."""
+"""The ledger of a region: what acts on its matter, what crosses its edge, and who belongs to it."""
 
 from functools import partial
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from astroinertia.errors import SceneError
-from astroinertia.ledger import regions as books
+from astroinertia.ledger import regions as region_ledger
 from astroinertia.ledger.moments import after_drift, after_kick, moments, open_ledger
 from astroinertia.models import membership
 from astroinertia.scene import load
@@ -42,13 +42,13 @@ def cloud(count=60, seed=5):
     return mass, random.normal(size=(count, 3)) + [2.0, 0.0, -1.0], random.normal(size=(count, 3)) + [0.1, 0.4, 0.0]
 
 
-def test_books_of_a_region_close_while_its_members_change():
-    """300 kicks and drifts, a membership drawn anew every third: evolved moments are those of the members."""
+def test_the_ledger_of_a_region_closes_while_its_members_change():
+    """300 kicks and drifts, a membership drawn again every third: evolved moments are those of the members."""
     mass, position, velocity = cloud()
     random = np.random.default_rng(1)
     member = (random.random(60) < 0.5).astype(float)
-    region = books.opened_books(mass, position, velocity, member, 2)
-    start = books.region_moments(mass, position, velocity, member)
+    region = region_ledger.open_region_ledger(mass, position, velocity, member, 2)
+    start = region_ledger.region_moments(mass, position, velocity, member)
     for step in range(300):
         dt = random.uniform(0.001, 0.003)
         increments = [-dt * position, 0.2 * dt * random.normal(size=position.shape)]
@@ -61,7 +61,7 @@ def test_books_of_a_region_close_while_its_members_change():
             new = (random.random(60) < random.uniform(0.1, 0.9)).astype(float)
             region = region.exchanged(mass, position, velocity, member, new)
             member = new
-    second, mixed, kinetic = books.region_moments(mass, position, velocity, member)
+    second, mixed, kinetic = region_ledger.region_moments(mass, position, velocity, member)
     ledger = region.ledger
     assert np.abs(ledger.second_moment.total - second).max() < 1e-13 * float(ledger.largest_inertia)
     assert np.abs(ledger.mixed_moment.total - mixed).max() < 1e-12 * np.abs(mixed).max()
@@ -85,9 +85,9 @@ def test_what_crosses_an_edge_is_the_difference_of_the_moments():
     mass, position, velocity = cloud()
     random = np.random.default_rng(2)
     old, new = ((random.random(60) < share).astype(float) for share in (0.6, 0.5))
-    region = books.opened_books(mass, position, velocity, old, 1)
-    found = books.crossing(region.whole, mass, position, velocity, new - old)
-    before, after = (books.region_moments(mass, position, velocity, member) for member in (old, new))
+    region = region_ledger.open_region_ledger(mass, position, velocity, old, 1)
+    found = region_ledger.crossing(region.whole, mass, position, velocity, new - old)
+    before, after = (region_ledger.region_moments(mass, position, velocity, member) for member in (old, new))
     for flux, one, other in zip(
         (found.second_moment, found.mixed_moment, found.kinetic_tensor), before, after, strict=True
     ):
@@ -98,7 +98,7 @@ def test_what_crosses_an_edge_is_the_difference_of_the_moments():
 def test_a_region_may_be_empty_and_fill_again():
     mass, position, velocity = cloud()
     nobody, everybody = np.zeros(60), np.ones(60)
-    region = books.opened_books(mass, position, velocity, nobody, 1)
+    region = region_ledger.open_region_ledger(mass, position, velocity, nobody, 1)
     pull = -0.1 * position
     region = region.kicked(np, mass * nobody, position, velocity, velocity + pull, [pull]).drifted(np, 0.1)
     assert not np.any(region.ledger.second_moment.total)
@@ -115,7 +115,7 @@ def test_a_region_of_everything_is_the_body():
     mass, position, velocity = cloud()
     everybody = np.ones(60)
     region, ledger = (
-        books.opened_books(mass, position, velocity, everybody, 1),
+        region_ledger.open_region_ledger(mass, position, velocity, everybody, 1),
         open_ledger(np, mass, position, velocity, 1),
     )
     increments = [0.03 * np.cos(position)]
@@ -126,11 +126,11 @@ def test_a_region_of_everything_is_the_body():
         assert np.allclose(getattr(region.ledger, name).total, getattr(ledger, name).total, rtol=0, atol=1e-14)
 
 
-def test_compiled_books_are_those_of_numpy():
+def test_the_compiled_ledger_is_that_of_numpy():
     """What a step of the xla engine does to them: a kick and a drift, traced and compiled."""
     mass, position, velocity = cloud()
     member = (np.arange(60) % 3 > 0).astype(float)
-    region = books.opened_books(mass, position, velocity, member, 1)
+    region = region_ledger.open_region_ledger(mass, position, velocity, member, 1)
     after = velocity + 0.03 * np.cos(position)
 
     def step(xp, region, position, before, after):
@@ -198,7 +198,7 @@ def test_scenes_name_their_regions_and_the_plan_tells_them():
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ('regions.core.innermost_mas = "1 kg"', "did you mean 'innermost_mass'"),
         ("regions.core.bound = true", "exactly one of innermost_mass, density_above and bound"),
@@ -209,10 +209,10 @@ def test_scenes_name_their_regions_and_the_plan_tells_them():
         ('model = "ellipsoid"', "a part of a body of particles"),
     ],
 )
-def test_regions_that_make_no_sense_are_refused(change, told):
+def test_regions_that_make_no_sense_are_refused(change, message):
     with pytest.raises(SceneError) as refused:
         load.loads(SCENE, [change])
-    assert told in str(refused.value)
+    assert message in str(refused.value)
 
 
 def test_bound_needs_gravity():

@@ -76,9 +76,9 @@ def test_the_command_line_and_the_library_say_it_and_help_is_still_given(tmp_pat
         return subprocess.run([sys.executable, "-c", program + code], capture_output=True, text=True, check=False)
 
     command = "from astroinertia.cli.main import main; sys.exit(main({arguments}))"
-    told = ended(command.format(arguments=["new"]))
-    assert told.returncode == 1 and told.stdout == ""
-    assert told.stderr.startswith("astroinertia: numba 0.61.2 is installed") and told.stderr.count("\n") == 1
+    process = ended(command.format(arguments=["new"]))
+    assert process.returncode == 1 and process.stdout == ""
+    assert process.stderr.startswith("astroinertia: numba 0.61.2 is installed") and process.stderr.count("\n") == 1
     assert ended(command.format(arguments=["--help"])).returncode == 0
     loaded = ended("import astroinertia; astroinertia.load('star.toml')")
     assert "InstallationError: numba 0.61.2" in loaded.stderr

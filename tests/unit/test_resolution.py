@@ -6,7 +6,7 @@ import pytest
 from astroinertia import dataset
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.cli.main import main
-from astroinertia.dataset.resolution import resolution_warnings, told
+from astroinertia.dataset.resolution import resolution_message, resolution_warnings
 from astroinertia.models.resolution import jeans_mass, resolution
 from astroinertia.run.loop import run_scene
 from astroinertia.scene import load
@@ -77,7 +77,7 @@ def test_a_run_keeps_its_warnings_and_tells_them(tmp_path, capsys):
     assert main(["run", str(scene), "--output", str(tmp_path / "run")]) == 0
     assert "warning: the core" in capsys.readouterr().out
     data = dataset.open(tmp_path / "run")
-    assert "held only" in data.attrs["resolution_warnings"] and told(data.attrs).startswith("warning: ")
+    assert "held only" in data.attrs["resolution_warnings"] and resolution_message(data.attrs).startswith("warning: ")
     assert (data["core_particles"] > 16).all() and (data["core_particles"] < 147).all()
     assert main(["show", str(tmp_path / "run"), "--output", str(tmp_path / "pictures")]) == 0
     assert "warning: the core" in capsys.readouterr().out
@@ -87,7 +87,7 @@ def test_a_run_keeps_its_warnings_and_tells_them(tmp_path, capsys):
 def test_a_fine_run_is_not_warned_of(tmp_path):
     text = SCENE.replace("index = 3.0", "index = 1.0").replace("particles = 100", "particles = 800")
     data = dataset.open(run_scene(load.loads(text), tmp_path / "run"))
-    assert "resolution_warnings" not in data.attrs and told(data.attrs) == ""
+    assert "resolution_warnings" not in data.attrs and resolution_message(data.attrs) == ""
 
 
 def test_the_plan_counts_the_core_and_warns():
@@ -128,7 +128,7 @@ def test_matter_without_its_own_gravity_does_not_fragment(tmp_path):
 
 
 @pytest.mark.parametrize("jeans", [0.0, 1e-320, 1e-300])
-def test_a_body_that_is_as_cold_as_can_be_is_told_of(jeans):
+def test_a_body_that_is_as_cold_as_can_be_is_reported(jeans):
     """The share of the Jeans mass that is resolved is 0, or next to it: no number of particles is enough."""
     series = {name: np.array([1.0]) for name in ("core_particles", "jeans_ratio", "smoothing_to_thickness")}
     found = resolution_warnings({**series, "jeans_ratio": np.array([1.0, jeans])}, 50.0)

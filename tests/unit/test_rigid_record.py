@@ -87,8 +87,8 @@ def test_second_moments_of_the_elastic_body_follow_its_mixed_moment():
 
 def test_every_quantity_of_the_schema_is_recorded_or_absent_for_a_reason():
     body = under_way(TOP, SPIN)
-    told = set(body.record(None)) | set(ABSENT) | {"wall_time"}
-    assert set(RECORDED) <= told
+    names = set(body.record(None)) | set(ABSENT) | {"wall_time"}
+    assert set(RECORDED) <= names
     assert not set(ABSENT) - set(RECORDED)
 
 

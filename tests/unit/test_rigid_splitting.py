@@ -18,8 +18,8 @@ def _float64():
         yield
 
 
-def start(moments=MOMENTS, spin=SPIN, books=()):
-    return rotor([1.0, 0.0, 0.0, 0.0], moments * spin, books)
+def start(moments=MOMENTS, spin=SPIN, sums=()):
+    return rotor([1.0, 0.0, 0.0, 0.0], moments * spin, sums)
 
 
 def run(end, steps, order, moments=MOMENTS, spin=SPIN):
@@ -69,15 +69,15 @@ def test_a_needle_keeps_the_digits_of_its_own_spin():
     assert np.asarray(state.momentum_in_body) / moments == pytest.approx(exact, rel=1e-11)
 
 
-def test_the_order_holds_with_torques_and_books():
+def test_the_order_holds_with_torques_and_sums():
     # A torque of fixed direction in space, and energy gained from it.
     rates, torque = turning_rates(MOMENTS), np.array([0.3, -0.1, 0.2])
-    runs = [advance(start(books=[0.0]), rates, 0.0, 8.0, n, 6, torque, pushed) for n in (40, 80, 640)]
+    runs = [advance(start(sums=[0.0]), rates, 0.0, 8.0, n, 6, torque, pushed) for n in (40, 80, 640)]
     errors = [np.abs(np.asarray(r.momentum_in_body - runs[-1].momentum_in_body)).max() for r in runs[:-1]]
     assert 45 < errors[0] / errors[1] < 100
     assert np.asarray(runs[0].angular_momentum.value) == pytest.approx(MOMENTS * SPIN + 8.0 * torque, abs=1e-14)
     gained = energy(runs[-1]) - energy(start())
-    assert float(runs[-1].books.value[0]) == pytest.approx(gained, abs=1e-12)
+    assert float(runs[-1].sums.value[0]) == pytest.approx(gained, abs=1e-12)
 
 
 def pushed(torque, time, state, interval):
@@ -91,10 +91,10 @@ def pushed(torque, time, state, interval):
 def test_with_a_prescribed_size_time_runs_at_another_rate():
     # I = I_0 exp(t): the motion at t is that of constant size at 1 - exp(-t).
     opening = energy(start())
-    state = advance(start(books=[opening, 0.0]), turning_rates(MOMENTS), 0.0, 2.0, 40, 8, jnp.array(1.0), size=growing)
+    state = advance(start(sums=[opening, 0.0]), turning_rates(MOMENTS), 0.0, 2.0, 40, 8, jnp.array(1.0), size=growing)
     exact = free_top.angular_velocity(free_top.free_top(MOMENTS, SPIN), np.array([1.0 - np.exp(-2.0)]))[0]
     assert np.asarray(state.momentum_in_body) == pytest.approx(MOMENTS * exact, abs=1e-13)
-    assert float(state.books.value[1]) == pytest.approx(opening * (np.exp(-2.0) - 1.0), abs=1e-14)
+    assert float(state.sums.value[1]) == pytest.approx(opening * (np.exp(-2.0) - 1.0), abs=1e-14)
 
 
 def growing(rate, time):

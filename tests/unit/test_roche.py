@@ -18,7 +18,7 @@ def test_limits(entry):
     body, value = roche.limit(entry["inputs"]["p=M/Mprime"]), entry["value"]
     assert body.tide == pytest.approx(float(value["mu_over_piGrho"]), rel=1e-12)
     assert body.omega2 == pytest.approx(float(value["Omega2_piGrho"]), rel=1e-12)
-    assert body.b_over_a == pytest.approx(float(value["b_over_a"]), abs=5.1e-11)  # ten decimals are told
+    assert body.b_over_a == pytest.approx(float(value["b_over_a"]), abs=5.1e-11)  # ten decimals are given
     assert body.c_over_a == pytest.approx(float(value["c_over_a"]), abs=5.1e-11)
     assert body.scaled_distance == pytest.approx(float(value["d_over_Rm_times_cbrt_mass_ratio"]), rel=2e-12)
 

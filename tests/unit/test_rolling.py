@@ -93,8 +93,8 @@ def test_the_stress_balances_the_disc():
 
 
 def test_the_script_of_the_race(tmp_path):
-    told = run_sim("rolling_race.py", "--incline", "30", "--output", tmp_path / "race.png")
-    places = [line.split("  ")[0:3] for line in told.splitlines()[1:8]]
+    printed = run_sim("rolling_race.py", "--incline", "30", "--output", tmp_path / "race.png")
+    places = [line.split("  ")[0:3] for line in printed.splitlines()[1:8]]
     assert [" ".join(place).split(None, 1)[1].strip() for place in places] == [
         "solid ball", "capsule", "solid cylinder", "thin ball", "thick tube", "hoop", "spool on its hub",
     ]  # fmt: skip

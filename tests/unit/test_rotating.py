@@ -101,9 +101,9 @@ def test_a_scene_turns_as_its_star_does():
     np.testing.assert_allclose(
         ready.state.entropy, star.star.max_pressure / star.star.max_density ** (5 / 3), rtol=1e-9
     )
-    told = metadata(scene)
-    assert told["reference_radius"] == 3.0
-    assert "equatorial" in told["reference_radius_convention"]
+    attributes = metadata(scene)
+    assert attributes["reference_radius"] == 3.0
+    assert "equatorial" in attributes["reference_radius_convention"]
     text = plan(scene).text()
     assert "rotating star of index 1.5" in text
     assert "v_constant, axis_ratio 0.7 (in equilibrium, about z)" in text
@@ -133,8 +133,8 @@ def test_a_pressure_deficit_and_the_hybrid_equation_start_from_the_star():
     assert fluid.pressure(np, densest, 0 * densest)[0] == pytest.approx(0.9 * star.star.max_pressure, rel=1e-12)
 
 
-def test_scenes_that_contradict_themselves_are_told():
-    for setting, told in (
+def test_scenes_that_contradict_themselves_are_reported():
+    for setting, message in (
         ("body.t_over_w=0.02", "exactly one of axis_ratio, t_over_w, rate and angular_momentum"),
         ("body.rotation.t_over_w=0.02", "turns as its own law"),
         ('body.law="j_constant"', "needs a scale"),
@@ -143,7 +143,7 @@ def test_scenes_that_contradict_themselves_are_told():
     ):
         with pytest.raises(SceneError) as caught:
             loads(SCENE, (setting,))
-        assert told in str(caught.value), setting
+        assert message in str(caught.value), setting
     scene = loads(SCENE, ("body.axis_ratio=0.5",))
     with pytest.raises(SceneError, match=r"^\[body\] no polytrope of index 1.5 .*mass shedding"):
         sphere(scene, code_units(scene))

@@ -69,7 +69,7 @@ def test_r_hat_of_independent_draws_and_of_drifting_ones():
     assert r_hat(np.ones((2, 4, 10))) == 1.0
 
 
-def test_what_cannot_be_sampled_is_told():
+def test_what_cannot_be_sampled_is_reported():
     with pytest.raises(SceneError, match="even number of walkers, 4"):
         sample(_gaussian, _spread, ["wide", "narrow"], walkers=3)
     with pytest.raises(NumericalError, match="posterior is zero"):

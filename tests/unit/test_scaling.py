@@ -173,7 +173,7 @@ def test_a_checkpoint_goes_on_bit_for_bit():
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         (STAR.replace("index", "axes = [1.0, 0.9, 0.8]\nindex") + TURNING + BOUND, "not symmetric about"),
         (STAR + TURNING.replace("rate = 0.1", "rate = 5.0") + GAS + BOUND, "too fast"),
@@ -182,8 +182,8 @@ def test_a_checkpoint_goes_on_bit_for_bit():
         (STAR + "[effects.pressure]\n", "or gravity that it holds up"),
     ],
 )
-def test_what_scaling_cannot_tell_is_refused(text, told):
-    with pytest.raises(SceneError, match=told):
+def test_what_scaling_cannot_tell_is_refused(text, message):
+    with pytest.raises(SceneError, match=message):
         evolution(text)
 
 

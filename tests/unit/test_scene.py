@@ -143,7 +143,7 @@ def test_a_refusal_of_an_override_names_it():
     assert refusal("body.mass=1 km").startswith("--set body.mass=1 km: [body] mass: ")
 
 
-def test_an_unknown_key_is_told_before_a_missing_one():
+def test_an_unknown_key_is_reported_before_a_missing_one():
     assert "did you mean 'radius'" in refusal(text=SCENE.replace("radius =", "radios ="))
 
 
@@ -242,11 +242,13 @@ def test_every_scene_of_sims_loads_and_can_be_planned(file):
 
 
 def test_plan_tells_what_is_listed_and_what_is_not():
-    told = plan(loads(SCENE))
-    assert {line.kind for line in told.effects if line.listed} == {"gravity", "pressure"}
-    assert {line.kind for line in told.effects} == {kind for kind, entry in CATALOGUE.items() if "sph" in entry.models}
-    assert dataclasses.asdict(told)["name"] == "test"
-    values = {line.name: line.value for lines in told.sections.values() for line in lines}
+    planned = plan(loads(SCENE))
+    assert {line.kind for line in planned.effects if line.listed} == {"gravity", "pressure"}
+    assert {line.kind for line in planned.effects} == {
+        kind for kind, entry in CATALOGUE.items() if "sph" in entry.models
+    }
+    assert dataclasses.asdict(planned)["name"] == "test"
+    values = {line.name: line.value for lines in planned.sections.values() for line in lines}
     density = 1.5 * SOLAR_MASS / (4.0 / 3.0 * math.pi * 1.5e6**3)
     fall = math.sqrt(3.0 * math.pi / (32.0 * GRAVITATIONAL_CONSTANT * density))
     assert float(values["free-fall time"].split()[0]) == pytest.approx(fall, rel=1e-5)

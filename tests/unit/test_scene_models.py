@@ -78,7 +78,7 @@ def test_companions_are_read_in_si_with_angles_in_radians():
 
 
 @pytest.mark.parametrize(
-    ("text", "change", "told"),
+    ("text", "change", "expected"),
     [
         (TOP, "body.moments=['1 kg m2', '2 kg m2', '3.1 kg m2']", "sum of the others"),
         (TOP, "body.moments=['0 kg m2', '0 kg m2', '0 kg m2']", "two at least are positive"),
@@ -100,16 +100,16 @@ def test_companions_are_read_in_si_with_angles_in_radians():
         ),
     ],
 )
-def test_what_a_model_cannot_use_is_refused_in_one_sentence(text, change, told):
-    if told is None:
+def test_what_a_model_cannot_use_is_refused_in_one_sentence(text, change, expected):
+    if expected is None:
         assert loads(text, [change]).model == "rigid"
         return
     message = refusal(text, change)
-    assert told in message and "\n" not in message
+    assert expected in message and "\n" not in message
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "expected"),
     [
         ('semi_major_axis = "1 au"', "", "one of semi_major_axis and period"),
         ('velocity = ["0 km/s", "1 km/s", "0 km/s"]', "", "both position and velocity"),
@@ -119,8 +119,8 @@ def test_what_a_model_cannot_use_is_refused_in_one_sentence(text, change, told):
         ('mean_anomaly = "30 deg"', "mean_anomaly = 30", "unit"),
     ],
 )
-def test_an_orbit_that_is_not_one_is_refused(old, new, told):
-    assert told in refusal(EARTH.replace(old, new))
+def test_an_orbit_that_is_not_one_is_refused(old, new, expected):
+    assert expected in refusal(EARTH.replace(old, new))
 
 
 def test_particles_are_asked_for_by_sph_alone():
@@ -130,8 +130,8 @@ def test_particles_are_asked_for_by_sph_alone():
 
 
 def test_the_plan_of_a_cheap_model_speaks_of_it_and_not_of_particles():
-    told = plan(loads(STAR, ["body.particles=500"]))
-    text = told.text()
+    planned = plan(loads(STAR, ["body.particles=500"]))
+    text = planned.text()
     assert "model: scaling" in text and "particles: 500" not in text and "wendland" not in text
-    assert [line.kind for line in told.effects if line.skipped] == ["viscosity"]
+    assert [line.kind for line in planned.effects if line.skipped] == ["viscosity"]
     assert "sun: " in plan(loads(EARTH)).text() and "ias15" in plan(loads(EARTH)).text()

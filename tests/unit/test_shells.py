@@ -77,8 +77,8 @@ def test_the_disc_of_a_cloud():
     exact = 2.0 * (1 - (1 - np.minimum(np.sqrt(radius / edge), 1)) ** 1.5)  # Mestel's, with j^2 = G M R
     np.testing.assert_allclose(cloud.disc_mass_inside(radius), exact, atol=1e-4)
     # Terebey, Shu & Cassen's: 0.5 solar masses, 1e-14 /s and 0.2 km/s give some tens of au.
-    told = isothermal_disc_radius(1e30, 1e-14, 200.0)
-    assert told == pytest.approx((6.6743e-11 * 1e30) ** 3 * 1e-28 / (16 * 200.0**8), rel=1e-12)
+    expected = isothermal_disc_radius(1e30, 1e-14, 200.0)
+    assert expected == pytest.approx((6.6743e-11 * 1e30) ** 3 * 1e-28 / (16 * 200.0**8), rel=1e-12)
 
 
 def test_a_table_of_a_stellar_model():

@@ -186,11 +186,11 @@ def test_companions_of_particles_go_with_their_effect():
 
 def test_the_plan_tells_reasons_and_keeps_them_for_the_dataset():
     scene = load_file(SCENES / "crab_in_a_century.toml")
-    told = plan(scene)
-    sizes = {line.kind: line.size for line in told.effects}
+    planned = plan(scene)
+    sizes = {line.kind: line.size for line in planned.effects}
     assert sizes["dipole_braking"].startswith("on: ") and sizes["constant_torque"].startswith("off: ")
-    assert scene.reasons["dipole_braking"] in told.text() and scene.reasons["constant_torque"] in told.text()
-    assert "relativity" in {line.name for line in told.sections["characteristic numbers"]}  # G M/(R c^2) = 0.17
+    assert scene.reasons["dipole_braking"] in planned.text() and scene.reasons["constant_torque"] in planned.text()
+    assert "relativity" in {line.name for line in planned.sections["characteristic numbers"]}  # G M/(R c^2) = 0.17
 
 
 def test_the_plan_points_out_what_is_negligible_and_warns_of_what_is_missing():

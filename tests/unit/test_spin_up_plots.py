@@ -26,10 +26,10 @@ def _heights(axes, x: float) -> list[float]:
 
 def test_period_against_radius_shows_every_case_and_its_end():
     figure = period_radius_figure(period_against_radius())
-    told = _texts(figure)
+    texts = _texts(figure)
     for case in cases():
-        assert case.name in told
-    assert "100 s to 29.7 ms" in told and "39.7 h to 9.9 h" in told
+        assert case.name in texts
+    assert "100 s to 29.7 ms" in texts and "39.7 h to 9.9 h" in texts
     crosses = [line for axes in figure.axes for line in axes.lines if line.get_marker() == "X"]
     assert len(crosses) == 1  # the cloud, which stops at its barrier
     assert float(crosses[0].get_xdata()[0]) == pytest.approx(4.23e9, rel=0.1)  # km

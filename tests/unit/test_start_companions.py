@@ -63,14 +63,14 @@ def test_orbits_come_out_of_an_archive(tmp_path):
     bodies.save_to_file(str(tmp_path / "orbits.bin"), interval=0.7)
     bodies.integrate(3.0)
     with jax.enable_x64(True):
-        told, found = evolution(SCENE + MOON), evolution(SCENE + '[orbits]\narchive = "orbits.bin"\n', str(tmp_path))
-        for body in (told, found):
+        stated, found = evolution(SCENE + MOON), evolution(SCENE + '[orbits]\narchive = "orbits.bin"\n', str(tmp_path))
+        for body in (stated, found):
             body.advance(2.0)
-        assert np.asarray(found.state.quaternion) == pytest.approx(np.asarray(told.state.quaternion), abs=1e-12)
+        assert np.asarray(found.state.quaternion) == pytest.approx(np.asarray(stated.state.quaternion), abs=1e-12)
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         (SCENE + "[orbits]\nback_reaction = true\n", "back_reaction needs companions"),
         (
@@ -85,6 +85,6 @@ def test_orbits_come_out_of_an_archive(tmp_path):
         (SCENE + MOON + '[orbits]\narchive = "none.bin"\n', "must not be given with it"),
     ],
 )
-def test_what_contradicts_is_refused_in_a_sentence(text, told):
-    with pytest.raises(SceneError, match=told):
+def test_what_contradicts_is_refused_in_a_sentence(text, message):
+    with pytest.raises(SceneError, match=message):
         evolution(text)

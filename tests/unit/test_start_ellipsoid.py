@@ -112,7 +112,7 @@ def test_every_fluid_can_be_asked_for():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("text", "settings", "told"),
+    ("text", "settings", "message"),
     [
         (uniform(), (), "exact"),
         (uniform(), INCOMPRESSIBLE, "exact"),
@@ -121,12 +121,12 @@ def test_every_fluid_can_be_asked_for():
         (SCENE, INCOMPRESSIBLE, "density is not uniform"),
     ],
 )
-def test_it_says_what_is_exact(text, settings, told):
-    assert told in body_of(*settings, text=text).approximation
+def test_it_says_what_is_exact(text, settings, message):
+    assert message in body_of(*settings, text=text).approximation
 
 
 @pytest.mark.parametrize(
-    ("settings", "told"),
+    ("settings", "message"),
     [
         (("body={kind='rotating_star', index=1.0, mass=1.0, radius=1.0, axis_ratio=0.8}",), "no stretched sphere"),
         ((*INCOMPRESSIBLE, "body.pressure_fraction=0.5"), "pressure_fraction is for a gas"),
@@ -140,10 +140,10 @@ def test_it_says_what_is_exact(text, settings, told):
         (("numerics.integrator='splitting'",), "splitting is for the model rigid"),
     ],
 )
-def test_what_an_ellipsoid_cannot_be_is_refused_in_one_sentence(settings, told):
+def test_what_an_ellipsoid_cannot_be_is_refused_in_one_sentence(settings, message):
     with pytest.raises(SceneError) as caught:
         body_of(*settings)
-    assert told in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_modes_are_those_of_the_stretched_body():

@@ -51,15 +51,15 @@ def test_a_pivot_takes_the_moments_to_the_fixed_point():
     found = made(BODY + "rotation = { rate = 1.0, axis = [1, 0, 0] }\n" + PIVOT)
     assert np.asarray(found.body.moments) == pytest.approx([1.5, 2.5, 3.5])
     with jax.enable_x64(True):
-        told = found.record(None)
-    assert told["centre_of_mass"] == pytest.approx([0.0, 0.0, 0.5])
-    assert told["momentum"] == pytest.approx([0.0, -1.0, 0.0])
-    assert told["inertia_tensor"] == pytest.approx(np.diag([3.0, 1.0, 2.5]), abs=1e-14)
-    assert told["potential_energy"] == pytest.approx(1.0)
+        record = found.record(None)
+    assert record["centre_of_mass"] == pytest.approx([0.0, 0.0, 0.5])
+    assert record["momentum"] == pytest.approx([0.0, -1.0, 0.0])
+    assert record["inertia_tensor"] == pytest.approx(np.diag([3.0, 1.0, 2.5]), abs=1e-14)
+    assert record["potential_energy"] == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         (BODY + "axes_at_start = [[0, 1, 0], [1, 0, 0], [0, 0, 1]]\n" + NONE, "right-handed"),
         (BODY + "change = { times = [0.5], factors = [2.0] }\n" + PIVOT, "prescribes the size"),
@@ -68,6 +68,6 @@ def test_a_pivot_takes_the_moments_to_the_fixed_point():
          "rotation = { angular_momentum = 1.0 }\n" + NONE, "rod's own axis"),
     ],
 )  # fmt: skip
-def test_what_a_rigid_body_cannot_do_is_refused(text, told):
-    with pytest.raises(SceneError, match=told):
+def test_what_a_rigid_body_cannot_do_is_refused(text, message):
+    with pytest.raises(SceneError, match=message):
         made(text)

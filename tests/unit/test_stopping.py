@@ -1,4 +1,4 @@
-"""What stops a run before its end: it is sealed, told how to go on, and goes on bit for bit."""
+"""What stops a run before its end: it is sealed, says how to go on, and goes on bit for bit."""
 
 import json
 import os
@@ -309,8 +309,8 @@ def test_the_command_line_says_how_to_go_on(tmp_path, whole, slow, capsys):
     folder = str(tmp_path / "run")
     settings = [part for setting in SETTINGS for part in ("--set", setting)]
     assert main(["run", str(TOP), *settings, "--output", folder, "--max-wall", "70"]) == 130
-    told = capsys.readouterr().err
-    assert told.endswith(f"go on with: astroinertia resume {folder}\n")
+    printed = capsys.readouterr().err
+    assert printed.endswith(f"go on with: astroinertia resume {folder}\n")
     lives = 1
     while (code := main(["resume", folder, "--max-wall", "1.5 min"])) == 130:
         lives += 1
@@ -330,16 +330,16 @@ def test_a_limit_is_in_seconds_or_has_a_unit():
 
 
 @pytest.mark.filterwarnings("default")
-def test_a_damaged_file_is_told_in_one_sentence_and_recovered_from(tmp_path, whole, capsys):
+def test_a_damaged_file_is_reported_in_one_sentence_and_recovered_from(tmp_path, whole, capsys):
     folder = tmp_path / "run"
     with pytest.raises(RunInterrupted):
         loop.run_scene(scene(), folder, lambda _: os.kill(os.getpid(), signal.SIGTERM))
     (checkpoint,) = folder.glob("checkpoint-*")
     checkpoint.write_bytes(checkpoint.read_bytes()[:-1])
     assert main(["resume", str(folder)]) == 0
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert f"{checkpoint.name} is damaged" in told
+    printed = capsys.readouterr().err
+    assert printed.count("\n") == 1
+    assert f"{checkpoint.name} is damaged" in printed
     assert same(astroinertia.open(folder), whole)
 
 

@@ -42,9 +42,9 @@ def made(text, overrides=()):
 def refusal(text, overrides=()):
     with pytest.raises(SceneError) as caught:
         made(text, overrides)
-    told = str(caught.value)
-    assert told.endswith(".") and "\n" not in told
-    return told
+    message = str(caught.value)
+    assert message.endswith(".") and "\n" not in message
+    return message
 
 
 def test_a_grid_has_every_combination_the_last_key_fastest():
@@ -153,7 +153,7 @@ def test_overrides_reach_members_and_the_sweep_itself():
         ('"body..mass" = ["1 Msun"]', "names joined by dots"),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_told_before_anything_is_run(text, words):
+def test_what_is_wrong_is_reported_before_anything_is_run(text, words):
     assert words in refusal(text)
 
 
@@ -207,5 +207,5 @@ def test_a_sweep_is_read_without_engines():
         "heavy = [name for name in ('jax', 'numba', 'distributed') if name in sys.modules]\n"
         "print(json.dumps([len(found.members), heavy]))"
     )
-    told = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=120)
-    assert json.loads(told.stdout) == [2, []]
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=120)
+    assert json.loads(done.stdout) == [2, []]

@@ -45,6 +45,6 @@ def test_dask_gives_the_same_lazily(chunk):
         ({"width": np.ones(10**4), "height": np.ones(10**4)}, "100000000 combinations"),
     ],
 )
-def test_sweeps_that_cannot_be_are_told(values, words):
+def test_sweeps_that_cannot_be_are_reported(values, words):
     with pytest.raises(SceneError, match=words):
         sweep(AREA, values)

@@ -66,10 +66,10 @@ def same(one, other):
 
 @pytest.fixture(scope="module")
 def grid(tmp_path_factory):
-    """A grid run one after another: its folder and what was told on the way."""
-    place, told = tmp_path_factory.mktemp("sweep") / "grid", []
-    ensemble.run_sweep(made(), place, told=told.append)
-    return place, told
+    """A grid run one after another: its folder and what was reported on the way."""
+    place, standings = tmp_path_factory.mktemp("sweep") / "grid", []
+    ensemble.run_sweep(made(), place, listener=standings.append)
+    return place, standings
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +83,7 @@ def cluster():
 
 
 def test_parameters_are_dimensions_and_members_are_runs_by_themselves(grid, tmp_path):
-    place, told = grid
+    place, standings = grid
     found = astroinertia.open(place)
     np.testing.assert_allclose(found["body_mass"], [SOLAR_MASS, 2 * SOLAR_MASS], rtol=1e-15)
     assert found["body_mass"].units == "kg" and found["body_rotation_period"].units == "s"
@@ -96,7 +96,7 @@ def test_parameters_are_dimensions_and_members_are_runs_by_themselves(grid, tmp_
     for name in alone.data_vars:
         if name not in OF_THE_CLOCK:
             np.testing.assert_array_equal(part[name].values, alone[name].values, err_msg=str(name))
-    assert [(each.done, each.failed, each.members) for each in told] == [(k, 0, 4) for k in range(5)]
+    assert [(each.done, each.failed, each.members) for each in standings] == [(k, 0, 4) for k in range(5)]
     assert set(found.to_dataframe().index.names) >= {"body_mass", "body_rotation_period", "time"}
 
 
@@ -118,7 +118,7 @@ def test_workers_give_the_same_to_the_bit_and_killed_ones_are_replaced(grid, clu
         if standing.done == 1:
             os.kill(first, signal.SIGKILL)
 
-    found = ensemble.run_sweep(made(), tmp_path / "sweep", cluster=cluster.scheduler_address, told=kill_at_second)
+    found = ensemble.run_sweep(made(), tmp_path / "sweep", cluster=cluster.scheduler_address, listener=kill_at_second)
     assert not found.failures and worker.pid != first
     same(astroinertia.open(tmp_path / "sweep"), astroinertia.open(grid[0]))
 
@@ -160,7 +160,7 @@ def test_workers_open_no_port_and_a_killed_one_loses_nothing(grid, tmp_path):
             assert not any(open_ports(number) for number in below)
             os.kill(seen[0], signal.SIGKILL)
 
-    found = ensemble.run_sweep(made(), tmp_path / "sweep", workers=2, told=look)
+    found = ensemble.run_sweep(made(), tmp_path / "sweep", workers=2, listener=look)
     assert len(seen) == 2 and not found.failures
     same(astroinertia.open(tmp_path / "sweep"), astroinertia.open(grid[0]))
     assert not set(seen) & set(processes_below(os.getpid()))
@@ -182,13 +182,13 @@ def test_a_member_whose_worker_is_killed_each_time_is_given_up_and_the_others_ar
                     os.kill(number, signal.SIGKILL)
                     return
 
-    found = ensemble.run_sweep(made(), tmp_path / "sweep", workers=2, told=kill)
+    found = ensemble.run_sweep(made(), tmp_path / "sweep", workers=2, listener=kill)
     ((number, failure),) = found.failures.items()
     assert "was ended from outside again and again" in failure.sentence and not failure.lasting
     assert folder.waiting(tmp_path / "sweep", 4) == [number]
 
 
-def test_a_failure_stays_with_its_member_and_is_told(tmp_path, monkeypatch):
+def test_a_failure_stays_with_its_member_and_is_reported(tmp_path, monkeypatch):
     carried_out, ran = running.run_scene, []
 
     def sometimes(scene, place, listener, deadline):
@@ -235,9 +235,9 @@ def test_an_interrupted_sweep_goes_on_where_it_was(grid, tmp_path, monkeypatch):
         astroinertia.open(tmp_path / "run")
     assert not (tmp_path / "run" / folder.SESSION).exists()
     before = folder.finished(tmp_path / "run", 0).stat().st_mtime_ns
-    told = []
-    ensemble.run_sweep(made(), tmp_path / "run", told=told.append)  # the same call goes on
-    assert [each.done for each in told] == [2, 3, 4]
+    standings = []
+    ensemble.run_sweep(made(), tmp_path / "run", listener=standings.append)  # the same call goes on
+    assert [each.done for each in standings] == [2, 3, 4]
     assert folder.finished(tmp_path / "run", 0).stat().st_mtime_ns == before
     same(astroinertia.open(tmp_path / "run"), astroinertia.open(grid[0]))
 
@@ -260,9 +260,9 @@ def test_a_sweep_is_stopped_in_time_with_its_member_sealed_and_goes_on(grid, tmp
     monkeypatch.chdir(tmp_path)
     (tmp_path / "core.toml").write_text(SCENE.replace("{sweep}", GRID).replace("0.0\n", "1000.0\n"))
     assert main(["run", "core.toml", "--workers", "1", "--max-wall", "1 min"]) == 130
-    told = capsys.readouterr().err
-    assert told.startswith("astroinertia: the run was stopped by its limit of wall time at 50.0% and is sealed in")
-    assert told.endswith("go on with: astroinertia resume runs/core\n") and slow.now <= 1060.0
+    printed = capsys.readouterr().err
+    assert printed.startswith("astroinertia: the run was stopped by its limit of wall time at 50.0% and is sealed in")
+    assert printed.endswith("go on with: astroinertia resume runs/core\n") and slow.now <= 1060.0
     place = tmp_path / "runs" / "core"
     assert folder.waiting(place, 4) == [2, 3] and not (place / member(3)).exists()
     with Archive.open(place / member(2)) as under_way:
@@ -417,13 +417,15 @@ def test_the_command_line_runs_plans_and_shows_sweeps(tmp_path, monkeypatch, cap
     monkeypatch.setenv("COLUMNS", "200")
     (tmp_path / "core.toml").write_text(SCENE.replace("{sweep}", '"body.exponent" = [0.5, 2.6]'))
     assert main(["plan", "core.toml"]) == 0
-    told = capsys.readouterr().out
-    assert "members" in told and "0.5, 2.6" in told and "time of all" in told and "one after another" in told
+    printed = capsys.readouterr().out
+    assert (
+        "members" in printed and "0.5, 2.6" in printed and "time of all" in printed and "one after another" in printed
+    )
     assert main(["run", "core.toml", "--workers", "1"]) == 1
-    told = capsys.readouterr().out
-    assert "one after another" in told
-    assert "2 of 2 members" in told and "core.nc" in told
-    assert "member-0001  body.exponent = 2.6  [body] has an infinite gravitational energy" in told
+    printed = capsys.readouterr().out
+    assert "one after another" in printed
+    assert "2 of 2 members" in printed and "core.nc" in printed
+    assert "member-0001  body.exponent = 2.6  [body] has an infinite gravitational energy" in printed
     assert main(["show", "runs/core"]) == 0
     shown = capsys.readouterr().out.splitlines()
     assert shown[1].split()[:2] == ["member", "body.exponent"] and shown[2].split()[:2] == ["member-0000", "0.5"]

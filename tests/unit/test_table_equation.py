@@ -1,4 +1,4 @@
-"""Equations of state from files: what is read, and what a file that cannot be one is told."""
+"""Equations of state from files: what is read, and how a file that cannot be one is refused."""
 
 import h5py
 import jax
@@ -75,8 +75,8 @@ BAD = {
 
 @pytest.mark.parametrize("name", BAD)
 def test_bad_tables_get_one_sentence(tmp_path, name):
-    columns, told = BAD[name]
-    with pytest.raises(SceneError, match=told) as caught:
+    columns, message = BAD[name]
+    with pytest.raises(SceneError, match=message) as caught:
         read_equation(write(tmp_path / "bad.csv", columns))
     assert "\n" not in str(caught.value)
 

@@ -102,7 +102,7 @@ def test_refusals():
         )
 
 
-def test_acausal_tables_are_told():
+def test_acausal_tables_are_reported():
     stiff = polytrope(1e4, 3.0)
     table = rows(stiff, 40, 1e-3, 3.0)
     equation = tabulated(table["pressure"], table["energy_density"])

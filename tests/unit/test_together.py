@@ -122,14 +122,14 @@ def test_overrides_reach_one_of_the_bodies_and_are_kept() -> None:
 
 
 def test_the_plan_and_the_file_tell_of_all_bodies() -> None:
-    told = plan(loads(PAIR)).text()
-    assert "bodies.0:" in told and "bodies.1:" in told and "separation: 5 (at time 0, on the way in)" in told
+    text = plan(loads(PAIR)).text()
+    assert "bodies.0:" in text and "bodies.1:" in text and "separation: 5 (at time 0, on the way in)" in text
     assert metadata(loads(PAIR))["body_particles"] == [40, 30]
     assert "[[bodies]]" in example_text()
 
 
 @pytest.mark.parametrize(
-    ("override", "told"),
+    ("override", "message"),
     [
         ("bodies.0.masss=1.0", r"\[bodies.0\] masss is not a known key; did you mean 'mass'"),
         ("bodies.1.rotation.rat=1.0", r"\[bodies.1.rotation\] rat is not a known key"),
@@ -145,8 +145,8 @@ def test_the_plan_and_the_file_tell_of_all_bodies() -> None:
         ('bodies.1.kind="polytrope"', r"\[bodies.1\] index is missing"),
     ],
 )
-def test_what_cannot_be_is_refused_in_a_sentence(override: str, told: str) -> None:
-    with pytest.raises(SceneError, match=told):
+def test_what_cannot_be_is_refused_in_a_sentence(override: str, message: str) -> None:
+    with pytest.raises(SceneError, match=message):
         loads(PAIR, [override])
 
 

@@ -77,7 +77,7 @@ def sources(found):
     return judged, {source.knob.name: source for source in judged.sources}
 
 
-def test_sources_of_error_are_told_apart_with_their_orders(formula, tmp_path):
+def test_sources_of_error_are_separated_with_their_orders(formula, tmp_path):
     judged, found = sources(study(tmp_path))
     assert "DOP853" in judged.reference.source
     particles, timestep = found["particles"], found["timestep_factor"]
@@ -112,12 +112,12 @@ def test_balanced_settings_are_cheaper_than_the_ladder_at_the_same_error(formula
         assert found.measured[setting].cpu_time < 0.6 * same.cpu_time
 
 
-def test_words_name_whose_error_it_is_and_the_price_of_a_digit(formula, tmp_path):
-    told = "\n".join(table.conclusions(study(tmp_path)))
-    assert "limited by the particles" in told
-    assert "(theory 2)" in told
-    assert "the next digit costs" in told
-    factor = float(told.split("the next digit costs ")[1].split(" times")[0])
+def test_words_name_whose_error_it_is_and_the_cost_of_a_digit(formula, tmp_path):
+    text = "\n".join(table.conclusions(study(tmp_path)))
+    assert "limited by the particles" in text
+    assert "(theory 2)" in text
+    assert "the next digit costs" in text
+    factor = float(text.split("the next digit costs ")[1].split(" times")[0])
     assert factor == pytest.approx(100.0, rel=0.25)
 
 
@@ -210,15 +210,15 @@ def test_what_there_is_not_gets_a_sentence(formula, tmp_path):
 def command(folder, *more):
     (folder / "scene.toml").write_text(SCENE)
     knobs = [part for name in KNOBS for part in ("--knob", name)]
-    told = ["--observable", "inertia_tensor z z", "--output", str(folder / "out")]
-    return main(["tradeoff", str(folder / "scene.toml"), *knobs, *told, *more])
+    options = ["--observable", "inertia_tensor z z", "--output", str(folder / "out")]
+    return main(["tradeoff", str(folder / "scene.toml"), *knobs, *options, *more])
 
 
 def test_the_command_prints_what_is_worth_its_cost_and_draws_it(formula, tmp_path, capsys):
     assert command(tmp_path) == 0
-    told = capsys.readouterr().out
-    assert "worth its cost" in told and "<- base" in told
-    assert "the next digit costs" in told
+    printed = capsys.readouterr().out
+    assert "worth its cost" in printed and "<- base" in printed
+    assert "the next digit costs" in printed
     assert (tmp_path / "out" / "tradeoff.png").stat().st_size > 10000
     assert (tmp_path / "out" / "tradeoff.nc").exists()
 

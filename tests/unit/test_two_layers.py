@@ -61,9 +61,9 @@ def test_what_cannot_be_is_nan_member_by_member():
     ],
 )
 def test_why_there_is_no_such_body(known, words):
-    told = impossible(MEAN, **known)
-    assert told is not None
-    assert re.search(words, told), told
+    reason = impossible(MEAN, **known)
+    assert reason is not None
+    assert re.search(words, reason), reason
     assert impossible(MEAN, moment_ratio=TRUE["moment_ratio"], core_density=7000.0) is None
 
 

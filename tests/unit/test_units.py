@@ -88,11 +88,11 @@ def test_any_text_is_a_finite_number_or_refused(text, dimension):
     try:
         value = quantity(text, dimension)
     except SceneError as error:
-        value, told = 0.0, str(error)
+        value, message = 0.0, str(error)
     else:
-        told = "."
+        message = "."
     assert math.isfinite(value)
-    assert told.endswith(".")
+    assert message.endswith(".")
 
 
 @pytest.mark.parametrize("name", sorted(EXAMPLES))

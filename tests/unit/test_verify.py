@@ -63,25 +63,25 @@ def test_a_wrong_number_fails_the_command_and_is_named(monkeypatch, capsys):
     wrong = maclaurin.from_eccentricity(0.8127)
     monkeypatch.setattr(maclaurin, "bifurcation", lambda: wrong)
     assert main(["verify", "--only", "ellipsoids"]) == 1
-    told = capsys.readouterr().out
-    differing = [line for line in told.splitlines() if line.rstrip().endswith("differs")]
+    printed = capsys.readouterr().out
+    differing = [line for line in printed.splitlines() if line.rstrip().endswith("differs")]
     assert len(differing) == 2  # T/|W| is printed to too few digits to tell
     assert "branch off" in differing[0] and "0.8127" in differing[0]
-    assert told.splitlines()[-1].startswith("15 of 17 agree")
+    assert printed.splitlines()[-1].startswith("15 of 17 agree")
 
 
-def test_what_cannot_be_computed_is_told_and_stops_nothing_else(monkeypatch, capsys):
+def test_what_cannot_be_computed_is_reported_and_stops_nothing_else(monkeypatch, capsys):
     def broken():
         raise ValueError("a root was lost")
 
     monkeypatch.setattr(maclaurin, "bifurcation", broken)
     assert main(["verify", "--only", "ellipsoids", "--json"]) == 1
-    told = json.loads(capsys.readouterr().out)
-    lost = [row for row in told["comparisons"] if row["verdict"] == "not computed"]
+    content = json.loads(capsys.readouterr().out)
+    lost = [row for row in content["comparisons"] if row["verdict"] == "not computed"]
     assert len(lost) == 8  # all that maclaurin_points would have found
     assert all(row["problem"] == "ValueError: a root was lost" and row["here"] is None for row in lost)
-    assert not told["agree"]
-    assert len(told["comparisons"]) == 17
+    assert not content["agree"]
+    assert len(content["comparisons"]) == 17
 
 
 def test_a_missing_part_is_a_verdict_not_a_traceback(monkeypatch):
@@ -104,9 +104,9 @@ def test_a_process_that_fails_is_a_verdict_not_a_traceback(monkeypatch):
 
 def test_json_tells_reasons_and_the_other_side(capsys):
     assert main(["verify", "--only", "constants", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["agree"] is True
-    rows = {row["key"]: row for row in told["comparisons"]}
+    content = json.loads(capsys.readouterr().out)
+    assert content["agree"] is True
+    rows = {row["key"]: row for row in content["comparisons"]}
     assert rows["earth_radius"]["here"] == 6378136.6
     assert rows["earth_radius"]["reference"] == 6378100.0
     assert rows["earth_radius"]["difference"] == pytest.approx(36.6 / 6378100)

@@ -35,7 +35,7 @@ def test_a_circular_binary_radiates_as_peters_and_mathews_say():
     times = np.linspace(0, turns * 2 * np.pi / RATE, 64 * turns + 1)
     found = waves(times, binary(times), GRAVITATIONAL_CONSTANT)
     power = 32 / 5 * GRAVITATIONAL_CONSTANT**4 / SPEED_OF_LIGHT**5 * MASS**4 * 2 * MASS / APART**5
-    # The slope of the spline is off by (2 Omega dt)^4/180 within, and dt^3 at the very ends, of which few are told.
+    # The slope of the spline is off by (2 Omega dt)^4/180 within, and dt^3 at the very ends, of which few are given.
     assert np.abs(found.luminosity[8:-8] / power - 1).max() < 1e-4
     assert found.energy[-1] == pytest.approx(power * times[-1], rel=3e-4)
     assert found.angular_momentum[-1, 2] == pytest.approx(found.energy[-1] / RATE, rel=3e-4)

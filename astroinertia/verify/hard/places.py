@@ -135,7 +135,7 @@ PLACES: tuple[Case, ...] = (
     ),
     Case(
         "three equal moments throughout",
-        KEPT + "; the axes are told to be undefined",
+        KEPT + "; the axes are reported as undefined",
         lambda: cloud(lattice()),
         bars={"gap": 1e-10},
         finding=lambda body, before, after: {"gap": _gap(after)},

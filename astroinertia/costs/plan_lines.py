@@ -1,0 +1,72 @@
+"""The costs in a plan: lines with a name, a value and why."""
+
+from collections.abc import Sequence
+
+from astroinertia.costs.machine import SHIPPED_MACHINE
+from astroinertia.costs.piloted import PILOT
+from astroinertia.costs.prediction import PREPARATION, Prediction
+from astroinertia.scene.plan import Line
+from astroinertia.scene.schema import Scene
+
+STEP = "steps: "
+LONG = 20.0  # seconds, from which on a pilot pays
+SMALL = 0.005  # share of the run time that is not worth a word
+
+
+def lines(scene: Scene, found: Prediction | None) -> tuple[Line, ...]:
+    """The section of a plan."""
+    if found is None:
+        return (Line("wall time", "not known", _unknown(scene)),)
+    machine = (
+        "of this machine, calibrated"
+        if found.calibrated
+        else f"of {SHIPPED_MACHINE}; astroinertia calibrate measures this one"
+    )
+    estimated = not found.steps_by.startswith(PILOT) and scene.model == "sph"
+    by = f"{found.steps_by}; --pilot counts them" if estimated and found.wall_time > LONG else found.steps_by
+    section = [Line("wall time", seconds(found.wall_time), machine)]
+    if found.steps:
+        section.append(Line("steps", f"about {found.steps:.3g}", by))
+    whole = max(found.wall_time, 1e-300)
+    for name, part in found.parts.items():
+        if name in PREPARATION:
+            section.append(Line(name, seconds(part.wall), f"{part.wall / whole:.0%} of the time"))
+    shares = {name: part.wall / whole for name, part in found.parts.items() if name not in PREPARATION}
+    spent = [f"{name.removeprefix(STEP)} {share:.0%}" for name, share in shares.items() if share >= SMALL]
+    if spent:
+        section.append(Line("the rest", ", ".join(spent), "of the time"))
+    section.append(Line("memory", size(found.memory), "of the process, at most"))
+    section.append(Line("files", size(found.files), "in the run's folder"))
+    return tuple(section)
+
+
+def of_error_bars(runs: Sequence[tuple[str, Prediction | None]]) -> Line:
+    """The line of a plan on companion runs, by their names; what the start of the process takes is the run's."""
+    why = f"of companion runs for error bars: {', '.join(name for name, _ in runs)}"
+    if any(found is None for _, found in runs):
+        return Line("error bars", "wall time not known", why)
+    taken = sum(found.wall_time - found.parts["start-up"].wall for _, found in runs if found is not None)
+    return Line("error bars", f"{seconds(taken)} more", why)
+
+
+def _unknown(scene: Scene) -> str:
+    if scene.numerics.engine != "numba_cpu":
+        return f"the engine {scene.numerics.engine} is not calibrated"
+    if scene.particles is None:
+        return "the number of particles is that of a table"
+    return "nothing is known of its flow; --pilot counts its steps"
+
+
+def seconds(value: float) -> str:
+    """A duration in words."""
+    if value < 120.0:
+        return f"{value:.2g} s"
+    return f"{value / 60.0:.2g} min" if value < 7200.0 else f"{value / 3600.0:.2g} h"
+
+
+def size(value: float) -> str:
+    """A number of bytes in words."""
+    for unit, scale in (("GB", 1e9), ("MB", 1e6)):
+        if value >= scale:
+            return f"{value / scale:.2g} {unit}"
+    return f"{value / 1e3:.2g} kB"
