@@ -46,7 +46,8 @@ def files() -> list[Path]:
         path for top, names in FILES.items() for name in names for path in (ROOT / top).rglob(name) if path.is_file()
     ]
     found += [ROOT / name for name in ("Makefile", "README.md", "pyproject.toml", "CHANGELOG.md")]
-    return sorted(path for path in found if path != Path(__file__) and "__pycache__" not in path.parts)
+    read = [path for path in found if path.is_file() and path != Path(__file__)]
+    return sorted(path for path in read if "__pycache__" not in path.parts)
 
 
 def test_words_of_the_field_are_used() -> None:
