@@ -25,7 +25,8 @@ _AHEAD = 4.0  # times as far as is asked for, orbits are followed
 class DenseOrbits:
     """Particles of a simulation relative to particle 0; its time is the time 0 here, and runs forwards.
 
-    They attract each other as point masses. The simulation itself stays as it is.
+    They attract each other as point masses, and IAS15 follows them, whatever the simulation's own integrator is. The
+    simulation itself stays as it is.
 
     >>> bodies = rebound.Simulation()
     >>> bodies.add(m=1.0)
@@ -37,7 +38,9 @@ class DenseOrbits:
 
     def __init__(self, bodies: rebound.Simulation) -> None:
         self._bodies = bodies.copy()
-        integrator = self._bodies.integrator
+        if str(bodies.integrator) != "ias15":
+            self._bodies.integrator = "ias15"
+        integrator: Any = self._bodies.integrator
         integrator.epsilon = min(integrator.epsilon, EPSILON)
         self._strength = np.empty(bodies.N)
         bodies.serialize_particle_data(m=self._strength)

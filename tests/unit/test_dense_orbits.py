@@ -52,3 +52,13 @@ def test_time_begins_again_where_what_is_before_is_left():
         np.testing.assert_allclose(place, at_once[number : number + 2], rtol=0, atol=1e-12)
         left.leave(0.1)
     assert len(left._begin) < len(whole._begin)
+
+
+@pytest.mark.parametrize("integrator", ["mercurius", "leapfrog", "bs"])
+def test_a_simulation_of_any_integrator_is_followed(integrator):
+    begun, times = bodies(0.3), np.linspace(0.0, 1.0, 11)
+    known, _ = DenseOrbits(begun).at(times)
+    begun.integrator = integrator
+    place, _ = DenseOrbits(begun).at(times)
+    np.testing.assert_allclose(place, known, rtol=0, atol=1e-13)
+    assert str(begun.integrator) == integrator
