@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.models import sph
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.state import Problem
 from astroinertia.sph.eos import Ideal
 from tests.pairs import BruteEngine
 
@@ -25,8 +26,8 @@ def state_of(
     velocity: np.ndarray,
     entropy: float | np.ndarray = 0.5,
     engine: Any = None,
-) -> tuple[sph.Problem, Any, Any]:
-    problem = sph.Problem(
+) -> tuple[Problem, Any, Any]:
+    problem = Problem(
         effects=listed,
         equation_of_state=Ideal(5 / 3),
         eta=1.2,
@@ -39,5 +40,5 @@ def state_of(
         smoothing_tolerance=1e-13,
     )
     mass = np.full(len(position), 1.0 / len(position))
-    state, arrangement = sph.initial_state(problem, mass, position, velocity, np.zeros(len(position)) + entropy)
+    state, arrangement = initial_state(problem, mass, position, velocity, np.zeros(len(position)) + entropy)
     return problem, state, arrangement

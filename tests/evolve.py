@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from astroinertia.build.assemble import prepare
-from astroinertia.integrate.leapfrog import State
-from astroinertia.models import sph
-from astroinertia.models.particles import Particles
-from astroinertia.models.series import series_record
+from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.record import series_record
+from astroinertia.models.sph.sorting import rearranged
+from astroinertia.models.sph.state import State
+from astroinertia.models.sph.step import step
 from astroinertia.scene import load
 
 
@@ -45,9 +46,9 @@ def evolve(
     for target in times:
         while float(state.time) < target * (1 - 1e-14):
             if int(state.step) % sort_every == 0:
-                state, arrangement = sph.rearranged(problem, state)
+                state, arrangement = rearranged(problem, state)
             dt = min(float(state.rates.timestep), target - float(state.time))
-            state = sph.step(problem, arrangement, state, np.float64(dt))
+            state = step(problem, arrangement, state, np.float64(dt))
             if watch is not None:
                 watch(state)
         records.append(series_record(problem, arrangement, state, opening))

@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from astroinertia.models import sph
-from astroinertia.models.sph import Problem
+from astroinertia.models.sph.evaluate import internal_energy, potential_energies
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.sorting import rearranged
+from astroinertia.models.sph.state import Problem
+from astroinertia.models.sph.step import step
 from astroinertia.studies.relax import polytrope_problem
 
 REFERENCE = Path(__file__).parent / "reference"
@@ -59,7 +62,7 @@ def ring(
     x = x - mass @ x
     velocity = amplitude * (radial * x + quadrupole * x * [-0.5, -0.5, 1.0])
     problem = replace(polytrope_problem(index, len(mass), body.kernel, precision), courant=courant)
-    state, arrangement = sph.initial_state(problem, mass, x, velocity, body.entropy.values)
+    state, arrangement = initial_state(problem, mass, x, velocity, body.entropy.values)
     energy = [_energy(problem, state)]
     times, traces, quadrupoles = [], [], []
     while True:
@@ -71,8 +74,8 @@ def ring(
         if times[-1] >= end:
             break
         if int(state.step) % 16 == 0:
-            state, arrangement = sph.rearranged(problem, state)
-        state = sph.step(problem, arrangement, state, state.rates.timestep)
+            state, arrangement = rearranged(problem, state)
+        state = step(problem, arrangement, state, state.rates.timestep)
     energy.append(_energy(problem, state))
     return {
         "time": np.array(times),
@@ -84,7 +87,7 @@ def ring(
 
 def _energy(problem: Problem, state: Any) -> float:
     kinetic = 0.5 * float(state.mass @ (state.velocity**2).sum(axis=1))
-    return kinetic + float(sph.potential_energies(problem, state)["gravity"] + sph.internal_energy(problem, state))
+    return kinetic + float(potential_energies(problem, state)["gravity"] + internal_energy(problem, state))
 
 
 def fitted_frequency(time: np.ndarray, signal: np.ndarray, guess: float) -> tuple[float, float, float]:

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.models import sph
+from astroinertia.models.sph.evaluate import evaluated, internal_energy, potential_energies
+from astroinertia.models.sph.sorting import rearranged
 
 SMALL = 1e-4  # smoothing lengths that particles are displaced by
 TOLERANCE = 1e-12  # of smoothing lengths: what a scene leaves in them jumps, and these are differences
@@ -37,12 +38,12 @@ def slopes(problem: Any, state: Any) -> dict[str, float]:
 def _evaluated(problem: Any, state: Any) -> Any:
     """The state with forces at its own places and entropies: within a step these are ahead of each other."""
     still = replace(state, rates=replace(state.rates, timestep=np.float64(0.0)))
-    moved, arrangement = sph.rearranged(problem, still)
-    return sph.evaluated(problem, arrangement, moved, np.float64(0.0))
+    moved, arrangement = rearranged(problem, still)
+    return evaluated(problem, arrangement, moved, np.float64(0.0))
 
 
 def _energies(problem: Any, state: Any) -> dict[str, float]:
-    found = {kind: float(energy) for kind, energy in sph.potential_energies(problem, state).items()}
+    found = {kind: float(energy) for kind, energy in potential_energies(problem, state).items()}
     if "pressure" in problem.effect_names:
-        found["pressure"] = float(sph.internal_energy(problem, state))
+        found["pressure"] = float(internal_energy(problem, state))
     return found

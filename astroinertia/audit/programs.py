@@ -24,14 +24,15 @@ def traced(scene: Scene, evolution: Any) -> Any:
 
 
 def _particles(evolution: Any) -> Any:
-    from astroinertia.models import sph
+    from astroinertia.models.sph.sorting import arranged
+    from astroinertia.models.sph.step import step
 
     problem, state = evolution.problem, jax.tree.map(jnp.asarray, evolution.state)
     engine = engine_of("xla", "float64", KERNELS[problem.kernel])
     problem = replace(problem, engine=engine)
     pairs = engine.arrange(state.position, state.smoothing_length)[1]
-    arrangement = sph.arranged(problem, pairs, state)
-    return jax.jit(sph.step).trace(problem, arrangement, state, jnp.asarray(1e-3))
+    arrangement = arranged(problem, pairs, state)
+    return jax.jit(step).trace(problem, arrangement, state, jnp.asarray(1e-3))
 
 
 def _ellipsoid(evolution: Any) -> Any:

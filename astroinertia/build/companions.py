@@ -100,7 +100,6 @@ def _live(scene: Scene, units: CodeUnits, mass: float, softening: float, xp: Any
         mass=xp.asarray(masses[1:]),
         position=xp.asarray(place - middle),
         velocity=xp.asarray(velocity - drift),
-        acceleration=xp.zeros(place.shape),
         softening=xp.asarray(softening),
     )
     return points, -middle, -drift

@@ -13,8 +13,8 @@ from astroinertia.build.fluids import entropies
 from astroinertia.build.spheres import Sphere, Star, stretch
 from astroinertia.engines import numba_cpu
 from astroinertia.errors import SceneError
-from astroinertia.models import relaxation
-from astroinertia.models.sph import Problem
+from astroinertia.models.sph import relaxation
+from astroinertia.models.sph.state import Problem
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import eos
 from astroinertia.sph.initial import azimuthal_mode, place, turned

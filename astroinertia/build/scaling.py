@@ -31,7 +31,7 @@ from astroinertia.models.scaling import (
     Shells,
     turning_body,
 )
-from astroinertia.models.series import RADIUS_BINS
+from astroinertia.models.sph.record import RADIUS_BINS
 from astroinertia.rotation.shells import mass_quadrature
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles

@@ -41,7 +41,7 @@ def beside(scene: Scene, problem: Any, mass: np.ndarray) -> dict[str, Any]:
 
 def between(problem: Any) -> Any:
     """What is done between steps; None without sinks."""
-    return None if _effect(problem) is None else importlib.import_module("astroinertia.models.accretion").step
+    return None if _effect(problem) is None else importlib.import_module("astroinertia.models.sph.accretion").step
 
 
 def at_first(arrays: Mapping[str, np.ndarray], count: int) -> int:

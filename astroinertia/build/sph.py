@@ -15,10 +15,11 @@ from astroinertia.build.fluids import equation_of_state
 from astroinertia.build.placing import Particles as Body, particles
 from astroinertia.build.spheres import Sphere, Star, sphere
 from astroinertia.errors import SceneError
-from astroinertia.integrate.leapfrog import State, member_key
 from astroinertia.models import checkpoint
-from astroinertia.models.particles import Particles
-from astroinertia.models.sph import Problem, arranged, initial_state
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.sorting import arranged
+from astroinertia.models.sph.state import Problem, State, member_key
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS, Kernel
@@ -170,14 +171,14 @@ def base_step_of(scene: Scene) -> Any:
     # Global steps import nothing of individual ones.
     if scene.numerics.timesteps == "global":
         return None
-    return importlib.import_module("astroinertia.models.individual").step
+    return importlib.import_module("astroinertia.models.sph.block_step").step
 
 
 def _regions(scene: Scene, units: CodeUnits, problem: Problem) -> Any:
     # Scenes without regions import nothing of them.
     if not scene.regions:
         return None
-    module = importlib.import_module("astroinertia.models.regions")
+    module = importlib.import_module("astroinertia.models.sph.regions")
     made = []
     for name, asked in scene.regions.items():
         options = asked.model_dump()

@@ -11,7 +11,7 @@ from astroinertia.build.assemble import outputs_of, prepare
 from astroinertia.costs import experience
 from astroinertia.costs.piloted import PARTICLES, Pilot, kept, key, with_particles
 from astroinertia.errors import AstroinertiaError
-from astroinertia.models import sph
+from astroinertia.models.sph.limits import timestep_limits
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.storage import cache
@@ -57,7 +57,7 @@ def _followed(scene: Scene, listener: Any, longest: float) -> Pilot | None:
     rows, evaluated, begun = [], [], clock.process_time()
     criteria: tuple[str, ...] = ()
     while body.time < end * (1.0 - 1e-14) and (len(rows) < FIRST or clock.process_time() - begun < longest):
-        limits = sph.timestep_limits(body.problem, body.state.rates)
+        limits = timestep_limits(body.problem, body.state.rates)
         criteria, before = tuple(limits), body.time
         begun = clock.process_time() if len(rows) < FIRST else begun
         body.advance(end)

@@ -23,7 +23,7 @@ from astroinertia import dataset
 from astroinertia.build.assemble import metadata, model_description, prepare
 from astroinertia.costs.machine import PRECISIONS, Seconds, less, peak_memory, total
 from astroinertia.costs.probe_scenes import CLOUD, COMPANION, ELLIPSOID, RIGID, SCALING
-from astroinertia.models import sph
+from astroinertia.models.sph.evaluate import pair_fields
 from astroinertia.scene import load
 from astroinertia.sph import initial, profiles
 from astroinertia.storage.archive import Archive
@@ -106,7 +106,7 @@ def _direct(body: Any) -> Seconds:
     """The attraction of all pairs by direct sums."""
     problem, fluid = body.problem, body.state.rates.fluid
     terms = replace(problem.effects[0], method="direct").all_pair_terms
-    fields = sph.pair_fields(problem, fluid)
+    fields = pair_fields(problem, fluid)
     times = []
     for _ in range(4):
         begin = now()

@@ -203,7 +203,7 @@ class Effect:
         return None
 
     def arranged(self, engine: Any, arrangement: Any, state: Any) -> Any | None:
-        """What own_sums needs to know of particles that were just sorted (integrate.leapfrog.State), if anything."""
+        """What own_sums needs to know of particles that were just sorted (models.sph.state.State), if anything."""
         return None
 
     def own_sums(

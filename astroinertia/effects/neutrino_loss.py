@@ -3,10 +3,10 @@
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
+from astroinertia.effects.cooling import changing_time
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
-from astroinertia.integrate.exchange import changing_time
 
 TEMPERATURE_POWER = 6.0  # of the rate at which free nucleons capture electrons and positrons
 

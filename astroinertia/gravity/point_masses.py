@@ -19,18 +19,13 @@ NEVER = 1e-60  # the square of a rate, in code units, that limits nothing
 class PointMasses:
     """Point masses that move with a fluid by the same kicks and drifts: mass (n,), and (n, 3) in an inertial frame.
 
-    acceleration is that by the fluid and by each other at the present places; softening is their own.
+    softening is their own.
     """
 
     mass: Array
     position: Array
     velocity: Array
-    acceleration: Array
     softening: Array
-
-    def kicked(self, dt: Array) -> "PointMasses":
-        """With velocities dt later."""
-        return replace(self, velocity=self.velocity + dt * self.acceleration)
 
     def drifted(self, dt: Array, time: Array) -> "PointMasses":
         """Where they are dt later, at `time`."""

@@ -34,7 +34,6 @@ def no_sinks(softening: float, particles: int) -> Sinks:
         mass=np.zeros(0),
         position=nothing,
         velocity=nothing,
-        acceleration=nothing,
         softening=np.float64(softening),
         spin=nothing,
         removed=Removed(np.float64(0.0), np.zeros(3), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))),

@@ -9,7 +9,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from astroinertia.integrate.leapfrog import State
+from astroinertia.models.sph.state import State
 
 LARGEST = 1e100  # no number of a state is larger: its square and its cube are still numbers
 SIZE = (0.0, LARGEST)  # of what is not negative

@@ -25,10 +25,6 @@ class OnOrbits:
     velocity: Array
     inertial: bool = field(metadata={"static": True})
 
-    def kicked(self, dt: Array) -> "OnOrbits":
-        """As they are: the fluid does nothing to them."""
-        return self
-
     def drifted(self, dt: Array, time: Array) -> "OnOrbits":
         """Where they are at `time`."""
         position, velocity = self.orbits.position(time), self.orbits.velocity(time)

@@ -30,7 +30,7 @@ def first_limits(
 ) -> dict[str, float]:
     """The longest step by each criterion at the mean density of a body, where signals have the speed (G M/R)^(1/2).
 
-    What integrate.timestep and the effects ask of each particle, in the units of what is given. Denser places, shocks
+    What models.sph.limits and the effects ask of each particle, in the units of what is given. Denser places, shocks
     and faster signals make steps shorter: the progress line of a run says which, and where.
     """
     density = mass / (4.0 / 3.0 * math.pi * radius**3)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from astroinertia.engines.pytree import pytree
+from astroinertia.ledger.moments import Whole
 
 Array = Any
 
@@ -17,7 +18,8 @@ class Fluid:
     correction of Price & Monaghan (2007, MNRAS 374, 1347), None where nothing is softened. acceleration is the total of
     the evaluation before. internal_energy is specific, thermal_energy its part above the cold curve. gradients and sums
     hold {effect: {output: array}} of the passes made so far; memory holds what effects evolve for themselves; points
-    {effect: point masses} are beside the fluid (gravity.point_masses.PointMasses, rotation.on_orbits.OnOrbits).
+    {effect: point masses} are beside the fluid (gravity.point_masses.PointMasses, rotation.on_orbits.OnOrbits). body is
+    the whole body where these are some of its particles, None where they are all.
     """
 
     time: Array
@@ -39,6 +41,7 @@ class Fluid:
     gradients: dict[str, dict[str, Array]] = field(default_factory=dict)
     sums: dict[str, dict[str, Array]] = field(default_factory=dict)
     points: dict[str, Any] = field(default_factory=dict)
+    body: Whole | None = None
 
     @property
     def point_masses(self) -> list[Any]:
@@ -47,10 +50,10 @@ class Fluid:
 
     @property
     def centre(self) -> Array:
-        """Centre of mass, (3,)."""
-        return (self.mass @ self.position) / self.mass.sum()
+        """Centre of mass of the whole body, (3,)."""
+        return (self.mass @ self.position) / self.mass.sum() if self.body is None else self.body.centre
 
     @property
     def centre_velocity(self) -> Array:
         """Velocity of the centre of mass, (3,)."""
-        return (self.mass @ self.velocity) / self.mass.sum()
+        return (self.mass @ self.velocity) / self.mass.sum() if self.body is None else self.body.velocity

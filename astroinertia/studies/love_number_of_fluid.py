@@ -14,7 +14,7 @@ import xarray as xr
 
 from astroinertia.bodies.apsidal import love_number
 from astroinertia.effects import catalogue
-from astroinertia.models import relaxation
+from astroinertia.models.sph import relaxation
 from astroinertia.studies.relax import polytrope_problem, relaxed_polytrope
 
 _AT_REST = 5e-4  # net acceleration over gravity, in which the star alone is settled

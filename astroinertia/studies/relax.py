@@ -12,9 +12,10 @@ import xarray as xr
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.effects import catalogue
 from astroinertia.engines import numba_cpu
-from astroinertia.integrate.leapfrog import State
-from astroinertia.models import relaxation, sph
-from astroinertia.models.sph import Problem
+from astroinertia.models.sph import relaxation
+from astroinertia.models.sph.evaluate import potential_energies
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.state import Problem, State
 from astroinertia.sph import eos, profiles
 from astroinertia.sph.initial import place
 from astroinertia.sph.kernels import KERNELS
@@ -84,7 +85,7 @@ def relaxed_polytrope(
         rotation=rotation,
         **options,
     )
-    state, _ = sph.initial_state(problem, mass, relaxed.position, relaxed.velocity, entropy)
+    state, _ = initial_state(problem, mass, relaxed.position, relaxed.velocity, entropy)
     dataset = _dataset(problem, star, state)
     dataset.attrs |= {
         "title": f"polytrope of index {index:g}, relaxed",
@@ -105,7 +106,7 @@ def _dataset(problem: Problem, star: Polytrope, state: State) -> xr.Dataset:
     x = np.asarray(state.position) - mass @ state.position / mass.sum()
     squared = (x**2).sum(axis=1)
     inertia = mass @ squared * np.eye(3) - (mass[:, None] * x).T @ x
-    energy = float(sph.potential_energies(problem, state)["gravity"])
+    energy = float(potential_energies(problem, state)["gravity"])
     kinetic = 0.5 * float(mass @ (np.asarray(state.velocity) ** 2).sum(axis=1))
     particle = {
         "mass": state.mass,

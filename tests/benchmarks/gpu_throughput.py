@@ -22,8 +22,11 @@ from astroinertia.costs.machine import peak_memory
 from astroinertia.effects.catalogue import build
 from astroinertia.engines.xla import Engine
 from astroinertia.gravity.expansions_xla import multi_indices
-from astroinertia.models import sph
-from astroinertia.models.particles import STEPS_BETWEEN_SORTS
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.particles import STEPS_BETWEEN_SORTS
+from astroinertia.models.sph.sorting import rearranged
+from astroinertia.models.sph.state import Problem
+from astroinertia.models.sph.step import step as sph_step
 from astroinertia.sph.eos import Ideal
 from astroinertia.sph.kernels import KERNELS
 
@@ -40,10 +43,10 @@ def evrard(particles: int, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
     return np.full(particles, 1.0 / particles), direction * np.sqrt(random.uniform(size=particles))[:, None]
 
 
-def problem_of(precision: str, force_error: float) -> sph.Problem:
+def problem_of(precision: str, force_error: float) -> Problem:
     """What a step computes: the shipped defaults with gravity by multipoles."""
     options: dict[str, dict[str, Any]] = {"gravity": {"method": "multipole", "force_error": force_error}}
-    return sph.Problem(
+    return Problem(
         effects=tuple(build(kind, options.get(kind, {})) for kind in KINDS),
         equation_of_state=Ideal(5.0 / 3.0),
         eta=KERNELS[KERNEL].eta,
@@ -83,11 +86,11 @@ def measure(
     mass, position = evrard(particles)
     problem = problem_of(precision, force_error)
     before = held_bytes()
-    state, arrangement = sph.initial_state(
+    state, arrangement = initial_state(
         problem, mass, position, np.zeros_like(position), internal_energy=np.full(particles, 0.05)
     )
-    state, arrangement = sph.rearranged(problem, state)
-    step = jax.jit(sph.step)
+    state, arrangement = rearranged(problem, state)
+    step = jax.jit(sph_step)
 
     def advanced(state: Any) -> Any:
         return jax.block_until_ready(step(problem, arrangement, state, state.rates.timestep))
@@ -106,7 +109,7 @@ def measure(
     alone = clock() - begin
     peak = held_bytes()
     begin = clock()
-    jax.block_until_ready(sph.rearranged(problem, state))
+    jax.block_until_ready(rearranged(problem, state))
     sorting = clock() - begin
     return {
         "step": min(times),

@@ -23,9 +23,9 @@ from fair_times import machine, processor_clock, publish, rows_of
 
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.build.assemble import prepare
-from astroinertia.models import individual
-from astroinertia.models.individual import Taken
-from astroinertia.models.particles import Particles
+from astroinertia.models.sph import block_step
+from astroinertia.models.sph.block_step import Taken
+from astroinertia.models.sph.particles import Particles
 from astroinertia.scene import load
 from astroinertia.sph import profiles
 from astroinertia.sph.initial import place
@@ -127,7 +127,7 @@ def measured(
     steps: list[Taken] = []
 
     def base_step(*arguments: Any) -> Any:
-        found = individual.step(*arguments)
+        found = block_step.step(*arguments)
         steps.append(found[2])
         return found
 

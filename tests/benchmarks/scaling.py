@@ -22,8 +22,9 @@ from numba import config
 from astroinertia.engines import tree
 from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.gravity import multipole
-from astroinertia.models import sph
-from astroinertia.models.particles import STEPS_BETWEEN_SORTS
+from astroinertia.models.sph import particles as running
+from astroinertia.models.sph.particles import STEPS_BETWEEN_SORTS
+from astroinertia.models.sph.sorting import rearranged
 
 FITTED_FROM = 10_000  # below, what does not grow with N shows
 STEADY = 100_000  # particles up to which the share of a step's parts is looked at
@@ -86,7 +87,7 @@ def upkeep(particles: int, precision: str, rounds: int) -> float:
 
     least = 1.0
     with (
-        mock.patch.object(sph, "rearranged", timed(sph.rearranged)),
+        mock.patch.object(running, "rearranged", timed(rearranged)),
         mock.patch.object(tree, "fit", timed(tree.fit)),
         mock.patch.object(multipole, "share_out", moments_timed),
     ):

@@ -9,9 +9,11 @@ import pytest
 
 from astroinertia.build.assemble import prepare
 from astroinertia.effects import checks
-from astroinertia.integrate.leapfrog import State
-from astroinertia.models import sph
-from astroinertia.models.series import energy_budget, series_record, works_from_outside
+from astroinertia.models.sph.evaluate import effect_accelerations, potential_energies, virial_tensors
+from astroinertia.models.sph.record import energy_budget, series_record, works_from_outside
+from astroinertia.models.sph.sorting import rearranged, stale
+from astroinertia.models.sph.state import State
+from astroinertia.models.sph.step import step
 from astroinertia.scene import load
 from tests.evolve import prepared
 from tests.potentials import slopes
@@ -34,13 +36,13 @@ def run_steps(path: Path, steps: int, particles: int, engine: str) -> dict[str, 
     start = prepare(load.load_file(path, settings)).evolution
     problem, state, arrangement = start.problem, start.state, start.arrangement
     first = series_record(problem, arrangement, state, None)
-    advance = jax.jit(sph.step) if engine == "xla" else sph.step
+    advance = jax.jit(step) if engine == "xla" else step
     largest_momentum, largest_spin = 0.0, 0.0
     mismatch, failing = first["virial_mismatch"], own_checks(problem, arrangement, state)
     record = first
     for number in range(1, steps + 1):
-        if number % 16 == 1 or sph.stale(problem, arrangement, state):
-            state, arrangement = sph.rearranged(problem, state)
+        if number % 16 == 1 or stale(problem, arrangement, state):
+            state, arrangement = rearranged(problem, state)
         state = advance(problem, arrangement, state, state.rates.timestep)
         speed = np.linalg.norm(np.asarray(state.velocity), axis=1)
         largest_momentum = max(largest_momentum, float(np.asarray(state.mass) @ speed))
@@ -52,7 +54,7 @@ def run_steps(path: Path, steps: int, particles: int, engine: str) -> dict[str, 
             failing |= own_checks(problem, arrangement, state)
     names = list(problem.effect_names)
     outside = [effect.kind for effect in problem.effects if effect.external]
-    unseen = works_from_outside(problem, sph.potential_energies(problem, state))
+    unseen = works_from_outside(problem, potential_energies(problem, state))
     energy = abs(first["total_energy"])
     lost = (record["work"] + record["heating"])[unseen].sum()
     before, now = (each["kinetic_energy"] + np.nan_to_num(each["internal_energy"]) for each in (first, record))
@@ -81,7 +83,10 @@ def run_steps(path: Path, steps: int, particles: int, engine: str) -> dict[str, 
 def own_checks(problem: Any, arrangement: Any, state: Any) -> dict[str, Any]:
     """Which of each effect's own checks fail: its virial tensor by two routes, the symmetries of internal forces."""
     xp, fluid, rates = problem.engine.xp, state.rates.fluid, state.rates
-    accelerations, virials = sph.effect_accelerations(xp, rates), sph.virial_tensors(problem, arrangement, fluid)
+    accelerations, virials = (
+        effect_accelerations(xp, rates),
+        virial_tensors(problem, arrangement, fluid),
+    )
     found = checks.failing(
         checks.effect_checks(
             problem.effects, fluid.mass, fluid.position, fluid.velocity, accelerations, virials, rates.heating
@@ -178,9 +183,9 @@ def largest_energy_error(factor: float) -> float:
     problem, state, arrangement = start.problem, start.state, start.arrangement
     opening = energy_budget(problem, state)["total"]
     worst = 0.0
-    state, arrangement = sph.rearranged(problem, state)
+    state, arrangement = rearranged(problem, state)
     while float(state.time) < 1.0:
-        state: State = sph.step(problem, arrangement, state, state.rates.timestep)
+        state: State = step(problem, arrangement, state, state.rates.timestep)
         worst = max(worst, abs(energy_budget(problem, state)["total"] / opening - 1))
     return worst
 

@@ -17,7 +17,17 @@ from astroinertia.engines import numba_cpu, xla
 from astroinertia.gravity import direct
 from astroinertia.gravity.point_masses import PointMasses
 from astroinertia.gravity.sinks import no_sinks
-from astroinertia.models import sph
+from astroinertia.models.sph.evaluate import (
+    effect_accelerations,
+    evaluated,
+    internal_energy,
+    potential_energies,
+    virial_tensors,
+)
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.sorting import rearranged
+from astroinertia.models.sph.state import Problem
+from astroinertia.models.sph.step import step
 from astroinertia.sph.eos import Ideal
 from tests.pairs import PlainEngine
 
@@ -78,7 +88,7 @@ def particles() -> SimpleNamespace:
     )
 
 
-def beside(problem: sph.Problem) -> dict[str, Any]:
+def beside(problem: Problem) -> dict[str, Any]:
     """Two companions that move, a sink, and waves that were seen."""
     xp = problem.engine.xp
     place, mass = xp.asarray([[1.5, 0.3, -0.4], [-0.5, 2.0, 0.6]]), xp.asarray([0.7, 0.2])
@@ -88,14 +98,14 @@ def beside(problem: sph.Problem) -> dict[str, Any]:
     }.items()}  # fmt: skip
     one, none = xp.asarray(1.0), xp.zeros((3, 3))
     return {
-        "companions": PointMasses(mass, place, 0.1 * place[::-1], 0.0 * place, xp.asarray(0.1)),
+        "companions": PointMasses(mass, place, 0.1 * place[::-1], xp.asarray(0.1)),
         "sinks": replace(no_sinks(0.2, PARTICLES), **sink),
         "radiation_reaction": Waves(-one, one, none, none, one, 16.0 * one, 4.0 * one),
     }
 
 
-def problem_of(engine: Any, listed: tuple[Any, ...]) -> sph.Problem:
-    return sph.Problem(
+def problem_of(engine: Any, listed: tuple[Any, ...]) -> Problem:
+    return Problem(
         effects=listed,
         equation_of_state=Ideal(5 / 3),
         eta=1.2,
@@ -109,20 +119,20 @@ def problem_of(engine: Any, listed: tuple[Any, ...]) -> sph.Problem:
     )
 
 
-def at_first(engine: Any, listed: tuple[Any, ...]) -> tuple[sph.Problem, Any, Any]:
+def at_first(engine: Any, listed: tuple[Any, ...]) -> tuple[Problem, Any, Any]:
     """The problem, its state (after one small step, so that the viscosity has seen accelerations), its arrangement."""
     cloud, problem = particles(), problem_of(engine, listed)
-    state, arrangement = sph.initial_state(
+    state, arrangement = initial_state(
         problem, cloud.mass, cloud.position, cloud.velocity, cloud.entropy, None, beside(problem)
     )
-    return problem, sph.step(problem, arrangement, state, problem.engine.xp.asarray(1e-3)), arrangement
+    return problem, step(problem, arrangement, state, problem.engine.xp.asarray(1e-3)), arrangement
 
 
-def checked(problem: sph.Problem, state: Any, arrangement: Any, virials: Any = None, applied: Any = None) -> Any:
+def checked(problem: Problem, state: Any, arrangement: Any, virials: Any = None, applied: Any = None) -> Any:
     """Checks (a) and (b), with the recorded virial tensors and the applied accelerations as they are, or as given."""
     fluid, xp = state.rates.fluid, problem.engine.xp
-    accelerations = applied or sph.effect_accelerations(xp, state.rates)
-    virials = virials or sph.virial_tensors(problem, arrangement, fluid)
+    accelerations = applied or effect_accelerations(xp, state.rates)
+    virials = virials or virial_tensors(problem, arrangement, fluid)
     return checks.effect_checks(
         problem.effects, fluid.mass, fluid.position, fluid.velocity, accelerations, virials, state.rates.heating
     )
@@ -152,14 +162,14 @@ def exact_changes() -> dict[str, float]:
     with jax.enable_x64(True):
         # The plain engine makes the state: outside the one program that is wanted, xla compiles hundreds of small ones.
         plain, problem = problem_of(PlainEngine(), listed), problem_of(xla.Engine(), listed)
-        state, _ = sph.initial_state(
+        state, _ = initial_state(
             plain, cloud.mass, cloud.position, 0 * cloud.velocity, cloud.entropy, None, beside(plain)
         )
-        state, arrangement = sph.rearranged(problem, jax.tree.map(jnp.asarray, state))
+        state, arrangement = rearranged(problem, jax.tree.map(jnp.asarray, state))
 
         def energies(position: Any) -> dict[str, Any]:
-            moved = sph.evaluated(problem, arrangement, replace(state, position=position), jnp.zeros(()))
-            return {**sph.potential_energies(problem, moved), "pressure": sph.internal_energy(problem, moved)}
+            moved = evaluated(problem, arrangement, replace(state, position=position), jnp.zeros(()))
+            return {**potential_energies(problem, moved), "pressure": internal_energy(problem, moved)}
 
         displacement = jnp.asarray(cloud.displacement)[state.identity]
         return checks.potential_changes(energies, state.position, displacement)
@@ -167,7 +177,7 @@ def exact_changes() -> dict[str, float]:
 
 def potential_found(listed: tuple[Any, ...]) -> Any:
     cloud, problem = particles(), problem_of(PlainEngine(), listed)
-    state, _ = sph.initial_state(
+    state, _ = initial_state(
         problem, cloud.mass, cloud.position, 0 * cloud.velocity, cloud.entropy, None, beside(problem)
     )
     accelerations = [np.zeros((PARTICLES, 3)) if a is None else a for a in state.rates.acceleration]
@@ -185,7 +195,7 @@ def test_every_potential_differentiates_to_its_acceleration() -> None:
 @pytest.mark.parametrize("element", [(0, 0), (1, 2), (2, 1)])
 def test_a_bug_in_the_recorded_virial_tensor_is_named(kind: str, element: tuple[int, int]) -> None:
     problem, state, arrangement = at_first(PlainEngine(), effects())
-    virials = sph.virial_tensors(problem, arrangement, state.rates.fluid)
+    virials = virial_tensors(problem, arrangement, state.rates.fluid)
     broken = np.array(virials[kind])
     broken[element] += 1e-8 * np.linalg.norm(broken)
     assert set(checks.failing(checked(problem, state, arrangement, {**virials, kind: broken}))) == {kind}
@@ -195,7 +205,7 @@ def test_a_bug_in_the_recorded_virial_tensor_is_named(kind: str, element: tuple[
 @pytest.mark.parametrize("kind", [kind for kind in OPTIONS if kind not in WITHOUT_FORCE])
 def test_a_bug_in_the_applied_acceleration_is_named(kind: str) -> None:
     problem, state, arrangement = at_first(PlainEngine(), effects())
-    accelerations = list(sph.effect_accelerations(np, state.rates))
+    accelerations = list(effect_accelerations(np, state.rates))
     number = problem.effect_names.index(kind)
     broken = accelerations[number].copy()
     broken[17, 1] *= 1.0 + 1e-6

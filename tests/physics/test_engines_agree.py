@@ -11,7 +11,10 @@ import pytest
 
 from astroinertia.effects.catalogue import build
 from astroinertia.engines import numba_cpu, xla
-from astroinertia.models import sph
+from astroinertia.models.sph.evaluate import effect_accelerations, evaluated as evaluated_of_particles
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.sorting import rearranged
+from astroinertia.models.sph.state import Problem
 from astroinertia.sph.eos import Ideal
 from tests import pairs
 
@@ -52,7 +55,7 @@ def problem(engine, kinds):
         "damping": {"time_scale": 0.3},
         "tide": {"mass": 20.0, "position": (3.0, 0.0, 0.0), "softening": 0.1},
     }
-    return sph.Problem(
+    return Problem(
         effects=tuple(build(kind, options.get(kind, {})) for kind in kinds),
         equation_of_state=Ideal(5 / 3),
         eta=ETA,
@@ -74,12 +77,12 @@ def evaluated_twice(problem):
     """
     compiled = problem.engine.name == "xla"
     first = replace(problem, engine=numba_cpu.Engine(precision="float64")) if compiled else problem
-    state, arrangement = sph.initial_state(first, *particles())
+    state, arrangement = initial_state(first, *particles())
     if not compiled:
-        return sph.evaluated(problem, arrangement, state, problem.engine.xp.zeros(()))
+        return evaluated_of_particles(problem, arrangement, state, problem.engine.xp.zeros(()))
     state = jax.tree.map(jnp.asarray, replace(state, smoothing_length=1.1 * state.smoothing_length))
-    state, arrangement = sph.rearranged(problem, state)
-    return jax.jit(sph.evaluated)(problem, arrangement, state, jnp.zeros(()))
+    state, arrangement = rearranged(problem, state)
+    return jax.jit(evaluated_of_particles)(problem, arrangement, state, jnp.zeros(()))
 
 
 @cache
@@ -90,7 +93,7 @@ def evaluated(name, precision, kinds):
         state = evaluated_twice(problem(module.Engine(precision=precision), kinds))
         rates = jax.tree.map(np.asarray, state.rates)
         order = np.argsort(np.asarray(state.identity))
-        accelerations = sph.effect_accelerations(np, rates)
+        accelerations = effect_accelerations(np, rates)
         heating = [None if q is None else q[order] for q in rates.heating]
         fluid = {
             field: getattr(rates.fluid, field)[order]

@@ -9,7 +9,7 @@ import pytest
 
 from astroinertia.inertia import realise
 from astroinertia.inertia.tensor import inertia_tensor
-from astroinertia.models import sph
+from astroinertia.models.sph.step import advance
 from tests.evolve import prepared
 
 SCENE = """
@@ -41,7 +41,7 @@ def after_some_steps(start, gradient):
     xx, yy, zz, xy, xz, yz = gradient
     matrix = start.problem.engine.xp.asarray([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     state = replace(start.state, velocity=start.state.position @ matrix)
-    state = sph.advance(start.problem, start.arrangement, state, STEPS)
+    state = advance(start.problem, start.arrangement, state, STEPS)
     return inertia_tensor(state.mass, state.position)
 
 

@@ -14,7 +14,10 @@ import pytest
 from astroinertia.effects.catalogue import build
 from astroinertia.engines.xla import Engine
 from astroinertia.ledger.moments import open_ledger
-from astroinertia.models import sph
+from astroinertia.models.sph.evaluate import evaluated
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.state import Problem
+from astroinertia.models.sph.step import advance
 from astroinertia.sph.eos import Ideal
 
 COUNT, STEPS = 500, 50
@@ -35,7 +38,7 @@ def ball():
 
 def problem(gamma, kinds):
     options = {"viscosity": {"switch": "none", "limiter": "none"}}
-    return sph.Problem(
+    return Problem(
         effects=tuple(build(kind, options.get(kind, {})) for kind in kinds),
         equation_of_state=Ideal(gamma),
         eta=1.2,
@@ -56,7 +59,7 @@ def test_inertia_answers_to_rotation_and_gamma_as_central_differences_say(kinds)
     with jax.enable_x64(True):
         mass, position = ball()
         still = np.zeros_like(position)
-        opening, arrangement = sph.initial_state(problem(GAMMA, kinds), mass, position, still, np.full(COUNT, 0.2))
+        opening, arrangement = initial_state(problem(GAMMA, kinds), mass, position, still, np.full(COUNT, 0.2))
         opening = replace(opening, rates=replace(opening.rates, fluid=None))
 
         def run(parameters):
@@ -66,8 +69,8 @@ def test_inertia_answers_to_rotation_and_gamma_as_central_differences_say(kinds)
             velocity = rate * jnp.stack([-y, x, jnp.zeros_like(x)], axis=1)
             ledger = open_ledger(jnp, opening.mass, opening.position, velocity, len(kinds))
             state = replace(opening, velocity=velocity, ledger=ledger)
-            state = sph.evaluated(here, arrangement, state, jnp.zeros(()))
-            state = sph.advance(here, arrangement, state, STEPS)
+            state = evaluated(here, arrangement, state, jnp.zeros(()))
+            state = advance(here, arrangement, state, STEPS)
             x, y, _ = (state.position - state.mass @ state.position / state.mass.sum()).T
             return state.mass @ (x * x + y * y), state.time
 

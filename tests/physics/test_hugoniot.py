@@ -16,7 +16,10 @@ from scipy.optimize import root_scalar
 from astroinertia.bodies import tillotson
 from astroinertia.effects import catalogue
 from astroinertia.engines import numba_cpu, periodic
-from astroinertia.models import sph
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.sorting import rearranged
+from astroinertia.models.sph.state import Problem
+from astroinertia.models.sph.step import step
 from astroinertia.sph import isentropes
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.test_problems.lattices import filled
@@ -62,7 +65,7 @@ def collide(name: str, speed: float, along: int) -> SimpleNamespace:
         (1e-5 * reference, 30 * reference),
         1e9,
     )
-    problem = sph.Problem(
+    problem = Problem(
         effects=tuple(catalogue.build(kind, {}) for kind in ("pressure", "viscosity", "conduction")),
         equation_of_state=isentropes.tabulated([table], DENSITY, ENERGY).of(0.0),
         eta=1.3,
@@ -75,13 +78,13 @@ def collide(name: str, speed: float, along: int) -> SimpleNamespace:
         smoothing_tolerance=1e-4,
     )
     mass = np.full(len(position), reference / DENSITY * np.prod(lengths) / len(position))
-    state, arrangement = sph.initial_state(problem, mass, position, velocity, np.zeros(len(position)))
+    state, arrangement = initial_state(problem, mass, position, velocity, np.zeros(len(position)))
     end = along / 3.0 / exact.front
     while float(state.time) < end * (1 - 1e-12):
         if int(state.step) % 16 == 0:
-            state, arrangement = sph.rearranged(problem, state)
+            state, arrangement = rearranged(problem, state)
         dt = min(float(state.rates.timestep), end - float(state.time))
-        state = sph.step(problem, arrangement, state, np.float64(dt))
+        state = step(problem, arrangement, state, np.float64(dt))
     fluid = state.rates.fluid
     place = np.abs(fluid.position[:, 0]) / (exact.front * end)
     inside = (place > 0.25) & (place < 0.75)

@@ -7,10 +7,12 @@ import pytest
 
 from astroinertia.build.assemble import prepare
 from astroinertia.errors import SceneError
-from astroinertia.models import arena, individual, sph
 from astroinertia.models.checkpoint import flattened
-from astroinertia.models.particles import Particles
-from astroinertia.models.series import energy_budget, works_from_outside
+from astroinertia.models.sph import block_step, subcycle
+from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.record import energy_budget, works_from_outside
+from astroinertia.models.sph.sorting import rearranged
+from astroinertia.models.sph.step import step
 from astroinertia.scene import load
 
 EVRARD = Path(__file__).parent.parent.parent / "sims" / "evrard.toml"
@@ -60,11 +62,11 @@ def test_a_collapse_keeps_the_ledger_and_comes_to_the_same_shape() -> None:
 def test_one_rung_for_all_is_the_global_step() -> None:
     """With a longest step that all particles can take, both schemes are the same to round-off."""
     body = start("body.particles=200", "numerics.max_timestep=1e-3")
-    state, arrangement = sph.rearranged(body.problem, body.state)
+    state, arrangement = rearranged(body.problem, body.state)
     mine = theirs = state
     for _ in range(5):
-        mine, _, taken = individual.step(body.problem, arrangement, mine, 1.0)
-        theirs = sph.step(body.problem, arrangement, theirs, theirs.rates.timestep)
+        mine, _, taken = block_step.step(body.problem, arrangement, mine, 1.0)
+        theirs = step(body.problem, arrangement, theirs, theirs.rates.timestep)
         assert taken.counts.tolist() == [200]
     for name in ("time", "position", "velocity", "smoothing_length"):
         np.testing.assert_allclose(getattr(mine, name), getattr(theirs, name), rtol=1e-11, atol=1e-13, err_msg=name)
@@ -84,12 +86,12 @@ def test_steps_are_no_longer_than_a_share_of_the_free_fall_time(scheme: str) -> 
 def test_what_is_taken_out_of_the_body_moves_as_it_would_within(monkeypatch: pytest.MonkeyPatch) -> None:
     """A base step with as many parts taken out as there can be, and with none: the same to round-off."""
     taken = []
-    part_of = arena.part_of
-    monkeypatch.setattr(arena, "part_of", lambda flow, depth: taken.append(depth) or part_of(flow, depth))
+    part_of = subcycle.part_of
+    monkeypatch.setattr(subcycle, "part_of", lambda flow, depth: taken.append(depth) or part_of(flow, depth))
     ends = []
     for share in (0.9, 0.0):
-        monkeypatch.setattr(arena, "PART", share)
-        monkeypatch.setattr(arena, "WORTH", 0)
+        monkeypatch.setattr(subcycle, "PART", share)
+        monkeypatch.setattr(subcycle, "WORTH", 0)
         body = start("body.particles=300")
         while body.time < 0.6:
             body.advance(1.0)

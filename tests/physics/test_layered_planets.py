@@ -8,7 +8,7 @@ import pytest
 
 from astroinertia.build import assemble, sph
 from astroinertia.build.planets import planet
-from astroinertia.models.series import energy_budget, snapshot_record
+from astroinertia.models.sph.record import energy_budget, snapshot_record
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 

@@ -22,7 +22,11 @@ from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.engines import numba_modules, xla
 from astroinertia.gravity.point_masses import PointMasses
 from astroinertia.gravity.sinks import no_sinks
-from astroinertia.models import sph
+from astroinertia.models.sph.evaluate import virial_tensors
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.sorting import arranged
+from astroinertia.models.sph.state import Problem
+from astroinertia.models.sph.step import step
 from astroinertia.scene import load, plan
 from tests.pairs import PlainEngine
 
@@ -120,7 +124,12 @@ IMPORTS = """
     from astroinertia.run import loop
     from astroinertia.build import sph as start_sph
     from astroinertia.effects import catalogue
-    from astroinertia.models import sph, series
+    from astroinertia.models.sph import record
+    from astroinertia.models.sph.evaluate import virial_tensors
+    from astroinertia.models.sph.initial import initial_state
+    from astroinertia.models.sph.sorting import arranged
+    from astroinertia.models.sph.state import Problem
+    from astroinertia.models.sph.step import step
     from astroinertia.scene import load, plan
     from tests.pairs import PlainEngine
     found = []
@@ -138,15 +147,15 @@ IMPORTS = """
         if "companions" in problem.effect_names:
             from astroinertia.gravity.point_masses import PointMasses
             place = 8.0 * np.eye(3)
-            points["companions"] = PointMasses(np.ones(3), place, 0.0 * place, 0.0 * place, np.float64(0.1))
+            points["companions"] = PointMasses(np.ones(3), place, 0.0 * place, np.float64(0.1))
         if "sinks" in problem.effect_names:
             from astroinertia.gravity.sinks import no_sinks
             points["sinks"] = no_sinks(0.1, 24)
-        state, arrangement = sph.initial_state(
+        state, arrangement = initial_state(
             problem, np.ones(24), random[0], random[1], np.ones(24), points=points
         )
-        state = sph.step(problem, arrangement, state, 1e-3)
-        series.series_record(problem, arrangement, state, None)
+        state = step(problem, arrangement, state, 1e-3)
+        record.series_record(problem, arrangement, state, None)
         found.append(imported())
     print(json.dumps(found))
 """
@@ -211,28 +220,28 @@ class Recorder(PlainEngine):
         return super().all_pair_sums(arrangement, kernel, terms, fields, virial)
 
 
-def problem_of(listed: Any, engine: Any) -> sph.Problem:
+def problem_of(listed: Any, engine: Any) -> Problem:
     scene = load.loads(scene_text(listed))
     return replace(start_sph.problem_of(scene, plan.code_units(scene))[0], engine=engine)
 
 
-def started(listed: Any, engine: Any) -> tuple[sph.Problem, Any, Any]:
+def started(listed: Any, engine: Any) -> tuple[Problem, Any, Any]:
     problem, random = problem_of(listed, engine), np.random.default_rng(0).normal(size=(2, 48, 3))
     place = 8.0 * np.eye(3)
     points = {
-        "companions": PointMasses(np.ones(3), place, 0.0 * place, 0.0 * place, np.float64(0.1)),
+        "companions": PointMasses(np.ones(3), place, 0.0 * place, np.float64(0.1)),
         "sinks": no_sinks(0.1, 48),
     }
     beside = {kind: each for kind, each in points.items() if kind in listed}
-    return problem, *sph.initial_state(problem, np.ones(48) / 48, random[0], random[1], np.ones(48), points=beside)
+    return problem, *initial_state(problem, np.ones(48) / 48, random[0], random[1], np.ones(48), points=beside)
 
 
 def generated(listed: Any) -> tuple[set[str], str, set[str]]:
     """Effects in the term lists, text and symbols of all that the numba engine generates for a scene's step."""
     engine = Recorder()
     problem, state, arrangement = started(listed, engine)
-    state = sph.step(problem, arrangement, state, np.float64(1e-3))
-    sph.virial_tensors(problem, arrangement, state.rates.fluid)
+    state = step(problem, arrangement, state, np.float64(1e-3))
+    virial_tensors(problem, arrangement, state.rates.fluid)
     effects = {term.effect for _, terms, _ in engine.asked for term in terms}
     modules = [numba_modules.density_pass(problem.kernel, "float64", softening)[0] for softening in engine.softening]
     for kernel, terms, virial in engine.asked:
@@ -267,8 +276,8 @@ def traced(listed: tuple[str, ...], compiled: bool) -> str:
         _, pairs = engine.arrange(state.position, state.smoothing_length)
         problem = problem_of(listed, engine)
         state = jax.tree.map(jax.numpy.asarray, state)
-        arrangement = sph.arranged(problem, pairs, state)
-        trace = jax.jit(sph.step).trace(problem, arrangement, state, jax.numpy.asarray(1e-3))
+        arrangement = arranged(problem, pairs, state)
+        trace = jax.jit(step).trace(problem, arrangement, state, jax.numpy.asarray(1e-3))
         return trace.lower().compile().as_text() if compiled else trace.jaxpr.pretty_print(name_stack=True)
 
 
@@ -300,7 +309,11 @@ RESULTS = """
     from pathlib import Path
     from astroinertia.build import assemble
     from astroinertia.effects.catalogue import CATALOGUE
-    from astroinertia.models import sph
+    from astroinertia.models.sph.evaluate import virial_tensors
+    from astroinertia.models.sph.initial import initial_state
+    from astroinertia.models.sph.sorting import arranged
+    from astroinertia.models.sph.state import Problem
+    from astroinertia.models.sph.step import step
     from astroinertia.scene import load
     if sys.argv[1] == "everything":
         for entry in CATALOGUE.values():
@@ -308,7 +321,7 @@ RESULTS = """
     start = assemble.prepare(load.load_file("sims/free_expansion.toml", ["body.particles=200"])).evolution
     state = start.state
     for _ in range(5):
-        state = sph.step(start.problem, start.arrangement, state, state.rates.timestep)
+        state = step(start.problem, start.arrangement, state, state.rates.timestep)
     bits = hashlib.sha256()
     for array in (state.position, state.velocity, state.entropy, state.smoothing_length, state.time):
         bits.update(array.tobytes())

@@ -8,7 +8,7 @@ import pytest
 
 from astroinertia.effects import catalogue
 from astroinertia.effects.effect import antisymmetric_vector
-from astroinertia.models import sph
+from astroinertia.models.sph.step import step
 from astroinertia.sph.initial import isotropised
 from tests.ball import ball, state_of
 
@@ -31,7 +31,7 @@ def moving(
     )
     state = first
     for _ in range(steps):
-        state = sph.step(problem, arrangement, state, np.float64(turns * 2.0 * np.pi / PACE / steps))
+        state = step(problem, arrangement, state, np.float64(turns * 2.0 * np.pi / PACE / steps))
     return first, state
 
 

@@ -16,8 +16,8 @@ import pytest
 
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.errors import NumericalError
-from astroinertia.models import relaxation
-from astroinertia.models.relaxation import Rotation, Tolerances
+from astroinertia.models.sph import relaxation
+from astroinertia.models.sph.relaxation import Rotation, Tolerances
 from astroinertia.sph import eos, profiles
 from astroinertia.sph.initial import place
 from astroinertia.storage import cache

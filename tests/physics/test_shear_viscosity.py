@@ -9,7 +9,10 @@ from scipy.special import spherical_jn
 
 from astroinertia.effects import catalogue
 from astroinertia.engines import numba_cpu, xla
-from astroinertia.models import sph
+from astroinertia.models.sph.evaluate import effect_accelerations
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.state import Problem
+from astroinertia.models.sph.step import step
 from astroinertia.sph.eos import Ideal
 from astroinertia.sph.initial import place
 from astroinertia.sph.kernels import KERNELS
@@ -27,7 +30,7 @@ def turning_ball(count: int, placement: str, kernel: str, engine: Any, spin: flo
     position = place(uniform(), count, placement)
     radius = np.linalg.norm(position, axis=1)
     rate = 1e-6 * (3.0 * spherical_jn(1, WAVE_NUMBER * radius) / (WAVE_NUMBER * radius) + spin)
-    problem = sph.Problem(
+    problem = Problem(
         effects=(catalogue.build("shear_viscosity", {"kinematic_viscosity": VISCOSITY}),),
         equation_of_state=Ideal(5 / 3),
         eta=KERNELS[kernel].eta,
@@ -41,12 +44,12 @@ def turning_ball(count: int, placement: str, kernel: str, engine: Any, spin: flo
     )
     mass = np.full(count, 1.0 / count)
     velocity = np.cross([0.0, 0.0, 1.0], position) * rate[:, None]
-    return problem, *sph.initial_state(problem, mass, position, velocity, np.full(count, 1e-3))
+    return problem, *initial_state(problem, mass, position, velocity, np.full(count, 1e-3))
 
 
 def decay_rate(state: Any) -> float:
     """Of the flow, over nu k^2: -sum m v.a / sum m v^2."""
-    velocity, acceleration = state.velocity, sph.effect_accelerations(np, state.rates)[0]
+    velocity, acceleration = state.velocity, effect_accelerations(np, state.rates)[0]
     return -float((velocity * acceleration).sum() / (velocity**2).sum() / (VISCOSITY * WAVE_NUMBER**2))
 
 
@@ -89,7 +92,7 @@ def test_a_ball_comes_to_rigid_rotation_with_the_angular_momentum_that_it_had(
         end, steps = 1.5 / (VISCOSITY * WAVE_NUMBER**2), 0
         while float(state.time) < end * (1 - 1e-12):
             dt = min(float(state.rates.timestep), end - float(state.time))
-            state = sph.step(problem, arrangement, state, np.float64(dt))
+            state = step(problem, arrangement, state, np.float64(dt))
             steps += 1
         after = motion(state)
         assert np.abs(after[0] - before[0]).max() < 1e-14 * np.abs(before[0]).max()
@@ -103,5 +106,5 @@ def test_rigid_rotation_is_left_alone() -> None:
     """A rotation a million times faster than the flow adds no more to the force than rounding does."""
     engine = numba_cpu.Engine(precision="float64")
     slow, fast = (turning_ball(300, "glass", "wendland_c2", engine, spin=spin)[1] for spin in (0.0, 1e6))
-    still, turning = (sph.effect_accelerations(np, state.rates)[0] for state in (slow, fast))
+    still, turning = (effect_accelerations(np, state.rates)[0] for state in (slow, fast))
     assert np.abs(turning - still).max() < 1e-7 * np.abs(still).max()

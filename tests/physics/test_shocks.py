@@ -15,7 +15,10 @@ import pytest
 
 from astroinertia.effects import catalogue
 from astroinertia.engines import numba_cpu
-from astroinertia.models import sph
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.sorting import rearranged
+from astroinertia.models.sph.state import Problem
+from astroinertia.models.sph.step import step
 from astroinertia.sph.eos import Ideal
 
 GAMMA = 5.0 / 3.0
@@ -42,7 +45,7 @@ def collide(internal_energy: float, conduction: bool = True, **options: Any) -> 
     velocity = np.zeros_like(position)
     velocity[:, 0] = -np.sign(position[:, 0])
     kinds = {"pressure": {}, "viscosity": options} | ({"conduction": {}} if conduction else {})
-    problem = sph.Problem(
+    problem = Problem(
         effects=tuple(catalogue.build(kind, given) for kind, given in kinds.items()),
         equation_of_state=Ideal(GAMMA),
         eta=1.2,
@@ -55,12 +58,12 @@ def collide(internal_energy: float, conduction: bool = True, **options: Any) -> 
         smoothing_tolerance=1e-4,
     )
     energy = np.full(len(position), internal_energy)
-    state, arrangement = sph.initial_state(problem, np.ones(len(position)), position, velocity, internal_energy=energy)
+    state, arrangement = initial_state(problem, np.ones(len(position)), position, velocity, internal_energy=energy)
     while float(state.time) < END * (1 - 1e-12):
         if int(state.step) % 16 == 0:
-            state, arrangement = sph.rearranged(problem, state)
+            state, arrangement = rearranged(problem, state)
         dt = min(float(state.rates.timestep), END - float(state.time))
-        state = sph.step(problem, arrangement, state, np.float64(dt))
+        state = step(problem, arrangement, state, np.float64(dt))
     fluid, from_right = state.rates.fluid, position[state.identity, 0] > 0
     x, y, z = np.abs(fluid.position).T
     inside = (y < HALF / 3) & (z < HALF / 3)

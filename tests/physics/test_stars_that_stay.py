@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from astroinertia.integrate.leapfrog import State
-from astroinertia.models import sph
-from astroinertia.models.particles import Particles
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.state import State
 from tests.evolve import evolve, prepared
 from tests.polytropes import fitted_frequency, mode_frequencies
 
@@ -88,7 +88,7 @@ def rung(stay: Stay, amplitude: float = 0.01, periods: float = 5.0) -> float:
     """Relative error of the radial frequency of the star as it was left, kicked by v = amplitude omega x."""
     state, problem, omega = stay.last, stay.start.problem, mode_frequencies(1.5)[0]
     kicked = state.velocity + amplitude * omega * state.position
-    state, arrangement = sph.initial_state(problem, state.mass, state.position, kicked, state.entropy)
+    state, arrangement = initial_state(problem, state.mass, state.position, kicked, state.entropy)
     times, sizes = [], []
     start = Particles(problem, state, arrangement, 1e9)
     evolve(start, [periods * 2 * np.pi / omega], lambda s: (times.append(float(s.time)), sizes.append(_size(s))))

@@ -8,9 +8,9 @@ import pytest
 
 from astroinertia.cli.main import main
 from astroinertia.errors import SceneError
-from astroinertia.models import sph
-from astroinertia.models.particles import Particles
-from astroinertia.models.series import series_record
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.record import series_record
 from tests.evolve import evolve, prepared
 
 SCENE = """
@@ -42,7 +42,7 @@ def driven(options: str, damping: str = DAMPED, end: float = 4.0) -> tuple[dict[
     """The first and last record of a body driven from an ellipsoid that turns, off the origin and moving."""
     start = prepared(SCENE.format(options=options, damping=damping))
     state = start.state
-    moved, arrangement = sph.initial_state(
+    moved, arrangement = initial_state(
         start.problem, state.mass, state.position + (3.0, -2.0, 1.0), state.velocity + (0.2, 0.1, -0.3), state.entropy
     )
     start = Particles(start.problem, moved, arrangement, start.end)

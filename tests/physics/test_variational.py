@@ -13,7 +13,10 @@ import pytest
 
 from astroinertia.effects.catalogue import build
 from astroinertia.engines.xla import Engine
-from astroinertia.models import sph
+from astroinertia.models.sph.evaluate import effect_accelerations, evaluated, internal_energy, potential_energies
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.sorting import rearranged
+from astroinertia.models.sph.state import Problem
 from astroinertia.sph import eos
 from astroinertia.sph.kernels import KERNELS
 from tests.pairs import PlainEngine
@@ -39,7 +42,7 @@ def _x64():
 
 
 def problem(kernel, equation_of_state, kinds):
-    return sph.Problem(
+    return Problem(
         effects=tuple(build(kind, OPTIONS[kind]) for kind in kinds),
         equation_of_state=EQUATIONS_OF_STATE[equation_of_state],
         eta=KERNELS[kernel].eta,
@@ -70,17 +73,15 @@ def energy_and_force(problem, kind):
     """
     mass, position, velocity, entropy = body()
     plain = replace(problem, engine=PlainEngine())
-    opening = sph.initial_state(plain, mass, position, velocity, entropy)[0]
+    opening = initial_state(plain, mass, position, velocity, entropy)[0]
     opening = replace(opening, smoothing_length=1.1 * opening.smoothing_length)
     opening = replace(opening, rates=replace(opening.rates, fluid=None), memory={})
-    opening, arrangement = sph.rearranged(problem, jax.tree.map(jnp.asarray, opening))
+    opening, arrangement = rearranged(problem, jax.tree.map(jnp.asarray, opening))
 
     def energy(position):
-        moved = sph.evaluated(problem, arrangement, replace(opening, position=position), jnp.zeros(()))
-        value = (
-            sph.internal_energy(problem, moved) if kind == "pressure" else sph.potential_energies(problem, moved)[kind]
-        )
-        return value, dict(zip(problem.effect_names, sph.effect_accelerations(jnp, moved.rates), strict=True))[kind]
+        moved = evaluated(problem, arrangement, replace(opening, position=position), jnp.zeros(()))
+        value = internal_energy(problem, moved) if kind == "pressure" else potential_energies(problem, moved)[kind]
+        return value, dict(zip(problem.effect_names, effect_accelerations(jnp, moved.rates), strict=True))[kind]
 
     (value, acceleration), gradient = jax.jit(jax.value_and_grad(energy, has_aux=True))(opening.position)
     return -gradient, opening.mass[:, None] * acceleration, value

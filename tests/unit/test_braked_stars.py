@@ -9,7 +9,7 @@ import pytest
 
 from astroinertia.effects import catalogue
 from astroinertia.effects.effect import antisymmetric_vector
-from astroinertia.models import sph
+from astroinertia.models.sph.step import step
 from astroinertia.rotation.braking import Braking
 from astroinertia.sph.initial import isotropised
 from tests.ball import ball, state_of
@@ -29,7 +29,7 @@ def braked(options: dict[str, Any], steps: int, end: float = 2.0) -> tuple[Any, 
     )
     state, spins = first, [spin_of(first)]
     for _ in range(steps):
-        state = sph.step(problem, arrangement, state, np.float64(end / steps))
+        state = step(problem, arrangement, state, np.float64(end / steps))
         spins.append(spin_of(state))
     return first, state, spins
 

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.integrate.contact import DEPTH, GROUPS, contact_limit
+from astroinertia.models.sph.contact import DEPTH, GROUPS, contact_limit
 
 SUPPORT = 2.0
 

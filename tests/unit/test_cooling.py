@@ -10,7 +10,7 @@ import pytest
 
 from astroinertia.effects import catalogue
 from astroinertia.errors import SceneError
-from astroinertia.models import sph
+from astroinertia.models.sph.step import step
 from tests.ball import ball, state_of
 from tests.evolve import prepared
 
@@ -31,7 +31,7 @@ def cooled(options: dict[str, Any], end: float, steps: int, velocity: Any = None
     )
     state = first
     for _ in range(steps):
-        state = sph.step(problem, arrangement, state, np.float64(end / steps))
+        state = step(problem, arrangement, state, np.float64(end / steps))
     return first, state
 
 

@@ -12,8 +12,9 @@ import pytest
 import astroinertia
 from astroinertia.effects import catalogue
 from astroinertia.effects.gradients import divergence_and_curl, gradient, shear_squared
-from astroinertia.integrate import timestep
-from astroinertia.models import individual, sph
+from astroinertia.models.sph import block_step
+from astroinertia.models.sph.limits import limiting, particle_limits
+from astroinertia.models.sph.step import step
 from astroinertia.scene.load import loads
 from tests.ball import ball, state_of
 from tests.pairs import pair_sums
@@ -79,7 +80,7 @@ def heat_and_drag(velocity: np.ndarray, position: np.ndarray, steps: int = 0, **
     listed = (catalogue.build("pressure"), catalogue.build("viscosity", options))
     problem, state, arrangement = state_of(*listed, position=position, velocity=velocity)
     for _ in range(steps):
-        state = sph.step(problem, arrangement, state, np.float64(1e-3))
+        state = step(problem, arrangement, state, np.float64(1e-3))
     fluid = state.rates.fluid
     heating = fluid.sums["viscosity"]["heating"]
     force = fluid.sums["viscosity"]["acceleration"]
@@ -153,7 +154,7 @@ def test_alpha_jumps_where_the_flow_steepens_and_decays_afterwards() -> None:
     listed = (catalogue.build("pressure"), catalogue.build("viscosity"))
     problem, state, arrangement = state_of(*listed, position=position, velocity=velocity, entropy=1.0)
     for _ in range(4):
-        state = sph.step(problem, arrangement, state, np.float64(0.02))
+        state = step(problem, arrangement, state, np.float64(0.02))
     alpha, x = state.memory["viscosity_alpha"], np.abs(position[:, 0])
     assert alpha[x == 0].mean() > 0.5
     assert alpha[x >= 6].max() < 1e-4
@@ -270,14 +271,14 @@ def test_strong_conduction_limits_the_step_so_that_no_particle_leaves_the_range_
     first = np.ptp(state.rates.fluid.thermal_energy)
     for _ in range(40):
         before = state.rates.fluid.thermal_energy
-        state = sph.step(problem, arrangement, state, state.rates.timestep)
+        state = step(problem, arrangement, state, state.rates.timestep)
         energy = state.rates.fluid.thermal_energy
         assert energy.max() < before.max() * (1 + 1e-4)
         assert energy.min() > before.min() * (1 - 1e-4)
     assert np.ptp(state.rates.fluid.thermal_energy) < 0.7 * first
-    limits = sph.particle_limits(problem, state.rates)
-    assert timestep.limiting(limits)[0] == "conduction"
-    assert np.array_equal(individual.own_limits(problem, state.rates), limits["conduction"])
+    limits = particle_limits(problem, state.rates)
+    assert limiting(limits)[0] == "conduction"
+    assert np.array_equal(block_step.own_limits(problem, state.rates), limits["conduction"])
 
 
 @pytest.mark.full

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from astroinertia.engines.elementwise import elementwise
-from astroinertia.integrate.leapfrog import moved
+from astroinertia.models.sph.kick_drift import moved
 
 
 @pytest.mark.parametrize("xp", [np, jnp], ids=["numpy", "jax"])

@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from astroinertia.effects import catalogue
 from astroinertia.effects.catalogue import CATALOGUE, DIMENSIONS, Default
 from astroinertia.effects.effect import antisymmetric_vector
-from astroinertia.models import sph
+from astroinertia.models.sph.step import step
 from tests.ball import ball, state_of
 
 
@@ -104,7 +104,7 @@ def test_the_coriolis_force_does_no_work_in_a_step() -> None:
     )
     before = np.linalg.norm(state.velocity, axis=1)
     for _ in range(50):
-        state = sph.step(problem, arrangement, state, np.float64(0.1))
+        state = step(problem, arrangement, state, np.float64(0.1))
     assert np.abs(np.linalg.norm(state.velocity, axis=1) / before - 1).max() < 1e-14
     work = np.asarray(state.ledger.work.total)
     assert abs(work.sum()) < 1e-15
@@ -122,7 +122,7 @@ def test_a_free_particle_in_a_rotating_frame_runs_straight_in_the_inertial_one(r
     def error(steps: int) -> float:
         problem, state, arrangement = state_of(frame, position=start, velocity=velocity)
         for _ in range(steps):
-            state = sph.step(problem, arrangement, state, np.float64(2.0 / steps))
+            state = step(problem, arrangement, state, np.float64(2.0 / steps))
         angle = rate * 2.0 + 0.5 * (rate_change or 0.0) * 4.0
         straight = start + 2.0 * speed
         turned = (
@@ -246,15 +246,15 @@ def test_damping_takes_the_motion_within_the_body_and_leaves_that_of_its_centre(
     mean = state.velocity.mean(axis=0)
     inner = np.abs(state.velocity - mean).max()
     for _ in range(100):
-        state = sph.step(problem, arrangement, state, np.float64(0.01))
+        state = step(problem, arrangement, state, np.float64(0.01))
     assert np.allclose(state.velocity.mean(axis=0), mean, rtol=1e-13)
     assert math.isclose(np.abs(state.velocity - mean).max() / inner, math.exp(-2.0), rel_tol=1e-2)
     velocity = state.velocity
     for _ in range(10):
-        state = sph.step(problem, arrangement, state, np.float64(0.01))
+        state = step(problem, arrangement, state, np.float64(0.01))
     assert np.allclose(state.velocity, velocity, rtol=0.02)
     for _ in range(10):
-        earlier, state = state.velocity, sph.step(problem, arrangement, state, np.float64(0.01))
+        earlier, state = state.velocity, step(problem, arrangement, state, np.float64(0.01))
     assert np.array_equal(state.velocity, earlier)
 
 
@@ -263,7 +263,7 @@ def test_damping_towards_rotation_ends_in_rigid_rotation() -> None:
     damping = catalogue.build("damping", {"time_scale": 0.01, "rate": 0.05, "axis": (0.0, 3.0, 0.0)})
     problem, state, arrangement = state_of(damping, position=position, velocity=np.zeros_like(position))
     for _ in range(40):
-        state = sph.step(problem, arrangement, state, np.float64(0.01))
+        state = step(problem, arrangement, state, np.float64(0.01))
     relative = state.position - state.position.mean(axis=0)
     assert np.allclose(state.velocity, np.cross([0.0, 0.05, 0.0], relative), atol=1e-4)
     assert np.abs(state.velocity).max() > 0.04
@@ -288,7 +288,7 @@ def test_damping_towards_a_rate_that_changes_turns_each_particle_as_its_equation
             catalogue.build("damping", options), position=position, velocity=np.zeros_like(position)
         )
         for _ in range(steps):
-            state = sph.step(problem, arrangement, state, np.float64(end / steps))
+            state = step(problem, arrangement, state, np.float64(end / steps))
         return state
 
     states = [final(steps) for steps in (20, 40, 80)]

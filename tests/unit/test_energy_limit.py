@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.integrate.timestep import energy_limit
+from astroinertia.models.sph.limits import energy_limit
 
 
 @pytest.mark.parametrize("xp", [np, jnp], ids=["numpy", "jax"])

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.integrate.exchange import energies, entropy_after, exchange_of
+from astroinertia.models.sph.heat import entropy_after, exchange_of, exchanged_energies
 
 MASS = np.array([0.5, 1.5, 2.0, 0.7])
 UNIT = np.array([0.8, 1.1, 0.3, 2.0])  # dA/du
@@ -24,7 +24,7 @@ def after(xp: Any, dt: float) -> tuple[Any, list[Any]]:
     assert exchange is not None
     gained = dt * UNIT * (PAIRS + sum(GAINS))
     given = (xp.asarray(MASS), xp.asarray(START * UNIT), xp.asarray(gained), xp.asarray(dt))
-    return entropy_after(xp, exchange, *given[1:]) / UNIT, energies(xp, exchange, *given)
+    return entropy_after(xp, exchange, *given[1:]) / UNIT, exchanged_energies(xp, exchange, *given)
 
 
 def exact(dt: float) -> np.ndarray:
@@ -51,7 +51,7 @@ def test_the_shares_go_by_the_decays() -> None:
     """Without heat, what two effects take is as their k."""
     exchange = exchange_of([(0.0 * UNIT, 2.0 + 0.0 * UNIT), (0.0 * UNIT, 6.0 + 0.0 * UNIT)], UNIT)
     assert exchange is not None
-    one, other = energies(np, exchange, MASS, START * UNIT, 0.0 * UNIT, np.float64(0.3))
+    one, other = exchanged_energies(np, exchange, MASS, START * UNIT, 0.0 * UNIT, np.float64(0.3))
     assert other == pytest.approx(3.0 * one, rel=1e-14)
     assert one + other == pytest.approx(MASS @ START * math.expm1(-2.4), rel=1e-14)
 

@@ -8,7 +8,7 @@ import pytest
 from astroinertia.build import sph as start_sph
 from astroinertia.build.assemble import prepare
 from astroinertia.build.effects import effects_of
-from astroinertia.models.sph import Problem
+from astroinertia.models.sph.state import Problem
 from astroinertia.scene import gravity_costs, load
 from astroinertia.scene.plan import plan
 from astroinertia.scene.schema import Scene

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies.tillotson import BASALT, IRON
-from astroinertia.integrate.exchange import exchange_of
-from astroinertia.integrate.heat_update import heat_update
+from astroinertia.models.sph.heat import exchange_of, heat_update
 from astroinertia.sph import isentropes as tables
 
 COUNT = 300

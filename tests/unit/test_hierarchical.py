@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from astroinertia.errors import NumericalError
-from astroinertia.integrate.hierarchical import DEEPEST, Clock, base_step, merged, rungs, weighted_sets
+from astroinertia.models.sph.intervals import DEEPEST, Clock, base_step, merged, rungs, weighted_sets
 
 
 def test_a_rung_is_the_coarsest_whose_interval_is_within_the_limit() -> None:

@@ -2,15 +2,15 @@
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
+from typing import Any
 
 import jax
 import numpy as np
 import pytest
 
 from astroinertia.inertia.tensor import inertia_from_second_moment
-from astroinertia.integrate import leapfrog
 from astroinertia.ledger import moments as ledger_moments
+from astroinertia.models.sph.kick_drift import velocity_change
 
 REFERENCE = Path(__file__).parent.parent / "reference"
 
@@ -110,22 +110,19 @@ def test_rate_of_inertia_is_its_derivative_along_the_motion() -> None:
     assert np.allclose(value, case["value"]["Theta"], rtol=1e-12)
 
 
-def rates(acceleration: list, drag: list, count: int) -> leapfrog.Rates:
-    nothing = SimpleNamespace()
-    return leapfrog.Rates(tuple(acceleration), tuple(drag), (None,) * len(drag), np.zeros(count), np.zeros(()), nothing)  # type: ignore[arg-type]
-
-
 def test_a_coriolis_matrix_does_no_work_and_damping_is_midpoint() -> None:
     mass, _, velocity = body()
     turn = np.array([[0.0, 2.0, -0.4], [-2.0, 0.0, 1.0], [0.4, -1.0, 0.0]])
     push = np.random.default_rng(2).normal(size=velocity.shape)
     dt = 0.7
-    both = leapfrog.velocity_increments(np, rates([push, None], [None, turn], len(mass)), velocity, dt)
+    spans: list[Any] = [dt, np.full(len(mass), dt)]  # with a span for each particle, as with individual steps
+    both, again = (velocity_change(np, [push, None], [None, turn], velocity, span, dt).increments for span in spans)
+    assert all(np.array_equal(one, other) for one, other in zip(both, again, strict=True))
     after = velocity + both[0] + both[1]
     assert np.abs(both[1] - dt * 0.5 * (velocity + after) @ turn.T).max() < 1e-14
     assert abs((mass[:, None] * both[1] * (velocity + after)).sum()) < 1e-15 * np.abs(both[1]).sum()
-    slowed = leapfrog.velocity_increments(np, rates([None], [-np.eye(3) / 2.0], len(mass)), velocity, dt)[0]
-    assert np.allclose(velocity + slowed, velocity * (1 - dt / 4) / (1 + dt / 4), rtol=1e-14)
+    slowed = velocity_change(np, [None], [-np.eye(3) / 2.0], velocity, dt).after
+    assert np.allclose(slowed, velocity * (1 - dt / 4) / (1 + dt / 4), rtol=1e-14)
 
 
 def test_taking_matter_away_leaves_the_moments_of_the_rest() -> None:

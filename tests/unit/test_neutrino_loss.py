@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from astroinertia.effects import catalogue
-from astroinertia.models import sph
+from astroinertia.models.sph.step import step
 from tests.ball import ball, state_of
 
 POSITION = ball(60)
@@ -23,7 +23,7 @@ def cooled(options: dict[str, Any], steps: int, end: float = 1.0) -> tuple[Any, 
     problem, first, arrangement = state_of(effect, position=POSITION, velocity=0.0 * POSITION)
     state = first
     for _ in range(steps):
-        state = sph.step(problem, arrangement, state, np.float64(end / steps))
+        state = step(problem, arrangement, state, np.float64(end / steps))
     return first, state
 
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from astroinertia.build.assemble import prepare
-from astroinertia.integrate.timestep import limiting
-from astroinertia.models.series import timestep_limit
-from astroinertia.models.sph import timestep_limits
+from astroinertia.models.sph.limits import limiting, timestep_limits
+from astroinertia.models.sph.record import timestep_limit
 from astroinertia.scene import load, particle_costs
 from astroinertia.scene.plan import code_units, plan, smoothing
 

@@ -10,7 +10,7 @@ import pytest
 from astroinertia.errors import SceneError
 from astroinertia.ledger import regions as region_ledger
 from astroinertia.ledger.moments import after_drift, after_kick, moments, open_ledger
-from astroinertia.models import membership
+from astroinertia.models.sph import membership
 from astroinertia.scene import load
 from astroinertia.scene.plan import plan
 

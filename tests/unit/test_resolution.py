@@ -7,7 +7,7 @@ from astroinertia import dataset
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.cli.main import main
 from astroinertia.dataset.resolution import resolution_message, resolution_warnings
-from astroinertia.models.resolution import jeans_mass, resolution
+from astroinertia.models.sph.resolution import jeans_mass, resolution
 from astroinertia.run.loop import run_scene
 from astroinertia.scene import load
 from astroinertia.scene.plan import plan, smoothing

@@ -11,7 +11,9 @@ import astroinertia
 from astroinertia.dataset import open_snapshots
 from astroinertia.effects import catalogue
 from astroinertia.errors import NumericalError, SceneError
-from astroinertia.models import sph
+from astroinertia.models.sph.evaluate import effect_accelerations, evaluated, potential_energies
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.step import step as sph_step
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import plan
 from tests.ball import ball, state_of
@@ -56,7 +58,7 @@ def start(**options: object):
     mass, position, velocity, _ = planets()
     problem, _, _ = state_of(position=ball(60), velocity=ball(60))
     problem = replace(problem, effects=(catalogue.build("gravity", options),))
-    return problem, *sph.initial_state(problem, mass, position, velocity, np.ones(len(mass)))
+    return problem, *initial_state(problem, mass, position, velocity, np.ones(len(mass)))
 
 
 @pytest.mark.parametrize("method", ["direct", "points"])
@@ -66,9 +68,9 @@ def test_planets_go_round_a_star_of_a_million_times_their_mass(method: str) -> N
     problem, state, arrangement = start(method=method, softening=SOFTENING)
     energies = []
     for _ in range(60):
-        state = sph.step(problem, arrangement, state, np.float64(0.02))
+        state = sph_step(problem, arrangement, state, np.float64(0.02))
         kinetic = 0.5 * state.mass @ (state.velocity**2).sum(axis=1)
-        energies.append(kinetic + sph.potential_energies(problem, state)["gravity"])
+        energies.append(kinetic + potential_energies(problem, state)["gravity"])
     apart = state.position[1:] - state.position[0]
     assert np.abs(apart - turned(first, velocity, speed, float(state.time))).max() < 1e-4
     assert np.ptp(energies) < 1e-7 * RATIO  # round-off of the star against its own softened potential
@@ -79,14 +81,14 @@ def test_softened_forces_are_those_of_the_kernel_and_derive_from_the_energy() ->
     problem, state, arrangement = start(method="direct", softening=1.5)
 
     def energy(position: np.ndarray) -> float:
-        moved = sph.evaluated(problem, arrangement, replace(state, position=position), np.float64(0.0))
-        return float(sph.potential_energies(problem, moved)["gravity"])
+        moved = evaluated(problem, arrangement, replace(state, position=position), np.float64(0.0))
+        return float(potential_energies(problem, moved)["gravity"])
 
     for particle, axis in ((0, 0), (3, 1)):
         step = np.zeros_like(state.position)
         step[particle, axis] = 1e-5
         slope = (energy(state.position + step) - energy(state.position - step)) / 2e-5
-        force = state.mass[particle] * sph.effect_accelerations(np, state.rates)[0][particle, axis]
+        force = state.mass[particle] * effect_accelerations(np, state.rates)[0][particle, axis]
         assert abs(force + slope) < 1e-4 * abs(force)
 
 

@@ -12,7 +12,7 @@ from astroinertia.dataset import (
 from astroinertia.dataset.waves import waves
 from astroinertia.inertia import growth
 from astroinertia.inertia.evolution import second_moment_acceleration
-from astroinertia.models.series import _modes
+from astroinertia.models.sph.record import _modes
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGHT
 
 MASS, APART = 1.4 * SOLAR_MASS, 1e8  # each of two stars, and their distance, in kg and m

@@ -15,11 +15,13 @@ from astroinertia.errors import NumericalError
 from astroinertia.gravity.sinks import Sinks, merged
 from astroinertia.inertia.spin import angular_velocity
 from astroinertia.inertia.tensor import inertia_from_second_moment
-from astroinertia.integrate.leapfrog import State, member_key
 from astroinertia.ledger.moments import after_heating, after_removal, removed, whole
-from astroinertia.models import sph
-from astroinertia.models.points import with_others, without_others
-from astroinertia.models.series import energy_budget
+from astroinertia.models.sph.evaluate import evaluated
+from astroinertia.models.sph.limits import total_acceleration
+from astroinertia.models.sph.points import with_others, without_others
+from astroinertia.models.sph.record import energy_budget
+from astroinertia.models.sph.sorting import rearranged
+from astroinertia.models.sph.state import Problem, State, member_key
 from astroinertia.sph.kernels import KERNELS
 
 Array = Any
@@ -27,7 +29,7 @@ INNER = 0.1  # of the radius: what is this near is accreted, whatever its orbit 
 FEWEST = 8  # particles that still are a fluid
 
 
-def step(problem: sph.Problem, arrangement: Any, state: State) -> tuple[State, Any]:
+def step(problem: Problem, arrangement: Any, state: State) -> tuple[State, Any]:
     """The state after one round of accretion, with rates of what is left of the fluid, and its arrangement."""
     effect: Any = next(effect for effect in problem.effects if effect.kind == "sinks")
     sinks = state.points["sinks"]
@@ -42,7 +44,7 @@ def step(problem: sph.Problem, arrangement: Any, state: State) -> tuple[State, A
         grown = _with(grown, _point(state, new), int(effect.number), float(state.time))
     state, lost = _without(problem, state, taken)
     state = replace(state, points={**state.points, "sinks": replace(grown, removed=sinks.removed + lost)})
-    state, arrangement = sph.rearranged(problem, state)
+    state, arrangement = rearranged(problem, state)
     state = _evaluated(problem, arrangement, state)
     heat = before - energy_budget(problem, state)["total"]
     grown = state.points["sinks"]
@@ -97,7 +99,7 @@ def _accreted(state: State, sinks: Sinks, effect: Any) -> dict[int, Array]:
     return {k: np.flatnonzero(best == k) for k in range(len(sinks.mass)) if (best == k).any()}
 
 
-def _new_sink(problem: sph.Problem, state: State, sinks: Sinks, effect: Any) -> Array | None:
+def _new_sink(problem: Problem, state: State, sinks: Sinks, effect: Any) -> Array | None:
     """The particles that become a sink: those within the radius of the densest one, if it is dense enough and alone."""
     fluid = state.rates.fluid
     densest = int(np.argmax(fluid.density))
@@ -111,7 +113,7 @@ def _new_sink(problem: sph.Problem, state: State, sinks: Sinks, effect: Any) -> 
     distance = np.sqrt(((state.position - state.position[densest]) ** 2).sum(axis=1))
     inside = np.flatnonzero(distance < effect.radius)
     inside = np.concatenate([[densest], inside[inside != densest]])
-    acceleration = sph.total_acceleration(np, state.rates, state.velocity)
+    acceleration = total_acceleration(np, state.rates, state.velocity)
     heat = 1.5 * fluid.pressure / fluid.density
     chosen = (array[inside] for array in (state.mass, state.position, state.velocity, acceleration, heat))
     return inside if collapses(*chosen) else None
@@ -141,10 +143,10 @@ def _with(sinks: Sinks, point: tuple[Array, ...], most: int, time: float) -> Sin
         raise NumericalError(f"more than {most} sinks form: raise [effects.sinks] number", effect="sinks", time=time)
     names = ("mass", "position", "velocity", "spin")
     fields = {name: np.append(getattr(sinks, name), [value], axis=0) for name, value in zip(names, point, strict=True)}
-    return replace(sinks, acceleration=np.zeros_like(fields["position"]), **fields)
+    return replace(sinks, **fields)
 
 
-def _without(problem: sph.Problem, state: State, taken: Array) -> tuple[State, Any]:
+def _without(problem: Problem, state: State, taken: Array) -> tuple[State, Any]:
     """The fluid without particles, its ledger with what it lost, and that."""
     count = len(state.mass)
     if count - len(taken) < FEWEST:
@@ -154,7 +156,7 @@ def _without(problem: sph.Problem, state: State, taken: Array) -> tuple[State, A
     work = -0.5 * float(mass @ (velocity**2).sum(axis=1))
     heating = 0.0
     if "pressure" in problem.effect_names:
-        eos = sph.matter(problem, None if state.material is None else state.material[taken])
+        eos = problem.matter(None if state.material is None else state.material[taken])
         density = state.rates.fluid.density[taken]
         heating = -float(mass @ eos.internal_energy(np, density, state.entropy[taken]))
     ledger = after_removal(state.ledger, lost, problem.effect_names.index("sinks"), work, heating)
@@ -172,10 +174,10 @@ def _without(problem: sph.Problem, state: State, taken: Array) -> tuple[State, A
     return replace(with_others(jax.tree.map(kept, particles), others), ledger=ledger), lost
 
 
-def _evaluated(problem: sph.Problem, arrangement: Any, state: State) -> State:
+def _evaluated(problem: Problem, arrangement: Any, state: State) -> State:
     """Densities and rates of what is left; what the densities' change does to the heat is the sinks' doing."""
     before = state.ledger.heating.total
-    state = sph.evaluated(problem, arrangement, state, np.float64(0.0))
+    state = evaluated(problem, arrangement, state, np.float64(0.0))
     if "pressure" not in problem.effect_names:
         return state
     gain = (state.ledger.heating.total - before)[problem.effect_names.index("pressure")]

@@ -14,11 +14,11 @@ import numpy as np
 from astroinertia.engines import numba_cpu
 from astroinertia.gravity.direct import DIRECT_GRAVITY
 from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
-from astroinertia.integrate.leapfrog import State, member_key
 from astroinertia.ledger.moments import centre_of_mass, weighted_outer
 from astroinertia.ledger.regions import RegionLedger, open_region_ledger, region_moments
-from astroinertia.models import membership
-from astroinertia.models.sph import Problem, effect_accelerations
+from astroinertia.models.sph import membership
+from astroinertia.models.sph.evaluate import effect_accelerations
+from astroinertia.models.sph.state import Problem, State, member_key
 
 FEW = 4096  # particles that plain sums over all pairs are quicker for
 FORCE_ERROR = 1e-4  # of the expansions that more particles' potential is found by; energies are some 10 times better

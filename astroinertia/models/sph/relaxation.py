@@ -19,9 +19,10 @@ import numpy as np
 
 from astroinertia.bodies.rotation_laws import Law
 from astroinertia.errors import NumericalError
-from astroinertia.integrate.leapfrog import State
-from astroinertia.models import sph
-from astroinertia.models.sph import Problem
+from astroinertia.models.sph.evaluate import evaluated, potential_energies
+from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.sorting import rearranged, stale
+from astroinertia.models.sph.state import Problem, State
 from astroinertia.sph.rotation import law_of, rotation_velocity
 from astroinertia.storage import cache
 
@@ -128,9 +129,7 @@ def relax(
         report = Report(int(steps), *figures)
         relaxed = Relaxed(stored["position"], stored["velocity"], report, cached=True)
     else:
-        start = sph.initial_state(
-            problem, mass, position, np.zeros_like(position), entropy, material=material
-        )  # at rest
+        start = initial_state(problem, mass, position, np.zeros_like(position), entropy, material=material)  # at rest
         relaxed = _descend(problem, *start, target_density, rotation, tolerances, max_steps, listener)
     complaint = verdict(relaxed.report, tolerances, len(mass), _rotational_share(mass, relaxed))
     if complaint:
@@ -182,14 +181,14 @@ def _descend(problem, state, arrangement, target_density, rotation, tolerances, 
         since += 1
         move = _next_move(state, forces, move, min(since / (since + 3), _MOST_INERTIA))
         state = replace(state, position=state.position + move)
-        if step % _STEPS_BETWEEN_SORTS == 0 or sph.stale(problem, arrangement, state):
+        if step % _STEPS_BETWEEN_SORTS == 0 or stale(problem, arrangement, state):
             before = np.asarray(state.identity)
-            state, arrangement = sph.rearranged(problem, state)
+            state, arrangement = rearranged(problem, state)
             order = np.asarray(state.identity)
             back = np.empty_like(before)
             back[before] = np.arange(len(before))
             move = move[back[order]]
-        state = sph.evaluated(problem, arrangement, state, np.float64(0.0))
+        state = evaluated(problem, arrangement, state, np.float64(0.0))
     assert report is not None
     positions, velocities = np.empty_like(state.position), np.empty_like(state.position)
     positions[order] = state.position
@@ -230,7 +229,7 @@ def _forces(problem: Problem, state: State, centre: np.ndarray, rotation: Rotati
 
 def _rotation(problem: Problem, state: State, centre: np.ndarray, rotation: Rotation):
     x, axis = state.position - centre, np.asarray(rotation.axis) / np.linalg.norm(rotation.axis)
-    energy = sph.potential_energies(problem, state).get("gravity")
+    energy = potential_energies(problem, state).get("gravity")
     velocity = rotation_velocity(
         state.mass,
         x,

@@ -6,20 +6,13 @@ import numpy as np
 
 from astroinertia.effects.effect import Effect, antisymmetric_vector
 from astroinertia.inertia.tensor import inertia_from_second_moment
-from astroinertia.integrate.leapfrog import State
-from astroinertia.integrate.timestep import limiting
 from astroinertia.ledger.moments import centre_of_mass, moments, weighted_outer
 from astroinertia.models.evolution import TIMESTEP_CRITERIA
-from astroinertia.models.points import system_record
-from astroinertia.models.resolution import resolution
-from astroinertia.models.sph import (
-    Problem,
-    effect_accelerations,
-    internal_energy,
-    potential_energies,
-    timestep_limits,
-    virial_tensors,
-)
+from astroinertia.models.sph.evaluate import effect_accelerations, internal_energy, potential_energies, virial_tensors
+from astroinertia.models.sph.limits import limiting, timestep_limits
+from astroinertia.models.sph.points import system_record
+from astroinertia.models.sph.resolution import resolution
+from astroinertia.models.sph.state import Problem, State
 from astroinertia.sph.kernels import KERNELS, neighbour_number
 
 RADIUS_BINS = 32

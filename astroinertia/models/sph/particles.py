@@ -8,12 +8,11 @@ import jax
 import numpy as np
 
 from astroinertia.errors import NumericalError
-from astroinertia.integrate.leapfrog import State
-from astroinertia.integrate.timestep import limiting
-from astroinertia.models import sph
 from astroinertia.models.checkpoint import flattened
 from astroinertia.models.evolution import TIMESTEP_CRITERIA, Figures, Record
-from astroinertia.models.series import (
+from astroinertia.models.sph.evaluate import effect_accelerations
+from astroinertia.models.sph.limits import limiting, timestep_limits, total_acceleration
+from astroinertia.models.sph.record import (
     energy_budget,
     ledger_closure,
     series_record,
@@ -21,6 +20,9 @@ from astroinertia.models.series import (
     timestep_limit,
     works_from_outside,
 )
+from astroinertia.models.sph.sorting import rearranged, stale
+from astroinertia.models.sph.state import Problem, State
+from astroinertia.models.sph.step import step
 
 # Particles are sorted again, and checkpoints may be taken, every so many steps: a resumed run then sorts where the
 # uninterrupted one did, and both compute the same bits.
@@ -33,8 +35,8 @@ IN_A_BOX: dict[str, str] = dict.fromkeys(
     "the matter of a periodic box has no place of its own, from which moments of forces could be taken",
 )
 
-Between = Callable[[sph.Problem, Any, State], tuple[State, Any]]
-BaseStep = Callable[[sph.Problem, Any, State, float], tuple[State, Any, Any]]
+Between = Callable[[Problem, Any, State], tuple[State, Any]]
+BaseStep = Callable[[Problem, Any, State, float], tuple[State, Any, Any]]
 
 
 class Particles:
@@ -50,7 +52,7 @@ class Particles:
 
     def __init__(
         self,
-        problem: sph.Problem,
+        problem: Problem,
         state: State,
         arrangement: Any,
         end: float,
@@ -62,7 +64,7 @@ class Particles:
         self.problem, self.state, self.arrangement, self.end = problem, state, arrangement, end
         self.effects, self.base_step, self.note = problem.effect_names, base_step, ""
         self.regions, self.between, self.free_fall_factor = regions, between, free_fall_factor
-        self._step = jax.jit(sph.step) if problem.engine.name == "xla" else sph.step
+        self._step = jax.jit(step) if problem.engine.name == "xla" else step
 
     @property
     def absent(self) -> Mapping[str, str]:
@@ -89,7 +91,7 @@ class Particles:
         if self.free_fall_factor is not None:
             until = min(until, self.time + self.free_fall_factor / math.sqrt(np.max(self.state.rates.fluid.density)))
         if self.resumable or self._stale():
-            self.state, self.arrangement = sph.rearranged(self.problem, self.state)
+            self.state, self.arrangement = rearranged(self.problem, self.state)
         dt = float(self.state.rates.timestep)
         if not dt > SMALLEST_STEP * self.end:
             if math.isnan(dt):
@@ -150,13 +152,13 @@ class Particles:
         return f"{name} at radius {limit['timestep_limit_radius']:.3g}, density {limit['timestep_limit_density']:.3g}"
 
     def _stale(self) -> bool:
-        return sph.stale(self.problem, self.arrangement, self.state)
+        return stale(self.problem, self.arrangement, self.state)
 
     def _too_short(self, what: str) -> NumericalError:
         """What limits the step, and where, as long as everything is still a number."""
         if not np.isfinite(float(self.state.rates.timestep)):
             return self._diagnosis(what)
-        criterion, particle = limiting(sph.timestep_limits(self.problem, self.state.rates))
+        criterion, particle = limiting(timestep_limits(self.problem, self.state.rates))
         by = criterion if criterion in self.effects else None
         message = what if by else f"{what} ({criterion})"
         particle = self._most_accelerated() if particle is None else particle
@@ -165,7 +167,7 @@ class Particles:
     def _diagnosis(self, what: str) -> NumericalError:
         rates, time = self.state.rates, self.time
         for name, acceleration in zip(
-            self.effects, sph.effect_accelerations(np, jax.tree.map(np.asarray, rates)), strict=True
+            self.effects, effect_accelerations(np, jax.tree.map(np.asarray, rates)), strict=True
         ):
             bad = np.flatnonzero(~np.isfinite(acceleration).all(axis=1))
             if len(bad):
@@ -174,5 +176,5 @@ class Particles:
 
     def _most_accelerated(self) -> int:
         rates = jax.tree.map(np.asarray, self.state.rates)
-        total = sph.total_acceleration(np, rates, rates.fluid.velocity)
+        total = total_acceleration(np, rates, rates.fluid.velocity)
         return int(np.argmax(np.linalg.norm(total, axis=1)))

@@ -1,0 +1,247 @@
+"""What a step of smoothed-particle hydrodynamics evaluates: densities, gradients, memories, sums over pairs and rates.
+
+The equations are those that follow from a Lagrangian with variable smoothing lengths (Springel & Hernquist 2002, MNRAS
+333, 649; Price & Monaghan 2007, MNRAS 374, 1347): the thermal variable is the entropy function A in
+P = P_cold(rho) + A rho^gamma, constant but for dissipation. Global steps evaluate all particles; individual ones take
+the same parts for some of them, `targets` (n,), with all particles as the sources of the sums.
+"""
+
+from dataclasses import replace
+from functools import reduce
+from typing import Any
+
+from astroinertia.engines.elementwise import added
+from astroinertia.engines.terms import Density, PairTerm
+from astroinertia.ledger.moments import after_heating
+from astroinertia.models.sph import points
+from astroinertia.models.sph.heat import Exchange, compression, entropy_gain, exchange_of
+from astroinertia.models.sph.kick_drift import predicted
+from astroinertia.models.sph.limits import shortest, timestep_limits, total_acceleration
+from astroinertia.models.sph.state import Arrangement, Problem, Rates, State
+from astroinertia.sph.density import density
+from astroinertia.sph.fluid import Fluid
+
+Array = Any
+Sums = dict[str, dict[str, Array]]
+
+
+def evaluated(problem: Problem, arrangement: Arrangement, state: State, dt: Array) -> State:
+    """The state with densities, smoothing lengths, memories and rates for its positions; dt is the step under way."""
+    xp, before = problem.engine.xp, state.rates.fluid
+    eos, first = problem.matter(state.material), before is None
+    arrangement = replace(arrangement, pairs=listed(problem, arrangement.pairs, state))
+    solved = densities(problem, arrangement.pairs, state)
+    velocity, entropy = (state.velocity, state.entropy) if first else predicted(xp, state, dt / 2)
+    *thermal, entropy_per_heat = eos.state(xp, solved.density, entropy)
+    pressure, sound_speed, internal_energy, thermal_energy = thermal
+    fluid = Fluid(
+        time=state.time,
+        mass=state.mass,
+        position=state.position,
+        velocity=velocity,
+        entropy=entropy,
+        smoothing_length=solved.smoothing_length,
+        density=solved.density,
+        grad_h=solved.grad_h,
+        zeta=solved.zeta,
+        pressure=pressure,
+        sound_speed=sound_speed,
+        internal_energy=internal_energy,
+        thermal_energy=thermal_energy,
+        acceleration=xp.zeros_like(velocity) if first else total_acceleration(xp, state.rates, velocity),
+        memory=state.memory,
+        kernel=problem.kernel,
+        points=state.points,
+    )
+    if first:
+        fluid = with_first_memories(problem, fluid)
+    fluid = replace(fluid, gradients=gradients(problem, arrangement.pairs, fluid))
+    fluid = with_memories(problem, fluid, dt)
+    fluid = replace(fluid, sums=pair_sums(problem, arrangement, fluid, {} if first else before.sums))
+    own = [effect.acceleration(xp, fluid) for effect in problem.effects]
+    rates = rates_of(problem, fluid, own, entropy_per_heat)
+    ledger = state.ledger
+    if not first and "pressure" in problem.effect_names:
+        gained = compression(problem, eos, state.mass, state.entropy, before.density, solved.density)
+        ledger = after_heating(ledger, gained)
+    return replace(
+        state,
+        smoothing_length=solved.smoothing_length,
+        memory=fluid.memory,
+        ledger=ledger,
+        rates=replace(rates, timestep=shortest(xp, timestep_limits(problem, rates).values())),
+        points=points.with_histories(xp, problem.effects, fluid),
+    )
+
+
+def listed(problem: Problem, pairs: Any, state: State, targets: Array | None = None) -> Any:
+    """The engine's arrangement with what the passes of one evaluation share, where an engine has them share it."""
+    engine = problem.engine
+    if not hasattr(engine, "listed"):
+        return pairs
+    return engine.listed(pairs, problem.kernel, state.position, state.smoothing_length, targets)
+
+
+def densities(problem: Problem, pairs: Any, state: State, targets: Array | None = None) -> Density:
+    """Smoothing lengths, densities and their gradient factors."""
+    softening = any(effect.needs_zeta for effect in problem.effects)
+    return density(
+        problem.engine, pairs, problem.kernel, state.position, state.mass, state.smoothing_length,
+        problem.eta, problem.smoothing_tolerance, softening, targets, problem.fixed_length,
+    )  # fmt: skip
+
+
+def with_first_memories(problem: Problem, fluid: Fluid) -> Fluid:
+    """The fluid with what effects evolve for themselves, before the first evaluation."""
+    for effect in problem.effects:
+        fluid = replace(fluid, memory={**fluid.memory, **effect.initial_memory(problem.engine.xp, fluid)})
+    return fluid
+
+
+def gradients(
+    problem: Problem, pairs: Any, fluid: Fluid, targets: Array | None = None, further: tuple[PairTerm, ...] = (),
+    **fields: Array,
+) -> Sums:  # fmt: skip
+    """Sums of the pass before the forces, with further terms and what these ask for by name."""
+    terms = problem.terms("gradient_terms") + further
+    if not terms:
+        return {}
+    fields |= shared_fields(fluid)
+    for effect in problem.effects:
+        fields.update(effect.gradient_fields(problem.engine.xp, fluid))
+    asked = {} if targets is None else {"targets": targets}
+    return problem.engine.neighbour_sums(pairs, problem.kernel, terms, fields, **asked)
+
+
+def with_memories(problem: Problem, fluid: Fluid, since: Array) -> Fluid:
+    """The fluid with what effects evolve for themselves, `since` () or (n,) after they last did."""
+    for effect in problem.effects:
+        fluid = replace(fluid, memory={**fluid.memory, **effect.remember(problem.engine.xp, fluid, since)})
+    return fluid
+
+
+def pair_sums(problem: Problem, arrangement: Arrangement, fluid: Fluid, before: Sums, virial: bool = False) -> Sums:
+    """Sums over pairs of every effect, {effect: {output: array}}; with `virial` also each one's V_e, (3, 3).
+
+    before: those of the evaluation before, {} on the first.
+    """
+    engine, fields = problem.engine, pair_fields(problem, fluid)
+    sums: Sums = {}
+    if terms := problem.terms("neighbour_terms"):
+        add_sums(sums, engine.neighbour_sums(arrangement.pairs, problem.kernel, terms, fields, virial=virial))
+    add_sums(sums, distant_sums(problem, arrangement, fluid, before, virial, fields))
+    return sums
+
+
+def distant_sums(
+    problem: Problem, arrangement: Arrangement, fluid: Fluid, before: Sums, virial: bool = False,
+    fields: dict[str, Array] | None = None,
+) -> Sums:  # fmt: skip
+    """The part of `pair_sums` that is not over neighbours: over all pairs, and what effects sum for themselves."""
+    engine = problem.engine
+    sums: Sums = {}
+    if terms := problem.terms("all_pair_terms"):
+        fields = pair_fields(problem, fluid) if fields is None else fields
+        add_sums(sums, engine.all_pair_sums(arrangement.pairs, problem.kernel, terms, fields, virial=virial))
+    for effect in problem.effects:
+        own, previous = arrangement.own.get(effect.kind), before.get(effect.kind, {})
+        add_sums(sums, {effect.kind: effect.own_sums(engine, arrangement.pairs, own, fluid, previous, virial)})
+    return sums
+
+
+def add_sums(sums: Sums, more: Sums) -> None:
+    """Add the outputs of further sums to those that there are, in place."""
+    for effect, outputs in more.items():
+        mine = sums.setdefault(effect, {})
+        for name, array in outputs.items():
+            mine[name] = added(mine[name], array) if name in mine else array
+
+
+def pair_fields(problem: Problem, fluid: Fluid) -> dict[str, Array]:
+    """What the force terms ask for by name."""
+    fields = shared_fields(fluid)
+    for effect in problem.effects:
+        fields.update(effect.fields(problem.engine.xp, fluid))
+    return fields
+
+
+def shared_fields(fluid: Fluid) -> dict[str, Array]:
+    """What every pass over pairs is given."""
+    return {name: getattr(fluid, name) for name in ("mass", "position", "velocity", "smoothing_length")}
+
+
+def rates_of(problem: Problem, fluid: Fluid, own: list[Array | None], entropy_per_heat: Array) -> Rates:
+    """The rates that follow from the sums over pairs, from each effect's own accelerations, (n, 3) or None, and from
+    heat; without the time step.
+    """
+    xp, effects = problem.engine.xp, problem.effects
+    accelerations = tuple(
+        added(fluid.sums.get(effect.kind, {}).get("acceleration"), acceleration)
+        for effect, acceleration in zip(effects, own, strict=True)
+    )
+    total = reduce(added, accelerations, None)
+    # A barotropic fluid has no thermal content: what is dissipated leaves it, and only the work shows.
+    thermal = problem.equation_of_state.thermal
+    heating = tuple(fluid.sums.get(effect.kind, {}).get("heating") if thermal else None for effect in effects)
+    exchange = exchange_with_surroundings(problem, fluid, entropy_per_heat)
+    gain = entropy_gain(xp, entropy_per_heat, heating, None if exchange is None else exchange.gain)
+    return Rates(
+        acceleration=accelerations,
+        drag=tuple(effect.drag(fluid) for effect in effects),
+        heating=heating,
+        entropy_rate=xp.zeros_like(fluid.entropy) if gain is None else gain,
+        timestep=xp.zeros(()),
+        fluid=fluid,
+        total=xp.zeros_like(fluid.velocity) if total is None else total,
+        exchange=exchange,
+    )
+
+
+def exchange_with_surroundings(problem: Problem, fluid: Fluid, entropy_per_heat: Array) -> Exchange | None:
+    """The heat that effects give and take by themselves; None where none does, or nothing can be warm."""
+    if not problem.equation_of_state.thermal:
+        return None
+    return exchange_of([effect.exchange(problem.engine.xp, fluid) for effect in problem.effects], entropy_per_heat)
+
+
+def effect_accelerations(xp: Any, rates: Rates) -> tuple[Array, ...]:
+    """The acceleration of each effect, drag at the fluid's velocity included, (N, 3)."""
+    velocity = rates.fluid.velocity
+    return tuple(
+        (xp.zeros_like(velocity) if a is None else a) + (0.0 if matrix is None else velocity @ matrix.T)
+        for a, matrix in zip(rates.acceleration, rates.drag, strict=True)
+    )
+
+
+def virial_tensors(problem: Problem, arrangement: Arrangement, fluid: Fluid) -> dict[str, Array]:
+    """V_e of every effect by its own route, (3, 3): in the pair loop, or from the effect's closed form.
+
+    NaN in a periodic box, whose matter has no place of its own.
+    """
+    xp = problem.engine.xp
+    if not problem.engine.bounded:
+        return {effect.kind: xp.full((3, 3), xp.nan) for effect in problem.effects}
+    sums = pair_sums(problem, arrangement, fluid, fluid.sums, virial=True)
+    tensors = {}
+    for effect in problem.effects:
+        own = effect.virial(xp, fluid)
+        paired = sums.get(effect.kind, {}).get("virial")
+        parts = [part for part in (own, paired) if part is not None]
+        tensors[effect.kind] = sum(parts[1:], start=parts[0]) if parts else xp.zeros((3, 3))
+    return tensors
+
+
+def internal_energy(problem: Problem, state: State) -> Array:
+    """sum m u at the present entropies, a scalar; zero where no pressure acts."""
+    xp = problem.engine.xp
+    if "pressure" not in problem.effect_names:
+        return xp.zeros(())
+    eos = problem.matter(state.material)
+    return state.mass @ eos.internal_energy(xp, state.rates.fluid.density, state.entropy)
+
+
+def potential_energies(problem: Problem, state: State) -> dict[str, Array]:
+    """The potential energy of each effect that has one."""
+    xp, fluid = problem.engine.xp, replace(state.rates.fluid, points=state.points)
+    energies = {effect.kind: effect.potential_energy(xp, fluid) for effect in problem.effects}
+    return {kind: energy for kind, energy in energies.items() if energy is not None}

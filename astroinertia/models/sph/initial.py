@@ -1,0 +1,89 @@
+"""The first state of particles: their smoothing lengths, entropies and rates at time 0."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from astroinertia.errors import NumericalError
+from astroinertia.ledger.moments import open_ledger
+from astroinertia.models.sph.evaluate import densities, evaluated
+from astroinertia.models.sph.points import opened
+from astroinertia.models.sph.sorting import rearranged
+from astroinertia.models.sph.state import Problem, Rates, State
+from astroinertia.sph.density import refuse_unsolved, refuse_without_length
+
+_BEYOND = 1e-3  # of an energy, by which particles of single precision may miss it
+
+Array = Any
+
+
+def initial_state(
+    problem: Problem,
+    mass: Array,
+    position: Array,
+    velocity: Array,
+    entropy: Array | None = None,
+    internal_energy: Array | None = None,
+    points: dict[str, Any] | None = None,
+    material: Array | None = None,
+) -> tuple[State, Any]:
+    """The state at time 0 with its rates, and the arrangement of its particles (N,), (N, 3), (N, 3), (N,).
+
+    Entropies are given, or follow from specific internal energies and the densities found. points: those beside it.
+    material: (N,), where the equation of state has several.
+    NumericalError where some particle cannot have a smoothing length, or the energy that it is given.
+    """
+    xp = problem.engine.xp
+    mass, position, velocity = xp.asarray(mass), xp.asarray(position), xp.asarray(velocity)
+    count = mass.shape[0]
+    spread = float(((position - position.mean(axis=0)) ** 2).sum(axis=1).mean()) ** 0.5
+    if problem.fixed_length is None:
+        refuse_without_length(problem.kernel, problem.eta, np.asarray(mass), spread)
+    guess = xp.full(count, problem.eta * 2.0 * spread / count ** (1 / 3))
+    nothing = (None,) * len(problem.effects)
+    state = State(
+        time=xp.zeros(()),
+        step=xp.zeros((), dtype=int),
+        identity=xp.arange(count),
+        mass=mass,
+        position=position,
+        remainder=xp.zeros_like(position),
+        velocity=velocity,
+        entropy=xp.asarray(internal_energy if entropy is None else entropy),
+        smoothing_length=guess,
+        memory={},
+        ledger=open_ledger(xp, mass, position, velocity, len(problem.effects)),
+        rates=Rates(nothing, nothing, nothing, xp.zeros(count), xp.zeros(()), None),  # type: ignore[arg-type]
+        points=opened(xp, problem.effects, points),
+        material=None if material is None else xp.asarray(material, dtype=int),
+    )
+    for _ in range(2):  # the first lengths are a guess; particles are sorted again by the solved ones
+        state, arrangement = rearranged(problem, state)
+        solved = densities(problem, arrangement.pairs, state)
+        state = replace(state, smoothing_length=solved.smoothing_length)
+    acts = problem.terms("neighbour_terms") or problem.terms("all_pair_terms")
+    if acts and problem.fixed_length is None:  # else no density is solved for
+        refuse_unsolved(problem.kernel, problem.eta, np.asarray(state.mass), solved, np.asarray(state.identity))
+    if entropy is None:
+        fluid = problem.matter(state.material)
+        found = fluid.entropy(xp, solved.density, state.entropy)
+        _refuse_beyond(xp, fluid, solved.density, state.entropy, found)
+        state = replace(state, entropy=found)
+    return evaluated(problem, arrangement, state, xp.zeros(())), arrangement
+
+
+def _refuse_beyond(xp: Any, fluid: Any, density: Array, energy: Array, entropy: Array) -> None:
+    """NumericalError where matter that is hotter than the coldest has no such energy: where tables are left too far."""
+    if not fluid.thermal:
+        return
+    coldest, has = (np.asarray(fluid.energy(xp, density, A)) for A in (xp.zeros_like(entropy), entropy))
+    wanted = np.asarray(energy)
+    beyond = (wanted > coldest) & ~(np.abs(has - wanted) <= _BEYOND * np.maximum(np.abs(coldest), np.abs(wanted)))
+    if beyond.any():
+        where = int(np.flatnonzero(beyond)[0])
+        raise NumericalError(
+            f"{beyond.sum()} particles cannot have the specific energy that they are given: at the density "
+            f"{float(density[where]):.3g} and the specific energy {wanted[where]:.3g} (code units) their equation of "
+            "state or its table has come to its end"
+        )

@@ -1,0 +1,45 @@
+"""How particles are sorted into leaves for the sums over pairs."""
+
+from typing import Any
+
+import jax
+
+from astroinertia.engines.elementwise import elementwise
+from astroinertia.models.sph.kick_drift import moved, predicted
+from astroinertia.models.sph.points import with_others, without_others
+from astroinertia.models.sph.state import Arrangement, Problem, State
+
+Array = Any
+
+
+def rearranged(problem: Problem, state: State) -> tuple[State, Any]:
+    """The state with its particles sorted again into leaves, and the arrangement, made for the coming evaluation."""
+    order, pairs = problem.engine.arrange(coming_position(problem, state), state.smoothing_length)
+    count = state.mass.shape[0]
+
+    def sort(array: Array) -> Array:
+        return array[order] if getattr(array, "ndim", 0) and array.shape[0] == count else array
+
+    particles, others = without_others(state)
+    state = with_others(jax.tree.map(sort, particles), others)
+    return state, arranged(problem, pairs, state)
+
+
+def arranged(problem: Problem, pairs: Any, state: State) -> Arrangement:
+    """The arrangement of particles that the engine has sorted already."""
+    made = {effect.kind: effect.arranged(problem.engine, pairs, state) for effect in problem.effects}
+    return Arrangement(pairs, {kind: own for kind, own in made.items() if own is not None})
+
+
+def stale(problem: Problem, arrangement: Arrangement, state: State) -> bool:
+    """Whether sorting particles again pays."""
+    return problem.engine.stale(arrangement.pairs, coming_position(problem, state), state.smoothing_length)
+
+
+def coming_position(problem: Problem, state: State) -> Array:
+    """Where particles will be when a step of the allowed length evaluates the forces, (N, 3)."""
+    xp, dt = problem.engine.xp, state.rates.timestep
+    if state.rates.fluid is None:
+        return state.position
+    velocity, _ = predicted(xp, state, dt / 2)
+    return elementwise(xp, moved, state.position, state.remainder, velocity, dt)[0]
