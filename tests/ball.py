@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.matter.gases import Ideal
 from astroinertia.models.sph.initial import initial_state
 from astroinertia.models.sph.state import Problem
-from astroinertia.sph.eos import Ideal
 from tests.pairs import BruteEngine
 
 

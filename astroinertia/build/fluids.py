@@ -9,9 +9,9 @@ import numpy as np
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.build.spheres import Sphere, Star
 from astroinertia.errors import SceneError
+from astroinertia.matter import cold_matter, gases
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.schema import Scene
-from astroinertia.sph import eos
 from astroinertia.units import CodeUnits, pressure_constant_dimension
 
 _THIN = 1e-3  # of the least density of a table: so far its slopes may be followed
@@ -33,7 +33,7 @@ def _equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | Non
     chosen = scene.equation_of_state
     assert chosen is not None  # the schema asks for it where the model needs it
     if chosen.kind == "ideal":
-        return eos.ideal(chosen.gamma)
+        return gases.ideal(chosen.gamma)
     if chosen.kind == "own":
         matter = chosen.matter(units)
         if ball is not None and (
@@ -44,12 +44,13 @@ def _equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | Non
             raise ValueError(f"the equation of state {chosen.name} would not conserve energy: {wrong}")
         return matter
     if chosen.kind == "isothermal":
-        return eos.isothermal(units.to_code(chosen.sound_speed, "velocity"))
+        return gases.isothermal(units.to_code(chosen.sound_speed, "velocity"))
     if chosen.kind == "polytropic":
-        return eos.polytropic(chosen.gamma, _constant(scene, units, ball, chosen.gamma))
+        return gases.polytropic(chosen.gamma, _constant(scene, units, ball, chosen.gamma))
     if chosen.kind == "piecewise_polytropic":
         densities = [units.to_code(density, "density") for density in chosen.densities]
-        return eos.piecewise_polytropic(densities, chosen.gammas, _constant(scene, units, ball, chosen.gammas[0]))
+        constant = _constant(scene, units, ball, chosen.gammas[0])
+        return cold_matter.piecewise_polytropic(densities, chosen.gammas, constant)
     if chosen.kind == "materials":
         # Only scenes with materials import what makes tables of them.
         made = importlib.import_module("astroinertia.build.materials").materials(chosen, scene.origin, units)
@@ -58,7 +59,7 @@ def _equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | Non
     assert chosen.kind == "hybrid"  # incompressible fluids have no equation that particles could follow
     nuclear = units.to_code(chosen.nuclear_density, "density")
     constant = _constant(scene, units, ball, chosen.gamma_1)
-    return eos.hybrid(nuclear, chosen.gamma_1, chosen.gamma_2, chosen.gamma_thermal, constant)
+    return cold_matter.hybrid(nuclear, chosen.gamma_1, chosen.gamma_2, chosen.gamma_thermal, constant)
 
 
 def _refuse_thin(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, matter: Any) -> None:
@@ -138,4 +139,4 @@ def _constant(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, gamma:
         pressure, density = star.central_pressure, star.central_density
     else:
         pressure, density = ball.densest()
-    return (body.pressure_fraction or 1.0) * eos.polytropic_constant(density, pressure, gamma)
+    return (body.pressure_fraction or 1.0) * gases.polytropic_constant(density, pressure, gamma)

@@ -7,10 +7,10 @@ from typing import Any
 
 from astroinertia.bodies import tillotson
 from astroinertia.errors import SceneError
+from astroinertia.matter.isentropes import Isentropes, isentropes, tabulated
+from astroinertia.matter.table_equation import read_equation
+from astroinertia.matter.tabulated import Tabulated
 from astroinertia.scene.fluids import Material, Materials
-from astroinertia.sph.isentropes import Isentropes, isentropes, tabulated
-from astroinertia.sph.table_equation import read_equation
-from astroinertia.sph.tabulated import Tabulated
 from astroinertia.units import CodeUnits
 
 _HOTTEST = 1e9  # J/kg, at the reference density: three times what stops two bodies that meet at 50 km/s

@@ -13,10 +13,10 @@ from astroinertia.build.fluids import entropies
 from astroinertia.build.spheres import Sphere, Star, stretch
 from astroinertia.engines import numba_cpu
 from astroinertia.errors import SceneError
+from astroinertia.matter import gases
 from astroinertia.models.sph import relaxation
 from astroinertia.models.sph.state import Problem
 from astroinertia.scene.schema import Scene
-from astroinertia.sph import eos
 from astroinertia.sph.initial import azimuthal_mode, place, turned
 from astroinertia.sph.rotating import mapped
 from astroinertia.sph.rotation import rotation_velocity
@@ -171,7 +171,7 @@ def _settled(
             "take a larger index, or relax = false."
         )
     relaxed = relaxation.relax(
-        replace(_still(problem), equation_of_state=eos.ideal(gamma)),
+        replace(_still(problem), equation_of_state=gases.ideal(gamma)),
         mass,
         position,
         entropy,

@@ -11,8 +11,8 @@ import numpy as np
 from astroinertia.bodies.hydrostatic import HydrostaticPlanet, planet_from_masses
 from astroinertia.build.materials import materials
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.matter.interior import isentrope
 from astroinertia.scene.schema import Scene
-from astroinertia.sph.interior import isentrope
 from astroinertia.sph.profiles import Profile
 from astroinertia.units import CodeUnits
 

@@ -309,5 +309,46 @@ def after_heating(ledger: Ledger, energy: Array) -> Ledger:
     return _replace(ledger, heating=ledger.heating.add(energy))
 
 
+@dataclass(frozen=True)
+class Ledgers:
+    """The ledger of a body, and those of its regions, which take in the same kicks and drifts.
+
+    regions: {name: ledger.regions.RegionLedger}; members: {region: 1 for members, 0 for the others, (n,)} of the
+    particles that are kicked or drift.
+    """
+
+    body: Ledger
+    regions: dict[str, Any]
+
+    def drifted(self, xp: Any, dt: Array) -> "Ledgers":
+        """After free motion over dt."""
+        regions = {name: region.drifted(xp, dt) for name, region in self.regions.items()}
+        return Ledgers(after_drift(xp, self.body, dt), regions)
+
+    def rounded(
+        self, xp: Any, mass: Array, members: dict[str, Array], before: Array, after: Array, velocity: Array, dt: Array,
+        whole: Whole | None,
+    ) -> "Ledgers":  # fmt: skip
+        """Drifted by dt, with what rounding did to places: after_rounding."""
+        ways = before, after, velocity, dt
+        regions = {name: region.rounded(xp, mass * members[name], *ways) for name, region in self.regions.items()}
+        return Ledgers(after_rounding(xp, self.body, mass, *ways, whole), regions)
+
+    def kicked(
+        self, xp: Any, mass: Array, members: dict[str, Array], position: Array, before: Array, after: Array,
+        increments: Sequence[Array | None], length: Array | float, whole: Whole | None,
+    ) -> "Ledgers":  # fmt: skip
+        """After a kick: after_kick; whole: the body before it, where these are not all particles."""
+        changes, complete = (position, before, after, increments, length), whole is None
+        regions = {
+            name: region.kicked(xp, mass * members[name], *changes, complete) for name, region in self.regions.items()
+        }
+        return Ledgers(after_kick(xp, self.body, mass, *changes, whole, complete), regions)
+
+    def heated(self, energy: Array) -> "Ledgers":
+        """After each effect added `energy` (E,) to the internal energy of the body."""
+        return Ledgers(after_heating(self.body, energy), self.regions)
+
+
 def _replace(ledger: Ledger, **changes: Any) -> Ledger:
     return Ledger(**{**{name: getattr(ledger, name) for name in ledger.__dataclass_fields__}, **changes})

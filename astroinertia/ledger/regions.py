@@ -23,7 +23,6 @@ from astroinertia.ledger.moments import (
     Ledger,
     Whole,
     after_drift,
-    after_heating,
     after_kick,
     after_rounding,
     moments,
@@ -97,46 +96,6 @@ class RegionLedger:
             largest_inertia=np.maximum(self.ledger.largest_inertia, size),
         )
         return RegionLedger(ledger, whole_of(mass * new, position, velocity, self.whole), self.flux.add(flux))
-
-
-@dataclass(frozen=True)
-class Ledgers:
-    """The ledger of a body, and those of its regions, which take in the same kicks and drifts.
-
-    members: {region: 1 for members, 0 for the others, (n,)} of the particles that are kicked or drift.
-    """
-
-    body: Ledger
-    regions: dict[str, RegionLedger]
-
-    def drifted(self, xp: Any, dt: Array) -> "Ledgers":
-        """After free motion over dt."""
-        regions = {name: region.drifted(xp, dt) for name, region in self.regions.items()}
-        return Ledgers(after_drift(xp, self.body, dt), regions)
-
-    def rounded(
-        self, xp: Any, mass: Array, members: dict[str, Array], before: Array, after: Array, velocity: Array, dt: Array,
-        whole: Whole | None,
-    ) -> "Ledgers":  # fmt: skip
-        """Drifted by dt, with what rounding did to places: ledger.moments.after_rounding."""
-        ways = before, after, velocity, dt
-        regions = {name: region.rounded(xp, mass * members[name], *ways) for name, region in self.regions.items()}
-        return Ledgers(after_rounding(xp, self.body, mass, *ways, whole), regions)
-
-    def kicked(
-        self, xp: Any, mass: Array, members: dict[str, Array], position: Array, before: Array, after: Array,
-        increments: Sequence[Array | None], length: Array | float, whole: Whole | None,
-    ) -> "Ledgers":  # fmt: skip
-        """After a kick: ledger.moments.after_kick; whole: the body before it, where these are not all particles."""
-        changes, complete = (position, before, after, increments, length), whole is None
-        regions = {
-            name: region.kicked(xp, mass * members[name], *changes, complete) for name, region in self.regions.items()
-        }
-        return Ledgers(after_kick(xp, self.body, mass, *changes, whole, complete), regions)
-
-    def heated(self, energy: Array) -> "Ledgers":
-        """After each effect added `energy` (E,) to the internal energy of the body."""
-        return Ledgers(after_heating(self.body, energy), self.regions)
 
 
 def push(xp, mass, before, after):

@@ -28,8 +28,8 @@ from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.bodies.scf_matter import polytropic_matter
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia.errors import SceneError
+from astroinertia.matter.cold_matter import CORE_COLLAPSE
 from astroinertia.scene import load
-from astroinertia.sph.eos import CORE_COLLAPSE
 from astroinertia.storage import cache
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 

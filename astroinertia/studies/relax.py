@@ -12,11 +12,12 @@ import xarray as xr
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.effects import catalogue
 from astroinertia.engines import numba_cpu
+from astroinertia.matter import gases
 from astroinertia.models.sph import relaxation
 from astroinertia.models.sph.evaluate import potential_energies
 from astroinertia.models.sph.initial import initial_state
 from astroinertia.models.sph.state import Problem, State
-from astroinertia.sph import eos, profiles
+from astroinertia.sph import profiles
 from astroinertia.sph.initial import place
 from astroinertia.sph.kernels import KERNELS
 
@@ -25,7 +26,7 @@ _STABLE_GAMMA = 5 / 3
 _TIMESTEP = {"courant": 0.3, "acceleration_factor": 0.25, "energy_factor": 0.25, "max_timestep": 1.0}
 
 
-def gas_of_polytrope(index: float, count: int) -> tuple[eos.Ideal, np.ndarray]:
+def gas_of_polytrope(index: float, count: int) -> tuple[gases.Ideal, np.ndarray]:
     """The gas that holds a polytrope up stably, and the entropies (N,) of its shells of equal mass from the centre out.
 
     Its exponent is 1 + 1/n with one entropy for all, or 5/3 with an entropy that rises outwards where the index itself
@@ -38,7 +39,7 @@ def gas_of_polytrope(index: float, count: int) -> tuple[eos.Ideal, np.ndarray]:
     if index <= 0:
         raise ValueError("a polytrope of index 0 is incompressible: no gas relaxes to it")
     gamma = max(star.gamma, _STABLE_GAMMA)
-    return eos.ideal(gamma), star.entropy_function((np.arange(count) + 0.5) / count, gamma)
+    return gases.ideal(gamma), star.entropy_function((np.arange(count) + 0.5) / count, gamma)
 
 
 def polytrope_problem(index: float, count: int, kernel: str = "quintic", precision: str = "float64") -> Problem:

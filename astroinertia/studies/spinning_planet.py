@@ -19,9 +19,9 @@ from astroinertia.bodies.figures import figure_of_barotropes
 from astroinertia.bodies.rotating_figure import RotatingFigure
 from astroinertia.build.materials import materials
 from astroinertia.build.planets import planet
+from astroinertia.matter.interior import isentrope
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
-from astroinertia.sph.interior import isentrope
 
 _DENSEST = 3.0  # times the density without pressure: how far the laws are tabulated
 _ROWS = 2000  # of the table

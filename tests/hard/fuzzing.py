@@ -21,7 +21,7 @@ import numpy  # noqa: F401  now, so that it is not instrumented: that takes half
 
 MODULES = (
     "astroinertia.scene", "astroinertia.units", "astroinertia.sph.columns", "astroinertia.sph.table",
-    "astroinertia.sph.table_equation", "astroinertia.sph.progenitor", "astroinertia.storage.bounded",
+    "astroinertia.matter.table_equation", "astroinertia.sph.progenitor", "astroinertia.storage.bounded",
     "astroinertia.storage.manifest", "astroinertia.storage.atomic", "astroinertia.storage.hdf5_structure",
     "astroinertia.storage.trailer", "tomllib", "json", "zipfile", "csv",
 )  # fmt: skip
@@ -29,10 +29,10 @@ LONGEST = 2.0  # seconds of processor time
 
 with atheris.instrument_imports(include=list(MODULES)):
     from astroinertia.errors import ArchiveError, AstroinertiaError
+    from astroinertia.matter.table_equation import read_equation
     from astroinertia.scene import load, sweep
     from astroinertia.sph.progenitor import read_progenitor
     from astroinertia.sph.table import read_table
-    from astroinertia.sph.table_equation import read_equation
     from astroinertia.storage import hdf5_structure, manifest, trailer
 
 

@@ -21,12 +21,12 @@ from astroinertia import dataset
 from astroinertia.cli.main import UNCLOSED, main as main_of_commands
 from astroinertia.errors import ArchiveError, ArchiveWarning, AstroinertiaError
 from astroinertia.interop.snapshots import snapshots_of
+from astroinertia.matter.table_equation import read_equation
 from astroinertia.orbits import archive as orbits
 from astroinertia.run import loop as runs
 from astroinertia.scene import load, sweep
 from astroinertia.sph.progenitor import read_progenitor
 from astroinertia.sph.table import read_table
-from astroinertia.sph.table_equation import read_equation
 from astroinertia.storage.archive import Archive
 from astroinertia.studies.moments import moments, read_matter
 from astroinertia.sweeps import combined, folder as sweeps

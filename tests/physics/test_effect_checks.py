@@ -17,6 +17,7 @@ from astroinertia.engines import numba_cpu, xla
 from astroinertia.gravity import direct
 from astroinertia.gravity.point_masses import PointMasses
 from astroinertia.gravity.sinks import no_sinks
+from astroinertia.matter.gases import Ideal
 from astroinertia.models.sph.evaluate import (
     effect_accelerations,
     evaluated,
@@ -28,7 +29,6 @@ from astroinertia.models.sph.initial import initial_state
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step
-from astroinertia.sph.eos import Ideal
 from tests.pairs import PlainEngine
 
 PARTICLES = 120

@@ -14,11 +14,11 @@ import pytest
 from astroinertia.effects.catalogue import build
 from astroinertia.engines.xla import Engine
 from astroinertia.ledger.moments import open_ledger
+from astroinertia.matter.gases import Ideal
 from astroinertia.models.sph.evaluate import evaluated
 from astroinertia.models.sph.initial import initial_state
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import advance
-from astroinertia.sph.eos import Ideal
 
 COUNT, STEPS = 500, 50
 KINDS = ("gravity", "pressure", "viscosity")

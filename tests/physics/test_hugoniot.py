@@ -16,11 +16,11 @@ from scipy.optimize import root_scalar
 from astroinertia.bodies import tillotson
 from astroinertia.effects import catalogue
 from astroinertia.engines import numba_cpu, periodic
+from astroinertia.matter import isentropes
 from astroinertia.models.sph.initial import initial_state
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step
-from astroinertia.sph import isentropes
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.test_problems.lattices import filled
 

@@ -16,9 +16,10 @@ import pytest
 
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.errors import NumericalError
+from astroinertia.matter import gases
 from astroinertia.models.sph import relaxation
 from astroinertia.models.sph.relaxation import Rotation, Tolerances
-from astroinertia.sph import eos, profiles
+from astroinertia.sph import profiles
 from astroinertia.sph.initial import place
 from astroinertia.storage import cache
 from astroinertia.studies.relax import gas_of_polytrope, polytrope_problem, relaxed_polytrope
@@ -95,7 +96,7 @@ def test_a_drift_of_the_centre_of_mass_is_noticed(monkeypatch):
 def test_a_neutral_body_of_the_wrong_size_is_not_accepted():
     """With gamma 4/3 an n = 3 polytrope is in balance at any size: small accelerations alone prove nothing."""
     mass, position, _, target = _start(3.0, 500, scale=1.6)
-    problem = replace(polytrope_problem(3.0, 500), equation_of_state=eos.ideal(4 / 3))
+    problem = replace(polytrope_problem(3.0, 500), equation_of_state=gases.ideal(4 / 3))
     constant = np.full(500, Polytrope(3.0).constant)
     loose = Tolerances(residual=0.05, virial=0.1)
     with pytest.raises(NumericalError, match="density is off") as caught:
@@ -121,7 +122,7 @@ def test_a_body_that_turns_too_fast_is_said_to_shed_mass():
 
 def test_a_body_whose_pressure_is_too_great_is_said_to_fly_apart():
     mass, position, entropy, target = _start(1.0, 100)
-    problem = replace(polytrope_problem(1.0, 100), equation_of_state=eos.ideal(1.2))
+    problem = replace(polytrope_problem(1.0, 100), equation_of_state=gases.ideal(1.2))
     with pytest.raises(NumericalError, match=r"it flies apart.*less pressure would be right$"):
         relaxation.relax(problem, mass, position, 1e3 * entropy, **target)
 

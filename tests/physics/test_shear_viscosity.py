@@ -9,11 +9,11 @@ from scipy.special import spherical_jn
 
 from astroinertia.effects import catalogue
 from astroinertia.engines import numba_cpu, xla
+from astroinertia.matter.gases import Ideal
 from astroinertia.models.sph.evaluate import effect_accelerations
 from astroinertia.models.sph.initial import initial_state
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step
-from astroinertia.sph.eos import Ideal
 from astroinertia.sph.initial import place
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.profiles import uniform

@@ -15,11 +15,11 @@ import pytest
 
 from astroinertia.effects import catalogue
 from astroinertia.engines import numba_cpu
+from astroinertia.matter.gases import Ideal
 from astroinertia.models.sph.initial import initial_state
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step
-from astroinertia.sph.eos import Ideal
 
 GAMMA = 5.0 / 3.0
 HALF = 10.0  # half the cube's width, in lattice spacings

@@ -13,11 +13,11 @@ import pytest
 
 from astroinertia.effects.catalogue import build
 from astroinertia.engines.xla import Engine
+from astroinertia.matter import cold_matter, gases
 from astroinertia.models.sph.evaluate import effect_accelerations, evaluated, internal_energy, potential_energies
 from astroinertia.models.sph.initial import initial_state
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
-from astroinertia.sph import eos
 from astroinertia.sph.kernels import KERNELS
 from tests.pairs import PlainEngine
 
@@ -29,9 +29,9 @@ OPTIONS = {
     "external_field": {"quadratic": ((1.0, 0.2, 0.1), (0.2, 0.5, -0.3), (0.1, -0.3, -0.4))},
 }
 EQUATIONS_OF_STATE = {
-    "ideal": eos.Ideal(5 / 3),
-    "isothermal": eos.Isothermal(0.7),
-    "hybrid": eos.Hybrid(nuclear_density=0.5, gamma_1=1.325, gamma_2=2.5, gamma_thermal=1.5, constant=0.3),
+    "ideal": gases.Ideal(5 / 3),
+    "isothermal": gases.Isothermal(0.7),
+    "hybrid": cold_matter.Hybrid(nuclear_density=0.5, gamma_1=1.325, gamma_2=2.5, gamma_thermal=1.5, constant=0.3),
 }
 
 

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.models.sph.contact import DEPTH, GROUPS, contact_limit
+from astroinertia.models.sph.limits import DEPTH, GROUPS, contact_limit
 
 SUPPORT = 2.0
 

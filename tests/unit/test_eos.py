@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies.polytrope import Polytrope
-from astroinertia.sph import eos
+from astroinertia.matter import cold_matter, gases
 
 RHO = np.geomspace(0.05, 40.0, 401)
-PIECES = eos.piecewise_polytropic([0.3, 1.0, 5.0], [4 / 3, 1.6, 3.0, 2.2], 0.4)
-HYBRID = eos.hybrid(nuclear_density=2.0, gamma_1=1.31, gamma_2=2.5, gamma_thermal=1.5, constant=0.7)
+PIECES = cold_matter.piecewise_polytropic([0.3, 1.0, 5.0], [4 / 3, 1.6, 3.0, 2.2], 0.4)
+HYBRID = cold_matter.hybrid(nuclear_density=2.0, gamma_1=1.31, gamma_2=2.5, gamma_thermal=1.5, constant=0.7)
 EVERY = {
-    "ideal": eos.ideal(5 / 3),
-    "isothermal": eos.isothermal(0.3, reference_density=2.0),
-    "polytropic": eos.polytropic(2.0, 0.6),
+    "ideal": gases.ideal(5 / 3),
+    "isothermal": gases.isothermal(0.3, reference_density=2.0),
+    "polytropic": gases.polytropic(2.0, 0.6),
     "piecewise_polytropic": PIECES,
     "hybrid": HYBRID,
 }
@@ -71,7 +71,7 @@ def test_pieces_join(equation, edges):
 
 
 def test_one_piece_is_a_polytrope():
-    single, plain = eos.piecewise_polytropic([], [1.7], 0.9), eos.polytropic(1.7, 0.9)
+    single, plain = cold_matter.piecewise_polytropic([], [1.7], 0.9), gases.polytropic(1.7, 0.9)
     np.testing.assert_array_equal(single.pressure(np, RHO, A), plain.pressure(np, RHO, A))
 
 
@@ -82,8 +82,8 @@ def test_cold_hybrid_matter_has_no_negative_entropy():
 
 def test_core_collapse_constants_hold_the_chandrasekhar_mass():
     """K = 4.897e14 cgs with gamma 4/3 is n = 3: M = 4 pi 2.01824 (K/pi G)^(3/2), Chandrasekhar's for Y_e = 1/2."""
-    values = eos.CORE_COLLAPSE
-    constant = eos.polytropic_constant(values["reference_density"], values["reference_pressure"], 4 / 3)
+    values = cold_matter.CORE_COLLAPSE
+    constant = gases.polytropic_constant(values["reference_density"], values["reference_pressure"], 4 / 3)
     unit = Polytrope(3.0).constant  # K of M = 1 with G = 1: K = unit G M^(2/3)
     mass = (constant / (unit * 6.6743e-11)) ** 1.5
     assert mass / 1.98841e30 == pytest.approx(1.44, abs=0.01)
@@ -91,28 +91,28 @@ def test_core_collapse_constants_hold_the_chandrasekhar_mass():
 
 def test_core_collapse_constant_is_the_same_number_in_cgs_for_every_gamma():
     for gamma in (1.28, 1.31, 4 / 3):
-        assert eos.polytropic_constant(1.0, 4.897e14, gamma) == 4.897e14
-        si = eos.polytropic_constant(1.0e3, 4.897e13, gamma)
+        assert gases.polytropic_constant(1.0, 4.897e14, gamma) == 4.897e14
+        si = gases.polytropic_constant(1.0e3, 4.897e13, gamma)
         assert si * 1.0e13**gamma == pytest.approx(0.1 * 4.897e14 * 1.0e10**gamma, rel=1e-12)
 
 
 def test_gamma_is_differentiable():
     with jax.enable_x64(True):
-        slope = jax.grad(lambda e: e.pressure(jnp, jnp.float64(2.0), jnp.float64(0.3)))(eos.ideal(1.4))
+        slope = jax.grad(lambda e: e.pressure(jnp, jnp.float64(2.0), jnp.float64(0.3)))(gases.ideal(1.4))
         assert float(slope.gamma) == pytest.approx(0.3 * 2**1.4 * np.log(2), rel=1e-14)
 
 
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: eos.ideal(1.0), "above 1"),
-        (lambda: eos.ideal(1.0 + 1e-9), "above 1, by 1e-06 at least"),
-        (lambda: eos.ideal(float("nan")), "finite"),
-        (lambda: eos.polytropic(2.0, -1.0), "constant must be positive"),
-        (lambda: eos.isothermal(0.0), "sound_speed must be positive"),
-        (lambda: eos.piecewise_polytropic([1.0], [2.0], 1.0), "need 2 gammas"),
-        (lambda: eos.piecewise_polytropic([2.0, 1.0], [2.0, 2.0, 2.0], 1.0), "ascend"),
-        (lambda: eos.hybrid(2.0, 1.3, 2.5, 1.0, 1.0), "gamma_thermal must be above 1"),
+        (lambda: gases.ideal(1.0), "above 1"),
+        (lambda: gases.ideal(1.0 + 1e-9), "above 1, by 1e-06 at least"),
+        (lambda: gases.ideal(float("nan")), "finite"),
+        (lambda: gases.polytropic(2.0, -1.0), "constant must be positive"),
+        (lambda: gases.isothermal(0.0), "sound_speed must be positive"),
+        (lambda: cold_matter.piecewise_polytropic([1.0], [2.0], 1.0), "need 2 gammas"),
+        (lambda: cold_matter.piecewise_polytropic([2.0, 1.0], [2.0, 2.0, 2.0], 1.0), "ascend"),
+        (lambda: cold_matter.hybrid(2.0, 1.3, 2.5, 1.0, 1.0), "gamma_thermal must be above 1"),
     ],
 )
 def test_bad_parameters_get_one_sentence(make, sentence):

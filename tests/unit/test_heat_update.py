@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies.tillotson import BASALT, IRON
+from astroinertia.matter import isentropes as tables
 from astroinertia.models.sph.heat import exchange_of, heat_update
-from astroinertia.sph import isentropes as tables
 
 COUNT = 300
 random = np.random.default_rng(11)

@@ -13,12 +13,12 @@ from astroinertia.build.fluids import equation_of_state
 from astroinertia.cli import meter as cli_meter
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.integrate import adaptive
+from astroinertia.matter import cold_matter
 from astroinertia.models import ellipsoid
 from astroinertia.models.homology import Kepler
 from astroinertia.run import loop
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
-from astroinertia.sph import eos
 from astroinertia.sph.initial import isotropised, place
 from astroinertia.sph.profiles import power_law
 
@@ -147,7 +147,7 @@ def test_a_scene_whose_pressures_no_numbers_hold_is_refused():
     scene = load.loads(GASES.replace("EQUATION", f'kind = "piecewise_polytropic"\n{pieces}'))
     with pytest.raises(SceneError, match="beyond what numbers hold"):
         equation_of_state(scene, code_units(scene), None)
-    assert eos.piecewise_polytropic([1e-5, 1e5], [2.0, 1.5, 2.0], 1.0)
+    assert cold_matter.piecewise_polytropic([1e-5, 1e5], [2.0, 1.5, 2.0], 1.0)
 
 
 def test_particles_in_a_plane_cannot_be_spread():

@@ -10,9 +10,10 @@ from astroinertia.build.assemble import metadata, prepare
 from astroinertia.build.fluids import equation_of_state
 from astroinertia.build.spheres import sphere
 from astroinertia.errors import SceneError
+from astroinertia.matter import cold_matter, gases
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
-from astroinertia.sph import eos, profiles
+from astroinertia.sph import profiles
 from astroinertia.sph.initial import place
 from astroinertia.sph.rotating import ColdLaw, mapped
 from astroinertia.sph.rotation import rotation_velocity
@@ -36,9 +37,9 @@ kind = "ideal"
 end = 1.0
 """
 FLUIDS = {
-    "polytropic": eos.polytropic(5 / 3, 1.3),
-    "piecewise": eos.piecewise_polytropic([0.1, 0.5], [1.6, 2.5, 1.9], 1.0),
-    "hybrid": eos.hybrid(0.3, 4 / 3, 2.5, 1.5, 0.7),
+    "polytropic": gases.polytropic(5 / 3, 1.3),
+    "piecewise": cold_matter.piecewise_polytropic([0.1, 0.5], [1.6, 2.5, 1.9], 1.0),
+    "hybrid": cold_matter.hybrid(0.3, 4 / 3, 2.5, 1.5, 0.7),
 }
 
 
@@ -55,7 +56,7 @@ def test_the_cold_law_is_inverted_to_round_off_and_holds_a_star_up(fluid):
 
 def test_a_gas_without_a_surface_is_refused():
     with pytest.raises(ValueError, match="enthalpy vanishes"):
-        ColdLaw(eos.isothermal(1.0), 1.0)
+        ColdLaw(gases.isothermal(1.0), 1.0)
 
 
 @pytest.mark.parametrize("law", [RotationLaw(), RotationLaw("j_constant", 0.3)], ids=lambda law: law.kind)

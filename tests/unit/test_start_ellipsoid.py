@@ -10,9 +10,9 @@ import pytest
 from astroinertia.build import ellipsoid as start_ellipsoid, placing
 from astroinertia.build.spheres import sphere, stretch
 from astroinertia.errors import SceneError
+from astroinertia.matter.gases import ideal
 from astroinertia.scene import load, plan
 from astroinertia.sph import profiles
-from astroinertia.sph.eos import ideal
 
 SCENE = """
 name = "star"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from astroinertia.errors import SceneError
-from astroinertia.sph.isentropes import isentropes, tabulated
-from astroinertia.sph.table_equation import read_equation
+from astroinertia.matter.isentropes import isentropes, tabulated
+from astroinertia.matter.table_equation import read_equation
 
 GAMMA = 1.4
 RHO, HEAT = np.meshgrid(np.geomspace(0.1, 10.0, 30), np.geomspace(0.2, 40.0, 40), indexing="ij")

@@ -7,8 +7,8 @@ import pytest
 
 from astroinertia.bodies import tillotson
 from astroinertia.engines.elementwise import Table, elementwise, totals
-from astroinertia.sph import isentropes as tables
-from astroinertia.sph.interior import isentrope
+from astroinertia.matter import isentropes as tables
+from astroinertia.matter.interior import isentrope
 
 IRON, ROCK = tillotson.IRON, tillotson.BASALT
 GAMMA = 1.4

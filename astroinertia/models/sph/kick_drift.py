@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from astroinertia.engines.elementwise import added, elementwise
-from astroinertia.ledger.moments import Whole
-from astroinertia.ledger.regions import Ledgers
+from astroinertia.ledger.moments import Ledgers, Whole
 from astroinertia.models.sph import points
 from astroinertia.models.sph.heat import Heat, after_heat, entropy_after
 from astroinertia.models.sph.state import State, rows

@@ -8,8 +8,8 @@ import numpy as np
 
 from astroinertia.bodies.materials import inverted
 from astroinertia.engines.pytree import pytree
-from astroinertia.sph.isentropes import spline_coefficients
-from astroinertia.sph.tabulated import NUMBERS, Tabulated, combined, curvatures, slopes
+from astroinertia.matter.isentropes import spline_coefficients
+from astroinertia.matter.tabulated import NUMBERS, Tabulated, combined, curvatures, slopes
 
 Array = Any
 _NO_PRESSURE = 1e-5  # of the greatest bulk modulus: what is less is where matter has come apart

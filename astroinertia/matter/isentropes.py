@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.linalg import solve_banded
 
-from astroinertia.sph.tabulated import MOST_LABELS, NUMBERS, Tabulated
+from astroinertia.matter.tabulated import MOST_LABELS, NUMBERS, Tabulated
 
 Array = Any
 DENSITIES, LABELS = 1536, 160  # nodes of a table: steps of 1% in density over fifteen e-foldings

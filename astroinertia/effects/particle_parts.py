@@ -1,0 +1,139 @@
+"""What an effect may do to a fluid of particles."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Self
+
+from astroinertia.engines.terms import PairTerm
+
+
+class ParticleParts:
+    """The parts of an effect on particles.
+
+    One evaluation runs
+
+        gradient_fields -> gradient pass (fluid.gradients) -> remember (fluid.memory) -> fields
+        -> neighbour and all-pairs passes, own_sums (fluid.sums)
+        -> acceleration, drag, exchange, potential_energy, virial, timestep
+
+    `fluid` is a sph.fluid.Fluid: time, mass (N,), position (N, 3), velocity (N, 3), entropy (N,), smoothing_length
+    (N,), density (N,), grad_h (N,), zeta (N,) where softening is adaptive, pressure (N,), sound_speed (N,),
+    internal_energy (N,) (of unit mass), thermal_energy (N,) (its part above the cold curve), acceleration (N, 3) (total
+    of the previous evaluation, zero on the first), gradients and sums {kind: {output: array}}, memory {name: array},
+    points {kind: point masses beside the fluid}, kernel (a name), centre (3,) and centre_velocity (3,) of mass. Pair
+    outputs: "acceleration" (central), "heating" (sum, du/dt), "potential" (sum), "signal" (max, a speed that must not
+    cross a smoothing length within the time step).
+
+    With individual time steps the fluid may hold some of the body's particles alone (centre and centre_velocity stay
+    those of the whole), and `remember` is given an interval for each, (N,). An acceleration then acts on a particle
+    over its own interval; that of an effect of the whole body, on all of them over the longest.
+    """
+
+    central: ClassVar[bool] = False
+    """Acts between particles along their separation: no net force, symmetric virial tensor."""
+    whole_body: ClassVar[bool] = False
+    """Its acceleration depends on the body as a whole: with individual time steps it acts with the longest of them."""
+
+    @property
+    def needs_zeta(self) -> bool:
+        """Whether it needs fluid.zeta, the response of the softened potential to the smoothing length."""
+        return False
+
+    @property
+    def fixed_length(self) -> Any | None:
+        """The smoothing length that it asks all particles to keep; None where lengths follow the density."""
+        return None
+
+    @property
+    def direct(self) -> Self:
+        """The effect with plain sums over all pairs in place of sums of its own: for few particles."""
+        return self
+
+    @property
+    def gradient_terms(self) -> tuple[PairTerm, ...]:
+        """Pair terms of the pass before the forces, over neighbours."""
+        return ()
+
+    @property
+    def neighbour_terms(self) -> tuple[PairTerm, ...]:
+        """Pair terms of the force pass over neighbours."""
+        return ()
+
+    @property
+    def all_pair_terms(self) -> tuple[PairTerm, ...]:
+        """Pair terms over all pairs."""
+        return ()
+
+    def gradient_fields(self, xp: Any, fluid: Any) -> dict[str, Any]:
+        """Per-particle fields that gradient_terms name, beyond mass, position, velocity and smoothing_length."""
+        return {}
+
+    def fields(self, xp: Any, fluid: Any) -> dict[str, Any]:
+        """Per-particle fields that neighbour_terms and all_pair_terms name."""
+        return {}
+
+    def initial_memory(self, xp: Any, fluid: Any) -> dict[str, Any]:
+        """State of the effect's own, one array (N,) a name, before the first evaluation."""
+        return {}
+
+    def remember(self, xp: Any, fluid: Any, interval: Any) -> dict[str, Any]:
+        """That state, `interval` after it was last brought up to date (0 on the first evaluation)."""
+        return {}
+
+    def acceleration(self, xp: Any, fluid: Any) -> Any | None:
+        """Per-particle acceleration (N, 3) that does not depend on the particle's own velocity."""
+        return None
+
+    def drag(self, fluid: Any) -> Any | None:
+        """Matrix M (3, 3) of an acceleration M v, taken at the mean velocity of a kick."""
+        return None
+
+    def reaction(self, xp: Any, fluid: Any, weight: Any) -> Any | None:
+        """sum over particles of weight (N,) times what unit mass does to the effect's moving point masses, (n, 3).
+
+        With masses as the weights it is their acceleration, with masses times a span of time what is added to their
+        velocities: minus what the effect does to the fluid.
+        """
+        return None
+
+    def initial_history(self, xp: Any) -> Any | None:
+        """What the effect keeps of the whole body from step to step, beside the particles, in fluid.points."""
+        return None
+
+    def history(self, xp: Any, fluid: Any) -> Any | None:
+        """The same with the whole body as it is now, once a step; with individual steps, once in the longest."""
+        return None
+
+    def recorded(self, state: Any) -> dict[str, Any]:
+        """Arrays that a record of the series has of the effect beside its rows (dataset.schema.OF_EFFECTS)."""
+        return {}
+
+    def exchange(self, xp: Any, fluid: Any) -> tuple[Any, Any] | None:
+        """Gain g and decay k, each (N,), of du/dt = g - k u: heat exchanged with the surroundings, u thermal energy."""
+        return None
+
+    def arranged(self, engine: Any, arrangement: Any, state: Any) -> Any | None:
+        """What own_sums needs to know of particles that were just sorted (models.sph.state.State), if anything."""
+        return None
+
+    def own_sums(
+        self, engine: Any, arrangement: Any, own: Any, fluid: Any, before: dict[str, Any], virial: bool
+    ) -> dict[str, Any]:
+        """Sums that the effect takes by a method of its own, {output: array}; with `virial` also its V, (3, 3).
+
+        arrangement: the engine's; own: what `arranged` made; before: the effect's sums of the evaluation before, {} on
+        the first.
+        """
+        return {}
+
+    def potential_energy(self, xp: Any, fluid: Any) -> Any | None:
+        """Scalar whose gradient is the effect's force, where there is one."""
+        return None
+
+    def virial(self, xp: Any, fluid: Any) -> Any | None:
+        """V (3, 3) = sum m (x - centre) (x) a of a per-particle effect, drag included, by a route of its own."""
+        return None
+
+    def timestep(self, xp: Any, fluid: Any) -> Any | None:
+        """The effect's own time for each particle (N,), or for all, which is multiplied by the Courant factor."""
+        return None

@@ -1,0 +1,49 @@
+"""What an effect may do to a body that keeps its shape, or changes it as prescribed."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Self
+
+
+class RigidParts:
+    """The parts of an effect on a rigid body; `body` is models.rigid.View."""
+
+    follows_spin: ClassVar[bool] = False
+    """Its torque depends on the angular velocity or on L, or it has a slip."""
+    conservative: ClassVar[bool] = False
+    """Its `potential` does not depend on time: what it does to a rigid body is found again there."""
+
+    def torque(self, body: Any) -> Any | None:
+        """Torque (3,) on a rigid body about its centre of mass, or its pivot, in inertial axes."""
+        return None
+
+    def slip(self, body: Any) -> Any | None:
+        """Angular velocity (3,) by which a rigid body's axes turn beyond I^-1 L: internal forces, which leave L alone.
+
+        Its power, slip . (omega cross L), must not be positive: it is the heat that the body gains.
+        """
+        return None
+
+    def potential(self, body: Any) -> Any | None:
+        """Scalar that the torque on a rigid body derives from, where there is one."""
+        return None
+
+    def rigid_virial(self, body: Any) -> Any | None:
+        """V (3, 3) of a rigid body about its centre of mass; without it, the torque's antisymmetric part alone."""
+        return None
+
+    def frequency(self, body: Any) -> Any | None:
+        """The largest angular frequency that the torque brings to a rigid body, which steps must resolve."""
+        return None
+
+    def breaks(self, start: float, end: float) -> tuple[float, ...]:
+        """Times after the start, up to the end, at which a rigid body's torque begins or ends, or an impulse comes."""
+        return ()
+
+    def during(self, start: float, end: float) -> Self:
+        """The effect as it is between two breaks: the same, with other numbers."""
+        return self
+
+    def impulse(self, body: Any) -> Any | None:
+        """What is added to the angular momentum of a rigid body at once, (3,), at one of the breaks."""
+        return None
