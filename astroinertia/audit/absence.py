@@ -17,7 +17,6 @@ from astroinertia.process.children import completed
 from astroinertia.scene.schema import Scene
 
 STEPS = 8  # of which the median is taken for a cost
-NEEDED = {"viscosity": ("pressure",), "conduction": ("pressure",)}  # what cannot be without another one
 
 
 @dataclass(frozen=True)
@@ -96,7 +95,7 @@ def with_costs(audit: Audit, scene: Scene, tell: Callable[[str], None] = lambda 
     whole = _asked(scene, None, STEPS)["seconds"]
     spent: dict[str, float | None] = {}
     for share in audit.shares:
-        if share.listed and not any(share.kind in NEEDED.get(other, ()) for other in scene.effects):
+        if share.listed and not any(share.kind in scene.entries[other].needs for other in scene.effects):
             tell(f"without {share.kind}")
             spent[share.kind] = whole - _asked(scene, share.kind, STEPS)["seconds"]
     shares = tuple(replace(share, seconds=spent.get(share.kind)) for share in audit.shares)

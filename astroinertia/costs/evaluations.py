@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 from astroinertia.costs.machine import REFERENCE_NEIGHBOURS, Machine, Seconds
 from astroinertia.scene import gravity_costs
@@ -45,7 +44,8 @@ def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seco
     parts = {"density": passed("density")}
     for kind in near:
         part = FORCE_SHARES.get(kind, FURTHER_SHARE) * passed("forces")
-        if has_gradients(scene, kind):
+        asks = scene.entries[kind].gradients
+        if asks is not None and asks(scene.effects[kind]):
             part = part + passed("gradients")
         parts[kind] = part
     if "gravity" in scene.effects:
@@ -66,14 +66,6 @@ def gravity(scene: Scene, particles: int, machine: Machine) -> Seconds:
     growth = gravity_costs.COSTS["numba_cpu", precision].growth
     costlier = (gravity_costs.FORCE_ERROR / error) ** growth
     return costs["fixed.multipole"] + costlier * particles * costs[f"{precision}.multipole"]
-
-
-def has_gradients(scene: Scene, kind: str) -> bool:
-    """Whether an effect between neighbours asks for a pass over gradients."""
-    if kind == "viscosity":
-        options: Any = scene.effects[kind]
-        return options["switch"] != "none" or options["limiter"] != "none"
-    return kind == "shear_viscosity"
 
 
 def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine) -> dict[str, Seconds]:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.costs.evaluations import Counts
+from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.scene.schema import Scene
 from astroinertia.storage import cache
 
@@ -21,11 +22,9 @@ PILOT = "a pilot run"
 PARTICLES = 300  # of a pilot, of all bodies
 LAST = 0.25  # of the time that was followed: as it was last
 _VERSION = 1  # part of the cache key: raise it when a pilot's outcome changes meaning
-# Powers of the number of particles that limits fall with; those not named do not.
-GROWTH = {
-    **dict.fromkeys(("pressure", "viscosity", "conduction", "contact"), 1.0 / 3.0),
-    "shear_viscosity": 2.0 / 3.0,
-    "acceleration": 1.0 / 6.0,
+# Powers of the number of particles that limits fall with, as those of effects do (Entry.limit_power); others do not.
+GROWTH = {"contact": 1.0 / 3.0, "acceleration": 1.0 / 6.0} | {
+    kind: each.limit_power for kind, each in CATALOGUE.items()
 }
 
 

@@ -9,19 +9,26 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from astroinertia.effects.affine_parts import AffineParts
     from astroinertia.effects.effect import Effect
     from astroinertia.effects.entries import REQUIRED, Option, not_negative, positive
     from astroinertia.effects.measure import Measure
+    from astroinertia.effects.particle_parts import ParticleParts
+    from astroinertia.effects.rigid_parts import RigidParts
     from astroinertia.engines.pytree import pytree
     from astroinertia.engines.terms import Output, PairTerm
     from astroinertia.units import Dimension
 
 __all__ = [
-    "REQUIRED", "Dimension", "Effect", "Measure", "Option", "Output", "PairTerm", "not_negative", "positive", "pytree",
+    "REQUIRED", "AffineParts", "Dimension", "Effect", "Measure", "Option", "Output", "PairTerm", "ParticleParts",
+    "RigidParts", "not_negative", "positive", "pytree",
 ]  # fmt: skip
 
 _ROOMS = {
     "effects.effect": ("Effect",),
+    "effects.particle_parts": ("ParticleParts",),
+    "effects.affine_parts": ("AffineParts",),
+    "effects.rigid_parts": ("RigidParts",),
     "effects.entries": ("REQUIRED", "Option", "not_negative", "positive"),
     "effects.measure": ("Measure",),
     "engines.terms": ("Output", "PairTerm"),

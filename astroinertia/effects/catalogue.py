@@ -62,6 +62,7 @@ CATALOGUE: Mapping[str, Entry] = {
         ALL_MODELS,
         size=sizes.GRAVITY,
         colour="blue",
+        auto="always",
     ),
     "pressure": Entry(
         "astroinertia.effects.pressure",
@@ -73,6 +74,8 @@ CATALOGUE: Mapping[str, Entry] = {
         ALL_MODELS,
         size=sizes.PRESSURE,
         colour="vermillion",
+        auto="always",
+        limit_power=1.0 / 3.0,
     ),
     "viscosity": Entry(
         "astroinertia.effects.viscosity",
@@ -105,6 +108,10 @@ CATALOGUE: Mapping[str, Entry] = {
         numerical=True,
         size=sizes.VISCOSITY,
         colour="green",
+        auto="always",
+        needs=("pressure",),
+        limit_power=1.0 / 3.0,
+        gradients=lambda options: options["switch"] != "none" or options["limiter"] != "none",
     ),
     "conduction": Entry(
         "astroinertia.effects.conduction",
@@ -125,6 +132,9 @@ CATALOGUE: Mapping[str, Entry] = {
         numerical=True,
         size=sizes.CONDUCTION,
         colour="orange",
+        auto="touching",
+        needs=("pressure",),
+        limit_power=1.0 / 3.0,
     ),
     "damping": Entry(
         "astroinertia.effects.damping",
@@ -215,6 +225,7 @@ CATALOGUE: Mapping[str, Entry] = {
         "particles",
         "Rein & Liu 2012; Hernquist & Katz 1989",
         size=sizes.COMPANIONS,
+        auto="companions",
     ),
     "sinks": Entry(
         "astroinertia.effects.sinks",
@@ -303,6 +314,8 @@ CATALOGUE: Mapping[str, Entry] = {
         ("sph", "ellipsoid"),
         size=sizes.SHEAR_VISCOSITY,
         colour="green",
+        limit_power=2.0 / 3.0,
+        gradients=lambda options: True,
     ),
     "radiation_reaction": Entry(
         "astroinertia.effects.radiation_reaction",
@@ -314,6 +327,7 @@ CATALOGUE: Mapping[str, Entry] = {
         ("sph", "ellipsoid"),
         size=sizes.RADIATION_REACTION,
         colour="orange",
+        auto="always",
     ),
     **HEAT,
     **RIGID,

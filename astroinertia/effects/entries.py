@@ -57,8 +57,12 @@ class Entry:
     models: those that have it. A numerical device of particles is not physics: other models need it not and skip it.
     size: how its size in a scene is estimated; None where it states none. colour: that of figures, of plots.style; a
     spare one without it. pace: from its options, the time that steps must resolve and until when (None: to the end),
-    where these follow from options alone. made: the class itself, of an effect that is
-    not of this package; package: name and version of the one that it comes from, empty where it was given from Python.
+    where these follow from options alone. auto: where `effects = "auto"` considers it that is not among a scene's
+    candidates: "always", where there are "companions", or where bodies or kinds of matter are "touching". needs: the
+    effects that it cannot be without. gradients: whether it asks for a pass over gradients, from its options.
+    limit_power: of the number of particles, that its time-step limit falls with. made: the class itself, of an effect
+    that is not of this package; package: name and version of the one that it comes from, empty where it was given from
+    Python.
     """
 
     module: str
@@ -72,6 +76,10 @@ class Entry:
     size: Measure | None = None
     colour: str = ""
     pace: Pace | None = None
+    auto: Literal["", "always", "companions", "touching"] = ""
+    needs: tuple[str, ...] = ()
+    gradients: Callable[[Mapping[str, Any]], bool] | None = None
+    limit_power: float = 0.0
     made: type | None = None
     package: str = ""
 

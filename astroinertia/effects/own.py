@@ -9,7 +9,7 @@ A scene names a kind and never code (effects.doors). The class says of itself wh
 effects (effects.effect.Effect). Tests: tests/unit/test_doors.py.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
@@ -36,19 +36,24 @@ def entry_of(made: Any, package: str = "") -> Entry:
         raise EFFECTS.refused(made, package, f"its `models` must be some of {', '.join(ALL_MODELS)}")
     return Entry(
         made.__module__, made.__name__, text, made.options, _loop(made, Effect), made.source, tuple(made.models),
-        made.numerical, size=made.size, made=made, package=package,
+        made.numerical, size=made.size, gradients=_gradients(made, Effect), made=made, package=package,
     )  # fmt: skip
 
 
 def _loop(made: Any, plain: Any) -> Cost:
     """The loop that it needs, by the parts that it has."""
-
-    def has(*names: str) -> bool:
-        return any(getattr(made, name) is not getattr(plain, name) for name in names)
-
-    if has("all_pair_terms"):
+    if _has(made, plain, "all_pair_terms"):
         return "all pairs"
-    return "neighbours" if has("neighbour_terms", "gradient_terms") else "body" if made.whole_body else "particles"
+    near = _has(made, plain, "neighbour_terms", "gradient_terms")
+    return "neighbours" if near else "body" if made.whole_body else "particles"
+
+
+def _gradients(made: Any, plain: Any) -> Callable[[Mapping[str, Any]], bool] | None:
+    return (lambda options: True) if _has(made, plain, "gradient_terms") else None
+
+
+def _has(made: Any, plain: Any, *names: str) -> bool:
+    return any(getattr(made, name) is not getattr(plain, name) for name in names)
 
 
 def classes(effects: Sequence[Any]) -> dict[str, Entry]:

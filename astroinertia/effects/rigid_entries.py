@@ -106,6 +106,7 @@ RIGID: Mapping[str, Entry] = {
         ("rigid",),
         size=torque_sizes.GRAVITY_GRADIENT,
         colour="blue",
+        auto="always",
     ),
     "tidal_torque": Entry(
         "astroinertia.effects.tidal_torque",

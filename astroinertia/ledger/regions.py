@@ -66,7 +66,7 @@ class RegionLedger:
 
     def kicked(
         self, xp: Any, weight: Array, position: Array, before: Array, after: Array,
-        increments: Sequence[Array | None], dt: Array | float, complete: bool,
+        increments: Sequence[Array | None], dt: Array | float = 1.0, complete: bool = True,
     ) -> "RegionLedger":  # fmt: skip
         """The ledger after a kick, as ledger.after_kick; weight (n,) is the mass of members, and zero of the others."""
         mass, centre, velocity = self.whole

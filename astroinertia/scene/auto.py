@@ -9,7 +9,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Any
 
-from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.effects.catalogue import CATALOGUE, LIGHT
 from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.sizes import MARGIN, Size, effect_size
 from astroinertia.scene.characteristic import characteristic
@@ -19,10 +19,6 @@ from astroinertia.scene.schema import Scene
 AUTO = "auto"
 FIRST = ("gravity", "pressure")
 ACCURACY = 1e-3  # where a scene asks for none
-# Effects without an option that must be given. Conduction is not among them: what it smooths is an error of particles,
-# of no size that a scene tells, so that it is considered where a scene has it among its candidates or where kinds of
-# matter touch.
-BY_THEMSELVES = ("gravity", "pressure", "viscosity", "companions", "gravity_gradient", "radiation_reaction")
 
 
 @dataclass(frozen=True)
@@ -82,17 +78,16 @@ def settled(body: Characteristic, effects: Collection[str]) -> Characteristic:
 
 
 def _considered(scene: Scene, body: Characteristic) -> dict[str, dict[str, Any]]:
-    found = dict(scene.candidates)
-    kinds = [*BY_THEMSELVES, *(["conduction"] if body.touching else [])]
-    for kind in kinds:
-        entry = CATALOGUE[kind]
-        unlit = kind == "radiation_reaction" and scene.dimensionless  # there the speed of light has no value
+    """What the scene has among its candidates, and the effects without an option that must be given."""
+    considered = dict(scene.candidates)
+    where = {"always"} | ({"touching"} if body.touching else set())
+    where |= {"companions"} if scene.companions or scene.orbits.archive is not None else set()
+    for kind, entry in CATALOGUE.items():
+        unlit = scene.dimensionless and any(option.default is LIGHT for option in entry.options.values())
         boxed = scene.box is not None and entry.cost != "neighbours"
-        alone = kind == "companions" and not scene.companions and scene.orbits.archive is None
-        if kind in found or scene.model not in entry.models or unlit or boxed or alone:
-            continue
-        found[kind] = effect_options({kind: {}}, scene.dimensionless)[kind]
-    return found
+        if entry.auto in where and kind not in considered and scene.model in entry.models and not (unlit or boxed):
+            considered[kind] = effect_options({kind: {}}, scene.dimensionless)[kind]
+    return considered
 
 
 def _needed(kind: str, scene: Scene, body: Characteristic) -> str:

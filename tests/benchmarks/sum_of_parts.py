@@ -21,8 +21,8 @@ import jax
 import numpy as np
 from fair_times import machine, publish, rows_of
 
-from astroinertia.audit.absence import NEEDED
 from astroinertia.build.assemble import prepare
+from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
@@ -72,7 +72,7 @@ def with_effects(scene: Scene, kinds: Sequence[str], timestep: float | None = No
 
 def parts(kinds: Sequence[str]) -> dict[str, tuple[tuple[str, ...], tuple[str, ...]]]:
     """{effect: (the least scene that it can stand in, the same without it)}."""
-    least = {kind: tuple(each for each in kinds if each in (kind, *NEEDED.get(kind, ()))) for kind in kinds}
+    least = {kind: tuple(each for each in kinds if each in (kind, *CATALOGUE[kind].needs)) for kind in kinds}
     return {kind: (whole, tuple(each for each in whole if each != kind)) for kind, whole in least.items()}
 
 
