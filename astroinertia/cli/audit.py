@@ -1,6 +1,5 @@
 """The option `plan --audit`: a table of what the program holds of each effect. Printing is left to main.py."""
 
-import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -8,18 +7,18 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from astroinertia.cli.parser import Add
+
 if TYPE_CHECKING:
     from astroinertia.audit.absence import Audit
     from astroinertia.scene.schema import Scene
 
 
-def add_arguments(command: argparse.ArgumentParser) -> None:
+def add_arguments(add: Add) -> None:
     """Add the options of `plan --audit`."""
-    command.add_argument(
-        "--audit", action="store_true",
+    add("--audit", action="store_true",
         help="prove absence: run one step in an interpreter of its own and count the operations, arrays and modules of "
-        "every effect; with particles also what a step takes without each one, which compiles again",
-    )  # fmt: skip
+        "every effect; with particles also what a step takes without each one, which compiles again")  # fmt: skip
 
 
 def audited(scene: "Scene", begin: Callable[[str], None]) -> "Audit":
