@@ -1,11 +1,11 @@
 """The command `calibrate`, and what `plan` and `run` say of costs. Printing is left to main.py."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from astroinertia.cli.parser import Add, Options
+from astroinertia.cli.parser import Add, Options, Say
 
 if TYPE_CHECKING:
     from astroinertia.scene.plan import Plan
@@ -20,7 +20,6 @@ example: astroinertia calibrate
          astroinertia plan star.toml
          astroinertia plan star.toml --pilot
 """
-Say = Callable[[str], None]
 
 
 def add_plan_arguments(add: Add) -> None:

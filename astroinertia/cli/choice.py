@@ -3,16 +3,13 @@
 Printing is left to main.py.
 """
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from astroinertia.cli.parser import Add
+from astroinertia.cli.parser import Add, Say
 
 if TYPE_CHECKING:
     from astroinertia.scene.schema import Scene
-
-Say = Callable[[str], None]
 
 
 def add_arguments(add: Add) -> None:

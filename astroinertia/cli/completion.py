@@ -7,8 +7,9 @@ from astroinertia.cli.parser import Add
 from astroinertia.guide.pages import TOPICS
 
 HELP = """\
-Once for each user; shells that are started from then on complete what is begun when Tab is pressed. Bash needs its
-package bash-completion for that, and zsh a compinit in ~/.zshrc.
+Once for each user; shells that are started from then on complete what is begun when Tab is pressed. The folder must
+be there. Bash needs its package bash-completion, and zsh a compinit in ~/.zshrc and a folder of $fpath that you may
+write to.
 
 example: astroinertia completion bash > ~/.local/share/bash-completion/completions/astroinertia
          astroinertia completion zsh > "${fpath[1]}/_astroinertia"

@@ -4,11 +4,11 @@ import json
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
 from astroinertia.cli.parser import Add, Options
+from astroinertia.cli.screen import titled
 from astroinertia.errors import SceneError
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def _asked_for(name: str, words: list[str]) -> bool:
 def table(family: Family, _: int) -> Table:
     """A family as it is shown, on a console of any width."""
     rows = family.rows
-    shown = Table(box=box.SIMPLE_HEAD, title=family.title, title_justify="left", title_style="bold", padding=(0, 1))
+    shown = titled(family.title)
     shown.add_column("case, and what stable means", min_width=30)
     for verdict in rows[0]:
         shown.add_column(verdict.mode, min_width=24)

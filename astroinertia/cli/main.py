@@ -126,15 +126,15 @@ def _ended(sentence: str) -> str:
 
 def _commands() -> dict[str, Command]:
     """The commands: function, what it does, end of its help, what adds its arguments."""
-    run, example = (stop.add_arguments, hosts.add_arguments, cli_sweep.add_arguments), "--output runs/coarse"
+    running = (stop.add_arguments, hosts.add_arguments, cli_sweep.add_arguments)
     return {
         "new": Command(_new, "write a commented example scene", "star.toml", (_add_new,)),
         "plan": Command(_plan, "say what a scene calls for, why, and what it costs", "star.toml",
                         (add_scene, audit.add_arguments, cli_calibrate.add_plan_arguments, choice.add_arguments)),
-        "run": Command(_run, "run a scene", f"star.toml --set body.particles=5000 {example}. {stop.EXIT_CODES}",
-                       (add_scene, _add_run, choice.add_arguments, *run)),
+        "run": Command(_run, "run a scene", f"star.toml --set body.particles=5000 --output runs/coarse. "
+                       f"{stop.EXIT_CODES}", (add_scene, _add_run, choice.add_arguments, *running)),
         "resume": Command(_resume, "go on with an interrupted run", f"runs/coarse. {stop.EXIT_CODES}",
-                          (_add_resume, *run)),
+                          (_add_resume, *running)),
         "show": Command(_show, "print a summary of a result and draw its pictures", "runs/coarse", (_add_show,)),
         "movie": Command(_movie, "film a run", movie.HELP, (movie.add_arguments,)),
         "report": Command(_printing("report", pages.report), "tell all of a run in one HTML file: scene, pictures, "

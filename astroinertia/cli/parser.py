@@ -38,6 +38,7 @@ more:
 
 Add = Callable[..., object]  # ArgumentParser.add_argument of one command
 Options = argparse.Namespace  # what a command got
+Say = Callable[[str], None]  # prints a line
 
 
 class Command(NamedTuple):

@@ -1,12 +1,12 @@
 """What `run`, `resume`, `plan` and `show` do with a scene that has [sweep]. Printing is left to main.py."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from astroinertia.cli.meter import Meter
-from astroinertia.cli.parser import Add, Options
+from astroinertia.cli.parser import Add, Options, Say
 
 if TYPE_CHECKING:
     from astroinertia.scene.plan import Plan
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from astroinertia.sweeps.ensemble import Carried, Standing
 
 MOST_ROWS = 20  # of a table of members
-Say = Callable[[str], None]
 
 
 def add_arguments(add: Add) -> None:

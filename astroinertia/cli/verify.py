@@ -4,11 +4,11 @@ import json
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
 from astroinertia.cli.parser import Add, Options
+from astroinertia.cli.screen import titled
 from astroinertia.errors import SceneError
 
 if TYPE_CHECKING:
@@ -55,10 +55,7 @@ def parts(options: Options, begin: Callable[[str], None]) -> "Iterator[Section]"
 def table(section: "Section", width: int = WIDTH) -> Table:
     """One section as it is shown; on narrow terminals the source stands below the quantity."""
     wide = width >= NARROW
-    shown = Table(
-        box=box.SIMPLE_HEAD, title=f"{section.title}  ({section.seconds:.1f} s)", title_justify="left",
-        title_style="bold", padding=(0, 1 if wide else 0), pad_edge=False,
-    )  # fmt: skip
+    shown = titled(f"{section.title}  ({section.seconds:.1f} s)", padding=(0, 1 if wide else 0), pad_edge=False)
     shown.add_column("quantity", min_width=16)
     for name in ("here", "reference", *(["source"] if wide else []), "difference", "tolerance", "verdict"):
         words = name in ("source", "verdict")
