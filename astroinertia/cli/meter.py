@@ -78,6 +78,7 @@ class Meter:
 
         line: what is printed where there is no bar; seconds: since the beginning, where not every line is wanted.
         """
+        self.voice.begin(words)
         if self.bar is not None:
             self.bar.update(self.bar.task_ids[0], completed=share, description=words)
         elif line and not (share < 1.0 and seconds - self.last_line < SECONDS_BETWEEN_LINES):
@@ -99,9 +100,9 @@ class Meter:
         if math.isfinite(progress.planned_steps):
             parts += [f"WARNING: the plan was about {progress.planned_steps:.3g} steps"]
         figures = "  ".join([*([progress.part] if progress.part else []), f"step {progress.step}", *parts])
-        self.voice.begin(f"after step {progress.step}")
         if progress.part != self.part:  # another run, whose time begins again
             self.part, self.last_line = progress.part, float("-inf")
         share = min(1.0, progress.time / progress.end)
         words = (f"{progress.to_go:.0f} s to go  " if math.isfinite(progress.to_go) else "") + figures
         self.show(share, words, f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {words}", progress.wall_time)
+        self.voice.begin(f"after step {progress.step}")

@@ -40,9 +40,7 @@ def carry_out(options: Options, meter: Meter) -> str:
     path = options.output or result.beside(options.run) / ("film.mp4" if movie.ffmpeg() else "film.gif")
 
     def tell(done: int, count: int) -> None:
-        words = f"{done} of {count} pictures"
-        meter.voice.begin(words)
-        meter.show(done / count, words)
+        meter.show(done / count, f"{done} of {count} pictures")
 
     with result.shown(options.run):
         count = movie.write_movie(opened, opened.inertia.snapshots, path, options.fps, options.every, tell)

@@ -35,7 +35,6 @@ example: astroinertia ratios --body Mars
 _DENSITIES, _LENGTHS = ("core_density", "mantle_density"), ("core_radius", "radius")
 _PARAMETERS = (*_DENSITIES, "core_radius", "moment_ratio", "mass", "radius")
 _MOST_VALUES = 100_000
-_DASH = "-"
 
 
 def add_arguments(add: Add) -> None:
