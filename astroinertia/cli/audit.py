@@ -1,25 +1,24 @@
 """The option `plan --audit`: a table of what the program holds of each effect. Printing is left to main.py."""
 
-import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from rich import box
 from rich.table import Table
 from rich.text import Text
+
+from astroinertia.cli.parser import Add
+from astroinertia.cli.screen import titled
 
 if TYPE_CHECKING:
     from astroinertia.audit.absence import Audit
     from astroinertia.scene.schema import Scene
 
 
-def add_arguments(command: argparse.ArgumentParser) -> None:
+def add_arguments(add: Add) -> None:
     """Add the options of `plan --audit`."""
-    command.add_argument(
-        "--audit", action="store_true",
+    add("--audit", action="store_true",
         help="prove absence: run one step in an interpreter of its own and count the operations, arrays and modules of "
-        "every effect; with particles also what a step takes without each one, which compiles again",
-    )  # fmt: skip
+        "every effect; with particles also what a step takes without each one, which compiles again")  # fmt: skip
 
 
 def audited(scene: "Scene", begin: Callable[[str], None]) -> "Audit":
@@ -33,8 +32,7 @@ def audited(scene: "Scene", begin: Callable[[str], None]) -> "Audit":
 
 def table(audit: "Audit") -> Table:
     """The audit as it is shown: effects called for first."""
-    shown = Table(box=box.SIMPLE_HEAD, title="\nwhat the program of a step holds", title_justify="left",
-                  title_style="bold", padding=(0, 1))  # fmt: skip
+    shown = titled("\nwhat the program of a step holds")
     columns = ("effect", "called for", "traced operations", "generated operations", "arrays", "imported", "of a step")
     for number, name in enumerate(columns):
         shown.add_column(name, justify="left" if number < 2 else "right")

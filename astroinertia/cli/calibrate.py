@@ -1,10 +1,11 @@
 """The command `calibrate`, and what `plan` and `run` say of costs. Printing is left to main.py."""
 
-import argparse
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
+
+from astroinertia.cli.parser import Add, Options, Say
 
 if TYPE_CHECKING:
     from astroinertia.scene.plan import Plan
@@ -19,25 +20,16 @@ example: astroinertia calibrate
          astroinertia plan star.toml
          astroinertia plan star.toml --pilot
 """
-Say = Callable[[str], None]
 
 
-def add_arguments(command: argparse.ArgumentParser) -> None:
-    """Add the help of `calibrate`."""
-    command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = HELP
-
-
-def add_plan_arguments(command: argparse.ArgumentParser) -> None:
+def add_plan_arguments(add: Add) -> None:
     """Add what `plan` may do to know costs better."""
-    command.add_argument(
-        "--pilot", action="store_true",
-        help="count the steps by a run with few particles, of about 20 s at most; runs and plans of the "
-        "scene know it from then on",
-    )  # fmt: skip
+    add("--pilot", action="store_true",
+        help="count the steps by a run with few particles, of about 20 s at most; runs and plans of the scene know it "
+        "from then on")  # fmt: skip
 
 
-def report(options: argparse.Namespace, say: Say) -> str:
+def report(options: Options, say: Say) -> str:
     """Measure the machine; what the command prints at the end."""
     from astroinertia.costs import calibration, machine
 
@@ -53,7 +45,7 @@ def report(options: argparse.Namespace, say: Say) -> str:
     return "\n".join(lines)
 
 
-def with_cost(plan: "Plan", scene: "Scene", options: argparse.Namespace, say: Say) -> "Plan":
+def with_cost(plan: "Plan", scene: "Scene", options: Options, say: Say) -> "Plan":
     """The plan with what the run will take; with --pilot a run with few particles counts its steps first."""
     from astroinertia.costs import machine, plan_lines
     from astroinertia.costs.prediction import predict

@@ -3,28 +3,23 @@
 Printing is left to main.py.
 """
 
-import argparse
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from astroinertia.cli.parser import Add, Say
 
 if TYPE_CHECKING:
     from astroinertia.scene.schema import Scene
 
-Say = Callable[[str], None]
 
-
-def add_arguments(command: argparse.ArgumentParser) -> None:
+def add_arguments(add: Add) -> None:
     """Add how long a run may take whose settings are chosen, and whether it has error bars."""
-    command.add_argument(
-        "--minutes", type=float, default=60.0, metavar="M",
+    add("--minutes", type=float, default=60.0, metavar="M",
         help="wall time that the run may take where the scene asks for an accuracy (accuracy = 1e-3) and its settings "
-        "are chosen; where it would take longer, that is reported with the cost (default: 60)",
-    )  # fmt: skip
-    command.add_argument(
-        "--error-bars", dest="overrides", action="append_const", const="output.error_bars=true",
-        help="estimate errors of the headline series from companion runs, as [output] error_bars = true does",
-    )  # fmt: skip
+        "are chosen; where it would take longer, that is reported with the cost (default: 60)")  # fmt: skip
+    add("--error-bars", dest="overrides", action="append_const", const="output.error_bars=true",
+        help="estimate errors of the headline series from companion runs, as [output] error_bars = true "
+        "does")  # fmt: skip
 
 
 def chosen(scene: "Scene", folder: Path, minutes: float, say: Say) -> "Scene":

@@ -1,9 +1,9 @@
 """The command `compare`: its arguments, and what it says and draws. Printing is left to main.py."""
 
-import argparse
 from pathlib import Path
 
 from astroinertia.cli import result
+from astroinertia.cli.parser import Add, Options
 from astroinertia.errors import SceneError
 
 HELP = """\
@@ -20,25 +20,17 @@ example: astroinertia run sims/one_star_three_models.toml --set model=\\"scaling
 """
 
 
-def add_arguments(command: argparse.ArgumentParser) -> None:
-    """Add the options of `compare`, and a help that teaches."""
-    command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = HELP
-    command.add_argument(
-        "runs", metavar="RUN", nargs="+", type=Path, help="netCDF files or folders of runs, two or more"
-    )
-    command.add_argument(
-        "--quantity", action="append", default=[], metavar="NAME", help="what to compare; may be repeated"
-    )
-    command.add_argument("--against", type=Path, metavar="RUN", help="the run that the others are measured against")
-    command.add_argument("--plot", type=Path, metavar="FILE.png", default=Path("compare.png"),
-                         help="the picture (default: compare.png)")  # fmt: skip
+def add_arguments(add: Add) -> None:
+    """Add the options of `compare`."""
+    add("runs", metavar="RUN", nargs="+", type=Path, help="netCDF files or folders of runs, two or more")
+    add("--quantity", action="append", default=[], metavar="NAME", help="what to compare; may be repeated")
+    add("--against", type=Path, metavar="RUN", help="the run that the others are measured against")
+    add("--plot", type=Path, metavar="FILE.png", default=Path("compare.png"), help="the picture (default: compare.png)")
 
 
-def report(options: argparse.Namespace) -> str:
+def report(options: Options) -> str:
     """What the command prints; the picture is written first. SceneError for what cannot be compared."""
-    if options.plot.suffix != ".png" or not options.plot.parent.is_dir():
-        raise SceneError(f"{options.plot} cannot be written: it must be a .png file in a folder that is there")
+    result.must_be_writable(options.plot, ".png")
     if options.against is not None and options.against not in options.runs:
         raise SceneError(f"--against names {options.against}, which is none of the runs that are compared")
     from astroinertia import dataset

@@ -1,9 +1,9 @@
 """The command `export`: its arguments, and what it writes and says. Printing is left to main.py."""
 
-import argparse
 from pathlib import Path
 
 from astroinertia.cli import result
+from astroinertia.cli.parser import Add, Options
 
 HELP = """\
 formats:
@@ -31,19 +31,17 @@ example: astroinertia export runs/pulsar_collapse --to gadget
 """
 
 
-def add_arguments(command: argparse.ArgumentParser) -> None:
-    """Add the options of `export`, and a help that teaches."""
-    command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = HELP
-    command.add_argument("run", metavar="RUN", type=Path, help="folder of a run, or its netCDF file")
-    command.add_argument("--to", required=True, metavar="FORMAT", help="gadget, swift, vtk, csv or zarr")
-    command.add_argument("--snapshot", metavar="N", help="a snapshot's number from 0, last or all (default: last)")
-    command.add_argument(
+def add_arguments(add: Add) -> None:
+    """Add the options of `export`."""
+    add("run", metavar="RUN", type=Path, help="folder of a run, or its netCDF file")
+    add("--to", required=True, metavar="FORMAT", help="gadget, swift, vtk, csv or zarr")
+    add("--snapshot", metavar="N", help="a snapshot's number from 0, last or all (default: last)")
+    add(
         "--output", type=Path, metavar="PATH", help="file to write, or a folder for it (default: beside the run's file)"
     )
 
 
-def report(options: argparse.Namespace) -> str:
+def report(options: Options) -> str:
     """What the command prints, once everything is written. SceneError or ArchiveError says what is wrong."""
     from astroinertia.interop.export import export
 

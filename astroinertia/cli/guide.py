@@ -1,22 +1,20 @@
 """The command `guide`: its argument, the list of topics, and a page on a terminal. Printing is left to main.py."""
 
-import argparse
 import os
 import shlex
 import subprocess
 from contextlib import suppress
 
+from astroinertia.cli.parser import Add
 from astroinertia.guide import pages
 from astroinertia.process import interrupts
 
 WIDEST = 110  # columns, that lines are read comfortably in
 
 
-def add_arguments(command: argparse.ArgumentParser) -> None:
+def add_arguments(add: Add) -> None:
     """Add the topic."""
-    command.add_argument(
-        "topic", nargs="?", metavar="TOPIC", help="page to read, such as ledger; without it, the list of topics"
-    )
+    add("topic", nargs="?", metavar="TOPIC", help="page to read, such as ledger; without it, the list of topics")
 
 
 def topics() -> str:

@@ -1,39 +1,47 @@
 """The command `verify --hard`: hard cases of particles, and what each was held to. Printing is left to main.py."""
 
-import argparse
 import json
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from astroinertia.cli.parser import Add, Options
+from astroinertia.cli.screen import titled
 from astroinertia.errors import SceneError
 
 if TYPE_CHECKING:
     from astroinertia.verify.hard.case import Verdict
 
-Rows = list["list[Verdict]"]  # of a family: the verdicts of each case, one a mode
 EVERY_MODE = ("global", "individual", "xla")
 DEFAULT_MODES = ("global", "individual")
 
 
-def add_arguments(command: argparse.ArgumentParser) -> None:
+class Family(NamedTuple):
+    """Cases of one kind: the verdicts of each, one a mode."""
+
+    title: str
+    rows: "list[list[Verdict]]"
+
+    @property
+    def holds(self) -> bool:
+        """Whether every verdict is good."""
+        return all(each.holds for verdicts in self.rows for each in verdicts)
+
+
+def add_arguments(add: Add) -> None:
     """Add the options of `verify --hard`."""
-    command.add_argument(
-        "--hard", action="store_true",
-        help="evolve hard cases of particles instead: coincident, flat, cold, at Mach 1000, in huge and tiny units",
-    )  # fmt: skip
-    command.add_argument(
-        "--mode", action="append", default=[], choices=EVERY_MODE,
+    add("--hard", action="store_true",
+        help="evolve hard cases of particles instead: coincident, flat, cold, at Mach 1000, in huge and "
+        "tiny units")  # fmt: skip
+    add("--mode", action="append", default=[], choices=EVERY_MODE,
         help="of --hard: global or individual time steps with the engine numba_cpu, or the engine xla, which takes "
-        "minutes to compile; may be repeated (default: global and individual)",
-    )  # fmt: skip
+        "minutes to compile; may be repeated (default: global and individual)")  # fmt: skip
 
 
-def families(options: argparse.Namespace, begin: Callable[[str], None]) -> Iterator[tuple[str, Rows]]:
-    """Each family's title and its verdicts as they are found; --only takes words of the names of cases.
+def parts(options: Options, begin: Callable[[str], None]) -> Iterator[Family]:
+    """The families, one by one as they are tried; --only takes words of the names of cases.
 
     begin: hears the name of each case before it is tried.
     """
@@ -49,20 +57,21 @@ def families(options: argparse.Namespace, begin: Callable[[str], None]) -> Itera
         raise SceneError(f"--only '{options.only[0]:.40}' is in the name of no hard case")
     for title, cases in chosen.items():
         if cases:
-            rows: Rows = []
+            family = Family(title, [])
             for case in cases:
                 begin(case.name)
-                rows.append([tried(case, mode) for mode in modes])
-            yield title, rows
+                family.rows.append([tried(case, mode) for mode in modes])
+            yield family
 
 
 def _asked_for(name: str, words: list[str]) -> bool:
     return not words or any(word.lower() in name.lower() for word in words)
 
 
-def table(title: str, rows: Rows) -> Table:
-    """A family as it is shown."""
-    shown = Table(box=box.SIMPLE_HEAD, title=title, title_justify="left", title_style="bold", padding=(0, 1))
+def table(family: Family, _: int) -> Table:
+    """A family as it is shown, on a console of any width."""
+    rows = family.rows
+    shown = titled(family.title)
     shown.add_column("case, and what stable means", min_width=30)
     for verdict in rows[0]:
         shown.add_column(verdict.mode, min_width=24)
@@ -86,20 +95,22 @@ def _verdict_text(verdict: "Verdict") -> Text:
     return good.append(figure, style="dim")
 
 
-def total(found: Rows) -> str:
+def total(found: list[Family], _: float) -> str:
     """The last line: how many of how many are stable."""
-    holds = [each.holds for verdicts in found for each in verdicts]
-    return f"{sum(holds)} of {len(holds)} are stable ({len(found)} cases)"
+    cases = [verdicts for family in found for verdicts in family.rows]
+    holds = [each.holds for verdicts in cases for each in verdicts]
+    return f"{sum(holds)} of {len(holds)} are stable ({len(cases)} cases)"
 
 
-def as_json(found: Rows) -> str:
+def as_json(found: list[Family]) -> str:
     """Every figure of every case."""
     rows: list[dict[str, Any]] = [
         {
             "case": each.case.name, "stable_means": each.case.stable, "mode": each.mode, "stable": each.holds,
             "steps": each.steps, "figures": dict(each.figures), "bars": dict(each.bars), "error": each.error,
         }
-        for verdicts in found
+        for family in found
+        for verdicts in family.rows
         for each in verdicts
     ]  # fmt: skip
     return json.dumps({"stable": all(row["stable"] for row in rows), "cases": rows}, indent=1)

@@ -1,29 +1,28 @@
 """How `run` and `resume` learn of the other processes of the same run. Printing is left to main.py."""
 
-import argparse
 import os
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, redirect_stdout
 from pathlib import Path
 
+from astroinertia.cli.parser import Add, Options
 from astroinertia.errors import SceneError
 
 FOUND = "auto"
 
 
-def add_arguments(command: argparse.ArgumentParser) -> None:
+def add_arguments(add: Add) -> None:
     """Add where the processes meet, how many they are and which of them this is."""
-    command.add_argument(
-        "--coordinator", metavar="HOST:PORT",
+    add("--coordinator", metavar="HOST:PORT",
         help="do the run together with other processes, each started with the same arguments on a device of its own "
-        f"and meeting here; numerics.devices is their number. '{FOUND}' within Slurm or MPI tells the rest, too",
-    )  # fmt: skip
-    command.add_argument("--processes", type=int, metavar="N", help="how many processes there are, with --coordinator")
-    command.add_argument("--process", type=int, metavar="K", help="which of them this is, from 0 on, which writes")
+        f"and meeting here; numerics.devices is their number. '{FOUND}' within Slurm or MPI tells the "
+        "rest, too")  # fmt: skip
+    add("--processes", type=int, metavar="N", help="how many processes there are, with --coordinator")
+    add("--process", type=int, metavar="K", help="which of them this is, from 0 on, which writes")
 
 
 @contextmanager
-def joined(options: argparse.Namespace) -> Iterator[None]:
+def joined(options: Options) -> Iterator[None]:
     """With --coordinator, one of several processes, of which the first alone prints what goes well."""
     where = getattr(options, "coordinator", None)
     count, number = (getattr(options, name, None) for name in ("processes", "process"))

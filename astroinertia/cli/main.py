@@ -6,9 +6,10 @@ import select
 import sys
 import time
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext, suppress
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from rich.console import Console
 from rich.text import Text
@@ -18,6 +19,7 @@ from astroinertia.cli import (
     calibrate as cli_calibrate,
     choice,
     compare,
+    completion,
     export,
     guide as cli_guide,
     hard,
@@ -33,8 +35,8 @@ from astroinertia.cli import (
     tradeoff as cli_tradeoff,
     verify as cli_verify,
 )
-from astroinertia.cli.help import DESCRIPTION, EXAMPLES
 from astroinertia.cli.meter import Meter, Voice
+from astroinertia.cli.parser import Add, Command, Options, add_scene, parser_of
 from astroinertia.cli.screen import visible
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 from astroinertia.process import interrupts, kept_programs, requirements
@@ -60,13 +62,6 @@ class _Console(Console):
             yield segment if segment.control else segment._replace(text=visible(segment.text))
 
 
-class _Parser(argparse.ArgumentParser):
-    """Says what is wrong with the arguments in one sentence."""
-
-    def error(self, message: str) -> NoReturn:
-        raise SceneError(f"{message}; `{self.prog} --help` tells more.")
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 3 not closed, 130 stopped.
 
@@ -78,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _carried_out(arguments: Sequence[str] | None) -> int:
     try:
-        options = _parser().parse_args(arguments)
+        options = parser_of(_commands(), _Version).parse_args(arguments)
         requirements.check()
         kept_programs.keep_apart()
         with stop.warnings_as_sentences(_complain), hosts.joined(options):
@@ -129,134 +124,68 @@ def _ended(sentence: str) -> str:
     return sentence if sentence.endswith(".") else f"{sentence}."
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
-        prog="astroinertia",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.add_argument("--version", action=_Version, nargs=0, help="the version, and those of what it stands on")
-    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
-
-    new = _command(commands, "new", _new, "write a commented example scene", "astroinertia new star.toml")
-    new.add_argument("file", nargs="?", metavar="FILE", type=Path, help="where to write it; to the screen without it")
-
-    plan = _command(
-        commands, "plan", _plan, "say what a scene calls for, why, and what it costs", "astroinertia plan star.toml"
-    )
-    _scene_arguments(plan)
-    audit.add_arguments(plan)
-    cli_calibrate.add_plan_arguments(plan)
-    choice.add_arguments(plan)
-
-    run = _command(
-        commands,
-        "run",
-        _run,
-        "run a scene",
-        "astroinertia run star.toml --set body.particles=5000 --output runs/coarse",
-    )
-    _scene_arguments(run)
-    run.add_argument("--output", type=Path, metavar="DIR", help="folder of the run, new or empty (default: runs/NAME)")
-    choice.add_arguments(run)
-    stop.add_arguments(run)
-    hosts.add_arguments(run)
-    cli_sweep.add_arguments(run)
-
-    resume = _command(commands, "resume", _resume, "go on with an interrupted run", "astroinertia resume runs/coarse")
-    resume.add_argument("run", metavar="RUN", type=Path, help="folder of the run")
-    stop.add_arguments(resume)
-    hosts.add_arguments(resume)
-    cli_sweep.add_arguments(resume)
-
-    show = _command(
-        commands, "show", _show, "print a summary of a result and draw its pictures", "astroinertia show runs/coarse"
-    )
-    cli_result.add_argument(show, "file")
-    show.add_argument("--output", type=Path, metavar="DIR", help="folder for the pictures (default: beside the file)")
-
-    movie.add_arguments(_command(commands, "movie", _movie, "film a run", "astroinertia movie runs/coarse"))
-    for name, action, text in (
-        ("report", pages.report, "tell all of a run in one HTML file: scene, pictures, ledger, accuracy"),
-        ("view", pages.view, "show the body of a run to turn about, in one HTML file"),
-    ):
-        page = _command(commands, name, _printing(name, action), text, f"astroinertia {name} runs/coarse")
-        pages.add_arguments(page, name)
-
-    tradeoff = _command(
-        commands,
-        "tradeoff",
-        _tradeoff,
-        "run a scene over its accuracy knobs and say what accuracy costs in time",
-        "astroinertia tradeoff star.toml --minutes 10",
-    )
-    _scene_arguments(tradeoff)
-    cli_tradeoff.add_arguments(tradeoff)
-
-    printing = (
-        ("compare", compare, "lay several runs over each other: models of one scene, or costs of one model",
-         "runs/scaling runs/ellipsoid runs/particles"),
-        ("moments", moments, "print the inertia tensor of a particle table, a mesh or a snapshot, and what follows "
-         "from it", "particles.csv"),
-        ("export", export, "write a result in the format of another program", "runs/coarse --to gadget"),
-        ("ratios", ratios, "print the moment ratios of the solar system, measured against models", "--body Mars"),
-    )  # fmt: skip
-    for name, module, text, example in printing:
-        module.add_arguments(
-            _command(commands, name, _printing(name, module.report), text, f"astroinertia {name} {example}")
-        )
-
-    verify = _command(
-        commands,
-        "verify",
-        _verify,
-        "check this installation against REBOUND, astropy and published values, in under a minute",
-        "astroinertia verify",
-    )
-    cli_verify.add_arguments(verify)
-    hard.add_arguments(verify)
-
-    calibrate = _command(
-        commands, "calibrate", _calibrate, "measure this machine, so that plans tell how long runs take",
-        "astroinertia calibrate",
-    )  # fmt: skip
-    cli_calibrate.add_arguments(calibrate)
-
-    guide = _command(commands, "guide", _guide, "read the guide, page by page", "astroinertia guide ledger")
-    cli_guide.add_arguments(guide)
-    return parser
+def _commands() -> dict[str, Command]:
+    """The commands: function, what it does, end of its help, what adds its arguments."""
+    running = (stop.add_arguments, hosts.add_arguments, cli_sweep.add_arguments)
+    return {
+        "new": Command(_new, "write a commented example scene", "star.toml", (_add_new,)),
+        "plan": Command(_plan, "say what a scene calls for, why, and what it costs", "star.toml",
+                        (add_scene, audit.add_arguments, cli_calibrate.add_plan_arguments, choice.add_arguments)),
+        "run": Command(_run, "run a scene", f"star.toml --set body.particles=5000 --output runs/coarse. "
+                       f"{stop.EXIT_CODES}", (add_scene, _add_run, choice.add_arguments, *running)),
+        "resume": Command(_resume, "go on with an interrupted run", f"runs/coarse. {stop.EXIT_CODES}",
+                          (_add_resume, *running)),
+        "show": Command(_show, "print a summary of a result and draw its pictures", "runs/coarse", (_add_show,)),
+        "movie": Command(_movie, "film a run", movie.HELP, (movie.add_arguments,)),
+        "report": Command(_printing("report", pages.report), "tell all of a run in one HTML file: scene, pictures, "
+                          "ledger, accuracy", "runs/coarse", (partial(pages.add_arguments, name="report"),)),
+        "view": Command(_printing("view", pages.view), "show the body of a run to turn about, in one HTML file",
+                        "runs/coarse", (partial(pages.add_arguments, name="view"),)),
+        "tradeoff": Command(_tradeoff, "run a scene over its accuracy knobs and say what accuracy costs in time",
+                            "star.toml --minutes 10", (add_scene, cli_tradeoff.add_arguments)),
+        "compare": Command(_printing("compare", compare.report), "lay several runs over each other: models of one "
+                           "scene, or costs of one model", compare.HELP, (compare.add_arguments,)),
+        "moments": Command(_printing("moments", moments.report), "print the inertia tensor of a particle table, a mesh "
+                           "or a snapshot, and what follows from it", moments.HELP, (moments.add_arguments,)),
+        "export": Command(_printing("export", export.report), "write a result in the format of another program",
+                          export.HELP, (export.add_arguments,)),
+        "ratios": Command(_printing("ratios", ratios.report), "print the moment ratios of the solar system, measured "
+                          "against models", ratios.HELP, (ratios.add_arguments,)),
+        "verify": Command(_verify, "check this installation against REBOUND, astropy and published values, in under a "
+                          "minute", cli_verify.HELP, (cli_verify.add_arguments, hard.add_arguments)),
+        "calibrate": Command(_calibrate, "measure this machine, so that plans tell how long runs take",
+                             cli_calibrate.HELP),
+        "guide": Command(_guide, "read the guide, page by page", "ledger", (cli_guide.add_arguments,)),
+        "completion": Command(_completion, "print what a shell needs to complete commands, options and files",
+                              completion.HELP, (completion.add_arguments,)),
+    }  # fmt: skip
 
 
-def _command(commands, name: str, action: Callable, text: str, example: str) -> argparse.ArgumentParser:
-    command = commands.add_parser(
-        name, help=text, description=f"{text[:1].upper()}{text[1:]}.", epilog=f"example: {example}", allow_abbrev=False
-    )
-    command.set_defaults(command=action)
-    return command
+def _add_new(add: Add) -> None:
+    add("file", nargs="?", metavar="FILE", type=Path, help="where to write it; to the screen without it")
 
 
-def _printing(name: str, action: Callable[[argparse.Namespace], str]) -> Callable[[argparse.Namespace], int]:
-    def printed(options: argparse.Namespace) -> int:
+def _add_run(add: Add) -> None:
+    add("--output", type=Path, metavar="DIR", help="folder of the run, new or empty (default: runs/NAME)")
+
+
+def _add_resume(add: Add) -> None:
+    add("run", metavar="RUN", type=Path, help="folder of the run")
+
+
+def _add_show(add: Add) -> None:
+    cli_result.add_argument(add, "file")
+    add("--output", type=Path, metavar="DIR", help="folder for the pictures (default: beside the file)")
+
+
+def _printing(name: str, action: Callable[[Options], str]) -> Callable[[Options], int]:
+    def printed(options: Options) -> int:
         with _voice(f"{name} is at work"):
             message = action(options)
         _say(message)
         return GOOD
 
     return printed
-
-
-def _scene_arguments(command: argparse.ArgumentParser) -> None:
-    command.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
-    command.add_argument(
-        "--set",
-        dest="overrides",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help='set a key of the scene, such as body.particles=5000 or "time.end=2 s"; may be repeated',
-    )
 
 
 class _Version(argparse.Action):
@@ -279,23 +208,18 @@ def _voice(doing: str) -> Voice:
     return Voice(_Console(highlight=False, stderr=True), doing)
 
 
-def _voice_unless_shown(console: Console, doing: str) -> AbstractContextManager[object]:
-    """Where something moves on a terminal it says enough."""
-    return nullcontext() if console.is_terminal else Voice(console, doing)
-
-
-def _load(options: argparse.Namespace) -> "Scene":
+def _load(options: Options) -> "Scene":
     from astroinertia.scene.load import load_file
 
     return load_file(options.scene, options.overrides)
 
 
-def _chosen(scene: "Scene", folder: Path, options: argparse.Namespace) -> "Scene":
+def _chosen(scene: "Scene", folder: Path, options: Options) -> "Scene":
     with interrupts.under_way(lambda by: KEPT, resumable=False), _voice("looking for the settings"):
         return choice.chosen(scene, folder, options.minutes, _say)
 
 
-def _new(options: argparse.Namespace) -> int:
+def _new(options: Options) -> int:
     from astroinertia.scene.example import example_text
 
     text = example_text()
@@ -313,7 +237,7 @@ def _new(options: argparse.Namespace) -> int:
     return GOOD
 
 
-def _plan(options: argparse.Namespace) -> int:
+def _plan(options: Options) -> int:
     from astroinertia.scene.plan import plan
 
     if (sweep := cli_sweep.asked(options)) is not None:
@@ -334,13 +258,13 @@ def _plan(options: argparse.Namespace) -> int:
     return GOOD if found.holds else FAILED
 
 
-def _calibrate(options: argparse.Namespace) -> int:
+def _calibrate(options: Options) -> int:
     with _voice("a probe is at work"):
         _say(cli_calibrate.report(options, _say))
     return GOOD
 
 
-def _run(options: argparse.Namespace) -> int:
+def _run(options: Options) -> int:
     begun = time.monotonic()  # what imports take is part of a run's time
     if (sweep := cli_sweep.asked(options)) is not None:
         return _sweep(sweep, options.output or Path("runs") / sweep.name, options, stop.deadline(options, begun))
@@ -355,7 +279,7 @@ def _run(options: argparse.Namespace) -> int:
     return _finished(result, folder)
 
 
-def _resume(options: argparse.Namespace) -> int:
+def _resume(options: Options) -> int:
     limit = stop.deadline(options)
     from astroinertia.accuracy.running import resume
 
@@ -369,10 +293,9 @@ def _resume(options: argparse.Namespace) -> int:
     return _finished(result, options.run)
 
 
-def _sweep(sweep: "Sweep", folder: Path, options: argparse.Namespace, deadline: float) -> int:
-    console = _Console(highlight=False)
-    with _voice_unless_shown(console, "members are at work"):
-        found = cli_sweep.carry_out(sweep, folder, options, deadline, console, _say)
+def _sweep(sweep: "Sweep", folder: Path, options: Options, deadline: float) -> int:
+    with Meter(_Console(highlight=False), "members are at work") as meter:
+        found = cli_sweep.carry_out(sweep, folder, options, deadline, meter, _say)
     unclosed = cli_sweep.unclosed(found.file)
     for line in (*cli_sweep.failures(sweep, found), *unclosed):
         _say(line)
@@ -394,7 +317,7 @@ def _finished(result: Path, folder: Path) -> int:
     return UNCLOSED if unclosed else GOOD
 
 
-def _guide(options: argparse.Namespace) -> int:
+def _guide(options: Options) -> int:
     if options.topic is None:
         _say(cli_guide.topics())
         return GOOD
@@ -409,7 +332,7 @@ def _guide(options: argparse.Namespace) -> int:
     return GOOD
 
 
-def _show(options: argparse.Namespace) -> int:
+def _show(options: Options) -> int:
     from astroinertia import plots
 
     if cli_sweep.is_folder(options.file):
@@ -425,26 +348,20 @@ def _show(options: argparse.Namespace) -> int:
     return GOOD
 
 
-def _movie(options: argparse.Namespace) -> int:
-    console = _Console(highlight=False)
-    with _voice_unless_shown(console, "frames are drawn"), movie.Bar(console) as bar:
-        message = movie.carry_out(options, bar.tell)
+def _movie(options: Options) -> int:
+    with Meter(_Console(highlight=False), "frames are drawn") as meter:
+        message = movie.carry_out(options, meter)
     _say(message)
     return GOOD
 
 
-def _tradeoff(options: argparse.Namespace) -> int:
-    console = _Console(highlight=False)
-
+def _tradeoff(options: Options) -> int:
     def tell(standing: "Standing") -> None:
         line = f"{standing.done} of {standing.settings} settings, {standing.spent:.0f} of {standing.budget:.0f} s"
-        status.update(Text(f"{line}: {standing.now}"))
-        if not console.is_terminal:
-            _say(f"{line}: {standing.now}")
+        meter.show(standing.done / max(1, standing.settings), f"{line}: {standing.now}", f"{line}: {standing.now}")
 
-    begun = interrupts.under_way(lambda by: KEPT)
-    beside = _voice_unless_shown(console, "settings are tried")
-    with begun, beside, console.status("looking for the exact answer") as status:
+    console = _Console(highlight=False)
+    with interrupts.under_way(lambda by: KEPT), Meter(console, "looking for the exact answer") as meter:
         lines, interrupted = cli_tradeoff.carry_out(_load(options), options, tell)
     console.print(Text("\n".join(lines)), soft_wrap=True)
     if interrupted:
@@ -453,34 +370,26 @@ def _tradeoff(options: argparse.Namespace) -> int:
     return GOOD
 
 
-def _verify(options: argparse.Namespace) -> int:
+def _verify(options: Options) -> int:
+    kind: Any = hard if options.hard else cli_verify
     console = _Console(highlight=False)
     if not console.is_terminal:
         console = _Console(highlight=False, width=cli_verify.WIDTH)
+    found: list[Any] = []
+    begun = time.monotonic()
     with interrupts.under_way(lambda by: "interrupted.", resumable=False):
-        return _verify_hard(options, console) if options.hard else _verify_sections(options, console)
+        with _voice("importing") as voice:
+            for part in kind.parts(options, voice.begin):
+                found.append(part)
+                if not options.json:
+                    console.print(kind.table(part, console.width))
+        _say(kind.as_json(found) if options.json else kind.total(found, time.monotonic() - begun))
+    return GOOD if all(part.holds for part in found) else FAILED
 
 
-def _verify_sections(options: argparse.Namespace, console: Console) -> int:
-    found, begun = [], time.monotonic()
-    with _voice("importing") as voice:
-        for section in cli_verify.sections(options, voice.begin):
-            found.append(section)
-            if not options.json:
-                console.print(cli_verify.table(section, console.width))
-    _say(cli_verify.as_json(found) if options.json else cli_verify.total(found, time.monotonic() - begun))
-    return GOOD if all(section.holds for section in found) else FAILED
-
-
-def _verify_hard(options: argparse.Namespace, console: Console) -> int:
-    found: hard.Rows = []
-    with _voice("importing") as voice:
-        for title, rows in hard.families(options, voice.begin):
-            found += rows
-            if not options.json:
-                console.print(hard.table(title, rows))
-    _say(hard.as_json(found) if options.json else hard.total(found))
-    return GOOD if all(each.holds for verdicts in found for each in verdicts) else FAILED
+def _completion(options: Options) -> int:
+    _say(completion.script(parser_of(_commands(), _Version), options.shell))
+    return GOOD
 
 
 if __name__ == "__main__":

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.text import Text
 
-from astroinertia.ledger.bounds import doubtful
-
 if TYPE_CHECKING:
     from astroinertia.run.loop import Progress
 
@@ -52,31 +50,45 @@ class Voice:
 
 
 class Meter:
-    """Shows how far a run is: a bar with time to go on a terminal, a line now and then elsewhere."""
+    """Shows how far something is: a bar on a terminal; elsewhere a line now and then, and never long silence."""
 
-    def __init__(self, console: Console) -> None:
-        self.console = console
-        self.bar: Any = None  # a rich Progress, once there is something to show
-        self.task: Any = None
+    def __init__(self, console: Console, doing: str = PREPARING) -> None:
+        self.voice = Voice(console, doing)
+        self.bar: Any = None  # a rich Progress with one task, on a terminal
         self.last_line = float("-inf")
         self.part = ""
-        self.voice = Voice(console, PREPARING)
 
     def __enter__(self) -> "Meter":
-        if self.console.is_terminal:
-            self._opened().update(self.task, figures=PREPARING)
-        else:
+        if not self.voice.console.is_terminal:
             self.voice.__enter__()
+            return self
+        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+        columns = BarColumn(24), TaskProgressColumn(), TimeElapsedColumn()
+        self.bar = Progress(*columns, TextColumn("{task.description}", markup=False), console=self.voice.console)
+        self.bar.add_task(self.voice.doing, total=1.0)
+        self.bar.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self.bar is None:
-            self.voice.__exit__()
-        else:
-            self.bar.stop()
+        self.voice.__exit__() if self.bar is None else self.bar.stop()
+
+    def show(self, share: float, words: str, line: str = "", seconds: float = math.nan) -> None:
+        """Show how much is done, in words: beside the bar, or as a line.
+
+        line: what is printed where there is no bar; seconds: since the beginning, where not every line is wanted.
+        """
+        self.voice.begin(words)
+        if self.bar is not None:
+            self.bar.update(self.bar.task_ids[0], completed=share, description=words)
+        elif line and not (share < 1.0 and seconds - self.last_line < SECONDS_BETWEEN_LINES):
+            self.last_line = seconds
+            self.voice.say(line)
 
     def tell(self, progress: "Progress") -> None:
-        """Show it."""
+        """Show how far a run is."""
+        from astroinertia.ledger.bounds import doubtful
+
         shown = {
             "energy error": f"{progress.energy_error:.1e}",
             "ledger closure": f"{progress.ledger_closure:.1e}",
@@ -88,36 +100,9 @@ class Meter:
         if math.isfinite(progress.planned_steps):
             parts += [f"WARNING: the plan was about {progress.planned_steps:.3g} steps"]
         figures = "  ".join([*([progress.part] if progress.part else []), f"step {progress.step}", *parts])
-        self.voice.begin(f"after step {progress.step}")
         if progress.part != self.part:  # another run, whose time begins again
             self.part, self.last_line = progress.part, float("-inf")
         share = min(1.0, progress.time / progress.end)
-        to_go = f"{progress.to_go:.0f} s to go  " if math.isfinite(progress.to_go) else ""
-        if not self.console.is_terminal:
-            if progress.wall_time - self.last_line >= SECONDS_BETWEEN_LINES or share >= 1.0:
-                self.last_line = progress.wall_time
-                self.voice.say(f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {to_go}{figures}")
-            return
-        self._opened().update(self.task, completed=share, figures=figures, to_go=to_go)
-
-    def _opened(self) -> Any:
-        if self.bar is not None:
-            return self.bar
-        from rich.progress import (
-            BarColumn,
-            Progress,
-            TaskProgressColumn,
-            TextColumn,
-            TimeElapsedColumn,
-        )
-
-        self.bar = Progress(
-            BarColumn(24),
-            TaskProgressColumn(),
-            TimeElapsedColumn(),
-            TextColumn("{task.fields[to_go]}{task.fields[figures]}"),
-            console=self.console,
-        )
-        self.task = self.bar.add_task("", total=1.0, figures="", to_go="")
-        self.bar.start()
-        return self.bar
+        words = (f"{progress.to_go:.0f} s to go  " if math.isfinite(progress.to_go) else "") + figures
+        self.show(share, words, f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {words}", progress.wall_time)
+        self.voice.begin(f"after step {progress.step}")

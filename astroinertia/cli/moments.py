@@ -1,13 +1,12 @@
 """The command `moments`: its arguments, and what it says and writes. Printing is left to main.py."""
 
-import argparse
 import json
 import math
 from pathlib import Path
 
+from astroinertia.cli import result
+from astroinertia.cli.parser import Add, Options
 from astroinertia.errors import SceneError
-from astroinertia.storage import overwriting
-from astroinertia.storage.atomic import write_whole
 
 AXES = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
 
@@ -30,34 +29,29 @@ example: astroinertia moments particles.csv
 """
 
 
-def add_arguments(command: argparse.ArgumentParser) -> None:
-    """Add the options of `moments`, and a help that teaches."""
-    command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = HELP
-    command.add_argument("file", metavar="FILE", type=Path, help="particle table, mesh, netCDF file or folder of a run")
-    command.add_argument(
-        "--about", metavar="POINT", help="point x,y,z that all moments are about (default: the centre of mass)"
-    )
-    command.add_argument(
-        "--axis", help="one more moment, about this axis through that point: x, y, z or a vector 1,1,0"
-    )
-    command.add_argument("--units", metavar="MASS,LENGTH", help="units of the file; results are then in SI (kg, m)")
-    command.add_argument("--radius", type=float, metavar="R", help="the radius of the ratio I/(M R^2)")
-    command.add_argument("--density", type=float, metavar="RHO", help="density of the inside of a mesh (default: 1)")
-    command.add_argument("--snapshot", type=int, metavar="N", help="snapshot of a run, from 0 (default: the last)")
-    command.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the inertia ellipsoid with its polhodes")
-    command.add_argument("--json", action="store_true", help="print everything as JSON")
-    command.add_argument("--output", type=Path, metavar="FILE.nc", help="write everything as netCDF")
+def add_arguments(add: Add) -> None:
+    """Add the options of `moments`."""
+    add("file", metavar="FILE", type=Path, help="particle table, mesh, netCDF file or folder of a run")
+    add("--about", metavar="POINT", help="point x,y,z that all moments are about (default: the centre of mass)")
+    add("--axis", help="one more moment, about this axis through that point: x, y, z or a vector 1,1,0")
+    add("--units", metavar="MASS,LENGTH", help="units of the file; results are then in SI (kg, m)")
+    add("--radius", type=float, metavar="R", help="the radius of the ratio I/(M R^2)")
+    add("--density", type=float, metavar="RHO", help="density of the inside of a mesh (default: 1)")
+    add("--snapshot", type=int, metavar="N", help="snapshot of a run, from 0 (default: the last)")
+    add("--plot", type=Path, metavar="FILE.png", help="draw the inertia ellipsoid with its polhodes")
+    add("--json", action="store_true", help="print everything as JSON")
+    add("--output", type=Path, metavar="FILE.nc", help="write everything as netCDF")
 
 
-def report(options: argparse.Namespace) -> str:
+def report(options: Options) -> str:
     """What the command prints; the picture and the netCDF file are written first. SceneError for bad input."""
     from astroinertia.plots.body_summary import body_summary, plain_values
+    from astroinertia.storage import overwriting
+    from astroinertia.storage.atomic import write_whole
     from astroinertia.studies.moments import PLAIN, moments, read_matter
 
-    for written, suffix in ((options.plot, ".png"), (options.output, ".nc")):
-        if written is not None and (written.suffix != suffix or not written.parent.is_dir()):
-            raise SceneError(f"{written} cannot be written: it must be a {suffix} file in a folder that is there")
+    result.must_be_writable(options.plot, ".png")
+    result.must_be_writable(options.output, ".nc")
     units = PLAIN if options.units is None else _pair(options.units)
     axis = None if options.axis is None else AXES.get(options.axis) or _vector("--axis", options.axis)
     about = None if options.about is None else _vector("--about", options.about)

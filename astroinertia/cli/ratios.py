@@ -1,18 +1,16 @@
 """The command `ratios`: its arguments, and what it says and writes. Printing is left to main.py."""
 
-import argparse
 import math
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from astroinertia.cli import result
+from astroinertia.cli.parser import Add, Options
 from astroinertia.errors import SceneError
-from astroinertia.storage import overwriting
-from astroinertia.storage.atomic import write_whole
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
 
 HELP = """\
@@ -37,37 +35,29 @@ example: astroinertia ratios --body Mars
 _DENSITIES, _LENGTHS = ("core_density", "mantle_density"), ("core_radius", "radius")
 _PARAMETERS = (*_DENSITIES, "core_radius", "moment_ratio", "mass", "radius")
 _MOST_VALUES = 100_000
-_DASH = "-"
 
 
-def add_arguments(command: argparse.ArgumentParser) -> None:
-    """Add the options of `ratios`, and a help that teaches."""
-    command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = HELP
-    command.add_argument("--body", metavar="NAME", help="one body in detail, such as Mars (default: a table of all)")
-    command.add_argument("--core-density", metavar="RHO", help="density of the core, in kg/m3 or with its unit")
-    command.add_argument("--mantle-density", metavar="RHO", help="density of the mantle, in kg/m3 or with its unit")
-    command.add_argument("--core-radius", metavar="R", help="radius of the core, in km or with its unit")
-    command.add_argument("--moment-ratio", metavar="K", type=float, help="another I/(M R^2) than the published one")
-    command.add_argument(
-        "--sweep", action="append", default=[], metavar="NAME=START:STOP:COUNT",
-        help="two-layer models of the body along a parameter; may be repeated",
-    )  # fmt: skip
-    command.add_argument(
-        "--compressed", action="store_true", help="invert the ratio of a body to a core with compressed layers, too"
-    )
-    command.add_argument("--dask", action="store_true", help="compute a sweep in parallel chunks")
-    command.add_argument("--csv", type=Path, metavar="FILE.csv", help="write what is shown as CSV, in SI")
-    command.add_argument("--netcdf", type=Path, metavar="FILE.nc", help="write what is shown as netCDF, in SI")
-    command.add_argument("--plot", type=Path, metavar="FILE.png", help="draw ratios against central condensation")
-    command.add_argument("--markdown", action="store_true", help="print the table of all bodies as Markdown")
+def add_arguments(add: Add) -> None:
+    """Add the options of `ratios`."""
+    add("--body", metavar="NAME", help="one body in detail, such as Mars (default: a table of all)")
+    add("--core-density", metavar="RHO", help="density of the core, in kg/m3 or with its unit")
+    add("--mantle-density", metavar="RHO", help="density of the mantle, in kg/m3 or with its unit")
+    add("--core-radius", metavar="R", help="radius of the core, in km or with its unit")
+    add("--moment-ratio", metavar="K", type=float, help="another I/(M R^2) than the published one")
+    add("--sweep", action="append", default=[], metavar="NAME=START:STOP:COUNT",
+        help="two-layer models of the body along a parameter; may be repeated")  # fmt: skip
+    add("--compressed", action="store_true", help="invert the ratio of a body to a core with compressed layers, too")
+    add("--dask", action="store_true", help="compute a sweep in parallel chunks")
+    add("--csv", type=Path, metavar="FILE.csv", help="write what is shown as CSV, in SI")
+    add("--netcdf", type=Path, metavar="FILE.nc", help="write what is shown as netCDF, in SI")
+    add("--plot", type=Path, metavar="FILE.png", help="draw ratios against central condensation")
+    add("--markdown", action="store_true", help="print the table of all bodies as Markdown")
 
 
-def report(options: argparse.Namespace) -> str:
+def report(options: Options) -> str:
     """What the command prints; files are written first. SceneError for bad input."""
-    for written, suffix in ((options.csv, ".csv"), (options.netcdf, ".nc"), (options.plot, ".png")):
-        if written is not None and (written.suffix != suffix or not written.parent.is_dir()):
-            raise SceneError(f"{written} cannot be written: it must be a {suffix} file in a folder that is there")
+    for file, suffix in ((options.csv, ".csv"), (options.netcdf, ".nc"), (options.plot, ".png")):
+        result.must_be_writable(file, suffix)
     known = _known(options)
     if options.body is None and (known or options.sweep):
         raise SceneError("a density, a radius, a ratio or a sweep is of one body: name it with --body")
@@ -99,7 +89,10 @@ def report(options: argparse.Namespace) -> str:
     return text
 
 
-def _write(shown: "xr.Dataset", options: argparse.Namespace) -> None:
+def _write(shown: "xr.Dataset", options: Options) -> None:
+    from astroinertia.storage import overwriting
+    from astroinertia.storage.atomic import write_whole
+
     if options.netcdf is not None:
         overwriting.check(options.netcdf, overwriting.NETCDF)
         write_whole(options.netcdf, lambda aside: shown.to_netcdf(aside, engine="netcdf4"))
@@ -108,7 +101,7 @@ def _write(shown: "xr.Dataset", options: argparse.Namespace) -> None:
         write_whole(options.csv, lambda aside: shown.to_dataframe().to_csv(aside))
 
 
-def _known(options: argparse.Namespace) -> dict[str, float]:
+def _known(options: Options) -> dict[str, float]:
     found = {name: getattr(options, name) for name in ("core_density", "mantle_density", "core_radius", "moment_ratio")}
     return {
         name: value if isinstance(value, float) else _number(f"--{name.replace('_', '-')}", name, value)
@@ -133,7 +126,9 @@ def _number(option: str, name: str, text: str) -> float:
     return value
 
 
-def _sweep(text: str) -> tuple[str, np.ndarray]:
+def _sweep(text: str) -> "tuple[str, np.ndarray]":
+    import numpy as np
+
     found = re.fullmatch(r"\s*([a-z_]+)\s*=([^:]+):([^:]+):\s*(\d{1,9})\s*", text)
     if not found:
         raise SceneError(f"--sweep takes NAME=START:STOP:COUNT such as core_density=6000:9000:7, not '{text:.60}'")

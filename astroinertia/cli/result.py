@@ -1,20 +1,20 @@
 """What the commands that look at a result share: opening it, and where they write."""
 
-import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from astroinertia.errors import ArchiveError, AstroinertiaError
+from astroinertia.cli.parser import Add
+from astroinertia.errors import ArchiveError, AstroinertiaError, SceneError
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def add_argument(command: argparse.ArgumentParser, name: str = "run") -> None:
+def add_argument(add: Add, name: str = "run") -> None:
     """Add the result that a command looks at."""
-    command.add_argument(name, metavar=name.upper(), type=Path, help="netCDF file of a run, or the run's folder")
+    add(name, metavar=name.upper(), type=Path, help="netCDF file of a run, or the run's folder")
 
 
 def opened(path: Path) -> "xr.Dataset":
@@ -41,6 +41,12 @@ def shown(*paths: Path) -> Iterator[None]:
 
         names = ", ".join(map(str, paths))
         raise ArchiveError(f"{names} cannot be shown: {type(error).__name__}, {plain_text(error)}.") from error
+
+
+def must_be_writable(path: Path | None, suffix: str) -> None:
+    """SceneError where a file that is asked for does not end so, or is in no folder that is there."""
+    if path is not None and (path.suffix != suffix or not path.parent.is_dir()):
+        raise SceneError(f"{path} cannot be written: it must be a {suffix} file in a folder that is there")
 
 
 def beside(path: Path) -> Path:

@@ -1,6 +1,10 @@
 """What of a text may reach a terminal: names, attributes and errors come from files of strangers."""
 
 import unicodedata
+from typing import Any
+
+from rich import box
+from rich.table import Table
 
 _ACT = frozenset(
     {"Cc", "Cf", "Cs", "Zl", "Zp"}
@@ -17,3 +21,9 @@ def visible(text: str, lines: bool = True) -> str:
         return text
     kept = "\n\t" if lines else ""
     return "".join(each if each in kept or unicodedata.category(each) not in _ACT else "?" for each in text)
+
+
+def titled(title: str, **layout: Any) -> Table:
+    """A table below its title, without lines between its rows."""
+    look = {"box": box.SIMPLE_HEAD, "title_justify": "left", "title_style": "bold", "padding": (0, 1)}
+    return Table(title=title, **(look | layout))

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from astroinertia.cli.parser import Add, Options
 from astroinertia.errors import ArchiveWarning, RunInterrupted, SceneError, SceneWarning
 from astroinertia.process import interrupts
 from astroinertia.process.interrupts import LIMIT, Ended
@@ -22,16 +23,14 @@ EXIT_CODES = (
 )
 
 
-def add_arguments(command: argparse.ArgumentParser) -> None:
-    """Add the limit of wall time, and tell the exit codes."""
-    command.add_argument(
-        "--max-wall", type=_seconds, default=math.inf, metavar="TIME",
-        help='seal the run and stop before it has taken this long, in seconds or as "2 h"; `resume` goes on with it',
-    )  # fmt: skip
-    command.epilog = f"{command.epilog}. {EXIT_CODES}"
+def add_arguments(add: Add) -> None:
+    """Add the limit of wall time."""
+    add("--max-wall", type=_seconds, default=math.inf, metavar="TIME",
+        help='seal the run and stop before it has taken this long, in seconds or as "2 h"; `resume` goes '
+        "on with it")  # fmt: skip
 
 
-def deadline(options: argparse.Namespace, begun: float | None = None) -> float:
+def deadline(options: Options, begun: float | None = None) -> float:
     """The instant of time.monotonic() by which the run is to be stopped; what began now unless it is said.
 
     Whatever the run does then, such as compile, and has nothing to seal, it is ended.

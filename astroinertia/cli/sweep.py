@@ -1,12 +1,12 @@
 """What `run`, `resume`, `plan` and `show` do with a scene that has [sweep]. Printing is left to main.py."""
 
-import argparse
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from rich.console import Console
+from astroinertia.cli.meter import Meter
+from astroinertia.cli.parser import Add, Options, Say
 
 if TYPE_CHECKING:
     from astroinertia.scene.plan import Plan
@@ -14,25 +14,19 @@ if TYPE_CHECKING:
     from astroinertia.sweeps.ensemble import Carried, Standing
 
 MOST_ROWS = 20  # of a table of members
-SECONDS_BETWEEN_LINES = 10.0  # where the output is no terminal
-Say = Callable[[str], None]
 
 
-def add_arguments(command: argparse.ArgumentParser) -> None:
+def add_arguments(add: Add) -> None:
     """Add where the members of a sweep are run."""
-    command.add_argument(
-        "--workers", type=int, metavar="N",
+    add("--workers", type=int, metavar="N",
         help="of a scene with [sweep]: processes that its members are shared out over (default: one for each core "
-        "where that pays; 1 is this process alone)",
-    )  # fmt: skip
-    command.add_argument(
-        "--cluster", metavar="ADDRESS",
+        "where that pays; 1 is this process alone)")  # fmt: skip
+    add("--cluster", metavar="ADDRESS",
         help="of a scene with [sweep]: a cluster of dask that runs its members, such as tcp://host:8786, and sees the "
-        "same files",
-    )  # fmt: skip
+        "same files")  # fmt: skip
 
 
-def asked(options: argparse.Namespace) -> "Sweep | None":
+def asked(options: Options) -> "Sweep | None":
     """The sweep that a scene file holds; None, and no options of one allowed, where it is a scene of one run."""
     from astroinertia.scene.sweep import load_file
 
@@ -42,7 +36,7 @@ def asked(options: argparse.Namespace) -> "Sweep | None":
     return found
 
 
-def refuse_options(options: argparse.Namespace) -> None:
+def refuse_options(options: Options) -> None:
     """Raise SceneError where options of a sweep are given to a single run."""
     from astroinertia.errors import SceneError
 
@@ -58,10 +52,8 @@ def is_folder(folder: Path) -> bool:
     return (folder / SWEEP).exists()
 
 
-def carry_out(
-    sweep: "Sweep", folder: Path, options: argparse.Namespace, deadline: float, console: Console, say: Say
-) -> "Carried":
-    """Run the members of a sweep that are left, until a deadline, with a bar or lines on the console."""
+def carry_out(sweep: "Sweep", folder: Path, options: Options, deadline: float, meter: Meter, say: Say) -> "Carried":
+    """Run the members of a sweep that are left, until a deadline, shown by the meter."""
     from astroinertia.engines import hosts
     from astroinertia.sweeps import ensemble
 
@@ -78,49 +70,16 @@ def carry_out(
         + (f", {done} of them done before" if done else "")
         + (f"; {where}" if left else "")
     )
-    with _Bar(console, say) as bar:
-        return ensemble.run_sweep(
-            sweep, folder, workers, cluster, getattr(options, "minutes", ensemble.DEFAULT_MINUTES), bar.tell, deadline
-        )
 
-
-class _Bar:
-    """Shows how far a sweep is: a bar on a terminal, a line now and then elsewhere."""
-
-    def __init__(self, console: Console, say: Say) -> None:
-        self.console, self.say = console, say
-        self.bar: Any = None
-        self.task: Any = None
-        self.last_line = float("-inf")
-
-    def __enter__(self) -> "_Bar":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self.bar is not None:
-            self.bar.stop()
-
-    def tell(self, standing: "Standing") -> None:
-        """Show it."""
+    def tell(standing: "Standing") -> None:
         failed = f", {standing.failed} failed" if standing.failed else ""
         known = standing.done < standing.members and math.isfinite(standing.to_go)
         to_go = f", {standing.to_go:.0f} s to go" if known else ""
-        line = f"{standing.done} of {standing.members} members{failed}{to_go}"
-        if self.console.is_terminal:
-            self._opened(standing.members).update(self.task, completed=standing.done, status=line)
-        elif standing.seconds - self.last_line >= SECONDS_BETWEEN_LINES or standing.done == standing.members:
-            self.last_line = standing.seconds
-            self.say(f"{standing.seconds:7.1f} s  {line}")
+        words = f"{standing.done} of {standing.members} members{failed}{to_go}"
+        meter.show(standing.done / standing.members, words, f"{standing.seconds:7.1f} s  {words}", standing.seconds)
 
-    def _opened(self, members: int) -> Any:
-        if self.bar is None:
-            from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
-
-            columns = (BarColumn(24), TaskProgressColumn(), TimeElapsedColumn(), TextColumn("{task.fields[status]}"))
-            self.bar = Progress(*columns, console=self.console)
-            self.task = self.bar.add_task("", total=members, status="")
-            self.bar.start()
-        return self.bar
+    minutes = getattr(options, "minutes", ensemble.DEFAULT_MINUTES)
+    return ensemble.run_sweep(sweep, folder, workers, cluster, minutes, tell, deadline)
 
 
 def failures(sweep: "Sweep", found: "Carried") -> list[str]:
@@ -153,7 +112,7 @@ def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     return ["  ".join(each.ljust(width) for each, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
-def planned(sweep: "Sweep", options: argparse.Namespace) -> "Plan":
+def planned(sweep: "Sweep", options: Options) -> "Plan":
     """The plan of the first member, with what varies and what all members take."""
     from dataclasses import replace
 

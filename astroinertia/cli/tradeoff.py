@@ -1,36 +1,30 @@
 """The command `tradeoff`: what accuracy costs in time. Printing is left to main.py."""
 
-import argparse
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from astroinertia.cli.parser import Add, Options
 
 if TYPE_CHECKING:
     from astroinertia.accuracy.tradeoff import Standing
     from astroinertia.scene.schema import Scene
 
 
-def add_arguments(command: argparse.ArgumentParser) -> None:
+def add_arguments(add: Add) -> None:
     """Add the options of `tradeoff`, beside those of every scene."""
-    command.add_argument(
-        "--minutes", type=float, default=5.0, metavar="M",
-        help="wall time to spend, at about; what was run before in the folder costs nothing (default: 5)",
-    )  # fmt: skip
-    command.add_argument(
-        "--observable", action="append", default=[], metavar="NAME",
+    add("--minutes", type=float, default=5.0, metavar="M",
+        help="wall time to spend, at about; what was run before in the folder costs nothing (default: 5)")  # fmt: skip
+    add("--observable", action="append", default=[], metavar="NAME",
         help='what is judged: a series of the dataset and its labels, as in "inertia_tensor z z", flattening, '
-        '"frequency of inertia_tensor z z"; may be repeated (default: I_zz and the angular velocity at the end)',
-    )  # fmt: skip
-    command.add_argument(
-        "--knob", action="append", default=[], metavar="NAME",
-        help="turn only these knobs, besides the first, which sets the resolution; may be repeated",
-    )  # fmt: skip
-    command.add_argument("--output", type=Path, metavar="DIR", help="folder of the table (default: runs/NAME-tradeoff)")
+        '"frequency of inertia_tensor z z"; may be repeated (default: I_zz and the angular velocity at the '
+        "end)")  # fmt: skip
+    add("--knob", action="append", default=[], metavar="NAME",
+        help="turn only these knobs, besides the first, which sets the resolution; may be repeated")  # fmt: skip
+    add("--output", type=Path, metavar="DIR", help="folder of the table (default: runs/NAME-tradeoff)")
 
 
-def carry_out(
-    scene: "Scene", options: argparse.Namespace, listener: Callable[["Standing"], None]
-) -> tuple[list[str], bool]:
+def carry_out(scene: "Scene", options: Options, listener: Callable[["Standing"], None]) -> tuple[list[str], bool]:
     """Run what the options ask for; the lines to print, and whether Ctrl-C ended it."""
     from astroinertia.accuracy import table
     from astroinertia.accuracy.tradeoff import carry_out as run

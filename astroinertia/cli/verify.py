@@ -1,14 +1,14 @@
 """The command `verify`: its arguments, and what it says. Printing is left to main.py."""
 
-import argparse
 import json
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from astroinertia.cli.parser import Add, Options
+from astroinertia.cli.screen import titled
 from astroinertia.errors import SceneError
 
 if TYPE_CHECKING:
@@ -31,19 +31,15 @@ example: astroinertia verify
 """
 
 
-def add_arguments(command: argparse.ArgumentParser) -> None:
-    """Add the options of `verify`, and a help that teaches."""
-    command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = HELP
-    command.add_argument(
-        "--only", action="append", default=[], metavar="SECTION",
+def add_arguments(add: Add) -> None:
+    """Add the options of `verify`."""
+    add("--only", action="append", default=[], metavar="SECTION",
         help="one section of the table, such as polytropes (a wrong name lists them), or a word of hard cases' names; "
-        "may be repeated",
-    )  # fmt: skip
-    command.add_argument("--json", action="store_true", help="print everything as JSON, with the reasons of tolerances")
+        "may be repeated")  # fmt: skip
+    add("--json", action="store_true", help="print everything as JSON, with the reasons of tolerances")
 
 
-def sections(options: argparse.Namespace, begin: Callable[[str], None]) -> "Iterator[Section]":
+def parts(options: Options, begin: Callable[[str], None]) -> "Iterator[Section]":
     """The sections that are asked for, one by one as they are computed; SceneError for one there is not.
 
     begin: hears the title of each before it is computed.
@@ -59,10 +55,7 @@ def sections(options: argparse.Namespace, begin: Callable[[str], None]) -> "Iter
 def table(section: "Section", width: int = WIDTH) -> Table:
     """One section as it is shown; on narrow terminals the source stands below the quantity."""
     wide = width >= NARROW
-    shown = Table(
-        box=box.SIMPLE_HEAD, title=f"{section.title}  ({section.seconds:.1f} s)", title_justify="left",
-        title_style="bold", padding=(0, 1 if wide else 0), pad_edge=False,
-    )  # fmt: skip
+    shown = titled(f"{section.title}  ({section.seconds:.1f} s)", padding=(0, 1 if wide else 0), pad_edge=False)
     shown.add_column("quantity", min_width=16)
     for name in ("here", "reference", *(["source"] if wide else []), "difference", "tolerance", "verdict"):
         words = name in ("source", "verdict")

@@ -26,7 +26,6 @@ from astroinertia.process import interrupts
 from astroinertia.storage.bounded import array_of, described, plain_text
 
 TEMPORARY = ".tmp"
-_CHUNK = 1 << 20
 _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)  # a fixed date, so that the same arrays give the same bytes
 _ZIP_NAME_LENGTHS = 26  # where the header of a file in a zip tells the lengths of its name and what follows that
 _SCALARS = "scalars.json"
@@ -79,11 +78,8 @@ def sync_folder(folder: Path) -> None:
 
 def sha256(path: Path) -> str:
     """Hash of a file's contents, as hexadecimal text."""
-    digest = hashlib.sha256()
     with path.open("rb") as file:
-        while block := file.read(_CHUNK):
-            digest.update(block)
-    return digest.hexdigest()
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def write_json(path: Path, content: Any) -> str:

@@ -1,0 +1,35 @@
+"""The command `completion`: what a shell needs to complete commands, options and files. Printing is left to main.py."""
+
+import argparse
+from pathlib import Path
+
+from astroinertia.cli.parser import Add
+from astroinertia.guide.pages import TOPICS
+
+HELP = """\
+Once for each user; shells that are started from then on complete what is begun when Tab is pressed. The folder must
+be there. Bash needs its package bash-completion, and zsh a compinit in ~/.zshrc and a folder of $fpath that you may
+write to.
+
+example: astroinertia completion bash > ~/.local/share/bash-completion/completions/astroinertia
+         astroinertia completion zsh > "${fpath[1]}/_astroinertia"
+         astroinertia completion fish > ~/.config/fish/completions/astroinertia.fish
+"""
+
+
+def add_arguments(add: Add) -> None:
+    """Add the shell."""
+    add("shell", metavar="SHELL", choices=("bash", "zsh", "fish"), help="bash, zsh or fish")
+
+
+def script(parser: argparse.ArgumentParser, shell: str) -> str:
+    """The script for a shell, with files for every path; changes the parser."""
+    import shtab
+
+    (listed,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+    for action in (action for command in listed.choices.values() for action in command._actions):
+        if action.type is Path:
+            action.complete = shtab.FILE  # pyright: ignore[reportAttributeAccessIssue]
+        elif action.dest == "topic":
+            action.choices = tuple(TOPICS)
+    return shtab.complete(parser, shell)

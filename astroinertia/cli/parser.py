@@ -1,0 +1,91 @@
+"""The parser of arguments: what its help says, and what commands take. Printing is left to main.py."""
+
+import argparse
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NamedTuple, NoReturn
+
+from astroinertia.errors import SceneError
+
+DESCRIPTION = (
+    "Evolves rotating, self-gravitating fluid bodies and follows their inertia tensor through its own equation."
+)
+EXAMPLES = """\
+a first session:
+  astroinertia new star.toml                 write a commented scene, to edit
+  astroinertia plan star.toml                see what would be run, and why
+  astroinertia run star.toml                 run it; the result is runs/<name>/<name>.nc
+  astroinertia show runs/<name>              a summary, and pictures beside the file
+  astroinertia guide                         the guide: its topics; astroinertia guide first-run to begin
+
+more:
+  astroinertia run star.toml --set body.particles=5000 --set "time.end=2 s" --output runs/coarse
+  astroinertia movie runs/<name>             a film of the body; report and view: pages for a browser
+  astroinertia compare runs/coarse runs/fine  the same quantities of several runs or models, and how far they differ
+  astroinertia tradeoff star.toml            what accuracy costs: errors and times, knob by knob
+  astroinertia moments particles.csv         the inertia tensor of a particle table, a mesh or a snapshot
+  astroinertia export runs/coarse --to vtk   for other programs: GADGET, SWIFT, ParaView, CSV, Zarr
+  astroinertia ratios --body Mars            moment ratios of the solar system, and cores that they allow
+  astroinertia verify                        every cross-check with its source: does this installation compute right?
+  astroinertia calibrate                     measure this machine, so that plans tell how long runs take
+  astroinertia verify --hard                 eighty hard cases of particles, and what stable means for each
+  astroinertia run grid.toml --workers 4     a scene with [sweep]: many runs, and one dataset of all
+  astroinertia resume runs/coarse            go on after Ctrl-C, a crash or a power cut
+  astroinertia completion bash               what a shell needs to complete commands with the Tab key
+  python -c "import xarray; print(xarray.open_dataset('runs/coarse/<name>.nc'))"
+"""
+
+
+Add = Callable[..., object]  # ArgumentParser.add_argument of one command
+Options = argparse.Namespace  # what a command got
+Say = Callable[[str], None]  # prints a line
+
+
+class Command(NamedTuple):
+    """A command: the function that it is, what it does in words, the end of its help, and what adds its arguments.
+
+    help: lines that end with examples, or what follows `astroinertia NAME` in the only example.
+    """
+
+    action: Callable[[Options], int]
+    text: str
+    help: str
+    arguments: tuple[Callable[[Add], None], ...] = ()
+
+
+class _Help(argparse.HelpFormatter):
+    """Leaves text of several lines as it is, and breaks that of one."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        return text if "\n" in text else super()._fill_text(text, width, indent)
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong with the arguments in one sentence, and takes no part of an option's name for the whole."""
+
+    def __init__(self, **settings) -> None:
+        super().__init__(**settings, formatter_class=_Help, allow_abbrev=False)
+
+    def error(self, message: str) -> NoReturn:
+        raise SceneError(f"{message}; `{self.prog} --help` tells more.")
+
+
+def parser_of(commands: Mapping[str, Command], version: type[argparse.Action]) -> argparse.ArgumentParser:
+    """The parser of all commands; what it finds has the function of the command as `command`."""
+    parser = _Parser(prog="astroinertia", description=DESCRIPTION, epilog=EXAMPLES)
+    parser.add_argument("-V", "--version", action=version, nargs=0, help="the version, and those of what it stands on")
+    listed = parser.add_subparsers(metavar="COMMAND", required=True)
+    for name, (action, text, end, arguments) in commands.items():
+        epilog = end if "\n" in end else f"example: astroinertia {name} {end}"
+        command = listed.add_parser(name, help=text, description=f"{text[:1].upper()}{text[1:]}.", epilog=epilog)
+        command.set_defaults(command=action)
+        for add_arguments in arguments:
+            add_arguments(command.add_argument)
+    return parser
+
+
+def add_scene(add: Add) -> None:
+    """Add the scene that a command is about, and changes of its keys."""
+    add("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
+    add("--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE",
+        help='set a key of the scene, such as body.particles=5000 or "time.end=2 s"; may be repeated')  # fmt: skip
