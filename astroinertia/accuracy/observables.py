@@ -13,8 +13,8 @@ import xarray as xr
 from scipy.optimize import minimize_scalar
 
 from astroinertia.dataset.regions import QUANTITIES as REGIONAL
-from astroinertia.dataset.schema import DERIVED, RECORDED
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.observables.quantities import DERIVED, RECORDED
 from astroinertia.scene.schema import Scene
 from astroinertia.units import shown
 

@@ -19,11 +19,7 @@ from astroinertia.dataset.regions import QUANTITIES as REGIONAL, regional_quanti
 from astroinertia.dataset.resolution import resolution_warnings
 from astroinertia.dataset.schema import (
     CONVENTIONS,
-    DERIVED,
     FORMAT,
-    LABELS,
-    OF_EFFECTS,
-    RECORDED,
     TIME_QUANTITY,
     attributes,
     code_units,
@@ -38,6 +34,7 @@ from astroinertia.inertia.evolution import gravitational_wave_strain, second_mom
 from astroinertia.inertia.principal import ROUND_OFF_GAP
 from astroinertia.ledger.bounds import ledger_warnings
 from astroinertia.models.evolution import TIMESTEP_CRITERIA
+from astroinertia.observables.quantities import DERIVED, LABELS, OF_EFFECTS, RECORDED
 from astroinertia.storage import trailer
 from astroinertia.storage.archive import MANIFEST, SWEEP, Archive, file_of_sweep
 from astroinertia.units import DIMENSIONLESS, CodeUnits, display_unit
@@ -167,7 +164,8 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
         if array is None:
             array = np.full([sizes[dim] for dim in quantity.dims], np.nan)
         if array.dtype.kind == "f" and array.size and np.isnan(array).all():
-            attrs["reason"] = absent.get(name) or reason_for_absence(name, effects, dimensionless, frame)
+            lacks = absent.get(name) or quantity.absent.get(str(metadata.get("model")))
+            attrs["reason"] = lacks or reason_for_absence(name, effects, dimensionless, frame)
         if skipped and "effect" in quantity.dims:
             array = _with_rows(array, len(skipped))
             attrs["skipped_effects"] = "; ".join(f"{kind}: {reason}" for kind, reason in skipped.items())

@@ -14,8 +14,9 @@ from astropy import units
 from astroinertia import dataset
 from astroinertia.dataset import accessor
 from astroinertia.dataset.derived import BAR
-from astroinertia.dataset.schema import DERIVED, RECORDED, SNAPSHOT, SNAPSHOT_TIME, TIME_QUANTITY
+from astroinertia.dataset.schema import SNAPSHOT, SNAPSHOT_TIME, TIME_QUANTITY
 from astroinertia.errors import ArchiveError
+from astroinertia.observables.quantities import DERIVED, RECORDED
 from astroinertia.storage.archive import Archive
 from tests.unit.affine_body import EFFECTS, METADATA, SOLAR_MASS, AffineBody, G, affine_run
 
