@@ -7,7 +7,7 @@ worked out here, for all models alike. Tests: tests/unit/test_quantities.py.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -96,6 +96,17 @@ class Quantity(NamedTuple):
     comment: str = ""
     absent: Mapping[str, str] = MappingProxyType({})
     of: Callable[[BodyState], Array] | None = None
+
+    def described(self) -> dict[str, Any]:
+        """What a run's description keeps of it, as plain data."""
+        dimension = None if self.dimension is None else list(self.dimension)
+        return {**dict(zip(self._fields[:5], self, strict=False)), "dims": list(self.dims), "dimension": dimension}
+
+    @classmethod
+    def of_description(cls, said: Mapping[str, Any]) -> Self:
+        """The quantity of such a description."""
+        dimension = None if said["dimension"] is None else Dimension(*said["dimension"])
+        return cls(tuple(said["dims"]), dimension, said["unit"], said["long_name"], said["comment"])
 
 
 NUMBER = None
