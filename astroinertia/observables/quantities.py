@@ -129,9 +129,9 @@ _FOLLOWS = "the inertia tensor follows from the attitude, and is not integrated"
 _FEW = "the body is known by its mass and moments alone"
 _SYMMETRIC = "the body is symmetric about its axis"
 _EVOLVED = {"rigid": _FOLLOWS, "scaling": _CLOSED}
-_NO_LIMIT = dict.fromkeys(("ellipsoid", "rigid", "scaling"), "no particles limit the time step")
-_NO_PARTICLES = dict.fromkeys(("ellipsoid", "rigid", "scaling"), "there are no particles")
-_NO_AXES = dict.fromkeys(("sph", "ellipsoid", "scaling"), "only a rigid body has axes of its own")
+_NO_LIMIT: dict[str, str] = dict.fromkeys(("ellipsoid", "rigid", "scaling"), "no particles limit the time step")
+_NO_PARTICLES: dict[str, str] = dict.fromkeys(("ellipsoid", "rigid", "scaling"), "there are no particles")
+_NO_AXES: dict[str, str] = dict.fromkeys(("sph", "ellipsoid", "scaling"), "only a rigid body has axes of its own")
 _NO_SHELLS = {"ellipsoid": "the shells of an affine body are similar ellipsoids, not spheres", "rigid": _FEW}
 _OF_PARTICLES = {"ellipsoid": UNRECORDED, "rigid": _FEW, "scaling": UNRECORDED}
 

@@ -28,7 +28,8 @@ def effect_options(
     for kind, given in effects.items():
         if kind not in entries:
             known = dict.fromkeys((*entries, *door.offered()))
-            raise Problem((table, kind), f" is not a known {door.thing}; {nearest(kind, known)}.")
+            hint = nearest(kind, known) if known else "no installed package offers one"
+            raise Problem((table, kind), f" is not a known {door.thing}; {hint}.")
         if not isinstance(given, dict):
             raise Problem((table, kind), f": must be a table (an empty one will do), not {described(given)}.")
         result[kind] = options_of((table, kind), entries[kind].options, given, code)

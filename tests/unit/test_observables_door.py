@@ -218,7 +218,7 @@ def test_an_installed_one_is_planned_run_stopped_resumed_shown_and_reported(inst
     command(tmp_path / "nowhere", tmp_path, "report", "parts", "--output", "report.html")
     assert "quadrupole phase (rad)" in (tmp_path / "report.html").read_text()
     unknown = command(tmp_path / "nowhere", tmp_path, "plan", "scene.toml", code=2)
-    assert "[observables.quadrupole_phase] is not a known observable" in unknown
+    assert "[observables] quadrupole_phase is not a known observable; no installed package offers one." in unknown
 
 
 def test_only_the_entry_point_that_a_scene_lists_is_imported(tmp_path, monkeypatch) -> None:
