@@ -1,7 +1,7 @@
 """Rotating, self-gravitating fluid bodies and the evolution of their inertia tensor.
 
     astroinertia.run_scene(scene, folder, effects=[...])  run a scene file or a Scene, with effects of your own
-                                           (and an equation of state, matter=...)
+                                           (and an equation of state, matter=..., and observables=[...])
     astroinertia.resume(folder)            go on with an interrupted run
     astroinertia.load(path, settings)      a scene from a TOML file, validated
     astroinertia.open(path)                the headline series of a run, an xarray Dataset with the accessor `.inertia`
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from astroinertia.effects import Effect
     from astroinertia.matter import Matter
+    from astroinertia.observables import Observable
     from astroinertia.run.loop import Listener
     from astroinertia.scene.schema import Scene
 
@@ -50,6 +51,7 @@ def run_scene(
     cluster: str | None = None,
     effects: "Sequence[Effect | type[Effect]]" = (),
     matter: "Matter | type[Matter] | None" = None,
+    observables: "Sequence[Observable | type[Observable]]" = (),
 ) -> Path:
     """Run a scene, or the scene in a file, in a new folder; returns the netCDF file that it leaves.
 
@@ -60,7 +62,8 @@ def run_scene(
     effects: of your own (astroinertia.effects), which act besides those that the scene lists; their numbers are in SI,
     or in code units where the scene is, or text with a unit. The class of one stands for what the scene lists by its
     kind. SceneError says where one is not as it must be. matter: an equation of state of your own (astroinertia.matter)
-    in place of the scene's, or the class of the one that the scene names by its kind.
+    in place of the scene's, or the class of the one that the scene names by its kind. observables: of your own
+    (astroinertia.observables), recorded besides, likewise.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -73,11 +76,12 @@ def run_scene(
     kept_programs.keep_apart()
     from astroinertia.accuracy.running import run_scene as carry_out
     from astroinertia.matter.own import with_matter
+    from astroinertia.observables.own import with_observables
     from astroinertia.scene.load import load_file as load_scene, with_effects
     from astroinertia.scene.schema import Scene
     from astroinertia.scene.sweep import load_file
 
-    own = with_matter(effects, matter)
+    own = with_observables(with_matter(effects, matter), observables)
     if not own and not isinstance(scene, Scene) and (sweep := load_file(scene)) is not None:
         from astroinertia.sweeps.ensemble import run_sweep
 
@@ -93,10 +97,11 @@ def run_scene(
 def resume(
     folder: str | PathLike[str], listener: "Listener | None" = None, workers: int = 1, cluster: str | None = None,
     effects: "Sequence[Effect | type[Effect]]" = (), matter: "Matter | type[Matter] | None" = None,
+    observables: "Sequence[Observable | type[Observable]]" = (),
 ) -> Path:  # fmt: skip
     """Go on with an interrupted run or sweep; returns its netCDF file.
 
-    effects and matter: those that the run was given, or their classes; ArchiveError names one that is missing.
+    effects, matter, observables: those that the run was given, or their classes; ArchiveError names what is missing.
 
     >>> print(resume("runs/star").name)  # finished: it has nothing to do, and tells where the result is
     one_star_three_models.nc
@@ -107,16 +112,17 @@ def resume(
     kept_programs.keep_apart()
     from astroinertia.accuracy.running import resume as go_on
     from astroinertia.matter.own import with_matter
+    from astroinertia.observables.own import with_observables
     from astroinertia.storage.archive import SWEEP
 
     if (Path(folder) / SWEEP).exists():
         from astroinertia.errors import SceneError
         from astroinertia.sweeps.ensemble import resume as go_on_with_members
 
-        if effects or matter is not None:
-            raise SceneError("a sweep takes effects and matter that are built in or installed, none from Python.")
+        if effects or matter is not None or observables:
+            raise SceneError("a sweep takes what is built in or installed, and nothing of your own from Python.")
         return go_on_with_members(Path(folder), workers, cluster).file
-    return go_on(Path(folder), listener, effects=with_matter(effects, matter))
+    return go_on(Path(folder), listener, effects=with_observables(with_matter(effects, matter), observables))
 
 
 def open(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -> "xr.Dataset":

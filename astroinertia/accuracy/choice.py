@@ -69,7 +69,7 @@ def choose(
     """
     if scene.accuracy is None:
         raise SceneError("accuracy is not asked for: write accuracy = 1e-3, or another number, into the scene.")
-    asked = tuple(parsed(name) for name in (scene.judged_by or default_names(scene)))
+    asked = tuple(parsed(name, scene.observables) for name in (scene.judged_by or default_names(scene)))
     pilots = Pilots(scene, asked, folder, listener)
     seconds = 60.0 * minutes
     if scene.model == "scaling":
@@ -164,7 +164,7 @@ def measured(choice: Choice, folder: Path) -> Measured:
     ['angular_velocity', 'attitude 3']
     """
     scene = choice.scene
-    asked = tuple(parsed(name) for name in (scene.judged_by or default_names(scene)))
+    asked = tuple(parsed(name, scene.observables) for name in (scene.judged_by or default_names(scene)))
     quiet = measuring.scene_of(scene, measuring.AS_IT_IS, asked)
     place = measuring.folder_of(folder, quiet, measuring.AS_IT_IS)
     return measuring.stored(place, asked) or measuring.measure(quiet, asked, place)

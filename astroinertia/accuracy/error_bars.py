@@ -24,8 +24,8 @@ from scipy.optimize import brentq
 
 from astroinertia.accuracy.companion_runs import CompanionRun
 from astroinertia.accuracy.observables import Observable, relative_error, value
-from astroinertia.dataset.schema import DERIVED, RECORDED
 from astroinertia.errors import SceneError
+from astroinertia.observables.quantities import DERIVED, RECORDED
 from astroinertia.process.renamed import renamed
 
 SUFFIX = "_error"

@@ -5,6 +5,7 @@ An observable is written as a person says it: "inertia_tensor z z", "flattening"
 """
 
 import difflib
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,8 +14,8 @@ import xarray as xr
 from scipy.optimize import minimize_scalar
 
 from astroinertia.dataset.regions import QUANTITIES as REGIONAL
-from astroinertia.dataset.schema import DERIVED, RECORDED
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.observables.quantities import DERIVED, RECORDED
 from astroinertia.scene.schema import Scene
 from astroinertia.units import shown
 
@@ -41,8 +42,8 @@ class Observable:
     of_series: bool = False
 
 
-def parsed(name: str) -> Observable:
-    """The observable that a name stands for; SceneError where no dataset has such a variable.
+def parsed(name: str, own: Collection[str] = ()) -> Observable:
+    """The observable that a name stands for; SceneError where no dataset has such a variable, and the run no `own` one.
 
     >>> print(parsed("inertia_tensor z z").labels, parsed("frequency of inertia_tensor z z").of_series)
     ('z', 'z') True
@@ -52,7 +53,7 @@ def parsed(name: str) -> Observable:
     words = normalized.removeprefix(_OF_SERIES).split()
     if not words:
         raise SceneError("an observable is a variable of the dataset and its labels, such as inertia_tensor z z.")
-    if words[0] not in _KNOWN:
+    if words[0] not in _KNOWN and words[0] not in own:
         near = difflib.get_close_matches(words[0], _KNOWN, 1)
         hint = f"; did you mean {near[0]}?" if near else ", such as inertia_tensor z z, angular_velocity or flattening."
         raise SceneError(f"'{shown(words[0])}' is no series of the dataset{hint}")

@@ -86,7 +86,7 @@ def carry_out(
     found = knobs.knobs(scene)
     if not found:
         raise SceneError(f"the model {scene.model} has no accuracy knobs: its answers are closed forms.")
-    asked = tuple(parsed(name) for name in (observables or default_names(scene)))
+    asked = tuple(parsed(name, scene.observables) for name in (observables or default_names(scene)))
     chosen = _chosen(found, only)
     study = _Study(scene, chosen, asked, folder, 60.0 * minutes, listener)
     folder.mkdir(parents=True, exist_ok=True)

@@ -13,18 +13,28 @@ from pydantic import BaseModel, ConfigDict, Field
 from astroinertia.build.effects import effects_of
 from astroinertia.build.spheres import Sphere, Star, sphere
 from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.effects.doors import made_of
 from astroinertia.effects.own import EFFECTS
 from astroinertia.errors import ArchiveError, ArchiveWarning
 from astroinertia.matter import own as own_matter
 from astroinertia.models.evolution import Evolution
+from astroinertia.observables import own as own_observables
+from astroinertia.observables.observable import Observable
 from astroinertia.scene import load
 from astroinertia.scene.plan import cadence, code_units, plan, region_descriptions, smoothing, softening
+from astroinertia.scene.quantities import options_in_code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import Archive
 from astroinertia.storage.bounded import plain_text
 from astroinertia.storage.manifest import complaint
 from astroinertia.units import CodeUnits
 
+OUTSIDE = {
+    "own_effects": ("effect", "effects=[...]"),
+    "own_matter": ("equation of state", "matter=..."),
+    "own_observables": ("observable", "observables=[...]"),
+}
+"""What a run's description has of what is not of this package: its name, and how it is given from Python."""
 _Count = Annotated[int, Field(ge=0, lt=2**53)]
 _Seconds = Annotated[float, Field(ge=0.0, le=1e12)]
 
@@ -53,6 +63,7 @@ class Outputs:
     snapshot_every: float
     align: bool
     checkpoint_seconds: float
+    observables: tuple[Observable, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -74,36 +85,36 @@ def prepare(scene: Scene) -> Prepared:
 def scene_of(archive: Archive, effects: Sequence[Any] = ()) -> Scene:
     """The scene that a run was made from.
 
-    effects: those of the user's own that it was given from Python, or their classes, and its equation of state where
-    that was. ArchiveError names what is not here of them; SceneError, one that it was not given, or that has other
-    options than it had.
+    effects: those of the user's own that it was given from Python, or their classes, and its equation of state and
+    observables where those were. ArchiveError names what is not here of them; SceneError, one that it was not given, or
+    that has other options than it had.
     """
     metadata = archive.metadata
     if not isinstance(metadata.get("scene"), str):
         raise ArchiveError(f"{archive.folder} does not tell the scene that its run was made from.")
-    for kind in missing(archive, effects):
-        of_effect = kind in metadata.get("own_effects", {})
-        thing, origin = ("effect", "own_effects") if of_effect else ("equation of state", "own_matter")
-        argument = "effects=[...]" if of_effect else "matter=..."
+    for origin, kind in missing(archive, effects):
+        thing, argument = OUTSIDE[origin]
         raise ArchiveError(
             f"{archive.folder} was run with the {thing} '{plain_text(kind)}' ({plain_text(metadata[origin][kind])}), "
             f"which is not here: install its package, or give it from Python to resume(folder, {argument})."
         )
-    classes = [own_matter.made_of(effect) for effect in effects]
+    classes = [made_of(effect) for effect in effects]
     scene = load.loads(metadata["scene"], origin=metadata.get("origin"), effects=classes)
     for effect in effects:
         load.refuse_other_options(scene, effect)
     return scene
 
 
-def missing(archive: Archive, effects: Sequence[Any] = ()) -> list[str]:
-    """Kinds of the effects and of the equation of state of a run that are neither built in nor given here nor offered
-    by an installed package.
+def missing(archive: Archive, effects: Sequence[Any] = ()) -> list[tuple[str, str]]:
+    """Keys of OUTSIDE and kinds of what a run was given and what is neither built in nor given here nor offered by an
+    installed package.
     """
-    given, fluid = own_matter.given(effects)
+    observed, others = own_observables.apart(effects)
+    given, fluid = own_matter.given(others)
     known = {"own_effects": {*given, *EFFECTS.offered(), *CATALOGUE}}
+    known["own_observables"] = {*observed, *own_observables.OBSERVABLES.offered()}
     known["own_matter"] = {*own_matter.MATTER.offered(), *((fluid.made.kind,) if fluid else ())}  # type: ignore[union-attr]
-    return [kind for name, here in known.items() for kind in archive.metadata.get(name, {}) if kind not in here]
+    return [(name, kind) for name, here in known.items() for kind in archive.metadata.get(name, {}) if kind not in here]
 
 
 def restore(archive: Archive, scene: Scene) -> Prepared:
@@ -142,6 +153,10 @@ def outputs_of(scene: Scene, units: CodeUnits) -> Outputs:
         snapshot_every=units.to_code(when.snapshot_every, "time"),
         align=scene.output.align,
         checkpoint_seconds=scene.output.checkpoint_seconds,
+        observables=tuple(
+            entry.made(**options_in_code_units(scene.observables[kind], entry.options, units))
+            for kind, entry in scene.observed.items()
+        ),
     )
 
 
@@ -176,6 +191,7 @@ def metadata(scene: Scene) -> dict[str, Any]:
         },
         **({"own_effects": {kind: entry.origin for kind, entry in scene.own.items()}} if scene.own else {}),
         **_own_matter(scene),
+        **_own_observables(scene),
         **({"regions": region_descriptions(scene)} if scene.regions else {}),
         **({"choice": dict(scene.choice)} if scene.choice else {}),
         "versions": versions(scene),
@@ -185,6 +201,13 @@ def metadata(scene: Scene) -> dict[str, Any]:
 def _own_matter(scene: Scene) -> dict[str, Any]:
     fluid = scene.equation_of_state
     return {"own_matter": {fluid.name: fluid.entry.origin}} if fluid is not None and fluid.kind == "own" else {}
+
+
+def _own_observables(scene: Scene) -> dict[str, Any]:
+    # What they are, too: a result is opened where their classes may not be.
+    said = {kind: own_observables.quantity_of(entry).described() for kind, entry in scene.observed.items()}
+    origins = {kind: entry.origin for kind, entry in scene.observed.items()}
+    return {"own_observables": origins, "observables": said} if said else {}
 
 
 def versions(scene: Scene) -> dict[str, str]:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from astroinertia.dataset.derived import derived_quantities
-from astroinertia.dataset.schema import (
+from astroinertia.observables.quantities import (
     ANGULAR_MOMENTUM,
     DENSITY,
     ENERGY,

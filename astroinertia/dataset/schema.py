@@ -1,228 +1,27 @@
-"""The dataset's table: every quantity with its dimensions, physical dimension, unit and meaning. One for all models."""
+"""What a dataset has beside its headline series (observables.quantities): snapshots, labels, attributes, units."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from astroinertia.units import DIMENSIONLESS, CodeUnits, Dimension
+from astroinertia.observables.quantities import (
+    DENSITY,
+    LABELS,
+    LENGTH,
+    MASS,
+    NUMBER,
+    PRESSURE,
+    SPECIFIC_ENERGY,
+    SPEED,
+    TIME,
+    UNRECORDED,
+    Quantity,
+)
+from astroinertia.units import DIMENSIONLESS, CodeUnits
 
 FORMAT = 1
 CONVENTIONS = "CF-1.11"
-EQUIVALENT = "of the homogeneous ellipsoid with the same mass and the same second moments (a_k^2 = 5 Q_k / M)"
-SPIN_AXIS = "n is the direction of the angular momentum, or the axis of the largest moment where there is none"
-
-
-class Quantity(NamedTuple):
-    """One variable: its dimensions in the file, exponents of (mass, length, time), SI unit, long name, comment.
-
-    `dimension` is None where the numbers are not converted: wall time, counts, ratios.
-    """
-
-    dims: tuple[str, ...]
-    dimension: Dimension | None
-    unit: str
-    long_name: str
-    comment: str = ""
-
-
-NUMBER = None
-MASS, LENGTH, TIME = Dimension(1, 0, 0), Dimension(0, 1, 0), Dimension(0, 0, 1)
-SPEED, PER_TIME, DENSITY = Dimension(0, 1, -1), Dimension(0, 0, -1), Dimension(1, -3, 0)
-MOMENTUM, FORCE, ENERGY = Dimension(1, 1, -1), Dimension(1, 1, -2), Dimension(1, 2, -2)
-MASS_RATE = Dimension(1, 0, -1)
-MOMENT, ANGULAR_MOMENTUM = Dimension(1, 2, 0), Dimension(1, 2, -1)
-SPECIFIC_ANGULAR_MOMENTUM, SPECIFIC_ENERGY, PRESSURE = Dimension(0, 2, -1), Dimension(0, 2, -2), Dimension(1, -1, -2)
-
-_T, _TI, _TIJ = ("time",), ("time", "i"), ("time", "i", "j")
-_TE, _TEI, _TEIJ = ("time", "effect"), ("time", "effect", "i"), ("time", "effect", "i", "j")
-_TR, _TP, _TM = ("time", "radius_bin"), ("time", "principal"), ("time", "mode")
-_CENTRE = "about the centre of mass"
-
-RECORDED: dict[str, Quantity] = {
-    "step": Quantity(_T, NUMBER, "1", "number of time steps since the start"),
-    "mass": Quantity(_T, MASS, "kg", "total mass"),
-    "centre_of_mass": Quantity(_TI, LENGTH, "m", "centre of mass"),
-    "momentum": Quantity(_TI, MOMENTUM, "kg m s-1", "total momentum"),
-    "angular_momentum": Quantity(
-        _TI, ANGULAR_MOMENTUM, "kg m2 s-1", f"angular momentum {_CENTRE}", "L_i = eps_ijk P_jk, P the mixed moment"
-    ),
-    "second_moment": Quantity(_TIJ, MOMENT, "kg m2", f"second moment of mass {_CENTRE}", "Q_ij = sum m x_i x_j"),
-    "mixed_moment": Quantity(
-        _TIJ, ANGULAR_MOMENTUM, "kg m2 s-1", f"mixed moment {_CENTRE}", "P_ij = sum m x_i v_j; dQ/dt = P + P^T"
-    ),
-    "kinetic_tensor": Quantity(
-        _TIJ, ENERGY, "J", f"kinetic tensor {_CENTRE}", "K_ij = sum m v_i v_j; its trace is twice the energy"
-    ),
-    "virial_tensor": Quantity(
-        _TEIJ, ENERGY, "J", "virial tensor of each effect",
-        "V_ij = sum m x_i a_j by the effect's own route; dP/dt = K + sum over effects of V (Chandrasekhar 1969, "
-        "Ellipsoidal Figures of Equilibrium, section 11)",
-    ),
-    "virial_mismatch": Quantity(
-        _TE, NUMBER, "1", "difference between the virial tensor by the effect's own route and sum m x_i a_j",
-        "divided by sum m |x| |a|; the ledger of the effect that this is large for is wrong",
-    ),
-    "mixed_impulse": Quantity(_TEIJ, ANGULAR_MOMENTUM, "kg m2 s-1", "what each effect has added to the mixed moment"),
-    "inertia_tensor": Quantity(
-        _TIJ, MOMENT, "kg m2", f"inertia tensor {_CENTRE}", "I = tr(Q) 1 - Q, summed directly over the body"
-    ),
-    "attitude": Quantity(
-        ("time", "principal", "i"), NUMBER, "1", "axes fixed in a rigid body, unit vectors",
-        "the principal axes, one a row, in the order in which the scene gives the moments",
-    ),
-    "inertia_tensor_evolved": Quantity(
-        _TIJ, MOMENT, "kg m2", f"inertia tensor {_CENTRE}, by its own evolution equation",
-        "integrated from d2Q/dt2 = 2 K + sum over effects of (V + V^T), kick by kick and drift by drift",
-    ),
-    "ledger_closure": Quantity(
-        _T, NUMBER, "1", "difference between the evolved and the direct inertia tensor",
-        "Frobenius norm, divided by the largest norm of the inertia tensor in the run so far",
-    ),
-    "torque": Quantity(_TEI, ENERGY, "N m", f"torque of each effect {_CENTRE}", "tau_i = eps_ijk V_jk"),
-    "force": Quantity(_TEI, FORCE, "N", "net force of each effect"),
-    "impulse": Quantity(_TEI, MOMENTUM, "kg m s-1", "momentum that each effect has given since the start"),
-    "work": Quantity(_TE, ENERGY, "J", "kinetic energy that each effect has given since the start"),
-    "heating": Quantity(_TE, ENERGY, "J", "internal energy that each effect has given since the start"),
-    "kinetic_energy": Quantity(_T, ENERGY, "J", "kinetic energy", "the motion of the centre of mass is included"),
-    "internal_energy": Quantity(_T, ENERGY, "J", "internal energy"),
-    "gravitational_energy": Quantity(
-        _T, ENERGY, "J", "energy of self-gravity", "of the softened potential where gravity is softened"
-    ),
-    "potential_energy": Quantity(
-        _T, ENERGY, "J", "potential energy of all effects that have one, but for potentials that move by themselves",
-        "with all energy of point masses that move with the fluid",
-    ),
-    "total_energy": Quantity(_T, ENERGY, "J", "total energy"),
-    "integration_energy_error": Quantity(
-        _T, ENERGY, "J", "energy that no effect accounts for: the error of the integration in time"
-    ),
-    "density_max": Quantity(_T, DENSITY, "kg m-3", "largest density"),
-    "timestep": Quantity(_T, TIME, "s", "time step"),
-    "timestep_limit": Quantity(
-        _T, NUMBER, "1", "what limits the time step", "a number for each effect, then for each further criterion"
-    ),
-    "timestep_limit_radius": Quantity(
-        _T, LENGTH, "m", "distance of the particle that limits the time step from the centre of mass"
-    ),
-    "timestep_limit_density": Quantity(_T, DENSITY, "kg m-3", "density of the particle that limits the time step"),
-    "core_particles": Quantity(
-        _T, NUMBER, "1", "number of particles in the core", "denser than a tenth of the greatest density"
-    ),
-    "jeans_ratio": Quantity(
-        _T, NUMBER, "1", "least Jeans mass over that of two neighbourhoods",
-        "of the denser half of the particles; below 1 fragments may be artificial (Bate & Burkert 1997, MNRAS 288, "
-        "1060); of gas alone",
-    ),
-    "smoothing_to_thickness": Quantity(
-        _T, NUMBER, "1", "median smoothing length over the smallest semi-axis",
-        "of the homogeneous ellipsoid with the same mass and second moments",
-    ),
-    "wall_time": Quantity(_T, NUMBER, "s", "time that the computation has taken", "of the computer's clock"),
-    "radius_profile": Quantity(_TR, LENGTH, "m", "mean radius of each shell of equal mass"),
-    "density_profile": Quantity(_TR, DENSITY, "kg m-3", "mean density of each shell"),
-    "rotation_profile": Quantity(
-        _TR, PER_TIME, "rad s-1", "angular velocity of each shell about z", "sum m j_z / sum m (x^2 + y^2)"
-    ),
-    "specific_angular_momentum_profile": Quantity(
-        _TR, SPECIFIC_ANGULAR_MOMENTUM, "m2 s-1", "mean specific angular momentum of each shell about z"
-    ),
-    "mode_amplitude": Quantity(
-        _TM, NUMBER, "1", "amplitude of azimuthal modes about z", "|sum m exp(i k phi)| / M for k = 1 to 4"
-    ),
-    "mode_phase": Quantity(_TM, NUMBER, "rad", "phase of azimuthal modes about z", "arg sum m exp(i k phi)"),
-    "mode_pattern_speed": Quantity(
-        _TM, PER_TIME, "rad s-1", "rate at which azimuthal modes turn about z, now",
-        "d/dt arg(sum m exp(i k phi)) / k from positions and velocities; over a time, the slope of mode_phase / k",
-    ),
-    "ring_mode_amplitude": Quantity(
-        _TM, NUMBER, "1", "amplitude of azimuthal modes in a ring about z",
-        "of the middle half of the mass in the order of its distance from the axis, divided by that mass",
-    ),
-    "ring_mode_phase": Quantity(_TM, NUMBER, "rad", "phase of azimuthal modes in that ring"),
-}  # fmt: skip
-"""What a run records, in code units, under the same names."""
-
-DERIVED: dict[str, Quantity] = {
-    "inertia_rate": Quantity(
-        _TIJ, ANGULAR_MOMENTUM, "kg m2 s-1", "rate of change of the inertia tensor",
-        "dI/dt = tr(S) 1 - S with S = P + P^T",
-    ),
-    "inertia_acceleration": Quantity(
-        _TIJ, ENERGY, "kg m2 s-2", "second time derivative of the inertia tensor",
-        "d2I/dt2 = tr(S) 1 - S with S = 2 K + sum over effects of (V + V^T)",
-    ),
-    "principal_moments": Quantity(
-        _TP, MOMENT, "kg m2", "principal moments of inertia",
-        "in ascending order where the axes are first defined, and continuous in time from there, through crossings",
-    ),
-    "principal_axes": Quantity(
-        ("time", "principal", "i"), NUMBER, "1", "principal axes, unit vectors",
-        "right-handed, continuous in order and sign; undefined where principal_gap is below the tolerance",
-    ),
-    "principal_gap": Quantity(
-        _TP, NUMBER, "1", "distance of each principal moment from the nearest other, over the largest",
-        "about the relative difference of the semi-axes; 0 where the axis is undefined",
-    ),
-    "angular_velocity": Quantity(
-        _TI, PER_TIME, "rad s-1", "mean spin", "Tisserand's I^-1 L: the rigid rotation with this angular momentum"
-    ),
-    "figure_rotation_rate": Quantity(
-        _TP, PER_TIME, "rad s-1", "rate at which the principal axes turn, about each of themselves",
-        "(e_k . dI/dt e_l) / (I_k - I_l) about e_m, (k, l, m) cyclic; NaN where I_k and I_l are equal "
-        "within the tolerance",
-    ),
-    "rotational_energy": Quantity(
-        _T, ENERGY, "J", "energy of the mean spin", "L . I^-1 L / 2; a rotation that is not rigid has more energy"
-    ),
-    "rotational_to_gravitational": Quantity(_T, NUMBER, "1", "T/|W|", "rotational_energy / |gravitational_energy|"),
-    "spin_axis": Quantity(_TI, NUMBER, "1", "axis that radii and flattening refer to", SPIN_AXIS),
-    "mean_radius": Quantity(_T, LENGTH, "m", f"mean radius {EQUIVALENT}", "(a b c)^(1/3)"),
-    "equatorial_radius": Quantity(
-        _T, LENGTH, "m", f"equatorial radius {EQUIVALENT}", f"sqrt(5 (tr Q - n.Q.n) / (2 M)); {SPIN_AXIS}"
-    ),
-    "polar_radius": Quantity(_T, LENGTH, "m", f"polar radius {EQUIVALENT}", f"sqrt(5 n.Q.n / M); {SPIN_AXIS}"),
-    "flattening": Quantity(_T, NUMBER, "1", "flattening", "1 - polar_radius / equatorial_radius"),
-    "moment_ratio": Quantity(
-        _T, NUMBER, "1", "moment of inertia about the spin axis over M R^2", f"n.I.n / (M R^2); {SPIN_AXIS}"
-    ),
-    "bar_strength": Quantity(
-        _T, NUMBER, "1", "quadrupole distortion about z",
-        "D = (D_+^2 + D_x^2)^(1/2) with D_+ = (Q_xx - Q_yy)/(Q_xx + Q_yy) and D_x = 2 Q_xy/(Q_xx + Q_yy) (Saijo, "
-        "Shibata, Baumgarte & Shapiro 2001, ApJ 548, 919)",
-    ),
-    "bar_phase": Quantity(_T, NUMBER, "rad", "direction of that bar, from x", "arctan2(D_x, D_+) / 2"),
-    "bar_pattern_speed": Quantity(
-        _T, PER_TIME, "rad s-1", "rate at which that bar turns, now", "d/dt bar_phase, from dQ/dt = P + P^T"
-    ),
-    "gw_strain_plus": Quantity(
-        ("time", "observer"), NUMBER, "m", "gravitational-wave strain times distance, plus polarisation",
-        "(G/c^4) (A_theta,theta - A_phi,phi) with A = d2Q/dt2, the quadrupole formula; the observer is on the z axis "
-        "(polar) or on the x axis (equatorial), with theta and phi the spherical directions there",
-    ),
-    "gw_strain_cross": Quantity(
-        ("time", "observer"), NUMBER, "m", "gravitational-wave strain times distance, cross polarisation",
-        "(2 G/c^4) A_theta,phi; see gw_strain_plus",
-    ),
-    "gw_luminosity": Quantity(
-        _T, NUMBER, "W", "power of gravitational waves", "G/(5 c^5) A'_ij A'_ij, A = d2Q/dt2 without its trace"
-    ),
-    "gw_energy": Quantity(_T, NUMBER, "J", "energy that gravitational waves have carried away since the start"),
-    "gw_angular_momentum": Quantity(
-        _TI, NUMBER, "kg m2 s-1", "angular momentum that gravitational waves have carried away since the start",
-        "the integral of 2 G/(5 c^5) eps_ijk A_jl A'_kl",
-    ),
-    "gw_energy_spectrum": Quantity(
-        ("frequency",), NUMBER, "J Hz-1", "energy of gravitational waves per frequency",
-        "2 G/(5 c^5) |A'_ij(f)|^2, of the whole run; its integral over f is the energy carried away",
-    ),
-    "gw_characteristic_strain": Quantity(
-        ("frequency",), NUMBER, "m", "characteristic gravitational-wave strain times distance",
-        "(2 G/(pi^2 c^3) dE/df)^(1/2) (Flanagan & Hughes 1998, Physical Review D 57, 4535)",
-    ),
-}  # fmt: skip
-"""What follows from the recorded quantities; computed in code units, but for the waves, which are in SI already."""
-
 _S = ("snapshot_time", "particle")
 _ENTROPY = "A in P = P_cold(rho) + A rho^gamma; in code units, since its dimension depends on gamma"
 SNAPSHOT: dict[str, Quantity] = {
@@ -238,64 +37,8 @@ SNAPSHOT: dict[str, Quantity] = {
 }
 """Per particle, in the order of the particles' identities."""
 
-_TS, _TSI = ("time", "sink"), ("time", "sink", "i")
-_SHIFTED = "the shift of the centre of mass is included"
-_TC, _TCI = ("time", "companion"), ("time", "companion", "i")
-_SYSTEM = "of the fluid and the point masses that move with it"
-_TWO_POINTS = "of the companion and the body as two points at their centres of mass"
-OF_EFFECTS: dict[str, Quantity] = {
-    "system_momentum": Quantity(_TI, MOMENTUM, "kg m s-1", f"momentum {_SYSTEM}"),
-    "system_angular_momentum": Quantity(
-        _TI, ANGULAR_MOMENTUM, "kg m2 s-1", f"angular momentum {_SYSTEM}", "about their centre of mass, spins included"
-    ),
-    "companion_position": Quantity(_TCI, LENGTH, "m", "position of each companion"),
-    "companion_velocity": Quantity(_TCI, SPEED, "m s-1", "velocity of each companion"),
-    "companion_angular_momentum": Quantity(
-        _TCI, ANGULAR_MOMENTUM, "kg m2 s-1", "angular momentum of each companion's orbit about the body", _TWO_POINTS
-    ),
-    "sink_number": Quantity(_T, NUMBER, "1", "number of sinks"),
-    "sink_mass": Quantity(_TS, MASS, "kg", "mass of each sink"),
-    "sink_position": Quantity(_TSI, LENGTH, "m", "position of each sink"),
-    "sink_velocity": Quantity(_TSI, SPEED, "m s-1", "velocity of each sink"),
-    "sink_spin": Quantity(
-        _TSI, ANGULAR_MOMENTUM, "kg m2 s-1", "spin of each sink", "what it accreted, about its own centre of mass"
-    ),
-    "accreted_mass": Quantity(_T, MASS, "kg", "mass that sinks have taken from the fluid"),
-    "accreted_momentum": Quantity(_TI, MOMENTUM, "kg m s-1", "momentum that sinks have taken from the fluid with it"),
-    "accreted_second_moment": Quantity(
-        _TIJ, MOMENT, "kg m2", f"second moment {_CENTRE} that the fluid has lost with it", _SHIFTED
-    ),
-    "accreted_mixed_moment": Quantity(
-        _TIJ,
-        ANGULAR_MOMENTUM,
-        "kg m2 s-1",
-        f"mixed moment {_CENTRE} that the fluid has lost with it",
-        f"{_SHIFTED}; in mixed_impulse it is part of the row of the sinks",
-    ),
-    "sink_inner_energy": Quantity(
-        _T,
-        ENERGY,
-        "J",
-        "energy that went into sinks",
-        "of the heat, the motion and the mutual attraction of what they accreted",
-    ),
-    "accretion_rate": Quantity(
-        _T, MASS_RATE, "kg s-1", "mass that sinks take from the fluid in a time", "from one record to the next"
-    ),
-    "companion_energy": Quantity(_TC, ENERGY, "J", "energy of each companion's orbit about the body", _TWO_POINTS),
-}
-"""What only scenes with certain effects have, and only then; recorded in code units, under the same names."""
-
 TIME_QUANTITY = Quantity(("time",), TIME, "s", "time since the start")
 SNAPSHOT_TIME = Quantity(("snapshot_time",), TIME, "s", "time of the snapshot")
-LABELS: dict[str, tuple[list, str]] = {
-    "i": (["x", "y", "z"], "Cartesian component"),
-    "j": (["x", "y", "z"], "Cartesian component"),
-    "principal": ([1, 2, 3], "number of the principal axis"),
-    "mode": ([1, 2, 3, 4], "azimuthal wave number"),
-    "observer": (["polar", "equatorial"], "direction that a gravitational wave is seen from"),
-}
-UNRECORDED = "this model does not record it"
 
 
 def reason_for_absence(name: str, effects: list[str], dimensionless: bool, frame: str) -> str:
@@ -314,8 +57,6 @@ def reason_for_absence(name: str, effects: list[str], dimensionless: bool, frame
         return "the body has no reference radius"
     if name.startswith("region_"):
         return "the region is empty throughout" if "gravity" in effects else "the scene lists no gravity"
-    if name == "attitude":
-        return "only a rigid body has axes of its own"
     if name == "figure_rotation_rate":
         return "the principal axes are undefined throughout: moments are equal within the tolerance"
     return UNRECORDED

@@ -19,11 +19,7 @@ from astroinertia.dataset.regions import QUANTITIES as REGIONAL, regional_quanti
 from astroinertia.dataset.resolution import resolution_warnings
 from astroinertia.dataset.schema import (
     CONVENTIONS,
-    DERIVED,
     FORMAT,
-    LABELS,
-    OF_EFFECTS,
-    RECORDED,
     TIME_QUANTITY,
     attributes,
     code_units,
@@ -38,12 +34,14 @@ from astroinertia.inertia.evolution import gravitational_wave_strain, second_mom
 from astroinertia.inertia.principal import ROUND_OFF_GAP
 from astroinertia.ledger.bounds import ledger_warnings
 from astroinertia.models.evolution import TIMESTEP_CRITERIA
+from astroinertia.observables.quantities import DERIVED, LABELS, OF_EFFECTS, RECORDED, Quantity
 from astroinertia.storage import trailer
 from astroinertia.storage.archive import MANIFEST, SWEEP, Archive, file_of_sweep
 from astroinertia.units import DIMENSIONLESS, CodeUnits, display_unit
 
 _OBSERVERS = ((0.0, 0.0), (np.pi / 2, 0.0))  # polar angle and azimuth of the schema's observers
 _INERTIAL = "inertial"
+NO_VALUE = "the observable has no value for this body"
 NOT_OF_A_RUN = "does not hold the records of a run"
 Chunks = Mapping[str, int] | None
 
@@ -161,17 +159,24 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     time = values.pop("time")
     sizes = _sizes(values, effects) | {"time": len(time), "region": len(regions), "frequency": len(frequency)}
     variables = {}
-    for name, quantity in (RECORDED | DERIVED | (REGIONAL if regions else {})).items():
+    known = RECORDED | DERIVED | (REGIONAL if regions else {})
+    own = metadata.get("observables", {})
+    own = {name: Quantity.of_description(said) for name, said in own.items() if name not in known}
+    for name, quantity in (known | own).items():
         attrs = attributes(quantity, metadata)
         array = values.pop(name, None)
         if array is None:
             array = np.full([sizes[dim] for dim in quantity.dims], np.nan)
         if array.dtype.kind == "f" and array.size and np.isnan(array).all():
-            attrs["reason"] = absent.get(name) or reason_for_absence(name, effects, dimensionless, frame)
+            lacks = NO_VALUE if name in own else absent.get(name) or quantity.absent.get(str(metadata.get("model")))
+            attrs["reason"] = lacks or reason_for_absence(name, effects, dimensionless, frame)
         if skipped and "effect" in quantity.dims:
             array = _with_rows(array, len(skipped))
             attrs["skipped_effects"] = "; ".join(f"{kind}: {reason}" for kind, reason in skipped.items())
         variables[name] = (quantity.dims, converted(array, quantity, units), attrs)
+    for name, origin in metadata.get("own_observables", {}).items():
+        if name in own:
+            variables[name][2]["origin"] = origin
     for name, quantity in OF_EFFECTS.items():
         if name in values:
             variables[name] = (
@@ -215,7 +220,9 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
 
 def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str) -> dict[str, Any]:
     """What the file says of where it came from: enough to repeat the run. Lists and tables are JSON text."""
-    elsewhere = ("effects", "companions", "regions", "skipped_effects", "absent", "code_units", "dimensionless")
+    elsewhere = (
+        "effects", "companions", "regions", "skipped_effects", "absent", "code_units", "dimensionless", "observables",
+    )  # fmt: skip
     described = {name: value for name, value in metadata.items() if name not in elsewhere}
     plain = {
         name: value if isinstance(value, str | int | float) and not isinstance(value, bool) else json.dumps(value)

@@ -12,16 +12,15 @@ from xarray.backends import BackendArray, BackendEntrypoint
 from xarray.core import indexing
 
 from astroinertia.dataset.schema import (
-    LABELS,
     SNAPSHOT,
     SNAPSHOT_TIME,
-    Quantity,
     attributes,
     code_units,
     converted,
     label,
 )
 from astroinertia.errors import ArchiveError
+from astroinertia.observables.quantities import LABELS, Quantity
 from astroinertia.storage.archive import Archive
 from astroinertia.storage.outputs import SNAPSHOT as STORED, Snapshots
 from astroinertia.units import CodeUnits

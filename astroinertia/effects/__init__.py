@@ -5,8 +5,9 @@
 Nothing is imported until one of them is asked for. An example: sims/plugin_example/cubic_drag.py.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from astroinertia.process.lazy import exported
 
 if TYPE_CHECKING:
     from astroinertia.effects.affine_parts import AffineParts
@@ -24,7 +25,7 @@ __all__ = [
     "RigidParts", "not_negative", "positive", "pytree",
 ]  # fmt: skip
 
-_ROOMS = {
+_MODULES = {
     "effects.effect": ("Effect",),
     "effects.particle_parts": ("ParticleParts",),
     "effects.affine_parts": ("AffineParts",),
@@ -35,10 +36,4 @@ _ROOMS = {
     "engines.pytree": ("pytree",),
     "units": ("Dimension",),
 }
-
-
-def __getattr__(name: str) -> Any:
-    for room, names in _ROOMS.items():
-        if name in names:
-            return getattr(import_module(f"astroinertia.{room}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = exported(__name__, _MODULES)

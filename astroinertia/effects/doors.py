@@ -20,7 +20,7 @@ from astroinertia.units import shown, si_unit
 @dataclass(frozen=True)
 class Door:
     """What comes in: its entry point group, what one such thing is called, the class that it derives from, the line of
-    its @dataclass, and the kinds that are taken.
+    its @dataclass, and the kinds that are taken. pytree: whether compiled programs take it.
     """
 
     group: str
@@ -28,6 +28,7 @@ class Door:
     base: str
     decorated: str
     taken: Collection[str]
+    pytree: bool = True
 
     def refused(self, made: Any, package: str, what: str) -> SceneError:
         """The error that says why a class is no such thing; package: that it comes from, or empty."""
@@ -39,7 +40,6 @@ class Door:
 
         SceneError, in a sentence, where it is not a pytree of that base, with a kind of its own and all options stated.
         """
-        from astroinertia.effects.effect import is_pytree  # with JAX, which other scenes do without here
 
         def refused(what: str) -> SceneError:
             return self.refused(made, package, what)
@@ -48,8 +48,8 @@ class Door:
             raise refused(f"it must be a subclass of {self.base}")
         if absent := sorted(getattr(made, "__abstractmethods__", ())):
             raise refused(f"it has no `{absent[0]}`")
-        if not (is_dataclass(made) and is_pytree(made)):
-            raise refused(f"decorate it with @pytree above {self.decorated}")
+        if not is_dataclass(made) or (self.pytree and not _is_pytree(made)):
+            raise refused(f"decorate it with {'@pytree above ' if self.pytree else ''}{self.decorated}")
         kind, options = (getattr(made, name, None) for name in ("kind", "options"))
         if not isinstance(kind, str) or not re.fullmatch(r"[a-z][a-z0-9_]{0,63}", kind):
             raise refused("its `kind` must be a name of small letters, digits and _")
@@ -60,7 +60,7 @@ class Door:
             odd = sorted(set(options) ^ set(given)) if isinstance(options, Mapping) else []
             raise refused(f"its `options` must describe each of its fields{f', but not so {odd[0]}' if odd else ''}")
         for key, option in options.items():
-            fixed = option.dimension in ("choice", "boolean")
+            fixed = self.pytree and option.dimension in ("choice", "boolean")
             if fixed != bool(given[key].metadata.get("static", False)):
                 raise refused(f'its field {key} must {"" if fixed else "not "}have the metadata {{"static": True}}')
         text = " ".join((made.__doc__ or "").split("\n\n")[0].split()).rstrip(".")
@@ -97,6 +97,12 @@ class Door:
         return entry
 
 
+def _is_pytree(made: type) -> bool:
+    from astroinertia.effects.effect import is_pytree  # with JAX, which other scenes do without here
+
+    return is_pytree(made)
+
+
 @functools.lru_cache(maxsize=16)
 def _offers(group: str, path: tuple[str, ...]) -> dict[str, tuple[EntryPoint, ...]]:
     # Names alone: nothing is imported. `path` is sys.path, where distributions are looked for.
@@ -104,6 +110,11 @@ def _offers(group: str, path: tuple[str, ...]) -> dict[str, tuple[EntryPoint, ..
     for point in entry_points(group=group):
         found[point.name] = (*found.get(point.name, ()), point)
     return found
+
+
+def made_of(thing: Any) -> Any:
+    """The class of what is given, which may be the class itself."""
+    return thing if isinstance(thing, type) else type(thing)
 
 
 def as_written(given: Any, code: bool) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
-from astroinertia.effects.doors import Door
+from astroinertia.effects.doors import Door, made_of
 from astroinertia.effects.entries import ALL_MODELS, Cost, Entry
 from astroinertia.errors import SceneError
 
@@ -60,7 +60,7 @@ def classes(effects: Sequence[Any]) -> dict[str, Entry]:
     """Of effects that are given from Python, or their classes, what they say of themselves, by kind."""
     found: dict[str, Entry] = {}
     for each in effects:
-        made = each if isinstance(each, type) else type(each)
+        made = made_of(each)
         entry = entry_of(made)
         if made.kind in found:
             raise SceneError(f"two effects of the kind '{made.kind}' are given; give one.")

@@ -105,7 +105,7 @@ class ParticleParts:
         return None
 
     def recorded(self, state: Any) -> dict[str, Any]:
-        """Arrays that a record of the series has of the effect beside its rows (dataset.schema.OF_EFFECTS)."""
+        """Arrays that a record of the series has of the effect beside its rows (observables.quantities.OF_EFFECTS)."""
         return {}
 
     def exchange(self, xp: Any, fluid: Any) -> tuple[Any, Any] | None:

@@ -30,6 +30,7 @@ WRITTEN = {
     "entropy": 'a quantity in the unit of P/rho^gamma, such as `"1e8 m4 kg^(-2/3) s-2"`; not negative',
     "effects": 'a table `[effects.KIND]` for each effect, or `"auto"`',
     "candidates": "tables `[candidates.KIND]`, with the options of effects",
+    "observables": "tables `[observables.KIND]`, with the options of each",
     "regions": f"tables `[regions.NAME]`, at most {regions.MOST_REGIONS}",
     "bodies": f"tables `[[bodies]]`, from 2 to {places.MOST_BODIES}",
     "companions": f"tables `[[companions]]`, at most {companions.MOST_COMPANIONS}",
@@ -235,7 +236,12 @@ def _effects() -> str:
 ## `[effects.KIND]` and `[candidates.KIND]`
 
 A table for each effect, empty where the defaults will do. An effect that is not listed does not exist for the run.
-`astroinertia guide effects` has every kind with its options."""
+`astroinertia guide effects` has every kind with its options.
+
+## `[observables.KIND]`
+
+A table for each observable of your own that is to be recorded beside the quantities of the dataset, empty where it has
+no options. KIND is what an installed package offers; `astroinertia guide own-effects` says how."""
 
 
 def _sweep() -> str:

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.dataset.schema import LENGTH
 from astroinertia.interop.hdf5 import CM, GRAM, Column, dimension, in_cgs, origin, plain, write_hdf5
 from astroinertia.interop.snapshots import Snapshot
+from astroinertia.observables.quantities import LENGTH
 from astroinertia.units import Dimension
 
 NAMES = {

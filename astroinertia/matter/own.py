@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from astroinertia.effects import own
-from astroinertia.effects.doors import Door
+from astroinertia.effects.doors import Door, made_of
 from astroinertia.effects.entries import Entry
 from astroinertia.errors import SceneError
 
@@ -63,11 +63,6 @@ def given(own_things: Sequence[Any]) -> tuple[dict[str, Entry], Entry | None]:
         raise SceneError("two equations of state are given; a scene has one.")
     effects = own.classes([each for each in own_things if made_of(each) not in fluids])
     return effects, entry_of(fluids[0]) if fluids else None
-
-
-def made_of(thing: Any) -> type:
-    """The class of what is given, which may be the class itself."""
-    return thing if isinstance(thing, type) else type(thing)
 
 
 def with_matter(effects: Sequence[Any], matter: Any) -> tuple[Any, ...]:

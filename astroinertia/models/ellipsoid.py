@@ -13,7 +13,7 @@ from astroinertia.integrate import adaptive
 from astroinertia.models import affine_body, checkpoint
 from astroinertia.models.affine_body import Problem, State
 from astroinertia.models.ellipsoid_record import energies, ledger_closure, series_record, unaccounted_energy
-from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Record
+from astroinertia.models.evolution import Figures, Record
 
 AT_ONCE = 2**8  # steps, of up to some 20 ms, after which the run looks at the clock and at what signals ask for
 ABSOLUTE = 0.1  # absolute error over the relative one, of numbers of order 1
@@ -21,7 +21,6 @@ COLLAPSED = 1e-8  # of the smallest semi-axis at the start: what is thinner coun
 STEEP = 1e4  # times that thickness, below which steps that grow too short tell of a collapse too
 FIRST_STEP = 1e-3  # over the time in which the body changes
 SMALL = 0.03  # semi-axes below this share of the largest are those that have collapsed
-_SPHERES = "the shells of an affine body are similar ellipsoids, not spheres"
 
 
 class Ellipsoid:
@@ -38,9 +37,7 @@ class Ellipsoid:
     ) -> None:
         self.effects = problem.effect_names
         self.approximation = approximation
-        self.absent: dict[str, str] = WITHOUT_PARTICLES | dict.fromkeys(
-            ("radius_profile", "density_profile", "rotation_profile", "specific_angular_momentum_profile"), _SPHERES
-        )
+        self.absent: dict[str, str] = {}
         if problem.incompressible:
             self.absent["internal_energy"] = "the fluid is incompressible"
         if not np.isfinite(density):

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
 from astroinertia.models import affine_body
 from astroinertia.models.affine_body import Observed
+from astroinertia.observables.quantities import BodyState, ledger_closure as closure, of_ledger, row
 
 MODES = (1, 2, 3, 4)
 VANISHING = 1e-6  # of the largest force
@@ -22,9 +22,7 @@ def energies(seen: Observed) -> dict[str, float]:
 def ledger_closure(body: Any) -> float:
     """|I of the ledger - I of the deformation| over the largest |I| of the run."""
     moment, deformation = float(body.problem.second_moment), np.asarray(body.state.deformation)
-    direct = inertia_from_second_moment(moment * deformation @ deformation.T)
-    evolved = inertia_from_second_moment(np.asarray(body.state.second_moment))
-    return float(np.linalg.norm(evolved - direct) / body.largest_inertia)
+    return closure(np.asarray(body.state.second_moment), moment * deformation @ deformation.T, body.largest_inertia)
 
 
 def series_record(body: Any, opening_potential: float | None) -> dict[str, Any]:
@@ -40,44 +38,26 @@ def series_record(body: Any, opening_potential: float | None) -> dict[str, Any]:
     forces, pushes, virial = np.asarray(seen.forces), np.asarray(seen.pushes), np.asarray(seen.virials)
     found = energies(seen)
     potentials = {name: energy for name, energy in found.items() if name not in (KINETIC, INTERNAL)}
-    second = moment * deformation @ deformation.T
-    second = 0.5 * (second + second.T)
-    mixed = moment * deformation @ rate.T
-    velocity = np.asarray(state.velocity)
-    work, heating = np.asarray(state.work), np.asarray(state.heating)
-    return {
-        "time": time,
-        "step": body.steps,
-        "mass": mass,
-        "centre_of_mass": np.asarray(state.centre),
-        "momentum": mass * velocity,
-        "angular_momentum": axial_vector(mixed),
-        "second_moment": second,
-        "mixed_moment": mixed,
-        "kinetic_tensor": moment * rate @ rate.T,
-        "virial_tensor": virial,
-        "virial_mismatch": np.array(
+    direct = moment * deformation @ deformation.T
+    described = BodyState(
+        time=time, step=body.steps, mass=mass, centre_of_mass=np.asarray(state.centre),
+        momentum=mass * np.asarray(state.velocity), second_moment=0.5 * (direct + direct.T),
+        mixed_moment=moment * deformation @ rate.T, kinetic_tensor=moment * rate @ rate.T, virial_tensor=virial,
+        force=pushes, impulse=np.asarray(state.impulse), work=np.asarray(state.work), heating=np.asarray(state.heating),
+        kinetic_energy=found[KINETIC], internal_energy=np.nan if problem.matter is None else found[INTERNAL],
+        gravitational_energy=potentials.get("gravity", np.nan), potential_energy=sum(potentials.values()),
+        total_energy=sum(found.values()), integration_energy_error=unaccounted_energy(body, found),
+    )  # fmt: skip
+    return row(
+        described,
+        virial_mismatch=np.array(
             [_mismatch(tensor, deformation, force, forces) for tensor, force in zip(virial, forces, strict=True)]
         ),
-        "inertia_tensor": inertia_from_second_moment(second),
-        "inertia_tensor_evolved": inertia_from_second_moment(np.asarray(state.second_moment)),
-        "ledger_closure": ledger_closure(body),
-        "mixed_impulse": np.asarray(state.mixed_impulse),
-        "torque": axial_vector(virial),
-        "force": pushes,
-        "impulse": np.asarray(state.impulse),
-        "work": work,
-        "heating": heating,
-        "kinetic_energy": found[KINETIC],
-        "internal_energy": np.nan if problem.matter is None else found[INTERNAL],
-        "gravitational_energy": potentials.get("gravity", np.nan),
-        "potential_energy": sum(potentials.values()),
-        "total_energy": sum(found.values()),
-        "integration_energy_error": unaccounted_energy(body, found),
-        "density_max": body.density_now(),
-        "timestep": body.timestep,
-        **_modes(second),
-    }
+        **of_ledger(np.asarray(state.second_moment), direct, body.largest_inertia, np.asarray(state.mixed_impulse)),
+        density_max=body.density_now(),
+        timestep=body.timestep,
+        **_modes(described.second_moment),
+    )
 
 
 def unaccounted_energy(body: Any, now: dict[str, float]) -> float:

@@ -8,12 +8,6 @@ import numpy as np
 Record = dict[str, Any]
 # What limits the time step of particles, besides the effects of a scene.
 TIMESTEP_CRITERIA = ("acceleration", "energy", "longest", "contact")
-WITHOUT_PARTICLES: dict[str, str] = {
-    **dict.fromkeys(
-        ("timestep_limit", "timestep_limit_radius", "timestep_limit_density"), "no particles limit the time step"
-    ),
-    **dict.fromkeys(("core_particles", "jeans_ratio", "smoothing_to_thickness"), "there are no particles"),
-}
 
 
 class Figures(NamedTuple):
@@ -41,7 +35,7 @@ class Evolution(Protocol):
     effects: tuple[str, ...]
     """The rows of the ledger."""
     absent: Mapping[str, str]
-    """Quantities of the dataset's schema that the model does not have, each with the reason."""
+    """Quantities that the model has, but not of this body, each with the reason."""
     approximation: str
     """What of the model is exact for this body, or what it approximates, in one sentence."""
     meets_times: bool
@@ -70,7 +64,7 @@ class Evolution(Protocol):
         ...
 
     def record(self, opening_potential: float | None) -> Record:
-        """One row of the headline series under the names of dataset.schema.RECORDED.
+        """One row of the headline series under the names of observables.quantities.RECORDED.
 
         opening_potential is the static part of the energy at time 0, None in the first record.
         """

@@ -10,31 +10,18 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.errors import NumericalError
-from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
 from astroinertia.integrate import adaptive, rigid_splitting
 from astroinertia.integrate.rigid_splitting import Rotor, in_body
 from astroinertia.ledger.moments import Compensated
 from astroinertia.models import checkpoint, rigid
-from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Record
+from astroinertia.models.evolution import Figures, Record
 from astroinertia.models.rigid import Rigid
 from astroinertia.models.rigid_record import RIGIDITY, Ledger, dissipates, ledger
+from astroinertia.observables.quantities import BodyState, row
 
 Array = Any
 
 EXACT = "exact for a body that keeps its shape, or changes its size as prescribed"
-_FEW = "the body is known by its mass and moments alone"
-ABSENT = {
-    "virial_mismatch": "a rigid body has no particles to sum over",
-    "mixed_impulse": "the mixed moment follows from attitude and spin, and is not summed up",
-    "inertia_tensor_evolved": "the inertia tensor follows from the attitude, and is not integrated",
-    "ledger_closure": "the inertia tensor follows from the attitude, and is not integrated",
-    "internal_energy": "nothing heats the body",
-    "gravitational_energy": "the body keeps its shape, whatever holds it",
-    **WITHOUT_PARTICLES,
-    **dict.fromkeys(("radius_profile", "density_profile", "density_max", "rotation_profile"), _FEW),
-    **dict.fromkeys(("specific_angular_momentum_profile", "mode_amplitude", "mode_phase", "mode_pattern_speed"), _FEW),
-    **dict.fromkeys(("ring_mode_amplitude", "ring_mode_phase"), _FEW),
-}
 
 # Steps of the splitting between two looks at how fast the body turns, and the factor by which that may change before
 # they take another length: within it they stay alike, as a symplectic method wants them.
@@ -67,7 +54,7 @@ class RigidBody:
     Runs under jax.enable_x64. Checked by tests/unit/test_rigid.py.
     """
 
-    absent: ClassVar[Mapping[str, str]] = ABSENT
+    absent: ClassVar[Mapping[str, str]] = {}
     approximation: ClassVar[str] = EXACT
     meets_times: ClassVar[bool] = True
     resumable: ClassVar[bool] = True
@@ -139,31 +126,16 @@ class RigidBody:
         for number, effect in enumerate(self.body.effects):
             if effect.conservative:
                 unexplained += work[number] + float(found.potential[number]) - self._opening["potentials"][number]
-        return {
-            "time": self._time,
-            "step": self._steps,
-            "mass": mass,
-            "centre_of_mass": np.asarray(moments.place),
-            "momentum": mass * velocity,
-            "angular_momentum": np.asarray(axial_vector(moments.mixed)),
-            "second_moment": np.asarray(moments.second),
-            "mixed_moment": np.asarray(moments.mixed),
-            "kinetic_tensor": np.asarray(moments.kinetic),
-            "virial_tensor": np.asarray(found.virial),
-            "inertia_tensor": np.asarray(inertia_from_second_moment(moments.second)),
-            "attitude": np.asarray(found.attitude),
-            "torque": np.asarray(found.torque),
-            "force": np.asarray(found.force),
-            "impulse": mass * np.outer(pushed, velocity - self._opening["velocity"]),
-            "work": work,
-            "heating": np.where(heats, -work, 0.0),
-            "kinetic_energy": energy,
-            "internal_energy": heat if heats.any() else np.nan,
-            "potential_energy": potential,
-            "total_energy": energy + potential + heat,
-            "integration_energy_error": unexplained,
-            "timestep": self._timestep,
-        }
+        state = BodyState(
+            time=self._time, step=self._steps, mass=mass, centre_of_mass=np.asarray(moments.place),
+            momentum=mass * velocity, second_moment=np.asarray(moments.second), mixed_moment=np.asarray(moments.mixed),
+            kinetic_tensor=np.asarray(moments.kinetic), virial_tensor=np.asarray(found.virial),
+            force=np.asarray(found.force), impulse=mass * np.outer(pushed, velocity - self._opening["velocity"]),
+            work=work, heating=np.where(heats, -work, 0.0), kinetic_energy=energy,
+            internal_energy=heat if heats.any() else np.nan, gravitational_energy=np.nan, potential_energy=potential,
+            total_energy=energy + potential + heat, integration_energy_error=unexplained,
+        )  # fmt: skip
+        return row(state, attitude=np.asarray(found.attitude), timestep=self._timestep)
 
     def snapshot(self) -> None:
         """Nothing: there are no particles."""

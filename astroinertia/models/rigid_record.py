@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
-from astroinertia.inertia.tensor import axial_vector, second_moment_from_inertia
+from astroinertia.inertia.tensor import second_moment_from_inertia
 from astroinertia.models import rigid
 from astroinertia.models.rigid import Rigid
 from astroinertia.rotation.attitude import attitude_of_quaternion, cross_matrix
@@ -35,7 +35,7 @@ class Moments(NamedTuple):
 
 
 class Ledger(NamedTuple):
-    """Moments, virial tensors (E + 1, 3, 3) and torques (E + 1, 3), net forces (E + 1, 3) and potentials (E,).
+    """Moments, virial tensors (E + 1, 3, 3), net forces (E + 1, 3) and potentials (E,).
 
     spin_energy is that of the rotation alone.
     """
@@ -44,7 +44,6 @@ class Ledger(NamedTuple):
     spin_energy: Array
     attitude: Array
     virial: Array
-    torque: Array
     force: Array
     potential: Array
 
@@ -62,15 +61,13 @@ def ledger(body: Rigid, time: Array, turning: Array, momentum: Array) -> Ledger:
         weight = body.mass * jnp.asarray(body.effects[on_pivot].gravity)
         own[on_pivot] = -jnp.outer(found.place, force - weight)
     own.append(rates.mixed - found.kinetic - sum(own, start=jnp.zeros((3, 3))))
-    virial = jnp.stack(own)
     forces = [force if effect.kind == "pivot" else jnp.zeros(3) for effect in body.effects]
     potentials = [effect.potential(seen) for effect in body.effects]
     return Ledger(
         moments=found,
         spin_energy=rigid.rotational_energy(body, time, turning[4:]),
         attitude=seen.attitude,
-        virial=virial,
-        torque=axial_vector(virial),
+        virial=jnp.stack(own),
         force=jnp.stack([*forces, jnp.zeros(3)]),
         potential=jnp.stack([jnp.nan if one is None else one for one in (*potentials, None)])[:-1],
     )

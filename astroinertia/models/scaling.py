@@ -19,25 +19,15 @@ import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.tensor import inertia_from_second_moment
-from astroinertia.models.evolution import WITHOUT_PARTICLES, Figures, Record
+from astroinertia.models.evolution import Figures, Record
 from astroinertia.models.homology import Dynamic, Size, SizeLaw
 from astroinertia.models.rigid import View
+from astroinertia.observables.quantities import BodyState, row
 
 Torque = Callable[[View], Any]
 
 RIGIDITY = "rigidity"
 _ALIGNED = 1e-9  # share of L that may stand across the axis of a body that is no sphere
-_CLOSED = "the model's moments are in closed form: nothing is evolved beside them"
-ABSENT: Mapping[str, str] = {
-    "virial_mismatch": "the model has no second route to a virial tensor",
-    "inertia_tensor_evolved": _CLOSED,
-    "ledger_closure": _CLOSED,
-    "mixed_impulse": "the model goes from record to record without adding up what each effect has done",
-    "timestep": "the model goes from record to record without steps",
-    **WITHOUT_PARTICLES,
-    "mode_phase": "the body is symmetric about its axis",
-    "figure_rotation_rate": "the body is symmetric about its axis",
-}
 _NO_PROFILE = "the model knows no spherical profile of this body"
 PROFILES = ("radius_profile", "density_profile", "rotation_profile", "specific_angular_momentum_profile")
 
@@ -199,7 +189,7 @@ class Scaling:
             missing.update(dict.fromkeys(PROFILES, _NO_PROFILE))
         if self.body.pressure is not None and math.isnan(self.body.pressure.energy(1.0)):
             missing["internal_energy"] = "the scene names no equation of state"
-        self.absent = {**ABSENT, **missing, **self.absent}
+        self.absent = {**missing, **self.absent}
         self._now = self._state(self.time)
         opening = self._state(0.0)
         self._start, self._opening = opening[0].scale, self._energies(*opening)
@@ -236,7 +226,6 @@ class Scaling:
         """One row of the headline series."""
         body, (size, momentum, work) = self.body, self._now
         scale, rate, acceleration = size
-        second = scale**2 * body.second_moment
         axis = self._axis(momentum)
         spin = body.rotational_energy(momentum, scale)
         kinetic = rate**2 * body.second_moment + spin * (np.eye(3) - np.outer(axis, axis))
@@ -247,37 +236,28 @@ class Scaling:
         virial = np.concatenate([virial[: len(self.names)], [change - kinetic - virial.sum(axis=0)]])
         torque = np.stack([*(torques.get(name, np.zeros(3)) for name in self.names), np.zeros(3)])
         done = self._works(energies, work)
-        total = sum(energies.values())
-        count = len(self.effects)
-        error = total - sum(self._opening.values()) - sum(work.values()) if self.free else 0.0
-        return {
-            "time": self.time,
-            "step": self.steps,
-            "mass": body.mass,
-            "centre_of_mass": np.zeros(3),
-            "momentum": np.zeros(3),
-            "angular_momentum": momentum,
-            "second_moment": second,
-            "mixed_moment": scale * rate * body.second_moment + _turning(momentum),
-            "kinetic_tensor": kinetic,
-            "virial_tensor": virial,
-            "inertia_tensor": inertia_from_second_moment(second),
-            "torque": torque,
-            "force": np.zeros((count, 3)),
-            "impulse": np.zeros((count, 3)),
-            "work": done,
-            "heating": np.array([0.0 - given if name == "pressure" else 0.0
-                                 for name, given in zip(self.effects, done, strict=True)]),
-            "kinetic_energy": energies["kinetic"],
-            "internal_energy": math.nan if body.pressure is None else body.pressure.energy(scale),
-            "gravitational_energy": energies["potential"] if body.gravity_tensor is not None else math.nan,
-            "potential_energy": energies["potential"],
-            "total_energy": total,
-            "integration_energy_error": error,
-            "density_max": body.density_max / scale**3,
-            "mode_amplitude": np.zeros(4) if body.sphere else np.full(4, math.nan),
+        total, none = sum(energies.values()), np.zeros((len(self.effects), 3))
+        state = BodyState(
+            time=self.time, step=self.steps, mass=body.mass, centre_of_mass=np.zeros(3), momentum=np.zeros(3),
+            second_moment=scale**2 * body.second_moment,
+            mixed_moment=scale * rate * body.second_moment + _turning(momentum),
+            kinetic_tensor=kinetic, virial_tensor=virial, force=none, impulse=none, work=done,
+            heating=np.array([0.0 - given if name == "pressure" else 0.0
+                              for name, given in zip(self.effects, done, strict=True)]),
+            kinetic_energy=energies["kinetic"],
+            internal_energy=math.nan if body.pressure is None else body.pressure.energy(scale),
+            gravitational_energy=energies["potential"] if body.gravity_tensor is not None else math.nan,
+            potential_energy=energies["potential"], total_energy=total,
+            integration_energy_error=total - sum(self._opening.values()) - sum(work.values()) if self.free else 0.0,
+        )  # fmt: skip
+        return row(
+            state,
+            angular_momentum=momentum,
+            torque=torque,
+            density_max=body.density_max / scale**3,
+            mode_amplitude=np.zeros(4) if body.sphere else np.full(4, math.nan),
             **self._profiles(scale, momentum),
-        }  # fmt: skip
+        )
 
     def _state(self, time: float) -> tuple[Size, np.ndarray, dict[str, float]]:
         body = self.body

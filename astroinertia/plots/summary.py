@@ -1,6 +1,7 @@
 """A run in words and numbers: as text for the terminal, and as tables for pages."""
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -61,7 +62,7 @@ def tables(dataset: xr.Dataset) -> list[Table]:
     >>> print([table.title for table in tables(ds)])
     ['The body', 'Accuracy and conservation', 'The ledger of effects']
     """
-    found = [_body(dataset), _regions(dataset), _accuracy(dataset), _bars(dataset), _effects(dataset)]
+    found = [_body(dataset), _own(dataset), _regions(dataset), _accuracy(dataset), _bars(dataset), _effects(dataset)]
     return [table for table in found if table is not None and table.rows]
 
 
@@ -99,16 +100,33 @@ def _body(dataset: xr.Dataset) -> Table:
             ("  if it went as 1/R^2", found.spin_scaling("radius")),
             ("T/|W|", dataset["rotational_to_gravitational"]),
         ]
+    return _course("The body", [(name, unit_of(series), series.values) for name, series in rows])
+
+
+def _own(dataset: xr.Dataset) -> Table:
+    """Observables of the user's own, a row for each of their numbers."""
+    rows = []
+    for name, series in dataset.data_vars.items():
+        if "origin" in series.attrs:
+            series = series.transpose("time", ...)
+            labels = product(*(series[dim].values for dim in series.dims[1:]))
+            numbers = series.values.reshape(len(series), -1).T
+            rows += [(" ".join(map(str, (words(str(name)), *which))), unit_of(series), values)
+                     for which, values in zip(labels, numbers, strict=True)]  # fmt: skip
+    return _course("Observables of your own", rows)
+
+
+def _course(title: str, rows: list[tuple[str, str, np.ndarray]]) -> Table:
+    """Numbers through time, of which name, unit and values are given, at the start, least, greatest and at the end."""
     lines = []
-    for name, series in rows:
-        values = series.values
+    for name, given, values in rows:
         if not np.isfinite(values).any() or (name.startswith("  if") and not np.nan_to_num(values).any()):
             continue  # unknown, or the laws of a body that does not turn at the start
-        factor, unit = scale_of(unit_of(series), values)
+        factor, unit = scale_of(given, values)
         shown = [values[0], np.nanmin(values), np.nanmax(values), values[-1]]
         text = name if unit == "1" else f"{name} ({unit})"
         lines.append((text, *(f"{value / factor:.5g}" for value in shown)))
-    return Table("The body", ("", "start", "least", "greatest", "end"), tuple(lines), (_WIDTH, 14, 14, 14, 14))
+    return Table(title, ("", "start", "least", "greatest", "end"), tuple(lines), (_WIDTH, 14, 14, 14, 14))
 
 
 def _regions(dataset: xr.Dataset) -> Table | None:

@@ -25,7 +25,8 @@ from astroinertia.costs import experience, machine
 from astroinertia.costs.prediction import predict
 from astroinertia.engines import hosts
 from astroinertia.engines.devices import shared_out
-from astroinertia.errors import NumericalError, RunInterrupted
+from astroinertia.errors import NumericalError, RunInterrupted, SceneError
+from astroinertia.observables.own import recorded
 from astroinertia.process import interrupts
 from astroinertia.process.interrupts import LIMIT
 from astroinertia.scene.schema import Scene
@@ -264,6 +265,7 @@ class _Run:
             if opening is None:
                 self.counters["opening_potential"] = record.get("potential_energy", 0.0)
                 self.counters["opening_energy"] = record.get("total_energy", 0.0)
+            record |= self._observed(record)
             record["wall_time"] = self.counters["wall_time"] + clock.monotonic() - self.opened
             self.records.append(record)
             self._count("series")
@@ -272,6 +274,13 @@ class _Run:
             self.snapshots += [] if snapshot is None else [snapshot]
             self._count("snapshot")
         self._tell(force=False)
+
+    def _observed(self, record: dict[str, Any]) -> dict[str, Any]:
+        try:
+            return recorded(self.output.observables, record, self.body.snapshot)
+        except SceneError:
+            self._keep_what_there_is()
+            raise
 
     def _count(self, kind: str) -> None:
         every = getattr(self.output, f"{kind}_every")

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
-from astroinertia.scene.quantities import Density, SpecificEnergy, Speed, checked, dimensional, in_code_units
+from astroinertia.scene.quantities import Density, SpecificEnergy, Speed, checked, dimensional, options_in_code_units
 from astroinertia.units import DIMENSIONLESS, CodeUnits, pressure_constant_dimension, shown
 
 FROM_BODY = "from body"
@@ -185,9 +185,7 @@ class OwnFluid(Part):
 
         ValueError, in one sentence, where its options contradict each other.
         """
-        known = self.entry.options
-        values = {name: in_code_units(value, known[name].dimension, units) for name, value in self.options.items()}
-        return self.entry.made.from_options(values)
+        return self.entry.made.from_options(options_in_code_units(self.options, self.entry.options, units))
 
 
 AnyEquationOfState = Annotated[

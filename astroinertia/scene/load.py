@@ -8,10 +8,13 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from astroinertia.effects.catalogue import ALL_MODELS, CATALOGUE, Entry
-from astroinertia.effects.doors import as_written
+from astroinertia.effects.doors import as_written, made_of
 from astroinertia.effects.own import own_entries
 from astroinertia.errors import SceneError
 from astroinertia.matter import own as own_matter
+from astroinertia.observables import own as own_observables
+from astroinertia.observables.observable import Observable
+from astroinertia.observables.own import OBSERVABLES
 from astroinertia.scene import schema
 from astroinertia.scene.auto import AUTO, Choice, choose
 from astroinertia.scene.bodies import AnyBody
@@ -27,7 +30,7 @@ from astroinertia.units import shown
 SWEEP = "sweep"
 """The table that makes several runs of a scene: scene.sweep."""
 # Fields of a Scene that say where it came from and why it is so; no keys of a scene.
-RECORD = ("source", "overrides", "origin", "reasons", "choice", "own")
+RECORD = ("source", "overrides", "origin", "reasons", "choice", "own", "observed")
 
 
 def _by_kind(union: Any) -> dict[str, type[BaseModel]]:
@@ -67,16 +70,17 @@ def loads(
 
     origin: the folder that file names in it are relative to. name: what messages call the text. effects: of the user's
     own; a class stands for what the text names, an effect is listed besides, as if by overrides. An equation of state
-    may be among them, and takes the place of [equation_of_state].
+    may be among them, and takes the place of [equation_of_state]; and observables, which are listed likewise.
     """
-    given, fluid = own_matter.given(effects)
+    observed, others = own_observables.apart(effects)
+    given, fluid = own_matter.given(others)
     tables = override(parse(text, name), overrides)
-    overrides = (*overrides, *_listing(tables, effects, given))
+    overrides = (*overrides, *_listing(tables, effects, given, observed))
     tables = override(tables, overrides)
     if overrides:
         parse(with_overrides(text, overrides), name)  # what a run folder keeps must be readable when it is resumed
     try:
-        return _validated(tables, text, tuple(overrides), origin, given, fluid)
+        return _validated(tables, text, tuple(overrides), origin, given, fluid, observed)
     except Problem as problem:
         path = tuple(part for part in problem.path if isinstance(part, str))
         raise SceneError(f"{where(text, overrides, path, name)}: {_message(problem)}") from None
@@ -92,12 +96,14 @@ def with_effects(scene: schema.Scene, effects: Sequence[Any]) -> schema.Scene:
 def refuse_other_options(scene: schema.Scene, effect: Any) -> None:
     """SceneError where an effect, or the class of one, that is given for a scene is not among its own, or not as there.
 
-    For runs that go on: what they were given is in the text of their scenes. Equations of state likewise.
+    For runs that go on: what they were given is in the text of their scenes. Likewise of matter and observables.
     """
-    made: Any = own_matter.made_of(effect)
+    made: Any = made_of(effect)
     chosen, thing, began = scene.equation_of_state, "effect", scene.effects.get(made.kind)
     if chosen is not None and chosen.kind == "own" and chosen.entry.made is made:
         thing, began = own_matter.MATTER.thing, chosen.options
+    if issubclass(made, Observable):
+        thing, began = OBSERVABLES.thing, scene.observables.get(made.kind)
     if began is None:
         raise SceneError(f"the {thing} '{made.kind}' is given, but the run began without it.")
     if isinstance(effect, type):
@@ -107,20 +113,28 @@ def refuse_other_options(scene: schema.Scene, effect: Any) -> None:
         raise SceneError(f"the {thing} '{made.kind}' is given with other options than the run began with: {was}.")
 
 
-def _listing(tables: dict[str, Any], effects: Sequence[Any], given: Mapping[str, Entry]) -> list[str]:
-    """Overrides that list what is given from Python, with its options: effects of the kinds `given`, and matter."""
-    table = "candidates" if tables.get("effects") == AUTO else "effects"
-    listed, found, code = tables.get(table, {}), [], tables.get("units") == "code"
-    for effect in effects:
-        if isinstance(effect, type):
+def _listing(
+    tables: dict[str, Any], things: Sequence[Any], given: Mapping[str, Entry], observed: Mapping[str, Entry]
+) -> list[str]:
+    """Overrides that list what is given from Python, with its options: effects of the kinds `given`, observables of the
+    kinds `observed`, and matter.
+    """
+    found, code = [], tables.get("units") == "code"
+    for own in things:
+        if isinstance(own, type):
             continue
-        kind = type(effect).kind
-        if kind not in given:
-            found.append(f"equation_of_state={toml_value({'kind': kind, **as_written(effect, code)})}")
+        kind, written = type(own).kind, as_written(own, code)
+        if isinstance(own, Observable):
+            thing, table = OBSERVABLES.thing, "observables"
+        elif kind in given:
+            thing, table = "effect", "candidates" if tables.get("effects") == AUTO else "effects"
+        else:
+            found.append(f"equation_of_state={toml_value({'kind': kind, **written})}")
             continue
+        listed = tables.get(table, {})
         if isinstance(listed, dict) and kind in listed:
-            raise SceneError(f"the effect '{kind}' is listed in the scene and given besides; give its class alone.")
-        found.append(f"{table}.{kind}={toml_value(as_written(effect, code))}")
+            raise SceneError(f"the {thing} '{kind}' is listed in the scene and given besides; give its class alone.")
+        found.append(f"{table}.{kind}={toml_value(written)}")
     return found
 
 
@@ -145,10 +159,11 @@ def where(text: str, overrides: Sequence[str], path: tuple[str, ...], name: str)
 
 def _validated(
     tables: dict[str, Any], text: str, overrides: tuple[str, ...], origin: str | None, given: Mapping[str, Entry],
-    fluid: Entry | None,
+    fluid: Entry | None, observed: Mapping[str, Entry],
 ) -> schema.Scene:  # fmt: skip
-    if SWEEP in tables and (given or fluid):
+    if SWEEP in tables and (given or fluid or observed):
         what = "effects that are built in or installed, none" if given else "matter that is built in or installed, not"
+        what = what if given or fluid else "observables that are installed, none"
         raise Problem((SWEEP,), f" takes {what} from Python.", table=True)
     if SWEEP in tables:
         raise Problem((SWEEP,), " makes several runs of a scene, which only `run` and `plan` take.", table=True)
@@ -180,7 +195,7 @@ def _validated(
     tables = {**tables, **_own_fluid(tables.get("equation_of_state"), fluid, code)}
     context = {"code": code, "gamma_thermal": _thermal_exponent(tables.get("equation_of_state"))}
     record = {"effects": effects, "source": text, "overrides": overrides, "origin": origin, "own": own}
-    record |= _first_of(tables)
+    record |= _observables(tables, code, observed) | _first_of(tables)
     if not automatic:
         return _scene_of({**tables, **record}, context)
     everything = {**tables, **record, "candidates": effects, "effects": {"gravity": {}, **effects}}
@@ -223,6 +238,21 @@ def _own_fluid(table: Any, given: Entry | None, code: bool) -> dict[str, OwnFlui
     except ValueError as error:
         raise Problem(("equation_of_state",), f" {error}", table=True) from None
     return {"equation_of_state": own}
+
+
+def _observables(tables: dict[str, Any], code: bool, given: Mapping[str, Entry]) -> dict[str, Any]:
+    """The observables that a scene lists with all their options, and what their classes say."""
+    listed, table, model = tables.get("observables", {}), "observables", tables.get("model", "sph")
+    entries = own_observables.entries_of(listed if isinstance(listed, dict) else (), given)
+    options = effect_options(listed, code, table, entries, OBSERVABLES)
+    for kind, entry in entries.items():
+        if model in ALL_MODELS and model not in entry.models:
+            raise Problem((table, kind), f" belongs to the model {' or '.join(entry.models)}, not {model}.", table=True)
+        try:
+            entry.made(**options[kind])  # type: ignore[misc]
+        except ValueError as error:
+            raise Problem((table, kind), f" {error}", table=True) from None
+    return {"observables": options, "observed": entries}
 
 
 def _first_of(tables: dict[str, Any]) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, Default, Entry, Option
+from astroinertia.effects.doors import Door
 from astroinertia.effects.own import EFFECTS
 from astroinertia.scene.problems import Problem, nearest, unknown_key, wrong_choice
 from astroinertia.scene.quantities import described, dimensional
@@ -13,20 +14,22 @@ DIRECTIONS = ("axis", "normal")  # options that say only where something points
 
 
 def effect_options(
-    effects: Any, code: bool, table: str = "effects", entries: Mapping[str, Entry] = CATALOGUE
+    effects: Any, code: bool, table: str = "effects", entries: Mapping[str, Entry] = CATALOGUE, door: Door = EFFECTS
 ) -> dict[str, dict[str, Any]]:
     """Each listed effect with all its options, in SI (in code units where `code`); raises Problem.
 
     An option that a scene does not give has the catalogue's default; those are zero, without dimension, None, or the
-    speed of light. `table` is the name that the scene gives to what lists them; `entries`, the effects that are known.
+    speed of light. `table` is the name that the scene gives to what lists them; `entries`, the effects that are known;
+    `door`, that by which others come, as observables do that a scene lists likewise.
     """
     if not isinstance(effects, dict):
-        raise Problem((table,), f": must be a table with a table for each effect, not {described(effects)}.")
+        raise Problem((table,), f": must be a table with a table for each {door.thing}, not {described(effects)}.")
     result = {}
     for kind, given in effects.items():
         if kind not in entries:
-            known = dict.fromkeys((*entries, *EFFECTS.offered()))
-            raise Problem((table, kind), f" is not a known effect; {nearest(kind, known)}.")
+            known = dict.fromkeys((*entries, *door.offered()))
+            hint = nearest(kind, known) if known else "no installed package offers one"
+            raise Problem((table, kind), f" is not a known {door.thing}; {hint}.")
         if not isinstance(given, dict):
             raise Problem((table, kind), f": must be a table (an empty one will do), not {described(given)}.")
         result[kind] = options_of((table, kind), entries[kind].options, given, code)

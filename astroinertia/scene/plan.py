@@ -1,9 +1,12 @@
 """What a scene calls for, and why: plain data, worked out without importing an effect or an engine."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from astroinertia.effects.entries import Entry
+from astroinertia.observables.own import quantity_of
 from astroinertia.scene import gravity_costs, plan_body, plan_effects
 from astroinertia.scene.fluids import FROM_BODY, Material
 from astroinertia.scene.particle_costs import expected
@@ -134,6 +137,8 @@ def plan(scene: Scene) -> Plan:
     if scene.box is not None:
         sections["box"] = (Line(*scene.box.plan_line(lambda length: _shown(scene, length, "length"))),)
     sections |= {"model and numerics": _numerics(scene), "time and output": _time(scene)}
+    if scene.observed:
+        sections["observables"] = tuple(_observable(scene, kind, entry) for kind, entry in scene.observed.items())
     follows = scene.model == "sph" and softening(scene) is None
     if follows and (found := resolved(scene, *smoothing(scene), code_units(scene).gravitational_constant)):
         sections["resolution"] = tuple(Line(*each) for each in found)
@@ -148,7 +153,7 @@ def plan(scene: Scene) -> Plan:
             kind,
             kind in scene.effects,
             entry.text,
-            _options(scene, kind) if kind in scene.effects else "",
+            _options(scene, entry, scene.effects[kind]) if kind in scene.effects else "",
             f"over {entry.cost}" if scene.model == "sph" else "closed form",
             entry.source,
             kind in scene.effects and scene.model not in entry.models,
@@ -349,12 +354,18 @@ def records(end: float, every: float) -> int:
     return (whole if abs(parts - whole) < 1e-9 * max(1.0, parts) else math.floor(parts) + 1) + 1
 
 
-def _options(scene: Scene, kind: str) -> str:
-    known, given = scene.entries[kind].options, scene.effects[kind]
+def _observable(scene: Scene, kind: str, entry: Entry) -> Line:
+    quantity, options = quantity_of(entry), _options(scene, entry, scene.observables[kind])
+    unit = "1" if scene.dimensionless and quantity.dimension is not None else quantity.unit
+    value = f"{quantity.long_name} ({unit})" if unit != "1" else quantity.long_name
+    return Line(kind, value, "; ".join(filter(None, [options, f"from {entry.origin}", entry.source])))
+
+
+def _options(scene: Scene, entry: Entry, given: Mapping[str, Any]) -> str:
     return ", ".join(
-        f"{name} {_option(scene, value, known[name].dimension)}"
+        f"{name} {_option(scene, value, entry.options[name].dimension)}"
         for name, value in given.items()
-        if value is not None and scene.model in known[name].models
+        if value is not None and scene.model in entry.options[name].models
     )
 
 

@@ -5,7 +5,7 @@ scene says `units = "code"`, a plain number. The validation context carries that
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, get_args
 
@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BeforeValidator, ValidationInfo
 from pydantic.fields import FieldInfo
 
-from astroinertia.effects.entries import exponents
+from astroinertia.effects.entries import Option, exponents
 from astroinertia.errors import SceneError
 from astroinertia.units import CodeUnits, Dimension, plain_number_hint, quantity, shown
 
@@ -57,6 +57,11 @@ def in_code_units(value: Any, dimension: str | Dimension, units: CodeUnits) -> A
     if isinstance(value, int | float):
         return value / scale
     return (np.asarray(value, dtype=float) / scale).tolist()
+
+
+def options_in_code_units(options: Mapping[str, Any], known: Mapping[str, Option], units: CodeUnits) -> dict[str, Any]:
+    """All options of one thing in code units."""
+    return {name: in_code_units(value, known[name].dimension, units) for name, value in options.items()}
 
 
 def checked(value: float, sign: str) -> float:

@@ -142,7 +142,7 @@ class Scene(Part):
 
     `reasons`: with effects = "auto", why each effect that was considered is on or off. `choice`: where settings were
     chosen for an accuracy, what is expected of them and why they are so. `own`: of the effects that it lists, those
-    that are not of this package, by kind (effects.own).
+    that are not of this package, by kind (effects.own). `observed`: of the observables that it lists (observables.own).
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_\-]{0,63}$")] = Field(
@@ -193,6 +193,9 @@ class Scene(Part):
     regions: Annotated[dict[Annotated[str, Field(pattern=REGION_NAME)], Region], Field(max_length=MOST_REGIONS)] = (
         Field(default_factory=dict, description="parts of the body with a ledger of their own, by name")
     )
+    observables: dict[str, dict[str, Any]] = Field(
+        default_factory=dict, description="quantities of your own, recorded beside the others, with their options"
+    )
     numerics: Numerics = Field(default_factory=Numerics)
     time: TimeSpan
     output: Output = Field(default_factory=Output)
@@ -200,6 +203,7 @@ class Scene(Part):
     overrides: tuple[str, ...] = ()
     origin: str | None = None
     own: dict[str, Any] = Field(default_factory=dict, exclude=True)
+    observed: dict[str, Any] = Field(default_factory=dict, exclude=True)
 
     @property
     def entries(self) -> Mapping[str, Entry]:
@@ -208,14 +212,15 @@ class Scene(Part):
 
     @property
     def given(self) -> tuple[type, ...]:
-        """The classes that were given from Python, of effects and matter, which its text alone does not bring back."""
+        """The classes that were given from Python, which its text alone does not bring back."""
         return tuple(entry.made for entry in self.outside if entry.made is not None and not entry.package)
 
     @property
     def outside(self) -> tuple[Entry, ...]:
-        """What is said of its effects and of its equation of state, of those that are not of this package."""
+        """What is said of its effects, equation of state and observables, of those that are not of this package."""
         fluid = self.equation_of_state
-        return (*self.own.values(), *((fluid.entry,) if fluid is not None and fluid.kind == "own" else ()))
+        matter = (fluid.entry,) if fluid is not None and fluid.kind == "own" else ()
+        return (*self.own.values(), *matter, *self.observed.values())
 
     @property
     def dimensionless(self) -> bool:

@@ -30,6 +30,7 @@ with the records of a segment. 3: snapshots in files of their own, described her
 
 _Count = Annotated[int, Field(ge=0, lt=2**53)]
 _Size = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+_Exponent = Annotated[float, Field(ge=-100.0, le=100.0)]
 _Text = str | None
 _Value = None | bool | Annotated[int, Field(ge=-(2**63), lt=2**63)] | float | str | list | dict
 _Key = Annotated[str, Field(pattern=r"^[A-Za-z]\w{0,99}$")]
@@ -43,6 +44,16 @@ class _Units(_Plain):
     mass: _Size
     length: _Size
     G: _Size
+
+
+class _Quantity(_Plain):
+    """A quantity that is not of the schema."""
+
+    dims: Annotated[list[Literal["time", "effect", "i", "j", "principal", "mode"]], Field(min_length=1)]
+    dimension: Annotated[list[_Exponent], Field(min_length=3, max_length=3)] | None
+    unit: str
+    long_name: str
+    comment: str
 
 
 class _Metadata(_Plain):
@@ -65,6 +76,8 @@ class _Metadata(_Plain):
     skipped_effects: dict[str, str] = {}
     own_effects: dict[str, str] = {}
     own_matter: dict[str, str] = {}
+    own_observables: dict[str, str] = {}
+    observables: dict[_Key, _Quantity] = {}
     reference_radius: float | None = None
     neighbours: float | None = None
     principal_gap_tolerance: float | None = None

@@ -84,7 +84,10 @@ TEXTS = {
     ("Scene", "description"): ("", "Drawn by chance."),
 }
 NAMES = ("iron", "rock", "first", "second", "third", "fourth")
-RECORD = (*load.RECORD, "name", "effects", "candidates", "regions", "body", "bodies", "equation_of_state", "model")
+RECORD = (
+    *load.RECORD, "name", "effects", "candidates", "observables", "regions", "body", "bodies", "equation_of_state",
+    "model",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

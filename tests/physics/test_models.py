@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import astroinertia
-from astroinertia.dataset.schema import DERIVED, RECORDED
+from astroinertia.observables.quantities import DERIVED, RECORDED
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import Archive

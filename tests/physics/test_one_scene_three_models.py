@@ -7,7 +7,7 @@ import pytest
 
 from astroinertia import open as open_run, run_scene
 from astroinertia.cli.main import main
-from astroinertia.dataset.schema import DERIVED, RECORDED
+from astroinertia.observables.quantities import DERIVED, RECORDED
 from astroinertia.scene import load
 
 SCENE = Path(__file__).parents[2] / "sims" / "one_star_three_models.toml"

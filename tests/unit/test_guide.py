@@ -292,6 +292,8 @@ def test_scenes_that_pages_show_have_known_keys(name):
         for table, keys in tomllib.loads(code).items():
             if table == "sweep":
                 assert keys
+            elif table == "observables":
+                assert set(keys) == {"quadrupole_phase"} and "| `observables` |" in text
             elif table == "regions":
                 assert all(f"| `{key}` |" in text for region in keys.values() for key in region)
             elif table == "candidates":

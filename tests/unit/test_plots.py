@@ -7,7 +7,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from astroinertia import plots
-from astroinertia.dataset.schema import RECORDED
+from astroinertia.observables.quantities import RECORDED
 from astroinertia.plots import style
 from tests.unit.affine_body import METADATA, affine_run
 from tests.unit.affine_datasets import headline, particles

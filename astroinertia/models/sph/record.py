@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.effects.effect import Effect, antisymmetric_vector
-from astroinertia.inertia.tensor import inertia_from_second_moment
+from astroinertia.effects.effect import Effect
 from astroinertia.ledger.moments import centre_of_mass, moments, weighted_outer
 from astroinertia.models.evolution import TIMESTEP_CRITERIA
 from astroinertia.models.sph.evaluate import effect_accelerations, internal_energy, potential_energies, virial_tensors
@@ -13,6 +12,7 @@ from astroinertia.models.sph.limits import limiting, timestep_limits
 from astroinertia.models.sph.points import system_record
 from astroinertia.models.sph.resolution import resolution
 from astroinertia.models.sph.state import Problem, State
+from astroinertia.observables.quantities import BodyState, ledger_closure as closure, of_ledger, row
 from astroinertia.sph.kernels import KERNELS, neighbour_number
 
 RADIUS_BINS = 32
@@ -28,13 +28,11 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
     """
     names = problem.effect_names
     mass, position, velocity = (np.asarray(a) for a in (state.mass, state.position, state.velocity))
-    total_mass = mass.sum()
-    centre, drift = (mass @ position) / total_mass, (mass @ velocity) / total_mass
-    relative = position - centre
+    total_mass, momentum = mass.sum(), mass @ velocity
+    centre, drift = (mass @ position) / total_mass, momentum / total_mass
+    relative, fluid, ledger = position - centre, state.rates.fluid, state.ledger
     second, mixed, kinetic = moments(mass, position, velocity)
-    ledger = state.ledger
-    direct, evolved = inertia_from_second_moment(second), np.asarray(ledger.inertia_tensor())
-    tensors = virial_tensors(problem, arrangement, state.rates.fluid)
+    tensors = virial_tensors(problem, arrangement, fluid)
     virial = np.array([np.asarray(tensors[name]) for name in names]).reshape(-1, 3, 3)
     accelerations = [np.asarray(a) for a in effect_accelerations(problem.engine.xp, state.rates)]
     mismatch = [
@@ -50,56 +48,45 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
     potential = energies["static"]
     opening = potential if opening_energy is None else opening_energy
     inside = ~works_from_outside(problem, energies["potential"])
-    return {
-        "time": float(state.time),
-        "step": int(state.step),
-        "mass": total_mass,
-        "centre_of_mass": centre,
-        "momentum": mass @ velocity,
-        "angular_momentum": antisymmetric_vector(np, mixed),
-        "second_moment": second,
-        "mixed_moment": mixed,
-        "kinetic_tensor": kinetic,
-        "virial_tensor": virial,
-        "virial_mismatch": np.array(mismatch),
-        "inertia_tensor": direct,
-        "inertia_tensor_evolved": evolved,
-        "ledger_closure": ledger_closure(problem, state),
-        "mixed_impulse": np.asarray(ledger.mixed_impulse.total),
-        "torque": np.array([antisymmetric_vector(np, tensor) for tensor in virial]).reshape(-1, 3),
-        "force": np.array([mass @ a for a in accelerations]).reshape(-1, 3),
-        "impulse": np.asarray(ledger.impulse.total),
-        "work": work,
-        "heating": heating,
-        "kinetic_energy": energies["kinetic"],
-        "internal_energy": energies["internal"] if "pressure" in names else np.nan,
-        "gravitational_energy": energies["potential"].get("gravity", np.nan),
-        "potential_energy": potential,
-        "total_energy": energies["total"],
-        "integration_energy_error": float((work + heating)[inside].sum() + potential - opening),
-        "density_max": float(np.max(state.rates.fluid.density)),
-        "timestep": float(state.rates.timestep),
+    body = BodyState(
+        time=float(state.time), step=int(state.step), mass=total_mass, centre_of_mass=centre, momentum=momentum,
+        second_moment=second, mixed_moment=mixed, kinetic_tensor=kinetic, virial_tensor=virial,
+        force=np.array([mass @ a for a in accelerations]).reshape(-1, 3), impulse=np.asarray(ledger.impulse.total),
+        work=work, heating=heating, kinetic_energy=energies["kinetic"],
+        internal_energy=energies["internal"] if "pressure" in names else np.nan,
+        gravitational_energy=energies["potential"].get("gravity", np.nan),
+        potential_energy=potential, total_energy=energies["total"],
+        integration_energy_error=float((work + heating)[inside].sum() + potential - opening),
+    )  # fmt: skip
+    return row(
+        body,
+        virial_mismatch=np.array(mismatch),
+        **of_ledger(
+            np.asarray(ledger.second_moment.total), second, ledger.largest_inertia,
+            np.asarray(ledger.mixed_impulse.total),
+        ),
+        density_max=float(np.max(fluid.density)),
+        timestep=float(state.rates.timestep),
         **timestep_limit(problem, state),
-        **_profiles(mass, relative, velocity - drift, np.asarray(state.rates.fluid.density)),
+        **_profiles(mass, relative, velocity - drift, np.asarray(fluid.density)),
         **_modes(mass, relative, velocity - drift),
         **resolution(
             mass,
-            np.asarray(state.rates.fluid.density),
-            np.asarray(state.rates.fluid.pressure) if {"pressure", "gravity"} <= set(names) and not condensed else None,
+            np.asarray(fluid.density),
+            np.asarray(fluid.pressure) if {"pressure", "gravity"} <= set(names) and not condensed else None,
             np.asarray(state.smoothing_length),
             second,
             neighbour_number(KERNELS[problem.kernel], problem.eta),
         ),
         **system_record(state),
         **{name: array for effect in problem.effects for name, array in effect.recorded(state).items()},
-    }
+    )  # fmt: skip
 
 
 def ledger_closure(problem: Problem, state: State) -> float:
     """|I of the ledger - I by direct summation| over the largest |I| of the run."""
     second = moments(*(np.asarray(array) for array in (state.mass, state.position, state.velocity)))[0]
-    evolved = np.asarray(state.ledger.inertia_tensor())
-    return float(np.linalg.norm(evolved - inertia_from_second_moment(second)) / state.ledger.largest_inertia)
+    return closure(np.asarray(state.ledger.second_moment.total), second, state.ledger.largest_inertia)
 
 
 def timestep_limit(problem: Problem, state: State) -> dict[str, float]:

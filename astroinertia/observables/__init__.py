@@ -1,0 +1,26 @@
+"""What an observable of your own is made of.
+
+    from astroinertia.observables import Dimension, Observable, Option, positive
+
+Nothing is imported until one of them is asked for. An example: sims/plugin_example/quadrupole_phase.py.
+"""
+
+from typing import TYPE_CHECKING
+
+from astroinertia.process.lazy import exported
+
+if TYPE_CHECKING:
+    from astroinertia.effects.entries import REQUIRED, Option, not_negative, positive
+    from astroinertia.observables.observable import Observable
+    from astroinertia.observables.quantities import BodyState
+    from astroinertia.units import Dimension
+
+__all__ = ["REQUIRED", "BodyState", "Dimension", "Observable", "Option", "not_negative", "positive"]
+
+_MODULES = {
+    "observables.observable": ("Observable",),
+    "observables.quantities": ("BodyState",),
+    "effects.entries": ("REQUIRED", "Option", "not_negative", "positive"),
+    "units": ("Dimension",),
+}
+__getattr__ = exported(__name__, _MODULES)
