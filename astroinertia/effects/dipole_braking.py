@@ -6,9 +6,9 @@ from typing import Any, ClassVar
 
 import jax.numpy as jnp
 
-from astroinertia.effects.effect import GENERATORS, Effect, antisymmetric_vector, moments
+from astroinertia.effects.effect import GENERATORS, Effect, moments
 from astroinertia.engines.pytree import pytree
-from astroinertia.inertia.tensor import inertia_from_second_moment
+from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
 
 
 @pytree
@@ -77,7 +77,7 @@ class DipoleBraking(Effect):
     def turning(self, xp, fluid):
         """The angular acceleration alpha (3,), and the second moment Q (3, 3)."""
         second, mixed = moments(fluid)
-        angular_momentum = antisymmetric_vector(xp, mixed)
+        angular_momentum = axial_vector(mixed)
         # A body without a moment of inertia about some axis is not turned about it.
         inverse = xp.linalg.pinv(inertia_from_second_moment(second), hermitian=True)
         spin = inverse @ angular_momentum
@@ -95,7 +95,7 @@ class DipoleBraking(Effect):
     def timestep(self, xp, fluid):
         """L over the torque: the moment over its k |omega|^(n-1)."""
         second, mixed = moments(fluid)
-        angular_momentum = antisymmetric_vector(xp, mixed)
+        angular_momentum = axial_vector(mixed)
         inertia = inertia_from_second_moment(second)
         spin = xp.linalg.pinv(inertia, hermitian=True) @ angular_momentum
         smallest = 0.5 * (xp.trace(inertia) - xp.sqrt(xp.sum(inertia**2)))

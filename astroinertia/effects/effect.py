@@ -90,11 +90,6 @@ def moments(fluid: Any) -> tuple[Any, Any]:
     return weighted @ position, weighted @ (fluid.velocity - fluid.centre_velocity)
 
 
-def antisymmetric_vector(xp: Any, tensor: Any) -> Any:
-    """eps_ijk T_jk, (3,): the angular momentum in P, the torque in V_e."""
-    return xp.stack([tensor[1, 2] - tensor[2, 1], tensor[2, 0] - tensor[0, 2], tensor[0, 1] - tensor[1, 0]])
-
-
 # Generators of the rotations: (GENERATORS[k])[i, j] = -epsilon_kij, so that a rotation about axis k turns i towards j.
 GENERATORS = np.array(
     [

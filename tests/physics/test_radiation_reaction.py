@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from astroinertia.effects import catalogue
-from astroinertia.effects.effect import antisymmetric_vector
+from astroinertia.inertia.tensor import axial_vector
 from astroinertia.models.sph.step import step
 from astroinertia.sph.initial import isotropised
 from tests.ball import ball, state_of
@@ -58,7 +58,7 @@ def test_a_turning_figure_loses_energy_and_angular_momentum_by_the_quadrupole_fo
         first, last = moving(position, np.cross([0.0, 0.0, PACE], position), 20.0, 1.0, steps)
         time = 2.0 * np.pi / PACE * (1.0 - 4.0 / steps)
         energy = float(last.ledger.work.total[1]) / (-turning_loss(first, 20.0) * time)
-        turned = antisymmetric_vector(np, last.ledger.mixed_impulse.total[1])
+        turned = axial_vector(last.ledger.mixed_impulse.total[1])
         spin = turned[2] * PACE / (-turning_loss(first, 20.0) * time)
         assert spin == pytest.approx(energy, rel=0.15 / steps)
         assert np.abs(turned[:2]).max() < 1e-6 * abs(turned[2])
@@ -102,4 +102,4 @@ def test_a_body_that_swings_along_one_axis_loses_the_energy_of_its_waves() -> No
     power = 0.2 * light**-5 * (moment**2).sum() * (0.5 * (2.0 * PACE) ** 3) ** 2 * 0.5
     time = 4.0 * 2.0 * np.pi / PACE
     assert float(last.ledger.work.total[1]) == pytest.approx(-power * time, rel=0.01)
-    assert np.abs(antisymmetric_vector(np, last.ledger.mixed_impulse.total[1])).max() < 1e-9 * power * time
+    assert np.abs(axial_vector(last.ledger.mixed_impulse.total[1])).max() < 1e-9 * power * time

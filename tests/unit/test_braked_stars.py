@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from astroinertia.effects import catalogue
-from astroinertia.effects.effect import antisymmetric_vector
+from astroinertia.inertia.tensor import axial_vector
 from astroinertia.models.sph.step import step
 from astroinertia.rotation.braking import Braking
 from astroinertia.sph.initial import isotropised
@@ -64,7 +64,7 @@ def test_angular_momentum_falls_as_that_of_a_rigid_body(index: float) -> None:
         # omega falls along itself: every part of it by the same factor.
         errors.append(abs(np.linalg.norm(after) / exact - 1.0))
         assert np.allclose(after / np.linalg.norm(after), before / speed, atol=1e-5)
-        given = antisymmetric_vector(np, last.ledger.mixed_impulse.total[0])
+        given = axial_vector(last.ledger.mixed_impulse.total[0])
         assert np.allclose(given, spins[-1] - spins[0], rtol=0.0, atol=1e-13 * np.abs(spins[0]).max())
     assert all(3.7 < a / b < 4.4 for a, b in itertools.pairwise(errors)), errors
     assert exact < 0.75 * speed
@@ -78,7 +78,7 @@ def test_the_torque_of_a_field_is_that_of_a_dipole_and_exerts_no_force() -> None
     effect = catalogue.build("dipole_braking", options)
     spin = np.linalg.solve(inertia_of(first), spins[0])
     expected = -8.0 * math.pi / 3.0 * 9e8 * 1.2**6 / 1e-3 * (spin @ spin) * spin
-    assert np.allclose(antisymmetric_vector(np, effect.virial(np, fluid)), expected, rtol=1e-12, atol=0.0)
+    assert np.allclose(axial_vector(effect.virial(np, fluid)), expected, rtol=1e-12, atol=0.0)
     acceleration = effect.acceleration(np, fluid)
     assert np.abs(fluid.mass @ acceleration).max() < 1e-15 * np.abs(acceleration).max()
     # What is taken is a rigid rotation.
