@@ -216,7 +216,7 @@ def note_versions(archive: Archive, scene: Scene) -> None:
 
 
 def _reference_radius(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> float | None:
-    radius = getattr(scene.body, "radius", None) if ball is None else ball.radius
+    radius = scene.body.radius if ball is None else ball.radius
     return None if radius is None else radius if ball is not None else units.to_code(radius, "length")
 
 

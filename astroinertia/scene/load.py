@@ -12,9 +12,8 @@ from astroinertia.effects.doors import as_written
 from astroinertia.effects.own import own_entries
 from astroinertia.errors import SceneError
 from astroinertia.matter import own as own_matter
-from astroinertia.scene import schema
+from astroinertia.scene import bodies, schema
 from astroinertia.scene.auto import AUTO, Choice, choose
-from astroinertia.scene.bodies import AnyBody
 from astroinertia.scene.fluids import AnyEquationOfState, OwnFluid
 from astroinertia.scene.options import effect_options, options_of
 from astroinertia.scene.problems import Problem, first_problem, nearest, place, unknown_key, wrong_choice
@@ -36,8 +35,8 @@ def _by_kind(union: Any) -> dict[str, type[BaseModel]]:
 
 
 KINDS = {
-    "body": _by_kind(AnyBody),
-    "bodies": _by_kind(AnyBody),
+    "body": bodies.KINDS,
+    "bodies": bodies.KINDS,
     "equation_of_state": {kind: made for kind, made in _by_kind(AnyEquationOfState).items() if made is not OwnFluid},
 }
 KEYS = [name for name in schema.Scene.model_fields if name not in RECORD]
