@@ -15,9 +15,11 @@ from astroinertia.build.spheres import Sphere, Star, sphere
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.own import EFFECTS
 from astroinertia.errors import ArchiveError, ArchiveWarning
+from astroinertia.initial import own as own_bodies
 from astroinertia.matter import own as own_matter
 from astroinertia.models.evolution import Evolution
 from astroinertia.scene import load
+from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.plan import cadence, code_units, plan, region_descriptions, smoothing, softening
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import Archive
@@ -81,10 +83,8 @@ def scene_of(archive: Archive, effects: Sequence[Any] = ()) -> Scene:
     metadata = archive.metadata
     if not isinstance(metadata.get("scene"), str):
         raise ArchiveError(f"{archive.folder} does not tell the scene that its run was made from.")
-    for kind in missing(archive, effects):
-        of_effect = kind in metadata.get("own_effects", {})
-        thing, origin = ("effect", "own_effects") if of_effect else ("equation of state", "own_matter")
-        argument = "effects=[...]" if of_effect else "matter=..."
+    for origin, kind in missing(archive, effects):
+        thing, argument = _THINGS[origin]
         raise ArchiveError(
             f"{archive.folder} was run with the {thing} '{plain_text(kind)}' ({plain_text(metadata[origin][kind])}), "
             f"which is not here: install its package, or give it from Python to resume(folder, {argument})."
@@ -96,14 +96,21 @@ def scene_of(archive: Archive, effects: Sequence[Any] = ()) -> Scene:
     return scene
 
 
-def missing(archive: Archive, effects: Sequence[Any] = ()) -> list[str]:
-    """Kinds of the effects and of the equation of state of a run that are neither built in nor given here nor offered
-    by an installed package.
+_THINGS = {
+    "own_effects": ("effect", "effects=[...]"), "own_matter": ("equation of state", "matter=..."),
+    "own_bodies": ("initial body", "body=..."),
+}  # fmt: skip
+
+
+def missing(archive: Archive, effects: Sequence[Any] = ()) -> list[tuple[str, str]]:
+    """Where the description of a run names it, and the kind, of the effects, equation of state and bodies of the run
+    that are neither built in nor given here nor offered by an installed package.
     """
-    given, fluid = own_matter.given(effects)
+    given, fluid, body = own_bodies.given(effects)
     known = {"own_effects": {*given, *EFFECTS.offered(), *CATALOGUE}}
     known["own_matter"] = {*own_matter.MATTER.offered(), *((fluid.made.kind,) if fluid else ())}  # type: ignore[union-attr]
-    return [kind for name, here in known.items() for kind in archive.metadata.get(name, {}) if kind not in here]
+    known["own_bodies"] = {*own_bodies.BODIES.offered(), *((body.made.kind,) if body else ())}  # type: ignore[union-attr]
+    return [(name, kind) for name, here in known.items() for kind in archive.metadata.get(name, {}) if kind not in here]
 
 
 def restore(archive: Archive, scene: Scene) -> Prepared:
@@ -176,6 +183,7 @@ def metadata(scene: Scene) -> dict[str, Any]:
         },
         **({"own_effects": {kind: entry.origin for kind, entry in scene.own.items()}} if scene.own else {}),
         **_own_matter(scene),
+        **_own_bodies(scene),
         **({"regions": region_descriptions(scene)} if scene.regions else {}),
         **({"choice": dict(scene.choice)} if scene.choice else {}),
         "versions": versions(scene),
@@ -185,6 +193,11 @@ def metadata(scene: Scene) -> dict[str, Any]:
 def _own_matter(scene: Scene) -> dict[str, Any]:
     fluid = scene.equation_of_state
     return {"own_matter": {fluid.name: fluid.entry.origin}} if fluid is not None and fluid.kind == "own" else {}
+
+
+def _own_bodies(scene: Scene) -> dict[str, Any]:
+    bodies = [body for body in scene.bodies or (scene.body,) if isinstance(body, OwnBody)]
+    return {"own_bodies": {body.name: body.entry.origin for body in bodies}} if bodies else {}
 
 
 def versions(scene: Scene) -> dict[str, str]:

@@ -196,11 +196,40 @@ def of_table(scene: Scene, units: CodeUnits, ball: None, problem: Problem, liste
     mass = units.to_code(table.mass, "mass")
     position = units.to_code(table.position, "length")
     velocity = units.to_code(table.velocity, "velocity") + initial_velocity(scene, units, None, mass, position)
-    energy = table.internal_energy
-    if energy is None and body.specific_internal_energy is not None:
-        energy = np.full_like(mass, body.specific_internal_energy)
+    energy = None if table.internal_energy is None else units.to_code(table.internal_energy, "specific_energy")
+    return _at_its_temperature(scene, units, fluid, mass, position, velocity, energy)
+
+
+def of_class(scene: Scene, units: CodeUnits, ball: None, problem: Problem, listener: Any) -> Particles:
+    """The particles of a body that is not of this package, with the rotation and the flow of the scene besides."""
+    made = own_particles(scene, units)
+    mass, position = made["mass"], made["position"]
+    velocity = made["velocity"] + initial_velocity(scene, units, None, mass, position)
+    return _at_its_temperature(
+        scene, units, problem.equation_of_state, mass, position, velocity, made.get("internal_energy")
+    )
+
+
+def own_particles(scene: Scene, units: CodeUnits) -> dict[str, np.ndarray]:
+    """What the class of a body that is not of this package makes; SceneError names it where that is wrong."""
+    from astroinertia.initial.placed import particles as made_by  # only where there is such a body
+
+    body: Any = scene.body
+    try:
+        return made_by(body.made(units), body.particles, body.seed)
+    except ValueError as error:
+        raise body.refused(error) from None
+
+
+def _at_its_temperature(
+    scene: Scene, units: CodeUnits, fluid: Any, mass: np.ndarray, position: np.ndarray, velocity: np.ndarray,
+    energy: np.ndarray | None,
+) -> Particles:  # fmt: skip
+    """Particles of no known structure, with energies of their own or those of the scene."""
+    if energy is None and scene.body.specific_internal_energy is not None:
+        energy = np.full_like(mass, units.to_code(scene.body.specific_internal_energy, "specific_energy"))
     if energy is not None and fluid.thermal:
-        return Particles(mass, position, velocity, None, units.to_code(energy, "specific_energy"))
+        return Particles(mass, position, velocity, None, energy)
     return Particles(mass, position, velocity, entropies(scene, units, None, fluid, np.zeros_like(mass)), None)
 
 

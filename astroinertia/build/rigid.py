@@ -126,8 +126,20 @@ def of_table(scene: Scene, units: CodeUnits) -> Moments:
     body: Any = scene.body
     table = read_body(Path(scene.origin or ".") / body.file, scene.dimensionless)
     mass, place = units.to_code(table.mass, "mass"), units.to_code(table.position, "length")
+    return _of_particles(scene, mass, place, units.to_code(table.velocity, "velocity"))
+
+
+def of_class(scene: Scene, units: CodeUnits) -> Moments:
+    """Those of the particles of a body that is not of this package."""
+    from astroinertia.build.placing import own_particles  # only where there is such a body
+
+    made = own_particles(scene, units)
+    return _of_particles(scene, made["mass"], made["position"], made["velocity"])
+
+
+def _of_particles(scene: Scene, mass: np.ndarray, place: np.ndarray, velocity: np.ndarray) -> Moments:
     moments, rows = principal_frame(inertia_tensor(mass, place))
-    own = angular_momentum(mass, place, units.to_code(table.velocity, "velocity"))
+    own = angular_momentum(mass, place, velocity)
     return float(mass.sum()), moments, rows, None, own if scene.body.rotation is None else None
 
 

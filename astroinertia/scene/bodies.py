@@ -10,6 +10,7 @@ from astroinertia.scene.fluids import Part, as_tuple
 from astroinertia.scene.initial_body import (
     UNIT_MATRIX,
     Body,
+    Count,
     Matrix,
     Perturbation,
     PlanLine,
@@ -21,6 +22,7 @@ from astroinertia.scene.initial_body import (
     numbers,
     unit_rows,
 )
+from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.quantities import (
     AngularMomentum,
     AngularVelocity,
@@ -33,7 +35,6 @@ from astroinertia.scene.quantities import (
 )
 from astroinertia.units import shown
 
-MOST_PARTICLES = 50_000_000
 _ROCK = 5e3  # kg/m3: what sets the unit of length of a planet whose radius is not known before it is solved for
 _HOMOGENEOUS = 0.4  # I/(M R^2) where nothing is known of the inside
 UNBOXED = ("noh", "keplerian_disc")  # standard problems that end before a box would
@@ -56,9 +57,6 @@ class _Unknown:
 
     mass = None
     radius = None
-
-
-Count = Annotated[int, Field(ge=16, le=MOST_PARTICLES)]
 
 
 class _Stretched(Body):
@@ -504,9 +502,12 @@ AnyBody = Annotated[
     | RigidBody
     | TableBody
     | ProfileBody
-    | StandardBody,
+    | StandardBody
+    | OwnBody,
     Field(discriminator="kind"),
 ]
 KINDS: dict[str, type[Body]] = {
-    get_args(made.model_fields["kind"].annotation)[0]: made for made in get_args(get_args(AnyBody)[0])
+    get_args(made.model_fields["kind"].annotation)[0]: made
+    for made in get_args(get_args(AnyBody)[0])
+    if made is not OwnBody
 }

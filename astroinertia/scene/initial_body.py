@@ -27,8 +27,10 @@ from astroinertia.scene.quantities import (
     checked,
     dimensional,
 )
-from astroinertia.units import pressure_constant_dimension
+from astroinertia.units import Dimension, pressure_constant_dimension
 
+MOST_PARTICLES = 50_000_000
+Count = Annotated[int, Field(ge=16, le=MOST_PARTICLES)]
 PlanLine = tuple[str, ...]
 Shown = Callable[[float, str], str]
 """How a quantity of a dimension is written."""
@@ -75,6 +77,15 @@ def at_right_angles(rows: tuple[tuple[float, ...], ...]) -> None:
 def numbers(values: tuple[float, ...]) -> str:
     """Plain numbers in brackets."""
     return f"({', '.join(f'{value:g}' for value in values)})"
+
+
+def option_text(value: Any, dimension: str | Dimension, shown: Callable[[float, Any], str]) -> str:
+    """An option's value, as written for a person."""
+    if isinstance(value, str | bool):
+        return str(value).lower()
+    if isinstance(value, tuple | list):
+        return f"({', '.join(option_text(item, dimension, shown) for item in value)})"
+    return shown(value, dimension)
 
 
 def ascending(moments: np.ndarray) -> Triple:

@@ -11,6 +11,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from astroinertia.effects.entries import Option
+from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.problems import Problem
 from astroinertia.scene.quantities import quantity_of
 from astroinertia.scene.schema import Scene, Units
@@ -95,6 +96,9 @@ def _of_effects(scene: Scene) -> Iterator[Number]:
     fluid = scene.equation_of_state
     if fluid is not None and fluid.kind == "own":
         yield from _of_options(("equation_of_state",), fluid.entry.options, fluid.options)
+    for body in scene.bodies or (scene.body,):
+        if isinstance(body, OwnBody):
+            yield from _of_options(("body",), body.entry.options, body.options)
 
 
 def _of_options(table: Path, known: Mapping[str, Option], options: Mapping[str, Any]) -> Iterator[Number]:

@@ -16,6 +16,7 @@ from astroinertia.scene.bodies import KINDS, AnyBody
 from astroinertia.scene.box import Box
 from astroinertia.scene.companions import MOST_COMPANIONS, Companion, Orbits, check_names
 from astroinertia.scene.fluids import AnyEquationOfState, Part, as_tuple
+from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.places import MOST_BODIES, Orbit
 from astroinertia.scene.quantities import Duration, Length, Mass
 from astroinertia.scene.regions import MOST_REGIONS, REGION_NAME, Region
@@ -206,14 +207,16 @@ class Scene(Part):
 
     @property
     def given(self) -> tuple[type, ...]:
-        """The classes that were given from Python, of effects and matter, which its text alone does not bring back."""
+        """The classes that were given from Python, which its text alone does not bring back."""
         return tuple(entry.made for entry in self.outside if entry.made is not None and not entry.package)
 
     @property
     def outside(self) -> tuple[Entry, ...]:
-        """What is said of its effects and of its equation of state, of those that are not of this package."""
+        """What is said of its effects, equation of state and bodies, of those that are not of this package."""
         fluid = self.equation_of_state
-        return (*self.own.values(), *((fluid.entry,) if fluid is not None and fluid.kind == "own" else ()))
+        matter = (fluid.entry,) if fluid is not None and fluid.kind == "own" else ()
+        bodies = {body.name: body.entry for body in self.bodies or (self.body,) if isinstance(body, OwnBody)}
+        return (*self.own.values(), *matter, *bodies.values())
 
     @property
     def dimensionless(self) -> bool:

@@ -65,6 +65,7 @@ class _Metadata(_Plain):
     skipped_effects: dict[str, str] = {}
     own_effects: dict[str, str] = {}
     own_matter: dict[str, str] = {}
+    own_bodies: dict[str, str] = {}
     reference_radius: float | None = None
     neighbours: float | None = None
     principal_gap_tolerance: float | None = None
