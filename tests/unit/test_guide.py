@@ -24,8 +24,8 @@ from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.guide import effects_reference, pages, scene_reference
 from astroinertia.scene import schema
 from astroinertia.scene.fluids import OwnFluid
-from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.load import RECORD
+from astroinertia.scene.own_body import OwnBody
 
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "astroinertia" / "guide"
@@ -316,6 +316,7 @@ def workplace(tmp_path_factory):
     (folder / "star.toml").write_text(STAR)
     cloud = STAR.replace("1 Rsun", "0.1 pc").replace("1 min", "1 kyr").replace("[effects.gravity]\n", "")
     (folder / "cloud.toml").write_text(cloud)
+    (folder / "ring.toml").write_text(STAR.replace('"ideal"', '"isothermal"\nsound_speed = "1 km/s"'))
     return folder
 
 
