@@ -1,7 +1,7 @@
 """Rotating, self-gravitating fluid bodies and the evolution of their inertia tensor.
 
     astroinertia.run_scene(scene, folder, effects=[...])  run a scene file or a Scene, with effects of your own
-                                           (and an equation of state, matter=..., and observables=[...])
+                                           (and matter=..., observables=[...] and an initial body, body=...)
     astroinertia.resume(folder)            go on with an interrupted run
     astroinertia.load(path, settings)      a scene from a TOML file, validated
     astroinertia.open(path)                the headline series of a run, an xarray Dataset with the accessor `.inertia`
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from astroinertia.effects import Effect
+    from astroinertia.initial import Body
     from astroinertia.matter import Matter
     from astroinertia.observables import Observable
     from astroinertia.run.loop import Listener
@@ -52,6 +53,7 @@ def run_scene(
     effects: "Sequence[Effect | type[Effect]]" = (),
     matter: "Matter | type[Matter] | None" = None,
     observables: "Sequence[Observable | type[Observable]]" = (),
+    body: "Body | type[Body] | None" = None,
 ) -> Path:
     """Run a scene, or the scene in a file, in a new folder; returns the netCDF file that it leaves.
 
@@ -63,7 +65,8 @@ def run_scene(
     or in code units where the scene is, or text with a unit. The class of one stands for what the scene lists by its
     kind. SceneError says where one is not as it must be. matter: an equation of state of your own (astroinertia.matter)
     in place of the scene's, or the class of the one that the scene names by its kind. observables: of your own
-    (astroinertia.observables), recorded besides, likewise.
+    (astroinertia.observables), recorded besides, likewise. body: an initial body of your own (astroinertia.initial),
+    likewise; of the scene's [body] stays what does not depend on its kind.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -75,13 +78,14 @@ def run_scene(
     requirements.check()
     kept_programs.keep_apart()
     from astroinertia.accuracy.running import run_scene as carry_out
+    from astroinertia.initial.own import with_body
     from astroinertia.matter.own import with_matter
     from astroinertia.observables.own import with_observables
     from astroinertia.scene.load import load_file as load_scene, with_effects
     from astroinertia.scene.schema import Scene
     from astroinertia.scene.sweep import load_file
 
-    own = with_observables(with_matter(effects, matter), observables)
+    own = with_body(with_observables(with_matter(effects, matter), observables), body)
     if not own and not isinstance(scene, Scene) and (sweep := load_file(scene)) is not None:
         from astroinertia.sweeps.ensemble import run_sweep
 
@@ -97,11 +101,12 @@ def run_scene(
 def resume(
     folder: str | PathLike[str], listener: "Listener | None" = None, workers: int = 1, cluster: str | None = None,
     effects: "Sequence[Effect | type[Effect]]" = (), matter: "Matter | type[Matter] | None" = None,
-    observables: "Sequence[Observable | type[Observable]]" = (),
+    observables: "Sequence[Observable | type[Observable]]" = (), body: "Body | type[Body] | None" = None,
 ) -> Path:  # fmt: skip
     """Go on with an interrupted run or sweep; returns its netCDF file.
 
-    effects, matter, observables: those that the run was given, or their classes; ArchiveError names what is missing.
+    effects, matter, observables, body: those that the run was given, or their classes; ArchiveError names what is
+    missing.
 
     >>> print(resume("runs/star").name)  # finished: it has nothing to do, and tells where the result is
     one_star_three_models.nc
@@ -111,6 +116,7 @@ def resume(
     requirements.check()
     kept_programs.keep_apart()
     from astroinertia.accuracy.running import resume as go_on
+    from astroinertia.initial.own import with_body
     from astroinertia.matter.own import with_matter
     from astroinertia.observables.own import with_observables
     from astroinertia.storage.archive import SWEEP
@@ -119,10 +125,11 @@ def resume(
         from astroinertia.errors import SceneError
         from astroinertia.sweeps.ensemble import resume as go_on_with_members
 
-        if effects or matter is not None or observables:
+        if effects or matter is not None or observables or body is not None:
             raise SceneError("a sweep takes what is built in or installed, and nothing of your own from Python.")
         return go_on_with_members(Path(folder), workers, cluster).file
-    return go_on(Path(folder), listener, effects=with_observables(with_matter(effects, matter), observables))
+    own = with_body(with_observables(with_matter(effects, matter), observables), body)
+    return go_on(Path(folder), listener, effects=own)
 
 
 def open(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -> "xr.Dataset":

@@ -16,11 +16,13 @@ from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import made_of
 from astroinertia.effects.own import EFFECTS
 from astroinertia.errors import ArchiveError, ArchiveWarning
+from astroinertia.initial import own as own_bodies
 from astroinertia.matter import own as own_matter
 from astroinertia.models.evolution import Evolution
 from astroinertia.observables import own as own_observables
 from astroinertia.observables.observable import Observable
 from astroinertia.scene import load
+from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.plan import cadence, code_units, plan, region_descriptions, smoothing, softening
 from astroinertia.scene.quantities import options_in_code_units
 from astroinertia.scene.schema import Scene
@@ -32,6 +34,7 @@ from astroinertia.units import CodeUnits
 OUTSIDE = {
     "own_effects": ("effect", "effects=[...]"),
     "own_matter": ("equation of state", "matter=..."),
+    "own_bodies": ("initial body", "body=..."),
     "own_observables": ("observable", "observables=[...]"),
 }
 """What a run's description has of what is not of this package: its name, and how it is given from Python."""
@@ -110,10 +113,11 @@ def missing(archive: Archive, effects: Sequence[Any] = ()) -> list[tuple[str, st
     installed package.
     """
     observed, others = own_observables.apart(effects)
-    given, fluid = own_matter.given(others)
+    given, fluid, body = own_bodies.given(others)
     known = {"own_effects": {*given, *EFFECTS.offered(), *CATALOGUE}}
     known["own_observables"] = {*observed, *own_observables.OBSERVABLES.offered()}
     known["own_matter"] = {*own_matter.MATTER.offered(), *((fluid.made.kind,) if fluid else ())}  # type: ignore[union-attr]
+    known["own_bodies"] = {*own_bodies.BODIES.offered(), *((body.made.kind,) if body else ())}  # type: ignore[union-attr]
     return [(name, kind) for name, here in known.items() for kind in archive.metadata.get(name, {}) if kind not in here]
 
 
@@ -192,6 +196,7 @@ def metadata(scene: Scene) -> dict[str, Any]:
         **({"own_effects": {kind: entry.origin for kind, entry in scene.own.items()}} if scene.own else {}),
         **_own_matter(scene),
         **_own_observables(scene),
+        **_own_bodies(scene),
         **({"regions": region_descriptions(scene)} if scene.regions else {}),
         **({"choice": dict(scene.choice)} if scene.choice else {}),
         "versions": versions(scene),
@@ -208,6 +213,11 @@ def _own_observables(scene: Scene) -> dict[str, Any]:
     said = {kind: own_observables.quantity_of(entry).described() for kind, entry in scene.observed.items()}
     origins = {kind: entry.origin for kind, entry in scene.observed.items()}
     return {"own_observables": origins, "observables": said} if said else {}
+
+
+def _own_bodies(scene: Scene) -> dict[str, Any]:
+    bodies = [body for body in scene.bodies or (scene.body,) if isinstance(body, OwnBody)]
+    return {"own_bodies": {body.name: body.entry.origin for body in bodies}} if bodies else {}
 
 
 def versions(scene: Scene) -> dict[str, str]:
@@ -239,7 +249,7 @@ def note_versions(archive: Archive, scene: Scene) -> None:
 
 
 def _reference_radius(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> float | None:
-    radius = getattr(scene.body, "radius", None) if ball is None else ball.radius
+    radius = scene.body.radius if ball is None else ball.radius
     return None if radius is None else radius if ball is not None else units.to_code(radius, "length")
 
 

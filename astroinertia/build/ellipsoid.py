@@ -41,7 +41,7 @@ def evolution(scene: Scene, units: CodeUnits) -> Ellipsoid:
     ball = sphere(scene, units)
     if not isinstance(ball, Sphere):
         raise SceneError(
-            f"[body] of the kind {scene.body.kind} is no stretched sphere, which the model ellipsoid needs: take a "
+            f"[body] of the kind {scene.body.title} is no stretched sphere, which the model ellipsoid needs: take a "
             "polytrope, uniform, power_law or dyson body."
         )
     body: Any = scene.body
@@ -180,24 +180,20 @@ def _bounded(profile: Profile) -> bool:
     return bool(inner[1] < 1.01 * inner[0])
 
 
-def _homogeneous(body: Any) -> bool:
-    shape = {"polytrope": "index", "power_law": "exponent"}.get(body.kind)
-    return body.kind == "uniform" or (shape is not None and getattr(body, shape) == 0.0)
-
-
 def _approximation(scene: Scene, profile: Profile) -> str:
     """What is exact for this body, or what is approximated."""
-    body, listed = scene.body, set(scene.effects)
+    body: Any = scene.body
+    listed = set(scene.effects)
     fluid: Any = scene.equation_of_state
     law = None if body.rotation is None else body.rotation.law
     reasons = []
-    if "gravity" in listed and not _homogeneous(body):
+    if "gravity" in listed and not body.homogeneous:
         reasons.append("the density is not uniform")
     if PRESSURE in listed:
         equilibrium = fluid.kind == "ideal" and body.entropy is None and body.specific_internal_energy is None
-        parabolic = _homogeneous(body) and (equilibrium or fluid.kind == "incompressible")
+        parabolic = body.homogeneous and (equilibrium or fluid.kind == "incompressible")
         isentropic = fluid.kind == "polytropic" or (fluid.kind == "ideal" and body.entropy is not None)
-        if not (parabolic or (body.kind == "dyson" and isentropic and fluid.gamma == body.gamma)):
+        if not (parabolic or (body.isentropic and isentropic and fluid.gamma == body.gamma)):
             reasons.append("the pressure force is not linear in position")
     if law not in (None, "rigid"):
         reasons.append(f"the rotation {law} is not linear in position")

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.build.spheres import Sphere, Star
 from astroinertia.errors import SceneError
 from astroinertia.matter import cold_matter, gases
@@ -68,7 +67,7 @@ def _refuse_thin(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, mat
     Matter that can be pulled apart has no gas below its table, whose slopes it cannot follow.
     """
     body: Any = scene.body
-    if ball is None or body.kind == "layered":  # whose layers are made of the tables
+    if ball is None or body.composite:  # whose layers are made of the tables
         return
     mean, least = _mean_density(scene, ball), matter.least_density(0)
     chosen: Any = scene.equation_of_state
@@ -104,7 +103,7 @@ def entropies(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, fluid:
         gamma = fluid.gamma_thermal if _hybrid(scene) else fluid.gamma
         return np.full(len(where), units.to_code(body.entropy, pressure_constant_dimension(gamma)))
     if ball is None:
-        raise SceneError("[body] a table without a column u needs specific_internal_energy or entropy.")
+        raise SceneError(f"[body] {body.without_heat} needs specific_internal_energy or entropy.")
     if _hybrid(scene) or "pressure" not in scene.effects:
         return np.zeros(len(where))
     if "gravity" not in scene.effects:
@@ -134,9 +133,5 @@ def _constant(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, gamma:
         return units.to_code(constant, pressure_constant_dimension(gamma))
     if ball is None:
         raise SceneError('[equation_of_state] constant = "from body" needs a body of known structure, not a table.')
-    if body.kind == "polytrope":
-        star = Polytrope(body.index, ball.mass, ball.radius)
-        pressure, density = star.central_pressure, star.central_density
-    else:
-        pressure, density = ball.densest()
+    pressure, density = body.central(ball.mass, ball.radius) or ball.densest()
     return (body.pressure_fraction or 1.0) * gases.polytropic_constant(density, pressure, gamma)

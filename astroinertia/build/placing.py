@@ -10,7 +10,7 @@ import numpy as np
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.build.flow import initial_velocity, linear_flow, rotation_flow, rotation_measure, shellular_rotation
 from astroinertia.build.fluids import entropies
-from astroinertia.build.spheres import Sphere, Star, stretch
+from astroinertia.build.spheres import Sphere, Star, building, stretch
 from astroinertia.engines import numba_cpu
 from astroinertia.errors import SceneError
 from astroinertia.matter import gases
@@ -50,29 +50,24 @@ class Particles:
 
 def particles(scene: Scene, units: CodeUnits, ball: Any, problem: Problem, listener: Any = None) -> Particles:
     """The particles of a scene, settled to equilibrium where the scene asks for it; `listener` hears how that goes."""
-    placed = _placed(scene, units, ball, problem, listener)
+    placed = building(scene.body.placing)(scene, units, ball, problem, listener)
     if placed.material is None and len(getattr(problem.equation_of_state, "names", ())) > 1:
         return replace(placed, material=np.zeros(len(placed.mass), dtype=int))  # a body without layers is of the first
     return placed
 
 
-def _placed(scene: Scene, units: CodeUnits, ball: Any, problem: Problem, listener: Any) -> Particles:
+def of_sphere(scene: Scene, units: CodeUnits, ball: Any, problem: Problem, listener: Any) -> Particles:
+    """The particles of a Sphere or a Star, settled or not."""
     body: Any = scene.body
     fluid = problem.equation_of_state
-    if body.kind == "standard":
-        return _standard(scene, fluid)
-    if ball is None:
-        return _table(scene, units, fluid)
     mass = np.full(body.particles, ball.mass / body.particles)
     unit_sphere = place(ball.profile, body.particles, body.placement, body.seed)
-    if body.kind == "layered":
-        return _placed_planet(scene, units, ball, problem, mass, unit_sphere, listener)
     settles = body.relax and {"gravity", "pressure"} <= set(scene.effects)
     if isinstance(ball, Star):
         where, position, velocity = _placed_star(body, ball, problem, mass, unit_sphere, settles, listener)
     else:
         where = np.linalg.norm(unit_sphere, axis=1)
-        settles = settles and body.kind == "polytrope" and body.index > 0
+        settles = settles and body.settles
         stretched = stretch(body)
         if settles:
             position, velocity = _settled_sphere(scene, units, ball, problem, mass, unit_sphere, listener)
@@ -115,16 +110,16 @@ def _placed_star(
     return exact, *_settled(problem, mass, exact, gamma, entropy, rotation, None, listener)
 
 
-def _placed_planet(
-    scene: Scene, units: CodeUnits, planet: Any, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray,
-    listener: Any,
-) -> Particles:  # fmt: skip
+def of_planet(scene: Scene, units: CodeUnits, planet: Any, problem: Problem, listener: Any) -> Particles:
     """The layers of a planet, each of its material on its isentrope, settled or not."""
+    body: Any = scene.body
+    mass = np.full(body.particles, planet.mass / body.particles)
+    unit_sphere = place(planet.profile, body.particles, body.placement, body.seed)
     layer = planet.layer_of(np.linalg.norm(unit_sphere, axis=1))
     entropy = planet.labels[layer]
     material = planet.numbers[layer] if len(problem.equation_of_state.names) > 1 else None
     position = unit_sphere * planet.radius
-    if scene.body.relax and {"gravity", "pressure"} <= set(scene.effects):
+    if body.relax and {"gravity", "pressure"} <= set(scene.effects):
         relaxed = relaxation.relax(
             _still(problem), mass, position, entropy, planet.density_enclosing, _rotation(scene, units),
             relaxation.Tolerances(density_error=_density_error(_LAYERED_DENSITY_ERROR, len(mass))), listener=listener,
@@ -193,24 +188,56 @@ def _density_error(at_4000: float, count: int) -> float:
     return at_4000 * max(1.0, (4000 / count) ** (1 / 3))
 
 
-def _table(scene: Scene, units: CodeUnits, fluid: Any) -> Particles:
+def of_table(scene: Scene, units: CodeUnits, ball: None, problem: Problem, listener: Any) -> Particles:
+    """The user's own particles."""
     body: Any = scene.body
+    fluid = problem.equation_of_state
     table = read_body(Path(scene.origin or ".") / body.file, scene.dimensionless)
     mass = units.to_code(table.mass, "mass")
     position = units.to_code(table.position, "length")
     velocity = units.to_code(table.velocity, "velocity") + initial_velocity(scene, units, None, mass, position)
-    energy = table.internal_energy
-    if energy is None and body.specific_internal_energy is not None:
-        energy = np.full_like(mass, body.specific_internal_energy)
+    energy = None if table.internal_energy is None else units.to_code(table.internal_energy, "specific_energy")
+    return _at_its_temperature(scene, units, fluid, mass, position, velocity, energy)
+
+
+def of_class(scene: Scene, units: CodeUnits, ball: None, problem: Problem, listener: Any) -> Particles:
+    """The particles of a body that is not of this package, with the rotation and the flow of the scene besides."""
+    made = own_particles(scene, units)
+    mass, position = made["mass"], made["position"]
+    velocity = made["velocity"] + initial_velocity(scene, units, None, mass, position)
+    return _at_its_temperature(
+        scene, units, problem.equation_of_state, mass, position, velocity, made.get("internal_energy")
+    )
+
+
+def own_particles(scene: Scene, units: CodeUnits) -> dict[str, np.ndarray]:
+    """What the class of a body that is not of this package makes; SceneError names it where that is wrong."""
+    from astroinertia.initial.placed import particles as made_by  # only where there is such a body
+
+    body: Any = scene.body
+    try:
+        return made_by(body.made(units), body.particles, body.seed)
+    except ValueError as error:
+        raise body.refused(error) from None
+
+
+def _at_its_temperature(
+    scene: Scene, units: CodeUnits, fluid: Any, mass: np.ndarray, position: np.ndarray, velocity: np.ndarray,
+    energy: np.ndarray | None,
+) -> Particles:  # fmt: skip
+    """Particles of no known structure, with energies of their own or those of the scene."""
+    if energy is None and scene.body.specific_internal_energy is not None:
+        energy = np.full_like(mass, units.to_code(scene.body.specific_internal_energy, "specific_energy"))
     if energy is not None and fluid.thermal:
-        return Particles(mass, position, velocity, None, units.to_code(energy, "specific_energy"))
+        return Particles(mass, position, velocity, None, energy)
     return Particles(mass, position, velocity, entropies(scene, units, None, fluid, np.zeros_like(mass)), None)
 
 
-def _standard(scene: Scene, fluid: Any) -> Particles:
+def of_problem(scene: Scene, units: CodeUnits, ball: None, problem: Problem, listener: Any) -> Particles:
+    """The gas of a standard problem."""
     # Only the problem that is asked for is imported; such scenes are in code units.
     body: Any = scene.body
     module = importlib.import_module("astroinertia.test_problems.matter")
     lengths = np.full(3, np.inf) if scene.box is None else np.array(scene.box.lengths)
-    matter = module.standard(body.problem).place(body.particles, lengths, fluid.gamma)
+    matter = module.standard(body.problem).place(body.particles, lengths, problem.equation_of_state.gamma)
     return Particles(matter.mass, matter.position, matter.velocity, None, matter.internal_energy)

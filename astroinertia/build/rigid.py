@@ -9,7 +9,7 @@ import numpy as np
 from astroinertia.build import companions
 from astroinertia.build.effects import effects_of
 from astroinertia.build.rotation import rigid_moments, rotation_amount, rotation_axis
-from astroinertia.build.spheres import Star, sphere
+from astroinertia.build.spheres import Star, building, sphere
 from astroinertia.errors import SceneError
 from astroinertia.inertia.prescribed import change
 from astroinertia.inertia.principal import principal_frame
@@ -23,11 +23,14 @@ from astroinertia.sph import profiles
 from astroinertia.sph.table import read_body
 from astroinertia.units import CodeUnits
 
+Moments = tuple[float, np.ndarray, np.ndarray, float | None, np.ndarray | None]
+"""Mass, principal moments, axes as rows, energy of self-gravity, and L where the body itself says it."""
+
 
 def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
     """The body at time 0; SceneError where the scene asks for what a rigid body cannot do."""
     _refuse_what_flows(scene)
-    mass, moments, rows, energy, spun = _body(scene, units)
+    mass, moments, rows, energy, spun = building(scene.body.moments_from)(scene, units)
     effects = effects_of(scene, units)
     deformable = [effect for effect in effects if hasattr(effect, "deformability")]
     pivots = [effect for effect in effects if effect.kind == "pivot"]
@@ -96,34 +99,47 @@ def _refuse_what_flows(scene: Scene) -> None:
         raise SceneError("[body.rotation] law must be rigid for the model rigid.")
 
 
-def _body(scene: Scene, units: CodeUnits) -> tuple[float, np.ndarray, np.ndarray, float | None, np.ndarray | None]:
-    """Mass, principal moments, axes as rows, energy of self-gravity, and L where the body itself says it."""
+def of_solid(scene: Scene, units: CodeUnits) -> Moments:
+    """Those that the scene gives."""
+    moments, rows = rigid_moments(scene, units)
+    if np.linalg.det(rows) < 0.0:
+        raise SceneError("[body] axes_at_start must be right-handed.")
+    return units.to_code(scene.body.mass, "mass"), moments, rows, None, None
+
+
+def of_sphere(scene: Scene, units: CodeUnits) -> Moments:
+    """Those of a stretched Sphere, or of a Star."""
     body: Any = scene.body
-    if body.kind == "rigid":
-        moments, rows = rigid_moments(scene, units)
-        if np.linalg.det(rows) < 0.0:
-            raise SceneError("[body] axes_at_start must be right-handed.")
-        return units.to_code(body.mass, "mass"), moments, rows, None, None
-    if body.kind == "table":
-        return _table(scene, units)
     ball = sphere(scene, units)
     if isinstance(ball, Star):
         star = ball.star
         moments = np.array([star.equatorial_moment, star.equatorial_moment, star.polar_moment])
         return star.mass, moments, np.eye(3), None, np.array([0.0, 0.0, star.angular_momentum])
-    assert ball is not None  # tables are done
     axes = ball.radius * np.asarray(body.axes, dtype=float)
     second = np.diag(ball.profile.second_moment * ball.mass * axes**2)
     energy = profiles.ellipsoid_gravitational_energy(ball.profile, ball.mass, axes)
     return ball.mass, np.diag(inertia_from_second_moment(second)), np.eye(3), energy, None
 
 
-def _table(scene: Scene, units: CodeUnits) -> tuple[float, np.ndarray, np.ndarray, None, np.ndarray | None]:
+def of_table(scene: Scene, units: CodeUnits) -> Moments:
+    """Those of the user's own particles."""
     body: Any = scene.body
     table = read_body(Path(scene.origin or ".") / body.file, scene.dimensionless)
     mass, place = units.to_code(table.mass, "mass"), units.to_code(table.position, "length")
+    return _of_particles(scene, mass, place, units.to_code(table.velocity, "velocity"))
+
+
+def of_class(scene: Scene, units: CodeUnits) -> Moments:
+    """Those of the particles of a body that is not of this package."""
+    from astroinertia.build.placing import own_particles  # only where there is such a body
+
+    made = own_particles(scene, units)
+    return _of_particles(scene, made["mass"], made["position"], made["velocity"])
+
+
+def _of_particles(scene: Scene, mass: np.ndarray, place: np.ndarray, velocity: np.ndarray) -> Moments:
     moments, rows = principal_frame(inertia_tensor(mass, place))
-    own = angular_momentum(mass, place, units.to_code(table.velocity, "velocity"))
+    own = angular_momentum(mass, place, velocity)
     return float(mass.sum()), moments, rows, None, own if scene.body.rotation is None else None
 
 

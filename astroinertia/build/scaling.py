@@ -80,7 +80,7 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
 
 def _size_law(scene: Scene, opening: Homologous, scale: float, expansion: float) -> tuple[SizeLaw | None, str]:
     """What says the size; None where it is integrated."""
-    if scene.body.kind == "rigid" or isinstance(opening.pressure, HeldPressure):
+    if scene.body.solid or isinstance(opening.pressure, HeldPressure):
         return Fixed(scale), EXACT + "its size stays"
     if opening.gravity_tensor is None and opening.pressure is None and scene.equation_of_state is None:
         return Fixed(scale), EXACT + "its size stays, for the scene lists neither gravity nor pressure"
@@ -155,7 +155,7 @@ def _expansion(scene: Scene, units: CodeUnits) -> float:
 
 def _body(scene: Scene, units: CodeUnits) -> tuple[Homologous, float]:
     """The body at scale 1 and the scale at which it begins, which is not 1 where it settles with its rotation."""
-    if scene.body.kind == "rigid":
+    if scene.body.solid:
         return _rigid(scene, units), 1.0
     ball = sphere(scene, units)
     if isinstance(ball, Star):
@@ -293,7 +293,7 @@ def _settled(
 
     settles = body.relax and {"gravity", "pressure"} <= set(scene.effects) and _gaseous(scene) and body.change is None
     scale = 1.0
-    if settles and body.kind == "polytrope" and body.index > 0:
+    if settles and body.settles:
         # As particles do: in the polytrope's own gas, or one of exponent 5/3 where its index has no stable equilibrium.
         gas = PowerLawPressure(-energy / 3, max(1 + 1 / body.index, 5 / 3))
 

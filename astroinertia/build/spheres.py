@@ -15,7 +15,6 @@ from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.bodies.scf_matter import polytropic_matter
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.scene.schema import Scene
-from astroinertia.sph import profiles
 from astroinertia.sph.profiles import Profile
 from astroinertia.sph.progenitor import Progenitor, read_progenitor
 from astroinertia.units import CodeUnits
@@ -101,28 +100,33 @@ def stretch(body: Any) -> np.ndarray:
     return nearest.T @ np.diag(np.asarray(body.axes, dtype=float)) @ nearest
 
 
+def building(name: str) -> Any:
+    """The function of that name, "module.function" of this room; no other module is imported."""
+    module, _, function = name.partition(".")
+    return getattr(importlib.import_module(f"astroinertia.build.{module}"), function)
+
+
 def sphere(scene: Scene, units: CodeUnits) -> Any:
     """The Sphere (unstretched), Star or Planet of a scene's body; None for what is no such body."""
+    made_by = scene.body.structure
+    return building(made_by)(scene, units) if made_by else None
+
+
+def stretched(scene: Scene, units: CodeUnits) -> Sphere:
+    """The sphere of the profile that the body states."""
     body: Any = scene.body
-    if body.kind in ("table", "rigid", "standard"):
-        return None
-    if body.kind == "profile":
-        return _progenitor(scene, units)
-    if body.kind == "layered":  # only then are planets imported
-        return importlib.import_module("astroinertia.build.planets").planet(scene, units)
+    return Sphere(body.profile(), units.to_code(body.mass, "mass"), units.to_code(body.radius, "length"))
+
+
+def rotating(scene: Scene, units: CodeUnits) -> Star:
+    """The star in rotating equilibrium."""
+    body: Any = scene.body
     mass, radius = units.to_code(body.mass, "mass"), units.to_code(body.radius, "length")
-    if body.kind == "rotating_star":
-        return Star(_rotating_star(body, units, mass, radius), profiles.polytrope(body.index))
-    profile = {
-        "polytrope": lambda: profiles.polytrope(body.index),
-        "uniform": profiles.uniform,
-        "power_law": lambda: profiles.power_law(body.exponent),
-        "dyson": lambda: profiles.dyson(body.gamma),
-    }[body.kind]()
-    return Sphere(profile, mass, radius)
+    return Star(_rotating_star(body, units, mass, radius), body.profile())
 
 
-def _progenitor(scene: Scene, units: CodeUnits) -> Sphere:
+def progenitor(scene: Scene, units: CodeUnits) -> Sphere:
+    """The shells of a stellar profile."""
     body: Any = scene.body
     shells = _read(Path(scene.origin or ".") / body.file, body.mean_molecular_weight)
     if body.inner_mass is not None:

@@ -15,13 +15,11 @@ from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.errors import AstroinertiaError
 from astroinertia.scene.plan import code_units, smoothing
 from astroinertia.scene.schema import Scene
-from astroinertia.sph import profiles
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.profiles import Profile
 
 MOMENTS = 4000  # in which the sphere is followed
 STIRRED = 2.0  # signals over the speed of sound behind shocks, where neighbours move at random
-STANDARD_SIGNAL = 4.5  # of the tests of hydrodynamics, in their own units: sound, motion and denser parts, about
 SMALLEST = 0.02  # of its size, at which a sphere that nothing holds up has become something else
 SCATTERED = 1e6  # of its size, from which on a sphere that expands coasts
 STABLE = 4.0 / 3.0  # exponent, below which pressure does not hold what collapses
@@ -63,9 +61,9 @@ def _steps_of(scene: Scene) -> float | None:
     if scene.numerics.max_timestep is not None:
         longest = float(units.to_code(scene.numerics.max_timestep, "time"))
     body: Any = scene.body
-    if body.kind == "standard":
-        return end / min(longest, _standard_step(scene))
-    if getattr(body, "radius", None) is None or body.particles is None:
+    if (step := body.own_timestep(scene, smoothing(scene)[0])) is not None:
+        return end / min(longest, step)
+    if body.profile() is None or body.particles is None:
         return None
     try:
         sphere = sphere_of(scene)
@@ -80,22 +78,13 @@ def _steps_of(scene: Scene) -> float | None:
     return float(np.trapezoid(1.0 / step, times)) + 1.0
 
 
-def _standard_step(scene: Scene) -> float:
-    body: Any = scene.body
-    box = scene.box
-    volume = math.prod(box.lengths) if box is not None else 4.0 / 3.0 * math.pi
-    return scene.numerics.courant * smoothing(scene)[0] * (volume / body.particles) ** (1.0 / 3.0) / STANDARD_SIGNAL
-
-
 def sphere_of(scene: Scene) -> Sphere:
     """The body of a scene as a sphere of the same volume."""
     units, body = code_units(scene), scene.body
     given: Any = body
-    profile = _profile(given)
-    axes = getattr(body, "axes", (1.0, 1.0, 1.0))
-    flat = given.axis_ratio or 1.0 if body.kind == "rotating_star" else math.prod(axes)
+    profile = given.profile()
     mass = float(units.to_code(given.mass, "mass"))
-    size = float(units.to_code(given.radius, "length")) * flat ** (1.0 / 3.0)
+    size = float(units.to_code(given.radius, "length")) * body.volume_ratio ** (1.0 / 3.0)
     square = 3.0 * profile.second_moment * size**2  # mean of r^2
     seen = 0.5 * min(1.0, smoothing(scene)[1] / given.particles)  # of the mass: what the innermost kernel is full of
     densest = float(profile.density(profile.radius(np.array(seen)))) * mass / size**3
@@ -104,14 +93,14 @@ def sphere_of(scene: Scene) -> Sphere:
     weight = weight if math.isfinite(weight) else mass / size**3
     gamma = _exponent(scene)
     spin = _spin(scene, square, size)
-    if body.kind == "rotating_star":
+    if body.spin is body:
         spin = 0.0  # in equilibrium with it: gravity and pressure below are what is left
     if not has_pressure:
         heat, sound = 0.0, 0.0
     elif given.specific_internal_energy is not None:
         energy = float(units.to_code(given.specific_internal_energy, "specific_energy"))
         heat, sound = 3.0 * (gamma - 1.0) * energy / square, math.sqrt(gamma * (gamma - 1.0) * energy)
-    elif given.entropy is not None and body.kind == "dyson":
+    elif given.entropy is not None and body.isentropic:
         central = float(profile.density(np.array(0.0))) * mass / size**3
         sound = math.sqrt(gamma * given.entropy * central ** (gamma - 1.0))
         heat = 3.0 * given.entropy * _mean_power(profile, mass / size**3, gamma - 1.0) / square
@@ -121,14 +110,6 @@ def sphere_of(scene: Scene) -> Sphere:
         sound = math.sqrt(fraction * _central_sound(profile, mass / size, gamma))
     return Sphere(weight if has_gravity else 0.0, max(heat, 0.0), spin, gamma, densest, sound,
                   mass / given.particles, size)  # fmt: skip
-
-
-def _profile(body: Any) -> Profile:
-    if body.kind in ("polytrope", "rotating_star"):
-        return profiles.polytrope(body.index)
-    if body.kind == "dyson":
-        return profiles.dyson(body.gamma)
-    return profiles.power_law(getattr(body, "exponent", 0.0))
 
 
 def _exponent(scene: Scene) -> float:

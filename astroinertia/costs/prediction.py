@@ -134,7 +134,7 @@ def _without_particles(scene: Scene, machine: Machine) -> Prediction:
 def _placing(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:
     parts = {}
     bodies: Any = [each.body for each in scene.alone()]
-    if any(body.placement == "glass" and body.kind != "standard" for body in bodies):
+    if any(body.placement == "glass" and body.laid_out for body in bodies):
         parts["placing"] = particles * machine.seconds["place.particle"]
     settling = [each for each in scene.alone() if settles(each)]
     if settling:
@@ -145,8 +145,7 @@ def _placing(scene: Scene, particles: int, machine: Machine) -> dict[str, Second
 def settles(scene: Scene) -> bool:
     """Whether a body is settled to equilibrium before it starts."""
     body: Any = scene.body
-    asked = body.relax and {"gravity", "pressure"} <= set(scene.effects)
-    return bool(asked) and (body.kind in ("rotating_star", "layered") or (body.kind == "polytrope" and body.index > 0))
+    return body.relax and body.settles and {"gravity", "pressure"} <= set(scene.effects)
 
 
 def _settling(scene: Scene, machine: Machine) -> Seconds:

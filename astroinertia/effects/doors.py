@@ -28,7 +28,8 @@ class Door:
     base: str
     decorated: str
     taken: Collection[str]
-    pytree: bool = True
+    traced: bool = True
+    """Whether JAX sees it, so that it must be a pytree."""
 
     def refused(self, made: Any, package: str, what: str) -> SceneError:
         """The error that says why a class is no such thing; package: that it comes from, or empty."""
@@ -48,8 +49,8 @@ class Door:
             raise refused(f"it must be a subclass of {self.base}")
         if absent := sorted(getattr(made, "__abstractmethods__", ())):
             raise refused(f"it has no `{absent[0]}`")
-        if not is_dataclass(made) or (self.pytree and not _is_pytree(made)):
-            raise refused(f"decorate it with {'@pytree above ' if self.pytree else ''}{self.decorated}")
+        if not is_dataclass(made) or (self.traced and not _is_pytree(made)):
+            raise refused(f"decorate it with {'@pytree above ' * self.traced}{self.decorated}")
         kind, options = (getattr(made, name, None) for name in ("kind", "options"))
         if not isinstance(kind, str) or not re.fullmatch(r"[a-z][a-z0-9_]{0,63}", kind):
             raise refused("its `kind` must be a name of small letters, digits and _")
@@ -59,8 +60,8 @@ class Door:
         if not isinstance(options, Mapping) or set(options) != set(given):
             odd = sorted(set(options) ^ set(given)) if isinstance(options, Mapping) else []
             raise refused(f"its `options` must describe each of its fields{f', but not so {odd[0]}' if odd else ''}")
-        for key, option in options.items():
-            fixed = self.pytree and option.dimension in ("choice", "boolean")
+        for key, option in options.items() if self.traced else ():
+            fixed = option.dimension in ("choice", "boolean")
             if fixed != bool(given[key].metadata.get("static", False)):
                 raise refused(f'its field {key} must {"" if fixed else "not "}have the metadata {{"static": True}}')
         text = " ".join((made.__doc__ or "").split("\n\n")[0].split()).rstrip(".")
@@ -97,7 +98,7 @@ class Door:
         return entry
 
 
-def _is_pytree(made: type) -> bool:
+def _is_pytree(made: Any) -> bool:
     from astroinertia.effects.effect import is_pytree  # with JAX, which other scenes do without here
 
     return is_pytree(made)

@@ -26,7 +26,7 @@ PARTICLES = ("sph",)  # models of an observable that is given the particles
 _COORDINATES = (*LABELS, "time", "effect", "radius_bin", "frequency", "sink", "companion", "region")
 OBSERVABLES = Door(
     "astroinertia.observables", "observable", "astroinertia.observables.Observable", "@dataclass(frozen=True)",
-    (*RECORDED, *DERIVED, *OF_EFFECTS, *_COORDINATES), pytree=False,
+    (*RECORDED, *DERIVED, *OF_EFFECTS, *_COORDINATES), traced=False,
 )  # fmt: skip
 
 

@@ -1,169 +1,62 @@
-"""The body that a scene may ask for, its rotation and prescribed size: validated and frozen, in SI (or code units)."""
+"""The kinds of bodies that a scene may ask for, validated and frozen, in SI (or code units)."""
 
-from typing import Annotated, Any, Literal, Self
+import math
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
 
 from astroinertia.scene.fluids import Part, as_tuple
-from astroinertia.scene.places import Position, Velocity
+from astroinertia.scene.initial_body import (
+    UNIT_MATRIX,
+    Body,
+    Count,
+    Matrix,
+    Perturbation,
+    PlanLine,
+    Shown,
+    ascending,
+    at_right_angles,
+    exactly_one,
+    law_with_scale,
+    numbers,
+    unit_rows,
+)
+from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.quantities import (
     AngularMomentum,
     AngularVelocity,
-    Duration,
     Length,
     Mass,
     Moment,
-    Number,
     NumberNotNegative,
     PositiveNumber,
     SpecificEnergy,
-    VelocityGradient,
-    checked,
-    dimensional,
 )
-from astroinertia.units import pressure_constant_dimension
+from astroinertia.units import shown
 
-MOST_PARTICLES = 50_000_000
+_ROCK = 5e3  # kg/m3: what sets the unit of length of a planet whose radius is not known before it is solved for
+_HOMOGENEOUS = 0.4  # I/(M R^2) where nothing is known of the inside
+UNBOXED = ("noh", "keplerian_disc")  # standard problems that end before a box would
+STANDARD_SIGNAL = 4.5  # of the tests of hydrodynamics, in their own units: sound, motion and denser parts, about
 
-Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(as_tuple)]
 Axes = Annotated[tuple[PositiveNumber, PositiveNumber, PositiveNumber], BeforeValidator(as_tuple)]
 Moments = Annotated[tuple[Moment, Moment, Moment], BeforeValidator(as_tuple)]
 MomentRatios = Annotated[tuple[NumberNotNegative, NumberNotNegative, NumberNotNegative], BeforeValidator(as_tuple)]
-Matrix = Annotated[tuple[Vector, Vector, Vector], BeforeValidator(as_tuple)]
-Times = Annotated[tuple[Duration, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=1000)]
-Factors = Annotated[tuple[PositiveNumber, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=1000)]
-_Row = tuple[VelocityGradient, VelocityGradient, VelocityGradient]
-GradientMatrix = Annotated[tuple[_Row, _Row, _Row], BeforeValidator(as_tuple)]
-Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]
-Law = Literal["rigid", "j_constant", "v_constant"]
 StarLaw = Literal["rigid", "j_constant", "v_constant", "maclaurin"]
-_SCALED = ("j_constant", "v_constant")
 
 
-def _exactly_one(part: Part, *names: str) -> None:
-    given = [name for name in names if getattr(part, name) is not None]
-    if len(given) != 1:
-        problem = "none is given" if not given else f"{' and '.join(given)} are given"
-        raise ValueError(f"needs exactly one of {', '.join(names[:-1])} and {names[-1]}, but {problem}.")
+def _profiles() -> Any:
+    from astroinertia.sph import profiles  # with SciPy, which a scene does without until something is asked of it
+
+    return profiles
 
 
-def _law_with_scale(part: Any) -> None:
-    if part.law in _SCALED and part.scale is None:
-        raise ValueError(f"needs a scale, for its law is {part.law}.")
-    if part.law not in _SCALED and part.scale is not None:
-        raise ValueError("has a scale, which only the laws j_constant and v_constant use.")
+class _Unknown:
+    """Of a body whose mass and radius only what it is made from knows."""
 
-
-UNIT_MATRIX = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
-
-def _at_right_angles(rows: tuple[tuple[float, ...], ...]) -> None:
-    sizes = [sum(x * x for x in row) for row in rows]
-    for k, one in enumerate(rows):
-        across = abs(sum(x * y for x, y in zip(one, rows[k - 1], strict=True)))
-        if sizes[k] == 0.0 or across > 1e-6 * (sizes[k] * sizes[k - 1]) ** 0.5:
-            raise ValueError("needs axes_at_start at right angles to each other.")
-
-
-class Rotation(Part):
-    """How the body turns at the start; exactly one of rate, period, angular_momentum and t_over_w."""
-
-    law: Law = Field(
-        default="rigid",
-        description="rigid: one rate; j_constant: rate / (1 + s^2/scale^2), v_constant: rate / (1 + s^2/scale^2)^(1/2) "
-        "with s from the axis",
-    )
-    rate: AngularVelocity | None = Field(default=None, description="angular velocity on the axis")
-    period: Duration | None = Field(default=None, description="rotation period on the axis")
-    angular_momentum: AngularMomentum | None = Field(default=None, description="total angular momentum")
-    t_over_w: Annotated[float, Field(ge=0.0, lt=0.5)] | None = Field(
-        default=None, description="rotational kinetic over absolute gravitational energy, T/|W|"
-    )
-    axis: Vector = Field(default=(0.0, 0.0, 1.0), description="direction of the rotation axis, any length")
-    scale: Length | None = Field(default=None, description="length over which a law that is not rigid falls off")
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        _exactly_one(self, "rate", "period", "angular_momentum", "t_over_w")
-        _law_with_scale(self)
-        if not any(self.axis):
-            raise ValueError("has an axis of zero length.")
-        return self
-
-
-class Change(Part):
-    """A size that is prescribed, as of a skater or a contracting star; without it the model says what the body does."""
-
-    times: Times = Field(description="when, rising; at time 0 the factor is 1, after the last of them it stays")
-    factors: Factors = Field(
-        description="the inertia tensor over that at time 0, at those times; a smooth curve that never overshoots goes "
-        "through them"
-    )
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        if len(self.times) != len(self.factors):
-            raise ValueError(f"needs as many times as factors, but has {len(self.times)} and {len(self.factors)}.")
-        if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
-            raise ValueError("needs times that rise.")
-        return self
-
-
-class Perturbation(Part):
-    """A density that goes round the z axis as 1 + amplitude cos(mode phi), as that of clouds that break up."""
-
-    mode: Annotated[int, Field(ge=2, le=16)] = Field(description="number of dense sides about the z axis")
-    amplitude: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(description="of the density, over its mean")
-
-
-class Body(Part):
-    """What every body has, whatever its kind."""
-
-    placement: Literal["glass", "lattice", "random"] = Field(
-        default="glass",
-        description="how particles are laid out: glass (low noise, no grid), lattice, or random (Poisson noise)",
-    )
-    seed: Seed = Field(default=1, description="seed of everything random in the placement")
-    relax: bool = Field(default=True, description="settle the particles to equilibrium before the start")
-    specific_internal_energy: SpecificEnergy | None = Field(
-        default=None, description="thermal energy per mass, uniform, instead of that of equilibrium"
-    )
-    entropy: float | None = Field(
-        default=None,
-        description="entropy function A = P / rho^gamma (thermal part), uniform, instead of that of equilibrium",
-    )
-    pressure_fraction: Annotated[float, Field(gt=0.0, le=100.0)] | None = Field(
-        default=None, description="pressure as a fraction of that of equilibrium; below 1 the body collapses"
-    )
-    velocity_gradient: GradientMatrix | None = Field(
-        default=None, description="matrix G of a linear velocity field v = G x, added to the rotation"
-    )
-    rotation: Rotation | None = Field(default=None, description="rotation at the start; without it the body is at rest")
-    position: Position | None = Field(default=None, description="where its centre is at first (sph); the origin")
-    velocity: Velocity | None = Field(default=None, description="velocity of its centre at first (sph); at rest")
-    change: Change | None = Field(default=None, description="a prescribed size (models rigid and scaling)")
-
-    @field_validator("entropy", mode="before")
-    @classmethod
-    def _entropy(cls, value: Any, info: ValidationInfo) -> float | None:
-        if value is None:
-            return None
-        gamma = (info.context or {}).get("gamma_thermal")
-        if gamma is None:
-            raise ValueError("needs an equation of state with a thermal part (ideal or hybrid).")
-        code = bool((info.context or {}).get("code"))
-        return checked(dimensional(value, pressure_constant_dimension(gamma), code), "not negative")
-
-    @model_validator(mode="after")
-    def _one_thermal_choice(self) -> Self:
-        names = ("specific_internal_energy", "entropy", "pressure_fraction")
-        given = [name for name in names if getattr(self, name) is not None]
-        if len(given) > 1:
-            raise ValueError(f"may have only one of {', '.join(names)}, but has {' and '.join(given)}.")
-        return self
-
-
-Count = Annotated[int, Field(ge=16, le=MOST_PARTICLES)]
+    mass = None
+    radius = None
 
 
 class _Stretched(Body):
@@ -176,7 +69,7 @@ class _Stretched(Body):
 
     @model_validator(mode="after")
     def _has_right_angles(self) -> Self:
-        _at_right_angles(self.axes_at_start)
+        at_right_angles(self.axes_at_start)
         return self
 
     @model_validator(mode="after")
@@ -197,12 +90,45 @@ class PolytropeBody(_Sized):
 
     kind: Literal["polytrope"]
     index: Annotated[float, Field(ge=0.0, lt=5.0)] = Field(description="polytropic index n: P ~ rho^(1 + 1/n)")
+    shape: ClassVar[str] = "index"
+    has_core: ClassVar[bool] = True
+
+    @property
+    def homogeneous(self) -> bool:
+        """That of index 0 is."""
+        return self.index == 0.0
+
+    @property
+    def settles(self) -> bool:
+        """All but that of index 0, whose pressure no gas has."""
+        return self.index > 0
+
+    def profile(self) -> Any:
+        """Lane and Emden's."""
+        return _profiles().polytrope(self.index)
+
+    def central(self, mass: float, radius: float) -> tuple[float, float]:
+        """By Lane and Emden's constants."""
+        from astroinertia.bodies.polytrope import Polytrope
+
+        star = Polytrope(self.index, mass, radius)
+        return star.central_pressure, star.central_density
 
 
 class UniformBody(_Sized):
     """A sphere or ellipsoid of uniform density."""
 
     kind: Literal["uniform"]
+    has_core: ClassVar[bool] = True
+
+    @property
+    def homogeneous(self) -> bool:
+        """It is."""
+        return True
+
+    def profile(self) -> Any:
+        """Of one density."""
+        return _profiles().uniform()
 
 
 class PowerLawBody(_Sized):
@@ -210,6 +136,16 @@ class PowerLawBody(_Sized):
 
     kind: Literal["power_law"]
     exponent: Annotated[float, Field(ge=0.0, lt=3.0)] = Field(description="exponent of rho ~ r^-exponent")
+    shape: ClassVar[str] = "exponent"
+
+    @property
+    def homogeneous(self) -> bool:
+        """That of exponent 0 is."""
+        return self.exponent == 0.0
+
+    def profile(self) -> Any:
+        """The power of r."""
+        return _profiles().power_law(self.exponent)
 
 
 class DysonBody(_Sized):
@@ -217,12 +153,23 @@ class DysonBody(_Sized):
 
     kind: Literal["dyson"]
     gamma: Annotated[float, Field(ge=1.001, le=10.0)] = Field(description="adiabatic exponent of the profile")
+    shape: ClassVar[str] = "gamma"
+    has_core: ClassVar[bool] = True
+    isentropic: ClassVar[bool] = True
+
+    def profile(self) -> Any:
+        """The power of 1 - s^2."""
+        return _profiles().dyson(self.gamma)
 
 
 class RotatingStarBody(Body):
     """A rotating polytrope in equilibrium (self-consistent field), up to mass shedding; it turns about z."""
 
     kind: Literal["rotating_star"]
+    structure: ClassVar[str] = "spheres.rotating"
+    shape: ClassVar[str] = "index"
+    settles: ClassVar[bool] = True
+    rotates_itself: ClassVar[bool] = True
     particles: Count | None = Field(default=None, description="number of particles (model sph)")
     mass: Mass = Field(description="total mass")
     radius: Length = Field(description="equatorial radius of a rotating_star")
@@ -245,9 +192,45 @@ class RotatingStarBody(Body):
     def _consistent(self) -> Self:
         if self.rotation is not None:
             raise ValueError("has a table rotation, but a rotating_star turns as its own law and axis_ratio say.")
-        _exactly_one(self, "axis_ratio", "t_over_w", "rate", "angular_momentum")
-        _law_with_scale(self)
+        exactly_one(self, "axis_ratio", "t_over_w", "rate", "angular_momentum")
+        law_with_scale(self)
         return self
+
+    @property
+    def spin(self) -> Any:
+        """The star itself."""
+        return self
+
+    @property
+    def volume_ratio(self) -> float:
+        """By its axes, as of a spheroid."""
+        return self.axis_ratio or 1.0
+
+    def profile(self) -> Any:
+        """That of the polytrope at rest."""
+        return _profiles().polytrope(self.index)
+
+    def turning(self, tensor: np.ndarray, gravitational: float | None) -> dict[str, Any]:
+        """As the sphere of its radius, with the T/|W| that Maclaurin's spheroid has at its axis ratio."""
+        assert gravitational is not None  # it has a profile
+        moment = float(tensor[2, 2])
+        if self.t_over_w is not None:
+            ratio = self.t_over_w
+        elif self.rate is not None:
+            ratio = 0.5 * moment * self.rate**2 / gravitational
+        elif self.angular_momentum is not None:
+            ratio = 0.5 * self.angular_momentum**2 / moment / gravitational
+        else:
+            assert self.axis_ratio is not None
+            e = math.sqrt(1.0 - self.axis_ratio**2)
+            sine = math.asin(e)
+            ratio = 0.0 if e < 1e-3 else 1.5 / e**2 - 1.0 - 1.5 * math.sqrt(1.0 - e**2) / (e * sine)
+        rotational = ratio * gravitational
+        spin = math.sqrt(2.0 * rotational / moment)
+        backwards = (self.rate or self.angular_momentum or 0.0) < 0.0
+        axis = (0.0, 0.0, -1.0 if backwards else 1.0)
+        shear = 0.0 if self.law == "rigid" else spin
+        return {"spin": spin, "spin_axis": axis, "wobble": 0.0, "rotational": rotational, "shear": shear}
 
 
 class Layer(Part):
@@ -265,6 +248,10 @@ class LayeredBody(Body):
     """A planet of layers from the centre outwards, each isentropic, in hydrostatic equilibrium; its radius follows."""
 
     kind: Literal["layered"]
+    structure: ClassVar[str] = "planets.planet"
+    placing: ClassVar[str] = "placing.of_planet"
+    composite: ClassVar[bool] = True
+    settles: ClassVar[bool] = True
     particles: Count | None = Field(default=None, description="number of particles (model sph), all of one mass")
     mass: Mass = Field(description="total mass")
     layers: Annotated[tuple[Layer, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=16)] = Field(
@@ -286,11 +273,49 @@ class LayeredBody(Body):
                 raise ValueError(f"has a {name}, but the matter of its layers is on the isentropes that they give.")
         return self
 
+    @property
+    def unit_length(self) -> float:
+        """That of a rock of its mass."""
+        return (self.mass / _ROCK) ** (1 / 3)
+
+    def check(self, scene: Any) -> None:
+        """It needs its materials."""
+        fluid = scene.equation_of_state
+        if scene.model != "sph" or fluid is None or fluid.kind != "materials":
+            raise ValueError("[body] of the kind layered is for the model sph with materials for equation_of_state.")
+        names = [material.name for material in fluid.materials]
+        for layer in self.layers:
+            if layer.material not in names:
+                raise ValueError(f"[body] layers are of {', '.join(names)}, but one is of '{shown(layer.material)}'.")
+        super().check(scene)
+
+    def characteristic(self) -> dict[str, Any]:
+        """It is in equilibrium, of a size that is found when it is placed."""
+        return {"mass": self.mass}
+
+    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+        """Its layers."""
+        each = shown(self.mass / (self.particles or 1), "mass")
+        lines: list[PlanLine] = [
+            ("kind", "layered"),
+            ("particles", f"{self.particles}", f"of {each} each"),
+            ("mass", shown(self.mass, "mass")),
+        ]
+        for layer in self.layers:
+            label = shown(layer.isentrope, "specific_energy")
+            lines.append((f"layer of {layer.material}", f"{layer.mass_fraction:g} of the mass", f"isentrope {label}"))
+        return lines
+
 
 class RigidBody(Body):
     """A body of which only the mass and the inertia tensor are known."""
 
     kind: Literal["rigid"]
+    models: ClassVar[tuple[str, ...]] = ("rigid", "scaling")
+    structure: ClassVar[str] = ""
+    moments_from: ClassVar[str] = "rigid.of_solid"
+    solid: ClassVar[bool] = True
+    particles: ClassVar[None] = None
     mass: Mass = Field(description="total mass")
     radius: Length | None = Field(default=None, description="a radius, for moment_ratios and I/(M R^2)")
     moments: Moments | None = Field(default=None, description="principal moments of inertia; or give moment_ratios")
@@ -302,7 +327,7 @@ class RigidBody(Body):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        _exactly_one(self, "moments", "moment_ratios")
+        exactly_one(self, "moments", "moment_ratios")
         if self.moment_ratios is not None and self.radius is None:
             raise ValueError("needs a radius, for it has moment_ratios.")
         a, b, c = sorted(self.moments or self.moment_ratios or ())
@@ -310,25 +335,76 @@ class RigidBody(Body):
             raise ValueError("needs moments of which two at least are positive.")
         if c > (a + b) * (1.0 + 1e-12):
             raise ValueError("needs moments of which none is larger than the sum of the others.")
-        _at_right_angles(self.axes_at_start)
+        at_right_angles(self.axes_at_start)
         return self
 
+    @property
+    def unit_length(self) -> float:
+        """Its radius, or a radius of gyration."""
+        if self.radius is not None:
+            return self.radius
+        assert self.moments is not None
+        return math.sqrt(max(self.moments) / self.mass)
 
-class TableBody(Body):
+    def characteristic(self) -> dict[str, Any]:
+        """By its moments; without a radius, as of a homogeneous body."""
+        if self.moments is not None:
+            moments = np.asarray(self.moments, dtype=float)
+        else:
+            assert self.radius is not None
+            moments = np.asarray(self.moment_ratios, dtype=float) * self.mass * self.radius**2
+        rows = unit_rows(self.axes_at_start)
+        radius = math.sqrt(moments.max() / self.mass / _HOMOGENEOUS) if self.radius is None else self.radius
+        turning = self.turning(rows.T @ np.diag(moments) @ rows, None)
+        return {"mass": self.mass, "radius": radius, "moments": ascending(moments), **turning}
+
+    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+        """Its mass and moments."""
+        lines: list[PlanLine] = [("kind", "rigid"), ("mass", shown(self.mass, "mass"))]
+        if self.radius is not None:
+            lines.append(("radius", shown(self.radius, "length")))
+        if self.moments is not None:
+            moments = ", ".join(shown(moment, "moment_of_inertia") for moment in self.moments)
+            return [*lines, ("principal moments", moments)]
+        assert self.moment_ratios is not None
+        return [*lines, ("principal moments", numbers(self.moment_ratios), "over mass radius^2")]
+
+
+class TableBody(_Unknown, Body):
     """The user's own particles."""
 
     kind: Literal["table"]
+    models: ClassVar[tuple[str, ...]] = ("sph", "rigid")
+    structure: ClassVar[str] = ""
+    placing: ClassVar[str] = "placing.of_table"
+    moments_from: ClassVar[str] = "rigid.of_table"
+    boxed: ClassVar[bool] = True
+    without_heat: ClassVar[str] = "a table without a column u"
+    particles: ClassVar[None] = None
     file: Annotated[str, Field(min_length=1, max_length=512)] = Field(
         description="particle table (.csv .npz .nc .h5), relative to the scene: mass x y z and, if wanted, vx vy vz u; "
         "or a snapshot of GADGET or SWIFT (.hdf5), or a dump of Phantom"
     )
     relax: bool = Field(default=False, description="settle the particles to equilibrium before the start")
 
+    def check(self, scene: Any) -> None:
+        """Its file sets no units."""
+        super().check(scene)
+        if scene.units is None:
+            raise ValueError('[units] with mass and length (or units = "code") is needed for a body of kind table.')
 
-class ProfileBody(_Stretched):
+    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+        """Its file."""
+        return [("particles", f"from the table {self.file}")]
+
+
+class ProfileBody(_Unknown, _Stretched):
     """A star from a code of stellar evolution: shells with mass, density, pressure and rotation."""
 
     kind: Literal["profile"]
+    models: ClassVar[tuple[str, ...]] = ("sph",)
+    structure: ClassVar[str] = "spheres.progenitor"
+    rotates_itself: ClassVar[bool] = True
     file: Annotated[str, Field(min_length=1, max_length=512)] = Field(
         description="stellar profile, relative to the scene: MESA profile.data, KEPLER presupernova file or .csv with "
         "units"
@@ -350,11 +426,33 @@ class ProfileBody(_Stretched):
             raise ValueError("has a table rotation, which takes the place of the file's, and a rotation_factor.")
         return self
 
+    def check(self, scene: Any) -> None:
+        """Its file is in SI and sets no units."""
+        super().check(scene)
+        if scene.units is None or scene.dimensionless:
+            raise ValueError("[units] with mass and length is needed for a body of kind profile.")
 
-class StandardBody(Body):
+    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+        """Its file and what is taken of it."""
+        part = "all of it"
+        if self.inner_mass is not None:
+            part = f"the inner {shown(self.inner_mass, 'mass')}"
+        lines: list[PlanLine] = [("kind", f"profile from {self.file}", part), ("particles", f"{self.particles}")]
+        if self.rotation is None:
+            lines.append(("shells turn", f"{self.rotation_factor:g} times as fast as the file says", "about z"))
+        return [*lines, ("placement", self.placement, f"seed {self.seed}, not settled first")]
+
+
+class StandardBody(_Unknown, Body):
     """The gas of a problem with a known solution, on which hydrodynamics is tested (code units)."""
 
     kind: Literal["standard"]
+    models: ClassVar[tuple[str, ...]] = ("sph",)
+    structure: ClassVar[str] = ""
+    placing: ClassVar[str] = "placing.of_problem"
+    composite: ClassVar[bool] = True
+    boxed: ClassVar[bool] = True
+    laid_out: ClassVar[bool] = False
     problem: Literal["sod", "strong_tube", "sedov", "noh", "gresho", "kelvin_helmholtz", "square", "keplerian_disc"] = (
         Field(description="which problem")
     )
@@ -369,6 +467,30 @@ class StandardBody(Body):
             raise ValueError(f"has {given[0]}, but a standard problem has a state of its own.")
         return self
 
+    def check(self, scene: Any) -> None:
+        """It needs code units, an ideal gas, and the box that its problem fills."""
+        if scene.model != "sph" or scene.bodies:
+            raise ValueError("[body] of the kind standard is for the model sph, and alone.")
+        super().check(scene)
+        if not scene.dimensionless:
+            raise ValueError('[body] of the kind standard needs a scene in code units: units = "code".')
+        if scene.equation_of_state is None or scene.equation_of_state.kind != "ideal":
+            raise ValueError("[body] of the kind standard needs an equation_of_state of the kind ideal.")
+        without = self.problem in UNBOXED
+        if without != (scene.box is None) or (scene.box is not None and not all(scene.box.repeats)):
+            needs = "ends by itself and has no box" if without else "fills a box that is periodic along all axes"
+            raise ValueError(f"[body] the problem {self.problem} {needs}.")
+
+    def own_timestep(self, scene: Any, eta: float) -> float:
+        """By its spacing and the signals of such problems."""
+        volume = math.prod(scene.box.lengths) if scene.box is not None else 4.0 / 3.0 * math.pi
+        assert self.particles is not None
+        return scene.numerics.courant * eta * (volume / self.particles) ** (1.0 / 3.0) / STANDARD_SIGNAL
+
+    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+        """Its problem."""
+        return [("problem", self.problem), ("particles", f"about {self.particles}", "on lattices")]
+
 
 AnyBody = Annotated[
     PolytropeBody
@@ -380,6 +502,12 @@ AnyBody = Annotated[
     | RigidBody
     | TableBody
     | ProfileBody
-    | StandardBody,
+    | StandardBody
+    | OwnBody,
     Field(discriminator="kind"),
 ]
+KINDS: dict[str, type[Body]] = {
+    get_args(made.model_fields["kind"].annotation)[0]: made
+    for made in get_args(get_args(AnyBody)[0])
+    if made is not OwnBody
+}

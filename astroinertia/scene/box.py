@@ -9,8 +9,6 @@ from astroinertia.scene.fluids import Part, as_tuple
 from astroinertia.scene.quantities import Length
 
 Lengths = Annotated[tuple[Length, Length, Length], BeforeValidator(as_tuple)]
-BODIES = ("table", "standard")  # kinds that need not end before the box does
-UNBOXED = ("noh", "keplerian_disc")  # standard problems that end before a box would
 
 
 class Box(Part):

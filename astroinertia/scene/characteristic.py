@@ -8,16 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.effects.characteristic import Characteristic, Neighbour, Pair, Vector
+from astroinertia.effects.characteristic import Characteristic, Neighbour, Pair
 from astroinertia.scene.companions import Companion
 from astroinertia.scene.fluids import FROM_BODY
+from astroinertia.scene.initial_body import ascending, unit, unit_rows
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
-from astroinertia.sph.profiles import Profile
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SPEED_OF_LIGHT
 
 _NODES = 64  # shells of a profile
-_HOMOGENEOUS = 0.4  # I/(M R^2) where nothing is known of the inside
 
 
 def characteristic(scene: Scene) -> Characteristic:
@@ -29,18 +28,19 @@ def characteristic(scene: Scene) -> Characteristic:
         "end": scene.time.end,
         "gravitational_constant": constant,
         "speed_of_light": None if scene.dimensionless else SPEED_OF_LIGHT,
-        "deforms": scene.model != "rigid" and body.kind != "rigid" and body.change is None,
+        "deforms": scene.model != "rigid" and not body.solid and body.change is None,
         "held": fluid is not None and fluid.kind == "incompressible",
         "bodies": max(1, len(scene.bodies)),
-        "touching": bool(scene.bodies) or body.kind in ("standard", "layered"),
+        "touching": bool(scene.bodies) or body.composite,
         "rate_needs_gravity": scene.model == "rigid" and getattr(body.rotation, "t_over_w", None) is not None,
         "gamma": _exponent(fluid),
         "expansion": _expansion(body),
     }
-    if body.kind in ("table", "profile", "standard"):
-        return Characteristic(**known, neighbours=None if scene.companions else ())
-    known |= _solid(body) if body.kind == "rigid" else _sphere(scene, constant)
-    known["neighbours"] = _neighbours(scene, constant, body.mass)
+    known |= body.characteristic() if body.profile() is None else _sphere(scene, constant)
+    if body.mass is None:
+        known["neighbours"] = None if scene.companions else ()
+    else:
+        known["neighbours"] = _neighbours(scene, constant, body.mass)
     if scene.bodies:
         known |= _several(scene)
     return Characteristic(**known)
@@ -64,87 +64,22 @@ def _expansion(body: Any) -> float:
     return float(_gradient(body).trace()) / 3.0
 
 
-def _unit(vector: Any) -> Vector:
-    x, y, z = np.asarray(vector, dtype=float) / np.linalg.norm(vector)
-    return float(x), float(y), float(z)
-
-
-def _solid(body: Any) -> dict[str, Any]:
-    if body.moments is not None:
-        moments = np.asarray(body.moments, dtype=float)
-    else:
-        moments = np.asarray(body.moment_ratios, dtype=float) * body.mass * body.radius**2
-    rows = np.asarray(body.axes_at_start, dtype=float)
-    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
-    tensor = rows.T @ np.diag(moments) @ rows
-    radius = math.sqrt(moments.max() / body.mass / _HOMOGENEOUS) if body.radius is None else body.radius
-    return {
-        "mass": body.mass, "radius": radius, "moments": _ascending(moments), **_turning(body, tensor, None),
-    }  # fmt: skip
-
-
-def _ascending(moments: np.ndarray) -> Vector:
-    least, middle, largest = np.sort(moments)
-    return float(least), float(middle), float(largest)
-
-
-def _turning(body: Any, tensor: np.ndarray, gravitational: float | None) -> dict[str, Any]:
-    """How it turns: the rate, the axis and how far that is from the axis of the largest moment."""
-    rotation = body.rotation
-    axis = _unit((0.0, 0.0, 1.0) if rotation is None else rotation.axis)
-    along = np.array(axis)
-    moment = float(along @ tensor @ along)
-    spin = _rate(rotation, moment, gravitational)
-    values, vectors = np.linalg.eigh(tensor)
-    largest = vectors[:, values > values[2] * (1.0 - 1e-9)]
-    wobble = math.sqrt(max(0.0, 1.0 - float(np.sum((along @ largest) ** 2))))
-    known = {"spin": spin, "spin_axis": axis, "wobble": wobble if spin and wobble > 1e-8 else 0.0}
-    return known if spin is None else {**known, "rotational": 0.5 * moment * spin**2}
-
-
-def _rate(rotation: Any, moment: float, gravitational: float | None) -> float | None:
-    if rotation is None:
-        return 0.0
-    if rotation.rate is not None:
-        return abs(rotation.rate)
-    if rotation.period is not None:
-        return 2.0 * math.pi / rotation.period if rotation.period else None
-    if rotation.angular_momentum is not None:
-        return abs(rotation.angular_momentum) / moment if moment else None
-    if gravitational is None:
-        return None
-    return math.sqrt(2.0 * rotation.t_over_w * gravitational / moment)
-
-
-def _profile(body: Any) -> Profile:
-    if body.kind in ("polytrope", "rotating_star"):
-        return profiles.polytrope(body.index)
-    if body.kind == "power_law":
-        return profiles.power_law(body.exponent)
-    return profiles.dyson(body.gamma) if body.kind == "dyson" else profiles.uniform()
-
-
 def _sphere(scene: Scene, constant: float) -> dict[str, Any]:
     body: Any = scene.body
-    if body.radius is None:  # layers: in equilibrium, of a size that is found when the body is placed
-        return {"mass": body.mass}
-    profile = _profile(body)
+    profile = body.profile()
     axes = body.radius * np.asarray(getattr(body, "axes", (1.0, 1.0, 1.0)), dtype=float)
     mass, radius = body.mass, float(np.prod(axes)) ** (1.0 / 3.0)
-    rows = np.asarray(getattr(body, "axes_at_start", np.eye(3)), dtype=float)
-    rows = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    rows = unit_rows(getattr(body, "axes_at_start", np.eye(3)))
     second = rows.T @ np.diag(profile.second_moment * mass * axes**2) @ rows
     tensor = np.trace(second) * np.eye(3) - second
     gravitational = -constant * profiles.ellipsoid_gravitational_energy(profile, mass, axes)
     if not math.isfinite(gravitational):
         gravitational = constant * mass**2 / radius * 10.0
     known = {
-        "mass": mass, "radius": radius, "moments": _ascending(np.linalg.eigvalsh(tensor)),
+        "mass": mass, "radius": radius, "moments": ascending(np.linalg.eigvalsh(tensor)),
         "second_moment": float(np.trace(second)), "gravitational": gravitational,
     }  # fmt: skip
-    known |= _star(body, tensor, gravitational) if body.kind == "rotating_star" else _turning(
-        body, tensor, gravitational
-    )  # fmt: skip
+    known |= body.turning(tensor, gravitational)
     if known["spin"] is not None:
         known |= _flow(body, second, known)
     share = np.polynomial.legendre.leggauss(_NODES)
@@ -157,27 +92,6 @@ def _sphere(scene: Scene, constant: float) -> dict[str, Any]:
     falls = math.pi / 2.0 * np.sqrt(shells**3 / (2.0 * constant * mass * nodes))
     known["fallen"] = float(weights[falls <= scene.time.end].sum())
     return known
-
-
-def _star(body: Any, tensor: np.ndarray, gravitational: float) -> dict[str, Any]:
-    """A rotating star: as the sphere of its radius, with the T/|W| that Maclaurin's spheroid has at its axis ratio."""
-    moment = float(tensor[2, 2])
-    if body.t_over_w is not None:
-        ratio = body.t_over_w
-    elif body.rate is not None:
-        ratio = 0.5 * moment * body.rate**2 / gravitational
-    elif body.angular_momentum is not None:
-        ratio = 0.5 * body.angular_momentum**2 / moment / gravitational
-    else:
-        e = math.sqrt(1.0 - body.axis_ratio**2)
-        sine = math.asin(e)
-        ratio = 0.0 if e < 1e-3 else 1.5 / e**2 - 1.0 - 1.5 * math.sqrt(1.0 - e**2) / (e * sine)
-    rotational = ratio * gravitational
-    shear = 0.0 if body.law == "rigid" else math.sqrt(2.0 * rotational / moment)
-    spin = math.sqrt(2.0 * rotational / moment)
-    backwards = (body.rate or body.angular_momentum or 0.0) < 0.0
-    axis = (0.0, 0.0, -1.0 if backwards else 1.0)
-    return {"spin": spin, "spin_axis": axis, "wobble": 0.0, "rotational": rotational, "shear": shear}
 
 
 def _flow(body: Any, second: np.ndarray, known: dict[str, Any]) -> dict[str, Any]:
@@ -197,7 +111,7 @@ def _flow(body: Any, second: np.ndarray, known: dict[str, Any]) -> dict[str, Any
     spin = np.linalg.pinv(np.trace(second) * np.eye(3) - second, hermitian=True) @ momentum
     rate = float(np.linalg.norm(spin))
     energy = 0.5 * float(np.trace(whole @ second @ whole.T))
-    axis = _unit(spin) if rate > 0.0 else known["spin_axis"]
+    axis = unit(spin) if rate > 0.0 else known["spin_axis"]
     return {"rotational": energy, "shear": max(shear, strain), "spin": rate, "spin_axis": axis}
 
 
@@ -221,7 +135,7 @@ def _heat(scene: Scene, known: dict[str, Any], density: np.ndarray, weights: np.
         triple = 3.0 * mass * fluid.sound_speed**2
     else:
         settled = scene.model == "sph" and body.relax
-        turning = body.kind == "rotating_star" or settled or (scene.model == "scaling" and fluid is None)
+        turning = body.spin is body or settled or (scene.model == "scaling" and fluid is None)
         turning = turning or (fluid is not None and fluid.kind == "incompressible")
         triple = max(weight - (2.0 * known.get("rotational", 0.0) if turning else 0.0), 0.0)
         triple *= body.pressure_fraction or 1.0
@@ -248,7 +162,7 @@ def _own_heat(matter: Any, body: Any, mass: float, density: np.ndarray, weights:
 
 
 def _several(scene: Scene) -> dict[str, Any]:
-    known: list[Any] = [getattr(body, "mass", None) for body in scene.bodies]
+    known: list[Any] = [body.mass for body in scene.bodies]
     masses = [float(mass) for mass in known if mass is not None]
     if len(masses) != 2 or len(known) != 2:
         return {"mass": None}
@@ -294,7 +208,7 @@ def _state(each: Companion, parameter: float) -> Neighbour:
     semilatus = float(momentum @ momentum) / parameter
     e = math.sqrt(max(0.0, 1.0 - semilatus * inverse))
     nearest = semilatus / (1.0 + e)
-    normal = _unit(momentum) if momentum.any() else (0.0, 0.0, 1.0)
+    normal = unit(momentum) if momentum.any() else (0.0, 0.0, 1.0)
     if inverse <= 0.0:
         return Neighbour(each.name, each.mass, nearest, nearest, 0.0, math.sqrt(parameter / nearest**3), normal)
     return Neighbour(each.name, each.mass, 1.0 / inverse, nearest, e, math.sqrt(parameter * inverse**3), normal)

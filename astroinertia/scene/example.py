@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, REQUIRED, Option
-from astroinertia.scene import bodies, box, companions, places, regions, schema
+from astroinertia.scene import box, companions, initial_body, places, regions, schema
 from astroinertia.scene.load import KINDS
 from astroinertia.scene.quantities import quantity_of
 from astroinertia.scene.text import toml_value
@@ -49,8 +49,8 @@ SET: dict[str, dict[str, Any]] = {
 # Tables that most scenes do without, shown as comments.
 ABSENT: dict[str, type[BaseModel]] = {
     "[regions.core]": regions.Region,
-    "[body.perturbation]": bodies.Perturbation,
-    "[body.change]": bodies.Change,
+    "[body.perturbation]": initial_body.Perturbation,
+    "[body.change]": initial_body.Change,
     "[orbit]": places.Orbit,
     "[[companions]]": companions.Companion,
     "[orbits]": companions.Orbits,
@@ -156,7 +156,7 @@ def _model(table: str) -> type[BaseModel]:
     if table in KINDS:
         return KINDS[table][SET[table]["kind"]]
     models = {
-        "body.rotation": bodies.Rotation,
+        "body.rotation": initial_body.Rotation,
         "numerics": schema.Numerics,
         "time": schema.TimeSpan,
         "output": schema.Output,

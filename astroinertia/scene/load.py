@@ -11,15 +11,16 @@ from astroinertia.effects.catalogue import ALL_MODELS, CATALOGUE, Entry
 from astroinertia.effects.doors import as_written, made_of
 from astroinertia.effects.own import own_entries
 from astroinertia.errors import SceneError
+from astroinertia.initial import own as own_bodies
 from astroinertia.matter import own as own_matter
 from astroinertia.observables import own as own_observables
 from astroinertia.observables.observable import Observable
 from astroinertia.observables.own import OBSERVABLES
-from astroinertia.scene import schema
+from astroinertia.scene import bodies, schema
 from astroinertia.scene.auto import AUTO, Choice, choose
-from astroinertia.scene.bodies import AnyBody
 from astroinertia.scene.fluids import AnyEquationOfState, OwnFluid
 from astroinertia.scene.options import effect_options, options_of
+from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.problems import Problem, first_problem, nearest, place, unknown_key, wrong_choice
 from astroinertia.scene.quantities import described
 from astroinertia.scene.scales import refuse_extremes
@@ -39,8 +40,8 @@ def _by_kind(union: Any) -> dict[str, type[BaseModel]]:
 
 
 KINDS = {
-    "body": _by_kind(AnyBody),
-    "bodies": _by_kind(AnyBody),
+    "body": bodies.KINDS,
+    "bodies": bodies.KINDS,
     "equation_of_state": {kind: made for kind, made in _by_kind(AnyEquationOfState).items() if made is not OwnFluid},
 }
 KEYS = [name for name in schema.Scene.model_fields if name not in RECORD]
@@ -70,17 +71,18 @@ def loads(
 
     origin: the folder that file names in it are relative to. name: what messages call the text. effects: of the user's
     own; a class stands for what the text names, an effect is listed besides, as if by overrides. An equation of state
-    may be among them, and takes the place of [equation_of_state]; and observables, which are listed likewise.
+    may be among them, and takes the place of [equation_of_state]; an initial body, of what is of its kind in [body]; and
+    observables, which are listed likewise.
     """
     observed, others = own_observables.apart(effects)
-    given, fluid = own_matter.given(others)
+    given, fluid, body = own_bodies.given(others)
     tables = override(parse(text, name), overrides)
     overrides = (*overrides, *_listing(tables, effects, given, observed))
     tables = override(tables, overrides)
     if overrides:
         parse(with_overrides(text, overrides), name)  # what a run folder keeps must be readable when it is resumed
     try:
-        return _validated(tables, text, tuple(overrides), origin, given, fluid, observed)
+        return _validated(tables, text, tuple(overrides), origin, given, fluid, body, observed)
     except Problem as problem:
         path = tuple(part for part in problem.path if isinstance(part, str))
         raise SceneError(f"{where(text, overrides, path, name)}: {_message(problem)}") from None
@@ -96,12 +98,15 @@ def with_effects(scene: schema.Scene, effects: Sequence[Any]) -> schema.Scene:
 def refuse_other_options(scene: schema.Scene, effect: Any) -> None:
     """SceneError where an effect, or the class of one, that is given for a scene is not among its own, or not as there.
 
-    For runs that go on: what they were given is in the text of their scenes. Likewise of matter and observables.
+    For runs that go on: what they were given is in the text of their scenes. Likewise of matter, a body and observables.
     """
     made: Any = made_of(effect)
     chosen, thing, began = scene.equation_of_state, "effect", scene.effects.get(made.kind)
     if chosen is not None and chosen.kind == "own" and chosen.entry.made is made:
         thing, began = own_matter.MATTER.thing, chosen.options
+    for body in scene.bodies or (scene.body,):
+        if isinstance(body, OwnBody) and body.entry.made is made:
+            thing, began = own_bodies.BODIES.thing, body.options
     if issubclass(made, Observable):
         thing, began = OBSERVABLES.thing, scene.observables.get(made.kind)
     if began is None:
@@ -128,6 +133,9 @@ def _listing(
             thing, table = OBSERVABLES.thing, "observables"
         elif kind in given:
             thing, table = "effect", "candidates" if tables.get("effects") == AUTO else "effects"
+        elif own_bodies.is_body(own):
+            found.append(f"body={toml_value(_in_place(tables, {'kind': kind, **written}))}")
+            continue
         else:
             found.append(f"equation_of_state={toml_value({'kind': kind, **written})}")
             continue
@@ -136,6 +144,15 @@ def _listing(
             raise SceneError(f"the {thing} '{kind}' is listed in the scene and given besides; give its class alone.")
         found.append(f"{table}.{kind}={toml_value(written)}")
     return found
+
+
+def _in_place(tables: Mapping[str, Any], written: dict[str, Any]) -> dict[str, Any]:
+    """What is given from Python in place of the scene's body, of which stays what does not depend on its kind."""
+    if "bodies" in tables:
+        raise SceneError("an initial body is given, but the scene has several: name its kind there, give its class.")
+    body = tables.get("body", {})
+    stays = [key for key in own_bodies.KEYS if key not in ("kind", "placement", "relax", "pressure_fraction")]
+    return {**written, **{key: body[key] for key in stays if isinstance(body, dict) and key in body}}
 
 
 def resolved_text(scene: schema.Scene) -> str:
@@ -159,11 +176,12 @@ def where(text: str, overrides: Sequence[str], path: tuple[str, ...], name: str)
 
 def _validated(
     tables: dict[str, Any], text: str, overrides: tuple[str, ...], origin: str | None, given: Mapping[str, Entry],
-    fluid: Entry | None, observed: Mapping[str, Entry],
+    fluid: Entry | None, body: Entry | None, observed: Mapping[str, Entry],
 ) -> schema.Scene:  # fmt: skip
-    if SWEEP in tables and (given or fluid or observed):
+    if SWEEP in tables and (given or fluid or body or observed):
         what = "effects that are built in or installed, none" if given else "matter that is built in or installed, not"
-        what = what if given or fluid else "observables that are installed, none"
+        what = what if given or fluid else "a body that is built in or installed, not" if body else ""
+        what = what or "observables that are installed, none"
         raise Problem((SWEEP,), f" takes {what} from Python.", table=True)
     if SWEEP in tables:
         raise Problem((SWEEP,), " makes several runs of a scene, which only `run` and `plan` take.", table=True)
@@ -192,7 +210,7 @@ def _validated(
     _check_softening(effects, table, entries)
     if "box" in tables:
         _check_box(effects, table, entries)
-    tables = {**tables, **_own_fluid(tables.get("equation_of_state"), fluid, code)}
+    tables = {**tables, **_own_fluid(tables.get("equation_of_state"), fluid, code), **_own_bodies(tables, body, code)}
     context = {"code": code, "gamma_thermal": _thermal_exponent(tables.get("equation_of_state"))}
     record = {"effects": effects, "source": text, "overrides": overrides, "origin": origin, "own": own}
     record |= _observables(tables, code, observed) | _first_of(tables)
@@ -208,7 +226,8 @@ def _scene_of(tables: dict[str, Any], context: dict[str, Any]) -> schema.Scene:
     try:
         scene = schema.Scene.model_validate(tables, context=context)
     except ValidationError as error:
-        raise first_problem(error, schema.Scene, KINDS) from None
+        kinds = {**KINDS, **{table: {**KINDS[table], "own": OwnBody} for table in ("body", "bodies")}}
+        raise first_problem(error, schema.Scene, kinds) from None
     refuse_extremes(scene)
     return scene
 
@@ -253,6 +272,40 @@ def _observables(tables: dict[str, Any], code: bool, given: Mapping[str, Entry])
         except ValueError as error:
             raise Problem((table, kind), f" {error}", table=True) from None
     return {"observables": options, "observed": entries}
+
+
+def _own_bodies(tables: Mapping[str, Any], given: Entry | None, code: bool) -> dict[str, Any]:
+    """[body] and [[bodies]], with what makes an OwnBody where their kind is not built in."""
+    several = tables.get("bodies")
+    items = several if isinstance(several, list) else [tables.get("body")]
+    made = [_own_body(item, given, code) if isinstance(item, dict) else item for item in items]
+    known: Any = None if given is None else given.made
+    if known is not None and not any(isinstance(item, dict) and item.get("entry") is given for item in made):
+        raise SceneError(
+            f"the class of the initial body '{known.kind}' is given, but the scene does not name that kind: give "
+            f'{known.__name__}(...) with its options, or write kind = "{known.kind}" in [body].'
+        )
+    return {"bodies": made} if isinstance(several, list) else {"body": made[0]} if "body" in tables else {}
+
+
+def _own_body(table: dict[str, Any], given: Entry | None, code: bool) -> dict[str, Any]:
+    """The table of a body, as OwnBody takes it where its kind is not built in."""
+    kind = table.get("kind")
+    if not isinstance(kind, str):
+        return table
+    entry = given if given is not None and given.made and given.made.kind == kind else own_bodies.installed(kind)  # type: ignore[attr-defined]
+    if entry is None:
+        if kind not in KINDS["body"]:
+            raise wrong_choice(("body", "kind"), kind, [*KINDS["body"], *own_bodies.BODIES.offered()])
+        return table
+    common = {name: value for name, value in table.items() if name in own_bodies.KEYS}
+    others = {name: value for name, value in table.items() if name not in own_bodies.KEYS}
+    options = options_of(("body",), entry.options, others, code)
+    try:
+        OwnBody.model_construct(options=options, entry=entry).made()
+    except ValueError as error:
+        raise Problem(("body",), f" {error}", table=True) from None
+    return {**common, "kind": "own", "name": kind, "options": options, "entry": entry}
 
 
 def _first_of(tables: dict[str, Any]) -> dict[str, Any]:

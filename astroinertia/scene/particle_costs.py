@@ -14,7 +14,7 @@ def expected(
     """What the plan tells of it: name, value and why, with quantities as `shown` writes them; nothing for a table."""
     numerics = scene.numerics
     bodies: Any = [each.body for each in scene.alone()]
-    if scene.particles is None or any(getattr(body, "radius", None) is None for body in bodies):
+    if scene.particles is None or any(body.mass is None or body.radius is None for body in bodies):
         return []
     limits = [
         first_limits(numerics, scene.effects, body.mass, body.radius, body.particles, eta, gravitational_constant)

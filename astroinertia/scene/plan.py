@@ -9,6 +9,7 @@ from astroinertia.effects.entries import Entry
 from astroinertia.observables.own import quantity_of
 from astroinertia.scene import gravity_costs, plan_body, plan_effects
 from astroinertia.scene.fluids import FROM_BODY, Material
+from astroinertia.scene.initial_body import option_text
 from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.resolution import resolved
 from astroinertia.scene.scales import code_units
@@ -370,8 +371,4 @@ def _options(scene: Scene, entry: Entry, given: Mapping[str, Any]) -> str:
 
 
 def _option(scene: Scene, value: Any, dimension: str | Dimension) -> str:
-    if isinstance(value, str | bool):
-        return str(value).lower()
-    if isinstance(value, tuple | list):
-        return f"({', '.join(_option(scene, item, dimension) for item in value)})"
-    return _shown(scene, value, dimension)
+    return option_text(value, dimension, lambda number, of: _shown(scene, number, of))

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from astroinertia.scene.schema import Scene
-from astroinertia.sph import profiles
 from astroinertia.sph.profiles import CORE
 
 COARSEST = 0.25  # smoothing length over the smallest semi-axis, at the mean density
@@ -20,7 +19,7 @@ def resolved(scene: Scene, eta: float, neighbours: float, gravitational_constant
     lines = []
     for each in scene.alone():
         body: Any = each.body
-        if getattr(body, "radius", None) is None or body.particles is None:
+        if body.profile() is None or body.particles is None:
             continue
         axes = getattr(body, "axes", (1.0, 1.0, 1.0))
         spacing = body.radius * (4.0 / 3.0 * math.pi * math.prod(axes) / body.particles) ** (1.0 / 3.0)
@@ -40,14 +39,9 @@ def resolved(scene: Scene, eta: float, neighbours: float, gravitational_constant
 
 def core_share(body: Any) -> float:
     """The share of the mass that is denser than a tenth of the greatest density; 0 where that is not known."""
-    made = {
-        "polytrope": lambda: profiles.polytrope(body.index),
-        "uniform": profiles.uniform,
-        "dyson": lambda: profiles.dyson(body.gamma),
-    }
-    if body.kind not in made:
+    if not body.has_core:
         return 0.0
-    profile = made[body.kind]()
+    profile = body.profile()
     inner, outer = 0.0, 1.0
     central = float(profile.density(np.array(0.0)))
     for _ in range(60):

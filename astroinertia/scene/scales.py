@@ -11,6 +11,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from astroinertia.effects.entries import Option
+from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.problems import Problem
 from astroinertia.scene.quantities import quantity_of
 from astroinertia.scene.schema import Scene, Units
@@ -19,7 +20,6 @@ from astroinertia.units import DIMENSIONLESS, DIMENSIONS, CodeUnits, Dimension, 
 LARGEST = 1e35  # of a number in code units
 SMALLEST = 1e-35  # of one that must be positive: others may be zero, so that what is as good as zero does no harm
 LARGEST_UNIT, SMALLEST_UNIT = 1e48, 1e-48  # of mass, length and time, in SI: from electrons to clusters of galaxies
-_ROCK = 5e3  # kg/m3: what sets the unit of length of a planet whose radius is not known before it is solved for
 
 Path = tuple[str | int, ...]
 Number = tuple[Path, float, str | Dimension, bool]  # where, its value, dimension, and whether it must be positive
@@ -31,14 +31,9 @@ def code_units(scene: Scene) -> CodeUnits:
         return DIMENSIONLESS
     if isinstance(scene.units, Units):
         return CodeUnits(scene.units.mass, scene.units.length)
-    body: Any = scene.body
-    assert body.kind not in ("table", "standard")  # the schema asks for [units] there
-    if body.kind == "rigid" and body.radius is None:
-        assert body.moments is not None
-        return CodeUnits(body.mass, math.sqrt(max(body.moments) / body.mass))
-    bodies: Any = scene.bodies or (body,)
-    mass = sum(each.mass for each in bodies if each.kind != "table")
-    return CodeUnits(mass, (body.mass / _ROCK) ** (1 / 3) if body.radius is None else body.radius)
+    masses = [body.mass for body in scene.bodies or (scene.body,) if body.mass is not None]
+    assert masses  # bodies without a mass ask for [units]
+    return CodeUnits(sum(masses), scene.body.unit_length)
 
 
 def refuse_extremes(scene: Scene) -> None:
@@ -101,6 +96,9 @@ def _of_effects(scene: Scene) -> Iterator[Number]:
     fluid = scene.equation_of_state
     if fluid is not None and fluid.kind == "own":
         yield from _of_options(("equation_of_state",), fluid.entry.options, fluid.options)
+    for body in scene.bodies or (scene.body,):
+        if isinstance(body, OwnBody):
+            yield from _of_options(("body",), body.entry.options, body.options)
 
 
 def _of_options(table: Path, known: Mapping[str, Option], options: Mapping[str, Any]) -> Iterator[Number]:

@@ -12,15 +12,14 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.entries import Entry
-from astroinertia.scene import box as boxes
-from astroinertia.scene.bodies import AnyBody
+from astroinertia.scene.bodies import KINDS, AnyBody
 from astroinertia.scene.box import Box
 from astroinertia.scene.companions import MOST_COMPANIONS, Companion, Orbits, check_names
 from astroinertia.scene.fluids import AnyEquationOfState, Part, as_tuple
+from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.places import MOST_BODIES, Orbit
 from astroinertia.scene.quantities import Duration, Length, Mass
 from astroinertia.scene.regions import MOST_REGIONS, REGION_NAME, Region
-from astroinertia.units import shown
 
 MOST_RECORDS = 1e6  # a record holds some hundreds of numbers
 MOST_SNAPSHOTS = 1e5
@@ -217,10 +216,11 @@ class Scene(Part):
 
     @property
     def outside(self) -> tuple[Entry, ...]:
-        """What is said of its effects, equation of state and observables, of those that are not of this package."""
+        """What is said of its effects, equation of state, bodies and observables, of those that are not of this package."""
         fluid = self.equation_of_state
         matter = (fluid.entry,) if fluid is not None and fluid.kind == "own" else ()
-        return (*self.own.values(), *matter, *self.observed.values())
+        bodies = {body.name: body.entry for body in self.bodies or (self.body,) if isinstance(body, OwnBody)}
+        return (*self.own.values(), *matter, *bodies.values(), *self.observed.values())
 
     @property
     def dimensionless(self) -> bool:
@@ -230,7 +230,7 @@ class Scene(Part):
     @property
     def particles(self) -> int | None:
         """The number of particles of all bodies; None where a body does not tell."""
-        counts: list[Any] = [getattr(body, "particles", None) for body in self.bodies or (self.body,)]
+        counts: list[Any] = [body.particles for body in self.bodies or (self.body,)]
         return None if None in counts else sum(counts)
 
     @property
@@ -254,11 +254,7 @@ class Scene(Part):
                 raise ValueError(f"[{table}] {key} divides the run into more than {most:.0e} parts; make it longer.")
         check_names(self.companions)
         for each in self.alone():
-            each._has_what_its_model_needs()
-            if each.body.kind == "table" and self.units is None:
-                raise ValueError('[units] with mass and length (or units = "code") is needed for a body of kind table.')
-            if each.body.kind == "profile" and not isinstance(self.units, Units):
-                raise ValueError("[units] with mass and length is needed for a body of kind profile.")
+            each._has_what_its_model_needs(self)
         self._has_bodies_in_their_places()
         self._has_what_its_regions_need()
         return self
@@ -272,7 +268,7 @@ class Scene(Part):
                 raise ValueError(f"[body] position and velocity are for the model sph, not for {self.model}.")
         if self.orbit is None:
             return
-        if len(self.bodies) != 2 or any(body.kind in ("table", "profile", "standard", "rigid") for body in self.bodies):
+        if len(self.bodies) != 2 or any(body.mass is None for body in self.bodies):
             raise ValueError("[orbit] is for two [[bodies]] of known mass.")
         if moved:
             raise ValueError("[orbit] says where the bodies are, so they must not have position or velocity.")
@@ -287,22 +283,14 @@ class Scene(Part):
                 raise ValueError(f"[regions.{name}] bound needs gravity among the effects.")
 
     def _has_its_materials(self) -> None:
-        body, fluid = self.body, self.equation_of_state
+        fluid = self.equation_of_state
         if fluid is not None and fluid.kind == "materials":
             if self.model != "sph":
                 raise ValueError(f"[equation_of_state] materials are for the model sph, not for {self.model}.")
             if self.dimensionless and any(material.tillotson for material in fluid.materials):
                 raise ValueError("[equation_of_state] tillotson needs a scene with units: its numbers are in SI.")
-        if body.kind != "layered":
-            return
-        if self.model != "sph" or fluid is None or fluid.kind != "materials":
-            raise ValueError("[body] of the kind layered is for the model sph with materials for equation_of_state.")
-        names = [material.name for material in fluid.materials]
-        for layer in body.layers:
-            if layer.material not in names:
-                raise ValueError(f"[body] layers are of {', '.join(names)}, but one is of '{shown(layer.material)}'.")
 
-    def _has_what_its_model_needs(self) -> None:
+    def _has_what_its_model_needs(self, whole: Self) -> None:
         body, model = self.body, self.model
         if model in ("sph", "ellipsoid") and self.equation_of_state is None:
             raise ValueError("[equation_of_state] is missing, which the models sph and ellipsoid need.")
@@ -315,19 +303,9 @@ class Scene(Part):
                 f"[equation_of_state] {fluid.name} has a thermal part, which an equation of state that is not built in "
                 f"may have in the models {' and '.join(fluid.entry.models)}, not in {model}."
             )
-        if model == "sph" and body.kind not in ("table", "rigid") and getattr(body, "particles", None) is None:
-            raise ValueError("[body] particles is missing (number of particles), which the model sph needs.")
-        if body.kind == "rigid" and model not in ("rigid", "scaling"):
-            raise ValueError(f"[body] of the kind rigid is for the models rigid and scaling, not for {model}.")
-        if body.kind == "profile" and model != "sph":
-            raise ValueError(f"[body] of the kind profile is for the model sph, not for {model}.")
-        if body.kind == "table" and model not in ("sph", "rigid"):
-            raise ValueError(f"[body] of the kind table is for the models sph and rigid, not for {model}.")
+        body.check(whole)
         if model != "sph" and getattr(body, "perturbation", None) is not None:
             raise ValueError(f"[body.perturbation] needs particles: model sph, not {model}.")
-        for each in self.bodies or (body,):
-            if each.kind == "standard":
-                self._is_a_standard_problem(each.problem)
         if body.change is not None and model not in ("rigid", "scaling"):
             raise ValueError(
                 f"[body.change] prescribes a size, for the models rigid and scaling; {model} works it out."
@@ -337,26 +315,15 @@ class Scene(Part):
         if model != "sph" and self.output.series_steps is not None:
             raise ValueError("[output] series_steps counts the steps of particles; give series_every.")
 
-    def _is_a_standard_problem(self, problem: str) -> None:
-        if self.model != "sph" or self.bodies:
-            raise ValueError("[body] of the kind standard is for the model sph, and alone.")
-        if not self.dimensionless:
-            raise ValueError('[body] of the kind standard needs a scene in code units: units = "code".')
-        if self.equation_of_state is None or self.equation_of_state.kind != "ideal":
-            raise ValueError("[body] of the kind standard needs an equation_of_state of the kind ideal.")
-        without = problem in boxes.UNBOXED
-        if without != (self.box is None) or (self.box is not None and not all(self.box.repeats)):
-            needs = "ends by itself and has no box" if without else "fills a box that is periodic along all axes"
-            raise ValueError(f"[body] the problem {problem} {needs}.")
-
     def _can_be_in_a_box(self) -> None:
         if self.model != "sph":
             raise ValueError(f"[box] is for the model sph, not for {self.model}.")
         if self.numerics.engine != "numba_cpu":
             raise ValueError(f"[box] needs the engine numba_cpu; {self.numerics.engine} sees no images of particles.")
         for body in self.bodies or (self.body,):
-            if body.kind not in boxes.BODIES:
-                raise ValueError(f"[box] is for bodies of the kinds {' and '.join(boxes.BODIES)}, not {body.kind}.")
+            if not body.boxed:
+                kinds = " and ".join(kind for kind, made in KINDS.items() if made.boxed)
+                raise ValueError(f"[box] is for bodies of the kinds {kinds}, not {body.title}.")
         if self.regions:
             raise ValueError("[box] cannot have regions, whose ledgers are about places.")
         if self.companions:

@@ -78,6 +78,7 @@ class _Metadata(_Plain):
     own_matter: dict[str, str] = {}
     own_observables: dict[str, str] = {}
     observables: dict[_Key, _Quantity] = {}
+    own_bodies: dict[str, str] = {}
     reference_radius: float | None = None
     neighbours: float | None = None
     principal_gap_tolerance: float | None = None

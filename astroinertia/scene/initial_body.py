@@ -1,0 +1,343 @@
+"""What every body of a scene has, whatever its kind: its state, rotation and prescribed size, in SI (or code units).
+
+What the rest of the package asks of a kind of body is an attribute or a method of its class (scene.bodies); those of
+`Body` are what most kinds have.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+
+from astroinertia.effects.characteristic import Vector as Triple
+from astroinertia.effects.entries import ALL_MODELS
+from astroinertia.scene.fluids import Part, as_tuple
+from astroinertia.scene.places import Position, Velocity
+from astroinertia.scene.quantities import (
+    AngularMomentum,
+    AngularVelocity,
+    Duration,
+    Length,
+    Number,
+    PositiveNumber,
+    SpecificEnergy,
+    VelocityGradient,
+    checked,
+    dimensional,
+)
+from astroinertia.units import Dimension, pressure_constant_dimension
+
+MOST_PARTICLES = 50_000_000
+Count = Annotated[int, Field(ge=16, le=MOST_PARTICLES)]
+PlanLine = tuple[str, ...]
+Shown = Callable[[float, str], str]
+"""How a quantity of a dimension is written."""
+
+Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(as_tuple)]
+Matrix = Annotated[tuple[Vector, Vector, Vector], BeforeValidator(as_tuple)]
+Times = Annotated[tuple[Duration, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=1000)]
+Factors = Annotated[tuple[PositiveNumber, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=1000)]
+_Row = tuple[VelocityGradient, VelocityGradient, VelocityGradient]
+GradientMatrix = Annotated[tuple[_Row, _Row, _Row], BeforeValidator(as_tuple)]
+Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]
+Law = Literal["rigid", "j_constant", "v_constant"]
+_SCALED = ("j_constant", "v_constant")
+
+
+def exactly_one(part: Part, *names: str) -> None:
+    """ValueError where none, or more than one, of the keys of those names is given."""
+    given = [name for name in names if getattr(part, name) is not None]
+    if len(given) != 1:
+        problem = "none is given" if not given else f"{' and '.join(given)} are given"
+        raise ValueError(f"needs exactly one of {', '.join(names[:-1])} and {names[-1]}, but {problem}.")
+
+
+def law_with_scale(part: Any) -> None:
+    """ValueError where a rotation law that needs a scale has none, or one that needs none has one."""
+    if part.law in _SCALED and part.scale is None:
+        raise ValueError(f"needs a scale, for its law is {part.law}.")
+    if part.law not in _SCALED and part.scale is not None:
+        raise ValueError("has a scale, which only the laws j_constant and v_constant use.")
+
+
+UNIT_MATRIX = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def at_right_angles(rows: tuple[tuple[float, ...], ...]) -> None:
+    """ValueError where directions, one a row, are not at right angles to each other."""
+    sizes = [sum(x * x for x in row) for row in rows]
+    for k, one in enumerate(rows):
+        across = abs(sum(x * y for x, y in zip(one, rows[k - 1], strict=True)))
+        if sizes[k] == 0.0 or across > 1e-6 * (sizes[k] * sizes[k - 1]) ** 0.5:
+            raise ValueError("needs axes_at_start at right angles to each other.")
+
+
+def numbers(values: tuple[float, ...]) -> str:
+    """Plain numbers in brackets."""
+    return f"({', '.join(f'{value:g}' for value in values)})"
+
+
+def option_text(value: Any, dimension: str | Dimension, shown: Callable[[float, Any], str]) -> str:
+    """An option's value, as written for a person."""
+    if isinstance(value, str | bool):
+        return str(value).lower()
+    if isinstance(value, tuple | list):
+        return f"({', '.join(option_text(item, dimension, shown) for item in value)})"
+    return shown(value, dimension)
+
+
+def ascending(moments: np.ndarray) -> Triple:
+    """Principal moments, the least first."""
+    least, middle, largest = np.sort(moments)
+    return float(least), float(middle), float(largest)
+
+
+def unit(vector: Any) -> Triple:
+    """The direction of a vector."""
+    x, y, z = np.asarray(vector, dtype=float) / np.linalg.norm(vector)
+    return float(x), float(y), float(z)
+
+
+def unit_rows(rows: Any) -> np.ndarray:
+    """Directions (3, 3), one a row, as unit vectors."""
+    rows = np.asarray(rows, dtype=float)
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+class Rotation(Part):
+    """How the body turns at the start; exactly one of rate, period, angular_momentum and t_over_w."""
+
+    law: Law = Field(
+        default="rigid",
+        description="rigid: one rate; j_constant: rate / (1 + s^2/scale^2), v_constant: rate / (1 + s^2/scale^2)^(1/2) "
+        "with s from the axis",
+    )
+    rate: AngularVelocity | None = Field(default=None, description="angular velocity on the axis")
+    period: Duration | None = Field(default=None, description="rotation period on the axis")
+    angular_momentum: AngularMomentum | None = Field(default=None, description="total angular momentum")
+    t_over_w: Annotated[float, Field(ge=0.0, lt=0.5)] | None = Field(
+        default=None, description="rotational kinetic over absolute gravitational energy, T/|W|"
+    )
+    axis: Vector = Field(default=(0.0, 0.0, 1.0), description="direction of the rotation axis, any length")
+    scale: Length | None = Field(default=None, description="length over which a law that is not rigid falls off")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        exactly_one(self, "rate", "period", "angular_momentum", "t_over_w")
+        law_with_scale(self)
+        if not any(self.axis):
+            raise ValueError("has an axis of zero length.")
+        return self
+
+    def spin(self, moment: float, gravitational: float | None) -> float | None:
+        """The rate about an axis of that moment in a body of that |W|; None where it does not follow."""
+        if self.rate is not None:
+            return abs(self.rate)
+        if self.period is not None:
+            return 2.0 * math.pi / self.period if self.period else None
+        if self.angular_momentum is not None:
+            return abs(self.angular_momentum) / moment if moment else None
+        if gravitational is None or self.t_over_w is None:
+            return None
+        return math.sqrt(2.0 * self.t_over_w * gravitational / moment)
+
+
+class Change(Part):
+    """A size that is prescribed, as of a skater or a contracting star; without it the model says what the body does."""
+
+    times: Times = Field(description="when, rising; at time 0 the factor is 1, after the last of them it stays")
+    factors: Factors = Field(
+        description="the inertia tensor over that at time 0, at those times; a smooth curve that never overshoots goes "
+        "through them"
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if len(self.times) != len(self.factors):
+            raise ValueError(f"needs as many times as factors, but has {len(self.times)} and {len(self.factors)}.")
+        if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
+            raise ValueError("needs times that rise.")
+        return self
+
+
+class Perturbation(Part):
+    """A density that goes round the z axis as 1 + amplitude cos(mode phi), as that of clouds that break up."""
+
+    mode: Annotated[int, Field(ge=2, le=16)] = Field(description="number of dense sides about the z axis")
+    amplitude: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(description="of the density, over its mean")
+
+
+class Body(Part):
+    """What every body has, whatever its kind."""
+
+    models: ClassVar[tuple[str, ...]] = ALL_MODELS
+    """Models that take it."""
+    structure: ClassVar[str] = "spheres.stretched"
+    """The function, of a module of astroinertia.build, that makes the sphere, star or planet that it is at first."""
+    placing: ClassVar[str] = "placing.of_sphere"
+    """That which makes its particles."""
+    moments_from: ClassVar[str] = "rigid.of_sphere"
+    """That which makes its moments for the model rigid."""
+    shape: ClassVar[str] = ""
+    """The key that says its profile."""
+    has_core: ClassVar[bool] = False
+    """Whether its profile has a core of bounded density whose share of the mass is known."""
+    isentropic: ClassVar[bool] = False
+    """Whether matter of one entropy fills its profile where it has the exponent of that."""
+    solid: ClassVar[bool] = False
+    """Whether it keeps its shape, whatever acts on it."""
+    composite: ClassVar[bool] = False
+    """Whether matter of different kinds meets in it."""
+    boxed: ClassVar[bool] = False
+    """Whether it can fill a periodic box."""
+    laid_out: ClassVar[bool] = True
+    """Whether particles are laid out by its `placement`."""
+    rotates_itself: ClassVar[bool] = False
+    """Whether it turns without a table `rotation`."""
+
+    placement: Literal["glass", "lattice", "random"] = Field(
+        default="glass",
+        description="how particles are laid out: glass (low noise, no grid), lattice, or random (Poisson noise)",
+    )
+    seed: Seed = Field(default=1, description="seed of everything random in the placement")
+    relax: bool = Field(default=True, description="settle the particles to equilibrium before the start")
+    specific_internal_energy: SpecificEnergy | None = Field(
+        default=None, description="thermal energy per mass, uniform, instead of that of equilibrium"
+    )
+    entropy: float | None = Field(
+        default=None,
+        description="entropy function A = P / rho^gamma (thermal part), uniform, instead of that of equilibrium",
+    )
+    pressure_fraction: Annotated[float, Field(gt=0.0, le=100.0)] | None = Field(
+        default=None, description="pressure as a fraction of that of equilibrium; below 1 the body collapses"
+    )
+    velocity_gradient: GradientMatrix | None = Field(
+        default=None, description="matrix G of a linear velocity field v = G x, added to the rotation"
+    )
+    rotation: Rotation | None = Field(default=None, description="rotation at the start; without it the body is at rest")
+    position: Position | None = Field(default=None, description="where its centre is at first (sph); the origin")
+    velocity: Velocity | None = Field(default=None, description="velocity of its centre at first (sph); at rest")
+    change: Change | None = Field(default=None, description="a prescribed size (models rigid and scaling)")
+
+    @field_validator("entropy", mode="before")
+    @classmethod
+    def _entropy(cls, value: Any, info: ValidationInfo) -> float | None:
+        if value is None:
+            return None
+        gamma = (info.context or {}).get("gamma_thermal")
+        if gamma is None:
+            raise ValueError("needs an equation of state with a thermal part (ideal or hybrid).")
+        code = bool((info.context or {}).get("code"))
+        return checked(dimensional(value, pressure_constant_dimension(gamma), code), "not negative")
+
+    @model_validator(mode="after")
+    def _one_thermal_choice(self) -> Self:
+        names = ("specific_internal_energy", "entropy", "pressure_fraction")
+        given = [name for name in names if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise ValueError(f"may have only one of {', '.join(names)}, but has {' and '.join(given)}.")
+        return self
+
+    @property
+    def title(self) -> str:
+        """What its kind is called."""
+        me: Any = self
+        return me.kind
+
+    @property
+    def unit_length(self) -> float:
+        """The unit of length of a run that is given none."""
+        me: Any = self
+        return me.radius
+
+    @property
+    def homogeneous(self) -> bool:
+        """Whether its density is uniform."""
+        return False
+
+    @property
+    def settles(self) -> bool:
+        """Whether there is an equilibrium that particles can be settled to."""
+        return False
+
+    @property
+    def spin(self) -> Any:
+        """What says how it turns: its rotation, or the body itself."""
+        return self.rotation
+
+    @property
+    def volume_ratio(self) -> float:
+        """Its volume over that of a sphere of its radius, about."""
+        return math.prod(getattr(self, "axes", (1.0,)))
+
+    @property
+    def without_heat(self) -> str:
+        """What it is, in messages, where it has neither a structure nor energies of its own."""
+        return f"of the kind {self.title}"
+
+    def profile(self) -> Any:
+        """The profile of the sphere that it is before axes stretch it (sph.profiles.Profile); None: unknown here."""
+        return None
+
+    def central(self, mass: float, radius: float) -> tuple[float, float] | None:
+        """Pressure and density at the centre where they have a closed form (G = 1)."""
+        return None
+
+    def own_timestep(self, scene: Any, eta: float) -> float | None:
+        """The step of the whole run, where the problem alone says it."""
+        return None
+
+    def check(self, scene: Any) -> None:
+        """ValueError, in a sentence, where its scene does not go with it."""
+        if scene.model not in self.models:
+            raise ValueError(
+                f"[body] of the kind {self.title} is for the model{'s' * (len(self.models) > 1)} "
+                f"{' and '.join(self.models)}, not for {scene.model}."
+            )
+        me: Any = self
+        if scene.model == "sph" and "particles" in type(self).model_fields and me.particles is None:
+            raise ValueError("[body] particles is missing (number of particles), which the model sph needs.")
+
+    def characteristic(self) -> dict[str, Any]:
+        """Numbers of effects.characteristic that it states itself, without a profile."""
+        return {}
+
+    def turning(self, tensor: np.ndarray, gravitational: float | None) -> dict[str, Any]:
+        """How it turns with that inertia tensor and |W|: the rate, the axis and how far that is from the axis of the
+        largest moment.
+        """
+        axis = unit((0.0, 0.0, 1.0) if self.rotation is None else self.rotation.axis)
+        along = np.array(axis)
+        moment = float(along @ tensor @ along)
+        spin = 0.0 if self.rotation is None else self.rotation.spin(moment, gravitational)
+        values, vectors = np.linalg.eigh(tensor)
+        largest = vectors[:, values > values[2] * (1.0 - 1e-9)]
+        wobble = math.sqrt(max(0.0, 1.0 - float(np.sum((along @ largest) ** 2))))
+        known = {"spin": spin, "spin_axis": axis, "wobble": wobble if spin and wobble > 1e-8 else 0.0}
+        return known if spin is None else {**known, "rotational": 0.5 * moment * spin**2}
+
+    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+        """What it is, as lines of the plan."""
+        me: Any = self
+        shape = f" of {self.shape} {getattr(self, self.shape):g}" if self.shape else ""
+        axes = getattr(self, "axes", (1.0, 1.0, 1.0))
+        density = me.mass / (4.0 / 3.0 * math.pi * me.radius**3 * math.prod(axes))
+        fall = math.sqrt(3.0 * math.pi / (32.0 * gravitational_constant * density))
+        equatorial = self.spin is self
+        stretched = "" if axes == (1.0, 1.0, 1.0) else f"axes {numbers(axes)}"
+        lines: list[PlanLine] = [("kind", self.title.replace("_", " ") + shape, stretched)]
+        if scene.model == "sph":
+            lines.append(("particles", f"{me.particles}", f"of {shown(me.mass / me.particles, 'mass')} each"))
+        lines += [
+            ("mass", shown(me.mass, "mass")),
+            ("equatorial radius" if equatorial else "radius", shown(me.radius, "length")),
+            ("mean density", shown(density, "density"), "in the equatorial sphere" * equatorial),
+            ("free-fall time", shown(fall, "time"), "of the mean density"),
+        ]
+        if scene.model == "sph":
+            settles = self.relax and {"gravity", "pressure"} <= set(scene.effects)
+            why = "settled to equilibrium first" if settles else "not settled first"
+            lines.append(("placement", self.placement, f"seed {self.seed}, {why}"))
+        return lines

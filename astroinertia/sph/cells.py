@@ -1,0 +1,56 @@
+"""Particles of equal mass from a density: the centres of mass of as many cells of equal mass.
+
+A lattice of points, each moved at random within its own place, is halved again and again by mass across its longest
+side, so that particles have little noise and no grid. Tests: tests/unit/test_body_door.py.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+_POINTS = 16  # of the lattice inside the body, a particle
+_PROBE = 32  # points along a side, by which the share of the box that the body fills is found
+
+
+def centres(
+    density: Callable[[np.ndarray], np.ndarray], extent: Any, count: int, rng: np.random.Generator
+) -> tuple[np.ndarray, float]:
+    """Positions (count, 3) in a box of half sides `extent` (3,) about the origin, and the mass of the whole.
+
+    density: (N,) at positions (N, 3). ValueError where it is negative, not finite, or zero everywhere.
+    """
+    half = np.asarray(extent, dtype=float)
+    if half.shape != (3,) or not np.isfinite(half).all() or not (half > 0.0).all():
+        raise ValueError("its extent must be three positive lengths")
+    filled = _points(density, half, np.full(3, _PROBE), rng)[1]
+    wanted = _POINTS * count * _PROBE**3 / max(1, len(filled))
+    sides = np.maximum(2, np.ceil(half * (wanted / half.prod()) ** (1.0 / 3.0))).astype(int)
+    position, mass = _points(density, half, sides, rng)
+    if len(mass) < count:
+        raise ValueError("its density is zero in almost all of its extent")
+    found, cells = np.empty((count, 3)), [(np.arange(len(mass)), 0, count)]
+    while cells:
+        cell, first, shared = cells.pop()
+        if shared == 1:
+            found[first] = mass[cell] @ position[cell] / mass[cell].sum()
+            continue
+        side = np.argmax(np.ptp(position[cell], axis=0))
+        cell = cell[np.argsort(position[cell, side])]
+        part = shared // 2
+        enclosed = np.cumsum(mass[cell])
+        middle = int(np.searchsorted(enclosed, enclosed[-1] * part / shared))
+        middle = min(max(middle, part), len(cell) - (shared - part))  # each particle keeps a point of its own
+        cells += [(cell[:middle], first, part), (cell[middle:], first + part, shared - part)]
+    return found, float(mass.sum())
+
+
+def _points(density: Any, half: np.ndarray, sides: np.ndarray, rng: np.random.Generator) -> tuple[Any, np.ndarray]:
+    """Points of the lattice inside the body, (M, 3), and the mass that each stands for, (M,)."""
+    lattice = np.stack(np.meshgrid(*(np.arange(side) for side in sides), indexing="ij"), axis=-1).reshape(-1, 3)
+    position = (2.0 * (lattice + rng.random(lattice.shape)) / sides - 1.0) * half
+    found = np.asarray(density(position), dtype=float)
+    if found.shape != (len(position),) or not np.isfinite(found).all() or (found < 0.0).any():
+        raise ValueError("its density must be a finite number that is not negative, one for each position")
+    inside = found > 0.0
+    return position[inside], found[inside] * (8.0 * half.prod() / len(position))
