@@ -5,8 +5,9 @@
 Nothing is imported until one of them is asked for. An example: sims/plugin_example/torus.py.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from astroinertia.process.lazy import exported
 
 if TYPE_CHECKING:
     from astroinertia.effects.entries import REQUIRED, Option, not_negative, positive
@@ -15,15 +16,9 @@ if TYPE_CHECKING:
 
 __all__ = ["REQUIRED", "Body", "Dimension", "Option", "not_negative", "positive"]
 
-_ROOMS = {
+_MODULES = {
     "initial.placed": ("Body",),
     "effects.entries": ("REQUIRED", "Option", "not_negative", "positive"),
     "units": ("Dimension",),
 }
-
-
-def __getattr__(name: str) -> Any:
-    for room, names in _ROOMS.items():
-        if name in names:
-            return getattr(import_module(f"astroinertia.{room}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = exported(__name__, _MODULES)

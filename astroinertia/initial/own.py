@@ -12,7 +12,7 @@ Tests: tests/unit/test_body_door.py.
 from collections.abc import Sequence
 from typing import Any
 
-from astroinertia.effects.doors import Door
+from astroinertia.effects.doors import Door, made_of
 from astroinertia.effects.entries import Entry
 from astroinertia.errors import SceneError
 from astroinertia.matter import own as own_matter
@@ -61,13 +61,13 @@ def installed(kind: str) -> Entry | None:
 
 def is_body(thing: Any) -> bool:
     """Whether what is given from Python is an initial body, or the class of one."""
-    made: Any = own_matter.made_of(thing)
+    made: Any = made_of(thing)
     return any(f"{base.__module__}.{base.__name__}" == "astroinertia.initial.placed.Body" for base in made.__mro__)
 
 
 def given(own_things: Sequence[Any]) -> tuple[dict[str, Entry], Entry | None, Entry | None]:
     """Of things of the user's own: the entries of effects by kind, of an equation of state, and of an initial body."""
-    bodies = [own_matter.made_of(each) for each in own_things if is_body(each)]
+    bodies = [made_of(each) for each in own_things if is_body(each)]
     if len(bodies) > 1:
         raise SceneError("two initial bodies are given; give one.")
     effects, fluid = own_matter.given([each for each in own_things if not is_body(each)])
@@ -78,5 +78,5 @@ def with_body(own_things: Sequence[Any], body: Any) -> tuple[Any, ...]:
     """Things of the user's own with a body, or its class, beside them; SceneError where it is none."""
     if body is None:
         return tuple(own_things)
-    entry_of(own_matter.made_of(body))
+    entry_of(made_of(body))
     return (*own_things, body)

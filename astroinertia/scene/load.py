@@ -71,8 +71,8 @@ def loads(
 
     origin: the folder that file names in it are relative to. name: what messages call the text. effects: of the user's
     own; a class stands for what the text names, an effect is listed besides, as if by overrides. An equation of state
-    may be among them, and takes the place of [equation_of_state]; an initial body, of what is of its kind in [body]; and
-    observables, which are listed likewise.
+    may be among them, and takes the place of [equation_of_state]; an initial body, of what is of its kind in [body];
+    and observables, which are listed likewise.
     """
     observed, others = own_observables.apart(effects)
     given, fluid, body = own_bodies.given(others)
@@ -98,7 +98,7 @@ def with_effects(scene: schema.Scene, effects: Sequence[Any]) -> schema.Scene:
 def refuse_other_options(scene: schema.Scene, effect: Any) -> None:
     """SceneError where an effect, or the class of one, that is given for a scene is not among its own, or not as there.
 
-    For runs that go on: what they were given is in the text of their scenes. Likewise of matter, a body and observables.
+    For runs that go on: what they were given is in the text of their scenes. Likewise of matter, bodies, observables.
     """
     made: Any = made_of(effect)
     chosen, thing, began = scene.equation_of_state, "effect", scene.effects.get(made.kind)

@@ -216,7 +216,7 @@ class Scene(Part):
 
     @property
     def outside(self) -> tuple[Entry, ...]:
-        """What is said of its effects, equation of state, bodies and observables, of those that are not of this package."""
+        """What is said of its effects, matter, bodies and observables, of those that are not of this package."""
         fluid = self.equation_of_state
         matter = (fluid.entry,) if fluid is not None and fluid.kind == "own" else ()
         bodies = {body.name: body.entry for body in self.bodies or (self.body,) if isinstance(body, OwnBody)}

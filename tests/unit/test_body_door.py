@@ -330,6 +330,8 @@ def test_what_a_scene_cannot_have_of_it_is_refused_in_a_sentence(torus) -> None:
         loads(OTHER, effects=[torus])
     with pytest.raises(SceneError, match="two initial bodies are given; give one"):
         loads(NAMED, effects=[torus, Slab])
+    with pytest.raises(SceneError, match=r"\[sweep\] takes a body that is built in or installed, not from Python"):
+        loads(NAMED + '[sweep]\n"body.mass" = [1.0, 2.0]\n', effects=[torus])
     warm = loads(NAMED, ['equation_of_state={kind = "ideal"}'], effects=[torus])
     with pytest.raises(SceneError, match="of the kind torus, which has no `internal_energy`, needs specific_"):
         evolution(warm, code_units(warm))

@@ -335,11 +335,12 @@ def test_a_sweep_takes_no_effect_from_python(drag, tmp_path) -> None:
 
 
 def test_the_example_is_small() -> None:
-    for name in ("pyproject.toml", "cubic_drag.py", "logotrope.py", "quadrupole_phase.py"):
+    for name in ("pyproject.toml", "cubic_drag.py", "logotrope.py", "quadrupole_phase.py", "torus.py"):
         assert len((EXAMPLE / name).read_text().splitlines()) < 60
     points = tomllib.loads((EXAMPLE / "pyproject.toml").read_text())["project"]["entry-points"]
     assert points == {
         "astroinertia.effects": {"cubic_drag": "cubic_drag:CubicDrag"},
         "astroinertia.matter": {"logotrope": "logotrope:Logotrope"},
         "astroinertia.observables": {"quadrupole_phase": "quadrupole_phase:QuadrupolePhase"},
+        "astroinertia.bodies": {"torus": "torus:Torus"},
     }
