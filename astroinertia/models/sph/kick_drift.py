@@ -129,7 +129,7 @@ def velocity_change(
         after = before if total is None else elementwise(xp, changed, before, total, length)[0]
         return VelocityChange(before, after, pushes, length)
     free = [xp.zeros_like(before) if push is None else length * push for push in pushes]
-    matrix = sum(matrices[1:], start=matrices[0])
+    matrix: Any = sum(matrices[1:], start=matrices[0])
     spans = xp.reshape(xp.asarray(span), (-1, 1))
     halfway = before + sum(free) + 0.5 * spans * (before @ matrix.T)
     after = _solved(xp, matrix, halfway, span)
