@@ -58,7 +58,7 @@ class ArchiveWarning(UserWarning):
 
 
 class RunInterrupted(AstroinertiaError):
-    """A run was stopped, by what `by` says; everything is sealed, and `resume` on its folder goes on."""
+    """A run was stopped, by what `by` says; everything is saved, and `resume` on its folder goes on."""
 
     def __init__(self, folder: object, time: float, end: float, by: str = "request") -> None:
         self.folder = folder
@@ -67,4 +67,4 @@ class RunInterrupted(AstroinertiaError):
         super().__init__(folder, time, end, by)
 
     def __str__(self) -> str:
-        return f"the run was stopped by {self.by} at {100 * self.share:.1f}% and is sealed in {self.folder}"
+        return f"the run was stopped by {self.by} at {100 * self.share:.1f}% and is saved in {self.folder}"

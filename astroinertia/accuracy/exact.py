@@ -74,22 +74,22 @@ def _physical(scene: Scene) -> set[str]:
 
 
 def _fluid(scene: Scene, units: CodeUnits) -> Exact | None:
-    ball = None if scene.body.kind not in ("dyson", "uniform", "polytrope") else sphere(scene, units)
-    if not isinstance(ball, Sphere) or scene.companions:
+    initial = None if scene.body.kind not in ("dyson", "uniform", "polytrope") else sphere(scene, units)
+    if not isinstance(initial, Sphere) or scene.companions:
         return None
-    return _ellipsoid(scene, units, ball) or _pulsation(scene, ball)
+    return _ellipsoid(scene, units, initial) or _pulsation(scene, initial)
 
 
-def _ellipsoid(scene: Scene, units: CodeUnits, ball: Sphere) -> Exact | None:
+def _ellipsoid(scene: Scene, units: CodeUnits, initial: Sphere) -> Exact | None:
     body: Any = scene.body
     if getattr(body, "perturbation", None) is not None or (body.rotation and body.rotation.law != "rigid"):
         return None
-    start = stretch(body) * ball.radius
-    acceleration = _acceleration(scene, units, ball, float(np.linalg.det(start)))
+    start = stretch(body) * initial.radius
+    acceleration = _acceleration(scene, units, initial, float(np.linalg.det(start)))
     if acceleration is None:
         return None
-    rate = _flow(scene, units, ball, start) @ start
-    moment, end = ball.mass * ball.profile.second_moment, units.to_code(scene.time.end, "time")
+    rate = _flow(scene, units, initial, start) @ start
+    moment, end = initial.mass * initial.profile.second_moment, units.to_code(scene.time.end, "time")
     steady = affine.steady_rates(start, rate, acceleration) if _physical(scene) == {"gravity", "pressure"} else None
     if steady is not None:
         spin, inner, left = steady
@@ -108,7 +108,7 @@ def _ellipsoid(scene: Scene, units: CodeUnits, ball: Sphere) -> Exact | None:
     return Exact(affine.observables(at, moving, moment), source, affine.INTEGRATED)
 
 
-def _acceleration(scene: Scene, units: CodeUnits, ball: Sphere, volume: float) -> affine.Acceleration | None:
+def _acceleration(scene: Scene, units: CodeUnits, initial: Sphere, volume: float) -> affine.Acceleration | None:
     """d2F/dt2 of the family that a scene belongs to; None where its fluid has no linear velocity."""
     body: Any = scene.body
     fluid: Any = scene.equation_of_state
@@ -121,29 +121,29 @@ def _acceleration(scene: Scene, units: CodeUnits, ball: Sphere, volume: float) -
         parts.append(affine.field(matrix))
         effects = effects - {"external_field"}
     if body.kind == "uniform" and effects == {"gravity"}:
-        return affine.total([affine.gravity(ball.mass), *parts])
+        return affine.total([affine.gravity(initial.mass), *parts])
     if body.kind == "uniform" and effects == {"gravity", "pressure"}:
         if fluid.kind == "incompressible":
-            return affine.incompressible(affine.total([affine.gravity(ball.mass), *parts]))
+            return affine.incompressible(affine.total([affine.gravity(initial.mass), *parts]))
         equilibrium = fluid.kind == "ideal" and body.entropy is None and body.specific_internal_energy is None
-        if not equilibrium or (scene.model == "sph" and not _brief(scene, units, ball)):
+        if not equilibrium or (scene.model == "sph" and not _brief(scene, units, initial)):
             return None
         # P/rho at the centre of the sphere in equilibrium is M/(2 R).
-        pressure = 0.5 * (body.pressure_fraction or 1.0) * ball.mass / ball.radius
-        parts.append(affine.gas_pressure(pressure, ball.radius**3, fluid.gamma))
-        return affine.total([affine.gravity(ball.mass), *parts])
+        pressure = 0.5 * (body.pressure_fraction or 1.0) * initial.mass / initial.radius
+        parts.append(affine.gas_pressure(pressure, initial.radius**3, fluid.gamma))
+        return affine.total([affine.gravity(initial.mass), *parts])
     if body.kind == "dyson" and effects == {"pressure"}:
         entropy = _entropy(scene, units)
         if entropy is None:
             return None
         gamma = body.gamma
-        central = affine.central_enthalpy(entropy, ball.mass, volume, gamma)
+        central = affine.central_enthalpy(entropy, initial.mass, volume, gamma)
         return affine.total([affine.gas_pressure(central, volume, gamma), *parts])
     return None
 
 
-def _brief(scene: Scene, units: CodeUnits, ball: Sphere) -> bool:
-    free_fall = np.pi / 2.0 * np.sqrt(ball.radius**3 / (2.0 * ball.mass))
+def _brief(scene: Scene, units: CodeUnits, initial: Sphere) -> bool:
+    free_fall = np.pi / 2.0 * np.sqrt(initial.radius**3 / (2.0 * initial.mass))
     return bool(units.to_code(scene.time.end, "time") <= _FREE_FALL_OF_UNSTABLE * free_fall)
 
 
@@ -164,19 +164,19 @@ def _entropy(scene: Scene, units: CodeUnits) -> float | None:
     return units.to_code(value, pressure_constant_dimension(fluid.gamma)) if isinstance(value, float) else None
 
 
-def _flow(scene: Scene, units: CodeUnits, ball: Sphere, start: np.ndarray) -> np.ndarray:
+def _flow(scene: Scene, units: CodeUnits, initial: Sphere, start: np.ndarray) -> np.ndarray:
     """The gradient of the velocity at first (3, 3): linear flow and rigid rotation."""
     body = scene.body
     gradient = np.zeros((3, 3)) if body.velocity_gradient is None else np.array(body.velocity_gradient, dtype=float)
     gradient = units.to_code(gradient, "velocity_gradient")
     energy = None
     if "gravity" in scene.effects:
-        energy = ellipsoid_gravitational_energy(ball.profile, ball.mass, np.linalg.svd(start, compute_uv=False))
+        energy = ellipsoid_gravitational_energy(initial.profile, initial.mass, np.linalg.svd(start, compute_uv=False))
     given = rotation_amount(scene, units, energy)
     if not given:
         return gradient
     axis = rotation_axis(scene)
-    second = ball.mass * ball.profile.second_moment * start @ start.T
+    second = initial.mass * initial.profile.second_moment * start @ start.T
     about = float(np.trace(second) - axis @ second @ axis)
     ((measure, value),) = given.items()
     if measure == "angular_momentum":
@@ -187,7 +187,7 @@ def _flow(scene: Scene, units: CodeUnits, ball: Sphere, start: np.ndarray) -> np
     return gradient + value * np.cross(np.eye(3), axis)  # rows: e_k x n, so that v = (n x) x
 
 
-def _pulsation(scene: Scene, ball: Sphere) -> Exact | None:
+def _pulsation(scene: Scene, initial: Sphere) -> Exact | None:
     """The radial fundamental of a polytrope of one exponent that is a little out of balance, not turning."""
     body: Any = scene.body
     fluid: Any = scene.equation_of_state
@@ -203,7 +203,7 @@ def _pulsation(scene: Scene, ball: Sphere) -> Exact | None:
     mode = radial_modes(body.index, fluid.gamma)[0]
     if mode.squared_frequency <= 0.0:
         return None
-    omega = np.sqrt(mode.squared_frequency * ball.mass / (ball.radius * body.axes[0]) ** 3)
+    omega = np.sqrt(mode.squared_frequency * initial.mass / (initial.radius * body.axes[0]) ** 3)
     source = (
         "frequency of the radial fundamental of a polytrope by Rayleigh and Ritz (bodies.oscillations), to first order "
         "in the amplitude"

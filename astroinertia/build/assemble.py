@@ -172,7 +172,7 @@ def refuse_contradictions(scene: Scene) -> None:
 def metadata(scene: Scene) -> dict[str, Any]:
     """What a run's file says of where it came from: enough to repeat it."""
     units = code_units(scene)
-    ball = sphere(scene, units)
+    initial = sphere(scene, units)
     return {
         "name": scene.name,
         "description": scene.description,
@@ -182,8 +182,8 @@ def metadata(scene: Scene) -> dict[str, Any]:
         "overrides": list(scene.overrides),
         "dimensionless": scene.dimensionless,
         "code_units": {"mass": units.mass, "length": units.length, "G": units.gravitational_constant},
-        "reference_radius": _reference_radius(scene, units, ball),
-        "reference_radius_convention": "radius that the scene gives" if ball is None else ball.radius_convention,
+        "reference_radius": _reference_radius(scene, units, initial),
+        "reference_radius_convention": "radius that the scene gives" if initial is None else initial.radius_convention,
         "model": scene.model,
         **_numerics(scene),
         "effects": [kind for kind in scene.entries if kind in scene.effects],
@@ -248,9 +248,9 @@ def note_versions(archive: Archive, scene: Scene) -> None:
     )
 
 
-def _reference_radius(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> float | None:
-    radius = scene.body.radius if ball is None else ball.radius
-    return None if radius is None else radius if ball is not None else units.to_code(radius, "length")
+def _reference_radius(scene: Scene, units: CodeUnits, initial: Sphere | Star | None) -> float | None:
+    radius = scene.body.radius if initial is None else initial.radius
+    return None if radius is None else radius if initial is not None else units.to_code(radius, "length")
 
 
 def model_description(evolution: Evolution) -> dict[str, Any]:

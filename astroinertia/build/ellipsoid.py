@@ -38,8 +38,8 @@ def evolution(scene: Scene, units: CodeUnits) -> Ellipsoid:
         raise SceneError(
             f"[numerics] integrator {scene.numerics.integrator} is for the model rigid, not for ellipsoid."
         )
-    ball = sphere(scene, units)
-    if not isinstance(ball, Sphere):
+    initial = sphere(scene, units)
+    if not isinstance(initial, Sphere):
         raise SceneError(
             f"[body] of the kind {scene.body.title} is no stretched sphere, which the model ellipsoid needs: take a "
             "polytrope, uniform, power_law or dyson body."
@@ -47,24 +47,24 @@ def evolution(scene: Scene, units: CodeUnits) -> Ellipsoid:
     body: Any = scene.body
     deformation = stretch(body)
     volume = float(np.prod(body.axes))
-    rate = _initial_rate(scene, units, ball, deformation)
-    matter, heat, kept = _fluid(scene, units, ball, deformation, rate)
+    rate = _initial_rate(scene, units, initial, deformation)
+    matter, heat, kept = _fluid(scene, units, initial, deformation, rate)
     problem = Problem(
         effects=effects_of(scene, units),
-        mass=ball.mass,
-        radius=ball.radius,
-        second_moment=ball.mass * ball.radius**2 * ball.profile.second_moment,
-        sphere_energy=_sphere_energy(scene, ball),
+        mass=initial.mass,
+        radius=initial.radius,
+        second_moment=initial.mass * initial.radius**2 * initial.profile.second_moment,
+        sphere_energy=_sphere_energy(scene, initial),
         matter=matter,
         volume=volume if kept else None,
     )
     with np.errstate(over="ignore"):
-        central = float(ball.profile.density(np.array(0.0))) * ball.mass / ball.radius**3
+        central = float(initial.profile.density(np.array(0.0))) * initial.mass / initial.radius**3
     return ellipsoid.started(
         problem, deformation, rate, heat,
         tolerance=scene.numerics.tolerance,
-        density=central if _bounded(ball.profile) else math.nan,
-        approximation=_approximation(scene, ball.profile),
+        density=central if _bounded(initial.profile) else math.nan,
+        approximation=_approximation(scene, initial.profile),
     )  # fmt: skip
 
 
@@ -88,9 +88,9 @@ def shells(profile: Profile, step: float = _SHELL_STEP) -> tuple[np.ndarray, np.
     return share[inside] / share[inside].sum(), s[inside]
 
 
-def _initial_rate(scene: Scene, units: CodeUnits, ball: Sphere, deformation: np.ndarray) -> np.ndarray:
+def _initial_rate(scene: Scene, units: CodeUnits, initial: Sphere, deformation: np.ndarray) -> np.ndarray:
     # Of all linear flows the one with the mixed moment of the scene's: the flow itself where that is linear.
-    share, s = shells(ball.profile, _SAMPLED_STEP)
+    share, s = shells(initial.profile, _SAMPLED_STEP)
     cosine, weight = np.polynomial.legendre.leggauss(_LATITUDES)
     phi = np.arange(2 * _LATITUDES) * (math.pi / _LATITUDES)
     sine = np.sqrt(1 - cosine**2)
@@ -99,14 +99,14 @@ def _initial_rate(scene: Scene, units: CodeUnits, ball: Sphere, deformation: np.
     ).reshape(-1, 3)
     angular = np.repeat(weight / (2 * len(phi)), len(phi))
     xi = (s[:, None, None] * direction).reshape(-1, 3)
-    mass = ball.mass * np.outer(share, angular).reshape(-1)
-    velocity = initial_velocity(scene, units, ball, mass, ball.radius * xi @ deformation.T)
+    mass = initial.mass * np.outer(share, angular).reshape(-1)
+    velocity = initial_velocity(scene, units, initial, mass, initial.radius * xi @ deformation.T)
     moment = (mass[:, None] * xi).T @ xi
-    return np.linalg.solve(moment, (mass[:, None] * xi).T @ velocity).T / ball.radius
+    return np.linalg.solve(moment, (mass[:, None] * xi).T @ velocity).T / initial.radius
 
 
 def _fluid(
-    scene: Scene, units: CodeUnits, ball: Sphere, deformation: np.ndarray, rate: np.ndarray
+    scene: Scene, units: CodeUnits, initial: Sphere, deformation: np.ndarray, rate: np.ndarray
 ) -> tuple[Matter | None, float, bool]:
     """The matter, its heat, and whether it keeps its volume."""
     chosen, body = scene.equation_of_state, scene.body
@@ -116,19 +116,19 @@ def _fluid(
         return None, 0.0, True
     if PRESSURE not in scene.effects:
         return None, 0.0, False
-    fluid = equation_of_state(scene, units, ball)
-    share, s = shells(ball.profile)
-    mass, density = ball.mass * share, ball.mass / ball.radius**3 * ball.profile.density(s)
+    fluid = equation_of_state(scene, units, initial)
+    share, s = shells(initial.profile)
+    mass, density = initial.mass * share, initial.mass / initial.radius**3 * initial.profile.density(s)
     if chosen.kind == "polytropic":
         power = fluid.gamma - 1
-        mean = (mass @ density**power / ball.mass) ** (1 / power)
-        return Matter(np.array([ball.mass]), np.array([mean]), fluid), 0.0, False
+        mean = (mass @ density**power / initial.mass) ** (1 / power)
+        return Matter(np.array([initial.mass]), np.array([mean]), fluid), 0.0, False
     if chosen.kind == "isothermal":
-        mean = math.exp(mass @ np.log(density) / ball.mass)
-        return Matter(np.array([ball.mass]), np.array([mean]), fluid), 0.0, False
+        mean = math.exp(mass @ np.log(density) / initial.mass)
+        return Matter(np.array([initial.mass]), np.array([mean]), fluid), 0.0, False
     if not fluid.thermal:
         return Matter(mass, density, fluid), 0.0, False
-    entropies(scene, units, ball, fluid, np.array([0.5]))  # refuses what it refuses for particles
+    entropies(scene, units, initial, fluid, np.array([0.5]))  # refuses what it refuses for particles
     gamma = fluid.gamma if chosen.kind == "ideal" else fluid.gamma_thermal
     per_entropy = mass @ density ** (gamma - 1) / (gamma - 1)
     volume = float(np.linalg.det(deformation))
@@ -143,7 +143,7 @@ def _fluid(
         heat = 0.0
     else:
         # The pressure of equilibrium has the integral -W/3 over the volume of the sphere (the virial theorem).
-        heat = -(body.pressure_fraction or 1.0) * _sphere_energy(scene, ball) / (3 * (gamma - 1))
+        heat = -(body.pressure_fraction or 1.0) * _sphere_energy(scene, initial) / (3 * (gamma - 1))
     thermal = Matter(mass, density, None if chosen.kind == "ideal" else fluid, gamma)
     return (
         (replace(thermal, shell_mass=mass[:1], shell_density=density[:1]) if thermal.cold is None else thermal),
@@ -166,10 +166,10 @@ def _check_incompressible(scene: Scene, deformation: np.ndarray, rate: np.ndarra
         )
 
 
-def _sphere_energy(scene: Scene, ball: Sphere) -> float:
+def _sphere_energy(scene: Scene, initial: Sphere) -> float:
     if "gravity" not in scene.effects:
         return 0.0
-    energy = ball.profile.gravitational_energy * ball.mass**2 / ball.radius
+    energy = initial.profile.gravitational_energy * initial.mass**2 / initial.radius
     if not math.isfinite(energy):
         raise SceneError("[body] exponent: from 2.5 on the gravitational energy of a power_law has no bound.")
     return energy

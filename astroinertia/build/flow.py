@@ -14,10 +14,10 @@ from astroinertia.units import CodeUnits
 
 
 def initial_velocity(
-    scene: Scene, units: CodeUnits, ball: Sphere | Star | None, mass: np.ndarray, position: np.ndarray
+    scene: Scene, units: CodeUnits, initial: Sphere | Star | None, mass: np.ndarray, position: np.ndarray
 ) -> np.ndarray:
     """Velocities (N, 3) of the scene's rotation and linear flow at positions (N, 3), not settled."""
-    return linear_flow(scene, units, position) + rotation_flow(scene, units, ball, mass, position)
+    return linear_flow(scene, units, position) + rotation_flow(scene, units, initial, mass, position)
 
 
 def linear_flow(scene: Scene, units: CodeUnits, position: np.ndarray) -> np.ndarray:
@@ -29,16 +29,16 @@ def linear_flow(scene: Scene, units: CodeUnits, position: np.ndarray) -> np.ndar
 
 
 def rotation_flow(
-    scene: Scene, units: CodeUnits, ball: Sphere | Star | None, mass: np.ndarray, position: np.ndarray
+    scene: Scene, units: CodeUnits, initial: Sphere | Star | None, mass: np.ndarray, position: np.ndarray
 ) -> np.ndarray:
     """Velocities (N, 3) of the scene's rotation at positions (N, 3)."""
     body: Any = scene.body
     spin, binding = body.rotation, None
     if spin is None:
         return np.zeros_like(position)
-    if isinstance(ball, Sphere) and "gravity" in scene.effects:
-        semi_axes = ball.radius * np.asarray(body.axes)
-        binding = profiles.ellipsoid_gravitational_energy(ball.profile, ball.mass, semi_axes)
+    if isinstance(initial, Sphere) and "gravity" in scene.effects:
+        semi_axes = initial.radius * np.asarray(body.axes)
+        binding = profiles.ellipsoid_gravitational_energy(initial.profile, initial.mass, semi_axes)
     scale = None if spin.scale is None else units.to_code(spin.scale, "length")
     try:
         return rotation_velocity(mass, position, spin.law, spin.axis, scale, binding, **rotation_measure(scene, units))

@@ -16,28 +16,28 @@ from astroinertia.units import CodeUnits, pressure_constant_dimension
 _THIN = 1e-3  # of the least density of a table: so far its slopes may be followed
 
 
-def equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> Any:
+def equation_of_state(scene: Scene, units: CodeUnits, initial: Sphere | Star | None) -> Any:
     """The scene's equation of state in code units, its constant taken from the body where the scene says so.
 
     SceneError where its numbers are beyond what can be computed with in units of the body.
     """
     try:
-        return _equation_of_state(scene, units, ball)
+        return _equation_of_state(scene, units, initial)
     except (ValueError, ArithmeticError) as error:
         message = str(error).removeprefix("equation of state: ")
         raise SceneError(f"[equation_of_state] in units of the body: {message}.") from None
 
 
-def _equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | None) -> Any:
+def _equation_of_state(scene: Scene, units: CodeUnits, initial: Sphere | Star | None) -> Any:
     chosen = scene.equation_of_state
     assert chosen is not None  # the schema asks for it where the model needs it
     if chosen.kind == "ideal":
         return gases.ideal(chosen.gamma)
     if chosen.kind == "own":
         matter = chosen.matter(units)
-        if ball is not None and (
+        if initial is not None and (
             wrong := importlib.import_module("astroinertia.matter.equation").disagreement(
-                matter, _mean_density(scene, ball)
+                matter, _mean_density(scene, initial)
             )
         ):
             raise ValueError(f"the equation of state {chosen.name} would not conserve energy: {wrong}")
@@ -45,31 +45,31 @@ def _equation_of_state(scene: Scene, units: CodeUnits, ball: Sphere | Star | Non
     if chosen.kind == "isothermal":
         return gases.isothermal(units.to_code(chosen.sound_speed, "velocity"))
     if chosen.kind == "polytropic":
-        return gases.polytropic(chosen.gamma, _constant(scene, units, ball, chosen.gamma))
+        return gases.polytropic(chosen.gamma, _constant(scene, units, initial, chosen.gamma))
     if chosen.kind == "piecewise_polytropic":
         densities = [units.to_code(density, "density") for density in chosen.densities]
-        constant = _constant(scene, units, ball, chosen.gammas[0])
+        constant = _constant(scene, units, initial, chosen.gammas[0])
         return cold_matter.piecewise_polytropic(densities, chosen.gammas, constant)
     if chosen.kind == "materials":
         # Only scenes with materials import what makes tables of them.
         made = importlib.import_module("astroinertia.build.materials").materials(chosen, scene.origin, units)
-        _refuse_thin(scene, units, ball, made)
+        _refuse_thin(scene, units, initial, made)
         return made
     assert chosen.kind == "hybrid"  # incompressible fluids have no equation that particles could follow
     nuclear = units.to_code(chosen.nuclear_density, "density")
-    constant = _constant(scene, units, ball, chosen.gamma_1)
+    constant = _constant(scene, units, initial, chosen.gamma_1)
     return cold_matter.hybrid(nuclear, chosen.gamma_1, chosen.gamma_2, chosen.gamma_thermal, constant)
 
 
-def _refuse_thin(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, matter: Any) -> None:
+def _refuse_thin(scene: Scene, units: CodeUnits, initial: Sphere | Star | None, matter: Any) -> None:
     """SceneError for a body far thinner than the table of its material, which says nothing there.
 
     Matter that can be pulled apart has no gas below its table, whose slopes it cannot follow.
     """
     body: Any = scene.body
-    if ball is None or body.composite:  # whose layers are made of the tables
+    if initial is None or body.composite:  # whose layers are made of the tables
         return
-    mean, least = _mean_density(scene, ball), matter.least_density(0)
+    mean, least = _mean_density(scene, initial), matter.least_density(0)
     chosen: Any = scene.equation_of_state
     if mean < (1.0 if chosen.materials[0].tension else _THIN) * least:
         shown = [f"{density * units.unit('density'):.3g} kg m-3" for density in (mean, least)]
@@ -79,11 +79,13 @@ def _refuse_thin(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, mat
         )
 
 
-def _mean_density(scene: Scene, ball: Sphere | Star) -> float:
-    return ball.mass / (4.0 / 3.0 * math.pi * ball.radius**3 * math.prod(getattr(scene.body, "axes", (1.0,))))
+def _mean_density(scene: Scene, initial: Sphere | Star) -> float:
+    return initial.mass / (4.0 / 3.0 * math.pi * initial.radius**3 * math.prod(getattr(scene.body, "axes", (1.0,))))
 
 
-def entropies(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, fluid: Any, where: np.ndarray) -> np.ndarray:
+def entropies(
+    scene: Scene, units: CodeUnits, initial: Sphere | Star | None, fluid: Any, where: np.ndarray
+) -> np.ndarray:
     """The entropy function of particles, (N,), at s = r/R in the unstretched sphere or at positions in the star.
 
     What the scene gives, or that of hydrostatic equilibrium times its pressure_fraction; zero where the equation of
@@ -102,7 +104,7 @@ def entropies(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, fluid:
     if body.entropy is not None:
         gamma = fluid.gamma_thermal if _hybrid(scene) else fluid.gamma
         return np.full(len(where), units.to_code(body.entropy, pressure_constant_dimension(gamma)))
-    if ball is None:
+    if initial is None:
         raise SceneError(f"[body] {body.without_heat} needs specific_internal_energy or entropy.")
     if _hybrid(scene) or "pressure" not in scene.effects:
         return np.zeros(len(where))
@@ -110,7 +112,7 @@ def entropies(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, fluid:
         raise SceneError(
             "[body] needs specific_internal_energy or entropy: without gravity there is no equilibrium to take it from."
         )
-    pressure, density = ball.hydrostatic(where)
+    pressure, density = initial.hydrostatic(where)
     with np.errstate(all="ignore"):
         found = (body.pressure_fraction or 1.0) * pressure / density**fluid.gamma
     if not np.isfinite(found).all():
@@ -125,13 +127,13 @@ def _hybrid(scene: Scene) -> bool:
     return scene.equation_of_state is not None and scene.equation_of_state.kind == "hybrid"
 
 
-def _constant(scene: Scene, units: CodeUnits, ball: Sphere | Star | None, gamma: float) -> float:
+def _constant(scene: Scene, units: CodeUnits, initial: Sphere | Star | None, gamma: float) -> float:
     body: Any = scene.body
     chosen: Any = scene.equation_of_state
     constant = chosen.constant
     if constant != FROM_BODY:
         return units.to_code(constant, pressure_constant_dimension(gamma))
-    if ball is None:
+    if initial is None:
         raise SceneError('[equation_of_state] constant = "from body" needs a body of known structure, not a table.')
-    pressure, density = body.central(ball.mass, ball.radius) or ball.densest()
+    pressure, density = body.central(initial.mass, initial.radius) or initial.densest()
     return (body.pressure_fraction or 1.0) * gases.polytropic_constant(density, pressure, gamma)

@@ -48,35 +48,35 @@ class Particles:
         return replace(self, position=self.position + position, velocity=self.velocity + velocity)
 
 
-def particles(scene: Scene, units: CodeUnits, ball: Any, problem: Problem, listener: Any = None) -> Particles:
+def particles(scene: Scene, units: CodeUnits, initial: Any, problem: Problem, listener: Any = None) -> Particles:
     """The particles of a scene, settled to equilibrium where the scene asks for it; `listener` hears how that goes."""
-    placed = building(scene.body.placing)(scene, units, ball, problem, listener)
+    placed = building(scene.body.placing)(scene, units, initial, problem, listener)
     if placed.material is None and len(getattr(problem.equation_of_state, "names", ())) > 1:
         return replace(placed, material=np.zeros(len(placed.mass), dtype=int))  # a body without layers is of the first
     return placed
 
 
-def of_sphere(scene: Scene, units: CodeUnits, ball: Any, problem: Problem, listener: Any) -> Particles:
+def of_sphere(scene: Scene, units: CodeUnits, initial: Any, problem: Problem, listener: Any) -> Particles:
     """The particles of a Sphere or a Star, settled or not."""
     body: Any = scene.body
     fluid = problem.equation_of_state
-    mass = np.full(body.particles, ball.mass / body.particles)
-    unit_sphere = place(ball.profile, body.particles, body.placement, body.seed)
+    mass = np.full(body.particles, initial.mass / body.particles)
+    unit_sphere = place(initial.profile, body.particles, body.placement, body.seed)
     settles = body.relax and {"gravity", "pressure"} <= set(scene.effects)
-    if isinstance(ball, Star):
-        where, position, velocity = _placed_star(body, ball, problem, mass, unit_sphere, settles, listener)
+    if isinstance(initial, Star):
+        where, position, velocity = _placed_star(body, initial, problem, mass, unit_sphere, settles, listener)
     else:
         where = np.linalg.norm(unit_sphere, axis=1)
         settles = settles and body.settles
         stretched = stretch(body)
         if settles:
-            position, velocity = _settled_sphere(scene, units, ball, problem, mass, unit_sphere, listener)
+            position, velocity = _settled_sphere(scene, units, initial, problem, mass, unit_sphere, listener)
             position, velocity = position @ stretched, velocity @ stretched
         else:
-            position = unit_sphere * ball.radius @ stretched
-            velocity = rotation_flow(scene, units, ball, mass, position)
-            if ball.shells is not None and body.rotation is None:
-                velocity = shellular_rotation(ball.shells, where, position, body.rotation_factor, units)
+            position = unit_sphere * initial.radius @ stretched
+            velocity = rotation_flow(scene, units, initial, mass, position)
+            if initial.shells is not None and body.rotation is None:
+                velocity = shellular_rotation(initial.shells, where, position, body.rotation_factor, units)
     velocity = velocity - mass @ velocity / mass.sum()  # differential rotation makes a push of the placement's noise
     if (uneven := body.perturbation) is not None:  # what turns about z turns as before
         angle = azimuthal_mode(position, uneven.mode, uneven.amplitude)
@@ -85,25 +85,25 @@ def of_sphere(scene: Scene, units: CodeUnits, ball: Any, problem: Problem, liste
     if body.specific_internal_energy is not None and fluid.thermal:
         energy = units.to_code(body.specific_internal_energy, "specific_energy")
         return Particles(mass, position, velocity, None, np.full_like(mass, energy))
-    if isinstance(ball, Sphere) and ball.shells is not None and ball.tabulated is None and fluid.thermal:
-        energy = ball.shells.internal_energy
+    if isinstance(initial, Sphere) and initial.shells is not None and initial.tabulated is None and fluid.thermal:
+        energy = initial.shells.internal_energy
         if energy is not None and body.entropy is None and body.pressure_fraction is None:
-            energy = ball.shells.at(units.to_code(energy, "specific_energy"), where)
+            energy = initial.shells.at(units.to_code(energy, "specific_energy"), where)
             return Particles(mass, position, velocity, None, energy)
-    return Particles(mass, position, velocity, entropies(scene, units, ball, fluid, where), None)
+    return Particles(mass, position, velocity, entropies(scene, units, initial, fluid, where), None)
 
 
 def _placed_star(
-    body: Any, ball: Star, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray, settles: bool, listener: Any
+    body: Any, initial: Star, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray, settles: bool, listener: Any
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Where particles stand in the exact star, and their positions and velocities, settled or not."""
-    star, law = ball.star, ball.star.rotation_law
-    exact = mapped(star, ball.profile.enclosed(np.linalg.norm(unit_sphere, axis=1)), unit_sphere)
+    star, law = initial.star, initial.star.rotation_law
+    exact = mapped(star, initial.profile.enclosed(np.linalg.norm(unit_sphere, axis=1)), unit_sphere)
     if not settles:
         spin = rotation_velocity(mass, exact, law, angular_momentum=star.angular_momentum)
         return exact, exact, spin
     gamma = max(1 + 1 / body.index, _STABLE_GAMMA)
-    pressure, density = ball.hydrostatic(exact)
+    pressure, density = initial.hydrostatic(exact)
     rotation = relaxation.Rotation("angular_momentum", star.angular_momentum, law=law, edge=star.equatorial_radius)
     with np.errstate(all="ignore"):
         entropy = pressure / density**gamma
@@ -141,16 +141,16 @@ def _rotation(scene: Scene, units: CodeUnits) -> relaxation.Rotation | None:
 
 
 def _settled_sphere(
-    scene: Scene, units: CodeUnits, ball: Sphere, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray,
+    scene: Scene, units: CodeUnits, initial: Sphere, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray,
     listener: Any,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     body: Any = scene.body
-    star = Polytrope(body.index, ball.mass, ball.radius)
+    star = Polytrope(body.index, initial.mass, initial.radius)
     gamma = max(star.gamma, _STABLE_GAMMA)
-    entropy = star.constant * ball.density(np.linalg.norm(unit_sphere, axis=1)) ** (star.gamma - gamma)
+    entropy = star.constant * initial.density(np.linalg.norm(unit_sphere, axis=1)) ** (star.gamma - gamma)
     return _settled(
-        problem, mass, unit_sphere * ball.radius, gamma, entropy, _rotation(scene, units),
-        lambda enclosed: ball.density(ball.profile.radius(enclosed / ball.mass)), listener,
+        problem, mass, unit_sphere * initial.radius, gamma, entropy, _rotation(scene, units),
+        lambda enclosed: initial.density(initial.profile.radius(enclosed / initial.mass)), listener,
     )  # fmt: skip
 
 
@@ -188,7 +188,7 @@ def _density_error(at_4000: float, count: int) -> float:
     return at_4000 * max(1.0, (4000 / count) ** (1 / 3))
 
 
-def of_table(scene: Scene, units: CodeUnits, ball: None, problem: Problem, listener: Any) -> Particles:
+def of_table(scene: Scene, units: CodeUnits, initial: None, problem: Problem, listener: Any) -> Particles:
     """The user's own particles."""
     body: Any = scene.body
     fluid = problem.equation_of_state
@@ -200,7 +200,7 @@ def of_table(scene: Scene, units: CodeUnits, ball: None, problem: Problem, liste
     return _at_its_temperature(scene, units, fluid, mass, position, velocity, energy)
 
 
-def of_class(scene: Scene, units: CodeUnits, ball: None, problem: Problem, listener: Any) -> Particles:
+def of_class(scene: Scene, units: CodeUnits, initial: None, problem: Problem, listener: Any) -> Particles:
     """The particles of a body that is not of this package, with the rotation and the flow of the scene besides."""
     made = own_particles(scene, units)
     mass, position = made["mass"], made["position"]
@@ -233,7 +233,7 @@ def _at_its_temperature(
     return Particles(mass, position, velocity, entropies(scene, units, None, fluid, np.zeros_like(mass)), None)
 
 
-def of_problem(scene: Scene, units: CodeUnits, ball: None, problem: Problem, listener: Any) -> Particles:
+def of_problem(scene: Scene, units: CodeUnits, initial: None, problem: Problem, listener: Any) -> Particles:
     """The gas of a standard problem."""
     # Only the problem that is asked for is imported; such scenes are in code units.
     body: Any = scene.body

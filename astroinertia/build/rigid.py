@@ -110,15 +110,15 @@ def of_solid(scene: Scene, units: CodeUnits) -> Moments:
 def of_sphere(scene: Scene, units: CodeUnits) -> Moments:
     """Those of a stretched Sphere, or of a Star."""
     body: Any = scene.body
-    ball = sphere(scene, units)
-    if isinstance(ball, Star):
-        star = ball.star
+    initial = sphere(scene, units)
+    if isinstance(initial, Star):
+        star = initial.star
         moments = np.array([star.equatorial_moment, star.equatorial_moment, star.polar_moment])
         return star.mass, moments, np.eye(3), None, np.array([0.0, 0.0, star.angular_momentum])
-    axes = ball.radius * np.asarray(body.axes, dtype=float)
-    second = np.diag(ball.profile.second_moment * ball.mass * axes**2)
-    energy = profiles.ellipsoid_gravitational_energy(ball.profile, ball.mass, axes)
-    return ball.mass, np.diag(inertia_from_second_moment(second)), np.eye(3), energy, None
+    axes = initial.radius * np.asarray(body.axes, dtype=float)
+    second = np.diag(initial.profile.second_moment * initial.mass * axes**2)
+    energy = profiles.ellipsoid_gravitational_energy(initial.profile, initial.mass, axes)
+    return initial.mass, np.diag(inertia_from_second_moment(second)), np.eye(3), energy, None
 
 
 def of_table(scene: Scene, units: CodeUnits) -> Moments:

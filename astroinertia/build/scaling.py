@@ -157,11 +157,11 @@ def _body(scene: Scene, units: CodeUnits) -> tuple[Homologous, float]:
     """The body at scale 1 and the scale at which it begins, which is not 1 where it settles with its rotation."""
     if scene.body.solid:
         return _rigid(scene, units), 1.0
-    ball = sphere(scene, units)
-    if isinstance(ball, Star):
-        return _star(scene, units, ball), 1.0
-    assert ball is not None  # the schema has no tables for this model
-    return _ball(scene, units, ball)
+    initial = sphere(scene, units)
+    if isinstance(initial, Star):
+        return _star(scene, units, initial), 1.0
+    assert initial is not None  # the schema has no tables for this model
+    return _ball(scene, units, initial)
 
 
 def _rigid(scene: Scene, units: CodeUnits) -> Homologous:
@@ -178,8 +178,8 @@ def _rigid(scene: Scene, units: CodeUnits) -> Homologous:
     return Homologous(mass, second, None, None, spin * axis, axis, 0.5 / moment)
 
 
-def _star(scene: Scene, units: CodeUnits, ball: Star) -> Homologous:
-    star = ball.star
+def _star(scene: Scene, units: CodeUnits, initial: Star) -> Homologous:
+    star = initial.star
     axis = np.array([0.0, 0.0, 1.0])
     inertia = np.diag([star.equatorial_moment, star.equatorial_moment, star.polar_moment])
     second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
@@ -196,7 +196,7 @@ def _star(scene: Scene, units: CodeUnits, ball: Star) -> Homologous:
         cosine = np.broadcast_to(field.cosine, shares.shape)
         where = np.stack([radius * np.sqrt(1 - cosine**2), 0 * radius, radius * cosine], axis=-1)[inside]
         mass = shares[inside] * star.mass / shares[inside].sum()
-        pressure = _gas(scene, units, ball, mass, density[inside], where, 3 * held)
+        pressure = _gas(scene, units, initial, mass, density[inside], where, 3 * held)
     return Homologous(
         star.mass,
         second,
@@ -205,20 +205,20 @@ def _star(scene: Scene, units: CodeUnits, ball: Star) -> Homologous:
         star.angular_momentum * axis,
         axis,
         kinetic / star.angular_momentum**2 if star.angular_momentum else 0.5 / star.polar_moment,
-        ball.densest()[1],
+        initial.densest()[1],
     )
 
 
-def _ball(scene: Scene, units: CodeUnits, ball: Sphere) -> tuple[Homologous, float]:
+def _ball(scene: Scene, units: CodeUnits, initial: Sphere) -> tuple[Homologous, float]:
     body: Any = scene.body
-    profile, axes = ball.profile, np.asarray(body.axes, dtype=float)
-    second = np.diag(profile.second_moment * ball.mass * (ball.radius * axes) ** 2)
-    energy = profiles.ellipsoid_gravitational_energy(profile, ball.mass, ball.radius * axes)
+    profile, axes = initial.profile, np.asarray(body.axes, dtype=float)
+    second = np.diag(profile.second_moment * initial.mass * (initial.radius * axes) ** 2)
+    energy = profiles.ellipsoid_gravitational_energy(profile, initial.mass, initial.radius * axes)
     gravity = None
     if "gravity" in scene.effects:
         if not math.isfinite(energy):
             raise SceneError("[body] has an infinite gravitational energy, from which no scaling law follows.")
-        tensor = potential_energy_tensor(ball.radius * axes, 1.0)
+        tensor = potential_energy_tensor(initial.radius * axes, 1.0)
         gravity = np.diag(tensor) * energy / tensor.sum()
     axis = rotation_axis(scene)
     if scene.body.rotation is not None:
@@ -228,17 +228,17 @@ def _ball(scene: Scene, units: CodeUnits, ball: Sphere) -> tuple[Homologous, flo
     volume = float(np.prod(axes))
     pressure: Pressure | None = None
     if "pressure" in scene.effects and _gaseous(scene):
-        density = np.maximum(profile.density(s) * ball.mass / (volume * ball.radius**3), _LEAST_DENSITY)
-        pressure = _gas(scene, units, ball, mass * ball.mass, density, s, -energy)
-    scale, spin, constant = _settled(scene, units, ball, second, energy, axis)
+        density = np.maximum(profile.density(s) * initial.mass / (volume * initial.radius**3), _LEAST_DENSITY)
+        pressure = _gas(scene, units, initial, mass * initial.mass, density, s, -energy)
+    scale, spin, constant = _settled(scene, units, initial, second, energy, axis)
     if "pressure" in scene.effects and pressure is None:
         if gravity is None:
             raise SceneError("[effects.pressure] needs an equation_of_state, or gravity that it holds up.")
         pressure = HeldPressure(-(2 * constant * spin**2 / scale + energy))
-    shells = _shells(scene, units, ball, second) if axes.min() == axes.max() == 1.0 else None
+    shells = _shells(scene, units, initial, second) if axes.min() == axes.max() == 1.0 else None
     return (
         Homologous(
-            ball.mass, second, gravity, pressure, spin * axis, axis, constant, ball.densest()[1] / volume, shells
+            initial.mass, second, gravity, pressure, spin * axis, axis, constant, initial.densest()[1] / volume, shells
         ),
         scale,
     )
@@ -249,18 +249,18 @@ def _gaseous(scene: Scene) -> bool:
 
 
 def _gas(
-    scene: Scene, units: CodeUnits, ball: Sphere | Star, mass: np.ndarray, density: np.ndarray,
+    scene: Scene, units: CodeUnits, initial: Sphere | Star, mass: np.ndarray, density: np.ndarray,
     where: np.ndarray, hydrostatic: float,
 ) -> Pressure:  # fmt: skip
     """The pressure of the scene's fluid; `hydrostatic` is the 3 Pi that holds the body."""
     body: Any = scene.body
-    fluid = equation_of_state(scene, units, ball)
+    fluid = equation_of_state(scene, units, initial)
     entropy = np.zeros_like(mass)
     if fluid.thermal and body.specific_internal_energy is not None:
         energy = units.to_code(body.specific_internal_energy, "specific_energy")
         entropy = fluid.entropy(np, density, np.full_like(mass, energy))
     elif fluid.thermal:
-        entropy = entropies(scene, units, ball, fluid, where)
+        entropy = entropies(scene, units, initial, fluid, where)
     found = ShellPressure(fluid, mass, density, entropy)
     if scene.equation_of_state.kind not in ("ideal", "polytropic"):  # type: ignore[union-attr]
         return found
@@ -272,7 +272,7 @@ def _gas(
 
 
 def _settled(
-    scene: Scene, units: CodeUnits, ball: Sphere, second: np.ndarray, energy: float, axis: np.ndarray
+    scene: Scene, units: CodeUnits, initial: Sphere, second: np.ndarray, energy: float, axis: np.ndarray
 ) -> tuple[float, float, float]:
     """Scale, L and T/L^2 at scale 1 of the body with its rotation, swollen where it settles to equilibrium first."""
     body: Any = scene.body
@@ -283,7 +283,7 @@ def _settled(
 
     def spin(scale: float) -> tuple[float, float]:
         # L and T at a scale, by the one measure that the scene gives.
-        per_rate, energy_per_rate = _law_moments(scene, units, ball, scale, moment)
+        per_rate, energy_per_rate = _law_moments(scene, units, initial, scale, moment)
         if "angular_momentum" in amount:
             return amount["angular_momentum"], energy_per_rate * (amount["angular_momentum"] / per_rate) ** 2
         rate = amount.get("rate")
@@ -311,7 +311,7 @@ def _settled(
     return scale, momentum, kinetic * scale**2 / momentum**2
 
 
-def _law_moments(scene: Scene, units: CodeUnits, ball: Sphere, scale: float, moment: float) -> tuple[float, float]:
+def _law_moments(scene: Scene, units: CodeUnits, initial: Sphere, scale: float, moment: float) -> tuple[float, float]:
     """L and T of a body at a scale that turns at a rate of 1 on its axis."""
     rotation = scene.body.rotation
     assert rotation is not None
@@ -319,28 +319,28 @@ def _law_moments(scene: Scene, units: CodeUnits, ball: Sphere, scale: float, mom
         return moment * scale**2, 0.5 * moment * scale**2
     law = RotationLaw(rotation.law, units.to_code(rotation.scale, "length"))
     share, mass = mass_quadrature(_NODES)
-    stretch = float(np.sqrt(moment / (2 * ball.profile.second_moment * ball.mass * ball.radius**2)))
-    radius = scale * stretch * ball.radius * np.asarray(ball.profile.radius(share), dtype=float)
+    stretch = float(np.sqrt(moment / (2 * initial.profile.second_moment * initial.mass * initial.radius**2)))
+    radius = scale * stretch * initial.radius * np.asarray(initial.profile.radius(share), dtype=float)
     w = radius[:, None] * np.sqrt(1 - _ANGLES**2)
-    rate, weight = law.rate(w), ball.mass * mass[:, None] * 0.5 * _WEIGHTS
+    rate, weight = law.rate(w), initial.mass * mass[:, None] * 0.5 * _WEIGHTS
     return float((weight * rate * w**2).sum()), float((0.5 * weight * (rate * w) ** 2).sum())
 
 
-def _shells(scene: Scene, units: CodeUnits, ball: Sphere, second: np.ndarray) -> Shells:
+def _shells(scene: Scene, units: CodeUnits, initial: Sphere, second: np.ndarray) -> Shells:
     nodes, weights = leggauss(8)
     share = (np.arange(RADIUS_BINS)[:, None] + 0.5 * (nodes + 1)) / RADIUS_BINS
-    s = np.asarray(ball.profile.radius(share.ravel()), dtype=float).reshape(share.shape)
+    s = np.asarray(initial.profile.radius(share.ravel()), dtype=float).reshape(share.shape)
     mean = 0.5 * weights
-    squared = (ball.radius * s) ** 2 @ mean
+    squared = (initial.radius * s) ** 2 @ mean
     relative = np.ones(RADIUS_BINS)
     rotation = scene.body.rotation
     if rotation is not None and rotation.law != "rigid":
         law = RotationLaw(rotation.law, units.to_code(rotation.scale, "length"))
-        w = ball.radius * s[:, :, None] * np.sqrt(1 - _ANGLES**2)
+        w = initial.radius * s[:, :, None] * np.sqrt(1 - _ANGLES**2)
         turning = np.einsum("bnk,k,n->b", law.rate(w) * w**2, 0.5 * _WEIGHTS, mean)
         relative = turning / (2 / 3 * squared)
-        relative /= turning.mean() * ball.mass / (2 / 3 * float(np.trace(second)))
-    return Shells(ball.radius * s @ mean, ball.density(s.ravel()).reshape(s.shape) @ mean, squared, relative)
+        relative /= turning.mean() * initial.mass / (2 / 3 * float(np.trace(second)))
+    return Shells(initial.radius * s @ mean, initial.density(s.ravel()).reshape(s.shape) @ mean, squared, relative)
 
 
 def _symmetric_about(axis: np.ndarray, second: np.ndarray) -> None:

@@ -34,8 +34,8 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
     """The particles placed, at their temperature, turning: each body by itself, then all of them together."""
     bodies, fluids = [], []
     for alone, (position, velocity) in zip(scene.alone(), places(scene, units), strict=True):
-        problem, ball = problem_of(alone, units)
-        bodies.append(particles(alone, units, ball, problem).moved(position, velocity))
+        problem, initial = problem_of(alone, units)
+        bodies.append(particles(alone, units, initial, problem).moved(position, velocity))
         fluids.append(problem.equation_of_state)
     check_same_fluid(fluids)
     body = together(bodies)
@@ -121,10 +121,10 @@ def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tupl
 
     count: the number of particles, where the scene's body does not tell.
     """
-    numerics, ball = scene.numerics, sphere(scene, units)
+    numerics, initial = scene.numerics, sphere(scene, units)
     longest = _end(scene, units) if numerics.max_timestep is None else units.to_code(numerics.max_timestep, "time")
     effects = effects_of(scene, units, scene.particles or count)
-    matter = equation_of_state(scene, units, ball)
+    matter = equation_of_state(scene, units, initial)
     for effect in effects:
         if "exchange" in vars(type(effect)) and not matter.thermal:
             raise SceneError(f"[effects.{effect.kind}] needs matter that can be warm, an ideal or hybrid gas.")
@@ -140,7 +140,7 @@ def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tupl
         kernel=numerics.kernel,
         smoothing_tolerance=numerics.smoothing_tolerance,
     )
-    return problem, ball
+    return problem, initial
 
 
 def engine_of(name: str, precision: str, kernel: Kernel) -> Any:

@@ -65,7 +65,7 @@ class _Console(Console):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code: 0 good, 1 failed, 2 bad input, 3 not closed, 130 stopped.
 
-    A signal where nothing is to be sealed, or a second one, ends the process at once, with 128 and its number.
+    A signal where nothing is to be saved, or a second one, ends the process at once, with 128 and its number.
     """
     with interrupts.watched(_end):
         return _carried_out(arguments)

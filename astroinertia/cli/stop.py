@@ -17,23 +17,23 @@ INTERRUPTED = 130
 EXIT_CODES = (
     "Exit codes: 0, the run has ended and its file is written; 1, it failed; 2, bad input; 3, it has ended and its "
     "file is written, but its ledger or its energy does not close within bounds, which it names; 130, it was stopped "
-    "before its end by Ctrl-C, SIGTERM, SIGUSR1 or --max-wall, everything is sealed, and `astroinertia resume` goes on;"
+    "before its end by Ctrl-C, SIGTERM, SIGUSR1 or --max-wall, everything is saved, and `astroinertia resume` goes on;"
     " 128 + the number of the signal (130, 143, 138), it was ended at once, before the run had begun, or by another "
-    "signal a second after the first, before everything was sealed."
+    "signal a second after the first, before everything was saved."
 )
 
 
 def add_arguments(add: Add) -> None:
     """Add the limit of wall time."""
     add("--max-wall", type=_seconds, default=math.inf, metavar="TIME",
-        help='seal the run and stop before it has taken this long, in seconds or as "2 h"; `resume` goes '
+        help='save the run and stop before it has taken this long, in seconds or as "2 h"; `resume` goes '
         "on with it")  # fmt: skip
 
 
 def deadline(options: Options, begun: float | None = None) -> float:
     """The instant of time.monotonic() by which the run is to be stopped; what began now unless it is said.
 
-    Whatever the run does then, such as compile, and has nothing to seal, it is ended.
+    Whatever the run does then, such as compile, and has nothing to save, it is ended.
     """
     found = (time.monotonic() if begun is None else begun) + options.max_wall
     if found < math.inf:
@@ -48,10 +48,10 @@ def interruption_message(stopped: RunInterrupted) -> str:
 
 def ended(how: Ended) -> tuple[int, str]:
     """The exit code of a command that a signal has ended at once, and what is said."""
-    if isinstance(how.said, RunInterrupted) and how.sealed:
+    if isinstance(how.said, RunInterrupted) and how.saved:
         return INTERRUPTED, interruption_message(how.said)
     if isinstance(how.said, RunInterrupted):
-        again = f"what was sealed before is kept; go on with: astroinertia resume {how.said.folder}"
+        again = f"what was saved before is kept; go on with: astroinertia resume {how.said.folder}"
         return how.code, f"ended at once by {how.name}; {again}"
     if how.said is None and how.name == LIMIT:
         return how.code, "the run was stopped by its limit of wall time before its first step; nothing is lost."

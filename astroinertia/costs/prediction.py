@@ -21,7 +21,7 @@ ARRAYS_OF_AN_EFFECT = 14
 NUMBERS_OF_A_RECORD = {"sph": 220}  # and OF_AN_EFFECT for each
 NUMBERS_WITHOUT_PARTICLES = 75
 OF_AN_EFFECT = 30
-IN_THE_FINAL_FILE = {"sph": 1.2}  # bytes of a record there, with what follows from it, over those it is sealed with
+IN_THE_FINAL_FILE = {"sph": 1.2}  # bytes of a record there, with what follows from it, over those it is saved with
 SMOOTH = 0.6  # the same without particles: smooth series are compressed well
 COMPRESSED = 0.75  # a snapshot in the final file
 # Of individual steps without a pilot: as in Evrard's collapse (tests/benchmarks/results/individual_steps.md).
@@ -167,7 +167,7 @@ def _records(scene: Scene, steps: float) -> float:
 
 
 def files(scene: Scene, written: float, particles: int) -> float:
-    """Bytes of a run's folder: the records and snapshots as they are sealed and in the final file, a checkpoint."""
+    """Bytes of a run's folder: the records and snapshots as they are saved and in the final file, a checkpoint."""
     effects = len(scene.effects)
     numbers = NUMBERS_OF_A_RECORD.get(scene.model, NUMBERS_WITHOUT_PARTICLES) + OF_AN_EFFECT * effects
     series = written * NUMBER * numbers * (1.0 + IN_THE_FINAL_FILE.get(scene.model, SMOOTH))

@@ -12,9 +12,9 @@ from astroinertia.engines.pytree import pytree
 @pytree
 @dataclass(frozen=True, eq=False)
 class InternalDissipation(Effect):
-    """The body's axes slip by s = lambda L cross omega: L stays, and the energy falls by lambda |L cross omega|^2.
+    """The body's axes turn relative to its matter by s = lambda L cross omega.
 
-    This double bracket (Bloch, Krishnaprasad, Marsden & Ratiu 1996, Communications in Mathematical Physics 175, 1) is
+    L stays, and the energy falls by lambda |L cross omega|^2. This double bracket (Bloch, Krishnaprasad, Marsden & Ratiu 1996, Communications in Mathematical Physics 175, 1) is
     the simplest law that takes a body from any spin, through the separatrix, to one about its largest moment. lambda is
     such that a small wobble about that axis falls by a factor e in `time_scale`, at any spin, or, as a body of constant
     quality factor does, in time_scale (rate / omega)^3 with omega = L/I_3 (Burns & Safronov 1973, MNRAS 165, 403).
@@ -26,7 +26,7 @@ class InternalDissipation(Effect):
     kind: ClassVar[str] = "internal_dissipation"
     follows_spin: ClassVar[bool] = True
 
-    def slip(self, body):
+    def relative_rotation(self, body):
         """L cross omega by lambda = 1 / (time_scale L^2 ((1/I_1 + 1/I_2)/2 - 1/I_3))."""
         moments = jnp.sort(body.principal_moments)
         square = jnp.sum(body.angular_momentum**2)

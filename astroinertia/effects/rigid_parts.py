@@ -9,7 +9,7 @@ class RigidParts:
     """The parts of an effect on a rigid body; `body` is models.rigid.View."""
 
     follows_spin: ClassVar[bool] = False
-    """Its torque depends on the angular velocity or on L, or it has a slip."""
+    """Its torque depends on the angular velocity or on L, or it has a relative rotation."""
     conservative: ClassVar[bool] = False
     """Its `potential` does not depend on time: what it does to a rigid body is found again there."""
 
@@ -17,10 +17,10 @@ class RigidParts:
         """Torque (3,) on a rigid body about its centre of mass, or its pivot, in inertial axes."""
         return None
 
-    def slip(self, body: Any) -> Any | None:
+    def relative_rotation(self, body: Any) -> Any | None:
         """Angular velocity (3,) by which a rigid body's axes turn beyond I^-1 L: internal forces, which leave L alone.
 
-        Its power, slip . (omega cross L), must not be positive: it is the heat that the body gains.
+        Its power, s . (omega cross L), must not be positive: it is the heat that the body gains.
         """
         return None
 

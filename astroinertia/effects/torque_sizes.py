@@ -87,8 +87,8 @@ def gradient_turn(body: Characteristic, other: Neighbour) -> float:
     oblique = cosine * math.sqrt(1.0 - cosine**2)
     if body.wobble > 0.1:
         return strength / body.spin * (largest - least) / largest * body.end * max(oblique, body.wobble)
-    slip = 2.0 * abs(body.spin - other.rate)
-    lasts = body.end if slip * body.end < 1.0 else 1.0 / slip
+    relative = 2.0 * abs(body.spin - other.rate)
+    lasts = body.end if relative * body.end < 1.0 else 1.0 / relative
     steady = (1.0 - (least + middle) / (2.0 * largest)) * oblique * body.end
     return strength / body.spin * (steady + (middle - least) / largest * lasts)
 

@@ -25,7 +25,7 @@ from astroinertia.engines.threads import available_threads, share_out
 
 Array = Any
 CHUNK = 1024  # particles that are worked on together; sums are added up in parts of as many
-ALONE = 16384  # particles a thread must have to be worth waking: loops take some 1 to 10 ns each, to wake it 25 us
+ALONE = 16384  # particles a thread must have to be worth starting: loops take some 1 to 10 ns each, to start it 25 us
 WIDTHS = {(): 1, (3,): 3, (3, 3): 9}
 WHOLE = "whole"  # the kind of a table
 CALLS = NAMESPACE_CALLS | {name: name for name in ("exp", "log", "power")}

@@ -277,7 +277,7 @@ class Engine:
             room = int(used[0])
 
     def _workers_for(self, chosen: Targets) -> int:
-        # Few targets are sooner done than other threads are woken.
+        # Few targets are sooner done than other threads are started.
         return max(1, min(self.workers, len(chosen.groups) // 4))
 
     def source(

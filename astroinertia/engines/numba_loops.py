@@ -21,7 +21,7 @@ from astroinertia.engines.numba_source import Sources, argument_names
 from astroinertia.engines.terms import PairTerm
 
 # The sources within reach of the target: their places in the table, the massless one to fill the last vector up, then
-# what the pair functions ask for in rows of their own. Rows are closed up once, which is cheaper than gathers in the
+# what the pair functions ask for in rows of their own. Rows are compacted once, which is cheaper than gathers in the
 # loop over pairs.
 WITHIN_REACH = """
 vectors = near_indices(
@@ -38,7 +38,7 @@ for k in range(count):
 vectors = compressed_indices(0, key, count, index, 0)
 """
 # How long a pair acts: the longer of two intervals closes and the longer of two opens; not at all where one particle
-# sleeps, which a negative opening interval says, and without the first where one has just woken.
+# rests, which a negative opening interval says, and without the first where one has just become active.
 PAIR_TIME = """
 longer = larger_of(field_closing_i, field_closing_j)
 longer = where(longer < real(1e30), longer, real(0)) + larger_of(field_opening_i, field_opening_j)

@@ -150,7 +150,9 @@ def header(precision: str) -> list[str]:
     Numba takes as long for what is shared as for a pass: it is compiled once a process.
     """
     symmetric = "{'contract', 'nsz', 'arcp', 'afn'}" if precision == "mixed" else "{'contract', 'nsz'}"
-    vectors = re.sub(r"CLOSED_UP = .*", f"CLOSED_UP = {numba_vectors.CLOSED_UP}", inspect.getsource(numba_vectors))
+    vectors = re.sub(
+        r"COMPACTED_BITS = .*", f"COMPACTED_BITS = {numba_vectors.COMPACTED_BITS}", inspect.getsource(numba_vectors)
+    )
     text = [
         vectors,
         *(

@@ -12,7 +12,7 @@ from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from astroinertia.engines.numba_vectors import CLOSED_UP, INT64, LANES, PART, Lanes
+from astroinertia.engines.numba_vectors import COMPACTED_BITS, INT64, LANES, PART, Lanes
 
 
 @intrinsic
@@ -186,7 +186,7 @@ def _row_copier(width):
 # width. vector_take(source, axis, found, count, zero, row): row[k] = source[found[k], axis] - zero; axis 0 of plain
 # arrays. vector_fill(array, position,
 # value): LANES elements.
-if CLOSED_UP:
+if COMPACTED_BITS:
     row_spreader = _row_spreader
     row_copier = _row_copier
     vector_fill = _vector_fill

@@ -1,8 +1,8 @@
 """Vector instructions for the numba engine: what its compiler would not find by itself.
 
-Candidates are closed up ("compressed") with one instruction on processors that have it (AVX-512), or by a permutation
-that is looked up (AVX2); elsewhere plain loops do the same. The text of this file is copied into the generated modules
-of shared parts.
+Streams of candidates are compacted ("compressed") with one instruction on processors that have it (AVX-512), or by a
+permutation that is looked up (AVX2); elsewhere plain loops do the same. The text of this file is copied into the
+generated modules of shared parts.
 """
 
 from typing import Any
@@ -26,7 +26,7 @@ ENTRY: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "
 # Arrays are filled up to whole vectors of float32 on the widest machines, and hold one more vector for loose ends.
 LANES = 16
 # Bits of the vectors that the processor closes up; 0 where it cannot.
-CLOSED_UP = vector_bits()
+COMPACTED_BITS = vector_bits()
 INT64 = ir.IntType(64)
 
 
@@ -148,7 +148,7 @@ def at(typingctx, array, index):
 
 
 class Lanes:
-    """Builds the loops below: whole vectors of 64 bytes, of which what is kept is closed up and stored."""
+    """Builds the loops below: whole vectors of 64 bytes, of which what is kept is compacted and stored."""
 
     def __init__(self, context, builder, signature, args):
         self.context, self.builder, self.signature, self.args = context, builder, signature, args
@@ -185,8 +185,8 @@ class Lanes:
     def store_kept(self, k, position, values, kept):
         """Close up what is kept of a vector and store it in array k, from a position on."""
         builder, count, width = self.builder, values.type.count, self.signature.args[k].dtype.bitwidth
-        nothing, lanes = ir.Constant(values.type, ir.Undefined), CLOSED_UP // width
-        if CLOSED_UP == 512:  # of narrow numbers beside wide ones there are fewer than such a vector holds
+        nothing, lanes = ir.Constant(values.type, ir.Undefined), COMPACTED_BITS // width
+        if COMPACTED_BITS == 512:  # of narrow numbers beside wide ones there are fewer than such a vector holds
             letter = "i" if isinstance(self.scalar_type(k), ir.IntType) else "f"
             compress = cgutils.get_or_insert_function(
                 builder.module,
@@ -354,7 +354,7 @@ def _boxes_in_reach(inside):
 # boxes first to last - 1 that come within max(target_reach, factor size) of a box (2, 3), with some slack; a particle
 # is a box whose corners are one. out_of_reach(...): the others.
 # NaN is always within reach. All may store LANES elements past what they return, and read LANES too many.
-if CLOSED_UP:
+if COMPACTED_BITS:
     compressed_indices = _compressed_indices
     near_squares = _near(False)
     near_indices = _near(True)

@@ -35,7 +35,7 @@ PROBES = {
 
 
 def vector_bits() -> int:
-    """Bits of the widest vectors that can be closed up: 512 with AVX-512, 256 with AVX2, 0 with neither."""
+    """Bits of the widest vectors that can be compacted: 512 with AVX-512, 256 with AVX2, 0 with neither."""
     return next((bits for bits, probe in PROBES.items() if _holds(*probe)), 0)
 
 

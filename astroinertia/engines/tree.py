@@ -18,7 +18,7 @@ from astroinertia.engines.numba_vectors import ENTRY, LANES, take
 from astroinertia.engines.threads import available_threads, share_out
 
 SHARE = 64  # leaves that a thread takes at a time
-ALONE = 1024  # leaves below which one thread is sooner done than others are woken
+ALONE = 1024  # leaves below which one thread is sooner done than others are started
 # What numba keeps compiled for this file does not notice changes of numba_vectors: change something here, too.
 
 

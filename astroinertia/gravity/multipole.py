@@ -13,7 +13,7 @@ from astroinertia.engines.numba_cache import load_module
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.numba_passes import header
 from astroinertia.engines.threads import available_threads, share_out
-from astroinertia.gravity import closing, tree as trees
+from astroinertia.gravity import compaction, tree as trees
 from astroinertia.gravity.expansions import expansions, harmonic, indices, moments
 from astroinertia.gravity.points import CLAMP, SOFTENED_LESS_POINT
 from astroinertia.gravity.refit import UPWARD
@@ -43,7 +43,7 @@ def _module(p: int, precision: str) -> ModuleType:
     power = {side: " * ".join([f"on_{side}"] * p) for side in "ab"}
     text = [
         *header(precision),
-        re.sub(r"from astroinertia\.[\w.]+ import .*\n", "", inspect.getsource(closing)),
+        re.sub(r"from astroinertia\.[\w.]+ import .*\n", "", inspect.getsource(compaction)),
         "TEST_FLAGS = {'contract', 'nsz', 'arcp', 'afn'}",  # sums keep their order: the same from both sides
         f"CLAMP, RADIUS_SLACK = {CLAMP}, {'1.0 + 1e-6' if precision == 'mixed' else '1.0'}",
         f"MOMENTS = {_width(p)}",

@@ -15,7 +15,7 @@ spread_moments = row_spreader(MOMENTS, 0)
 @njit(fastmath=TEST_FLAGS, **PART)
 def sort_candidates(node, listed, count, places, features, where_is, about, bucket, theta, tolerance, far, part, hand,
                     near):
-    # Keys below 0: taken by expansions; split; handed on to the target's children; taken particle by particle.
+    # Keys below 0: taken by expansions; split; deferred to the target's children; taken particle by particle.
     # places, features: of the candidates listed, as columns.
     widest_vectors()
     x_a, y_a, z_a = where_is[node, 0], where_is[node, 1], where_is[node, 2]
@@ -143,7 +143,7 @@ def roomier(array, filled, count):
 
 @njit(**PART)
 def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance, lists, keys, places, features):
-    # Sorts all candidates of a node: the numbers of those far, near, and to be handed on.
+    # Sorts all candidates of a node: the numbers of those far, near, and deferred.
     now, later, far, near, hand = lists[0], lists[1], lists[2], lists[3], lists[4]
     count, fars, nears, hands = filled, 0, 0, 0
     for k in range(filled):
@@ -157,10 +157,10 @@ def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance,
             node, now, count, places, features, where_is, about, bucket, theta, tolerance, keys[0], keys[1], keys[2],
             keys[3]
         )
-        fars = closed_up(now, keys[0], count, far, fars)
-        hands = closed_up(now, keys[2], count, hand, hands)
-        nears = closed_up(now, keys[3], count, near, nears)
-        split = closed_up(now, keys[1], count, later, 0)
+        fars = compacted(now, keys[0], count, far, fars)
+        hands = compacted(now, keys[2], count, hand, hands)
+        nears = compacted(now, keys[3], count, near, nears)
+        split = compacted(now, keys[1], count, later, 0)
         for k in range(split):
             left = child[later[k]]
             now[2 * k], now[2 * k + 1] = left, left + np.int32(1)
@@ -170,7 +170,7 @@ def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance,
 
 @njit(**PART)
 def room_for(levels, nodes, width, leaf_size):
-    # What a thread works in: ends of what is handed on, coefficients of the nodes above, lists of nodes, their keys,
+    # What a thread works in: ends of what is deferred, coefficients of the nodes above, lists of nodes, their keys,
     # places, features and moments, nodes to come and their depths, targets and their fields.
     most = nodes + 2 * LANES
     return (

@@ -1,8 +1,8 @@
 """A rigid body, or one of prescribed size: its equations of motion, by L and attitude, with the torques of effects.
 
 The state is the attitude q, the angular momentum L in inertial axes and m, the same in the principal axes, which keeps
-its digits also where one moment is far smaller than the others. With omega = I^-1 L and the slip s of the body's axes
-by which they turn beyond it (internal dissipation)
+its digits also where one moment is far smaller than the others. With omega = I^-1 L and the relative rotation s, by
+which the body's axes turn beyond it (internal dissipation),
 
     dL/dt = sum of torques,   dm/dt = m x (omega + s) + torques in the body's axes,   dq/dt = q (0, omega + s) / 2.
 
@@ -158,9 +158,9 @@ def torques(body: Rigid, seen: View) -> Array:
     return _of_each(body, lambda effect: effect.torque(seen))
 
 
-def slips(body: Rigid, seen: View) -> Array:
-    """The slip that each effect gives to the body's axes, (E, 3)."""
-    return _of_each(body, lambda effect: effect.slip(seen))
+def relative_rotations(body: Rigid, seen: View) -> Array:
+    """The relative rotation s that each effect gives to the body's axes, (E, 3)."""
+    return _of_each(body, lambda effect: effect.relative_rotation(seen))
 
 
 def motion(body: Rigid, time: Array, turning: Array, momentum: Array) -> Motion:
@@ -217,8 +217,8 @@ def rate(time: Array, state: dict[str, Array], arguments: tuple[Rigid, Array, Ar
 def kick(body: Rigid, time: Array, state: Rotor, interval: Array) -> Kick:
     """The same for integrate.rigid_splitting: what effects do in an interval while the rest stands still.
 
-    Exact where torques depend on time and attitude alone. Where they follow the spin, or the body's axes slip, the
-    equations of the effects alone are solved to order 6.
+    Exact where torques depend on time and attitude alone. Where they follow the spin, or the body's axes turn in its
+    matter, the equations of the effects alone are solved to order 6.
     """
     turning, momentum = state.turning.value, state.angular_momentum.value
     if body.deformability is None and not any(effect.follows_spin for effect in body.effects):
@@ -261,10 +261,10 @@ def _motion(body: Rigid, time: Array, turning: Array, momentum: Array, turn: Arr
     """Rates of a body whose axes turn by `turn` (3,), in themselves, which gives m the rate, and by its effects."""
     q, m = turning[:4], turning[4:]
     seen = view(body, time, q, m, momentum)
-    each, slip = torques(body, seen), slips(body, seen)
-    beyond = in_body(q, slip.sum(axis=0))
-    # A slip does omega . (m x s) to the energy.
-    power = each @ seen.angular_velocity + slip @ jnp.cross(seen.angular_velocity, momentum)
+    each, relative = torques(body, seen), relative_rotations(body, seen)
+    beyond = in_body(q, relative.sum(axis=0))
+    # A relative rotation does omega . (m x s) to the energy.
+    power = each @ seen.angular_velocity + relative @ jnp.cross(seen.angular_velocity, momentum)
     rates = rate + jnp.cross(m, beyond) + in_body(q, each.sum(axis=0))
     half = 0.5 * quaternion_product(q, jnp.concatenate([jnp.zeros(1), turn + beyond]))
     return Motion(jnp.concatenate([half, rates]), each.sum(axis=0), power)

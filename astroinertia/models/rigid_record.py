@@ -103,7 +103,7 @@ def _moments(body: Rigid, time: Array, turning: Array, momentum: Array) -> Momen
 
 
 def _swell(body: Rigid, time: Array, turning: Array, momentum: Array, second: Array) -> Array | None:
-    """What P has besides rotation, in the principal axes: half the change of Q there, and what the axes slip by."""
+    """What P has besides rotation, in the principal axes: half the change of Q there, and relative rotation."""
     swell = None
     if body.change is not None or body.deformability is not None:
         rates = rigid.motion(body, time, turning, momentum)
@@ -112,15 +112,15 @@ def _swell(body: Rigid, time: Array, turning: Array, momentum: Array, second: Ar
     if any(dissipates(effect) for effect in body.effects):
         # The figure turns in matter that has no part in that turn.
         seen = rigid.view(body, time, turning[:4], turning[4:], momentum)
-        slip = cross_matrix(rigid.in_body(turning[:4], rigid.slips(body, seen).sum(axis=0)))
-        turned = 0.5 * (slip @ second + second @ slip.T)
+        relative = cross_matrix(rigid.in_body(turning[:4], rigid.relative_rotations(body, seen).sum(axis=0)))
+        turned = 0.5 * (relative @ second + second @ relative.T)
         swell = turned if swell is None else swell + turned
     return swell
 
 
 def dissipates(effect: Any) -> bool:
-    """Whether an effect makes the axes of the body slip."""
-    return type(effect).slip is not Effect.slip
+    """Whether an effect turns the axes of the body in its matter."""
+    return type(effect).relative_rotation is not Effect.relative_rotation
 
 
 def _second_moment(body: Rigid, time: Array, m: Array) -> Array:

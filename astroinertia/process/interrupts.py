@@ -1,7 +1,7 @@
 """Signals that ask to stop: Ctrl-C, and what schedulers send before they kill. Handlers only note them.
 
-A loop that has something to seal looks at what is noted. As a command (`watched`), a process in which nothing is to be
-sealed is ended at once by a thread of its own, whatever the main thread is doing: one that compiles sees no signal, and
+A loop that has something to save looks at what is noted. As a command (`watched`), a process in which nothing is to be
+saved is ended at once by a thread of its own, whatever the main thread is doing: one that compiles sees no signal, and
 an exception raised inside a compiler's lock would never let go of it. `timeout` and schedulers send theirs to a process
 and to its group, so that what comes within AGAIN of the first is the same request; what comes later ends the process.
 Handlers are the main thread's: elsewhere signals stay with whoever owns them. Tests: tests/unit/test_stopping.py,
@@ -33,18 +33,18 @@ Said = Callable[[str], RunInterrupted | str]
 class Ended(NamedTuple):
     """What ends a process: the exit code that goes with it, its name, and what is said of the work under way, if so.
 
-    sealed: whether nothing of that is lost.
+    saved: whether nothing of that is lost.
     """
 
     code: int
     name: str
     said: RunInterrupted | str | None
-    sealed: bool
+    saved: bool
 
 
 class _Loop(NamedTuple):
     received: list[str]
-    unsealed: Callable[[], bool]
+    unsaved: Callable[[], bool]
 
 
 class _Work(NamedTuple):
@@ -64,13 +64,13 @@ def name(number: int) -> str:
 
 
 @contextmanager
-def noted(received: list[str], unsealed: Callable[[], bool] = lambda: True) -> Iterator[None]:
-    """Notes the name of the first of SIGNALS meanwhile; whoever runs the loop looks at it and seals what there is.
+def noted(received: list[str], unsaved: Callable[[], bool] = lambda: True) -> Iterator[None]:
+    """Notes the name of the first of SIGNALS meanwhile; whoever runs the loop looks at it and saves what there is.
 
-    unsealed: whether anything would be lost now; a command ends at once where nothing would. A later signal ends a
+    unsaved: whether anything would be lost now; a command ends at once where nothing would. A later signal ends a
     command, and elsewhere acts as it did before.
     """
-    loop = _Loop(received, unsealed)
+    loop = _Loop(received, unsaved)
     first = math.inf
 
     def note(number: int, _: FrameType | None) -> None:
@@ -97,7 +97,7 @@ def noted(received: list[str], unsealed: Callable[[], bool] = lambda: True) -> I
 def under_way(said: Said, resumable: bool = True) -> Iterator[None]:
     """Has `said` say what becomes of the work that goes on meanwhile, if a command is ended in it.
 
-    resumable: whether loops in it have something to seal; nothing goes on from runs that a comparison makes.
+    resumable: whether loops in it have something to save; nothing goes on from runs that a comparison makes.
     """
     work = _Work(said, resumable)
     _work.append(work)
@@ -200,13 +200,13 @@ class _Watcher(threading.Thread):
             return
         work = _work.copy()
         resumable = all(each.resumable for each in work)
-        unsealed = [loop for loop in _loops.copy() if loop.unsealed()] if resumable else []
-        if unsealed and math.isinf(self.first):
+        unsaved = [loop for loop in _loops.copy() if loop.unsaved()] if resumable else []
+        if unsaved and math.isinf(self.first):
             self.first = clock.monotonic()
-            unsealed[-1].received.append(what)
+            unsaved[-1].received.append(what)
             return
         said = work[0].said(what) if work else None
-        self.end(Ended(code, what, said, not unsealed))
+        self.end(Ended(code, what, said, not unsaved))
 
 
 def _handled(numbers: Sequence[int], handler: Callable[[int, FrameType | None], None]) -> dict[int, Any]:

@@ -35,7 +35,7 @@ from astroinertia.storage.outputs import Unwritten
 from astroinertia.units import DIMENSIONLESS
 
 CAUSES = (None, LIMIT, interrupts.CTRL_C, *(number.name for number in interrupts.SIGNALS[1:]))
-MARGIN = 1.5  # steps and seals take their time unevenly: so much of what the last ones took is left for the next
+MARGIN = 1.5  # steps and saves take their time unevenly: so much of what the last ones took is left for the next
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Progress:
 
 OFF_PLAN = 10.0  # times the steps that were planned for the whole run, from which on a run says so
 Listener = Callable[[Progress], None]
-"""What hears how a run goes; if it raises RunInterrupted, the run is sealed and stops, as after a signal."""
+"""What hears how a run goes; if it raises RunInterrupted, the run is saved and stops, as after a signal."""
 Completion = Callable[[xr.Dataset], xr.Dataset]
 """What adds to a run's dataset before its file is written; where it was interrupted, a resumed run calls it again."""
 
@@ -80,9 +80,9 @@ def run_scene(
     """Run a scene in a new run folder and return the netCDF file that it leaves.
 
     begun: of time.monotonic(), from when on the run's time is counted; from now on without it. The scene's error bars
-    are added by `completed`: accuracy.companion_runs. deadline: of time.monotonic(), too, by which the run is sealed
+    are added by `completed`: accuracy.companion_runs. deadline: of time.monotonic(), too, by which the run is saved
     and stopped if it has not ended. Raises SceneError, ArchiveError (the folder holds another run), NumericalError, and
-    RunInterrupted after a signal or for the deadline, with everything sealed so that `resume` goes on.
+    RunInterrupted after a signal or for the deadline, with everything saved so that `resume` goes on.
     """
     begun = clock.monotonic() if begun is None else begun
     refuse_contradictions(scene)
@@ -159,20 +159,20 @@ class _Run:
         self.from_share = self._share()
         self.reported_at = -1e9
         self.saved, self.saved_step = self.opened, self.body.steps
-        self.could_stop, self.sealing = self.opened, 0.0
+        self.could_stop, self.saving = self.opened, 0.0
         self.stopping: list[str] = []
         self.several = hosts.several()
 
     def finish(self, completed: Completion | None) -> Path:
         with interrupts.under_way(self._stopped):
-            with interrupts.noted(self.stopping, self._unsealed):
+            with interrupts.noted(self.stopping, self._unsaved):
                 self._evolve()
             self._tell(force=True)
             # Of several processes the first alone can leave here: the others wait for it, and learn of it.
             return hosts.first_then_others(lambda: self._written(completed), lambda: self._written(completed))
 
     def _evolve(self) -> None:
-        """Take steps to the end, all of it sealed; RunInterrupted where it is to stop, which is sealed, too."""
+        """Take steps to the end, all of it saved; RunInterrupted where it is to stop, which is saved, too."""
         body, output = self.body, self.output
         if not self.counters["series"]:
             self._record(force=True)
@@ -199,7 +199,7 @@ class _Run:
     def _stopped(self, by: str) -> RunInterrupted:
         return RunInterrupted(self.archive.folder, self.body.time, self.output.end, by)
 
-    def _unsealed(self) -> bool:
+    def _unsaved(self) -> bool:
         """Whether steps were taken that no checkpoint has; of several processes none may leave the others waiting."""
         return self.several or self.body.steps != self.saved_step
 
@@ -222,10 +222,10 @@ class _Run:
         return CAUSES[hosts.agreed(CAUSES.index(cause))] if self.several else cause
 
     def _late(self) -> bool:
-        """Whether the deadline could pass before the run can be stopped and sealed the next time."""
+        """Whether the deadline could pass before the run can be stopped and saved the next time."""
         now = clock.monotonic()
         lately, self.could_stop = now - self.could_stop, now
-        return now + MARGIN * (lately + self.sealing) >= self.deadline
+        return now + MARGIN * (lately + self.saving) >= self.deadline
 
     def _advance(self) -> None:
         until = self.output.end
@@ -288,14 +288,14 @@ class _Run:
         self.counters[kind] = max(passed, 1)
 
     def _checkpoint(self) -> None:
-        # Sealing writes copies only: the state goes on as it was.
+        # Saving writes copies only: the state goes on as it was.
         begin = clock.monotonic()
         self.archive.write_segment(self.records, self.snapshots)
         wall_time = self.counters["wall_time"] + clock.monotonic() - self.opened
         self.archive.write_checkpoint(self.body.arrays(), {**self.counters, "wall_time": wall_time})
         self.records, self.snapshots = [], []
         self.saved, self.saved_step = clock.monotonic(), self.body.steps
-        self.sealing = self.saved - begin
+        self.saving = self.saved - begin
 
     def _tell(self, force: bool) -> None:
         if self.listener is None or (not force and clock.monotonic() - self.reported_at < 0.2):

@@ -1,9 +1,9 @@
-"""A run folder: sealed segments of output and the last two checkpoints, consistent after a crash at any instant.
+"""A run folder: atomic segments of output and the last two checkpoints, consistent after a crash at any instant.
 
     manifest.json            what belongs to the run, with the sha256 of every file; replaced as a whole
     manifest-copy.json       the same once more, for a disk that damages the first
     segment-000001.npz ...   headline records, in code units
-    snapshots-000001.npz ... the snapshots sealed with them, apart: to open a run is to read the records alone
+    snapshots-000001.npz ... the snapshots saved with them, apart: to open a run is to read the records alone
     checkpoint-000002.npz    the state from which the run goes on, after so many segments; and the one before it
     <name>.nc                the final dataset, written once (astroinertia.dataset)
     lock                     held by the one process that writes
@@ -117,7 +117,7 @@ class Archive:
 
     @property
     def segments(self) -> int:
-        """Number of sealed files of output."""
+        """Number of saved files of output."""
         return len(self._manifest["segments"])
 
     @property
@@ -138,7 +138,7 @@ class Archive:
         return path
 
     def write_segment(self, records: Sequence[Mapping[str, Any]], snapshots: Sequence[Mapping[str, Any]] = ()) -> None:
-        """Seal headline records and snapshots, each a mapping of names to arrays or numbers; nothing if both are empty.
+        """Save headline records and snapshots, each a mapping of names to arrays or numbers; nothing if both are empty.
 
         Every record of a segment has the same names and shapes (so have the snapshots, among themselves); a snapshot
         has its `time`.
@@ -162,7 +162,7 @@ class Archive:
         self._commit({**self._manifest, "segments": [*self._manifest["segments"], *entries]})
 
     def write_checkpoint(self, arrays: Mapping[str, Any], scalars: Mapping[str, Any]) -> None:
-        """Seal the state after all segments written so far; the checkpoint before it stays, older ones go.
+        """Save the state after all segments written so far; the checkpoint before it stays, older ones go.
 
         Every bit of the arrays survives.
         """
@@ -235,7 +235,7 @@ class Archive:
         return found
 
     def finish(self, fill: Callable[[Path], None]) -> Path:
-        """Let `fill` write the final file, seal it as <name>.nc and return its path. Segments and checkpoint stay."""
+        """Let `fill` write the final file, save it as <name>.nc and return its path. Segments and checkpoint stay."""
         path = self.folder / final_name(self.metadata)
         self.must_be_writable()
         digest = write_whole(path, fill)
@@ -351,7 +351,7 @@ def final_name(metadata: Mapping[str, Any]) -> str:
 
 
 def _segments(checkpoint: Mapping[str, Any] | None) -> int:
-    """How many segments were sealed before a checkpoint; None is the start."""
+    """How many segments were saved before a checkpoint; None is the start."""
     return 0 if checkpoint is None else checkpoint["segments"]
 
 

@@ -27,7 +27,7 @@ _SECONDS_BETWEEN_LOOKS = 0.5  # at the clock and at what signals ask for
 def by_cluster(tasks: Sequence[Task], address: str, deadline: float = math.inf) -> Iterator[Outcome]:
     """Run members on the cluster at an address; outcomes as they come.
 
-    When the iterator is closed, the sweep's session is over, by which members under way see that they are to be sealed.
+    When the iterator is closed, the sweep's session is over, by which members under way see that they are to be saved.
     deadline: of time.monotonic(), after which members are waited for no longer: RunInterrupted, as after a signal.
     SceneError without dask, and where no cluster answers.
     """

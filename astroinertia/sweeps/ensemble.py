@@ -28,7 +28,7 @@ from astroinertia.sweeps.members import Outcome, Task, carry_out
 from astroinertia.sweeps.workers import side_by_side
 
 DEFAULT_MINUTES = 60.0  # that a member may take whose settings are chosen for an accuracy
-SECONDS_TO_CLOSE = 6.0  # that workers take to be gone once their members are sealed
+SECONDS_TO_CLOSE = 6.0  # that workers take to be gone once their members are saved
 WORTH_WORKERS = 30.0  # seconds of work, below which the start of processes takes as long
 
 
@@ -67,7 +67,7 @@ def run_sweep(
     """Run all members of a sweep in a folder, or those that are left, and put them together in one file.
 
     workers: processes of this machine, 1 for this one alone; cluster: the address of a cluster of dask instead, which
-    sees the same files. deadline: of time.monotonic(), by which members under way are sealed and no more are begun.
+    sees the same files. deadline: of time.monotonic(), by which members under way are saved and no more are begun.
     Members that failed for good stay as they are. Raises SceneError, ArchiveError (the folder holds something else, or
     another process runs it), and RunInterrupted after a signal or for the deadline: the same call goes on.
 

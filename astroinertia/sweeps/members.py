@@ -33,7 +33,7 @@ class Task:
 
     session: the text that the sweep's session file has as long as members are wanted. minutes: that a run may take
     where its settings are chosen for an accuracy. until: of time.time(), which machines share, by which the member is
-    to be sealed.
+    to be saved.
     """
 
     folder: str
@@ -61,7 +61,7 @@ def carry_out(task: Task, listener: Listener | None = None) -> Outcome:
     """Run a member, or go on with it from its last checkpoint; what goes wrong is its outcome.
 
     RunInterrupted where the sweep wants no more members, its time is over, or a signal asks to stop; what is under way
-    is sealed then.
+    is saved then.
     """
     if not _is_wanted(task):
         raise RunInterrupted(task.place, 0.0, 1.0)

@@ -1,6 +1,6 @@
 """The program of a worker of scale.workers: runs the members that come through a pipe, and says what came of them.
 
-It ends, at once or once the member under way is sealed, when the pipe says so, and at once when the process at the
+It ends, at once or once the member under way is saved, when the pipe says so, and at once when the process at the
 other end is gone.
 """
 
@@ -38,7 +38,7 @@ def _listen(connection: Any, tasks: "SimpleQueue[tuple[Any, ...] | None]") -> No
         while True:
             task = connection.recv()
             if task is None:
-                interrupts.ask(signal.SIGTERM)  # comes back where there is something to seal
+                interrupts.ask(signal.SIGTERM)  # comes back where there is something to save
             tasks.put(task)
     except (EOFError, OSError):
         os._exit(1)

@@ -35,7 +35,7 @@ def side_by_side(tasks: Sequence[Task], workers: int, deadline: float = math.inf
     """Run members in so many processes of this machine; outcomes as they come.
 
     A worker that is killed is replaced, and what it ran is gone on with. When the iterator is closed, workers are gone,
-    once members under way are sealed. deadline: of time.monotonic(), after which members are waited for no longer:
+    once members under way are saved. deadline: of time.monotonic(), after which members are waited for no longer:
     RunInterrupted, as after a signal.
     """
     asked: list[str] = []
@@ -109,7 +109,7 @@ class _Worker:
         return task, found
 
     def stop(self) -> None:
-        """Ask it to seal what it runs, and to end."""
+        """Ask it to save what it runs, and to end."""
         with suppress(OSError):
             self.connection.send(_STOP)
 

@@ -40,7 +40,7 @@ PARTS: dict[str, tuple[tuple[Any, str], ...]] = {
     "segments read back": ((archive, "read_arrays"),),
     "headline series computed": ((dataset, "headline"),),
     "the rest of the final file": ((loop.dataset, "finish"),),
-    "the rest of sealing": ((loop._Run, "_checkpoint"),),
+    "the rest of saving": ((loop._Run, "_checkpoint"),),
 }
 PHYSICS: dict[str, tuple[tuple[Any, str], ...]] = {
     "records and snapshots computed": ((Particles, "record"), (Particles, "snapshot")),

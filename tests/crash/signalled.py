@@ -209,15 +209,15 @@ def left(session: int) -> list[int]:
 
 def _judged(code, numbers, complaints, under_way, said) -> str:
     """How the process ended, which must be one of the ways that are documented."""
-    if code == INTERRUPTED and "is sealed in" in complaints:
-        return "sealed"
+    if code == INTERRUPTED and "is saved in" in complaints:
+        return "saved"
     if code == INTERRUPTED and "what is done is kept" in complaints:
         return "kept"
     if code == 0:
         return "had its result" if under_way else "had ended before"
     assert under_way, said
     if -code in numbers:  # before the command line has begun, or once it has said its last word
-        assert not complaints or "is sealed in" in complaints or "what is done is kept" in complaints, said
+        assert not complaints or "is saved in" in complaints or "what is done is kept" in complaints, said
         return "at once"
     assert code in [128 + number for number in numbers], said
     assert complaints.startswith("astroinertia: ") and complaints.count("\n") == 1, said

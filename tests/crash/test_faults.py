@@ -65,7 +65,7 @@ def final(archive):
     return archive.finish(lambda aside: aside.write_bytes(b"final"))
 
 
-def test_a_disk_that_is_full_at_any_write_is_reported_and_nothing_sealed_is_lost(tmp_path, monkeypatch, quick_disk):
+def test_a_disk_that_is_full_at_any_write_is_reported_and_nothing_saved_is_lost(tmp_path, monkeypatch, quick_disk):
     reached = []
     for fatal in range(1, 1000):
         folder, disk = tmp_path / str(fatal), FillsUp(fatal)

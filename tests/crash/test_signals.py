@@ -1,4 +1,4 @@
-"""Signals at any moment of any command: it ends, seals what is to be sealed, and says so in one sentence."""
+"""Signals at any moment of any command: it ends, saves what is to be saved, and says so in one sentence."""
 
 import random
 import signal

@@ -1,4 +1,4 @@
-"""A signal to all processes of a sweep at once, as terminals, `timeout` and schedulers send it: members are sealed."""
+"""A signal to all processes of a sweep at once, as terminals, `timeout` and schedulers send it: members are saved."""
 
 import os
 import signal
@@ -37,7 +37,7 @@ checkpoint_seconds = 1e6
 """
 
 
-def test_members_under_way_in_workers_are_sealed_when_all_processes_get_a_signal(tmp_path):
+def test_members_under_way_in_workers_are_saved_when_all_processes_get_a_signal(tmp_path):
     pytest.importorskip("distributed")
     (tmp_path / "sweep.toml").write_text(SCENE)
     arguments = ["run", str(tmp_path / "sweep.toml"), "--workers", str(WORKERS), "--output", str(tmp_path / "run")]
@@ -57,7 +57,7 @@ def test_members_under_way_in_workers_are_sealed_when_all_processes_get_a_signal
             with suppress(ProcessLookupError):
                 os.killpg(sweep.pid, signal.SIGKILL)
     assert sweep.returncode == 130
-    assert "the run was stopped by SIGTERM at 0.0% and is sealed in" in complaint
+    assert "the run was stopped by SIGTERM at 0.0% and is saved in" in complaint
     for place in under_way:
         with Archive.open(place) as found:  # let go of by its worker
             assert found.read_checkpoint()[1]["series"] > 1

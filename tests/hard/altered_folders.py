@@ -13,7 +13,7 @@ import numpy as np
 from astroinertia.accuracy.running import run_scene
 from astroinertia.scene import load
 from astroinertia.storage import manifest as manifests
-from tests.hard.malformed_files import VALUES, _places, resealed
+from tests.hard.malformed_files import VALUES, _places, rehashed
 
 GAS = '[equation_of_state]\nkind = "ideal"\n[effects.gravity]\n[effects.pressure]\n[effects.viscosity]\n'
 ENDS = "[output]\nseries_steps = 1\ncheckpoint_seconds = 0.0\n"
@@ -82,7 +82,7 @@ def stopped_folders(folder: Path, names: tuple[str, ...] = tuple(SCENES)) -> dic
         run_scene(load.loads(SCENES[name].replace("LAST", HALF)), place).unlink()
         content = json.loads((place / manifests.MANIFEST).read_text())
         content["metadata"]["scene"] = load.resolved_text(load.loads(SCENES[name].replace("LAST", WHOLE)))
-        resealed(place, content | {"final": None})
+        rehashed(place, content | {"final": None})
     return made
 
 
@@ -105,28 +105,28 @@ def _state(path, content, chance):
     """Something else in the arrays of the last checkpoint; of both, since the one before stands in for it."""
     for entry in filter(None, content["checkpoints"]):
         _npz_changed(path / entry["file"], random.Random(chance.randrange(2**32)), lambda name: name.endswith(".npy"))
-    resealed(path)
+    rehashed(path)
 
 
 def _counters(path, content, chance):
     for entry in filter(None, content["checkpoints"]):
         _npz_changed(path / entry["file"], chance, lambda name: not name.endswith(".npy"))
-    resealed(path)
+    rehashed(path)
 
 
 def _output(path, content, chance):
     _npz_changed(path / chance.choice(content["segments"])["file"], chance, lambda name: name.endswith(".npy"))
-    resealed(path)
+    rehashed(path)
 
 
 def _description(path, content, chance):
     _value_changed(content["metadata"], chance)
-    resealed(path, content)
+    rehashed(path, content)
 
 
 def _entries(path, content, chance):
     _value_changed({name: content[name] for name in ("segments", "checkpoints")}, chance)
-    resealed(path, content)
+    rehashed(path, content)
 
 
 def _scene(path, content, chance):
@@ -140,7 +140,7 @@ def _scene(path, content, chance):
         values = ("0", "1", "-1", "1e99", "1e-99", "17", '"x"', "[]", "true", "0.3", "64")
         lines[number] = f"{key}{sign} {chance.choice(values)}" if sign else lines[number].replace("effects", "output")
     content["metadata"]["scene"] = "\n".join(lines)
-    resealed(path, content)
+    rehashed(path, content)
 
 
 def _value_changed(content, chance):

@@ -12,7 +12,7 @@ import netCDF4
 import numpy as np
 
 from astroinertia.storage import manifest as manifests
-from tests.hard.malformed_files import npy, resealed
+from tests.hard.malformed_files import npy, rehashed
 from tests.hard.whole_files import columns
 
 SECRET = np.array([3.25, 1.0, 2.0, 4.0])
@@ -176,7 +176,7 @@ def _runs(folder, whole, outside):
         content = json.loads((place / manifests.MANIFEST).read_text())
         for step in steps:
             step(place, content)
-        resealed(place, content)
+        rehashed(place, content)
         made.append(("run", place))
 
     def named(path):

@@ -45,7 +45,7 @@ def _a_file_changed(folder, chance):
     path = chance.choice(_files(folder))
     path.write_bytes(changed(path.read_bytes(), chance))
     if chance.random() < 0.7:
-        resealed(path.parent)
+        rehashed(path.parent)
 
 
 def _a_value_changed(folder, chance):
@@ -60,7 +60,7 @@ def _a_value_changed(folder, chance):
             place[key] = chance.choice(VALUES)
     path.write_text(json.dumps(content))
     if path.name in (manifests.MANIFEST, manifests.COPY):
-        resealed(path.parent, content)
+        rehashed(path.parent, content)
 
 
 def _an_array_changed(folder, chance):
@@ -69,7 +69,7 @@ def _an_array_changed(folder, chance):
     if found:
         path = chance.choice(found)
         path.write_bytes(_with_other_arrays(path.read_bytes(), chance))
-        resealed(path.parent)
+        rehashed(path.parent)
 
 
 def _places(content):
@@ -83,7 +83,7 @@ def _files(folder):
     return sorted(Path(place) / name for place, _, names in os.walk(folder) for name in names if name != "lock")
 
 
-def resealed(folder: Path, content=None) -> None:
+def rehashed(folder: Path, content=None) -> None:
     """Give the manifest, or this one, the hashes of the files as they are now, and its own."""
     path = folder / manifests.MANIFEST
     if content is None:

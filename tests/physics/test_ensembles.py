@@ -39,7 +39,7 @@ checkpoint_seconds = 0.0
 
 
 def member_under_way(process):
-    """The member whose lock a process holds and the records it has sealed, if these are some but not all, or None."""
+    """The member whose lock a process holds and the records it has saved, if these are some but not all, or None."""
     for file in process.open_files():
         path = Path(file.path)
         segments = len(list(path.parent.glob("segment-*.npz"))) if path.name == LOCK else 0
@@ -83,7 +83,7 @@ def test_a_killed_worker_changes_nothing(tmp_path, result):
     assert whole.sizes["time"] == RECORDS
     result(
         members=len(sweep.members), workers=2, killed_after=KILL_AFTER, killed_in=member,
-        records=RECORDS, sealed_then=segments,
+        records=RECORDS, saved_then=segments,
         serial_seconds=round(serial, 1), workers_seconds=round(time.monotonic() - begun, 1),
         variables_identical=len(one.data_vars), numbers_identical=int(sum(v.size for v in one.data_vars.values())),
     )  # fmt: skip

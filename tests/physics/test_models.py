@@ -35,13 +35,13 @@ def test_a_run_that_crashes_goes_on_bit_for_bit_and_has_the_whole_schema(name, t
             assert variable.attrs["reason"]
     assert whole.attrs["approximation"] and whole.sizes["time"] == 11
 
-    seal, sealed = Archive.write_checkpoint, []
+    save, saved = Archive.write_checkpoint, []
 
     def crash(archive, arrays, scalars):
-        sealed.append(scalars)
-        if len(sealed) == CRASH_AT:
+        saved.append(scalars)
+        if len(saved) == CRASH_AT:
             raise OSError("the power is gone")
-        seal(archive, arrays, scalars)
+        save(archive, arrays, scalars)
 
     monkeypatch.setattr(Archive, "write_checkpoint", crash)
     with pytest.raises(OSError, match="power"):

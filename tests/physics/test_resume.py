@@ -17,7 +17,7 @@ SCENE = Path(__file__).parent.parent.parent / "sims" / "evrard.toml"
 
 
 def test_an_interrupted_run_resumes_bit_for_bit(tmp_path: Path) -> None:
-    """SIGINT in the middle seals the run; resumed, its series and snapshots equal those of an undisturbed run."""
+    """SIGINT in the middle saves the run; resumed, its series and snapshots equal those of an undisturbed run."""
     scene = load.load_file(SCENE, SETTINGS)
     whole = astroinertia.open_tree(astroinertia.run_scene(scene, tmp_path / "whole"))
     steps = []
@@ -28,7 +28,7 @@ def test_an_interrupted_run_resumes_bit_for_bit(tmp_path: Path) -> None:
             steps.append(-1)
             os.kill(os.getpid(), signal.SIGINT)
 
-    with pytest.raises(RunInterrupted, match="sealed"):
+    with pytest.raises(RunInterrupted, match="saved"):
         astroinertia.run_scene(scene, tmp_path / "parts", interrupt)
     assert not list((tmp_path / "parts").glob("*.nc"))
     parts = astroinertia.open_tree(astroinertia.resume(tmp_path / "parts"))

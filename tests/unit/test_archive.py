@@ -21,7 +21,7 @@ from astroinertia.storage import manifest
 from astroinertia.storage.archive import Archive
 from astroinertia.storage.atomic import TEMPORARY, read_arrays, write_arrays
 from astroinertia.storage.manifest import COPY, MANIFEST
-from tests.hard.malformed_files import resealed
+from tests.hard.malformed_files import rehashed
 
 METADATA = {"name": "star", "scene": "name = 'star'\n", "effects": ["gravity"]}
 
@@ -333,7 +333,7 @@ def test_what_a_run_was_planned_to_take_is_a_number(tmp_path, name, value):
         pass
     content = json.loads((tmp_path / MANIFEST).read_text())
     content["metadata"][name] = value
-    resealed(tmp_path, content)
+    rehashed(tmp_path, content)
     with pytest.raises(ArchiveError, match=f"metadata {name}"):
         Archive.open(tmp_path)
 
@@ -492,7 +492,7 @@ def test_outputs_that_do_not_fit_together_are_refused(tmp_path):
         assert archive.segments == 0
 
 
-def test_the_final_file_is_sealed_and_known(tmp_path):
+def test_the_final_file_is_saved_and_known(tmp_path):
     with Archive.create(tmp_path, {**METADATA, "name": "../odd name"}) as archive:
         write_on(archive, 4)
         assert archive.finished is None

@@ -296,11 +296,11 @@ def test_a_companion_run_that_was_interrupted_is_gone_on_with_and_the_finished_r
         astroinertia.run_scene(TOP, tmp_path / "run", interrupt)
     assert stopped.value.folder == tmp_path / "run"
     assert not list((tmp_path / "run").glob("*.nc"))
-    seals = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "run").glob("segment*")}
+    saves = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "run").glob("segment*")}
     parts = []
     resumed = astroinertia.open(astroinertia.resume(tmp_path / "run", lambda progress: parts.append(progress.part)))
     whole = astroinertia.open(astroinertia.run_scene(TOP, tmp_path / "whole"))
-    assert {path.name: path.stat().st_mtime_ns for path in (tmp_path / "run").glob("segment*")} == seals
+    assert {path.name: path.stat().st_mtime_ns for path in (tmp_path / "run").glob("segment*")} == saves
     assert "companion run 1 of 1, steps per rotation 80" in parts
     for name in ("attitude", "attitude_error", "angular_velocity_error"):
         assert (resumed[name].values == whole[name].values).all()

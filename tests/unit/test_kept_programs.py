@@ -15,7 +15,7 @@ import numpy as np
 from astroinertia.engines import numba_vectors
 from astroinertia.engines.numba_cache import load_module
 
-numba_vectors.CLOSED_UP = 0
+numba_vectors.COMPACTED_BITS = 0
 from astroinertia.engines.numba_passes import header
 
 TEXT = """

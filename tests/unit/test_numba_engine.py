@@ -404,7 +404,7 @@ def test_a_subset_is_an_arrangement_of_its_particles(reference, precision):
 
 @pytest.mark.slow
 def test_impulses_take_the_longer_intervals_of_a_pair_and_keep_momentum(reference):
-    """Both parts of a pair's interval, particles that sleep and that have just woken; plain sums stay as they are."""
+    """Both parts of a pair's interval, particles that rest or have just become active; plain sums stay as they are."""
     arrangement, _, fields = reference
     random = np.random.default_rng(4)
     closing, opening = 2.0 ** -random.integers(0, 6, (2, COUNT))

@@ -1,4 +1,4 @@
-"""Which vectors are closed up is decided by the processor that numba compiles for."""
+"""Which vectors are compacted is decided by the processor that numba compiles for."""
 
 import os
 import subprocess
@@ -15,12 +15,12 @@ import sys
 import numpy as np
 from numba import njit, types
 from astroinertia.engines.processor import vector_bits
-from astroinertia.gravity import closing
+from astroinertia.gravity import compaction
 
 
 @njit
 def entry(values, key, count, out, filled):
-    return closing.closed_up(values, key, count, out, filled)
+    return compaction.compacted(values, key, count, out, filled)
 
 
 def check(number, key):
@@ -43,7 +43,7 @@ print(vector_bits())
 
 
 @pytest.mark.parametrize("name", PROCESSORS)
-def test_numbers_are_closed_up_for_every_processor(name):
+def test_numbers_are_compacted_for_every_processor(name):
     processor = PROCESSORS[name]
     command = [sys.executable, "-c", PROGRAM, "run" if processor.is_here else "compile"]
     environment = os.environ | processor.environment

@@ -1,4 +1,4 @@
-"""What stops a run before its end: it is sealed, says how to go on, and goes on bit for bit."""
+"""What stops a run before its end: it is saved, says how to go on, and goes on bit for bit."""
 
 import json
 import os
@@ -72,7 +72,7 @@ def same(one: xr.Dataset, other: xr.Dataset) -> bool:
     ("number", "times", "name"),
     [(signal.SIGINT, 2, "Ctrl-C"), (signal.SIGTERM, 2, "SIGTERM"), (signal.SIGUSR1, 2, "SIGUSR1")],
 )
-def test_a_signal_seals_the_run_also_when_it_comes_twice(tmp_path, whole, number, times, name):
+def test_a_signal_saves_the_run_also_when_it_comes_twice(tmp_path, whole, number, times, name):
     """`timeout` and schedulers send theirs to the process and to its group: the second must not kill it."""
     before = signal.getsignal(number)
 
@@ -82,7 +82,7 @@ def test_a_signal_seals_the_run_also_when_it_comes_twice(tmp_path, whole, number
         for _ in range(times):
             os.kill(os.getpid(), number)
 
-    with pytest.raises(RunInterrupted, match=rf"stopped by {name} at 0\.0% and is sealed"):
+    with pytest.raises(RunInterrupted, match=rf"stopped by {name} at 0\.0% and is saved"):
         loop.run_scene(scene(), tmp_path / "run", send)
     assert signal.getsignal(number) == before
     assert same(astroinertia.open(astroinertia.resume(tmp_path / "run")), whole)
@@ -114,8 +114,8 @@ def test_a_command_that_is_ended_at_any_moment_of_the_last_file_loses_nothing(tm
         loop.run_scene(scene(), tmp_path / "run")
     assert len(left.ends) >= 6  # netCDF begun and written, its file and folder synced, the manifest and its folder
     for ended, folder in left.ends:
-        assert re.match(rf"the run was stopped by {ended.name} at 100\.0% and is sealed", str(ended.said))
-        assert ended.sealed
+        assert re.match(rf"the run was stopped by {ended.name} at 100\.0% and is saved", str(ended.said))
+        assert ended.saved
         file = astroinertia.resume(folder)
         assert [each.name for each in folder.glob("*.nc")] == [file.name]
         assert not list(folder.glob("*.tmp"))
@@ -124,7 +124,7 @@ def test_a_command_that_is_ended_at_any_moment_of_the_last_file_loses_nothing(tm
 
 
 def test_a_command_is_ended_at_once_where_nothing_would_be_lost(tmp_path, whole, heard):
-    """Before the first step, which may compile for long, and after one it is sealed instead, at the next."""
+    """Before the first step, which may compile for long, and after one it is saved instead, at the next."""
     left, sent = Left(tmp_path / "run", tmp_path / "left"), []
 
     def send(progress):
@@ -137,8 +137,8 @@ def test_a_command_is_ended_at_once_where_nothing_would_be_lost(tmp_path, whole,
     with interrupts.watched(left.end), pytest.raises(RunInterrupted, match="stopped by Ctrl-C") as stopped:
         loop.run_scene(scene(), tmp_path / "run", send)
     ((ended, folder),) = left.ends
-    assert (str(ended.said), ended.sealed) == (
-        f"the run was stopped by SIGTERM at 0.0% and is sealed in {tmp_path / 'run'}",
+    assert (str(ended.said), ended.saved) == (
+        f"the run was stopped by SIGTERM at 0.0% and is saved in {tmp_path / 'run'}",
         True,
     )
     assert 0.0 < stopped.value.share < 1.0
@@ -173,10 +173,10 @@ def test_a_second_signal_ends_a_command_at_once_unless_it_comes_right_after_the_
     with interrupts.watched(left.end), pytest.raises(RunInterrupted, match="stopped by SIGTERM"):
         loop.run_scene(scene(), tmp_path / "run", send)
     ((ended, folder),) = left.ends
-    assert not ended.sealed
+    assert not ended.saved
     assert cli_stop.ended(ended) == (
         143,
-        f"ended at once by SIGTERM; what was sealed before is kept; go on with: astroinertia resume {tmp_path / 'run'}",
+        f"ended at once by SIGTERM; what was saved before is kept; go on with: astroinertia resume {tmp_path / 'run'}",
     )
     assert same(astroinertia.open(astroinertia.resume(folder)), whole)
 

@@ -219,16 +219,16 @@ def test_a_failure_stays_with_its_member_and_is_reported(tmp_path, monkeypatch):
 
 
 def test_an_interrupted_sweep_goes_on_where_it_was(grid, tmp_path, monkeypatch):
-    seal, sealed = Archive.write_checkpoint, []
+    save, saved = Archive.write_checkpoint, []
 
     def stop(archive, arrays, scalars):
-        seal(archive, arrays, scalars)
-        sealed.append(archive.folder.name)
-        if sealed.count(member(2)) == 2:
+        save(archive, arrays, scalars)
+        saved.append(archive.folder.name)
+        if saved.count(member(2)) == 2:
             os.kill(os.getpid(), signal.SIGINT)
 
     monkeypatch.setattr(Archive, "write_checkpoint", stop)
-    with pytest.raises(RunInterrupted, match=r"50.0% and is sealed in .*run"):
+    with pytest.raises(RunInterrupted, match=r"50.0% and is saved in .*run"):
         ensemble.run_sweep(made(), tmp_path / "run")
     monkeypatch.undo()
     with pytest.raises(ArchiveError, match="not finished; resume it"):
@@ -255,18 +255,18 @@ def slow(monkeypatch):
     return moved_by_steps(monkeypatch, Scaling, (loop, members, ensemble, workers, clusters, cli, cli_stop, interrupts))
 
 
-def test_a_sweep_is_stopped_in_time_with_its_member_sealed_and_goes_on(grid, tmp_path, monkeypatch, slow, capsys):
+def test_a_sweep_is_stopped_in_time_with_its_member_saved_and_goes_on(grid, tmp_path, monkeypatch, slow, capsys):
     """Members take two steps of 10 s each: the third is under way when the next step would be too late."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "core.toml").write_text(SCENE.replace("{sweep}", GRID).replace("0.0\n", "1000.0\n"))
     assert main(["run", "core.toml", "--workers", "1", "--max-wall", "1 min"]) == 130
     printed = capsys.readouterr().err
-    assert printed.startswith("astroinertia: the run was stopped by its limit of wall time at 50.0% and is sealed in")
+    assert printed.startswith("astroinertia: the run was stopped by its limit of wall time at 50.0% and is saved in")
     assert printed.endswith("go on with: astroinertia resume runs/core\n") and slow.now <= 1060.0
     place = tmp_path / "runs" / "core"
     assert folder.waiting(place, 4) == [2, 3] and not (place / member(3)).exists()
     with Archive.open(place / member(2)) as under_way:
-        assert under_way.read_checkpoint()[1]["series"] == 2  # sealed where it was, not where it began
+        assert under_way.read_checkpoint()[1]["series"] == 2  # saved where it was, not where it began
     assert main(["resume", "runs/core", "--workers", "1", "--max-wall", "1 h"]) == 0
     same_numbers(astroinertia.open(place), astroinertia.open(grid[0]))
 
@@ -278,7 +278,7 @@ def test_no_member_is_begun_once_the_time_is_over(tmp_path, slow):
 
 
 def test_workers_are_not_waited_for_when_the_time_is_over(cluster, tmp_path):
-    """They may be compiling, or not have begun; nothing of what they seal is lost."""
+    """They may be compiling, or not have begun; nothing of what they save is lost."""
     begun = time.monotonic()
     with pytest.raises(RunInterrupted, match="limit of wall time"):
         ensemble.run_sweep(
@@ -292,7 +292,7 @@ def test_workers_are_not_waited_for_when_the_time_is_over(cluster, tmp_path):
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1])
-def test_a_signal_seals_the_member_under_way(tmp_path, monkeypatch, number):
+def test_a_signal_saves_the_member_under_way(tmp_path, monkeypatch, number):
     """And once more, as `timeout` sends them."""
     advance, steps = Scaling.advance, []
 
@@ -322,7 +322,7 @@ def test_a_command_that_is_ended_while_the_sweeps_file_is_written_leaves_none_by
         ensemble.run_sweep(made(), tmp_path / "run")
     monkeypatch.undo()
     ((ended, folder),) = left.ends
-    assert "stopped by SIGTERM at 100.0%" in str(ended.said) and ended.sealed
+    assert "stopped by SIGTERM at 100.0%" in str(ended.said) and ended.saved
     assert not (folder / "core.nc").exists()
     ensemble.resume(folder)
     same(astroinertia.open(folder), astroinertia.open(grid[0]))

@@ -12,7 +12,7 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-from astroinertia.engines.numba_vectors import CLOSED_UP, PART, Lanes
+from astroinertia.engines.numba_vectors import COMPACTED_BITS, PART, Lanes
 
 
 @intrinsic
@@ -36,11 +36,11 @@ def _kept_one_by_one(values, key, k, count, out, filled):
     return filled
 
 
-kept = _kept_vector if CLOSED_UP else _kept_one_by_one
+kept = _kept_vector if COMPACTED_BITS else _kept_one_by_one
 
 
 @njit(**PART)
-def closed_up(values, key, count, out, filled):
+def compacted(values, key, count, out, filled):
     """Append to out[filled:] those of values[:count] whose key is not >= 0; returns how far `out` is filled."""
     for k in range(0, count, 64 // key.itemsize):
         filled = kept(values, key, k, count, out, filled)
