@@ -14,10 +14,11 @@ from astroinertia.engines.pytree import pytree
 class InternalDissipation(Effect):
     """The body's axes turn relative to its matter by s = lambda L cross omega.
 
-    L stays, and the energy falls by lambda |L cross omega|^2. This double bracket (Bloch, Krishnaprasad, Marsden & Ratiu 1996, Communications in Mathematical Physics 175, 1) is
-    the simplest law that takes a body from any spin, through the separatrix, to one about its largest moment. lambda is
-    such that a small wobble about that axis falls by a factor e in `time_scale`, at any spin, or, as a body of constant
-    quality factor does, in time_scale (rate / omega)^3 with omega = L/I_3 (Burns & Safronov 1973, MNRAS 165, 403).
+    L stays, and the energy falls by lambda |L cross omega|^2. This double bracket (Bloch, Krishnaprasad, Marsden &
+    Ratiu 1996, Communications in Mathematical Physics 175, 1) is the simplest law that takes a body from any spin,
+    through the separatrix, to one about its largest moment. lambda is such that a small wobble about that axis falls by
+    a factor e in `time_scale`, at any spin, or, as a body of constant quality factor does, in
+    time_scale (rate / omega)^3 with omega = L/I_3 (Burns & Safronov 1973, MNRAS 165, 403).
     """
 
     time_scale: Any

@@ -30,7 +30,7 @@ KERNEL, TOLERANCE = "wendland_c2", 1e-8
 COLUMNS = ("pass", "ns", "candidates", "pairs", "kB read", "GB/s", "operations a pair", "G operations/s")
 PROFILE = """
 Shares of the time, by sampling the processor's place in the compiled code (mixed precision): density: 30 % search of
-the candidates (latency of closing up: one vector of sixteen in some eight cycles), 45 % sums over the listed (three
+the candidates (latency of compaction: one vector of sixteen in some eight cycles), 45 % sums over the listed (three
 evaluations, arithmetic), 15 % reading sources. Gradients: 18 % copying sources to the leaf's table (bytes, out of the
 second-level cache), 20 % search, 16 % taking it apart (shuffles, one a cycle), 30 % pairs (registers: 26 sums and
 what belongs to the target do not fit in 32), 10 % adding up lanes. Forces: 19 % copying, 15 % search, 20 % shuffles,

@@ -195,11 +195,11 @@ class Wrong:
     ],
 )
 def test_functions_that_disagree_are_refused(part, sentence, tmp_path) -> None:
-    wrong = type("Slip", (Warm,), {"kind": "slip", part: getattr(Wrong, part), "__doc__": "A slip."})
+    wrong = type("Faulty", (Warm,), {"kind": "faulty", part: getattr(Wrong, part), "__doc__": "A fault."})
     wrong = pytree(dataclass(frozen=True)(wrong))
     assert disagreement(Warm(), 0.24) == "" and disagreement(wrong(), 0.24) == sentence
     text = IDEAL.replace("radius = 1.0", "radius = 1.0\nspecific_internal_energy = 6.0")
-    with pytest.raises(SceneError, match="equation of state slip would not conserve energy: its `") as refused:
+    with pytest.raises(SceneError, match="equation of state faulty would not conserve energy: its `") as refused:
         astroinertia.run_scene(loads(text), tmp_path / "run", matter=wrong())
     assert sentence in str(refused.value) and not (tmp_path / "run").exists()
 

@@ -36,7 +36,7 @@ def test_energy_and_the_equation_of_motion(coefficient, incline, distance):
     (finish,) = rolling.rolling_race({"body": coefficient}, distance, incline, 3.7)
     assert finish.time == time
     np.testing.assert_allclose((1 + coefficient) * finish.speed**2 / 2, 3.7 * distance * np.sin(incline), rtol=1e-13)
-    # Newton's equation with the friction that just holds, and Euler's for the spin it makes, without slip.
+    # Newton's equation with the friction that just holds, and Euler's for the spin it makes, while it rolls.
     friction = rolling.least_friction(coefficient, incline) * 3.7 * np.cos(incline)
     acceleration = 3.7 * np.sin(incline) - friction
     np.testing.assert_allclose(friction, coefficient * acceleration, rtol=1e-12, atol=1e-14)
