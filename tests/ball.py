@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.matter.gases import Ideal
-from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.state import Problem
 from tests.pairs import BruteEngine
 

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.models.sph.evaluate import internal_energy, potential_energies
-from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step

@@ -26,8 +26,8 @@ from astroinertia.effects.viscosity import GUARDED, TREND, VELOCITY_GRADIENT
 from astroinertia.engines import numba_cache, numba_lists, numba_modules, numba_vectors
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.gravity import multipole
+from astroinertia.gravity.clamped_points import SOFTENED_LESS_POINT
 from astroinertia.gravity.direct import DIRECT_GRAVITY
-from astroinertia.gravity.points import SOFTENED_LESS_POINT
 from tests.full_results import LEVELS
 
 ROOT = Path(__file__).parent.parent

@@ -13,8 +13,8 @@ import numpy as np
 
 from astroinertia.accuracy import affine_exact as affine
 from astroinertia.bodies.oscillations import radial_modes
-from astroinertia.build.rotation import rigid_moments, rotation_amount, rotation_axis
 from astroinertia.build.spheres import Sphere, sphere, stretch
+from astroinertia.build.spin import rigid_moments, rotation_amount, rotation_axis
 from astroinertia.rotation import free_attitude, free_top
 from astroinertia.rotation.attitude import attitude_of_quaternion, nearest_rotation, quaternion
 from astroinertia.scene.plan import code_units

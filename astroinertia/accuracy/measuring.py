@@ -19,7 +19,7 @@ from astroinertia.accuracy.knobs import Setting, duration, with_overrides
 from astroinertia.accuracy.observables import Observable, components, value
 from astroinertia.build.assemble import metadata, prepare
 from astroinertia.errors import ArchiveError, NumericalError, SceneError
-from astroinertia.models.evolution import Evolution
+from astroinertia.models.protocol import Evolution
 from astroinertia.run.loop import Progress, run_prepared
 from astroinertia.scene import load
 from astroinertia.scene.plan import gravity_method

@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 
 from astroinertia.bodies import ellipsoid_gravity
-from astroinertia.bodies.scales import positive_scale
+from astroinertia.bodies.scale import positive_scale
 
 
 @dataclass(frozen=True)

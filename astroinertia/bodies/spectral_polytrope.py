@@ -18,7 +18,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from astroinertia.bodies.null_field import QUANTITIES, Trial, find_surface, newton, rebased, sphere
-from astroinertia.bodies.scales import positive_scale
+from astroinertia.bodies.scale import positive_scale
 from astroinertia.bodies.spheroidal_basis import legendre_polynomials
 from astroinertia.errors import NumericalError
 

@@ -18,13 +18,13 @@ from astroinertia.effects.own import EFFECTS
 from astroinertia.errors import ArchiveError, ArchiveWarning
 from astroinertia.initial import own as own_bodies
 from astroinertia.matter import own as own_matter
-from astroinertia.models.evolution import Evolution
+from astroinertia.models.protocol import Evolution
 from astroinertia.observables import own as own_observables
 from astroinertia.observables.observable import Observable
 from astroinertia.scene import load
+from astroinertia.scene.dimensional import options_in_code_units
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.plan import cadence, code_units, plan, region_descriptions, smoothing, softening
-from astroinertia.scene.quantities import options_in_code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import Archive
 from astroinertia.storage.bounded import plain_text

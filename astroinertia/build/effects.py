@@ -4,8 +4,8 @@ from typing import Any
 
 from astroinertia.effects import catalogue
 from astroinertia.errors import SceneError
+from astroinertia.scene.dimensional import in_code_units
 from astroinertia.scene.plan import gravity_method
-from astroinertia.scene.quantities import in_code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.units import CodeUnits
 

@@ -17,7 +17,7 @@ from astroinertia.matter import gases
 from astroinertia.models.sph import relaxation
 from astroinertia.models.sph.state import Problem
 from astroinertia.scene.schema import Scene
-from astroinertia.sph.initial import azimuthal_mode, place, turned
+from astroinertia.sph.placement import azimuthal_mode, place, turned
 from astroinertia.sph.rotating import mapped
 from astroinertia.sph.rotation import rotation_velocity
 from astroinertia.sph.table import read_body

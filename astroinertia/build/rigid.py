@@ -8,8 +8,8 @@ import numpy as np
 
 from astroinertia.build import companions
 from astroinertia.build.effects import effects_of
-from astroinertia.build.rotation import rigid_moments, rotation_amount, rotation_axis
 from astroinertia.build.spheres import Star, building, sphere
+from astroinertia.build.spin import rigid_moments, rotation_amount, rotation_axis
 from astroinertia.errors import SceneError
 from astroinertia.inertia.prescribed import change
 from astroinertia.inertia.principal import principal_frame

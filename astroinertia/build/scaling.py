@@ -13,8 +13,8 @@ from astroinertia.bodies.ellipsoid_gravity import potential_energy_tensor
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.build.effects import effects_of
 from astroinertia.build.fluids import entropies, equation_of_state
-from astroinertia.build.rotation import rigid_moments, rotation_amount, rotation_axis
 from astroinertia.build.spheres import Sphere, Star, sphere
+from astroinertia.build.spin import rigid_moments, rotation_amount, rotation_axis
 from astroinertia.effects.effect import Effect
 from astroinertia.errors import SceneError
 from astroinertia.inertia.prescribed import change
@@ -32,7 +32,7 @@ from astroinertia.models.scaling import (
     turning_body,
 )
 from astroinertia.models.sph.record import RADIUS_BINS
-from astroinertia.rotation.shells import mass_quadrature
+from astroinertia.rotation.collapsing_shells import mass_quadrature
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
 from astroinertia.units import CodeUnits

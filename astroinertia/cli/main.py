@@ -26,9 +26,9 @@ from astroinertia.cli import (
     hosts,
     moments,
     movie,
-    pages,
     plan as cli_plan,
     ratios,
+    reports,
     result as cli_result,
     stop,
     sweep as cli_sweep,
@@ -137,10 +137,10 @@ def _commands() -> dict[str, Command]:
                           (_add_resume, *running)),
         "show": Command(_show, "print a summary of a result and draw its pictures", "runs/coarse", (_add_show,)),
         "movie": Command(_movie, "film a run", movie.HELP, (movie.add_arguments,)),
-        "report": Command(_printing("report", pages.report), "tell all of a run in one HTML file: scene, pictures, "
-                          "ledger, accuracy", "runs/coarse", (partial(pages.add_arguments, name="report"),)),
-        "view": Command(_printing("view", pages.view), "show the body of a run to turn about, in one HTML file",
-                        "runs/coarse", (partial(pages.add_arguments, name="view"),)),
+        "report": Command(_printing("report", reports.report), "tell all of a run in one HTML file: scene, pictures, "
+                          "ledger, accuracy", "runs/coarse", (partial(reports.add_arguments, name="report"),)),
+        "view": Command(_printing("view", reports.view), "show the body of a run to turn about, in one HTML file",
+                        "runs/coarse", (partial(reports.add_arguments, name="view"),)),
         "tradeoff": Command(_tradeoff, "run a scene over its accuracy knobs and say what accuracy costs in time",
                             "star.toml --minutes 10", (add_scene, cli_tradeoff.add_arguments)),
         "compare": Command(_printing("compare", compare.report), "lay several runs over each other: models of one "

@@ -25,7 +25,7 @@ from astroinertia.costs.machine import PRECISIONS, Seconds, less, peak_memory, t
 from astroinertia.costs.probe_scenes import CLOUD, COMPANION, ELLIPSOID, RIGID, SCALING
 from astroinertia.models.sph.evaluate import pair_fields
 from astroinertia.scene import load
-from astroinertia.sph import initial, profiles
+from astroinertia.sph import placement, profiles
 from astroinertia.storage.archive import Archive
 
 FEW, MANY = 400, 5000  # particles: what a pass takes however few there are, and what each of them adds
@@ -157,7 +157,7 @@ def particle_costs() -> Pairs:
     costs["rest"] = middle([slope for _, slope in rests])
     costs |= _individual(costs)
     begin = now()
-    initial.glass(profiles.uniform(), GLASS, 1)
+    placement.glass(profiles.uniform(), GLASS, 1)
     return costs | {"place.particle": since(begin) * (1.0 / GLASS)}
 
 

@@ -33,7 +33,7 @@ from astroinertia.errors import ArchiveError
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
 from astroinertia.inertia.principal import ROUND_OFF_GAP
 from astroinertia.ledger.bounds import ledger_warnings
-from astroinertia.models.evolution import TIMESTEP_CRITERIA
+from astroinertia.models.protocol import TIMESTEP_CRITERIA
 from astroinertia.observables.quantities import DERIVED, LABELS, OF_EFFECTS, RECORDED, Quantity
 from astroinertia.storage import trailer
 from astroinertia.storage.archive import MANIFEST, SWEEP, Archive, file_of_sweep

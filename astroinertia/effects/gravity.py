@@ -9,8 +9,8 @@ from astroinertia.effects.effect import Effect
 from astroinertia.effects.entries import FORCE_ERROR, FREE_FALL_PART
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.gravity.clamped_points import POINTS, SOFTENED_LESS_POINT
 from astroinertia.gravity.direct import DIRECT_GRAVITY
-from astroinertia.gravity.points import POINTS, SOFTENED_LESS_POINT
 
 
 def softening_pair(xp, dW_i, dW_j, zeta_over_omega_i, zeta_over_omega_j):

@@ -14,8 +14,8 @@ from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.numba_passes import header
 from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.gravity import compaction, tree as trees
+from astroinertia.gravity.clamped_points import CLAMP, SOFTENED_LESS_POINT
 from astroinertia.gravity.expansions import expansions, harmonic, indices, moments
-from astroinertia.gravity.points import CLAMP, SOFTENED_LESS_POINT
 from astroinertia.gravity.refit import UPWARD
 from astroinertia.gravity.tree import MOST_LEVELS, Tree, tree
 from astroinertia.gravity.walk import DOWNWARD
@@ -68,8 +68,8 @@ def gravity(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Acceleration (N, 3) and potential (N,) of mass (N,) at position (N, 3), softened as by gravity.direct.
 
-    kernel: of the softening, None for clamped points (gravity.points); self pairs are included. accuracy: the wanted
-    rms of |da|/|a|; strength (N,): |a| as far as it is known, None for a first evaluation, which takes another to find
+    kernel: of the softening, None for clamped points (gravity.clamped_points); self pairs are included. accuracy: the
+    wanted rms of |da|/|a|; strength (N,): |a| as far as it is known, None for a first evaluation, which takes another to find
     it; tree: `tree(position)` of these particles, or of where they were a little earlier; precision: "mixed" (float32
     between particles and nodes) or "float64". Results have the same bits for any number of threads. Tested in
     tests/unit/test_multipole.py.

@@ -1,6 +1,6 @@
 """Fast multipole gravity traced with jax.numpy: interaction lists from the host, everything else in compiled code.
 
-Near pairs are clamped points (gravity.points); what softening changes about those is a sum over neighbours.
+Near pairs are clamped points (gravity.clamped_points); what softening changes about those is a sum over neighbours.
 Moments of the leaves are shifted straight to every node above them that takes part, and expansions straight back, so
 that no pass waits for another one level up, and shapes do not depend on the depth of the tree. All of it can be
 differentiated, forwards and backwards, with the lists held fixed. Checked by tests/unit/test_multipole_xla.py.
@@ -18,8 +18,8 @@ import numpy as np
 from astroinertia.engines import xla_pairs, xla_tiles
 from astroinertia.engines.pytree import pytree
 from astroinertia.gravity import expansions_xla as expansions, lists_xla, multipole
+from astroinertia.gravity.clamped_points import CLAMP
 from astroinertia.gravity.lists_xla import Chunks, Lists
-from astroinertia.gravity.points import CLAMP
 
 Array = Any
 ROUGHLY = 0.01  # error of first accelerations, which only say how large the allowed errors are

@@ -54,7 +54,7 @@ def sort_candidates(node, listed, count, places, features, where_is, about, buck
 
 @njit(fastmath=LOOP_FLAGS, **PART)
 def point_sums(targets, target_count, count, sources, field):
-    # As gravity.points.point_pair.
+    # As gravity.clamped_points.point_pair.
     widest_vectors()
     all_x, all_y, all_z, mass, clamp = sources[0], sources[1], sources[2], sources[3], sources[4]
     for i in range(target_count):

@@ -15,9 +15,9 @@ from pydantic.fields import FieldInfo
 
 from astroinertia.guide.tables import bounds, number, table
 from astroinertia.scene import box, companions, places, regions, scales, schema, source, sweep, sweep_values
+from astroinertia.scene.dimensional import Quantity, quantity_of
 from astroinertia.scene.initial_body import Body
 from astroinertia.scene.load import KINDS, RECORD
-from astroinertia.scene.quantities import Quantity, quantity_of
 from astroinertia.scene.text import toml_value
 from astroinertia.units import EXAMPLES
 

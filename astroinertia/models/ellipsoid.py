@@ -13,7 +13,7 @@ from astroinertia.integrate import adaptive
 from astroinertia.models import affine_body, checkpoint
 from astroinertia.models.affine_body import Problem, State
 from astroinertia.models.ellipsoid_record import energies, ledger_closure, series_record, unaccounted_energy
-from astroinertia.models.evolution import Figures, Record
+from astroinertia.models.protocol import Figures, Record
 
 AT_ONCE = 2**8  # steps, of up to some 20 ms, after which the run looks at the clock and at what signals ask for
 ABSOLUTE = 0.1  # absolute error over the relative one, of numbers of order 1
@@ -24,7 +24,7 @@ SMALL = 0.03  # semi-axes below this share of the largest are those that have co
 
 
 class Ellipsoid:
-    """An affine body under way (models.evolution.Evolution).
+    """An affine body under way (models.protocol.Evolution).
 
     tolerance is the relative error of a step, density the largest one of the sphere F = 1 (NaN where it has none).
     """

@@ -14,7 +14,7 @@ from astroinertia.integrate import adaptive, rigid_splitting
 from astroinertia.integrate.rigid_splitting import Rotor, in_body
 from astroinertia.ledger.moments import Compensated
 from astroinertia.models import checkpoint, rigid
-from astroinertia.models.evolution import Figures, Record
+from astroinertia.models.protocol import Figures, Record
 from astroinertia.models.rigid import Rigid
 from astroinertia.models.rigid_record import RIGIDITY, Ledger, dissipates, ledger
 from astroinertia.observables.quantities import BodyState, row
@@ -49,7 +49,7 @@ class Settings:
 
 
 class RigidBody:
-    """A rigid body under way (models.evolution.Evolution), from a quaternion (4,) and L in its principal axes (3,).
+    """A rigid body under way (models.protocol.Evolution), from a quaternion (4,) and L in its principal axes (3,).
 
     Runs under jax.enable_x64. Checked by tests/unit/test_rigid.py.
     """

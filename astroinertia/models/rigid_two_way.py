@@ -50,7 +50,7 @@ class Here:
 
 
 class CoupledRigidBody(RigidBody):
-    """A rigid body under way whose quadrupole acts on the orbits of its companions (models.evolution.Evolution).
+    """A rigid body under way whose quadrupole acts on the orbits of its companions (models.protocol.Evolution).
 
     `bodies` is a `rebound.Simulation` with G = 1 whose particle 0 is the body. Its integrator drifts; steps are those
     of `settings.steps_per_rotation` in a turn of the body, of the companions at their pericentres, or in the swing of

@@ -19,8 +19,8 @@ import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.tensor import inertia_from_second_moment
-from astroinertia.models.evolution import Figures, Record
 from astroinertia.models.homology import Dynamic, Size, SizeLaw
+from astroinertia.models.protocol import Figures, Record
 from astroinertia.models.rigid import View
 from astroinertia.observables.quantities import BodyState, row
 
@@ -162,7 +162,7 @@ class Homologous:
 
 @dataclass
 class Scaling:
-    """A body under way (models.evolution.Evolution).
+    """A body under way (models.protocol.Evolution).
 
     law says the size, or is None where size, spin and the torques' work are integrated together: then `dynamics` has
     the state (s, s', L over its unit (3), work over its unit), as it has where there are torques at all.

@@ -12,8 +12,8 @@ from matplotlib.colors import to_hex
 
 from astroinertia.pages.page import HERE, data_block, filled, name_of, policy, raised, text, write_page
 from astroinertia.plots import film, style
+from astroinertia.plots.axis_scales import angular_momentum_scale
 from astroinertia.plots.matter import Triad, matter, reach, triads, triads_of_series
-from astroinertia.plots.scales import angular_momentum_scale
 
 MOST_PARTICLES = 4000  # that a browser turns smoothly; all are kept below, a random choice above
 MOST_FRAMES = 48

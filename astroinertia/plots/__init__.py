@@ -8,13 +8,13 @@ from matplotlib.figure import Figure
 
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`, which the figures use
 from astroinertia.plots.attitude import attitude_figure, has_attitude
+from astroinertia.plots.axis_scales import angular_momentum_scale, known, wave_scale
 from astroinertia.plots.density import density_figure, projection_figure
 from astroinertia.plots.energy import energy_figure
 from astroinertia.plots.error_bars import error_bars_figure, has_error_bars
 from astroinertia.plots.ledger import ledger_figure
 from astroinertia.plots.moments import inertia_figure
 from astroinertia.plots.profiles import profiles_figure
-from astroinertia.plots.scales import angular_momentum_scale, known, wave_scale
 from astroinertia.plots.shape import shape_figure
 from astroinertia.plots.spin import spin_figure
 from astroinertia.plots.standard import standard_figure

@@ -12,6 +12,7 @@ from mpl_toolkits.axes_grid1.inset_locator import inset_axes
 
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.plots import style
+from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale
 from astroinertia.plots.ellipsoid import (
     AXES,
     INERTIA_COLOUR,
@@ -22,7 +23,6 @@ from astroinertia.plots.ellipsoid import (
     view_of,
 )
 from astroinertia.plots.polhodes import polhode
-from astroinertia.plots.scales import angular_momentum_scale, energy_scale
 from astroinertia.rotation.attitude import euler_angles
 
 SPARSE = 0.7  # rad that something turns by from output to output: beyond it, lines would join what is not joined

@@ -5,8 +5,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
+from astroinertia.plots.axis_scales import energy_scale, known, known_effects, moved
 from astroinertia.plots.bands import Band, error_of, shade
-from astroinertia.plots.scales import energy_scale, known, known_effects, moved
 
 _KINDS = (
     ("kinetic_energy", "kinetic", style.ORANGE, "-"),

@@ -12,11 +12,11 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
+from astroinertia.plots.axis_scales import angular_momentum_scale, known
 from astroinertia.plots.density import column_unit, draw_density, frame_view, name_view, scale_of_colours
 from astroinertia.plots.ellipsoid import BODY_COLOUR, lit_ellipsoid
 from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, draw_triad, matter, reach, triads, triads_of_series
 from astroinertia.plots.render import column_density
-from astroinertia.plots.scales import angular_momentum_scale, known
 
 VIEWS = ((SIDE_ON, "side-on"), (POLE_ON, "pole-on"))
 MOST_FRAMES = 240  # of a film without particles, whose outputs may be many thousands

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from scipy.interpolate import CubicSpline
 
 from astroinertia.plots import style
-from astroinertia.plots.scales import angular_momentum_scale
+from astroinertia.plots.axis_scales import angular_momentum_scale
 
 MODELS = ("scaling", "rigid", "ellipsoid", "sph")  # from the cheapest to the one that leaves least out
 COLOURS = (style.BLUE, style.VERMILLION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.YELLOW)

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.plots import style
-from astroinertia.plots.scales import angular_momentum_scale
+from astroinertia.plots.axis_scales import angular_momentum_scale
 
 
 def ledger_figure(dataset: xr.Dataset) -> Figure:

@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from astroinertia.plots import style
+from astroinertia.plots.axis_scales import known
 from astroinertia.plots.bands import error_of, shade
-from astroinertia.plots.scales import known
 
 STEADY = 0.05  # a body whose moments change by less is shown by the change
 CLOSURE_BAR = 1e-12  # what double precision should keep, over the largest inertia tensor of the run

@@ -8,7 +8,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
-from astroinertia.plots.scales import angular_momentum_scale
+from astroinertia.plots.axis_scales import angular_momentum_scale
 
 CURVES = 8
 _PROFILES = (

@@ -7,8 +7,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
+from astroinertia.plots.axis_scales import angular_momentum_scale, known
 from astroinertia.plots.bands import error_of, shade
-from astroinertia.plots.scales import angular_momentum_scale, known
 from astroinertia.rotation.break_up import DYNAMICAL, SECULAR
 
 UNBOUND = 1.0  # T/|W| of what is torn apart rather than unstable to a bar

@@ -9,8 +9,8 @@ import xarray as xr
 from astroinertia.dataset.resolution import resolution_message
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.ledger import bounds
+from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale, known_effects
 from astroinertia.plots.error_bars import known_bars
-from astroinertia.plots.scales import angular_momentum_scale, energy_scale, known_effects
 from astroinertia.plots.style import scale_of, unit_of, words
 
 _WIDTH = 34

@@ -106,14 +106,14 @@ def archive_ephemeris(
 ) -> Ephemeris:  # fmt: skip
     """The orbits that a REBOUND SimulationArchive holds, relative to a body, from its first snapshot (time 0) to `end`.
 
-    body and units are those of `orbits.archive.snapshots`. From each snapshot REBOUND goes on to the next, where the
+    body and units are those of `orbits.rebound_archive.snapshots`. From each snapshot REBOUND goes on to the next, where the
     two must meet within the tolerance, over the distance: so forces that the archive does not know are noticed.
     ValueError for what is no such archive or ends before `end`; NumericalError where snapshots do not meet. Checked by
     tests/unit/test_orbit_archive.py.
     """
-    from astroinertia.orbits import archive, states
+    from astroinertia.orbits import rebound_archive, states
 
-    stored = archive.snapshots(path, body, units)
+    stored = rebound_archive.snapshots(path, body, units)
     first, last = stored[0], stored[-1]
     if first.N < 2:
         raise ValueError("an ephemeris needs a companion")

@@ -6,6 +6,16 @@ from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
+from astroinertia.scene.dimensional import (
+    AngularMomentum,
+    AngularVelocity,
+    Length,
+    Mass,
+    Moment,
+    NumberNotNegative,
+    PositiveNumber,
+    SpecificEnergy,
+)
 from astroinertia.scene.fluids import Part, as_tuple
 from astroinertia.scene.initial_body import (
     UNIT_MATRIX,
@@ -23,16 +33,6 @@ from astroinertia.scene.initial_body import (
     unit_rows,
 )
 from astroinertia.scene.own_body import OwnBody
-from astroinertia.scene.quantities import (
-    AngularMomentum,
-    AngularVelocity,
-    Length,
-    Mass,
-    Moment,
-    NumberNotNegative,
-    PositiveNumber,
-    SpecificEnergy,
-)
 from astroinertia.units import shown
 
 _ROCK = 5e3  # kg/m3: what sets the unit of length of a planet whose radius is not known before it is solved for

@@ -5,8 +5,8 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field
 
+from astroinertia.scene.dimensional import Length
 from astroinertia.scene.fluids import Part, as_tuple
-from astroinertia.scene.quantities import Length
 
 Lengths = Annotated[tuple[Length, Length, Length], BeforeValidator(as_tuple)]
 

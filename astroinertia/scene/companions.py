@@ -4,9 +4,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from astroinertia.scene.dimensional import Angle, Duration, Length, Mass
 from astroinertia.scene.fluids import Part
 from astroinertia.scene.places import Position, Velocity
-from astroinertia.scene.quantities import Angle, Duration, Length, Mass
 
 BODY = "body"  # the name of the scene's own body among them
 BARYCENTRE = "barycentre"  # of the body and of the companions listed before

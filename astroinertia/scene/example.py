@@ -11,8 +11,8 @@ from pydantic.fields import FieldInfo
 
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, REQUIRED, Option
 from astroinertia.scene import box, companions, initial_body, places, regions, schema
+from astroinertia.scene.dimensional import quantity_of
 from astroinertia.scene.load import KINDS
-from astroinertia.scene.quantities import quantity_of
 from astroinertia.scene.text import toml_value
 from astroinertia.units import EXAMPLES
 

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
-from astroinertia.scene.quantities import Density, SpecificEnergy, Speed, checked, dimensional, options_in_code_units
+from astroinertia.scene.dimensional import Density, SpecificEnergy, Speed, checked, dimensional, options_in_code_units
 from astroinertia.units import DIMENSIONLESS, CodeUnits, pressure_constant_dimension, shown
 
 FROM_BODY = "from body"

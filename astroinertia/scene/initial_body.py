@@ -13,9 +13,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, mo
 
 from astroinertia.effects.characteristic import Vector as Triple
 from astroinertia.effects.entries import ALL_MODELS
-from astroinertia.scene.fluids import Part, as_tuple
-from astroinertia.scene.places import Position, Velocity
-from astroinertia.scene.quantities import (
+from astroinertia.scene.dimensional import (
     AngularMomentum,
     AngularVelocity,
     Duration,
@@ -27,6 +25,8 @@ from astroinertia.scene.quantities import (
     checked,
     dimensional,
 )
+from astroinertia.scene.fluids import Part, as_tuple
+from astroinertia.scene.places import Position, Velocity
 from astroinertia.units import Dimension, pressure_constant_dimension
 
 MOST_PARTICLES = 50_000_000

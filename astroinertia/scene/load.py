@@ -18,11 +18,11 @@ from astroinertia.observables.observable import Observable
 from astroinertia.observables.own import OBSERVABLES
 from astroinertia.scene import bodies, schema
 from astroinertia.scene.auto import AUTO, Choice, choose
+from astroinertia.scene.dimensional import described
 from astroinertia.scene.fluids import AnyEquationOfState, OwnFluid
 from astroinertia.scene.options import effect_options, options_of
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.problems import Problem, first_problem, nearest, place, unknown_key, wrong_choice
-from astroinertia.scene.quantities import described
 from astroinertia.scene.scales import refuse_extremes
 from astroinertia.scene.source import LARGEST_FILE, decode, line_of, override, parse, read_regular_file
 from astroinertia.scene.text import toml_value, with_overrides

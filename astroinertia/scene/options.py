@@ -6,8 +6,8 @@ from typing import Any
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, Default, Entry, Option
 from astroinertia.effects.doors import Door
 from astroinertia.effects.own import EFFECTS
+from astroinertia.scene.dimensional import described, dimensional
 from astroinertia.scene.problems import Problem, nearest, unknown_key, wrong_choice
-from astroinertia.scene.quantities import described, dimensional
 from astroinertia.units import SPEED_OF_LIGHT
 
 DIRECTIONS = ("axis", "normal")  # options that say only where something points

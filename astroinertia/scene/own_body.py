@@ -12,8 +12,8 @@ from pydantic import Field, model_validator
 
 from astroinertia.effects.characteristic import Characteristic
 from astroinertia.errors import SceneError
+from astroinertia.scene.dimensional import in_code_units
 from astroinertia.scene.initial_body import Body, Count, PlanLine, Shown, option_text
-from astroinertia.scene.quantities import in_code_units
 from astroinertia.units import DIMENSIONLESS, CodeUnits, shown as plain
 
 

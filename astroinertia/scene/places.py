@@ -5,8 +5,8 @@ from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from astroinertia.scene.dimensional import Length, Place, SpeedComponent
 from astroinertia.scene.fluids import Part, as_tuple
-from astroinertia.scene.quantities import Length, Place, SpeedComponent
 
 MOST_BODIES = 20
 

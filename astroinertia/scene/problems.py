@@ -6,7 +6,7 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from astroinertia.scene.quantities import described
+from astroinertia.scene.dimensional import described
 from astroinertia.units import shown
 
 Path = tuple[str | int, ...]

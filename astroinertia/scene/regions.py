@@ -4,8 +4,8 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from astroinertia.scene.dimensional import Density, Mass
 from astroinertia.scene.fluids import Part
-from astroinertia.scene.quantities import Density, Mass
 
 MOST_REGIONS = 16
 REGION_NAME = r"^[A-Za-z][A-Za-z0-9_]{0,31}$"

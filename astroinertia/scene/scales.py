@@ -11,9 +11,9 @@ from typing import Any
 from pydantic import BaseModel
 
 from astroinertia.effects.entries import Option
+from astroinertia.scene.dimensional import quantity_of
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.problems import Problem
-from astroinertia.scene.quantities import quantity_of
 from astroinertia.scene.schema import Scene, Units
 from astroinertia.units import DIMENSIONLESS, DIMENSIONS, CodeUnits, Dimension, pressure_constant_dimension
 

@@ -15,10 +15,10 @@ from astroinertia.effects.entries import Entry
 from astroinertia.scene.bodies import KINDS, AnyBody
 from astroinertia.scene.box import Box
 from astroinertia.scene.companions import MOST_COMPANIONS, Companion, Orbits, check_names
+from astroinertia.scene.dimensional import Duration, Length, Mass
 from astroinertia.scene.fluids import AnyEquationOfState, Part, as_tuple
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.places import MOST_BODIES, Orbit
-from astroinertia.scene.quantities import Duration, Length, Mass
 from astroinertia.scene.regions import MOST_REGIONS, REGION_NAME, Region
 
 MOST_RECORDS = 1e6  # a record holds some hundreds of numbers

@@ -26,8 +26,8 @@ import numpy as np
 
 from astroinertia.errors import SceneError
 from astroinertia.scene import load
+from astroinertia.scene.dimensional import described
 from astroinertia.scene.problems import nearest
-from astroinertia.scene.quantities import described
 from astroinertia.scene.schema import Scene
 from astroinertia.scene.source import KEY, override, parse
 from astroinertia.scene.sweep_values import (

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from astroinertia.errors import SceneError
+from astroinertia.scene.dimensional import described
 from astroinertia.scene.problems import nearest
-from astroinertia.scene.quantities import described
 from astroinertia.scene.text import toml_value
 from astroinertia.units import any_quantity, shown
 

@@ -15,7 +15,7 @@ from scipy.integrate import cumulative_simpson
 from scipy.interpolate import RectBivariateSpline
 
 from astroinertia.bodies.rotating_star import RotatingStar
-from astroinertia.sph.initial import isotropised
+from astroinertia.sph.placement import isotropised
 
 _DIRECTIONS, _STEPS, _FRACTIONS = 129, 513, 513  # of the tables of the map: its masses are right to 1e-5
 _DECADES, _NODES = 40, 4001  # of density, below the largest, of the table in which the inversion begins

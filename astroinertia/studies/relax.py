@@ -15,11 +15,11 @@ from astroinertia.engines import numba_cpu
 from astroinertia.matter import gases
 from astroinertia.models.sph import relaxation
 from astroinertia.models.sph.evaluate import potential_energies
-from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.state import Problem, State
 from astroinertia.sph import profiles
-from astroinertia.sph.initial import place
 from astroinertia.sph.kernels import KERNELS
+from astroinertia.sph.placement import place
 
 _STABLE_GAMMA = 5 / 3
 # Courant and Monaghan's own factors; a relaxed body is evolved with them unless a scene says otherwise.

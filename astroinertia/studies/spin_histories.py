@@ -15,8 +15,8 @@ from astroinertia.bodies.polytrope import Polytrope, lane_emden
 from astroinertia.errors import SceneError
 from astroinertia.rotation import pulsars
 from astroinertia.rotation.braking import Braking
+from astroinertia.rotation.collapsing_shells import shells_of
 from astroinertia.rotation.contraction import contracted_period, radius_at_luminosity, radius_at_temperature
-from astroinertia.rotation.shells import shells_of
 from astroinertia.units import quantity
 
 Quantity = str | float

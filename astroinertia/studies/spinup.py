@@ -26,7 +26,7 @@ from astroinertia.bodies.tov import structure
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.rotation.break_up import shedding_share, spun_up_polytrope
-from astroinertia.rotation.shells import shells_of
+from astroinertia.rotation.collapsing_shells import shells_of
 from astroinertia.rotation.spin_scaling import SpinUp, radius_of_period, spin_up as whole
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene

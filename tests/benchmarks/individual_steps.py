@@ -28,7 +28,7 @@ from astroinertia.models.sph.block_step import Taken
 from astroinertia.models.sph.particles import Particles
 from astroinertia.scene import load
 from astroinertia.sph import profiles
-from astroinertia.sph.initial import place
+from astroinertia.sph.placement import place
 
 SHARES = ("share", "share_saved", "share_processor", "share_saved_processor")  # shown as percentages
 TURNS = 8  # of either kind of steps in the interval

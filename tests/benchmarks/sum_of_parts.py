@@ -23,7 +23,7 @@ from fair_times import machine, publish, rows_of
 
 from astroinertia.build.assemble import prepare
 from astroinertia.effects.catalogue import CATALOGUE
-from astroinertia.models.evolution import Evolution
+from astroinertia.models.protocol import Evolution
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 

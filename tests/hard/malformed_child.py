@@ -22,7 +22,7 @@ from astroinertia.cli.main import UNCLOSED, main as main_of_commands
 from astroinertia.errors import ArchiveError, ArchiveWarning, AstroinertiaError
 from astroinertia.interop.snapshots import snapshots_of
 from astroinertia.matter.table_equation import read_equation
-from astroinertia.orbits import archive as orbits
+from astroinertia.orbits import rebound_archive as orbits
 from astroinertia.run import loop as runs
 from astroinertia.scene import load, sweep
 from astroinertia.sph.progenitor import read_progenitor

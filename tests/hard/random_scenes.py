@@ -23,8 +23,8 @@ from pydantic.fields import FieldInfo
 from astroinertia.effects.catalogue import CATALOGUE, LIGHT, Default, Option
 from astroinertia.errors import SceneError
 from astroinertia.scene import bodies, load, scales, schema
+from astroinertia.scene.dimensional import Quantity
 from astroinertia.scene.fluids import FROM_BODY
-from astroinertia.scene.quantities import Quantity
 from astroinertia.scene.text import toml_key, toml_text, toml_value
 from astroinertia.units import GRAVITATIONAL_CONSTANT, Dimension, dimension_of, pressure_constant_dimension, si_unit
 

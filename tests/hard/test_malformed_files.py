@@ -8,7 +8,7 @@ import hashlib
 import pytest
 
 from astroinertia.errors import SceneError
-from astroinertia.orbits import archive as orbits
+from astroinertia.orbits import rebound_archive as orbits
 from astroinertia.sph.progenitor import read_progenitor
 from tests.hard.crafted_files import crafted_files
 from tests.hard.malformed_files import malformed

@@ -12,7 +12,7 @@ from astroinertia.build import scaling as start_scaling
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.models.homology import Dynamic, Kepler
 from astroinertia.rotation import braking, pulsars
-from astroinertia.rotation.shells import shells_of
+from astroinertia.rotation.collapsing_shells import shells_of
 from astroinertia.rotation.spin_scaling import spin_up
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units

@@ -25,7 +25,7 @@ from astroinertia.models.sph.evaluate import (
     potential_energies,
     virial_tensors,
 )
-from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step

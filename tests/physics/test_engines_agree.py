@@ -13,7 +13,7 @@ from astroinertia.effects.catalogue import build
 from astroinertia.engines import numba_cpu, xla
 from astroinertia.matter.gases import Ideal
 from astroinertia.models.sph.evaluate import effect_accelerations, evaluated as evaluated_of_particles
-from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from tests import pairs

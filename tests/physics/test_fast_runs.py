@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from astroinertia.engines.numba_cpu import Engine
+from astroinertia.gravity.clamped_points import SOFTENED_LESS_POINT
 from astroinertia.gravity.direct import DIRECT_GRAVITY
-from astroinertia.gravity.points import SOFTENED_LESS_POINT
 from astroinertia.models.sph.particles import Particles
 from tests.evolve import prepared
 

@@ -16,7 +16,7 @@ from astroinertia.engines.xla import Engine
 from astroinertia.ledger.moments import open_ledger
 from astroinertia.matter.gases import Ideal
 from astroinertia.models.sph.evaluate import evaluated
-from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import advance
 

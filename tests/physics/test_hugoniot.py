@@ -17,7 +17,7 @@ from astroinertia.bodies import tillotson
 from astroinertia.effects import catalogue
 from astroinertia.engines import numba_cpu, periodic
 from astroinertia.matter import isentropes
-from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step

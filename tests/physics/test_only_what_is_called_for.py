@@ -23,7 +23,7 @@ from astroinertia.engines import numba_modules, xla
 from astroinertia.gravity.point_masses import PointMasses
 from astroinertia.gravity.sinks import no_sinks
 from astroinertia.models.sph.evaluate import virial_tensors
-from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.sorting import arranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step
@@ -126,7 +126,7 @@ IMPORTS = """
     from astroinertia.effects import catalogue
     from astroinertia.models.sph import record
     from astroinertia.models.sph.evaluate import virial_tensors
-    from astroinertia.models.sph.initial import initial_state
+    from astroinertia.models.sph.first_state import initial_state
     from astroinertia.models.sph.sorting import arranged
     from astroinertia.models.sph.state import Problem
     from astroinertia.models.sph.step import step
@@ -160,7 +160,7 @@ IMPORTS = """
     print(json.dumps(found))
 """
 ALONGSIDE = {
-    "gravity": {"astroinertia.gravity.direct", "astroinertia.gravity.points"},
+    "gravity": {"astroinertia.gravity.direct", "astroinertia.gravity.clamped_points"},
     "tide": {"astroinertia.gravity.point_masses"},
     "companions": {"astroinertia.gravity.point_masses"},
     "sinks": {"astroinertia.gravity.point_masses", "astroinertia.gravity.sinks"},
@@ -310,7 +310,7 @@ RESULTS = """
     from astroinertia.build import assemble
     from astroinertia.effects.catalogue import CATALOGUE
     from astroinertia.models.sph.evaluate import virial_tensors
-    from astroinertia.models.sph.initial import initial_state
+    from astroinertia.models.sph.first_state import initial_state
     from astroinertia.models.sph.sorting import arranged
     from astroinertia.models.sph.state import Problem
     from astroinertia.models.sph.step import step

@@ -9,7 +9,7 @@ import pytest
 from astroinertia.effects import catalogue
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.models.sph.step import step
-from astroinertia.sph.initial import isotropised
+from astroinertia.sph.placement import isotropised
 from tests.ball import ball, state_of
 
 PACE = 1.3  # of all motion in the spring-like field, rad per time

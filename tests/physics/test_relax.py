@@ -20,7 +20,7 @@ from astroinertia.matter import gases
 from astroinertia.models.sph import relaxation
 from astroinertia.models.sph.relaxation import Rotation, Tolerances
 from astroinertia.sph import profiles
-from astroinertia.sph.initial import place
+from astroinertia.sph.placement import place
 from astroinertia.storage import cache
 from astroinertia.studies.relax import gas_of_polytrope, polytrope_problem, relaxed_polytrope
 from tests.polytropes import errors

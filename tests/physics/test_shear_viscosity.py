@@ -11,11 +11,11 @@ from astroinertia.effects import catalogue
 from astroinertia.engines import numba_cpu, xla
 from astroinertia.matter.gases import Ideal
 from astroinertia.models.sph.evaluate import effect_accelerations
-from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step
-from astroinertia.sph.initial import place
 from astroinertia.sph.kernels import KERNELS
+from astroinertia.sph.placement import place
 from astroinertia.sph.profiles import uniform
 
 VISCOSITY = 0.7

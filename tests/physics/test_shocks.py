@@ -16,7 +16,7 @@ import pytest
 from astroinertia.effects import catalogue
 from astroinertia.engines import numba_cpu
 from astroinertia.matter.gases import Ideal
-from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step

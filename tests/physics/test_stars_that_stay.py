@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.particles import Particles
 from astroinertia.models.sph.state import State
 from tests.evolve import evolve, prepared

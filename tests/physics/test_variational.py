@@ -15,7 +15,7 @@ from astroinertia.effects.catalogue import build
 from astroinertia.engines.xla import Engine
 from astroinertia.matter import cold_matter, gases
 from astroinertia.models.sph.evaluate import effect_accelerations, evaluated, internal_energy, potential_energies
-from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.sph.kernels import KERNELS

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from astroinertia.sph.initial import place
+from astroinertia.sph.placement import place
 from astroinertia.sph.profiles import uniform
 from astroinertia.studies.angular_momentum import angular_momentum_spectrum
 

@@ -11,7 +11,7 @@ from astroinertia.effects import catalogue
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.models.sph.step import step
 from astroinertia.rotation.braking import Braking
-from astroinertia.sph.initial import isotropised
+from astroinertia.sph.placement import isotropised
 from tests.ball import ball, state_of
 
 AXIS = np.array([2.0, -1.0, 2.0]) / 3.0

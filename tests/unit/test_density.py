@@ -6,8 +6,8 @@ import pytest
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.sph import profiles
 from astroinertia.sph.density import density
-from astroinertia.sph.initial import place
 from astroinertia.sph.kernels import KERNELS, self_excess
+from astroinertia.sph.placement import place
 from tests.pairs import BruteEngine
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from astroinertia.sph import profiles
-from astroinertia.sph.initial import place
+from astroinertia.sph.placement import place
 from astroinertia.studies.impact_remnant import remnant
 
 BALL, RATE = 400, 0.3

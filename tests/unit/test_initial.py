@@ -10,7 +10,7 @@ from astroinertia.build.assemble import prepare
 from astroinertia.errors import SceneError
 from astroinertia.scene.load import loads
 from astroinertia.sph import profiles
-from astroinertia.sph.initial import azimuthal_mode, isotropised, place, turned
+from astroinertia.sph.placement import azimuthal_mode, isotropised, place, turned
 from astroinertia.sph.rotation import linear_velocity, rotation_velocity
 from astroinertia.sph.table import read_table
 from astroinertia.storage import cache
@@ -106,7 +106,7 @@ def test_density_noise(name):
 @pytest.mark.slow
 def test_sampling_error_of_the_moment_before_it_is_removed():
     """A glass carries the profile by its ranks: what the affine correction takes away shrinks faster than 1/N."""
-    from astroinertia.sph.initial import glass
+    from astroinertia.sph.placement import glass
 
     profile = profiles.polytrope(1.5)
     errors = []

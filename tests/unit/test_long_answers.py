@@ -19,7 +19,7 @@ from astroinertia.models.homology import Kepler
 from astroinertia.run import loop
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
-from astroinertia.sph.initial import isotropised, place
+from astroinertia.sph.placement import isotropised, place
 from astroinertia.sph.profiles import power_law
 
 PULSATING = """

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from astroinertia.gravity import multipole, points
+from astroinertia.gravity import clamped_points as points, multipole
 from astroinertia.gravity.direct import direct_pair
 from astroinertia.gravity.tree import tree
 from astroinertia.sph.kernels import KERNELS

@@ -6,8 +6,8 @@ import pytest
 
 from astroinertia.engines.xla import Engine
 from astroinertia.gravity import full_leaves, lists_xla, multipole_xla
+from astroinertia.gravity.clamped_points import SOFTENED_LESS_POINT
 from astroinertia.gravity.direct import DIRECT_GRAVITY
-from astroinertia.gravity.points import SOFTENED_LESS_POINT
 
 KERNEL = "wendland_c2"
 ORDER = 3

@@ -14,7 +14,7 @@ from astroinertia.matter import cold_matter, gases
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
 from astroinertia.sph import profiles
-from astroinertia.sph.initial import place
+from astroinertia.sph.placement import place
 from astroinertia.sph.rotating import ColdLaw, mapped
 from astroinertia.sph.rotation import rotation_velocity
 

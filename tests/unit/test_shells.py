@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies.polytrope import Polytrope
-from astroinertia.rotation.shells import isothermal_disc_radius, shells_from_table, shells_of
+from astroinertia.rotation.collapsing_shells import isothermal_disc_radius, shells_from_table, shells_of
 
 UNIFORM = Polytrope(0.0, 2.0, 3.0)
 

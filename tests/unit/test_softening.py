@@ -12,7 +12,7 @@ from astroinertia.dataset import open_snapshots
 from astroinertia.effects import catalogue
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.models.sph.evaluate import effect_accelerations, evaluated, potential_energies
-from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.step import step as sph_step
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import plan

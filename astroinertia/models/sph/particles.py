@@ -9,7 +9,7 @@ import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.models.checkpoint import flattened
-from astroinertia.models.evolution import TIMESTEP_CRITERIA, Figures, Record
+from astroinertia.models.protocol import TIMESTEP_CRITERIA, Figures, Record
 from astroinertia.models.sph.evaluate import effect_accelerations
 from astroinertia.models.sph.limits import limiting, timestep_limits, total_acceleration
 from astroinertia.models.sph.record import (
@@ -40,7 +40,7 @@ BaseStep = Callable[[Problem, Any, State, float], tuple[State, Any, Any]]
 
 
 class Particles:
-    """A fluid of particles under way (models.evolution.Evolution); `end` is that of the run.
+    """A fluid of particles under way (models.protocol.Evolution); `end` is that of the run.
 
     base_step: models.individual.step where every particle has a step of its own; a step is then one of the slowest.
     regions: models.regions.Regions where the scene has any. between: what is done between two steps,

@@ -6,7 +6,7 @@ import numpy as np
 
 from astroinertia.effects.effect import Effect
 from astroinertia.ledger.moments import centre_of_mass, moments, weighted_outer
-from astroinertia.models.evolution import TIMESTEP_CRITERIA
+from astroinertia.models.protocol import TIMESTEP_CRITERIA
 from astroinertia.models.sph.evaluate import effect_accelerations, internal_energy, potential_energies, virial_tensors
 from astroinertia.models.sph.limits import limiting, timestep_limits
 from astroinertia.models.sph.points import system_record

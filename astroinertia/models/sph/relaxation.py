@@ -20,7 +20,7 @@ import numpy as np
 from astroinertia.bodies.rotation_laws import Law
 from astroinertia.errors import NumericalError
 from astroinertia.models.sph.evaluate import evaluated, potential_energies
-from astroinertia.models.sph.initial import initial_state
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.sorting import rearranged, stale
 from astroinertia.models.sph.state import Problem, State
 from astroinertia.sph.rotation import law_of, rotation_velocity

@@ -3,9 +3,9 @@
 Tests: tests/hard/test_particles_hard.py, tests/unit/test_hard_cases.py.
 """
 
+from astroinertia.verify.hard.arrangements import PLACES
 from astroinertia.verify.hard.motions import MOTIONS
 from astroinertia.verify.hard.numbers import NUMBERS
-from astroinertia.verify.hard.places import PLACES
 
 FAMILIES = {"Where particles lie": PLACES, "How they move": MOTIONS, "Numbers": NUMBERS}
 CASES = {case.name: case for cases in FAMILIES.values() for case in cases}

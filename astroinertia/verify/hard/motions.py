@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from astroinertia.models.sph.particles import Particles
+from astroinertia.verify.hard.arrangements import KEPT
 from astroinertia.verify.hard.case import Case
 from astroinertia.verify.hard.clouds import COUNT, ball, cloud, every_other, first, turning, two
-from astroinertia.verify.hard.places import KEPT
 
 SOUND = (10.0 / 9.0) ** 0.5  # of an ideal gas of exponent 5/3 with u = 1
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from astroinertia.verify.hard.arrangements import KEPT
 from astroinertia.verify.hard.case import Case
 from astroinertia.verify.hard.clouds import ball, cloud, lattice, turning, two
 from astroinertia.verify.hard.motions import SOUND
-from astroinertia.verify.hard.places import KEPT
 
 MIXED = ('numerics.precision="mixed"',)
 FAR = 1e8  # what a rounding is of, there

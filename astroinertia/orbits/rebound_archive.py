@@ -11,7 +11,7 @@ import numpy as np
 import rebound
 from rebound.units import hash_to_unit, lengths_SI, times_SI
 
-from astroinertia.orbits import archive_child
+from astroinertia.orbits import rebound_archive_child
 from astroinertia.orbits.simulation import BODY
 from astroinertia.storage.bounded import plain_text
 from astroinertia.units import CodeUnits
@@ -79,7 +79,7 @@ class _Stored:
 def _read(source: Path) -> _Stored:
     """The snapshots of a file, read by a process of its own; ValueError where that finds none, or ends at them."""
     child = subprocess.run(
-        [sys.executable, "-P", archive_child.__file__, str(source.resolve())], capture_output=True, check=False
+        [sys.executable, "-P", rebound_archive_child.__file__, str(source.resolve())], capture_output=True, check=False
     )
     if child.returncode:
         raise ValueError(f"{source.name} is not read as an archive of REBOUND's: it is damaged")
