@@ -8,7 +8,7 @@ import numpy as np
 
 from astroinertia.bodies import ellipsoid_gravity
 from astroinertia.build.assemble import prepare
-from astroinertia.models.ellipsoid import Ellipsoid
+from astroinertia.models.ellipsoid.evolution import Ellipsoid
 from astroinertia.scene import load
 
 SCENE = """

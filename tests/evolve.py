@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.build.assemble import prepare
-from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.evolution import Particles
 from astroinertia.models.sph.record import series_record
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import State

@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 from hatchling.builders.wheel import WheelBuilder
 
-from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.evolution import Particles
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "sims" / "plugin_example"
 # What stops a command after 20 steps, with all of them kept.
 STOP = """
 import os
-from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.evolution import Particles
 plain = Particles.advance
 def advance(self, until):
     plain(self, until)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from astroinertia.effects import catalogue
-from astroinertia.models import rigid
-from astroinertia.models.rigid_evolution import RigidBody, Settings
+from astroinertia.models.rigid.body import body as rigid
+from astroinertia.models.rigid.evolution import RigidBody, Settings
 from astroinertia.rotation.attitude import attitude_of_quaternion
 
 AT_REST = (1.0, 0.0, 0.0, 0.0)

@@ -15,8 +15,8 @@ from astroinertia.inertia.prescribed import change
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.spin import angular_momentum
 from astroinertia.inertia.tensor import about_point, inertia_from_second_moment, inertia_tensor
-from astroinertia.models import rigid
-from astroinertia.models.rigid_evolution import RigidBody, Settings
+from astroinertia.models.rigid.body import body as rigid
+from astroinertia.models.rigid.evolution import RigidBody, Settings
 from astroinertia.rotation.attitude import nearest_rotation, quaternion
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
@@ -78,7 +78,7 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
     if not two_way:
         return RigidBody(body, quaternion(attitude), momentum, settings)
     # Only here: other scenes do without REBOUND.
-    from astroinertia.models.rigid_two_way import CoupledRigidBody
+    from astroinertia.models.rigid.two_way import CoupledRigidBody
 
     bodies = companions.bodies(scene, units, mass)
     return CoupledRigidBody(body, quaternion(attitude), momentum, settings, bodies)

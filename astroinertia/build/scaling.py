@@ -20,8 +20,7 @@ from astroinertia.errors import SceneError
 from astroinertia.inertia.prescribed import change
 from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.models import checkpoint
-from astroinertia.models.homology import Dynamic, Fixed, Kepler, Prescribed, SizeLaw
-from astroinertia.models.scaling import (
+from astroinertia.models.scaling.evolution import (
     HeldPressure,
     Homologous,
     PowerLawPressure,
@@ -31,6 +30,7 @@ from astroinertia.models.scaling import (
     Shells,
     turning_body,
 )
+from astroinertia.models.scaling.homology import Dynamic, Fixed, Kepler, Prescribed, SizeLaw
 from astroinertia.models.sph.record import RADIUS_BINS
 from astroinertia.rotation.collapsing_shells import mass_quadrature
 from astroinertia.scene.schema import Scene

@@ -16,8 +16,8 @@ from astroinertia.build.placing import Particles as Body, particles
 from astroinertia.build.spheres import Sphere, Star, sphere
 from astroinertia.errors import SceneError
 from astroinertia.models import checkpoint
+from astroinertia.models.sph.evolution import Particles
 from astroinertia.models.sph.first_state import initial_state
-from astroinertia.models.sph.particles import Particles
 from astroinertia.models.sph.sorting import arranged
 from astroinertia.models.sph.state import Problem, State, member_key
 from astroinertia.scene.plan import smoothing

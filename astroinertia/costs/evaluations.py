@@ -87,5 +87,5 @@ def _without_fixed(machine: Machine) -> Machine:
 
 
 def settling_steps(particles: int) -> float:
-    """Steps of the descent in which a body settles, about (models.relaxation)."""
+    """Steps of the descent in which a body settles, about (models.sph.relaxation)."""
     return 120.0 * max(1.0, math.log10(particles / 100.0))

@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Self
 
 
 class RigidParts:
-    """The parts of an effect on a rigid body; `body` is models.rigid.View."""
+    """The parts of an effect on a rigid body; `body` is models.rigid.body.View."""
 
     follows_spin: ClassVar[bool] = False
     """Its torque depends on the angular velocity or on L, or it has a relative rotation."""

@@ -69,9 +69,9 @@ def gravity(
     """Acceleration (N, 3) and potential (N,) of mass (N,) at position (N, 3), softened as by gravity.direct.
 
     kernel: of the softening, None for clamped points (gravity.clamped_points); self pairs are included. accuracy: the
-    wanted rms of |da|/|a|; strength (N,): |a| as far as it is known, None for a first evaluation, which takes another to find
-    it; tree: `tree(position)` of these particles, or of where they were a little earlier; precision: "mixed" (float32
-    between particles and nodes) or "float64". Results have the same bits for any number of threads. Tested in
+    wanted rms of |da|/|a|; strength (N,): |a| as far as it is known, None for a first evaluation, which takes another
+    to find it; tree: `tree(position)` of these particles, or of where they were a little earlier; precision: "mixed"
+    (float32 between particles and nodes) or "float64". Results have the same bits for any number of threads. Tested in
     tests/unit/test_multipole.py.
     """
     given = _Particles(mass, position, smoothing_length, tree, precision, threads)

@@ -7,7 +7,7 @@ from point_sets import PointSet
 
 from astroinertia.build.assemble import prepare
 from astroinertia.effects.gravity import SOFTENING
-from astroinertia.models.sph.particles import STEPS_BETWEEN_SORTS, Particles
+from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS, Particles
 from astroinertia.scene import load
 
 GAS = """\

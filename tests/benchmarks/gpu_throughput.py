@@ -23,8 +23,8 @@ from astroinertia.effects.catalogue import build
 from astroinertia.engines.xla import Engine
 from astroinertia.gravity.expansions_xla import multi_indices
 from astroinertia.matter.gases import Ideal
+from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS
 from astroinertia.models.sph.first_state import initial_state
-from astroinertia.models.sph.particles import STEPS_BETWEEN_SORTS
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step as sph_step

@@ -25,7 +25,7 @@ from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.build.assemble import prepare
 from astroinertia.models.sph import block_step
 from astroinertia.models.sph.block_step import Taken
-from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.evolution import Particles
 from astroinertia.scene import load
 from astroinertia.sph import profiles
 from astroinertia.sph.placement import place

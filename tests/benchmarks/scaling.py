@@ -22,8 +22,8 @@ from numba import config
 from astroinertia.engines import tree
 from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.gravity import multipole
-from astroinertia.models.sph import particles as running
-from astroinertia.models.sph.particles import STEPS_BETWEEN_SORTS
+from astroinertia.models.sph import evolution as running
+from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS
 from astroinertia.models.sph.sorting import rearranged
 
 FITTED_FROM = 10_000  # below, what does not grow with N shows

@@ -9,7 +9,7 @@ import textwrap
 
 from fair_times import RESULTS, rows_of
 
-from astroinertia.models.sph.particles import STEPS_BETWEEN_SORTS
+from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS
 from astroinertia.sph.kernels import KERNELS
 
 PARTICLES = 1_000_000_000

@@ -21,7 +21,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from astroinertia.build.assemble import prepare
-from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.evolution import Particles
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 from astroinertia.test_problems import kelvin_helmholtz, keplerian_disc

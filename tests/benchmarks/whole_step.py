@@ -18,7 +18,7 @@ from gravity_codes import QUADRUPOLE, kernel_softened, present
 from gravity_peers import JUDGED, errors
 from point_sets import PointSet
 
-from astroinertia.models.sph.particles import STEPS_BETWEEN_SORTS
+from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS
 from astroinertia.sph.kernels import KERNELS
 
 SAMPLE = 1000

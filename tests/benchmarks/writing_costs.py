@@ -24,7 +24,7 @@ import numpy as np
 from fair_times import machine, publish, rows_of
 
 from astroinertia import dataset, plots
-from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.evolution import Particles
 from astroinertia.run import loop
 from astroinertia.scene.load import load_file
 from astroinertia.storage import archive, atomic, manifest

@@ -10,7 +10,7 @@ import astroinertia
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.build import scaling as start_scaling
 from astroinertia.errors import NumericalError, SceneError
-from astroinertia.models.homology import Dynamic, Kepler
+from astroinertia.models.scaling.homology import Dynamic, Kepler
 from astroinertia.rotation import braking, pulsars
 from astroinertia.rotation.collapsing_shells import shells_of
 from astroinertia.rotation.spin_scaling import spin_up

@@ -11,7 +11,7 @@ import astroinertia
 from astroinertia.build.assemble import prepare
 from astroinertia.build.sph import resumed
 from astroinertia.errors import SceneError
-from astroinertia.models.sph.particles import STEPS_BETWEEN_SORTS
+from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS
 from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.orbits.states import states
 from astroinertia.scene import load

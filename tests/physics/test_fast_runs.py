@@ -9,7 +9,7 @@ import pytest
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.gravity.clamped_points import SOFTENED_LESS_POINT
 from astroinertia.gravity.direct import DIRECT_GRAVITY
-from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.evolution import Particles
 from tests.evolve import prepared
 
 BENCHMARKS = Path(__file__).parent.parent / "benchmarks"

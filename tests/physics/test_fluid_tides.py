@@ -9,7 +9,7 @@ import pytest
 
 from astroinertia.bodies.roche_polytrope import roche_limit
 from astroinertia.build.assemble import prepare
-from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.evolution import Particles
 from astroinertia.scene import load
 from astroinertia.studies.love_number_of_fluid import love_number_of_fluid
 

@@ -9,7 +9,7 @@ from astroinertia.build.assemble import prepare
 from astroinertia.errors import SceneError
 from astroinertia.models.checkpoint import flattened
 from astroinertia.models.sph import block_step, subcycle
-from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.evolution import Particles
 from astroinertia.models.sph.record import energy_budget, works_from_outside
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.step import step

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from astroinertia.effects.gravity_gradient import GravityGradient
-from astroinertia.models import rigid
-from astroinertia.models.rigid_evolution import RigidBody, Settings
-from astroinertia.models.rigid_two_way import CoupledRigidBody
+from astroinertia.models.rigid.body import body as rigid
+from astroinertia.models.rigid.evolution import RigidBody, Settings
+from astroinertia.models.rigid.two_way import CoupledRigidBody
 from astroinertia.orbits.rigid_ode import TOLERANCE, RigidBodyOde
 from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.orbits.states import present

@@ -4,7 +4,7 @@ import jax
 import numpy as np
 import pytest
 
-from astroinertia.models.rigid_evolution import Settings
+from astroinertia.models.rigid.evolution import Settings
 from tests.rigid import attitude, under_way
 
 MOMENTS, SPIN = np.array([1.0, 2.0, 3.0]), np.array([0.1, 1.0, 0.1])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from astroinertia.inertia.prescribed import change
-from astroinertia.models.rigid_evolution import Settings
+from astroinertia.models.rigid.evolution import Settings
 from astroinertia.rotation import free_attitude, free_top, heavy_top
 from astroinertia.rotation.attitude import quaternion
 from tests.rigid import BEST, attitude, both, effect, momentum, spin, under_way

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from astroinertia.models.sph.evolution import Particles
 from astroinertia.models.sph.first_state import initial_state
-from astroinertia.models.sph.particles import Particles
 from astroinertia.models.sph.state import State
 from tests.evolve import evolve, prepared
 from tests.polytropes import fitted_frequency, mode_frequencies

@@ -8,8 +8,8 @@ import pytest
 
 from astroinertia.cli.main import main
 from astroinertia.errors import SceneError
+from astroinertia.models.sph.evolution import Particles
 from astroinertia.models.sph.first_state import initial_state
-from astroinertia.models.sph.particles import Particles
 from astroinertia.models.sph.record import series_record
 from tests.evolve import evolve, prepared
 

@@ -10,7 +10,7 @@ from astroinertia.build import sph as start_sph
 from astroinertia.build.assemble import model_description, prepare
 from astroinertia.errors import SceneError
 from astroinertia.models.checkpoint import flattened
-from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.evolution import Particles
 from astroinertia.scene import load
 from astroinertia.scene.plan import plan
 

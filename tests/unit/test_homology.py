@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.prescribed import change
-from astroinertia.models.homology import Dynamic, Kepler, Prescribed
+from astroinertia.models.scaling.homology import Dynamic, Kepler, Prescribed
 
 KINDS = {
     "pulsation": (0.3, 1.0, 1.0, 0.0),

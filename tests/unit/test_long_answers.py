@@ -14,8 +14,8 @@ from astroinertia.cli import meter as cli_meter
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.integrate import adaptive
 from astroinertia.matter import cold_matter
-from astroinertia.models import ellipsoid
-from astroinertia.models.homology import Kepler
+from astroinertia.models.ellipsoid.evolution import evolution as ellipsoid
+from astroinertia.models.scaling.homology import Kepler
 from astroinertia.run import loop
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from astroinertia.inertia.prescribed import change
-from astroinertia.models.rigid_record import dissipates
+from astroinertia.models.rigid.record import dissipates
 from astroinertia.observables.quantities import RECORDED
 from tests.rigid import ADAPTIVE, effect, under_way
 

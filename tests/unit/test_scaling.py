@@ -11,7 +11,7 @@ from astroinertia.build import scaling as start_scaling
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.inertia.evolution import second_moment_acceleration
 from astroinertia.inertia.tensor import axial_vector
-from astroinertia.models.scaling import PROFILES, RIGIDITY
+from astroinertia.models.scaling.evolution import PROFILES, RIGIDITY
 from astroinertia.rotation import pulsars
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units

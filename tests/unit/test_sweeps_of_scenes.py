@@ -17,7 +17,7 @@ from astroinertia.accuracy import running
 from astroinertia.cli import main as cli, stop as cli_stop
 from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
-from astroinertia.models.scaling import Scaling
+from astroinertia.models.scaling.evolution import Scaling
 from astroinertia.process import interrupts
 from astroinertia.run import loop
 from astroinertia.scene import sweep as sweeps

@@ -10,8 +10,8 @@ import numpy as np
 
 from astroinertia.build.sph import base_step_of, problem_of
 from astroinertia.errors import NumericalError
+from astroinertia.models.sph.evolution import Particles
 from astroinertia.models.sph.first_state import initial_state
-from astroinertia.models.sph.particles import Particles
 from astroinertia.scene import load
 from astroinertia.units import DIMENSIONLESS
 from astroinertia.verify.hard.clouds import Cloud

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.models.sph.particles import Particles
+from astroinertia.models.sph.evolution import Particles
 from astroinertia.verify.hard.arrangements import KEPT
 from astroinertia.verify.hard.case import Case
 from astroinertia.verify.hard.clouds import COUNT, ball, cloud, every_other, first, turning, two

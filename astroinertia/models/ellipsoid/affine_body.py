@@ -17,7 +17,7 @@ import numpy as np
 from astroinertia.bodies.affine import cofactor, volume_ratio
 from astroinertia.bodies.affine_motion import constraint_slope
 from astroinertia.engines.pytree import pytree
-from astroinertia.models.ellipsoid_matter import Matter
+from astroinertia.models.ellipsoid.matter import Matter
 
 Array = Any
 PRESSURE = "pressure"

@@ -19,9 +19,9 @@ import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.tensor import inertia_from_second_moment
-from astroinertia.models.homology import Dynamic, Size, SizeLaw
 from astroinertia.models.protocol import Figures, Record
-from astroinertia.models.rigid import View
+from astroinertia.models.rigid.body import View
+from astroinertia.models.scaling.homology import Dynamic, Size, SizeLaw
 from astroinertia.observables.quantities import BodyState, row
 
 Torque = Callable[[View], Any]

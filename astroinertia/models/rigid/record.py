@@ -14,8 +14,7 @@ import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
 from astroinertia.inertia.tensor import second_moment_from_inertia
-from astroinertia.models import rigid
-from astroinertia.models.rigid import Rigid
+from astroinertia.models.rigid.body import Rigid, body as rigid
 from astroinertia.rotation.attitude import attitude_of_quaternion, cross_matrix
 
 Array = Any

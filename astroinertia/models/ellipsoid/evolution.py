@@ -10,9 +10,10 @@ import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.integrate import adaptive
-from astroinertia.models import affine_body, checkpoint
-from astroinertia.models.affine_body import Problem, State
-from astroinertia.models.ellipsoid_record import energies, ledger_closure, series_record, unaccounted_energy
+from astroinertia.models import checkpoint
+from astroinertia.models.ellipsoid.affine_body import Problem, State
+from astroinertia.models.ellipsoid.evolution import affine_body
+from astroinertia.models.ellipsoid.record import energies, ledger_closure, series_record, unaccounted_energy
 from astroinertia.models.protocol import Figures, Record
 
 AT_ONCE = 2**8  # steps, of up to some 20 ms, after which the run looks at the clock and at what signals ask for

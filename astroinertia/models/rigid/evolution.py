@@ -13,10 +13,10 @@ from astroinertia.errors import NumericalError
 from astroinertia.integrate import adaptive, rigid_splitting
 from astroinertia.integrate.rigid_splitting import Rotor, in_body
 from astroinertia.ledger.moments import Compensated
-from astroinertia.models import checkpoint, rigid
+from astroinertia.models import checkpoint
 from astroinertia.models.protocol import Figures, Record
-from astroinertia.models.rigid import Rigid
-from astroinertia.models.rigid_record import RIGIDITY, Ledger, dissipates, ledger
+from astroinertia.models.rigid.body import Rigid, body as rigid
+from astroinertia.models.rigid.record import RIGIDITY, Ledger, dissipates, ledger
 from astroinertia.observables.quantities import BodyState, row
 
 Array = Any

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.models import affine_body
-from astroinertia.models.affine_body import Observed
+from astroinertia.models.ellipsoid.affine_body import Observed
+from astroinertia.models.ellipsoid.evolution import affine_body
 from astroinertia.observables.quantities import BodyState, ledger_closure as closure, of_ledger, row
 
 MODES = (1, 2, 3, 4)
@@ -26,7 +26,7 @@ def ledger_closure(body: Any) -> float:
 
 
 def series_record(body: Any, opening_potential: float | None) -> dict[str, Any]:
-    """The record of an affine body (models.ellipsoid.Ellipsoid).
+    """The record of an affine body (models.ellipsoid.evolution.Ellipsoid).
 
     virial_mismatch compares each effect's own virial tensor with F G^T of its force. integration_energy_error is what
     kinetic, internal and static potential energy changed by beyond what the effects' work and heating account for.

@@ -18,9 +18,9 @@ from astroinertia.effects.gravity_gradient import quadrupole_attraction
 from astroinertia.engines.pytree import pytree
 from astroinertia.integrate import rigid_splitting
 from astroinertia.integrate.rigid_splitting import COMPOSITIONS, Rotor
-from astroinertia.models import checkpoint, rigid
-from astroinertia.models.rigid import Rigid
-from astroinertia.models.rigid_evolution import RigidBody, Settings
+from astroinertia.models import checkpoint
+from astroinertia.models.rigid.body import Rigid, body as rigid
+from astroinertia.models.rigid.evolution import RigidBody, Settings
 from astroinertia.orbits import states
 
 Array = Any

@@ -1,0 +1,1 @@
+"""The affine body: a homogeneous ellipsoid, or the tensor-virial approximation of another body."""

@@ -1,0 +1,1 @@
+"""Conservation laws in closed form, and the size that follows from them."""
