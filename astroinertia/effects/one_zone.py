@@ -3,7 +3,7 @@
     tr(Q) s s'' = 2 T/s^2 - |W|/s + 3 Pi s^-(3 (gamma - 1)),    x = s(t) x_0
 
 (Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, section 14). A rough but cheap answer to what happens when a
-force is left out: small differences grow as they do in a collapse. models/scaling/homology.py solves the same equation to
+force is left out: small differences grow as they do in a collapse. models/scaling/homology solves the same equation to
 round-off, for runs. Tests: tests/unit/test_sizes.py.
 """
 

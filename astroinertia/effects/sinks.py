@@ -15,7 +15,7 @@ from astroinertia.gravity.point_masses import attraction, orbital_time, potentia
 class Sinks(Effect):
     """a = -sum over sinks of M d/(d^2 + s^2)^(3/2); they feel the same, and move in the same kicks and drifts.
 
-    Between steps (models.sph.accretion) particles above the density become sinks where what is within the radius is bound
+    Between steps (sph.accretion) particles above the density become sinks where what is within the radius is bound
     and converges, and sinks accrete what comes within the radius and cannot escape, or keep its distance (Bate, Bonnell
     & Price 1995, MNRAS 277, 362). What the fluid loses so is in the effect's rows as well. number: of sinks, at most.
     Checked by tests/physics/test_sinks.py.

@@ -69,7 +69,7 @@ def relaxed_polytrope(
 
     Particles have mass, position, velocity, entropy, density and smoothing_length. moment_of_inertia (i, j),
     gravitational_energy, central_density and rotational_to_gravitational describe the body; those whose exact value at
-    rest is known carry it as the attribute `exact_at_rest`. Other options go to models.sph.relaxation.relax, which raises
+    rest is known carry it as the attribute `exact_at_rest`. Other options go to sph.relaxation.relax, which raises
     NumericalError where no equilibrium is reached.
     """
     star, profile = Polytrope(index), profiles.polytrope(index)
