@@ -106,8 +106,8 @@ def archive_ephemeris(
 ) -> Ephemeris:  # fmt: skip
     """The orbits that a REBOUND SimulationArchive holds, relative to a body, from its first snapshot (time 0) to `end`.
 
-    body and units are those of `orbits.rebound_archive.snapshots`. From each snapshot REBOUND goes on to the next; there
-    both must meet within the tolerance, over the distance: so forces that the archive does not know are noticed.
+    body and units are those of `orbits.rebound_archive.snapshots`. From each snapshot REBOUND goes on to the next;
+    there both must meet within the tolerance, over the distance: so forces that the archive does not know are noticed.
     ValueError for what is no such archive or ends before `end`; NumericalError where snapshots do not meet. Checked by
     tests/unit/test_orbit_archive.py.
     """

@@ -42,9 +42,9 @@ BaseStep = Callable[[Problem, Any, State, float], tuple[State, Any, Any]]
 class Particles:
     """A fluid of particles under way (models.protocol.Evolution); `end` is that of the run.
 
-    base_step: block_step.step where every particle has a step of its own; a step is then one of the slowest.
-    regions: regions.Regions where the scene has any. between: what is done between two steps, accretion.step where there
-    are sinks. free_fall_factor: the longest step, over (G rho)^(-1/2) of the densest.
+    base_step: block_step.step where every particle has a step of its own; a step is then one of the slowest. regions:
+    regions.Regions where the scene has any. between: what is done between two steps, accretion.step where there are
+    sinks. free_fall_factor: the longest step, over (G rho)^(-1/2) of the densest.
     """
 
     approximation: ClassVar[str] = "particles: converges to the fluid with their number"
