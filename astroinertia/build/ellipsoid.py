@@ -128,7 +128,7 @@ def _fluid(
     if not fluid.thermal:
         return Matter(mass, density, fluid), 0.0, False
     entropies(scene, units, initial, fluid, np.array([0.5]))  # refuses what it refuses for particles
-    gamma = fluid.gamma if chosen.kind == "ideal" else fluid.gamma_thermal
+    gamma = chosen.thermal_gamma
     per_entropy = mass @ density ** (gamma - 1) / (gamma - 1)
     volume = float(np.linalg.det(deformation))
     if body.specific_internal_energy is not None:

@@ -102,7 +102,7 @@ def entropies(
             )
         return np.zeros(len(where))
     if body.entropy is not None:
-        gamma = fluid.gamma_thermal if _hybrid(scene) else fluid.gamma
+        gamma: Any = scene.equation_of_state.thermal_gamma  # type: ignore[union-attr]
         return np.full(len(where), units.to_code(body.entropy, pressure_constant_dimension(gamma)))
     if initial is None:
         raise SceneError(f"[body] {body.without_heat} needs specific_internal_energy or entropy.")

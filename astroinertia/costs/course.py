@@ -13,6 +13,7 @@ import numpy as np
 
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.errors import AstroinertiaError
+from astroinertia.scene.fluids import MONATOMIC
 from astroinertia.scene.plan import code_units, smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS
@@ -91,7 +92,10 @@ def sphere_of(scene: Scene) -> Sphere:
     has_gravity, has_pressure = "gravity" in scene.effects, "pressure" in scene.effects
     weight = abs(profile.gravitational_energy) * mass / size / square
     weight = weight if math.isfinite(weight) else mass / size**3
-    gamma = _exponent(scene)
+    fluid: Any = scene.equation_of_state
+    gamma = MONATOMIC if fluid is None else fluid.first_gamma
+    if fluid is not None and fluid.thermal_gamma and (given.specific_internal_energy or given.entropy) is not None:
+        gamma = fluid.thermal_gamma  # what is hot holds it up
     spin = _spin(scene, square, size)
     if body.spin is body:
         spin = 0.0  # in equilibrium with it: gravity and pressure below are what is left
@@ -110,12 +114,6 @@ def sphere_of(scene: Scene) -> Sphere:
         sound = math.sqrt(fraction * _central_sound(profile, mass / size, gamma))
     return Sphere(weight if has_gravity else 0.0, max(heat, 0.0), spin, gamma, densest, sound,
                   mass / given.particles, size)  # fmt: skip
-
-
-def _exponent(scene: Scene) -> float:
-    fluid = scene.equation_of_state
-    gamma = getattr(fluid, "gamma", None) or getattr(fluid, "gamma_thermal", None)
-    return float(gamma) if gamma else (1.0 if getattr(fluid, "kind", "") == "isothermal" else 5.0 / 3.0)
 
 
 def _spin(scene: Scene, square: float, size: float) -> float:

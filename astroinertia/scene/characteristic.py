@@ -10,7 +10,7 @@ import numpy as np
 
 from astroinertia.effects.characteristic import Characteristic, Neighbour, Pair
 from astroinertia.scene.companions import Companion
-from astroinertia.scene.fluids import FROM_BODY
+from astroinertia.scene.fluids import FROM_BODY, MONATOMIC
 from astroinertia.scene.initial_body import ascending, unit, unit_rows
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
@@ -33,7 +33,7 @@ def characteristic(scene: Scene) -> Characteristic:
         "bodies": max(1, len(scene.bodies)),
         "touching": bool(scene.bodies) or body.composite,
         "rate_needs_gravity": scene.model == "rigid" and getattr(body.rotation, "t_over_w", None) is not None,
-        "gamma": _exponent(fluid),
+        "gamma": MONATOMIC if fluid is None else fluid.first_gamma,
         "expansion": _expansion(body),
     }
     known |= body.characteristic() if body.profile() is None else _sphere(scene, constant)
@@ -44,16 +44,6 @@ def characteristic(scene: Scene) -> Characteristic:
     if scene.bodies:
         known |= _several(scene)
     return Characteristic(**known)
-
-
-def _exponent(fluid: Any) -> float:
-    if fluid is None:
-        return 5.0 / 3.0
-    if fluid.kind == "isothermal":
-        return 1.0
-    return {"piecewise_polytropic": lambda: fluid.gammas[0], "hybrid": lambda: fluid.gamma_1}.get(
-        fluid.kind, lambda: getattr(fluid, "gamma", 5.0 / 3.0)
-    )()
 
 
 def _gradient(body: Any) -> np.ndarray:
@@ -122,7 +112,7 @@ def _heat(scene: Scene, known: dict[str, Any], density: np.ndarray, weights: np.
     mass, weight = known["mass"], known["gravitational"]
     if fluid is not None and fluid.kind == "own":
         return _own_heat(fluid.matter(), body, mass, density, weights)
-    gamma = _exponent(fluid)
+    gamma = MONATOMIC if fluid is None else fluid.first_gamma
     if body.specific_internal_energy is not None:
         energy = body.specific_internal_energy * mass
         return {"triple_pressure": 3.0 * max(gamma - 1.0, 0.0) * energy, "thermal_energy": energy}
@@ -130,7 +120,8 @@ def _heat(scene: Scene, known: dict[str, Any], density: np.ndarray, weights: np.
     if constant is None and fluid is not None and getattr(fluid, "constant", FROM_BODY) != FROM_BODY:
         constant = fluid.constant
     if constant is not None:
-        triple = 3.0 * mass * constant * float(weights @ density ** (gamma - 1.0))
+        exponent = fluid.thermal_gamma if fluid is not None and constant == body.entropy else gamma
+        triple = 3.0 * mass * constant * float(weights @ density ** ((exponent or gamma) - 1.0))
     elif fluid is not None and fluid.kind == "isothermal":
         triple = 3.0 * mass * fluid.sound_speed**2
     else:

@@ -7,6 +7,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationIn
 from astroinertia.scene.dimensional import Density, SpecificEnergy, Speed, checked, dimensional, options_in_code_units
 from astroinertia.units import DIMENSIONLESS, CodeUnits, pressure_constant_dimension, shown
 
+MONATOMIC = 5.0 / 3.0  # adiabatic exponent
 FROM_BODY = "from body"
 
 
@@ -35,21 +36,50 @@ def _pressure_constant(value: Any, gamma: float | None, info: ValidationInfo) ->
     return checked(dimensional(value, pressure_constant_dimension(gamma), code), "positive")
 
 
-class IdealGas(Part):
+class Fluid(Part):
+    """An equation of state, with the exponents that all else asks for."""
+
+    @property
+    def first_gamma(self) -> float:
+        """Adiabatic exponent of the pressure that holds a body up at first; 5/3 where it is not of one exponent."""
+        return MONATOMIC
+
+    @property
+    def thermal_gamma(self) -> float | None:
+        """Exponent of the thermal part A rho^gamma, which dissipation heats; None without one."""
+        return None
+
+
+class IdealGas(Fluid):
     """P = A rho^gamma with an entropy A of each particle that only dissipation raises."""
 
     kind: Literal["ideal"]
-    gamma: Gamma = Field(default=5.0 / 3.0, description="adiabatic exponent")
+    gamma: Gamma = Field(default=MONATOMIC, description="adiabatic exponent")
+
+    @property
+    def first_gamma(self) -> float:
+        """As of every Fluid."""
+        return self.gamma
+
+    @property
+    def thermal_gamma(self) -> float:
+        """As of every Fluid."""
+        return self.gamma
 
 
-class IsothermalGas(Part):
+class IsothermalGas(Fluid):
     """P = sound_speed^2 rho."""
 
     kind: Literal["isothermal"]
     sound_speed: Speed = Field(description="isothermal sound speed")
 
+    @property
+    def first_gamma(self) -> float:
+        """As of every Fluid."""
+        return 1.0
 
-class PolytropicFluid(Part):
+
+class PolytropicFluid(Fluid):
     """P = K rho^gamma, one K everywhere and for ever."""
 
     kind: Literal["polytropic"]
@@ -63,8 +93,13 @@ class PolytropicFluid(Part):
     def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
         return _pressure_constant(value, info.data.get("gamma"), info)
 
+    @property
+    def first_gamma(self) -> float:
+        """As of every Fluid."""
+        return self.gamma
 
-class PiecewisePolytropicFluid(Part):
+
+class PiecewisePolytropicFluid(Fluid):
     """P = K_k rho^gamma_k between dividing densities; P and u are continuous."""
 
     kind: Literal["piecewise_polytropic"]
@@ -92,8 +127,13 @@ class PiecewisePolytropicFluid(Part):
             raise ValueError("needs densities that rise.")
         return self
 
+    @property
+    def first_gamma(self) -> float:
+        """As of every Fluid."""
+        return self.gammas[0]
 
-class HybridFluid(Part):
+
+class HybridFluid(Fluid):
     """Cold part that stiffens at nuclear density, and a thermal part for what shocks heat.
 
     Janka, Zwerger & Moenchmeyer 1993, A&A 268, 360; Dimmelmeier, Font & Mueller 2002, A&A 388, 917.
@@ -115,6 +155,16 @@ class HybridFluid(Part):
     @classmethod
     def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
         return _pressure_constant(value, info.data.get("gamma_1"), info)
+
+    @property
+    def first_gamma(self) -> float:
+        """As of every Fluid."""
+        return self.gamma_1
+
+    @property
+    def thermal_gamma(self) -> float:
+        """As of every Fluid."""
+        return self.gamma_thermal
 
 
 class Material(Part):
@@ -147,7 +197,7 @@ class Material(Part):
         return self
 
 
-class Materials(Part):
+class Materials(Fluid):
     """Materials, each with its own P(rho, u), as tables of isentropes that conserve energy exactly."""
 
     kind: Literal["materials"]
@@ -163,13 +213,13 @@ class Materials(Part):
         return self
 
 
-class IncompressibleFluid(Part):
+class IncompressibleFluid(Fluid):
     """Every part of the body keeps its density; the pressure is what that takes (model ellipsoid)."""
 
     kind: Literal["incompressible"]
 
 
-class OwnFluid(Part):
+class OwnFluid(Fluid):
     """An equation of state that is not of this package, which scene.load makes of a kind that it knows from outside.
 
     name: its kind in the scene. options: in SI, or in code units where the scene is. entry: what its class says.

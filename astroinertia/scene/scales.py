@@ -81,13 +81,9 @@ def _constants(scene: Scene) -> Iterator[Number]:
         return
     constant, entropy = getattr(fluid, "constant", None), scene.body.entropy
     if isinstance(constant, float):
-        exponent = {"hybrid": "gamma_1", "piecewise_polytropic": "gammas"}.get(fluid.kind, "gamma")
-        gamma = getattr(fluid, exponent)
-        dimension = pressure_constant_dimension(gamma[0] if isinstance(gamma, tuple) else gamma)
-        yield ("equation_of_state", "constant"), constant, dimension, True
+        yield ("equation_of_state", "constant"), constant, pressure_constant_dimension(fluid.first_gamma), True
     if entropy is not None:
-        gamma = fluid.gamma_thermal if fluid.kind == "hybrid" else fluid.gamma
-        yield ("body", "entropy"), entropy, pressure_constant_dimension(gamma), False
+        yield ("body", "entropy"), entropy, pressure_constant_dimension(fluid.thermal_gamma), False
 
 
 def _of_effects(scene: Scene) -> Iterator[Number]:
