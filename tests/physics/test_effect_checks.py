@@ -93,7 +93,7 @@ def beside(problem: Problem) -> dict[str, Any]:
     xp = problem.engine.xp
     place, mass = xp.asarray([[1.5, 0.3, -0.4], [-0.5, 2.0, 0.6]]), xp.asarray([0.7, 0.2])
     sink = {name: xp.asarray(value) for name, value in {
-        "mass": [0.4], "position": [[0.2, -0.7, 0.5]], "velocity": [[0.1, 0.0, 0.2]], "acceleration": [[0.0, 0.0, 0.0]],
+        "mass": [0.4], "position": [[0.2, -0.7, 0.5]], "velocity": [[0.1, 0.0, 0.2]],
         "spin": [[0.0, 0.0, 0.1]],
     }.items()}  # fmt: skip
     one, none = xp.asarray(1.0), xp.zeros((3, 3))

@@ -167,13 +167,16 @@ ALONGSIDE = {
     "viscosity": {"astroinertia.effects.gradients"},
 }
 PLAIN = (
+    "affine_parts",
     "catalogue",
     "doors",
     "effect",
     "entries",
     "heat_entries",
     "own",
+    "particle_parts",
     "rigid_entries",
+    "rigid_parts",
 )  # data and small functions, no effect
 SIZES = ("characteristic", "measure", "one_zone", "sizes", "torque_sizes")
 ALWAYS = {f"astroinertia.effects.{name}" for name in (*PLAIN, *SIZES)}
