@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from astroinertia.effects import catalogue
-from astroinertia.models.rigid.body import body as rigid
+from astroinertia.models.rigid import body as rigid
 from astroinertia.models.rigid.evolution import RigidBody, Settings
 from astroinertia.rotation.attitude import attitude_of_quaternion
 

@@ -36,7 +36,7 @@ def _particles(evolution: Any) -> Any:
 
 
 def _ellipsoid(evolution: Any) -> Any:
-    from astroinertia.models.ellipsoid.evolution import affine_body
+    from astroinertia.models.ellipsoid import affine_body
 
     problem = evolution.problem
     scaled = affine_body.measured(problem, evolution.state)
@@ -44,7 +44,7 @@ def _ellipsoid(evolution: Any) -> Any:
 
 
 def _rigid(evolution: Any) -> Any:
-    from astroinertia.models.rigid.body import body as rigid
+    from astroinertia.models.rigid import body as rigid
 
     state = evolution.state
     return jax.jit(rigid.motion).trace(

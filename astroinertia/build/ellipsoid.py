@@ -13,8 +13,9 @@ from astroinertia.build.flow import initial_velocity
 from astroinertia.build.fluids import entropies, equation_of_state
 from astroinertia.build.spheres import Sphere, sphere, stretch
 from astroinertia.errors import SceneError
+from astroinertia.models.ellipsoid import evolution as ellipsoid
 from astroinertia.models.ellipsoid.affine_body import PRESSURE, Problem
-from astroinertia.models.ellipsoid.evolution import Ellipsoid, evolution as ellipsoid
+from astroinertia.models.ellipsoid.evolution import Ellipsoid
 from astroinertia.models.ellipsoid.matter import Matter
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.profiles import Profile
@@ -128,7 +129,7 @@ def _fluid(
     if not fluid.thermal:
         return Matter(mass, density, fluid), 0.0, False
     entropies(scene, units, initial, fluid, np.array([0.5]))  # refuses what it refuses for particles
-    gamma = chosen.thermal_gamma
+    gamma: Any = chosen.thermal_gamma
     per_entropy = mass @ density ** (gamma - 1) / (gamma - 1)
     volume = float(np.linalg.det(deformation))
     if body.specific_internal_energy is not None:

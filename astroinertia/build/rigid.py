@@ -15,7 +15,7 @@ from astroinertia.inertia.prescribed import change
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.spin import angular_momentum
 from astroinertia.inertia.tensor import about_point, inertia_from_second_moment, inertia_tensor
-from astroinertia.models.rigid.body import body as rigid
+from astroinertia.models.rigid import body as rigid
 from astroinertia.models.rigid.evolution import RigidBody, Settings
 from astroinertia.rotation.attitude import nearest_rotation, quaternion
 from astroinertia.scene.schema import Scene

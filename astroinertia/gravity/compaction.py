@@ -1,4 +1,4 @@
-"""Closing up what is kept of an array, a whole vector at a time; the text is copied into the generated modules.
+"""Compaction of what is kept of an array, a whole vector at a time; the text is copied into the generated modules.
 
 `kept(values, key, k, count, out, filled)` appends to out[filled:] those of values[k : k + width] whose key is not >= 0,
 and returns how far `out` is filled. width(key): how many at once. Nothing from `count` on is kept; arrays must be

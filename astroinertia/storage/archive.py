@@ -37,7 +37,7 @@ from astroinertia.storage.atomic import (
     write_arrays,
     write_whole,
 )
-from astroinertia.storage.manifest import COPY, MANIFEST, SEALED
+from astroinertia.storage.manifest import COPY, MANIFEST, SAVED
 from astroinertia.storage.outputs import SERIES, SNAPSHOT, Snapshots, stacked, table, unread
 
 LOCK = "lock"
@@ -321,7 +321,7 @@ class Archive:
         strays = [
             path
             for path in self.folder.iterdir()
-            if (SEALED.fullmatch(stem := path.name.removesuffix(TEMPORARY)) and path.name not in listed)
+            if (SAVED.fullmatch(stem := path.name.removesuffix(TEMPORARY)) and path.name not in listed)
             or (path.name.endswith(TEMPORARY) and stem in whole)
         ]
         for path in strays:
@@ -385,7 +385,7 @@ def refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
     if (folder / MANIFEST).exists():
         other = manifests.read(folder)["metadata"].get("name", "?")
         raise ArchiveError(f"{folder} already holds the run '{other}'; resume it, or choose another folder.")
-    if any(SEALED.fullmatch(path.name) for path in folder.iterdir()):
+    if any(SAVED.fullmatch(path.name) for path in folder.iterdir()):
         raise ArchiveError(f"{folder} holds segments of a run whose {MANIFEST} is gone; choose another folder.")
     result = folder / final_name(metadata)
     if result.exists():

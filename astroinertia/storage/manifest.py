@@ -22,7 +22,7 @@ from astroinertia.storage.bounded import plain_text
 MANIFEST = "manifest.json"
 COPY = "manifest-copy.json"
 FORMAT = "astroinertia-run"
-SEALED = re.compile(r"(segment|snapshots|checkpoint)-[0-9]+\.npz")
+SAVED = re.compile(r"(segment|snapshots|checkpoint)-[0-9]+\.npz")
 VERSION = 3
 """1: one checkpoint, one manifest without a hash. 2: the last two checkpoints, the manifest twice and hashed, snapshots
 with the records of a segment. 3: snapshots in files of their own, described here; records as one table."""

@@ -8,7 +8,7 @@ import numpy as np
 from precision_table import publish, table
 
 from astroinertia.effects import catalogue
-from astroinertia.models.rigid.body import body as rigid
+from astroinertia.models.rigid import body as rigid
 from astroinertia.models.rigid.evolution import RigidBody, Settings
 from astroinertia.rotation import free_attitude, free_top, heavy_top
 from astroinertia.rotation.attitude import attitude_of_quaternion, quaternion

@@ -30,7 +30,7 @@ from astroinertia.scene.load import load_file
 from astroinertia.storage import archive, atomic, manifest
 
 BAR = 0.03
-SEALING, FINAL = "checkpoints and segments", "final file"
+SAVING, FINAL = "checkpoints and segments", "final file"
 PARTS: dict[str, tuple[tuple[Any, str], ...]] = {
     "segments and checkpoints, written": ((archive, "write_arrays"),),
     "state copied for checkpoints": ((Particles, "arrays"),),

@@ -14,7 +14,7 @@ import rebound
 
 from astroinertia.effects.gravity_gradient import GravityGradient, quadrupole_attraction
 from astroinertia.effects.tidal_torque import TidalTorque
-from astroinertia.models.rigid.body import body as rigid
+from astroinertia.models.rigid import body as rigid
 from astroinertia.models.rigid.evolution import Settings
 from astroinertia.models.rigid.two_way import CoupledRigidBody
 from astroinertia.orbits.particles import accelerations

@@ -14,7 +14,7 @@ from astroinertia.cli import meter as cli_meter
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.integrate import adaptive
 from astroinertia.matter import cold_matter
-from astroinertia.models.ellipsoid.evolution import evolution as ellipsoid
+from astroinertia.models.ellipsoid import evolution as ellipsoid
 from astroinertia.models.scaling.homology import Kepler
 from astroinertia.run import loop
 from astroinertia.scene import load

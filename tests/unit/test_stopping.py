@@ -17,11 +17,13 @@ from astroinertia.build import assemble
 from astroinertia.cli import main as cli, stop as cli_stop
 from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveWarning, RunInterrupted
-from astroinertia.models.ellipsoid.evolution import Ellipsoid, evolution as ellipsoid
-from astroinertia.models.rigid.body import evolution as rigid_evolution, two_way as rigid_two_way
+from astroinertia.models.ellipsoid import evolution as ellipsoid
+from astroinertia.models.ellipsoid.evolution import Ellipsoid
+from astroinertia.models.rigid import evolution as rigid_evolution, two_way as rigid_two_way
 from astroinertia.models.rigid.evolution import RigidBody
 from astroinertia.models.rigid.two_way import CoupledRigidBody
-from astroinertia.models.scaling.evolution import Scaling, homology
+from astroinertia.models.scaling import homology
+from astroinertia.models.scaling.evolution import Scaling
 from astroinertia.process import interrupts
 from astroinertia.run import loop
 from astroinertia.storage.archive import Archive

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from astroinertia.effects.gravity_gradient import GravityGradient
-from astroinertia.models.rigid.body import body as rigid
+from astroinertia.models.rigid import body as rigid
 from astroinertia.models.rigid.evolution import Settings
 from astroinertia.models.rigid.two_way import CoupledRigidBody
 from astroinertia.orbits.simulation import Companion, simulation

@@ -11,8 +11,8 @@ import numpy as np
 from astroinertia.errors import NumericalError
 from astroinertia.integrate import adaptive
 from astroinertia.models import checkpoint
+from astroinertia.models.ellipsoid import affine_body
 from astroinertia.models.ellipsoid.affine_body import Problem, State
-from astroinertia.models.ellipsoid.evolution import affine_body
 from astroinertia.models.ellipsoid.record import energies, ledger_closure, series_record, unaccounted_energy
 from astroinertia.models.protocol import Figures, Record
 

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.models.ellipsoid import affine_body
 from astroinertia.models.ellipsoid.affine_body import Observed
-from astroinertia.models.ellipsoid.evolution import affine_body
 from astroinertia.observables.quantities import BodyState, ledger_closure as closure, of_ledger, row
 
 MODES = (1, 2, 3, 4)

@@ -15,7 +15,8 @@ from astroinertia.integrate.rigid_splitting import Rotor, in_body
 from astroinertia.ledger.moments import Compensated
 from astroinertia.models import checkpoint
 from astroinertia.models.protocol import Figures, Record
-from astroinertia.models.rigid.body import Rigid, body as rigid
+from astroinertia.models.rigid import body as rigid
+from astroinertia.models.rigid.body import Rigid
 from astroinertia.models.rigid.record import RIGIDITY, Ledger, dissipates, ledger
 from astroinertia.observables.quantities import BodyState, row
 

@@ -14,7 +14,8 @@ import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
 from astroinertia.inertia.tensor import second_moment_from_inertia
-from astroinertia.models.rigid.body import Rigid, body as rigid
+from astroinertia.models.rigid import body as rigid
+from astroinertia.models.rigid.body import Rigid
 from astroinertia.rotation.attitude import attitude_of_quaternion, cross_matrix
 
 Array = Any

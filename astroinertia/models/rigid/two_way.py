@@ -19,7 +19,8 @@ from astroinertia.engines.pytree import pytree
 from astroinertia.integrate import rigid_splitting
 from astroinertia.integrate.rigid_splitting import COMPOSITIONS, Rotor
 from astroinertia.models import checkpoint
-from astroinertia.models.rigid.body import Rigid, body as rigid
+from astroinertia.models.rigid import body as rigid
+from astroinertia.models.rigid.body import Rigid
 from astroinertia.models.rigid.evolution import RigidBody, Settings
 from astroinertia.orbits import states
 
