@@ -87,7 +87,7 @@ def test_what_is_taken_out_of_the_body_moves_as_it_would_within(monkeypatch: pyt
     """A base step with as many parts taken out as there can be, and with none: the same to round-off."""
     taken = []
     part_of = subcycle.part_of
-    monkeypatch.setattr(subcycle, "part_of", lambda flow, depth: taken.append(depth) or part_of(flow, depth))
+    monkeypatch.setattr(subcycle, "part_of", lambda block, depth: taken.append(depth) or part_of(block, depth))
     ends = []
     for share in (0.9, 0.0):
         monkeypatch.setattr(subcycle, "PART", share)
