@@ -15,6 +15,7 @@ from numba.extending import intrinsic
 from astroinertia.engines.numba_vectors import COMPACTED_BITS, INT64, LANES, PART, Lanes
 
 
+# Copied into generated modules from here on.
 @intrinsic
 def _vector_fill(typingctx, array, position, value):
     def codegen(context, builder, signature, args):

@@ -13,6 +13,7 @@ neither overflows nor underflows; D of unit vectors by McMurchie & Davidson (197
 
 import math
 from functools import cache
+from types import SimpleNamespace
 
 Index = tuple[int, int, int]
 AXES = "xyz"
@@ -239,7 +240,28 @@ def at_particles(p: int) -> list[str]:
     return [*lines, "", ""]
 
 
+def powers(p: int) -> list[str]:
+    """times_power: a value times the p-th power of another, multiplied from the left."""
+    lines = ["@njit(fastmath=TEST_FLAGS, forceinline=True, **PART)", "def times_power(value, base):"]
+    return [*lines, f"    return value{' * base' * p}", "", ""]
+
+
 def expansions(p: int) -> list[str]:
     """All of the above."""
-    parts = (leaf_moments, shifted_moments, stored_moments, interactions, shifted_local, at_particles)
+    parts = (leaf_moments, shifted_moments, stored_moments, interactions, shifted_local, at_particles, powers)
     return [line for part in parts for line in part(p)]
+
+
+def padded_moments(p: int) -> int:
+    """How many moments are kept of a source: whole vectors of four."""
+    return -(-len(moments(p)) // 4) * 4
+
+
+def compiled(p: int) -> SimpleNamespace:
+    """The functions of one order in float64, for templates that stand by themselves."""
+    from astroinertia.engines import numba_float64, numba_parts, numba_vectors
+
+    names = vars(numba_vectors) | vars(numba_parts) | vars(numba_float64)
+    names["TEST_FLAGS"] = numba_float64.PAIR_FLAGS
+    exec("\n".join(expansions(p)), names)
+    return SimpleNamespace(**names)
