@@ -120,6 +120,16 @@ class Needs:
         return -(-len(self.table) // 4) * 4
 
     @property
+    def spread(self) -> int:
+        """Rows that what partners are asked for is spread to: whole vectors of four."""
+        return -(-len(self.sides[0]) // 4) * 4
+
+    @property
+    def reaches(self) -> int:
+        """The column that begins the four of which one is the squared reach."""
+        return self.table.index("reach2") // 4 * 4
+
+    @property
     def arrays(self) -> list[str]:
         """Per-particle arrays that the pass is given besides position, mass and smoothing_length."""
         return [f"vector_{name}" for name in self.vectors] + [f"field_{name}" for name in self.scalars]
@@ -137,14 +147,14 @@ def header(precision: str) -> list[str]:
     return [taken_from(load_module(f"parts_{precision}", "\n".join([vectors, *shared]))), "", ""]
 
 
-def loader(name: str, needs: Needs, precision: str) -> list[str]:
+def loader(name: str, needs: Needs, precision: str, arrays: Sequence[str]) -> list[str]:
     """A function that copies sources into the rows of a buffer, in mixed precision relative to a centre.
 
-    Vectors are then relative to those of the particle `origin`.
+    Vectors are then relative to those of the particle `origin`. arrays: what it is given, not less than is needed.
     """
     lines = [
         "@njit(**PART)",
-        f"def {name}(found, count, centre, origin, buffer, x, y, z, mass, h, support{listed(needs.arrays)}):",
+        f"def {name}(found, count, centre, origin, buffer, x, y, z, mass, h, support{listed(arrays)}):",
     ]
     mixed = precision == "mixed"
     for k, row in enumerate(needs.rows):

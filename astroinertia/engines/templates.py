@@ -6,8 +6,10 @@ Python, in templates as in generated modules. Tests: tests/unit/test_templates.p
 """
 
 import re
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 MARK = "# Copied into generated modules from here on.\n"
 PACKAGE = Path(__file__).parent.parent
@@ -25,6 +27,16 @@ def template(place: str, **words: object) -> str:
         else:
             text = re.sub(rf"\b{word}\b", str(chosen), text)
     return text
+
+
+def executed(lines: Iterable[str]) -> SimpleNamespace:
+    """Functions that are written line by line, in float64: those that a template calls when it stands by itself."""
+    from astroinertia.engines import numba_float64, numba_parts, numba_tables, numba_vectors
+
+    names = vars(numba_vectors) | vars(numba_tables) | vars(numba_parts) | vars(numba_float64)
+    names |= {"ENTRY": numba_vectors.PART, "TEST_FLAGS": numba_float64.PAIR_FLAGS}
+    exec("\n".join(lines), names)
+    return SimpleNamespace(**names)
 
 
 @cache

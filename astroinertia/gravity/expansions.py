@@ -13,7 +13,6 @@ neither overflows nor underflows; D of unit vectors by McMurchie & Davidson (197
 
 import math
 from functools import cache
-from types import SimpleNamespace
 
 Index = tuple[int, int, int]
 AXES = "xyz"
@@ -255,13 +254,3 @@ def expansions(p: int) -> list[str]:
 def padded_moments(p: int) -> int:
     """How many moments are kept of a source: whole vectors of four."""
     return -(-len(moments(p)) // 4) * 4
-
-
-def compiled(p: int) -> SimpleNamespace:
-    """The functions of one order in float64, for templates that stand by themselves."""
-    from astroinertia.engines import numba_float64, numba_parts, numba_vectors
-
-    names = vars(numba_vectors) | vars(numba_parts) | vars(numba_float64)
-    names["TEST_FLAGS"] = numba_float64.PAIR_FLAGS
-    exec("\n".join(expansions(p)), names)
-    return SimpleNamespace(**names)

@@ -9,11 +9,12 @@ from numba import njit
 
 from astroinertia.engines.numba_float64 import real
 from astroinertia.engines.numba_vectors import ENTRY, PART, take
+from astroinertia.engines.templates import executed
 from astroinertia.gravity.clamped_points import CLAMP
-from astroinertia.gravity.expansions import compiled
+from astroinertia.gravity.expansions import expansions
 
 RADIUS_SLACK, SHEET = 1.0, real(2.0)
-EXPANSIONS = compiled(5)
+EXPANSIONS = executed(expansions(5))
 particle_moments, add_moments = EXPANSIONS.particle_moments, EXPANSIONS.add_moments
 store_moments = EXPANSIONS.store_moments
 

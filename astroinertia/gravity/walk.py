@@ -13,11 +13,12 @@ from astroinertia.engines.numba_float64 import inverse_distance, real
 from astroinertia.engines.numba_parts import LOOP_FLAGS, with_columns
 from astroinertia.engines.numba_tables import row_spreader
 from astroinertia.engines.numba_vectors import ENTRY, LANES, PART, larger_of, padded, take, where, widest_vectors
+from astroinertia.engines.templates import executed
 from astroinertia.gravity.compaction import compacted
-from astroinertia.gravity.expansions import compiled, padded_moments
+from astroinertia.gravity.expansions import expansions, padded_moments
 
 TEST_FLAGS = {"contract", "nsz", "arcp", "afn"}
-ALIKE, MOMENTS, EXPANSIONS = real(3.0), padded_moments(5), compiled(5)
+ALIKE, MOMENTS, EXPANSIONS = real(3.0), padded_moments(5), executed(expansions(5))
 times_power, far_field = EXPANSIONS.times_power, EXPANSIONS.far_field
 shift_local, field_of_local = EXPANSIONS.shift_local, EXPANSIONS.field_of_local
 
