@@ -37,7 +37,6 @@ pack_row, set_origin, neighbour_leaf = TOTALS.pack_row, TOTALS.set_origin, TOTAL
 
 # Copied into generated modules from here on.
 copy_rows = row_copier(WIDTH)
-spread_rows = row_spreader(SPREAD, 0)
 spread_places = row_spreader(4, 0)
 spread_reaches = row_spreader(4, REACHES)
 
