@@ -5,9 +5,6 @@ texts, say exactly what is compiled. Functions that are called for every particl
 making, for every new reference to an array is an atomic count.
 """
 
-# pyright: reportCallIssue=false
-# (numba itself gives intrinsics their first argument)
-
 import numpy as np
 from numba import njit
 
