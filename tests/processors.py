@@ -23,7 +23,7 @@ from numba.core.dispatcher import Dispatcher
 
 from astroinertia.effects.pressure import PRESSURE
 from astroinertia.effects.viscosity import GUARDED, TREND, VELOCITY_GRADIENT
-from astroinertia.engines import numba_cache, numba_lists, numba_modules, numba_vectors
+from astroinertia.engines import numba_cache, numba_modules, numba_vectors
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.gravity import multipole
 from astroinertia.gravity.clamped_points import SOFTENED_LESS_POINT
@@ -117,7 +117,7 @@ def programs():
     """The generated modules of those sums in both precisions, by name."""
     order, _ = multipole.settings(ACCURACY)
     neighbours = [*PASSES.values(), (SOFTENED_LESS_POINT,)]
-    modules = {"lists": sys.modules[numba_lists.lists_pass().py_func.__module__]}
+    modules = {"lists": sys.modules[numba_modules.lists_pass().py_func.__module__]}
     for precision in PRECISIONS:
         made = [
             numba_modules.density_pass(KERNEL, precision, True)[0],

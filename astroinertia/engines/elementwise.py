@@ -18,9 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.engines import numba_elementary, numba_vectors
+from astroinertia.engines import numba_vectors
 from astroinertia.engines.numba_cache import load_module, taken_from
 from astroinertia.engines.numba_source import NAMESPACE_CALLS, Sources
+from astroinertia.engines.templates import template
 from astroinertia.engines.threads import available_threads, share_out
 
 Array = Any
@@ -209,7 +210,7 @@ def _compiled(
 @functools.cache
 def _shared() -> ModuleType:
     # What all loops have in common is compiled once a process.
-    elementary = inspect.getsource(numba_elementary).split("import njit\n", 1)[1]
+    elementary = template("engines/numba_elementary.py")
     return load_module("parts_of_loops", "\n".join([inspect.getsource(numba_vectors), elementary, HEADER]))
 
 

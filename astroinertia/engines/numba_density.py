@@ -1,47 +1,78 @@
-"""The text of the density pass: smoothing lengths, densities and their gradient factors, solved leaf by leaf.
+"""The density pass, a template: smoothing lengths, densities and their gradient factors, solved leaf by leaf.
 
 With S(h) = sum_j m_j w(r/h), the condition rho = m (eta/h)^3 reads S(h) = m eta^3. S never falls as h grows, so its
 root is unique. Newton steps are taken in log S against log h, in which S is nearly straight, and kept within the
 bracket that the signs of earlier steps have proved; a step that leaves it is replaced by bisection.
 Omega = -sum m q w'/(3 S) and zeta = sum m (phi + q phi')/(3 rho h) follow from Price & Monaghan (2007, MNRAS 374,
 1347, equations 7 and 15) with rho ~ h^-3.
+By itself it takes Wendland's C2 kernel and float64.
 """
 
-WITHOUT_SOFTENING = """
-@njit(forceinline=True, **INNER)
-def softening_moment(distance, weight, vectors, inverse_h):
-    return real(0)
-"""
+import functools
 
-SOFTENING = """
-@njit(fastmath=LOOP_FLAGS, forceinline=True, **PART)
-def softening_moment(distance, weight, vectors, inverse_h):
-    widest_vectors_inlined()
-    total = real(0)
-    for k in range(vectors):
-        total -= weight[k] * {softening}(distance[k] * inverse_h)
-    return total
-"""
+import numpy as np
+from numba import njit
 
-DENSITY = """
+from astroinertia.engines.numba_float64 import RELATIVE, inverse_distance, real
+from astroinertia.engines.numba_parts import (
+    LOOP_FLAGS,
+    box_centre,
+    columns_for,
+    gather,
+    load_component,
+    load_row,
+    places,
+    target_box,
+    whole_lines,
+    with_columns,
+    with_room,
+)
+from astroinertia.engines.numba_tables import vector_fill
+from astroinertia.engines.numba_vectors import (
+    ENTRY,
+    LANES,
+    PART,
+    near_squares,
+    take,
+    widest_vectors,
+    widest_vectors_inlined,
+)
+from astroinertia.sph.kernels import KERNELS
+
+SOFTENED, KERNEL = True, KERNELS["wendland_c2"]
+kernel_w, kernel_dw, kernel_softening = (functools.partial(f, np) for f in (KERNEL.w, KERNEL.dw, KERNEL.softening))
+
+# Copied into generated modules from here on.
 MOVED = 1.2  # how much further to look among positions that may have moved since they were listed
 
 
 @njit(fastmath=LOOP_FLAGS, forceinline=True, **PART)
+def softening_moment(distance, weight, vectors, inverse_h):
+    """-sum m (phi + q phi'), or 0 without softening."""
+    widest_vectors_inlined()
+    total = real(0)
+    if SOFTENED:
+        for k in range(vectors):
+            total -= weight[k] * kernel_softening(distance[k] * inverse_h)
+    return total
+
+
+@njit(fastmath=LOOP_FLAGS, forceinline=True, **PART)
 def moments(distance, weight, vectors, inverse_h):
+    """S(h) and its slope dS/dlog h."""
     widest_vectors_inlined()
     total = real(0)
     slope = real(0)
     for k in range(vectors):
         q = distance[k] * inverse_h
-        total += weight[k] * {w}(q)
-        slope -= weight[k] * (q * {dw}(q))
+        total += weight[k] * kernel_w(q)
+        slope -= weight[k] * (q * kernel_dw(q))
     return np.float64(total), np.float64(slope)
 
 
 @njit(**PART)
 def load_sources(found, count, centre, buffer, position, mass):
-    # Rows: x, y, z, mass.
+    """Rows: x, y, z, mass."""
     for a in range(3):
         load_component(position, a, found, count, centre[a] if RELATIVE else 0.0, buffer[a])
     load_row(mass, found, count, 0.0, buffer[3])
@@ -49,6 +80,7 @@ def load_sources(found, count, centre, buffer, position, mass):
 
 @njit(fastmath=LOOP_FLAGS, forceinline=True, **PART)
 def take_roots(distance, count):
+    """Distances from their squares."""
     widest_vectors_inlined()
     for k in range(count):
         distance[k] *= inverse_distance(distance[k])
@@ -56,7 +88,7 @@ def take_roots(distance, count):
 
 @njit(**PART)
 def step_factor(excess, total, slope):
-    # The ratio of the next h to this one: (target/S)^(1/s) with s = dlog S/dlog h, to second order where that does.
+    """The ratio of the next h to this one: (target/S)^(1/s) with s = dlog S/dlog h, to second order where that does."""
     if slope <= 1e-3 * total:
         return 2.0 if excess > 0.0 else 0.5
     exponent = total / slope
@@ -67,6 +99,7 @@ def step_factor(excess, total, slope):
 
 @njit(**PART)
 def bisected(low, high, h):
+    """Between the ends of the bracket, or beyond the only one."""
     if low > 0.0 and high < np.inf:
         return np.sqrt(low * high)
     return 2.0 * h if low > 0.0 else 0.5 * h
@@ -74,8 +107,11 @@ def bisected(low, high, h):
 
 @njit(**PART)
 def solve(waiting, number, slots, count, buffer, lists, options, results):
-    # Solve for the targets waiting[:number], from the guesses in results[0]. The buffer holds all neighbours of each up
-    # to the h in results[1]; those that outgrow it go on waiting, with where they got to, and their number is returned.
+    """Solve for the targets waiting[:number], from the guesses in results[0].
+
+    The buffer holds all neighbours of each up to the h in results[1]; those that outgrow it go on waiting, with where
+    they got to, and their number is returned.
+    """
     widest_vectors()
     x, y, z, mass, distance, weight = buffer[0], buffer[1], buffer[2], buffer[3], lists[0], lists[1]
     support, margin, eta, tolerance, smallest = options[0], options[1], options[2], options[3], options[4]
@@ -87,7 +123,7 @@ def solve(waiting, number, slots, count, buffer, lists, options, results):
         h, limit, low, high, covered = results[0, i], results[1, i], 0.0, np.inf, 0.0
         n = 0
         new = total = slope = 0.0
-        for attempt in range(200):
+        for _ in range(200):
             if h > covered:
                 if h > limit:
                     break
@@ -131,7 +167,7 @@ def solve(waiting, number, slots, count, buffer, lists, options, results):
 
 @njit(**PART)
 def solve_again(waiting, left, x, y, z, length, position, mass, targets, nodes, start, options, results):
-    # Targets waiting[:left] of a leaf, which have outgrown their lists, gather others, each time of larger reach.
+    """Targets waiting[:left] of a leaf, which have outgrown their lists, gather others, each time of larger reach."""
     leaves = len(start) - 1
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
     found, items, slots = np.empty(1024, np.int64), np.empty(left, np.int64), np.empty(left, np.int64)
@@ -158,11 +194,14 @@ def solve_again(waiting, left, x, y, z, length, position, mass, targets, nodes, 
 
 
 @njit(**ENTRY)
-def density_pass_{tag}(
+def density_pass(
     counter, x, y, z, length, position, h, mass, options, nodes, start, targets, begin, active, offset, number, pool,
     results,
-):
-    # length: what the lists were made for, options[1] times as long as the guesses h.
+):  # fmt: skip
+    """Solve for all targets, leaf by leaf.
+
+    length: what the lists were made for, options[1] times as long as the guesses h.
+    """
     like = np.empty(0, real)
     buffer, lists = whole_lines(4, columns_for(512), like), whole_lines(2, columns_for(512), like)
     box, centre = np.empty((2, 3)), np.empty(3)
@@ -185,4 +224,3 @@ def density_pass_{tag}(
         left = solve(waiting, last - first, slots, count, buffer, lists, options, results)
         if left > 0:
             solve_again(waiting, left, x, y, z, length, position, mass, targets, nodes, start, options, results)
-"""

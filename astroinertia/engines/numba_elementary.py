@@ -8,6 +8,7 @@ normal number are 0.
 import numpy as np
 from numba import njit
 
+# Copied into generated modules from here on.
 ELEMENTARY = {
     "forceinline": True, "error_model": "numpy", "fastmath": {"contract", "nsz"},
     "no_cpython_wrapper": True, "no_cfunc_wrapper": True,

@@ -1,4 +1,4 @@
-"""The text of the pass that lists, for every leaf, the particles that can reach it: once an evaluation, for all passes.
+"""The pass that lists the particles that can reach each leaf, a template: once an evaluation, for all passes.
 
 What is listed reaches one of the leaf's targets, or one of them reaches it. The box of a leaf with the longest reach of
 its targets all around would not do: where they lie around a dense body, it holds the body. Lists are made for lengths
@@ -6,16 +6,41 @@ somewhat above the smoothing lengths, so that they still hold when those have ch
 neighbours in the tree (GROUP of them) share a walk.
 """
 
-import functools
-from collections.abc import Callable
+import numpy as np
+from numba import njit
 
-from astroinertia.engines.numba_cache import load_module
-from astroinertia.engines.numba_passes import header
+from astroinertia.engines.numba_parts import (
+    GROUP,
+    ROUNDING,
+    box_centre,
+    columns_for,
+    gather,
+    load_row,
+    target_box,
+    whole_lines,
+    with_columns,
+    with_room,
+)
+from astroinertia.engines.numba_tables import vector_take
+from astroinertia.engines.numba_vectors import (
+    ENTRY,
+    LANES,
+    PART,
+    SLACK,
+    claim,
+    compressed_indices,
+    larger_of,
+    take,
+    where,
+    widest_vectors,
+)
 
-LISTS = """
+# Copied into generated modules from here on.
+
+
 @njit(**PART)
 def extent(box, reach):
-    # Of a box and what is around it.
+    """Of a box and what is around it."""
     square = 0.0
     for a in range(3):
         square += (box[1, a] - box[0, a]) * (box[1, a] - box[0, a])
@@ -24,7 +49,7 @@ def extent(box, reach):
 
 @njit(**PART)
 def load_balls(position, h, support, targets, first, last, centre, unit, balls):
-    # Rows: the places of targets[first:last] and the squares of their reaches.
+    """Rows: the places of targets[first:last] and the squares of their reaches."""
     for t in range(first, last):
         i = targets[t]
         for a in range(3):
@@ -34,7 +59,7 @@ def load_balls(position, h, support, targets, first, last, centre, unit, balls):
 
 @njit(**PART)
 def scale(rows, count, unit, support):
-    # Places to the unit, and lengths to squares of reaches.
+    """Places to the unit, and lengths to squares of reaches."""
     widest_vectors()
     x, y, z, h = rows[0], rows[1], rows[2], rows[3]
     factor, unit = x.dtype.type(unit * support), x.dtype.type(unit)
@@ -44,7 +69,7 @@ def scale(rows, count, unit, support):
 
 @njit(fastmath={"contract"}, **PART)
 def least_excess(x, y, z, reach2, count, balls, first, last, key):
-    # Squared distances of sources from balls first to last - 1, less the larger of two squared reaches: the least.
+    """The least squared distance of sources from balls first to last - 1, less the larger of two squared reaches."""
     widest_vectors()
     slack, rounding = x.dtype.type(SLACK), x.dtype.type(ROUNDING)
     for k in range(count):
@@ -62,6 +87,7 @@ def least_excess(x, y, z, reach2, count, balls, first, last, key):
 def neighbour_lists(
     counter, x, y, z, h, position, support, nodes, start, targets, begin, groups, offset, count, pool, used
 ):
+    """For each leaf of the groups: where its list begins in `pool` and how long it is."""
     leaves = len(start) - 1
     group = min(leaves, GROUP)
     like = np.empty(0, np.float32)
@@ -100,11 +126,3 @@ def neighbour_lists(
             if place + number <= len(pool):  # else the caller comes back with more room
                 for k in range(number):
                     pool[place + k] = found[index[k]]
-"""
-
-
-@functools.cache
-def lists_pass() -> Callable:
-    """The entry function of the generated module."""
-    module = load_module("neighbour_lists", "\n".join([*header("float64"), LISTS]))
-    return module.neighbour_lists

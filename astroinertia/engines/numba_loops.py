@@ -58,6 +58,9 @@ def neighbour_loop(name: str, sources: Sources, terms: Sequence[PairTerm], needs
     partners, _ = needs.sides
     filled = listed(results(terms, virial, needs.impulses))
     lines = [
+        f"spread_rows = row_spreader({needs.spread}, 0)",
+        "",
+        "",
         "@njit(fastmath=LOOP_FLAGS, **PART)",
         f"def {name}(leaf, first, last, slots, count, table, rows, search, index{filled}):",
         "    widest_vectors()",

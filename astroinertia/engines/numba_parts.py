@@ -5,9 +5,6 @@ texts, say exactly what is compiled. Functions that are called for every particl
 making, for every new reference to an array is an atomic count.
 """
 
-# pyright: reportCallIssue=false
-# (numba itself gives intrinsics their first argument)
-
 import numpy as np
 from numba import njit
 
@@ -26,12 +23,16 @@ from astroinertia.engines.numba_vectors import (
     widest_vectors,
 )
 
+# Copied into generated modules from here on.
 MOST_AT_ONCE = 256  # nodes whose boxes are looked at without a look at their parents
 LINE = 64  # bytes of a line of the cache
 MANY = 128  # nodes near a box that are looked at once more, from each particle in it
 # In units of the extent of a box and of what it reaches, float32 changes a squared distance by less than SLACK - 1 of
 # itself plus so much.
 ROUNDING = 1e-8
+GROUP = 2  # neighbouring leaves that share a list of sources
+PACKED = 1024  # particles that a thread packs at a time
+LOOP_FLAGS = {"reassoc", "contract", "nsz", "arcp", "afn"}  # never nnan or ninf: NaN must survive
 BELOW = 32  # nodes that are looked at together where their common ancestor is in reach
 
 

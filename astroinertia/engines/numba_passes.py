@@ -9,19 +9,17 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from astroinertia.engines import numba_parts, numba_tables, numba_vectors
+from astroinertia.engines import numba_vectors
 from astroinertia.engines.numba_cache import load_module, taken_from
 from astroinertia.engines.numba_source import argument_names
+from astroinertia.engines.templates import template
 from astroinertia.engines.terms import PairTerm
 
 AXES = "xyz"
 INTERVALS = ("closing", "opening")
 SEPARATION = ("x_ij", "y_ij", "z_ij")
-GROUP = 2  # neighbouring leaves that share a list of sources
-PACKED = 1024  # particles that a thread packs at a time
 KERNEL_NAMES = {"W": ("w", 3), "dW": ("dw", 4), "phi": ("phi", 1), "dphi": ("dphi", 2)}
 VIRIAL_AXES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-LOOP_FLAGS = "{'reassoc', 'contract', 'nsz', 'arcp', 'afn'}"  # never nnan or ninf: NaN must survive
 
 
 def effect_names(terms: Iterable[PairTerm]) -> list[str]:
@@ -122,26 +120,19 @@ class Needs:
         return -(-len(self.table) // 4) * 4
 
     @property
+    def spread(self) -> int:
+        """Rows that what partners are asked for is spread to: whole vectors of four."""
+        return -(-len(self.sides[0]) // 4) * 4
+
+    @property
+    def reaches(self) -> int:
+        """The column that begins the four of which one is the squared reach."""
+        return self.table.index("reach2") // 4 * 4
+
+    @property
     def arrays(self) -> list[str]:
         """Per-particle arrays that the pass is given besides position, mass and smoothing_length."""
         return [f"vector_{name}" for name in self.vectors] + [f"field_{name}" for name in self.scalars]
-
-
-# The reciprocal root keeps clear of 0 without a branch: 1/r is finite there and is multiplied by separations of 0.
-ROOTS = {
-    "float64": """
-@njit(forceinline=True, **INNER)
-def inverse_distance(r2):
-    return reciprocal_root(where(r2 > 1e-290, r2, 1e-290))
-
-""",
-    "mixed": """
-@njit(forceinline=True, fastmath={'contract', 'nsz', 'arcp', 'afn'}, **PART)
-def inverse_distance(r2):
-    return np.float32(1) / np.sqrt(where(r2 > np.float32(1e-36), r2, np.float32(1e-36)))
-
-""",
-}
 
 
 def header(precision: str) -> list[str]:
@@ -149,35 +140,21 @@ def header(precision: str) -> list[str]:
 
     Numba takes as long for what is shared as for a pass: it is compiled once a process.
     """
-    symmetric = "{'contract', 'nsz', 'arcp', 'afn'}" if precision == "mixed" else "{'contract', 'nsz'}"
     vectors = re.sub(
         r"COMPACTED_BITS = .*", f"COMPACTED_BITS = {numba_vectors.COMPACTED_BITS}", inspect.getsource(numba_vectors)
     )
-    text = [
-        vectors,
-        *(
-            re.sub(r"from astroinertia\.[\w.]+ import (\([^)]*\)|.*)\n", "", inspect.getsource(part))
-            for part in (numba_tables, numba_parts)
-        ),
-        ROOTS[precision],
-        f"real = np.{'float32' if precision == 'mixed' else 'float64'}",
-        f"PAIR_FLAGS = {symmetric}",
-        f"LOOP_FLAGS = {LOOP_FLAGS}",
-        f"GROUP = {GROUP}",
-        f"PACKED = {PACKED}",
-        f"RELATIVE = {precision == 'mixed'}",
-    ]
-    return [taken_from(load_module(f"parts_{precision}", "\n".join(text))), "", ""]
+    shared = [template(f"engines/numba_{part}.py") for part in ("tables", "parts", precision)]
+    return [taken_from(load_module(f"parts_{precision}", "\n".join([vectors, *shared]))), "", ""]
 
 
-def loader(name: str, needs: Needs, precision: str) -> list[str]:
+def loader(name: str, needs: Needs, precision: str, arrays: Sequence[str]) -> list[str]:
     """A function that copies sources into the rows of a buffer, in mixed precision relative to a centre.
 
-    Vectors are then relative to those of the particle `origin`.
+    Vectors are then relative to those of the particle `origin`. arrays: what it is given, not less than is needed.
     """
     lines = [
         "@njit(**PART)",
-        f"def {name}(found, count, centre, origin, buffer, x, y, z, mass, h, support{listed(needs.arrays)}):",
+        f"def {name}(found, count, centre, origin, buffer, x, y, z, mass, h, support{listed(arrays)}):",
     ]
     mixed = precision == "mixed"
     for k, row in enumerate(needs.rows):

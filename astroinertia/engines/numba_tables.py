@@ -4,9 +4,6 @@ A line is read with a few wide loads. To gather its numbers one by one, as a loo
 as much. The text of this file is copied into every generated module.
 """
 
-# pyright: reportCallIssue=false
-# (numba itself gives intrinsics their first argument)
-
 from llvmlite import ir
 from numba import njit, types
 from numba.core import cgutils
@@ -15,6 +12,7 @@ from numba.extending import intrinsic
 from astroinertia.engines.numba_vectors import COMPACTED_BITS, INT64, LANES, PART, Lanes
 
 
+# Copied into generated modules from here on.
 @intrinsic
 def _vector_fill(typingctx, array, position, value):
     def codegen(context, builder, signature, args):

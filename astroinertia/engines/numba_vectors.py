@@ -1,15 +1,17 @@
 """Vector instructions for the numba engine: what its compiler would not find by itself.
 
 Streams of candidates are compacted ("compressed") with one instruction on processors that have it (AVX-512), or by a
-permutation that is looked up (AVX2); elsewhere plain loops do the same. The text of this file is copied into the
-generated modules of shared parts.
+permutation that is looked up (AVX2); elsewhere plain loops do the same, as they do with numba switched off
+(NUMBA_DISABLE_JIT=1). The text of this file is copied into the generated modules of shared parts.
 """
 
+import operator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import config, njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
@@ -36,8 +38,13 @@ def padded(count):
     return ((count + LANES - 1) // LANES) * LANES
 
 
+def plain_or_intrinsic(plain: Callable) -> Callable[[Callable], Any]:
+    """Decorates what numba builds an instruction by; with numba switched off, `plain` stands in its place."""
+    return (lambda _: plain) if config.DISABLE_JIT else intrinsic  # type: ignore[attr-defined]
+
+
 def _selection(name):
-    @intrinsic
+    @plain_or_intrinsic(getattr(np, name))
     def selection(typingctx, a, b):
         if not isinstance(a, types.Float) or a != b:
             return None
@@ -58,7 +65,13 @@ maximum = _selection("maximum")
 minimum = _selection("minimum")
 
 
-@intrinsic
+def _claimed(counter, amount=1):
+    was = counter[0]
+    counter[0] += amount
+    return was
+
+
+@plain_or_intrinsic(_claimed)
 def take(typingctx, counter):
     """Add one to counter[0] atomically and return what it was: how threads share out leaves."""
     if counter != types.Array(types.int64, 1, "C"):
@@ -71,7 +84,7 @@ def take(typingctx, counter):
     return types.int64(counter), codegen
 
 
-@intrinsic
+@plain_or_intrinsic(_claimed)
 def claim(typingctx, counter, amount):
     """Add an amount to counter[0] atomically and return what it was: how threads share out an array."""
     if counter != types.Array(types.int64, 1, "C"):
@@ -84,7 +97,7 @@ def claim(typingctx, counter, amount):
     return types.int64(counter, types.int64), codegen
 
 
-@intrinsic
+@plain_or_intrinsic(lambda: None)
 def widest_vectors(typingctx):
     """Let the calling function use the widest vectors that the processor has (compilers prefer narrower ones).
 
@@ -99,7 +112,7 @@ def widest_vectors(typingctx):
     return types.void(), codegen
 
 
-@intrinsic
+@plain_or_intrinsic(lambda: None)
 def widest_vectors_inlined(typingctx):
     """As `widest_vectors`, for a function that is copied into its callers."""
 
@@ -135,7 +148,7 @@ def reciprocal_root(x):
     return y + y * (e * (0.5 + e * (0.375 + e * 0.3125)))
 
 
-@intrinsic
+@plain_or_intrinsic(operator.getitem)
 def at(typingctx, array, index):
     """array[index] for an index that is known to lie within the array: loops over it become plain vector gathers."""
 

@@ -35,7 +35,12 @@ PROBES = {
 
 
 def vector_bits() -> int:
-    """Bits of the widest vectors that can be compacted: 512 with AVX-512, 256 with AVX2, 0 with neither."""
+    """Bits of the widest vectors that can be compacted: 512 with AVX-512, 256 with AVX2, 0 with neither.
+
+    0 too where numba is switched off and programs run as Python.
+    """
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return 0
     return next((bits for bits, probe in PROBES.items() if _holds(*probe)), 0)
 
 

@@ -6,9 +6,6 @@ every node is a contiguous range of particles. Leaf sizes differ by at most one.
 by the particles; boxes are refitted to wherever the particles are now.
 """
 
-# pyright: reportCallIssue=false
-# (numba itself gives intrinsics their first argument)
-
 from dataclasses import dataclass
 
 import numpy as np

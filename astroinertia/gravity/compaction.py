@@ -14,6 +14,8 @@ from numba.extending import intrinsic
 
 from astroinertia.engines.numba_vectors import COMPACTED_BITS, PART, Lanes
 
+# Copied into generated modules from here on.
+
 
 @intrinsic
 def _kept_vector(typingctx, values, key, k, count, out, filled):

@@ -239,7 +239,18 @@ def at_particles(p: int) -> list[str]:
     return [*lines, "", ""]
 
 
+def powers(p: int) -> list[str]:
+    """times_power: a value times the p-th power of another, multiplied from the left."""
+    lines = ["@njit(fastmath=TEST_FLAGS, forceinline=True, **PART)", "def times_power(value, base):"]
+    return [*lines, f"    return value{' * base' * p}", "", ""]
+
+
 def expansions(p: int) -> list[str]:
     """All of the above."""
-    parts = (leaf_moments, shifted_moments, stored_moments, interactions, shifted_local, at_particles)
+    parts = (leaf_moments, shifted_moments, stored_moments, interactions, shifted_local, at_particles, powers)
     return [line for part in parts for line in part(p)]
+
+
+def padded_moments(p: int) -> int:
+    """How many moments are kept of a source: whole vectors of four."""
+    return -(-len(moments(p)) // 4) * 4

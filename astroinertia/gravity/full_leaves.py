@@ -7,9 +7,6 @@ field of everything else to be expanded in it: those leaves are cut into 2, 4, 8
 side first: the left child of node a is a + 1.
 """
 
-# pyright: reportCallIssue=false
-# (numba itself gives intrinsics their first argument)
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -7,9 +7,6 @@ Comput. Astrophys. Cosmol. 1, 1, section 3): the lists are symmetric, and so mom
 remain, those within reach of the kernels are summed with softening, and those apart as points.
 """
 
-# pyright: reportCallIssue=false
-# (numba itself gives intrinsics their first argument)
-
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any

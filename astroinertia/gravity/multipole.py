@@ -1,9 +1,7 @@
 """Gravity in O(N): multipole expansions of the nodes of a tree, opened by a wanted force error (G = 1)."""
 
 import functools
-import inspect
 import math
-import re
 from types import ModuleType
 from typing import Any
 
@@ -12,13 +10,12 @@ import numpy as np
 from astroinertia.engines.numba_cache import load_module
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.numba_passes import header
+from astroinertia.engines.templates import template
 from astroinertia.engines.threads import available_threads, share_out
-from astroinertia.gravity import compaction, tree as trees
+from astroinertia.gravity import tree as trees
 from astroinertia.gravity.clamped_points import CLAMP, SOFTENED_LESS_POINT
-from astroinertia.gravity.expansions import expansions, harmonic, indices, moments
-from astroinertia.gravity.refit import UPWARD
+from astroinertia.gravity.expansions import expansions, harmonic, indices, padded_moments
 from astroinertia.gravity.tree import MOST_LEVELS, Tree, tree
-from astroinertia.gravity.walk import DOWNWARD
 from astroinertia.sph.kernels import KERNELS
 
 __all__ = ["gravity", "sampled_error", "tree"]
@@ -40,17 +37,16 @@ ORDERS = {
 
 @functools.lru_cache(maxsize=32)
 def _module(p: int, precision: str) -> ModuleType:
-    power = {side: " * ".join([f"on_{side}"] * p) for side in "ab"}
     text = [
         *header(precision),
-        re.sub(r"from astroinertia\.[\w.]+ import .*\n", "", inspect.getsource(compaction)),
+        template("gravity/compaction.py"),
         "TEST_FLAGS = {'contract', 'nsz', 'arcp', 'afn'}",  # sums keep their order: the same from both sides
         f"CLAMP, RADIUS_SLACK = {CLAMP}, {'1.0 + 1e-6' if precision == 'mixed' else '1.0'}",
-        f"MOMENTS = {_width(p)}",
+        f"MOMENTS = {padded_moments(p)}",
         f"SHEET, ALIKE = real({SHEET}), real({ALIKE})",
         *expansions(p),
-        UPWARD,
-        DOWNWARD.replace("POWER_ON_A", power["a"]).replace("POWER_ON_B", power["b"]),
+        template("gravity/refit.py"),
+        template("gravity/walk.py"),
     ]
     return load_module(f"multipole_{p}", "\n".join(text))
 
@@ -192,7 +188,7 @@ class _Particles:
         m, clamp = np.zeros((2, count + 64), real)
         where_is, about = np.empty((nodes.count, 4)), np.empty((nodes.count, 8), real)
         raw = np.empty((nodes.count, len(indices(order - 1))))
-        multipoles = np.empty((nodes.count, _width(order)), real)
+        multipoles = np.empty((nodes.count, padded_moments(order)), real)
         structure = (nodes.first, nodes.last, nodes.child)
         share_out(
             module.upward, self.threads, *structure, nodes.task, nodes.begin, nodes.order, self.position, self.mass,
@@ -218,11 +214,6 @@ class _Particles:
             module.descend, self.threads, False, nodes.task, handed, handed_begin, handed_end, handed_local, *rest
         )
         return acceleration, potential
-
-
-def _width(order: int) -> int:
-    # Whole vectors of four.
-    return -(-len(moments(order)) // 4) * 4
 
 
 def _power_of_two(value: float) -> float:

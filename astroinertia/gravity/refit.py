@@ -1,13 +1,30 @@
-"""The text of the fast gravity's way up: particles in units of the whole, and what is known of every node, refitted.
+"""The fast gravity's way up, a template: particles in units of the whole, and what is known of every node, refitted.
 
 Masses, centres, radii, multipoles and clamps of leaves come from their particles, those of other nodes from their two
-children; tasks are shared out over threads.
+children; tasks are shared out over threads. By itself it takes float64 and expansions of order 5.
 """
 
-UPWARD = """
+import numpy as np
+from numba import njit
+
+from astroinertia.engines.numba_float64 import real
+from astroinertia.engines.numba_vectors import ENTRY, PART, take
+from astroinertia.engines.templates import executed
+from astroinertia.gravity.clamped_points import CLAMP
+from astroinertia.gravity.expansions import expansions
+
+RADIUS_SLACK, SHEET = 1.0, real(2.0)
+EXPANSIONS = executed(expansions(5))
+particle_moments, add_moments = EXPANSIONS.particle_moments, EXPANSIONS.add_moments
+store_moments = EXPANSIONS.store_moments
+
+# Copied into generated modules from here on.
+
+
 @njit(**PART)
 def fit_leaf(node, first, last, order, position, mass, h, weight, origin, scale, mass_scale,
-             x, y, z, m, clamp, where_is, about, raw):
+             x, y, z, m, clamp, where_is, about, raw):  # fmt: skip
+    """Of a leaf's particles: their places in units of the whole, and what is known of the leaf."""
     total = sx = sy = sz = squares = 0.0
     largest = 0.0
     for k in range(first, last):
@@ -42,9 +59,10 @@ def fit_leaf(node, first, last, order, position, mass, h, weight, origin, scale,
 
 @njit(**PART)
 def finish(node, split, count, total, radius, fourth, squares, largest, where_is, about):
-    # about: radius, that of its mass (mean of the fourth power), mass, 1/|a| (rms), share of the clamp, scale of
-    # moments, number (below 0 of those not split), attraction of a sheet of its column density; where_is: centre of
-    # mass, sum of 1/|a|^2
+    """Of a node: radius, that of its mass (mean of the fourth power), mass, 1/|a| (rms), share of the clamp, scale of
+    moments, number (below 0 of those not split), attraction of a sheet of its column density; where_is: centre of mass,
+    sum of 1/|a|^2.
+    """
     spread = (fourth / total) ** 0.25 if total > 0.0 else radius
     about[node, 0] = real(radius)
     about[node, 1] = real(spread)
@@ -59,7 +77,7 @@ def finish(node, split, count, total, radius, fourth, squares, largest, where_is
 
 @njit(**PART)
 def fit_node(node, left, count, where_is, about, raw):
-    # From two children: their moments about the common centre, and the smaller of two bounds of the radius.
+    """From two children: their moments about the common centre, and the smaller of two bounds of the radius."""
     right = left + 1
     one, other = np.float64(about[left, 2]), np.float64(about[right, 2])
     total = one + other
@@ -85,10 +103,11 @@ def fit_node(node, left, count, where_is, about, raw):
 
 @njit(**PART)
 def fit_any(node, first, last, child, order, position, mass, h, weight, origin, scale, mass_scale,
-            x, y, z, m, clamp, where_is, about, raw, moments):
+            x, y, z, m, clamp, where_is, about, raw, moments):  # fmt: skip
+    """Of a leaf or of a node above, with the moments that others take of it."""
     if child[node] == 0:
         fit_leaf(node, first[node], last[node], order, position, mass, h, weight, origin, scale,
-                 mass_scale, x, y, z, m, clamp, where_is, about, raw)
+                 mass_scale, x, y, z, m, clamp, where_is, about, raw)  # fmt: skip
     else:
         fit_node(node, np.int64(child[node]), last[node] - first[node], where_is, about, raw)
     store_moments(np.float64(about[node, 5]), raw[node], moments[node])
@@ -96,7 +115,8 @@ def fit_any(node, first, last, child, order, position, mass, h, weight, origin, 
 
 @njit(**ENTRY)
 def upward(counter, first, last, child, task, begin, order, position, mass, h, weight, origin, scale,
-           mass_scale, x, y, z, m, clamp, where_is, about, raw, moments):
+           mass_scale, x, y, z, m, clamp, where_is, about, raw, moments):  # fmt: skip
+    """Of all nodes below the tasks, leaves first, and of the tasks themselves."""
     while True:
         t = take(counter)
         if t >= len(task):
@@ -104,14 +124,14 @@ def upward(counter, first, last, child, task, begin, order, position, mass, h, w
         for n in range(begin[t + 1] - begin[t] + 1):
             node = begin[t + 1] - 1 - n if n < begin[t + 1] - begin[t] else task[t]
             fit_any(node, first, last, child, order, position, mass, h, weight, origin, scale,
-                    mass_scale, x, y, z, m, clamp, where_is, about, raw, moments)
+                    mass_scale, x, y, z, m, clamp, where_is, about, raw, moments)  # fmt: skip
 
 
 @njit(**ENTRY)
 def upward_top(first, last, child, begin, where_is, about, raw, moments):
+    """Of all nodes above the tasks."""
     for node in range(begin[0] - 1, -1, -1):
         left = np.int64(child[node])
         if left > 0 and left < begin[0]:
             fit_node(node, left, last[node] - first[node], where_is, about, raw)
             store_moments(np.float64(about[node, 5]), raw[node], moments[node])
-"""

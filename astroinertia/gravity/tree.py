@@ -6,9 +6,6 @@ their parent. The tree is cut into tasks, subtrees of about the same size, which
 of the positions alone, whatever the number of threads.
 """
 
-# pyright: reportCallIssue=false
-# (numba itself gives intrinsics their first argument)
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,12 +1,28 @@
-"""The text of the fast gravity's loops: nodes refitted upwards, then targets downwards with their lists of sources.
+"""The fast gravity's way down, a template: targets with their lists of sources, after nodes are refitted upwards.
 
 A pair of nodes is split, taken by expansions or taken particle by particle by rules that are the same from both sides,
 and either side's sums are written by itself: no sum is shared, so results have the same bits for any number of threads,
-and forces are opposite to rounding. Each target looks through its candidates a vector at a time and hands on to its
-children those that are no larger than itself.
+and forces are opposite to rounding. Each target looks through its candidates a vector at a time and passes on to its
+children those that are no larger than itself. By itself it takes float64 and expansions of order 5.
 """
 
-DOWNWARD = """
+import numpy as np
+from numba import njit
+
+from astroinertia.engines.numba_float64 import inverse_distance, real
+from astroinertia.engines.numba_parts import LOOP_FLAGS, with_columns
+from astroinertia.engines.numba_tables import row_spreader
+from astroinertia.engines.numba_vectors import ENTRY, LANES, PART, larger_of, padded, take, where, widest_vectors
+from astroinertia.engines.templates import executed
+from astroinertia.gravity.compaction import compacted
+from astroinertia.gravity.expansions import expansions, padded_moments
+
+TEST_FLAGS = {"contract", "nsz", "arcp", "afn"}
+ALIKE, MOMENTS, EXPANSIONS = real(3.0), padded_moments(5), executed(expansions(5))
+times_power, far_field = EXPANSIONS.times_power, EXPANSIONS.far_field
+shift_local, field_of_local = EXPANSIONS.shift_local, EXPANSIONS.field_of_local
+
+# Copied into generated modules from here on.
 spread_places = row_spreader(4, 0)
 spread_about = row_spreader(8, 0)
 spread_moments = row_spreader(MOMENTS, 0)
@@ -14,14 +30,16 @@ spread_moments = row_spreader(MOMENTS, 0)
 
 @njit(fastmath=TEST_FLAGS, **PART)
 def sort_candidates(node, listed, count, places, features, where_is, about, bucket, theta, tolerance, far, part, hand,
-                    near):
-    # Keys below 0: taken by expansions; split; deferred to the target's children; taken particle by particle.
-    # places, features: of the candidates listed, as columns.
+                    near):  # fmt: skip
+    """Keys below 0: taken by expansions; split; deferred to the target's children; taken particle by particle.
+
+    places, features: of the candidates listed, as columns.
+    """
     widest_vectors()
     x_a, y_a, z_a = where_is[node, 0], where_is[node, 1], where_is[node, 2]
     r_a, s_a, m_a, g_a, clamp_a, sheet_a = (
         about[node, 0], about[node, 1], about[node, 2], about[node, 3], about[node, 4], about[node, 7]
-    )
+    )  # fmt: skip
     single_a, bucket_a = about[node, 6] < real(0), abs(about[node, 6]) <= bucket
     all_x, all_y, all_z = places[0], places[1], places[2]
     radius, spread, mass, need = features[0], features[1], features[2], features[3]
@@ -34,11 +52,11 @@ def sort_candidates(node, listed, count, places, features, where_is, about, buck
         r = r2 * inverse
         both = r_a + r_b
         on_a, on_b = (r_a + s_b) * inverse, (r_b + s_a) * inverse
-        error = larger_of(m_b * g_a * POWER_ON_A, m_a * g_b * POWER_ON_B) * (inverse * inverse)
+        error = larger_of(times_power(m_b * g_a, on_a), times_power(m_a * g_b, on_b)) * (inverse * inverse)
         # All sources in one direction err alike for a target: those like this one, at most all the mass there is.
         on_a, on_b, all_mass = r_a * inverse, r_b * inverse, inverse * inverse
         pull_a, pull_b = where(sheet_b < all_mass, sheet_b, all_mass), where(sheet_a < all_mass, sheet_a, all_mass)
-        alike = larger_of(pull_a * g_a * POWER_ON_A, pull_b * g_b * POWER_ON_B)
+        alike = larger_of(times_power(pull_a * g_a, on_a), times_power(pull_b * g_b, on_b))
         gap = r - both
         precise = (error <= tolerance) & (alike <= ALIKE * tolerance)
         accepted = precise & (both < theta * r) & (gap * gap > clamp_a + clamp_b)
@@ -54,7 +72,7 @@ def sort_candidates(node, listed, count, places, features, where_is, about, buck
 
 @njit(fastmath=LOOP_FLAGS, **PART)
 def point_sums(targets, target_count, count, sources, field):
-    # As gravity.clamped_points.point_pair.
+    """As gravity.clamped_points.point_pair."""
     widest_vectors()
     all_x, all_y, all_z, mass, clamp = sources[0], sources[1], sources[2], sources[3], sources[4]
     for i in range(target_count):
@@ -77,7 +95,7 @@ def point_sums(targets, target_count, count, sources, field):
 
 @njit(**PART)
 def copied(listed, runs, first, last, x_c, y_c, z_c, x, y, z, m, clamp, buffer):
-    # The particles of the nodes listed; whole vectors: what is too much is overwritten by what comes next.
+    """The particles of the nodes listed; whole vectors: what is too much is overwritten by what comes next."""
     widest_vectors()
     row_x, row_y, row_z, row_m, row_c = buffer[0], buffer[1], buffer[2], buffer[3], buffer[4]
     count = 0
@@ -99,14 +117,15 @@ def copied(listed, runs, first, last, x_c, y_c, z_c, x, y, z, m, clamp, buffer):
 
 @njit(**PART)
 def leaf_sums(node, near, near_count, local, first, last, where_is, about, x, y, z, m, clamp, order, targets, sources,
-              field, acceleration, potential, force_unit, potential_unit):
+              field, acceleration, potential, force_unit, potential_unit):  # fmt: skip
+    """To a leaf's particles: the field of expansions and the sums over the particles of the nodes `near`."""
     x_c, y_c, z_c = where_is[node, 0], where_is[node, 1], where_is[node, 2]
     begin, end = first[node], last[node]
     count = end - begin
     for k in range(count):
         targets[0, k], targets[1, k], targets[2, k] = (
             real(x[begin + k] - x_c), real(y[begin + k] - y_c), real(z[begin + k] - z_c)
-        )
+        )  # fmt: skip
         targets[4, k] = clamp[begin + k]
     field_of_local(count, np.float64(about[node, 5]), local, targets[0], targets[1], targets[2], field)
     total = 0
@@ -125,14 +144,14 @@ def leaf_sums(node, near, near_count, local, first, last, where_is, about, x, y,
 
 @njit(**PART)
 def set_to(values, row):
-    # By number: numba takes seconds to compile the same of slices and rows.
+    """By number: numba takes seconds to compile the same of slices and rows."""
     for k in range(len(row)):
         row[k] = values[k]
 
 
 @njit(**PART)
 def roomier(array, filled, count):
-    # Room for `count` more elements after what is kept.
+    """An array with room for `count` more elements after what is kept."""
     if filled + count + 2 * LANES <= len(array):
         return array
     larger = np.empty(2 * (filled + count) + 2 * LANES, array.dtype)
@@ -143,7 +162,7 @@ def roomier(array, filled, count):
 
 @njit(**PART)
 def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance, lists, keys, places, features):
-    # Sorts all candidates of a node: the numbers of those far, near, and deferred.
+    """Sorts all candidates of a node: the numbers of those far, near, and deferred."""
     now, later, far, near, hand = lists[0], lists[1], lists[2], lists[3], lists[4]
     count, fars, nears, hands = filled, 0, 0, 0
     for k in range(filled):
@@ -156,7 +175,7 @@ def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance,
         sort_candidates(
             node, now, count, places, features, where_is, about, bucket, theta, tolerance, keys[0], keys[1], keys[2],
             keys[3]
-        )
+        )  # fmt: skip
         fars = compacted(now, keys[0], count, far, fars)
         hands = compacted(now, keys[2], count, hand, hands)
         nears = compacted(now, keys[3], count, near, nears)
@@ -170,23 +189,28 @@ def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance,
 
 @njit(**PART)
 def room_for(levels, nodes, width, leaf_size):
-    # What a thread works in: ends of what is deferred, coefficients of the nodes above, lists of nodes, their keys,
-    # places, features and moments, nodes to come and their depths, targets and their fields.
+    """What a thread works in.
+
+    Ends of what is deferred, coefficients of the nodes above, lists of nodes, their keys, places, features and moments,
+    nodes to come and their depths, targets and their fields.
+    """
     most = nodes + 2 * LANES
     return (
         np.zeros(levels + 2, np.int64), np.zeros((levels + 2, width)), np.empty((5, most), np.int32),
         np.empty((4, most), real), np.empty((4, most), np.float64), np.empty((8, most), real),
         np.empty((MOMENTS, most), real), np.empty((2, 2 * levels + 2), np.int64),
         np.zeros((5, leaf_size + 3 * LANES), real), np.empty((4, leaf_size + 3 * LANES), real), np.zeros(width),
-    )
+    )  # fmt: skip
 
 
 @njit(**PART)
 def descend_from(start, only_top, seeds, seed_local, first, last, child, levels, parent_of, where_is, about, moments,
                  x, y, z, m, clamp, order, theta, tolerance, acceleration, potential, force_unit, potential_unit,
-                 leaf_size, saved, saved_end, saved_local, task_of, room, handed, sources):
-    # From the node `start`, which was handed the candidates `seeds` and its parent's coefficients, to the leaves below.
-    # With only_top, tasks are not entered: what they are handed is saved.
+                 leaf_size, saved, saved_end, saved_local, task_of, room, handed, sources):  # fmt: skip
+    """From the node `start`, which was given the candidates `seeds` and its parent's coefficients, to the leaves below.
+
+    With only_top, tasks are not entered: what they are given is saved.
+    """
     ends, local, lists, keys, places, features, columns, coming, targets, field, nothing = room
     handed = roomier(handed, 0, len(seeds))
     for k in range(len(seeds)):
@@ -220,18 +244,18 @@ def descend_from(start, only_top, seeds, seed_local, first, last, child, levels,
         fars, nears, hands = seek(
             node, handed[offset:filled], filled - offset, where_is, about, child, bucket, theta, tolerance, lists, keys,
             places, features
-        )
+        )  # fmt: skip
         shift_local(
             where_is[node, 0] - where_is[parent, 0], where_is[node, 1] - where_is[parent, 1],
             where_is[node, 2] - where_is[parent, 2], local[depth - 1], local[depth]
-        )
+        )  # fmt: skip
         for k in range(fars, padded(fars)):
             lists[2, k] = lists[2, 0]
         spread_places(where_is, lists[2], padded(fars), places)
         spread_about(about, lists[2], padded(fars), features)
         spread_moments(moments, lists[2], padded(fars), columns)
         far_field(fars, where_is[node, 0], where_is[node, 1], where_is[node, 2], about[node, 5], places, features,
-                  columns, local[depth])
+                  columns, local[depth])  # fmt: skip
         if last[node] - first[node] <= leaf_size:
             if not within:
                 lists[3, nears] = np.int32(node)
@@ -240,7 +264,7 @@ def descend_from(start, only_top, seeds, seed_local, first, last, child, levels,
             sources = leaf_sums(
                 node, lists[3], nears, local[depth] if done else nothing, first, last, where_is, about, x, y, z, m,
                 clamp, order, targets, sources, field, acceleration, potential, force_unit, potential_unit
-            )
+            )  # fmt: skip
             if done:
                 continue
         base = ends[depth - 1]
@@ -257,9 +281,11 @@ def descend_from(start, only_top, seeds, seed_local, first, last, child, levels,
 @njit(**ENTRY)
 def descend(counter, only_top, task, seeds, seed_begin, seed_end, seed_local, first, last, child, levels, parent_of,
             where_is, about, moments, x, y, z, m, clamp, order, theta, tolerance, acceleration, potential, force_unit,
-            potential_unit, leaf_size, saved_end, saved_local, task_of):
-    # From each of the nodes `task`; what those were handed lies in `seeds` one after the other. With only_top, returns
-    # what tasks below are handed.
+            potential_unit, leaf_size, saved_end, saved_local, task_of):  # fmt: skip
+    """From each of the nodes `task`; what those were given lies in `seeds` one after the other.
+
+    With only_top, returns what tasks below are given.
+    """
     room = room_for(levels, len(first), saved_local.shape[1], leaf_size)
     saved, handed, sources = np.empty(1024, np.int32), np.empty(1024, np.int32), np.empty((5, 2048), real)
     while True:
@@ -270,6 +296,5 @@ def descend(counter, only_top, task, seeds, seed_begin, seed_end, seed_local, fi
             task[t], only_top, seeds[seed_begin[t] : seed_end[t]], seed_local[t], first, last, child, levels, parent_of,
             where_is, about, moments, x, y, z, m, clamp, order, theta, tolerance, acceleration, potential, force_unit,
             potential_unit, leaf_size, saved, saved_end, saved_local, task_of, room, handed, sources
-        )
+        )  # fmt: skip
     return saved
-"""
