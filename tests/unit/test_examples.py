@@ -21,7 +21,14 @@ FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 ROOMS = [
     *("__init__", "accuracy", "dataset/accessor", "inertia", "interop", "plots", "rotation", "sweeps"),
     *("studies", "units"),
-    *("orbits/archive", "orbits/dense", "orbits/kepler", "orbits/particles", "orbits/simulation", "orbits/states"),
+    *(
+        "orbits/rebound_archive",
+        "orbits/dense",
+        "orbits/kepler",
+        "orbits/particles",
+        "orbits/simulation",
+        "orbits/states",
+    ),
     *("bodies/affine", "bodies/affine_motion"),
     *("bodies/apsidal", "bodies/clairaut", "bodies/cold_spheroid", "bodies/composite_polytrope", "bodies/darwin"),
     *("bodies/earth", "bodies/ellipsoid_gravity", "bodies/ellipsoid_secular", "bodies/ellipsoid_stability"),
