@@ -78,10 +78,10 @@ def motion(start: Array, rate: Array, acceleration: Acceleration, until: float) 
         at, moving = state.reshape(2, 3, 3)
         return np.concatenate([moving.ravel(), acceleration(at, moving).ravel()])
 
-    found = solve_ivp(rates, (0.0, until), first, method="DOP853", rtol=_RELATIVE, atol=_ABSOLUTE * size)
-    if not found.success:
-        raise RuntimeError(str(found.message))
-    return tuple(found.y[:, -1].reshape(2, 3, 3))
+    solution = solve_ivp(rates, (0.0, until), first, method="DOP853", rtol=_RELATIVE, atol=_ABSOLUTE * size)
+    if not solution.success:
+        raise RuntimeError(str(solution.message))
+    return tuple(solution.y[:, -1].reshape(2, 3, 3))
 
 
 def steady_rates(start: Array, rate: Array, acceleration: Acceleration) -> tuple[float, float, float] | None:

@@ -73,8 +73,8 @@ class Judged:
     @property
     def limiting(self) -> Source | None:
         """The source of error that is largest at the base, of those that can be refined."""
-        known = [source for source in self.sources if source.knob.step is not None and np.isfinite(source.error)]
-        return max(known, key=lambda source: source.error, default=None)
+        refinable = [source for source in self.sources if source.knob.step is not None and np.isfinite(source.error)]
+        return max(refinable, key=lambda source: source.error, default=None)
 
 
 @dataclass(frozen=True)
@@ -85,14 +85,14 @@ class Analysis:
 
     def main_error(self, value: Value) -> float:
         """The largest error, over the observables, that the first knob leaves at a value; NaN where it has no law."""
-        found = [error for each in self.judged if np.isfinite(error := each.sources[0].at(value))]
-        return max(found, default=float("nan"))
+        errors = [error for judged in self.judged if np.isfinite(error := judged.sources[0].at(value))]
+        return max(errors, default=float("nan"))
 
     def coarsest(self, knob: Knob, allowed: float) -> Value | None:
         """The coarsest value of a knob whose error in every observable is allowed; None where there is none to tell."""
         if knob.step is None or knob.alternative:
             return None
-        sources = [source for each in self.judged for source in each.sources if source.knob == knob]
+        sources = [source for judged in self.judged for source in judged.sources if source.knob == knob]
         good = []
         for value in knob.values:
             errors = [source.at(value) for source in sources]
@@ -114,47 +114,47 @@ def analysed(table: "Table") -> Analysis:
     """
 
     def values(setting: Setting, observable: Observable) -> np.ndarray | None:
-        found = table.measured.get(setting)
-        if found is None or found.failure:
+        run = table.measured.get(setting)
+        if run is None or run.failure:
             return None
-        return np.asarray(found.values[observable.name], dtype=float)
+        return np.asarray(run.values[observable.name], dtype=float)
 
-    return Analysis(tuple(_judged(table, each, values) for each in table.observables))
+    return Analysis(tuple(_judged(table, observable, values) for observable in table.observables))
 
 
-def reference_of(found: Exact | None, observable: Observable) -> Reference | None:
+def reference_of(answer: Exact | None, observable: Observable) -> Reference | None:
     """The exact value of an observable, if the exact answer has it."""
-    if found is None:
+    if answer is None:
         return None
     variable = f"frequency of {observable.variable}" if observable.of_series else observable.variable
-    values = found.values.get(variable)
+    values = answer.values.get(variable)
     if values is None:
         return None
     values = np.asarray(values, dtype=float)
     for label in () if observable.of_series else observable.labels:
         values = values[int(label) - 1 if label.isdecimal() else "xyz".index(label)]
-    return Reference(np.atleast_1d(values).ravel(), found.source, found.accuracy)
+    return Reference(np.atleast_1d(values).ravel(), answer.source, answer.accuracy)
 
 
 def _judged(table: "Table", observable: Observable, values: Callable) -> Judged:
     main = table.knobs[0]
-    known = {setting: found for setting in table.measured if (found := values(setting, observable)) is not None}
-    reference = reference_of(table.exact, observable) or _finest(main, known)
+    results = {setting: result for setting in table.measured if (result := values(setting, observable)) is not None}
+    reference = reference_of(table.exact, observable) or _finest(main, results)
     errors: dict[Setting, float] = {}
     if reference is not None:
-        errors = {setting: relative_error(found, reference.values) for setting, found in known.items()}
+        errors = {setting: relative_error(result, reference.values) for setting, result in results.items()}
         if reference.setting is not None:
             errors[reference.setting] = float("nan")
     size = float(np.linalg.norm(reference.values)) if reference is not None else 0.0
     floor = _ROUND_OFF if reference is None else max(_ROUND_OFF, reference.accuracy)
     others = [
-        _other_method(table, knob, known, errors, size, floor)
+        _other_method(table, knob, results, errors, size, floor)
         if knob.alternative
-        else _source(table, knob, known, size)
+        else _source(table, knob, results, size)
         for knob in table.knobs[1:]
     ]
     among = [source.error for source in others if source.knob.step is not None and np.isfinite(source.error)]
-    first = _main_source(table, main, known, errors, size, max([floor, *among]))
+    first = _main_source(table, main, results, errors, size, max([floor, *among]))
     # Other rungs of the ladder of models are judged apart: they may be exact, and then nothing else is worth it.
     ranked = [setting for setting in errors if setting.knob != MODEL]
     cost = np.array([table.measured[setting].cpu_time for setting in ranked])
@@ -167,49 +167,49 @@ def _judged(table: "Table", observable: Observable, values: Callable) -> Judged:
     )
 
 
-def _finest(main: Knob, known: dict[Setting, np.ndarray]) -> Reference | None:
+def _finest(main: Knob, results: dict[Setting, np.ndarray]) -> Reference | None:
     """The finest run along the first knob, extrapolated where three of them converge as they should."""
-    ladder = [setting for setting in known if setting.knob == main.name]
+    ladder = [setting for setting in results if setting.knob == main.name]
     if main.step is None or not ladder:
         return None
     steps = np.array([main.step(setting.value) for setting in ladder])
-    found = np.stack([known[setting] for setting in ladder])
+    values = np.stack([results[setting] for setting in ladder])
     best = int(np.argmin(steps))
     if len(ladder) > 2 and main.order is not None:
-        limit = convergence.extrapolated(steps, found, main.order)
+        limit = convergence.extrapolated(steps, values, main.order)
         if limit is not None:
-            left = relative_error(found[best], limit)
+            left = relative_error(values[best], limit)
             description = (
                 f"Richardson's extrapolation of the finest runs along {main.name}, with the order {main.order:g}"
             )
             return Reference(limit, description, 0.3 * left)
     description = f"the finest run, {ladder[best].label}"
     second = (
-        relative_error(np.delete(found, best, 0)[np.argmin(np.delete(steps, best))], found[best])
+        relative_error(np.delete(values, best, 0)[np.argmin(np.delete(steps, best))], values[best])
         if len(ladder) > 1
         else np.nan
     )
-    return Reference(found[best], description, second / 3.0, ladder[best])
+    return Reference(values[best], description, second / 3.0, ladder[best])
 
 
-def _sweep(table: "Table", knob: Knob, known: dict[Setting, np.ndarray]) -> dict[Value, tuple[Setting, np.ndarray]]:
+def _sweep(table: "Table", knob: Knob, results: dict[Setting, np.ndarray]) -> dict[Value, tuple[Setting, np.ndarray]]:
     """What was run along a knob, by its value; the base stands at the knob's default."""
-    found = {setting.value: (setting, each) for setting, each in known.items() if setting.knob == knob.name}
-    if knob is not table.knobs[0] and not knob.alternative and table.base in known:
-        found[knob.default] = (table.base, known[table.base])
-    return found
+    sweep = {setting.value: (setting, result) for setting, result in results.items() if setting.knob == knob.name}
+    if knob is not table.knobs[0] and not knob.alternative and table.base in results:
+        sweep[knob.default] = (table.base, results[table.base])
+    return sweep
 
 
-def _source(table: "Table", knob: Knob, known: dict[Setting, np.ndarray], size: float) -> Source:
-    sweep = _sweep(table, knob, known)
+def _source(table: "Table", knob: Knob, results: dict[Setting, np.ndarray], size: float) -> Source:
+    sweep = _sweep(table, knob, results)
     if knob.default not in sweep or len(sweep) < 2 or not size > 0.0:
         return Source(knob, float("nan"), NONE, float("nan"))
     at_base = sweep[knob.default][1]
-    apart = {value: float(np.linalg.norm(found - at_base)) / size for value, (_, found) in sweep.items()}
+    apart = {value: float(np.linalg.norm(result - at_base)) / size for value, (_, result) in sweep.items()}
     if knob.step is None:
         return Source(knob, max(apart.values()), NONE, float("nan"))
     steps = np.array([knob.step(value) for value in sweep])
-    law = convergence.self_convergence(steps, np.stack([found for _, found in sweep.values()]), size, _ROUND_OFF)
+    law = convergence.self_convergence(steps, np.stack([result for _, result in sweep.values()]), size, _ROUND_OFF)
     others = {value: knob.step(value) for value in sweep if value != knob.default}
     if law.points and not law.credible:
         error = max(apart.values())  # scatter, which no step makes smaller: it is as large as it is seen to be
@@ -223,33 +223,33 @@ def _source(table: "Table", knob: Knob, known: dict[Setting, np.ndarray], size: 
 
 
 def _main_source(
-    table: "Table", main: Knob, known: dict[Setting, np.ndarray], errors: dict[Setting, float], size: float,
+    table: "Table", main: Knob, results: dict[Setting, np.ndarray], errors: dict[Setting, float], size: float,
     floor: float,
 ) -> Source:  # fmt: skip
     """The first knob: by its errors where these stand above all else that errs, else by its own differences."""
-    found = _other_method(table, main, known, errors, size, floor)
+    source = _other_method(table, main, results, errors, size, floor)
     error = errors.get(table.base, float("nan"))
-    if not error > _ABOVE * floor and found.law.credible and main.step is not None:
-        error = found.law.at(main.step(table.base.value))
-    return replace(found, error=error)
+    if not error > _ABOVE * floor and source.law.credible and main.step is not None:
+        error = source.law.at(main.step(table.base.value))
+    return replace(source, error=error)
 
 
 def _other_method(
-    table: "Table", knob: Knob, known: dict[Setting, np.ndarray], errors: dict[Setting, float], size: float,
+    table: "Table", knob: Knob, results: dict[Setting, np.ndarray], errors: dict[Setting, float], size: float,
     floor: float,
 ) -> Source:  # fmt: skip
-    sweep = _sweep(table, knob, known)
+    sweep = _sweep(table, knob, results)
     if knob.step is None or not sweep:
         return Source(knob, float("nan"), NONE, float("nan"))
     steps = np.array([knob.step(value) for value in sweep])
     ladder = [setting for setting, _ in sweep.values()]
-    found = np.array([errors.get(setting, np.nan) for setting in ladder])
-    found = np.where(found < _SATURATED, found, np.nan)
+    ladder_errors = np.array([errors.get(setting, np.nan) for setting in ladder])
+    ladder_errors = np.where(ladder_errors < _SATURATED, ladder_errors, np.nan)
     if knob.order is not None:
-        found = np.where(convergence.converging(steps, found, knob.order), found, np.nan)
-    law = convergence.power_law(steps, found, _ABOVE * floor)
+        ladder_errors = np.where(convergence.converging(steps, ladder_errors, knob.order), ladder_errors, np.nan)
+    law = convergence.power_law(steps, ladder_errors, _ABOVE * floor)
     if not law.credible:
-        law = convergence.self_convergence(steps, np.stack([each for _, each in sweep.values()]), size, _ROUND_OFF)
+        law = convergence.self_convergence(steps, np.stack([result for _, result in sweep.values()]), size, _ROUND_OFF)
     return Source(knob, float("nan"), law, _cost_order(table, steps, ladder))
 
 

@@ -18,17 +18,17 @@ def predicted(setting: Setting, knob: Knob, base: float, taken: Mapping[tuple[st
     taken: seconds by (knob, value) of what was run; base: those of the base, NaN before it was run. Along a knob whose
     two most expensive settings are known their power law goes on; else the knob's own guess is scaled.
     """
-    known = [(knob.cost(value), taken[knob.name, value]) for value in knob.values if (knob.name, value) in taken]
-    known = sorted((guess, seconds) for guess, seconds in known if math.isfinite(seconds))
+    timed = [(knob.cost(value), taken[knob.name, value]) for value in knob.values if (knob.name, value) in taken]
+    timed = sorted((guess, seconds) for guess, seconds in timed if math.isfinite(seconds))
     wanted = knob.cost(setting.value)
-    if not known:
+    if not timed:
         return max(_LEAST, base * wanted / knob.cost(knob.default)) if math.isfinite(base) else _UNKNOWN
     guess, seconds = (
-        known[-1] if wanted >= known[-1][0] else min(known, key=lambda each: abs(math.log(each[0] / wanted)))
+        timed[-1] if wanted >= timed[-1][0] else min(timed, key=lambda pair: abs(math.log(pair[0] / wanted)))
     )
     growth = 1.0
-    if len(known) > 1 and known[-1][0] > known[0][0] and wanted > known[-1][0]:
-        (first, low), (last, high) = known[-2], known[-1]
+    if len(timed) > 1 and timed[-1][0] > timed[0][0] and wanted > timed[-1][0]:
+        (first, low), (last, high) = timed[-2], timed[-1]
         growth = math.log(max(high, _LEAST) / max(low, _LEAST)) / math.log(last / first) if last > first else 1.0
     return max(_LEAST, seconds * (wanted / guess) ** min(max(growth, 0.0), 2.0))
 

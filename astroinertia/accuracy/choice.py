@@ -6,14 +6,14 @@ does not suffice, the cost is reported. Tests: tests/unit/test_choice.py; tests/
 was asked with what was delivered, on scenes with exact answers.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from astroinertia.accuracy import choice_particles, choice_smooth, measuring
 from astroinertia.accuracy.knobs import MODEL, knobs, with_overrides
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.observables import default_names, parsed
-from astroinertia.accuracy.pilots import Found, Listener, OutOfReach, Pilots
+from astroinertia.accuracy.pilots import Listener, OutOfReach, Pilots, Settings
 from astroinertia.accuracy.words import duration
 from astroinertia.build.assemble import prepare
 from astroinertia.errors import NumericalError, SceneError
@@ -33,12 +33,12 @@ class UnreachableAccuracy(SceneError):
 class Choice:
     """A scene with the settings that were chosen for it.
 
-    scene: as it is to be run; found: what was chosen, with the errors expected of each source; pilot_seconds: of wall
-    time that finding it took.
+    scene: as it is to be run; settings: the chosen ones, with the errors expected of each source; pilot_seconds: of
+    wall time that finding them took.
     """
 
     scene: Scene
-    found: Found
+    settings: Settings
     pilot_seconds: float
 
 
@@ -63,57 +63,57 @@ def choose(
 
     >>> from astroinertia.scene import load
     >>> scene = load.load_file("sims/tennis_racket.toml", ["accuracy=1e-6", "time.end='1 s'"])
-    >>> found = choose(scene, Path("runs/racket-pilots"))
-    >>> print(found.found.error < 1e-6)
+    >>> choice = choose(scene, Path("runs/racket-pilots"))
+    >>> print(choice.settings.error < 1e-6)
     True
     """
     if scene.accuracy is None:
         raise SceneError("accuracy is not asked for: write accuracy = 1e-3, or another number, into the scene.")
-    asked = tuple(parsed(name, scene.observables) for name in (scene.judged_by or default_names(scene)))
-    pilots = Pilots(scene, asked, folder, listener)
+    observables = tuple(parsed(name, scene.observables) for name in (scene.judged_by or default_names(scene)))
+    pilots = Pilots(scene, observables, folder, listener)
     seconds = 60.0 * minutes
     if scene.model == "scaling":
         raise SceneError('the model scaling has nothing to choose: its answers are closed forms; settings = "given".')
-    found = _by_rungs(pilots, scene.accuracy, seconds)
-    if isinstance(found, OutOfReach):
-        raise UnreachableAccuracy(f"accuracy {scene.accuracy:g} is out of reach: {found.sentence}.")
-    chosen = with_overrides(scene, (*found.overrides, GIVEN))
-    names = ", ".join(each.name for each in asked)
-    sources = ", ".join(f"{source} {error:.1e}" for source, error in found.errors.items())
+    settings = _by_rungs(pilots, scene.accuracy, seconds)
+    if isinstance(settings, OutOfReach):
+        raise UnreachableAccuracy(f"accuracy {scene.accuracy:g} is out of reach: {settings.sentence}.")
+    chosen = with_overrides(scene, (*settings.overrides, GIVEN))
+    names = ", ".join(observable.name for observable in observables)
+    sources = ", ".join(f"{source} {error:.1e}" for source, error in settings.errors.items())
     record = {
-        "accuracy": f"{scene.accuracy:g} of {names} at the end; expected {found.error:.1e} ({sources}), "
-        f"stated {found.bar:.1e}",
-        **{f"why {number}": reason for number, reason in enumerate(found.reasons, 1)},
-        "price": f"{duration(found.seconds)} for the run, {duration(pilots.spent)} for pilots",
+        "accuracy": f"{scene.accuracy:g} of {names} at the end; expected {settings.error:.1e} ({sources}), "
+        f"stated {settings.bar:.1e}",
+        **{f"why {number}": reason for number, reason in enumerate(settings.reasons, 1)},
+        "price": f"{duration(settings.seconds)} for the run, {duration(pilots.spent)} for pilots",
     }
-    return Choice(chosen.model_copy(update={"choice": record}), found, pilots.spent)
+    return Choice(chosen.model_copy(update={"choice": record}), settings, pilots.spent)
 
 
-def _by_rungs(pilots: Pilots, accuracy: float, seconds: float) -> Found | OutOfReach:
+def _by_rungs(pilots: Pilots, accuracy: float, seconds: float) -> Settings | OutOfReach:
     """The cheapest rung that is known to have the accuracy: one that is exact, or agrees with particles."""
     scene = pilots.scene
     if scene.model != "sph":
         return choice_smooth.search(pilots, accuracy, seconds)
-    simpler: list[tuple[str, Measured, Found]] = []
+    simpler: list[tuple[str, Measured, Settings]] = []
     for rung in _free_rungs(scene):
         of_rung = with_overrides(scene, (f"model='{rung}'",))
         try:
             exact = _is_exact(of_rung)
         except (SceneError, NumericalError):
             continue
-        found = _of_rung(pilots, rung, of_rung, accuracy, seconds)
-        if found is None:
+        settings = _of_rung(pilots, rung, of_rung, accuracy, seconds)
+        if settings is None:
             continue
         if exact:
-            return found
-        simpler.append((rung, pilots.run(f"model {rung}", found.overrides), found))
+            return settings
+        simpler.append((rung, pilots.run(f"model {rung}", settings.overrides), settings))
 
-    def agreeing(limit: Measured, error: float) -> Found | None:
-        for rung, measured, found in simpler:
+    def agreeing(limit: Measured, error: float) -> Settings | None:
+        for rung, measured, settings in simpler:
             apart = pilots.apart(measured, limit) + error
             if apart <= accuracy:
                 why = f"model {rung}: it agrees with what particles tend to, to {apart:.1e} with what is unsure of that"
-                return Found(found.overrides, found.chosen, {"model": apart}, found.seconds, (why, *found.reasons))
+                return replace(settings, errors={"model": apart}, reasons=(why, *settings.reasons))
         return None
 
     return choice_particles.search(pilots, accuracy, seconds, agreeing)
@@ -123,8 +123,8 @@ def _free_rungs(scene: Scene) -> tuple[str, ...]:
     """The rungs below particles that may be chosen: none where the scene names its model."""
     if "model" in scene.model_fields_set:
         return ()
-    found = next((knob for knob in knobs(scene) if knob.name == MODEL), None)
-    return () if found is None else tuple(str(value) for value in found.values if value != scene.model)
+    ladder = next((knob for knob in knobs(scene) if knob.name == MODEL), None)
+    return () if ladder is None else tuple(str(value) for value in ladder.values if value != scene.model)
 
 
 def _is_exact(scene: Scene) -> bool:
@@ -136,21 +136,21 @@ def _is_exact(scene: Scene) -> bool:
     return not unstable and prepare(scene).evolution.approximation.startswith("exact")
 
 
-def _of_rung(pilots: Pilots, rung: str, scene: Scene, accuracy: float, seconds: float) -> Found | None:
+def _of_rung(pilots: Pilots, rung: str, scene: Scene, accuracy: float, seconds: float) -> Settings | None:
     setting = f"model='{rung}'"
     if rung == "scaling":
         measured = pilots.run(f"model {rung}", (setting,))
         if measured.failure:
             return None
-        return Found((setting,), {MODEL: rung}, {}, measured.wall_time, ("closed form",))
+        return Settings((setting,), {MODEL: rung}, {}, measured.wall_time, ("closed form",))
     inner = Pilots(scene, pilots.observables, pilots.folder, pilots.listener)
-    found = choice_smooth.search(inner, 0.1 * accuracy, seconds)
+    settings = choice_smooth.search(inner, 0.1 * accuracy, seconds)
     pilots.spent += inner.spent
-    if isinstance(found, OutOfReach):
+    if isinstance(settings, OutOfReach):
         return None
-    return Found(
-        (setting, *found.overrides), {MODEL: rung, **found.chosen}, found.errors, found.seconds,
-        (f"model {rung}", *found.reasons),
+    return replace(
+        settings, overrides=(setting, *settings.overrides), chosen={MODEL: rung, **settings.chosen},
+        reasons=(f"model {rung}", *settings.reasons),
     )  # fmt: skip
 
 
@@ -159,12 +159,12 @@ def measured(choice: Choice, folder: Path) -> Measured:
 
     >>> from astroinertia.scene import load
     >>> scene = load.load_file("sims/tennis_racket.toml", ["accuracy=1e-6", "time.end='1 s'"])
-    >>> found = measured(choose(scene, Path("runs/racket-pilots")), Path("runs/racket-pilots"))
-    >>> print(sorted(found.values))
+    >>> run = measured(choose(scene, Path("runs/racket-pilots")), Path("runs/racket-pilots"))
+    >>> print(sorted(run.values))
     ['angular_velocity', 'attitude 3']
     """
     scene = choice.scene
-    asked = tuple(parsed(name, scene.observables) for name in (scene.judged_by or default_names(scene)))
-    quiet = measuring.scene_of(scene, measuring.AS_IT_IS, asked)
+    observables = tuple(parsed(name, scene.observables) for name in (scene.judged_by or default_names(scene)))
+    quiet = measuring.scene_of(scene, measuring.AS_IT_IS, observables)
     place = measuring.folder_of(folder, quiet, measuring.AS_IT_IS)
-    return measuring.stored(place, asked) or measuring.measure(quiet, asked, place)
+    return measuring.stored(place, observables) or measuring.measure(quiet, observables, place)

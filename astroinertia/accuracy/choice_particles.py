@@ -13,7 +13,7 @@ from astroinertia.accuracy import knobs
 from astroinertia.accuracy.estimates import Estimate
 from astroinertia.accuracy.knobs import Knob
 from astroinertia.accuracy.measuring import Measured
-from astroinertia.accuracy.pilots import Found, OutOfReach, Pilots
+from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings
 from astroinertia.accuracy.words import duration
 from astroinertia.errors import SceneError
 
@@ -30,10 +30,10 @@ COST = 4.0 / 3.0  # seconds go as this power of the number of particles: N passe
 LONGEST, SHORTEST = 4.0, 0.05  # factors of the time step
 REFUSING = 0.1  # of the time allowed, that pilots may take before a cost is reported
 
-Other = Callable[[Measured, float], Found | None]
+Other = Callable[[Measured, float], Settings | None]
 
 
-def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Found | OutOfReach:
+def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Settings | OutOfReach:
     """The cheapest number of particles, factor of the time steps and error of gravity for an accuracy.
 
     seconds: of wall time that the run may take. other: asked after every pilot with what the ladder tends to and how
@@ -45,14 +45,14 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Fou
     main, ladder = by_name["particles"], {}
     count, estimate = FEWEST, None
     while True:
-        found = pilots.run(f"{count} particles", main.overrides(float(count)))
-        if found.failure:
+        pilot = pilots.run(f"{count} particles", main.overrides(float(count)))
+        if pilot.failure:
             if count >= FEWEST * GROWTH**STEP_PILOT:
-                return OutOfReach(f"a pilot with {count} particles failed: {found.failure}")
+                return OutOfReach(f"a pilot with {count} particles failed: {pilot.failure}")
         else:
-            ladder[count] = found
+            ladder[count] = pilot
         if len(ladder) >= 2:
-            steps = {n ** (-1 / 3): each for n, each in ladder.items()}
+            steps = {n ** (-1 / 3): run for n, run in ladder.items()}
             estimate = pilots.estimate(steps, main.order or 2.0, ORDERS, TRUST)
             cheaper = other(pilots.limit(steps, estimate.order), UNSURE * estimate.error)
             if cheaper is not None:
@@ -84,7 +84,7 @@ def _cost(ladder: dict[int, Measured], count: float) -> float:
 def _settled(
     pilots: Pilots, by_name: dict[str, Knob], ladder: dict[int, Measured], estimate: Estimate, wanted: float,
     accuracy: float,
-) -> Found:  # fmt: skip
+) -> Settings:  # fmt: skip
     finest = max(ladder)
     main = by_name["particles"]
     errors = {"resolution": estimate.at((wanted / finest) ** (-1 / 3))}
@@ -107,14 +107,14 @@ def _settled(
         reasons.append(why)
         if value != gravity.default:
             overrides, chosen["force_error"] = overrides + gravity.overrides(value), value
-    return Found(overrides, chosen, errors, seconds, tuple(reasons))
+    return Settings(overrides, chosen, errors, seconds, tuple(reasons))
 
 
 def _timestep(pilots: Pilots, knob: Knob, count: int, plain: Measured, share: float) -> tuple[float, float, str]:
     """The longest time steps whose error, by second order, stays below a share; that error; and why."""
     main = knobs.knobs(pilots.scene)[0]
     least, most = 1.0, math.inf
-    for longer in sorted((each for each in map(float, knob.values) if 1.0 < each <= LONGEST), reverse=True):
+    for longer in sorted((multiple for multiple in map(float, knob.values) if 1.0 < multiple <= LONGEST), reverse=True):
         label = f"{count} particles, time steps {longer:g} times as long"
         apart = pilots.apart(pilots.run(label, (*main.overrides(float(count)), *knob.overrides(longer))), plain)
         if math.isfinite(apart):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from astroinertia.accuracy.estimates import Estimate
 from astroinertia.accuracy.knobs import Value
 from astroinertia.accuracy.measuring import Measured
-from astroinertia.accuracy.pilots import Found, OutOfReach, Pilots
+from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings
 from astroinertia.accuracy.words import duration
 from astroinertia.scene.schema import Scene
 
@@ -49,14 +49,12 @@ def methods(scene: Scene, accuracy: float) -> tuple[Method, ...]:
         tolerances.append(float(f"{tolerances[-1] / 10.0:.1e}"))
     rigid = scene.model == "rigid"
     adaptive = ("numerics.integrator='adaptive'",) if rigid else ()
-    found = [
-        Method(
-            "tolerance", tuple(tolerances), lambda value: (*adaptive, f"numerics.tolerance={value!r}"),
-            float, float, 1.0, (0.5, 1.3), between=False,
-        )
-    ]  # fmt: skip
+    by_tolerance = Method(
+        "tolerance", tuple(tolerances), lambda value: (*adaptive, f"numerics.tolerance={value!r}"),
+        float, float, 1.0, (0.5, 1.3), between=False,
+    )  # fmt: skip
     if not rigid:
-        return tuple(found)
+        return (by_tolerance,)
     steps = [FEWEST_STEPS]
     while steps[-1] < MOST_STEPS:
         steps.append(2.0 * steps[-1])
@@ -68,7 +66,7 @@ def methods(scene: Scene, accuracy: float) -> tuple[Method, ...]:
             )
             for order in ORDERS
         ),
-        *found,
+        by_tolerance,
     )  # fmt: skip
 
 
@@ -78,47 +76,47 @@ def _splitting(order: int) -> Callable[[float], tuple[str, ...]]:
     )  # fmt: skip
 
 
-def search(pilots: Pilots, accuracy: float, seconds: float) -> Found | OutOfReach:
+def search(pilots: Pilots, accuracy: float, seconds: float) -> Settings | OutOfReach:
     """The cheapest of all methods for an accuracy; seconds: of wall time that the run may take."""
-    best: Found | None = None
+    best: Settings | None = None
     finest: list[tuple[float, str]] = []  # the least error of the methods that do not reach it
     for method in methods(pilots.scene, accuracy):
         limit = seconds if best is None else min(seconds, COSTLIER * best.seconds)
-        found = _climbed(pilots, method, SHARE * accuracy, limit)
-        if isinstance(found, Found):
-            best = found if best is None or found.seconds < best.seconds else best
-        elif found is not None:
-            finest.append(found)
+        outcome = _climbed(pilots, method, SHARE * accuracy, limit)
+        if isinstance(outcome, Settings):
+            best = outcome if best is None or outcome.seconds < best.seconds else best
+        elif outcome is not None:
+            finest.append(outcome)
     if best is not None:
         return best
     error, reason = min(finest, default=(math.nan, "no method could be tried"))
     return OutOfReach(f"the least error found is {error:.1e}: {reason}")
 
 
-def _climbed(pilots: Pilots, method: Method, wanted: float, limit: float) -> Found | tuple[float, str] | None:
+def _climbed(pilots: Pilots, method: Method, wanted: float, limit: float) -> Settings | tuple[float, str] | None:
     """What a method takes; or the least error that it has, and with what; None where it fails from the start."""
     ladder: dict[float, Measured] = {}
     least: tuple[float, str] | None = None
     for value in method.values:
         label = f"{method.name.replace('_', ' ')} {value:g}"
-        found = pilots.run(label, method.overrides(value))
-        if found.failure:
+        pilot = pilots.run(label, method.overrides(value))
+        if pilot.failure:
             if ladder:
                 return least
             continue
-        ladder[value] = found
+        ladder[value] = pilot
         if len(ladder) > 1:
             estimate = _estimated(pilots, method, ladder)
             error = estimate.error
             if error <= wanted and len(ladder) > 2:
                 return _settled(pilots, method, ladder, estimate, wanted)
             if math.isfinite(error) and (least is None or error < least[0]):
-                least = (error, f"{label}, in {duration(found.cpu_time)}")
-            if len(ladder) > 2 and found.cpu_time * _finer(method, estimate, wanted) > limit:
+                least = (error, f"{label}, in {duration(pilot.cpu_time)}")
+            if len(ladder) > 2 and pilot.cpu_time * _finer(method, estimate, wanted) > limit:
                 return least
             if len(ladder) > 4 and least is not None and error > 100.0 * least[0]:
                 return least  # rounding has taken over
-        if found.cpu_time > limit:
+        if pilot.cpu_time > limit:
             return least
     return least
 
@@ -132,10 +130,12 @@ def _finer(method: Method, estimate: Estimate, wanted: float) -> float:
 def _estimated(pilots: Pilots, method: Method, ladder: dict[float, Measured]) -> Estimate:
     # Coarser ones than the last four say nothing of the order that counts.
     kept = sorted(ladder, key=method.step)[:4]
-    return pilots.estimate({method.step(each): ladder[each] for each in kept}, method.order, method.orders)
+    return pilots.estimate({method.step(value): ladder[value] for value in kept}, method.order, method.orders)
 
 
-def _settled(pilots: Pilots, method: Method, ladder: dict[float, Measured], estimate: Estimate, wanted: float) -> Found:
+def _settled(
+    pilots: Pilots, method: Method, ladder: dict[float, Measured], estimate: Estimate, wanted: float
+) -> Settings:
     """The coarsest value whose difference from the finest run, and those of all finer ones, are small enough."""
     ranked = sorted(ladder, key=method.step)
     finest = ranked[0]
@@ -158,4 +158,4 @@ def _settled(pilots: Pilots, method: Method, ladder: dict[float, Measured], esti
         f"{method.name.replace('_', ' ')} {value:g}: runs up to {finest:g} tell an error of {estimate.error:.1e} "
         f"there, of order {estimate.order:.2g}"
     )
-    return Found(method.overrides(value), settings, {"integration": error}, seconds, (why,))
+    return Settings(method.overrides(value), settings, {"integration": error}, seconds, (why,))

@@ -53,14 +53,14 @@ def companion_runs(scene: Scene) -> tuple[CompanionRun, ...]:
     >>> print([run.name for run in companion_runs(scene)])
     ['particles-3000', 'particles-1000', 'timestep_factor-2', 'force_error-0.002']
     """
-    found = knobs(scene)
-    if not found or found[0].step is None:
+    all_knobs = knobs(scene)
+    if not all_knobs or all_knobs[0].step is None:
         raise SceneError(f"the model {scene.model} has no error bars: its answers are closed forms.")
     if scene.model != "sph":
-        return (_finer(scene, found[0]),)
-    if found[0].name != PARTICLES:
+        return (_finer(scene, all_knobs[0]),)
+    if all_knobs[0].name != PARTICLES:
         raise SceneError("error bars need a number of particles that can be turned; a table has its own.")
-    return tuple(_of_particles(scene, {knob.name: knob for knob in found}))
+    return tuple(_of_particles(scene, {knob.name: knob for knob in all_knobs}))
 
 
 def _finer(scene: Scene, knob: Knob) -> CompanionRun:
@@ -91,14 +91,14 @@ def _of_particles(scene: Scene, by_name: dict[str, Knob]) -> Iterator[CompanionR
     knob, coarsest, name = by_name[PARTICLES], still, ""
     for count in _numbers(float(knob.default), _fewest(scene)):
         turned = with_overrides(still, knob.overrides(count))
-        found = _run(knob, count, "", turned)
-        yield found
+        companion = _run(knob, count, "", turned)
+        yield companion
         if count < float(knob.default):
-            coarsest, name = turned, found.name
-    for each, ratio in _COARSER.items():
-        if each not in by_name:
+            coarsest, name = turned, companion.name
+    for knob_name, ratio in _COARSER.items():
+        if knob_name not in by_name:
             continue
-        knob = by_name[each]
+        knob = by_name[knob_name]
         wanted = ratio * float(knob.default)
         value = wanted if wanted <= max(map(float, knob.values)) else float(knob.default) / ratio
         yield _run(knob, value, name, with_overrides(coarsest, knob.overrides(value)))
@@ -107,7 +107,7 @@ def _of_particles(scene: Scene, by_name: dict[str, Knob]) -> Iterator[CompanionR
 def _fewest(scene: Scene) -> float:
     """The smallest number of particles of all bodies, with which the smallest body still has neighbourhoods in it."""
     bodies: tuple[Any, ...] = scene.bodies or (scene.body,)
-    counts = [each.particles for each in bodies]
+    counts = [body.particles for body in bodies]
     return _NEIGHBOURHOODS * smoothing(scene)[1] * sum(counts) / min(counts)
 
 

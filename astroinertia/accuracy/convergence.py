@@ -108,8 +108,8 @@ def self_convergence(steps: np.ndarray, values: np.ndarray, size: float, floor: 
         left = y - shape(order)
         return float(np.sum((left - left.mean()) ** 2))
 
-    found: Any = minimize_scalar(misfit, bounds=(0.05, _STEEPEST), method="bounded", options={"xatol": 1e-6})
-    order = float(found.x)
+    minimum: Any = minimize_scalar(misfit, bounds=(0.05, _STEEPEST), method="bounded", options={"xatol": 1e-6})
+    order = float(minimum.x)
     left = y - shape(order)
     slope = (shape(order * 1.001) - shape(order * 0.999)) / (0.002 * order)
     spread = _standard_error(slope, left - left.mean(), slope - slope.mean())
@@ -134,8 +134,8 @@ def extrapolated(steps: np.ndarray, values: np.ndarray, order: float) -> np.ndar
     (a, b, c), (fine, middle, coarse) = r[ranked[:3]], v[ranked[:3]]
     wanted = (c**order - b**order) / (b**order - a**order)
     size = float(np.linalg.norm(middle - fine))
-    found = float((coarse - middle) @ (middle - fine)) / size**2 if size > 0 else np.inf
-    if not 0.5 < found / wanted < 2.0:
+    ratio = float((coarse - middle) @ (middle - fine)) / size**2 if size > 0 else np.inf
+    if not 0.5 < ratio / wanted < 2.0:
         return None
     return fine + (fine - middle) * a**order / (b**order - a**order)
 

@@ -45,7 +45,7 @@ _FEWEST_RECORDS = 4  # of a cubic spline
 ORDERED = "principal_moments"
 _ROUNDING = 2.0**-52
 
-Found = tuple[CompanionRun, "xr.Dataset | str"]
+CompanionOutcome = tuple[CompanionRun, "xr.Dataset | str"]
 """A companion run, and its dataset or the sentence with which it failed."""
 
 
@@ -57,32 +57,34 @@ class Estimate(NamedTuple):
     judged: bool
 
 
-def with_error_bars(main: xr.Dataset, found: Sequence[Found]) -> xr.Dataset:
+def with_error_bars(main: xr.Dataset, companions: Sequence[CompanionOutcome]) -> xr.Dataset:
     """A run's dataset with `<variable>_error` beside every headline series that it has a number for.
 
     >>> run = CompanionRun("coarser", "timestep_factor", "", 2.0, 2.0, scatter=False, scene=None)
-    >>> found = [(run, ds.assign(inertia_tensor=1.02 * ds.inertia_tensor))]
-    >>> print(with_error_bars(ds, found).inertia_tensor_error.attrs["units"])
+    >>> companions = [(run, ds.assign(inertia_tensor=1.02 * ds.inertia_tensor))]
+    >>> print(with_error_bars(ds, companions).inertia_tensor_error.attrs["units"])
     kg m2
     """
-    bars = error_bars(main, found)
+    bars = error_bars(main, companions)
     named = {name: main[name].assign_attrs(ancillary_variables=f"{name}{SUFFIX}") for name in bars}
     return main.assign(named | {f"{name}{SUFFIX}": bar for name, bar in bars.items()})
 
 
-def error_bars(main: xr.Dataset, found: Sequence[Found]) -> dict[str, xr.DataArray]:
+def error_bars(main: xr.Dataset, companions: Sequence[CompanionOutcome]) -> dict[str, xr.DataArray]:
     """The error bar of each headline series, with its dimensions and unit; NaN with a reason where a companion failed.
 
     Test: tests/unit/test_error_bars.py.
 
     >>> run = CompanionRun("coarser", "timestep_factor", "", 2.0, 2.0, scatter=False, scene=None)
-    >>> found = [(run, ds.assign(inertia_tensor=1.02 * ds.inertia_tensor))]
-    >>> bars = error_bars(ds, found)["inertia_tensor"] / ds.inertia_tensor  # of half the order, times 1.25
+    >>> companions = [(run, ds.assign(inertia_tensor=1.02 * ds.inertia_tensor))]
+    >>> bars = error_bars(ds, companions)["inertia_tensor"] / ds.inertia_tensor  # of half the order, times 1.25
     >>> print(f"{float(bars[0, 2, 2]):.4f}")
     0.0250
     """
-    failures = [f"the companion run {run.name} failed: {outcome}" for run, outcome in found if isinstance(outcome, str)]
-    datasets = {run.name: outcome for run, outcome in found if not isinstance(outcome, str)}
+    failures = [
+        f"the companion run {run.name} failed: {outcome}" for run, outcome in companions if isinstance(outcome, str)
+    ]
+    datasets = {run.name: outcome for run, outcome in companions if not isinstance(outcome, str)}
     bars = {}
     for name in HEADLINE:
         if name not in main or not np.isfinite(main[name].values).any():
@@ -90,7 +92,7 @@ def error_bars(main: xr.Dataset, found: Sequence[Found]) -> dict[str, xr.DataArr
         variable = main[name].transpose("time", ...)
         values, more = np.full(variable.shape, np.nan), {"reason": "; ".join(failures)}
         if not failures:
-            values, comment = _bar(main, datasets, [run for run, _ in found], name)
+            values, comment = _bar(main, datasets, [run for run, _ in companions], name)
             more = {"comment": comment}
         attrs = {"units": variable.attrs["units"], "long_name": f"error of: {variable.attrs['long_name']}"}
         bars[name] = xr.DataArray(values, variable.coords, variable.dims, attrs=attrs | more)
@@ -144,7 +146,7 @@ def largest_lately(times: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     >>> print(largest_lately(np.arange(5.0), np.array([0.0, 3.0, 1.0, 1.0, 2.0])))
     [0. 3. 3. 1. 2.]
     """
-    since, found, held = times - times[0], np.full(len(times), np.nan), deque[int]()
+    since, largest, held = times - times[0], np.full(len(times), np.nan), deque[int]()
     for number, now in enumerate(since):
         if not np.isfinite(sizes[number]):
             continue
@@ -153,29 +155,29 @@ def largest_lately(times: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         held.append(number)
         while since[held[0]] < 0.5 * now * (1.0 - 1e-12):
             held.popleft()
-        found[number] = sizes[held[0]]
-    return found
+        largest[number] = sizes[held[0]]
+    return largest
 
 
-def at_times(times: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
+def at_times(times: np.ndarray, recorded: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Values (K, ...) that are known at some times, at others (T, ...), by a cubic spline; NaN beyond them.
 
     What was recorded at the same time is taken as it is, to the last bit.
 
-    >>> known = np.arange(6.0)
-    >>> print(at_times(np.array([2.5, 7.0]), known, known**3))
+    >>> recorded = np.arange(6.0)
+    >>> print(at_times(np.array([2.5, 7.0]), recorded, recorded**3))
     [15.625    nan]
     """
     good = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
-    known, values = known[good], values[good]
-    found = np.full((len(times), *values.shape[1:]), np.nan)
-    if len(known) >= _FEWEST_RECORDS:
-        found = np.asarray(CubicSpline(known, values, axis=0, extrapolate=False)(times))
-    place = np.minimum(np.searchsorted(known, times), max(len(known) - 1, 0))
-    if len(known):
-        same = known[place] == times
-        found[same] = values[place[same]]
-    return found
+    recorded, values = recorded[good], values[good]
+    interpolated = np.full((len(times), *values.shape[1:]), np.nan)
+    if len(recorded) >= _FEWEST_RECORDS:
+        interpolated = np.asarray(CubicSpline(recorded, values, axis=0, extrapolate=False)(times))
+    place = np.minimum(np.searchsorted(recorded, times), max(len(recorded) - 1, 0))
+    if len(recorded):
+        same = recorded[place] == times
+        interpolated[same] = values[place[same]]
+    return interpolated
 
 
 def _bar(
@@ -188,11 +190,11 @@ def _bar(
     }
     bar, words = _rounding(values[""], name, np.nan_to_num(main["step"].values)), []
     for source in dict.fromkeys(run.source for run in runs):
-        found = _estimate(times, [run for run in runs if run.source == source], values)
-        bar = bar + found.bar
+        estimate = _estimate(times, [run for run in runs if run.source == source], values)
+        bar = bar + estimate.bar
         measured = f"measured by three runs, times {SAFETY_OF_THREE:g}"
-        how = measured if found.judged else f"assumed, times {SAFETY_OF_TWO:g}"
-        words.append(f"{source.replace('_', ' ')} (order {found.order:.2f}, {how})")
+        how = measured if estimate.judged else f"assumed, times {SAFETY_OF_TWO:g}"
+        words.append(f"{source.replace('_', ' ')} (order {estimate.order:.2f}, {how})")
     if name == ORDERED:
         bar = np.take_along_axis(bar, np.argsort(np.argsort(main[name].transpose("time", ...).values)), axis=1)
     comment = f"|difference|/|ratio of steps^order - 1| of companion runs, summed over {', '.join(words)}" + (
@@ -209,11 +211,11 @@ def _estimate(times: np.ndarray, runs: Sequence[CompanionRun], values: Mapping[s
     if len(runs) == 2:
         middle, coarse = sorted(runs, key=lambda run: run.step)
         second = values[middle.name] - values[coarse.name]
-        known = np.isfinite(first) & np.isfinite(second)
+        finite = np.isfinite(first) & np.isfinite(second)
         three = (1.0, middle.step, coarse.step)
-        found = measured_order(three, np.where(known, first, 0.0), np.where(known, second, 0.0), middle.order)
-        if found is not None:
-            order, safety, judged = found, SAFETY_OF_THREE, True
+        measured = measured_order(three, np.where(finite, first, 0.0), np.where(finite, second, 0.0), middle.order)
+        if measured is not None:
+            order, safety, judged = measured, SAFETY_OF_THREE, True
     estimate = safety * np.abs(first) / abs(nearest.step**order - 1.0)
     if nearest.scatter:
         least = LEAST_SHARE * largest_lately(times, _size(estimate))
@@ -223,17 +225,17 @@ def _estimate(times: np.ndarray, runs: Sequence[CompanionRun], values: Mapping[s
 
 def _values(dataset: xr.Dataset, name: str) -> np.ndarray:
     """A series (T, ...); principal moments in ascending order, since two runs may number equal ones differently."""
-    found = dataset[name].transpose("time", ...).values.astype(float)
-    return np.sort(found, axis=1) if name == ORDERED else found
+    series = dataset[name].transpose("time", ...).values.astype(float)
+    return np.sort(series, axis=1) if name == ORDERED else series
 
 
 def _size(values: np.ndarray) -> np.ndarray:
     """The size (T,) of numbers, vectors (T, n) and tensors (T, n, n): of these the norm along the worst direction."""
     if values.ndim < 3:
         return np.abs(values) if values.ndim == 1 else np.linalg.norm(values, axis=1)
-    found, known = np.full(len(values), np.nan), np.isfinite(values).all(axis=(1, 2))
-    found[known] = np.linalg.norm(values[known], ord=2, axis=(1, 2))
-    return found
+    norms, finite = np.full(len(values), np.nan), np.isfinite(values).all(axis=(1, 2))
+    norms[finite] = np.linalg.norm(values[finite], ord=2, axis=(1, 2))
+    return norms
 
 
 def _beside(sizes: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -45,8 +45,8 @@ def estimate(
     while three or four do not. UNKNOWN with fewer than two values. Source: Richardson 1911 (see convergence).
 
     >>> steps = np.array([0.4, 0.2, 0.1])
-    >>> found = estimate(steps, 1 + steps[:, None] ** 2, order=2.0, orders=(1.0, 4.0))
-    >>> print(f"{found.error:.4f} {found.order:.2f}")  # 0.01/1.01
+    >>> judged = estimate(steps, 1 + steps[:, None] ** 2, order=2.0, orders=(1.0, 4.0))
+    >>> print(f"{judged.error:.4f} {judged.order:.2f}")  # 0.01/1.01
     0.0099 2.00
     """
     r, v = np.asarray(steps, float), np.atleast_2d(np.asarray(values, float))
@@ -64,16 +64,16 @@ def estimate(
     p = min(max(p, least), most)
     coarser = np.arange(len(r)) != finest
     apart = np.linalg.norm(v[coarser] - v[finest], axis=1) / size
-    found = apart / ((r[coarser] / r[finest]) ** p - 1.0)
-    return Estimate(float(found.max()), p)
+    errors = apart / ((r[coarser] / r[finest]) ** p - 1.0)
+    return Estimate(float(errors.max()), p)
 
 
-def worst(found: Sequence[Estimate]) -> Estimate:
+def worst(estimates: Sequence[Estimate]) -> Estimate:
     """The least certain of several observables: the largest error, the lowest order.
 
     >>> print(worst([Estimate(1e-3, 2.0), Estimate(1e-5, 1.0)]))
     Estimate(error=0.001, order=1.0)
     """
-    if any(math.isnan(each.error) for each in found):
+    if any(math.isnan(estimate.error) for estimate in estimates):
         return UNKNOWN
-    return Estimate(max(each.error for each in found), min(each.order for each in found))
+    return Estimate(max(estimate.error for estimate in estimates), min(estimate.order for estimate in estimates))

@@ -54,18 +54,18 @@ def exact(scene: Scene) -> Exact | None:
     """The exact answer to a scene, None where none is known here. Test: tests/unit/test_exact_answers.py.
 
     >>> from astroinertia.scene import load
-    >>> found = exact(load.load_file("sims/tennis_racket.toml"))
-    >>> print(found.source.split(",")[0], found.values["attitude"].shape)
+    >>> answer = exact(load.load_file("sims/tennis_racket.toml"))
+    >>> print(answer.source.split(",")[0], answer.values["attitude"].shape)
     free top in closed form (3, 3)
     """
     if scene.bodies or scene.box is not None or scene.body.change is not None or scene.time.max_steps is not None:
         return None
     units = code_units(scene)
-    found = _rigid(scene, units) if scene.model == "rigid" else _fluid(scene, units)
-    if found is None:
+    answer = _rigid(scene, units) if scene.model == "rigid" else _fluid(scene, units)
+    if answer is None:
         return None
-    values = {name: units.to_si(value, _DIMENSIONS[name]) for name, value in found.values.items()}
-    return Exact(values, found.source, found.accuracy)
+    values = {name: units.to_si(value, _DIMENSIONS[name]) for name, value in answer.values.items()}
+    return Exact(values, answer.source, answer.accuracy)
 
 
 def _physical(scene: Scene) -> set[str]:
@@ -149,9 +149,10 @@ def _brief(scene: Scene, units: CodeUnits, initial: Sphere) -> bool:
 
 def _quadratic(scene: Scene) -> Any:
     """The matrix of an external field that is nothing but quadratic about the origin (code units); else None."""
-    given = {name: value for name, value in scene.effects["external_field"].items() if value is not None}
-    others = set(given) - {"quadratic", "origin"}
-    return given.get("quadratic") if scene.dimensionless and not others and not any(given.get("origin", ())) else None
+    options = {name: value for name, value in scene.effects["external_field"].items() if value is not None}
+    others = set(options) - {"quadratic", "origin"}
+    pure = scene.dimensionless and not others and not any(options.get("origin", ()))
+    return options.get("quadratic") if pure else None
 
 
 def _entropy(scene: Scene, units: CodeUnits) -> float | None:
@@ -172,13 +173,13 @@ def _flow(scene: Scene, units: CodeUnits, initial: Sphere, start: np.ndarray) ->
     energy = None
     if "gravity" in scene.effects:
         energy = ellipsoid_gravitational_energy(initial.profile, initial.mass, np.linalg.svd(start, compute_uv=False))
-    given = rotation_amount(scene, units, energy)
-    if not given:
+    amount = rotation_amount(scene, units, energy)
+    if not amount:
         return gradient
     axis = rotation_axis(scene)
     second = initial.mass * initial.profile.second_moment * start @ start.T
     about = float(np.trace(second) - axis @ second @ axis)
-    ((measure, value),) = given.items()
+    ((measure, value),) = amount.items()
     if measure == "angular_momentum":
         value = value / about
     elif measure == "t_over_w":
@@ -226,10 +227,10 @@ def _turning(scene: Scene, units: CodeUnits) -> tuple[np.ndarray, np.ndarray, np
     """Moments (3,), axes as rows (3, 3) and angular velocity in them (3,), at the start."""
     moments, rows = rigid_moments(scene, units)
     rows = np.asarray(nearest_rotation(rows))
-    given, axis = rotation_amount(scene, units, None), rotation_axis(scene)
-    if "angular_momentum" in given:
-        given = {"rate": given["angular_momentum"] / float(np.linalg.norm(moments * (rows @ axis)))}
-    return moments, rows, rows @ (given.get("rate", 0.0) * axis)
+    amount, axis = rotation_amount(scene, units, None), rotation_axis(scene)
+    if "angular_momentum" in amount:
+        amount = {"rate": amount["angular_momentum"] / float(np.linalg.norm(moments * (rows @ axis)))}
+    return moments, rows, rows @ (amount.get("rate", 0.0) * axis)
 
 
 def _free(scene: Scene, units: CodeUnits) -> Exact:
@@ -251,7 +252,7 @@ def _torqued(scene: Scene, units: CodeUnits) -> Exact:
 
     moments, rows, spin = _turning(scene, units)
     end = units.to_code(scene.time.end, "time")
-    found = []
+    integrated = []
     for tolerance in (TOLERANCE, _LOOSER * TOLERANCE):
         system = bodies(scene, units, units.to_code(body.mass, "mass"))
         place, velocity = present(system)
@@ -262,16 +263,16 @@ def _torqued(scene: Scene, units: CodeUnits) -> Exact:
         )  # fmt: skip
         inside.integrate(end)
         attitude = np.asarray(attitude_of_quaternion(inside.quaternion))
-        found.append(_of_attitude(moments, attitude, inside.angular_velocity))
+        integrated.append(_of_attitude(moments, attitude, inside.angular_velocity))
     spread = max(
-        float(np.linalg.norm(found[0][name] - found[1][name]) / np.linalg.norm(found[0][name]))
+        float(np.linalg.norm(integrated[0][name] - integrated[1][name]) / np.linalg.norm(integrated[0][name]))
         for name in ("angular_velocity", "attitude")
     )
     source = (
         "same body and companions in REBOUND's interface to differential equations, by Gragg, Bulirsch and Stoer "
         f"with a tolerance of {TOLERANCE:g} (orbits.rigid_ode)"
     )
-    return Exact(found[0], source, max(spread, _CLOSED))
+    return Exact(integrated[0], source, max(spread, _CLOSED))
 
 
 def _of_attitude(moments: np.ndarray, attitude: np.ndarray, rates: np.ndarray) -> dict[str, np.ndarray]:

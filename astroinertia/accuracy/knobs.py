@@ -87,8 +87,8 @@ def knobs(scene: Scene) -> tuple[Knob, ...]:
     >>> print([knob.name for knob in knobs(load.load_file("sims/skater.toml"))])
     ['tolerance', 'steps_per_rotation']
     """
-    found = {"sph": _of_particles, "ellipsoid": _of_ellipsoid, "rigid": _of_rigid, "scaling": lambda _: ()}
-    return (*found[scene.model](scene), *_model(scene))
+    builders = {"sph": _of_particles, "ellipsoid": _of_ellipsoid, "rigid": _of_rigid, "scaling": lambda _: ()}
+    return (*builders[scene.model](scene), *_model(scene))
 
 
 def with_overrides(scene: Scene, overrides: tuple[str, ...]) -> Scene:
@@ -126,7 +126,7 @@ def _particles(scene: Scene) -> Knob | None:
     if count is None:
         return None
     others = (_rounded(share * count) for share in _LADDER)
-    values = sorted({float(count), *(float(each) for each in others if each >= _FEWEST_PARTICLES)})
+    values = sorted({float(count), *(float(number) for number in others if number >= _FEWEST_PARTICLES)})
     return Knob(
         "particles", "number of particles", tuple(values), float(count),
         lambda value: _shared_out(scene, float(value)),
@@ -145,8 +145,8 @@ def _shared_out(scene: Scene, count: float) -> tuple[str, ...]:
     if not scene.bodies:
         return (f"body.particles={count:.0f}",)
     bodies: tuple[Any, ...] = scene.bodies
-    whole = sum(each.particles for each in bodies)
-    return tuple(f"bodies.{k}.particles={count * each.particles / whole:.0f}" for k, each in enumerate(bodies))
+    whole = sum(body.particles for body in bodies)
+    return tuple(f"bodies.{k}.particles={count * body.particles / whole:.0f}" for k, body in enumerate(bodies))
 
 
 def _rounded(count: float) -> int:

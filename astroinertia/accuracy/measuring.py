@@ -82,7 +82,7 @@ def scene_of(scene: Scene, setting: Setting, observables: Sequence[Observable]) 
     Records are outputs, not steps: models without particles would shorten steps to meet them, and so hide what the
     tolerance does. SceneError where the scene does not allow the setting.
     """
-    quiet = () if any(each.of_series for each in observables) else _without_records(scene)
+    quiet = () if any(observable.of_series for observable in observables) else _without_records(scene)
     return with_overrides(scene, (*quiet, *setting.overrides))
 
 
@@ -98,10 +98,10 @@ def folder_of(place: Path, scene: Scene, setting: Setting) -> Path:
 def stored(folder: Path, observables: Sequence[Observable]) -> Measured | None:
     """What a finished setting gave, or None where it is not finished or was asked for other observables."""
     try:
-        found = Measured(**read_json(folder / _RESULT))
+        measured = Measured(**read_json(folder / _RESULT))
     except (OSError, ArchiveError, TypeError):
         return None
-    return found if found.failure or all(each.name in found.values for each in observables) else None
+    return measured if measured.failure or all(one.name in measured.values for one in observables) else None
 
 
 def measure(
@@ -116,17 +116,17 @@ def measure(
         shutil.rmtree(folder)
     with jax.enable_x64(True):
         try:
-            found = _measured(scene, observables, folder, listener)
+            measured = _measured(scene, observables, folder, listener)
         except NumericalError as error:
-            found = failed(str(error), observables)
+            measured = failed(str(error), observables)
     folder.mkdir(parents=True, exist_ok=True)
-    write_json(folder / _RESULT, asdict(found))
-    return found
+    write_json(folder / _RESULT, asdict(measured))
+    return measured
 
 
 def failed(sentence: str, observables: Sequence[Observable]) -> Measured:
     """A setting without an answer."""
-    nothing = {each.name: [float("nan")] for each in observables}
+    nothing = {observable.name: [float("nan")] for observable in observables}
     return Measured(nothing, {}, *[float("nan")] * 5, steps=0, failure=sentence)
 
 
@@ -149,11 +149,11 @@ def _measured(
     file = run_prepared(metadata(scene), replace(prepared, evolution=body), folder, listener, clock.monotonic())
     wall = preparation + clock.perf_counter() - begin
     dataset = datasets.open(file)
-    values = {each.name: value(dataset, each).tolist() for each in observables}
+    values = {observable.name: value(dataset, observable).tolist() for observable in observables}
     if float(dataset["time"][-1]) < scene.time.end * (1.0 - 1e-12):
         raise SceneError("[time] max_steps ends the run before its end, at which the observables are taken.")
     return Measured(
-        values=values, components={each.name: components(dataset, each) for each in observables},
+        values=values, components={observable.name: components(dataset, observable) for observable in observables},
         step_time=body.step_time, cpu_time=body.cpu_time, wall_time=wall, preparation_time=preparation,
         peak_memory=_peak(), steps=int(prepared.evolution.steps),
     )  # fmt: skip

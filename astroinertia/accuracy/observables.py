@@ -87,11 +87,11 @@ def value(dataset: xr.Dataset, observable: Observable) -> np.ndarray:
         if series.ndim != 1:
             raise SceneError(f"'{observable.name}': a frequency is that of one series; add labels, as in z z.")
         return np.array([frequency(dataset["time"].values, series.values)])
-    found = np.atleast_1d(np.asarray(series.values[-1], dtype=float)).ravel()
-    if not np.isfinite(found).all():
+    numbers = np.atleast_1d(np.asarray(series.values[-1], dtype=float)).ravel()
+    if not np.isfinite(numbers).all():
         reason = dataset[observable.variable].attrs.get("reason", "the run has no number for it")
         raise NumericalError(f"'{observable.name}' is not known: {reason}")
-    return found
+    return numbers
 
 
 def components(dataset: xr.Dataset, observable: Observable) -> list[str]:
@@ -109,14 +109,14 @@ def components(dataset: xr.Dataset, observable: Observable) -> list[str]:
     return [f"{observable.name} {' '.join(str(label) for label in labels)}" for labels in stacked["every"].values]
 
 
-def relative_error(found: np.ndarray, reference: np.ndarray) -> float:
-    """|found - reference|/|reference|, both (K,); of a direction, a unit vector, the angle in radians where small.
+def relative_error(values: np.ndarray, reference: np.ndarray) -> float:
+    """|values - reference|/|reference|, both (K,); of a direction, a unit vector, the angle in radians where small.
 
     >>> print(f"{relative_error(np.array([3.0, 4.0]), np.array([3.0, 4.1])):.4f}")
     0.0197
     """
     size = float(np.linalg.norm(reference))
-    return float(np.linalg.norm(np.asarray(found) - reference)) / size if size > 0.0 else float("nan")
+    return float(np.linalg.norm(np.asarray(values) - reference)) / size if size > 0.0 else float("nan")
 
 
 def frequency(times: np.ndarray, values: np.ndarray) -> float:
@@ -145,10 +145,10 @@ def frequency(times: np.ndarray, values: np.ndarray) -> float:
     tried = np.arange(_TRIED_A_PERIOD, _TRIED_A_PERIOD * len(times) // 4 + 1) * (2 * np.pi / (_TRIED_A_PERIOD * span))
     best = tried[int(np.argmin([misfit(omega) for omega in tried]))]
     step = 2 * np.pi / (_TRIED_A_PERIOD * span)
-    found: Any = minimize_scalar(
+    minimum: Any = minimize_scalar(
         misfit, bounds=(best - step, best + step), method="bounded", options={"xatol": 1e-9 * best}
     )
-    return float(found.x)
+    return float(minimum.x)
 
 
 def _selected(dataset: xr.Dataset, observable: Observable) -> xr.DataArray:
@@ -161,8 +161,8 @@ def _selected(dataset: xr.Dataset, observable: Observable) -> xr.DataArray:
             f"'{observable.name}' has more labels than {observable.variable} has dimensions ({len(dims)})."
         )
     for dim, label in zip(dims, observable.labels, strict=False):
-        known = [str(each) for each in series[dim].values]
-        if label not in known:
-            raise SceneError(f"'{observable.name}': {dim} is one of {', '.join(known)}, not '{label}'.")
-        series = series.isel({dim: known.index(label)})
+        choices = [str(coordinate) for coordinate in series[dim].values]
+        if label not in choices:
+            raise SceneError(f"'{observable.name}': {dim} is one of {', '.join(choices)}, not '{label}'.")
+        series = series.isel({dim: choices.index(label)})
     return series.transpose("time", ...)

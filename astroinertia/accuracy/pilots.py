@@ -49,8 +49,8 @@ class Pilots:
         except SceneError as error:
             return measuring.failed(str(error), self.observables)
         place = measuring.folder_of(self.folder, scene, setting)
-        found = measuring.stored(place, self.observables)
-        return measuring.measure(scene, self.observables, place) if found is None else found
+        stored = measuring.stored(place, self.observables)
+        return measuring.measure(scene, self.observables, place) if stored is None else stored
 
     def apart(self, one: Measured, other: Measured) -> float:
         """The largest relative difference of any observable; infinite where one of them failed."""
@@ -64,13 +64,13 @@ class Pilots:
         self, ladder: Mapping[float, Measured], order: float, orders: tuple[float, float], trust: float = math.inf
     ) -> Estimate:
         """The error at the finest of some runs, by their steps: of the least certain observable."""
-        runs = {step: found for step, found in ladder.items() if not found.failure}
+        runs = {step: run for step, run in ladder.items() if not run.failure}
         return worst(
             [
                 estimate(
-                    list(runs), np.array([found.values[each.name] for found in runs.values()]), order, orders, trust
+                    list(runs), np.array([run.values[observable.name] for run in runs.values()]), order, orders, trust
                 )
-                for each in self.observables
+                for observable in self.observables
             ]
         )
 
@@ -86,7 +86,7 @@ class Pilots:
 
 
 @dataclass(frozen=True)
-class Found:
+class Settings:
     """A setting that a search settled for.
 
     chosen: {knob: value}; errors: {source: relative error that is expected}; seconds: of wall time that its steps and

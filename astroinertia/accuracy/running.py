@@ -76,21 +76,23 @@ def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline:
         # Only here: other runs do without what it imports.
         from astroinertia.accuracy.error_bars import with_error_bars
 
-        found, seconds = [], 0.0
-        for number, each in enumerate(runs):
+        outcomes, seconds = [], 0.0
+        for number, run in enumerate(runs):
             begin = clock.monotonic()
             try:
-                labelled = _labelled(listener, each, number, len(runs))
-                outcome = _carried_out(each, own_folder(folder, FOLDER, each.name), labelled, deadline)
+                labelled = _labelled(listener, run, number, len(runs))
+                outcome = _carried_out(run, own_folder(folder, FOLDER, run.name), labelled, deadline)
                 seconds += float(outcome.attrs["measured_wall_time"])
             except (NumericalError, SceneError) as error:
                 outcome = str(error)
                 seconds += clock.monotonic() - begin
             except RunInterrupted as stopped:
                 raise RunInterrupted(folder, 1.0 + number, 1.0 + len(runs), stopped.by) from None
-            found.append((each, outcome))
-        names = ", ".join(each.name for each in runs)
-        return with_error_bars(main, found).assign_attrs(error_bars_companion_runs=names, error_bars_wall_time=seconds)
+            outcomes.append((run, outcome))
+        names = ", ".join(run.name for run in runs)
+        return with_error_bars(main, outcomes).assign_attrs(
+            error_bars_companion_runs=names, error_bars_wall_time=seconds
+        )
 
     return completed
 

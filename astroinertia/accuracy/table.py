@@ -36,10 +36,10 @@ def dataset(table: Table) -> xr.Dataset:
     >>> print(dict(dataset(table).error.sizes))
     {'setting': 6, 'observable': 2}
     """
-    found = analysed(table)
+    analysis = analysed(table)
     settings = list(table.measured)
     runs = [table.measured[setting] for setting in settings]
-    names = [each.name for each in table.observables]
+    names = [observable.name for observable in table.observables]
 
     def of_runs(name: str, unit: str, text: str, comment: str = "") -> tuple[str, list[Any], dict[str, str]]:
         attrs = {"units": unit, "long_name": text} | ({"comment": comment} if comment else {})
@@ -49,9 +49,9 @@ def dataset(table: Table) -> xr.Dataset:
         return "setting", np.array(values, dtype=object), {"long_name": text}
 
     of_both, of_knobs = ("setting", "observable"), ("knob", "observable")
-    errors = [[each.errors.get(setting, math.nan) for each in found.judged] for setting in settings]
-    front = [[setting in each.front for each in found.judged] for setting in settings]
-    knee = [[setting == each.knee for each in found.judged] for setting in settings]
+    errors = [[judged.errors.get(setting, math.nan) for judged in analysis.judged] for setting in settings]
+    front = [[setting in judged.front for judged in analysis.judged] for setting in settings]
+    knee = [[setting == judged.knee for judged in analysis.judged] for setting in settings]
     variables: dict[str, Any] = {
         "knob_turned": words([setting.knob for setting in settings], "knob that differs from the base"),
         "value": words([shown(setting.value) for setting in settings], "its value"),
@@ -77,16 +77,16 @@ def dataset(table: Table) -> xr.Dataset:
         "knee": (of_both, np.array(knee, dtype=np.int8), {
             "units": "1", "long_name": "1 at the knee of the front",
             "comment": "farthest below the line between its ends, in logarithms (Satopaa et al. 2011)"}),
-        "knob_error": (of_knobs, _of_sources(found, lambda each: each.error), {
+        "knob_error": (of_knobs, _of_sources(analysis, lambda source: source.error), {
             "units": "1", "long_name": "relative error that a knob contributes at the base",
             "comment": "from runs that differ in it alone; of a choice, the largest change that another one makes"}),
-        "order": (of_knobs, _of_sources(found, lambda each: each.law.order), {
+        "order": (of_knobs, _of_sources(analysis, lambda source: source.law.order), {
             "units": "1", "long_name": "fitted order of the error in the step size of a knob"}),
-        "order_uncertainty": (of_knobs, _of_sources(found, lambda each: each.law.uncertainty), {
+        "order_uncertainty": (of_knobs, _of_sources(analysis, lambda source: source.law.uncertainty), {
             "units": "1", "long_name": "its standard error", "comment": "NaN where two points fix the order"}),
-        "order_points": (of_knobs, _of_sources(found, lambda each: each.law.points), {
+        "order_points": (of_knobs, _of_sources(analysis, lambda source: source.law.points), {
             "units": "1", "long_name": "number of runs that the order is fitted to"}),
-        "cost_order": (of_knobs, _of_sources(found, lambda each: each.cost_order), {
+        "cost_order": (of_knobs, _of_sources(analysis, lambda source: source.cost_order), {
             "units": "1", "long_name": "fitted power of 1/step size that processor time grows as"}),
         "expected_order": ("knob", [math.nan if knob.order is None else knob.order for knob in table.knobs], {
             "units": "1", "long_name": "order by theory"}),
@@ -94,12 +94,12 @@ def dataset(table: Table) -> xr.Dataset:
             "units": "1", "long_name": "1 for a knob of another method, which takes the place of the base's"}),
         "knob_source": ("knob", np.array([knob.source for knob in table.knobs], dtype=object), {
             "long_name": "where the order by theory is from"}),
-        "reference_accuracy": ("observable", [_accuracy(each) for each in found.judged], {
+        "reference_accuracy": ("observable", [_accuracy(judged) for judged in analysis.judged], {
             "units": "1", "long_name": "relative error of the reference itself"}),
-        "reference": ("observable", np.array([_source(each) for each in found.judged], dtype=object), {
+        "reference": ("observable", np.array([_source(judged) for judged in analysis.judged], dtype=object), {
             "long_name": "what the error is measured against"}),
     }  # fmt: skip
-    variables |= _values(table, found, settings)
+    variables |= _values(table, analysis, settings)
     coords = {
         "setting": ("setting", np.array([setting.label for setting in settings], dtype=object),
                     {"long_name": "setting"}),
@@ -119,7 +119,7 @@ def dataset(table: Table) -> xr.Dataset:
         "left_out_comment": "settings that did not fit into the budget, with the seconds that they would take",
         "interrupted": int(table.interrupted),
         "machine": machine(),
-        "conclusions": "\n".join(conclusions(table, found)),
+        "conclusions": "\n".join(conclusions(table, analysis)),
         "outputs_comment": "runs were recorded at their start and end alone, unless a series was asked for",
     }
     return xr.Dataset(variables, coords=coords, attrs=attrs)
@@ -154,15 +154,15 @@ def read(path: Path) -> xr.Dataset:
     """
     file = path / FILE if path.is_dir() else path
     try:
-        found = xr.load_dataset(file, engine="netcdf4")
+        table = xr.load_dataset(file, engine="netcdf4")
     except (OSError, ValueError) as error:
         raise ArchiveError(f"{file} holds no table of a tradeoff: {error}.") from error
-    if "astroinertia_tradeoff_format" not in found.attrs:
+    if "astroinertia_tradeoff_format" not in table.attrs:
         raise ArchiveError(f"{file} is a netCDF file, but not the table of a tradeoff.")
-    return found
+    return table
 
 
-def conclusions(table: Table, found: Analysis | None = None) -> list[str]:
+def conclusions(table: Table, analysis: Analysis | None = None) -> list[str]:
     """What the table says, a sentence a line.
 
     >>> from astroinertia.accuracy.tradeoff import carry_out
@@ -171,13 +171,13 @@ def conclusions(table: Table, found: Analysis | None = None) -> list[str]:
     >>> print(conclusions(table)[0].split(":")[0])
     angular_velocity
     """
-    found = analysed(table) if found is None else found
+    analysis = analysed(table) if analysis is None else analysis
     lines = []
-    for each in found.judged:
+    for judged in analysis.judged:
         lines += [
-            _conclusion(table, each),
-            *filter(None, (_whose(each), _next_digit(table, each), _advice(table, each))),
-            *_rungs(table, each),
+            _conclusion(table, judged),
+            *filter(None, (_whose(judged), _next_digit(table, judged), _advice(table, judged))),
+            *_rungs(table, judged),
         ]
     failed = [setting for setting, run in table.measured.items() if run.failure]
     lines += [f"{setting.label} failed: {table.measured[setting].failure}" for setting in failed]
@@ -196,28 +196,28 @@ def machine() -> str:
     >>> print("Python" in machine())
     True
     """
-    found = described()
-    return f"{found['processor']}, {found['cores']} cores, Python {found['python']}"
+    description = described()
+    return f"{description['processor']}, {description['cores']} cores, Python {description['python']}"
 
 
-def _conclusion(table: Table, each: Judged) -> str:
-    name = each.observable.name
-    if each.reference is None:
+def _conclusion(table: Table, judged: Judged) -> str:
+    name = judged.observable.name
+    if judged.reference is None:
         return f"{name}: no run to measure against"
-    error, accuracy = each.errors.get(table.base, math.nan), each.reference.accuracy
+    error, accuracy = judged.errors.get(table.base, math.nan), judged.reference.accuracy
     took = table.measured[table.base].cpu_time if table.base in table.measured else math.nan
     size = f"{error:.1e}" if math.isfinite(error) else "unknown"
     size = f"below {accuracy:.1e}, the accuracy of the reference," if error < accuracy else size
-    return f"{name}: error {size} at {table.base.label}, in {duration(took)}, against the {each.reference.source}"
+    return f"{name}: error {size} at {table.base.label}, in {duration(took)}, against the {judged.reference.source}"
 
 
-def _whose(each: Judged) -> str:
-    limiting = each.limiting
+def _whose(judged: Judged) -> str:
+    limiting = judged.limiting
     if limiting is None:
         return ""
     rest = [
         f"{source.knob.name.replace('_', ' ')} {source.error:.1e}{f', {_order(source)}' if source.law.points else ''}"
-        for source in sorted(each.sources, key=lambda source: -np.nan_to_num(source.error))
+        for source in sorted(judged.sources, key=lambda source: -np.nan_to_num(source.error))
         if source is not limiting and math.isfinite(source.error) and source.knob.step is not None
     ]
     order = "" if not limiting.law.points else f", {_order(limiting)}"
@@ -234,8 +234,8 @@ def _order(source: Source) -> str:
     return f"{text} (theory {source.knob.order:g})" if source.knob.order is not None else text
 
 
-def _next_digit(table: Table, each: Judged) -> str:
-    limiting = each.limiting
+def _next_digit(table: Table, judged: Judged) -> str:
+    limiting = judged.limiting
     if limiting is None or not limiting.law.credible or not limiting.cost_order > 0:
         return ""
     knob = limiting.knob
@@ -251,34 +251,34 @@ def _next_digit(table: Table, each: Judged) -> str:
     )
 
 
-def _advice(table: Table, each: Judged) -> str:
-    if each.knee is None:
+def _advice(table: Table, judged: Judged) -> str:
+    if judged.knee is None:
         return ""
-    run = table.measured[each.knee]
-    return f"  knee: {each.knee.label}, error {each.errors[each.knee]:.1e} in {duration(run.cpu_time)}"
+    run = table.measured[judged.knee]
+    return f"  knee: {judged.knee.label}, error {judged.errors[judged.knee]:.1e} in {duration(run.cpu_time)}"
 
 
-def _rungs(table: Table, each: Judged) -> list[str]:
+def _rungs(table: Table, judged: Judged) -> list[str]:
     """What other models of the ladder give and take."""
-    accuracy = _accuracy(each)
-    rungs = [setting for setting in each.errors if setting.knob == MODEL]
+    accuracy = _accuracy(judged)
+    rungs = [setting for setting in judged.errors if setting.knob == MODEL]
     return [
-        f"  {setting.label}: error {'below ' if each.errors[setting] < accuracy else ''}"
-        f"{max(each.errors[setting], accuracy):.1e} in {duration(table.measured[setting].cpu_time)}"
+        f"  {setting.label}: error {'below ' if judged.errors[setting] < accuracy else ''}"
+        f"{max(judged.errors[setting], accuracy):.1e} in {duration(table.measured[setting].cpu_time)}"
         for setting in rungs
     ]
 
 
-def _of_sources(found: Analysis, part: Any) -> np.ndarray:
-    return np.array([[float(part(source)) for source in each.sources] for each in found.judged]).T
+def _of_sources(analysis: Analysis, part: Any) -> np.ndarray:
+    return np.array([[float(part(source)) for source in judged.sources] for judged in analysis.judged]).T
 
 
-def _accuracy(each: Judged) -> float:
-    return math.nan if each.reference is None else each.reference.accuracy
+def _accuracy(judged: Judged) -> float:
+    return math.nan if judged.reference is None else judged.reference.accuracy
 
 
-def _source(each: Judged) -> str:
-    return "" if each.reference is None else each.reference.source
+def _source(judged: Judged) -> str:
+    return "" if judged.reference is None else judged.reference.source
 
 
 def _step(table: Table, setting: Setting) -> float:
@@ -286,11 +286,11 @@ def _step(table: Table, setting: Setting) -> float:
     return math.nan if knob is None or knob.step is None else knob.step(setting.value)
 
 
-def _values(table: Table, found: Analysis, settings: list[Setting]) -> dict[str, Any]:
+def _values(table: Table, analysis: Analysis, settings: list[Setting]) -> dict[str, Any]:
     """The numbers themselves, along a dimension of all components of all observables."""
     columns, labels, reference = [], [], []
-    for each in found.judged:
-        name = each.observable.name
+    for judged in analysis.judged:
+        name = judged.observable.name
         rows = [table.measured[setting].values[name] for setting in settings]
         count = max((len(row) for row in rows), default=1)
         block = np.full((len(settings), count), np.nan)
@@ -299,7 +299,7 @@ def _values(table: Table, found: Analysis, settings: list[Setting]) -> dict[str,
         columns.append(block)
         named = (table.measured[setting].components.get(name) for setting in settings)
         labels += next((names for names in named if names), [name])
-        reference += [math.nan] * count if each.reference is None else list(each.reference.values)
+        reference += [math.nan] * count if judged.reference is None else list(judged.reference.values)
     attributes = {"long_name": "component of an observable"}
     return {
         "result": (("setting", "component"), np.concatenate(columns, axis=1), {

@@ -79,16 +79,16 @@ def carry_out(
 
     >>> from astroinertia.scene import load
     >>> scene = load.load_file("sims/tennis_racket.toml", ["time.end='1 s'"])
-    >>> found = carry_out(scene, Path("runs/tradeoff"), minutes=1.0, only=["steps_per_rotation"])
-    >>> print(len(found.measured), found.exact.source.split(",")[0])
+    >>> table = carry_out(scene, Path("runs/tradeoff"), minutes=1.0, only=["steps_per_rotation"])
+    >>> print(len(table.measured), table.exact.source.split(",")[0])
     6 free top in closed form
     """
-    found = knobs.knobs(scene)
-    if not found:
+    all_knobs = knobs.knobs(scene)
+    if not all_knobs:
         raise SceneError(f"the model {scene.model} has no accuracy knobs: its answers are closed forms.")
-    asked = tuple(parsed(name, scene.observables) for name in (observables or default_names(scene)))
-    chosen = _chosen(found, only)
-    study = _Study(scene, chosen, asked, folder, 60.0 * minutes, listener)
+    chosen_observables = tuple(parsed(name, scene.observables) for name in (observables or default_names(scene)))
+    chosen = _chosen(all_knobs, only)
+    study = _Study(scene, chosen, chosen_observables, folder, 60.0 * minutes, listener)
     folder.mkdir(parents=True, exist_ok=True)
     try:
         study.run()
@@ -101,12 +101,12 @@ class _Study:
     """One tradeoff under way."""
 
     def __init__(
-        self, scene: Scene, found: tuple[Knob, ...], asked: tuple[Observable, ...], folder: Path, seconds: float,
-        listener: Listener | None,
+        self, scene: Scene, chosen_knobs: tuple[Knob, ...], observables: tuple[Observable, ...], folder: Path,
+        seconds: float, listener: Listener | None,
     ) -> None:  # fmt: skip
         self.seconds, self.listener, self.spent = seconds, listener, 0.0
         base = Setting("default", "", ())
-        self.table = Table(scene, found, asked, base, None, folder)
+        self.table = Table(scene, chosen_knobs, observables, base, None, folder)
         self.waiting: list[Setting] = []
 
     def run(self) -> None:
@@ -129,7 +129,7 @@ class _Study:
         while True:
             guesses = self._predictions(self.waiting)
             stored = [self._stored(setting) for setting in self.waiting]
-            costs = [0.0 if known else guess for known, guess in zip(stored, guesses, strict=True)]
+            costs = [0.0 if done else guess for done, guess in zip(stored, guesses, strict=True)]
             setting = budget.next_setting(self.waiting, costs, most - self.spent)
             if setting is None:
                 return
@@ -148,12 +148,12 @@ class _Study:
             table.measured[setting] = measuring.failed(str(error), table.observables)
             return
         place = measuring.folder_of(table.folder, scene, setting)
-        found = measuring.stored(place, table.observables)
-        if found is None:
+        measured = measuring.stored(place, table.observables)
+        if measured is None:
             begin = clock.monotonic()
-            found = measuring.measure(scene, table.observables, place)
+            measured = measuring.measure(scene, table.observables, place)
             self.spent += clock.monotonic() - begin
-        table.measured[setting] = found
+        table.measured[setting] = measured
 
     def _stored(self, setting: Setting) -> bool:
         table = self.table
@@ -166,7 +166,7 @@ class _Study:
     def _predictions(self, settings: Sequence[Setting]) -> list[float]:
         table, main = self.table, self.table.knobs[0]
         by_name = {knob.name: knob for knob in table.knobs}
-        taken = {(setting.knob, setting.value): found.wall_time for setting, found in table.measured.items()}
+        taken = {(setting.knob, setting.value): run.wall_time for setting, run in table.measured.items()}
         at_base = table.measured.get(table.base)
         base = float("nan") if at_base is None else at_base.wall_time
 
@@ -184,13 +184,13 @@ class _Study:
     def _affordable_base(self, main: Knob) -> Setting:
         """The finest setting up to the default whose run takes no more than its share of the budget."""
         run = [
-            (setting, found)
-            for setting, found in self.table.measured.items()
-            if setting.knob == main.name and not found.failure
+            (setting, measured)
+            for setting, measured in self.table.measured.items()
+            if setting.knob == main.name and not measured.failure
         ]
         if not run:
             return _alone(main, main.default)
-        cheap = [setting for setting, found in run if found.wall_time <= _SHARE_OF_BASE * self.seconds]
+        cheap = [setting for setting, measured in run if measured.wall_time <= _SHARE_OF_BASE * self.seconds]
         return max(cheap or [run[0][0]], key=lambda setting: main.cost(setting.value))
 
     def _single_knobs(self, main: Knob) -> list[Setting]:
@@ -206,20 +206,20 @@ class _Study:
         """For each value of the main knob, all others as coarse as keeps them below their share of its error."""
         from astroinertia.accuracy.analysis import analysed
 
-        found, settings = analysed(self.table), []
+        analysis, settings = analysed(self.table), []
         run_before = {setting.overrides for setting in self.table.measured}
         for value in main.values:
-            error = found.main_error(value)
+            error = analysis.main_error(value)
             if not np.isfinite(error):
                 continue
             overrides, turned = main.overrides(value), {}
             for knob in self.table.knobs[1:]:
-                best = found.coarsest(knob, _SHARE_OF_OTHERS * error)
+                best = analysis.coarsest(knob, _SHARE_OF_OTHERS * error)
                 if best is not None and best != knob.default:
                     overrides, turned[knob.name] = (*overrides, *knob.overrides(best)), best
             if not turned or overrides in run_before:
                 continue
-            words = ", ".join(f"{name.replace('_', ' ')} {knobs.shown(each)}" for name, each in turned.items())
+            words = ", ".join(f"{name.replace('_', ' ')} {knobs.shown(coarse)}" for name, coarse in turned.items())
             label = f"{main.name} {knobs.shown(value)}, {words}"
             settings.append(Setting(BALANCED, label, overrides, {main.name: value, **turned}))
         return settings
@@ -229,12 +229,12 @@ def _alone(knob: Knob, value: knobs.Value) -> Setting:
     return Setting(knob.name, value, knob.overrides(value), {knob.name: value})
 
 
-def _chosen(found: tuple[Knob, ...], only: Sequence[str]) -> tuple[Knob, ...]:
-    names = [knob.name for knob in found]
+def _chosen(all_knobs: tuple[Knob, ...], only: Sequence[str]) -> tuple[Knob, ...]:
+    names = [knob.name for knob in all_knobs]
     for name in only:
         if name not in names:
             raise SceneError(f"there is no knob '{name}'; this scene has {', '.join(names)}.")
-    return tuple(knob for knob in found if not only or knob.name in (*only, names[0]))
+    return tuple(knob for knob in all_knobs if not only or knob.name in (*only, names[0]))
 
 
 def stored_exact(scene: Scene, folder: Path) -> Exact | None:
@@ -249,10 +249,10 @@ def stored_exact(scene: Scene, folder: Path) -> Exact | None:
             return Exact(values, stored["source"], stored["accuracy"])
     except (OSError, ArchiveError, ValueError, KeyError, TypeError, AttributeError):
         pass  # another made the folder, or it is damaged: computed again
-    found = exact(scene)
-    if found is None:
+    answer = exact(scene)
+    if answer is None:
         write_json(path, {"scene": key, "values": None})
     else:
-        values = {name: np.asarray(value).tolist() for name, value in found.values.items()}
-        write_json(path, {**asdict(found), "scene": key, "values": values})
-    return found
+        values = {name: np.asarray(value).tolist() for name, value in answer.values.items()}
+        write_json(path, {**asdict(answer), "scene": key, "values": values})
+    return answer

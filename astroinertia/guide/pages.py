@@ -87,15 +87,15 @@ def links(text: str) -> list[str]:
     >>> links("[a](ledger.md) ![b](x.png)\\n```\\n[c](d)\\n```")
     ['x.png', 'ledger.md']
     """
-    found: list[str] = []
+    targets: list[str] = []
 
     def noted(line: str) -> str:
-        found.extend(picture.partition("](")[2][:-1] for picture in _PICTURE.findall(line))
-        found.extend(target for _, target in _LINK.findall(line))
+        targets.extend(picture.partition("](")[2][:-1] for picture in _PICTURE.findall(line))
+        targets.extend(target for _, target in _LINK.findall(line))
         return line
 
     outside_code(text, noted)
-    return found
+    return targets
 
 
 def _plain(line: str) -> str:

@@ -185,10 +185,12 @@ def _type(annotation: Any, constraints: list[Any], quantity: Quantity | None) ->
             constraints.extend(item.metadata if isinstance(item, FieldInfo) else [item])
         return _type(inner, constraints, quantity)
     if origin in (Union, UnionType):
-        kinds = [_type(each, constraints, quantity) for each in get_args(annotation) if each is not NoneType]
+        kinds = [
+            _type(argument, constraints, quantity) for argument in get_args(annotation) if argument is not NoneType
+        ]
         return " or ".join(dict.fromkeys(kinds))
     if origin is Literal:
-        return ", ".join(f"`{toml_value(each)}`" for each in get_args(annotation))
+        return ", ".join(f"`{toml_value(argument)}`" for argument in get_args(annotation))
     if origin is tuple:
         return _list(get_args(annotation), constraints, quantity)
     if inspect.isclass(annotation) and issubclass(annotation, BaseModel):
@@ -202,7 +204,7 @@ def _type(annotation: Any, constraints: list[Any], quantity: Quantity | None) ->
 def _list(items: tuple[Any, ...], constraints: list[Any], quantity: Quantity | None) -> str:
     inner: list[Any] = []
     item = _type(items[0], inner, quantity)
-    constraints.extend(each for each in inner if not isinstance(each, MinLen | MaxLen))
+    constraints.extend(constraint for constraint in inner if not isinstance(constraint, MinLen | MaxLen))
     return f"list: {item}" if items[-1] is Ellipsis else f"{len(items)} times: {item}"
 
 
@@ -215,15 +217,17 @@ def _quantity(quantity: Quantity) -> str:
 
 def _limits_of(constraints: list[Any], counted: str) -> str:
     """Limits of a number, or of the length of a list or text, in words."""
-    found = {type(each): each for each in constraints}
-    least = found[Ge].ge if Ge in found else found[Gt].gt if Gt in found else None
-    most = found[Le].le if Le in found else found[Lt].lt if Lt in found else None
-    said = [bounds(least, most, Gt in found, Lt in found)]
-    shortest = found[MinLen].min_length if MinLen in found else None
-    longest = found[MaxLen].max_length if MaxLen in found else None
+    limits = {type(constraint): constraint for constraint in constraints}
+    least = limits[Ge].ge if Ge in limits else limits[Gt].gt if Gt in limits else None
+    most = limits[Le].le if Le in limits else limits[Lt].lt if Lt in limits else None
+    said = [bounds(least, most, Gt in limits, Lt in limits)]
+    shortest = limits[MinLen].min_length if MinLen in limits else None
+    longest = limits[MaxLen].max_length if MaxLen in limits else None
     if length := bounds(shortest, longest):
         said.append(f"{length} {counted}")
-    said += [f"of the form `{each.pattern}`" for each in constraints if getattr(each, "pattern", None)]
+    said += [
+        f"of the form `{constraint.pattern}`" for constraint in constraints if getattr(constraint, "pattern", None)
+    ]
     return "; ".join(part for part in said if part)
 
 
@@ -259,7 +263,7 @@ A table that makes several runs of the scene, each with other values of some of 
 ```
 
 Distributions are {_choices(sweep_values.DISTRIBUTIONS)}; a range has {_choices(sweep_values.RANGE)}, and its scale is
-{" or ".join(f"`{each}`" for each in sweep_values.SCALES)}. Options beside the parameters: {_choices(sweep.OPTIONS)}."""
+{" or ".join(f"`{name}`" for name in sweep_values.SCALES)}. Options beside the parameters: {_choices(sweep.OPTIONS)}."""
 
 
 def _limits() -> str:

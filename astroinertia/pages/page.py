@@ -41,7 +41,7 @@ def text(value: Any) -> str:
 
 def raised(words: str) -> str:
     """Text with powers of units raised: "10^41 kg m2" as "10⁴¹ kg m²"."""
-    return _POWER.sub(lambda found: (found[1] or "") + (found[2] or found[3]).translate(_SUPERSCRIPTS), words)
+    return _POWER.sub(lambda match: (match[1] or "") + (match[2] or match[3]).translate(_SUPERSCRIPTS), words)
 
 
 def data_block(value: Any) -> str:

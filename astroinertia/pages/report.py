@@ -48,9 +48,9 @@ def write_report(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) 
     Tests: tests/unit/test_pages.py.
     """
     pictures = [_figure(name, figure) for name, figure in plots.figures(dataset, snapshots)]
-    attrs, found = dataset.attrs, tables(dataset)
+    attrs, summary = dataset.attrs, tables(dataset)
     sections = {
-        "Summary": "".join(_table(table) for table in found),
+        "Summary": "".join(_table(table) for table in summary),
         "Pictures": "".join(pictures),
         "Plan": _pre(attrs.get("plan")),
         "Scene": _pre(attrs.get("scene")),
@@ -67,7 +67,7 @@ def write_report(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) 
         description=text(attrs.get("description", "")),
         heading=text(how),
         warnings=f'<div class="warning">{text(warnings)}</div>' if warnings else "",
-        cards="".join(_cards(found)),
+        cards="".join(_cards(summary)),
         contents="".join(f'<a href="#{_anchor(title)}">{title}</a>' for title in sections),
         sections="".join(f'<section id="{_anchor(k)}"><h2>{k}</h2>{body}</section>' for k, body in sections.items()),
         version=text(_version()),
@@ -102,8 +102,8 @@ def _row(cells: tuple[str, ...], columns: int) -> str:
     return f"<tr>{''.join(numbered)}{''.join(words)}</tr>"
 
 
-def _cards(found: list[Table]) -> Iterator[str]:
-    for name, *cells in (row for table in found for row in table.rows):
+def _cards(summary: list[Table]) -> Iterator[str]:
+    for name, *cells in (row for table in summary for row in table.rows):
         if name.startswith(_CARDS):
             # A series goes from its start to its end; a figure of accuracy has one number.
             shown = cells[0] if len(cells) < 4 else f"{cells[0]} → {cells[-1]}"
@@ -117,17 +117,19 @@ def _pre(words: Any) -> str:
 def _repeat(attrs: dict[Any, Any]) -> str:
     file = f"{attrs.get('name', 'scene')}.toml"
     overrides = _listed(attrs.get("overrides"))
-    settings = "".join(f" --set {shlex.quote(str(each))}" for each in overrides) if isinstance(overrides, list) else ""
+    settings = (
+        "".join(f" --set {shlex.quote(str(override))}" for override in overrides) if isinstance(overrides, list) else ""
+    )
     command = f"astroinertia run {shlex.quote(file)}{settings}"
     rows = [(name.replace("_", " "), str(attrs[name])) for name in _REPEATED if name in attrs]
     versions = _listed(attrs.get("versions"))
     if isinstance(versions, dict):
         rows += [(f"version of {name}", str(value)) for name, value in versions.items()]
     cells = "".join(f'<tr><td>{text(name)}</td><td class="words">{text(value)}</td></tr>' for name, value in rows)
-    asked = (
+    instruction = (
         f"<p>Save the scene above as {text(file)}, with the files that it names beside it, and run:</p>{_pre(command)}"
     )
-    return f'{asked if attrs.get("scene") else ""}<div class="scroll"><table><tbody>{cells}</tbody></table></div>'
+    return f'{instruction if attrs.get("scene") else ""}<div class="scroll"><table><tbody>{cells}</tbody></table></div>'
 
 
 def _listed(value: Any) -> Any:

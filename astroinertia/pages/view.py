@@ -61,14 +61,14 @@ def _of_particles(snapshots: xr.Dataset, numbers: np.ndarray) -> Iterator[dict[s
 
     axes = triads(at(number) for number in numbers)
     widths = film.camera(np.array([reach(at(number)) for number in numbers]))
-    for number, found, width in zip(numbers, axes, widths, strict=True):
+    for number, triad, width in zip(numbers, axes, widths, strict=True):
         density = snapshots["density"].isel(snapshot_time=int(number)).values[kept]
         share = np.log(np.maximum(density, low) / low) / np.log(high / low)
         order = np.argsort(share, kind="stable")  # the densest are drawn last, and seen through what lies before them
         span = FARTHEST * width
         places = np.clip(at(number).position[kept][order] / span, -1.0, 1.0)
         colours = np.clip(share[order] * (_COLOURS - 1), 0, _COLOURS - 1).round().astype(np.uint8)
-        yield _frame(found, width) | {
+        yield _frame(triad, width) | {
             "span": float(span),
             "points": _coded((places * _LARGEST).round().astype("<i2")),
             "colours": _coded(colours),
@@ -77,27 +77,27 @@ def _of_particles(snapshots: xr.Dataset, numbers: np.ndarray) -> Iterator[dict[s
 
 def _densities(snapshots: xr.Dataset, numbers: np.ndarray) -> tuple[float, float]:
     """The densities that the darkest and the brightest colour stand for."""
-    found = []
+    extremes = []
     for number in numbers:  # one at a time: all together may be larger than memory
         density = snapshots["density"].isel(snapshot_time=int(number)).values
-        found.append((float(np.percentile(density, 5.0)), float(density.max())))
-    low, high = min(each for each, _ in found), max(each for _, each in found)
+        extremes.append((float(np.percentile(density, 5.0)), float(density.max())))
+    low, high = min(low for low, _ in extremes), max(high for _, high in extremes)
     return low, max(high, 1.01 * low)
 
 
 def _of_series(dataset: xr.Dataset, numbers: np.ndarray) -> Iterator[dict[str, Any]]:
     axes = triads_of_series(dataset, numbers)
-    widths = film.camera(np.array([film.MARGIN * each.lengths.max() for each in axes]))
-    for found, width in zip(axes, widths, strict=True):
-        yield _frame(found, width)
+    widths = film.camera(np.array([film.MARGIN * triad.lengths.max() for triad in axes]))
+    for triad, width in zip(axes, widths, strict=True):
+        yield _frame(triad, width)
 
 
-def _frame(found: Triad, width: float) -> dict[str, Any]:
+def _frame(triad: Triad, width: float) -> dict[str, Any]:
     return {
         "width": float(width),
-        "axes": found.axes.round(6).tolist(),
-        "lengths": [float(f"{length:.6g}") for length in found.lengths],
-        "defined": np.broadcast_to(found.defined, 3).tolist(),
+        "axes": triad.axes.round(6).tolist(),
+        "lengths": [float(f"{length:.6g}") for length in triad.lengths],
+        "defined": np.broadcast_to(triad.defined, 3).tolist(),
     }
 
 
@@ -111,9 +111,9 @@ def _captions(dataset: xr.Dataset, snapshots: xr.Dataset | None, numbers: np.nda
     columns = []
     for name, series, values in shown:
         factor, unit = style.scale_of(style.unit_of(series), series.values)
-        found = np.interp(times, time, series.values) if values is None else values
-        columns.append([raised(f"{name} {value / factor:.4g} {unit}".removesuffix(" 1")) for value in found])
-    return ("\n".join(each) for each in zip(*columns, strict=True))
+        sampled = np.interp(times, time, series.values) if values is None else values
+        columns.append([raised(f"{name} {value / factor:.4g} {unit}".removesuffix(" 1")) for value in sampled])
+    return ("\n".join(lines) for lines in zip(*columns, strict=True))
 
 
 def _legend(snapshots: xr.Dataset | None, colours: list[str]) -> str:

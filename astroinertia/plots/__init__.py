@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`, which the figures use
 from astroinertia.plots.attitude import attitude_figure, has_attitude
-from astroinertia.plots.axis_scales import angular_momentum_scale, known, wave_scale
+from astroinertia.plots.axis_scales import angular_momentum_scale, has_values, wave_scale
 from astroinertia.plots.density import density_figure, projection_figure
 from astroinertia.plots.energy import energy_figure
 from astroinertia.plots.error_bars import error_bars_figure, has_error_bars
@@ -84,8 +84,8 @@ def _has_something(dataset: xr.Dataset, name: str) -> bool:
         return has_error_bars(dataset)
     if name == "spin" and not angular_momentum_scale(dataset)[1]:
         return False
-    if name == "waves" and known(dataset, "gw_strain_plus"):
+    if name == "waves" and has_values(dataset, "gw_strain_plus"):
         largest = max(float(abs(dataset[f"gw_strain_{kind}"]).max()) for kind in ("plus", "cross"))
         return largest > max(FAINTEST_WAVE, ROUND_OFF * wave_scale(dataset))
     needed = _NEEDED.get(name)
-    return needed is None or known(dataset, needed)
+    return needed is None or has_values(dataset, needed)

@@ -94,17 +94,17 @@ def attitude_figure(dataset: xr.Dataset) -> Figure:
     >>> print(bool(rates.min() < 0 < rates.max()))
     True
     """
-    found = motion(dataset)
+    rotation = motion(dataset)
     with style.styled():
         figure = style.begin(dataset, "attitude", (12.6, 9.0))
-        if not found.rates.any():
+        if not rotation.rates.any():
             style.note(figure.subplots(), "the body does not turn")
             return figure
         grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0], height_ratios=[1.25, 1.0])
         rates, angles = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
-        _rates(rates, dataset, found)
-        _angles(angles, dataset, found)
-        _polhode(figure.add_subplot(grid[0, 1]), dataset, found)
+        _rates(rates, dataset, rotation)
+        _angles(angles, dataset, rotation)
+        _polhode(figure.add_subplot(grid[0, 1]), dataset, rotation)
         errors = figure.add_subplot(grid[1, 1])
         _errors(errors, dataset)
         for axes in (rates, angles, errors):
@@ -112,12 +112,12 @@ def attitude_figure(dataset: xr.Dataset) -> Figure:
         return figure
 
 
-def _sparse(found: Motion) -> bool:
+def _sparse(rotation: Motion) -> bool:
     """Whether outputs are too far apart to be joined by lines."""
-    size = np.linalg.norm(found.rates, axis=1)
+    size = np.linalg.norm(rotation.rates, axis=1)
     if len(size) < 2 or not (size > 0).all():
         return False
-    unit = found.rates / size[:, None]
+    unit = rotation.rates / size[:, None]
     return bool(np.quantile(np.linalg.norm(np.diff(unit, axis=0), axis=1), 0.9) > SPARSE)
 
 
@@ -131,19 +131,19 @@ def _names(moments: np.ndarray) -> list[str]:
     return [f"{name} moment" for name in names]
 
 
-def _rates(axes, dataset: xr.Dataset, found: Motion) -> None:
+def _rates(axes, dataset: xr.Dataset, rotation: Motion) -> None:
     times, _, _ = style.shown_times(dataset)
     unit = style.unit_of(dataset["angular_velocity"])
-    scale, unit = style.scale_of(unit, found.rates)
-    dots, names = _sparse(found), _names(found.moments)
-    size = abs(found.rates).max(axis=0)
+    scale, unit = style.scale_of(unit, rotation.rates)
+    dots, names = _sparse(rotation), _names(rotation.moments)
+    size = abs(rotation.rates).max(axis=0)
     others = np.delete(np.arange(3), np.argmax(size))
     if 0.0 < size[others].max() < SLIGHT_WOBBLE * size.max():
-        _pole(axes, times, found, int(np.argmax(size)), others, names)
+        _pole(axes, times, rotation, int(np.argmax(size)), others, names)
         return
     for k in (1, 0, 2):
         how = {"marker": ".", "markersize": 2.5, "linestyle": ""} if dots else {"linewidth": 1.4}
-        axes.plot(times, found.rates[:, k] / scale, color=AXES[k], label=f"axis {k + 1}, {names[k]}", **how)
+        axes.plot(times, rotation.rates[:, k] / scale, color=AXES[k], label=f"axis {k + 1}, {names[k]}", **how)
     axes.axhline(0, color=style.GREY, linewidth=0.8)
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.16 * (high - low))
@@ -154,9 +154,9 @@ def _rates(axes, dataset: xr.Dataset, found: Motion) -> None:
     axes.legend([handles[k] for k in order], [texts[k] for k in order], ncols=3, loc="upper left", columnspacing=1.2)
 
 
-def _pole(axes, times: np.ndarray, found: Motion, main: int, others: np.ndarray, names: list[str]) -> None:
+def _pole(axes, times: np.ndarray, rotation: Motion, main: int, others: np.ndarray, names: list[str]) -> None:
     """A wobble too small to be seen beside the rotation: where the pole of rotation stands in the body."""
-    angles = np.degrees(found.rates[:, others] / found.rates[:, main, None])
+    angles = np.degrees(rotation.rates[:, others] / rotation.rates[:, main, None])
     unit, name = (1.0 / 3600.0, "arcsec") if abs(angles).max() > 1.0 / 3600.0 else (_MAS, "mas")
     for k, angle in zip(others, angles.T, strict=True):
         axes.plot(times, angle / unit, color=AXES[k], linewidth=1.4, label=f"axis {k + 1}, {names[k]}")
@@ -183,22 +183,22 @@ def nutation_and_precession(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray
 
     The precession is continuous; both in radians.
     """
-    found = motion(dataset)
+    rotation = motion(dataset)
     direction, name = reference_direction(dataset)
-    momentum = found.rates * found.moments
+    momentum = rotation.rates * rotation.moments
     figure = int(np.argmax(np.sum(momentum**2, axis=0)))
     order = [(figure + 1) % 3, (figure + 2) % 3, figure]
     helper = np.eye(3)[np.argmin(abs(direction))]
     across = np.cross(direction, helper) / np.linalg.norm(np.cross(direction, helper))
     basis = np.stack([across, np.cross(direction, across), direction])
-    angles = euler_angles(found.axes[:, order] @ basis.T)
+    angles = euler_angles(rotation.axes[:, order] @ basis.T)
     return angles[:, 1], np.unwrap(angles[:, 0]), figure, name
 
 
-def _angles(axes, dataset: xr.Dataset, found: Motion) -> None:
+def _angles(axes, dataset: xr.Dataset, rotation: Motion) -> None:
     times, _, _ = style.shown_times(dataset)
     nutation, precession, figure, name = nutation_and_precession(dataset)
-    across = np.sqrt(np.sum(found.rates**2, axis=1) - found.rates[:, figure] ** 2)
+    across = np.sqrt(np.sum(rotation.rates**2, axis=1) - rotation.rates[:, figure] ** 2)
     moved = float(np.median(across)) * float(np.max(np.diff(dataset["time"].values), initial=0.0))  # rad an output
     angle, unit, text = np.degrees(nutation), "deg", "nutation"
     if _STILL < np.ptp(angle) < _SLIGHT:
@@ -224,8 +224,8 @@ def _angles(axes, dataset: xr.Dataset, found: Motion) -> None:
     around.spines["right"].set_visible(True)
 
 
-def _polhode(panel, dataset: xr.Dataset, found: Motion) -> None:
-    moments = np.maximum(found.moments, LEAST_MOMENT * found.moments[2])
+def _polhode(panel, dataset: xr.Dataset, rotation: Motion) -> None:
+    moments = np.maximum(rotation.moments, LEAST_MOMENT * rotation.moments[2])
     gaps = _gaps(moments)
     defined = np.array([gaps[0], gaps.all(), gaps[1]])
     view, frame = view_of(np.eye(3)), np.eye(3)
@@ -237,22 +237,22 @@ def _polhode(panel, dataset: xr.Dataset, found: Motion) -> None:
             draw_curves(panel, polhode(moments, share, around), moments, frame, view, reach, style.GREY, 0.7)
     if gaps.all():
         draw_curves(panel, polhode(moments, 1.0, 2), moments, frame, view, reach, style.INK, 1.3)
-    _track(panel, dataset, found, moments, view, reach)
+    _track(panel, dataset, rotation, moments, view, reach)
     draw_axes(panel, lengths / reach, frame, defined, view)
     panel.set_title("Polhode: the tip of $\\omega$ on the inertia ellipsoid")
     text = "dots: start (white), end (black)\n" + ("black line: separatrix" if gaps.all() else "equal moments: circles")
     panel.text(0.03, 0.03, text, transform=panel.transAxes, fontsize=9, color=style.GREY)
 
 
-def _track(panel, dataset: xr.Dataset, found: Motion, moments: np.ndarray, view: np.ndarray, reach: float) -> None:
+def _track(panel, dataset: xr.Dataset, rotation: Motion, moments: np.ndarray, view: np.ndarray, reach: float) -> None:
     """The run's own path, coloured by time, faint behind the ellipsoid."""
-    sizes = np.sqrt(np.einsum("tk,k,tk->t", found.rates, moments, found.rates))
-    path = found.rates[sizes > 0] / sizes[sizes > 0, None]
+    sizes = np.sqrt(np.einsum("tk,k,tk->t", rotation.rates, moments, rotation.rates))
+    path = rotation.rates[sizes > 0] / sizes[sizes > 0, None]
     times, _, text = style.shown_times(dataset)
     times = times[sizes > 0]
     u, v = view[:2] @ path.T / reach
     front = (path * moments) @ view[2] > 0
-    if _sparse(found):
+    if _sparse(rotation):
         panel.scatter(u, v, s=np.where(front, 9, 3), c=times, cmap=style.TIME_MAP, linewidth=0, zorder=5)
     else:
         ends = np.stack([np.stack([u, v], axis=-1)[:-1], np.stack([u, v], axis=-1)[1:]], axis=1)
@@ -277,8 +277,8 @@ def _track(panel, dataset: xr.Dataset, found: Motion, moments: np.ndarray, view:
 def _errors(axes, dataset: xr.Dataset) -> None:
     times, _, _ = style.shown_times(dataset)
     momentum = dataset["angular_momentum"].transpose("time", "i").values
-    given = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
-    owned = np.where(np.isfinite(given), given, 0.0).sum(axis=1)
+    impulse = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
+    owned = np.where(np.isfinite(impulse), impulse, 0.0).sum(axis=1)
     turned = abs(dataset["torque"].fillna(0.0).sum("effect")).max() * np.ptp(dataset["time"].values)
     size = angular_momentum_scale(dataset)[0]
     energy = dataset["integration_energy_error"].values
@@ -288,7 +288,7 @@ def _errors(axes, dataset: xr.Dataset) -> None:
     unowned = np.linalg.norm(momentum - momentum[0] - owned, axis=1) / size
     lines = [
         # where torques act and the model does not sum what they give, nothing can be said of the angular momentum
-        (unowned if free or np.isfinite(given).any() else np.zeros_like(unowned), "angular momentum", style.BLUE),
+        (unowned if free or np.isfinite(impulse).any() else np.zeros_like(unowned), "angular momentum", style.BLUE),
         (abs(energy) / energy_scale(dataset), "energy", style.VERMILLION),
         (dataset["ledger_closure"].values, "closure of the inertia ledger", style.GREEN),
     ]

@@ -9,7 +9,7 @@ from astroinertia.units import SPEED_OF_LIGHT
 ENERGIES = ("kinetic_energy", "internal_energy", "gravitational_energy")
 
 
-def known(dataset: xr.Dataset, *names: str) -> bool:
+def has_values(dataset: xr.Dataset, *names: str) -> bool:
     """Whether the dataset has a number for one of these quantities, at any time."""
     return any(bool(dataset[name].notnull().any()) for name in names)
 
@@ -27,7 +27,7 @@ def known_effects(dataset: xr.Dataset, quantity: str) -> list[str]:
 
 def energy_scale(dataset: xr.Dataset) -> float:
     """The largest energy of any kind at any time; NaN if none is known."""
-    sizes = [np.nanmax(abs(dataset[name].values)) for name in ENERGIES if known(dataset, name)]
+    sizes = [np.nanmax(abs(dataset[name].values)) for name in ENERGIES if has_values(dataset, name)]
     return float(max(sizes)) if sizes else np.nan
 
 
@@ -48,5 +48,5 @@ def angular_momentum_scale(dataset: xr.Dataset) -> tuple[float, bool]:
         for name in ("second_moment", "kinetic_tensor")
     )
     largest = float(np.max(np.sqrt(second * kinetic), where=np.isfinite(second * kinetic), initial=0.0)) * 2.0
-    found = float(np.max(momentum, where=np.isfinite(momentum), initial=0.0))
-    return (found, True) if found > SPINLESS * largest else (largest or 1.0, False)
+    largest_momentum = float(np.max(momentum, where=np.isfinite(momentum), initial=0.0))
+    return (largest_momentum, True) if largest_momentum > SPINLESS * largest else (largest or 1.0, False)

@@ -20,9 +20,9 @@ def error_of(dataset: xr.Dataset, name: str, scale: float = 1.0, **labels: Any) 
     """
     if f"{name}_error" not in dataset:
         return None
-    found = dataset[f"{name}_error"].sel(labels).transpose("time", ...).values / scale
-    found = np.linalg.norm(found, axis=1) if found.ndim == 2 else found
-    return found if np.isfinite(found).any() else None
+    bar = dataset[f"{name}_error"].sel(labels).transpose("time", ...).values / scale
+    bar = np.linalg.norm(bar, axis=1) if bar.ndim == 2 else bar
+    return bar if np.isfinite(bar).any() else None
 
 
 def shade(axes: Any, times: np.ndarray, bands: Sequence[Band]) -> None:

@@ -106,19 +106,19 @@ def moments_to_show(snapshots: xr.Dataset) -> list[tuple[int, str]]:
 
 
 def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, sliced: bool) -> None:
-    found = matter(snapshot, densest=True)
-    half_width = reach(found)
+    particles = matter(snapshot, densest=True)
+    half_width = reach(particles)
     length_scale, length_unit = style.scale_of(style.unit_of(snapshot["position"]), half_width)
     render = density_slice if sliced else column_density
-    images = [render(found.position, found.mass, found.size, plane, half_width, PIXELS) for plane in PLANES]
-    norm, frame = scale_of_colours(images), triads([found])[0]
+    images = [render(particles.position, particles.mass, particles.size, plane, half_width, PIXELS) for plane in PLANES]
+    norm, frame = scale_of_colours(images), triads([particles])[0]
     for axes, image, plane in zip(panels, images, PLANES, strict=True):
         draw_density(axes, image, norm, half_width / length_scale)
         frame_view(axes, plane, length_unit)
         if not sliced:
             draw_triad(axes, frame, plane, length_scale, half_width)
     if sliced:
-        _arrows(panels, found, half_width, length_scale)
+        _arrows(panels, particles, half_width, length_scale)
     panels[0].set_title(title + _moment(snapshot["snapshot_time"]))
     bar = figure.colorbar(
         ScalarMappable(norm, style.DENSITY_MAP), ax=list(panels), location="bottom", shrink=0.9, aspect=26, pad=0.015
@@ -136,9 +136,10 @@ def _moment(time: xr.DataArray) -> str:
     return f", {float(time) / factor:.4g} {style.pretty(unit)}" if unit != "1" else f", time {float(time):.4g}"
 
 
-def _arrows(panels, found: Matter, half_width: float, length_scale: float) -> None:
+def _arrows(panels, particles: Matter, half_width: float, length_scale: float) -> None:
     flows = [
-        flow(found.position, found.velocity, found.mass, found.size, plane, half_width, ARROWS) for plane in PLANES
+        flow(particles.position, particles.velocity, particles.mass, particles.size, plane, half_width, ARROWS)
+        for plane in PLANES
     ]
     fastest = max(float(np.max(np.hypot(across, up), where=np.isfinite(up), initial=0.0)) for _, across, up in flows)
     if fastest == 0.0:

@@ -5,7 +5,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
-from astroinertia.plots.axis_scales import energy_scale, known, known_effects, moved
+from astroinertia.plots.axis_scales import energy_scale, has_values, known_effects, moved
 from astroinertia.plots.bands import Band, error_of, shade
 
 _KINDS = (
@@ -34,7 +34,7 @@ def energy_figure(dataset: xr.Dataset) -> Figure:
 
 def _energies(axes, dataset: xr.Dataset) -> None:
     times, factor, _ = style.shown_times(dataset)
-    present = [kind for kind in _KINDS if known(dataset, kind[0])]
+    present = [kind for kind in _KINDS if has_values(dataset, kind[0])]
     scale, unit = style.scale_of(style.unit_of(dataset["total_energy"]), *(dataset[kind[0]].values for kind in present))
     bands: list[Band] = []
     for name, text, colour, dashes in present:
@@ -46,7 +46,7 @@ def _energies(axes, dataset: xr.Dataset) -> None:
         axes.plot(times, dataset[name] / scale, color=colour, linestyle=dashes, label=text)
         bands.append((dataset[name].values / scale, error_of(dataset, name, scale), colour))
     others = dataset["potential_energy"] - dataset["gravitational_energy"].fillna(0.0)
-    if known(dataset, "potential_energy") and float(abs(others).max()) > 1e-6 * scale:
+    if has_values(dataset, "potential_energy") and float(abs(others).max()) > 1e-6 * scale:
         axes.plot(times, others / scale, color=style.SKY, label="other potentials")
     axes.plot(times, dataset["total_energy"] / scale, color=style.INK, linewidth=2.2, label="total")
     bands.append((dataset["total_energy"].values / scale, error_of(dataset, "total_energy", scale), style.INK))

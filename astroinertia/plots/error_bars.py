@@ -31,16 +31,16 @@ def has_error_bars(dataset: xr.Dataset) -> bool:
 
 def known_bars(dataset: xr.Dataset) -> dict[str, np.ndarray]:
     """Error bars (T,) over the size of what they belong to, of vectors and tensors over all components."""
-    found = {}
+    bars = {}
     for name in _SHOWN:
         if f"{name}{_SUFFIX}" not in dataset or not np.isfinite(dataset[f"{name}{_SUFFIX}"]).any():
             continue
         sizes = []
-        for each in (f"{name}{_SUFFIX}", name):
-            values = dataset[each].transpose("time", ...).values
+        for variable in (f"{name}{_SUFFIX}", name):
+            values = dataset[variable].transpose("time", ...).values
             sizes.append(np.linalg.norm(values.reshape(len(values), -1), axis=1))
-        found[name] = np.divide(*sizes, out=np.full(len(sizes[0]), np.nan), where=sizes[1] > 0.0)
-    return found
+        bars[name] = np.divide(*sizes, out=np.full(len(sizes[0]), np.nan), where=sizes[1] > 0.0)
+    return bars
 
 
 def error_bars_figure(dataset: xr.Dataset) -> Figure:

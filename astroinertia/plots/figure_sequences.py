@@ -175,13 +175,13 @@ def _growth(panel, points: int) -> None:
     )
     share = np.sin(np.linspace(0, np.pi / 2, points + 2)[1:-1]) ** 2  # crowded at both ends, where rates change
     slow = first + (second - first) * share
-    bodies = [maclaurin.from_energy_ratio(float(each)) for each in slow]
+    bodies = [maclaurin.from_energy_ratio(float(ratio)) for ratio in slow]
     unit = math.sqrt(math.pi * bodies[0].density)
     light = 1 / math.sqrt(COMPACTNESS)
     viscous = [_fastest(viscous_modes(body, VISCOSITY * unit)) / unit for body in bodies]
     radiative = [_fastest(radiative_modes(body, light)) / unit for body in bodies]
     fast = second + (0.42 - second) * np.linspace(0, 1, points) ** 2
-    dynamical = [spectrum(maclaurin.from_energy_ratio(float(each))).growth_rate / unit for each in fast[1:]]
+    dynamical = [spectrum(maclaurin.from_energy_ratio(float(ratio))).growth_rate / unit for ratio in fast[1:]]
     panel.plot(slow, viscous, color=style.SKY, label=rf"viscosity, $\nu = {VISCOSITY:g}\,R^2\sqrt{{\pi G\rho}}$")
     panel.plot(slow, radiative, color=style.GREEN, label=f"gravitational radiation, $GM/Rc^2 = {COMPACTNESS:g}$")
     panel.plot(fast[1:], dynamical, color=style.VERMILLION, label="without friction")

@@ -12,7 +12,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
-from astroinertia.plots.axis_scales import angular_momentum_scale, known
+from astroinertia.plots.axis_scales import angular_momentum_scale, has_values
 from astroinertia.plots.density import column_unit, draw_density, frame_view, name_view, scale_of_colours
 from astroinertia.plots.ellipsoid import BODY_COLOUR, lit_ellipsoid
 from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, draw_triad, matter, reach, triads, triads_of_series
@@ -122,20 +122,20 @@ def _fluid(snapshots: xr.Dataset, numbers: np.ndarray) -> _Subject:
     return _Subject(times, extents, style.unit_of(snapshots["position"]), paint, (norm, label))
 
 
-def _column(found: Matter, plane: tuple[int, int], width: float) -> np.ndarray:
-    return column_density(found.position, found.mass, found.size, plane, width, _PIXELS)
+def _column(particles: Matter, plane: tuple[int, int], width: float) -> np.ndarray:
+    return column_density(particles.position, particles.mass, particles.size, plane, width, _PIXELS)
 
 
 def _ellipsoid(dataset: xr.Dataset, numbers: np.ndarray) -> _Subject:
     axes = triads_of_series(dataset, numbers)
-    extents = np.array([MARGIN * each.lengths.max() for each in axes])
+    extents = np.array([MARGIN * triad.lengths.max() for triad in axes])
 
     def paint(panel, k, plane, width, length) -> None:
-        found = axes[k]
-        thick = np.maximum(found.lengths, LEAST_THICKNESS * found.lengths.max())
-        image, half = lit_ellipsoid(thick / length, found.axes, _EYE[plane], BODY_COLOUR, _PIXELS)
+        triad = axes[k]
+        thick = np.maximum(triad.lengths, LEAST_THICKNESS * triad.lengths.max())
+        image, half = lit_ellipsoid(thick / length, triad.axes, _EYE[plane], BODY_COLOUR, _PIXELS)
         panel.imshow(image, extent=(-half, half, -half, half), origin="lower", interpolation="bilinear", zorder=2)
-        draw_triad(panel, found, plane, length, width)
+        draw_triad(panel, triad, plane, length, width)
 
     note = "drawn as the homogeneous ellipsoid that has its inertia tensor"
     return _Subject(dataset["time"].values[numbers], extents, style.unit_of(dataset["mean_radius"]), paint, note=note)
@@ -170,13 +170,13 @@ def _pages(figure: Figure, dataset: xr.Dataset, subject: _Subject, unit: str) ->
 
 def _strips(figure: Figure, dataset: xr.Dataset) -> list[Callable[[float], None]]:
     """Draw the series below the pictures; what draws the mark on each at a time in the unit of the axis."""
-    found = [(dataset.inertia.about_axis("z"), "$I_{zz}$", style.BLUE)]
+    series = [(dataset.inertia.about_axis("z"), "$I_{zz}$", style.BLUE)]
     if angular_momentum_scale(dataset)[1]:
-        found.append((dataset.inertia.spin_rate(), "mean spin", style.VERMILLION))
-    elif known(dataset, "density_max"):
-        found.append((dataset["density_max"], "greatest density", style.VERMILLION))
-    grid = figure.add_gridspec(1, len(found), left=0.09, right=0.98, top=0.26, bottom=0.085, wspace=0.28)
-    return [_strip(figure.add_subplot(grid[0, column]), dataset, *each) for column, each in enumerate(found)]
+        series.append((dataset.inertia.spin_rate(), "mean spin", style.VERMILLION))
+    elif has_values(dataset, "density_max"):
+        series.append((dataset["density_max"], "greatest density", style.VERMILLION))
+    grid = figure.add_gridspec(1, len(series), left=0.09, right=0.98, top=0.26, bottom=0.085, wspace=0.28)
+    return [_strip(figure.add_subplot(grid[0, column]), dataset, *curve) for column, curve in enumerate(series)]
 
 
 def _strip(axes, dataset: xr.Dataset, series: xr.DataArray, name: str, colour: str) -> Callable[[float], None]:

@@ -85,8 +85,8 @@ def compared(datasets: Sequence[xr.Dataset], names: Sequence[str] = (), finest: 
     distinguished, a quantity that no two runs have, or runs of which some have units and some have not.
 
     >>> runs = [ds, ds.assign(inertia_tensor=1.01 * ds.inertia_tensor)]
-    >>> (found,) = compared(runs, ["inertia_tensor"], finest=0)
-    >>> print(f"{found.lines[1].difference.max() / found.size:.4f}")
+    >>> (quantity,) = compared(runs, ["inertia_tensor"], finest=0)
+    >>> print(f"{quantity.lines[1].difference.max() / quantity.size:.4f}")
     0.0100
     """
     if not 2 <= len(datasets) <= MOST_RUNS:
@@ -95,17 +95,17 @@ def compared(datasets: Sequence[xr.Dataset], names: Sequence[str] = (), finest: 
         raise ValueError("runs in SI and runs without dimension cannot be compared")
     if finest is None:
         finest = max(range(len(datasets)), key=lambda number: fineness(datasets[number]))
-    found = [_compared(datasets, name, finest) for name in names or USUAL]
-    missing = [name for name, one in zip(names, found, strict=False) if one is None]
+    comparisons = [_compared(datasets, name, finest) for name in names or USUAL]
+    missing = [name for name, one in zip(names, comparisons, strict=False) if one is None]
     if missing:
         raise ValueError(f"no two of the runs have the quantity '{missing[0]}', or the one compared with lacks it")
-    kept = [one for one in found if one is not None]
+    kept = [one for one in comparisons if one is not None]
     if not kept:
         raise ValueError("the runs have no quantity in common that changes or is not zero")
     return kept
 
 
-def ladder_figure(datasets: Sequence[xr.Dataset], found: Sequence[Compared], finest: int) -> Figure:
+def ladder_figure(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared], finest: int) -> Figure:
     """Each quantity of all runs in one panel, and beside it how far they are from the finest.
 
     >>> runs = [ds, ds.assign(inertia_tensor=1.01 * ds.inertia_tensor)]
@@ -115,18 +115,18 @@ def ladder_figure(datasets: Sequence[xr.Dataset], found: Sequence[Compared], fin
     """
     names = labels(datasets)
     with style.styled():
-        figure = style.begin(datasets[finest], "runs beside each other", (12.0, 1.4 + 2.15 * len(found)))
-        grid = figure.subplots(len(found), 2, width_ratios=[1.35, 1.0], squeeze=False)
+        figure = style.begin(datasets[finest], "runs beside each other", (12.0, 1.4 + 2.15 * len(quantities)))
+        grid = figure.subplots(len(quantities), 2, width_ratios=[1.35, 1.0], squeeze=False)
         factor, unit = style.scale_of(
-            style.unit_of(datasets[0]["time"]), np.concatenate([each["time"].values for each in datasets])
+            style.unit_of(datasets[0]["time"]), np.concatenate([dataset["time"].values for dataset in datasets])
         )
-        for (left, right), one in zip(grid, found, strict=True):
+        for (left, right), one in zip(grid, quantities, strict=True):
             _overlaid(left, one, names, factor)
             _differences(right, one, names, factor, finest)
             for axes in (left, right):
                 axes.set_xlim(0, max(line.times[-1] for line in one.lines.values()) / factor)
-                axes.tick_params(labelbottom=one is found[-1])
-                if one is found[-1]:
+                axes.tick_params(labelbottom=one is quantities[-1])
+                if one is quantities[-1]:
                     axes.set_xlabel(style.label("time", unit))
         grid[0, 1].set_title(f"Difference from: {names[finest]}")
         handles, texts = grid[0, 0].get_legend_handles_labels()
@@ -134,7 +134,7 @@ def ladder_figure(datasets: Sequence[xr.Dataset], found: Sequence[Compared], fin
         return figure
 
 
-def ladder_table(datasets: Sequence[xr.Dataset], found: Sequence[Compared], finest: int) -> str:
+def ladder_table(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared], finest: int) -> str:
     """The same in words: what each run costs, and start, extremes, end and differences of every quantity.
 
     >>> runs = [ds, ds.assign(inertia_tensor=1.01 * ds.inertia_tensor)]
@@ -152,7 +152,7 @@ def ladder_table(datasets: Sequence[xr.Dataset], found: Sequence[Compared], fine
         end = f"{float(dataset['time'][-1]) / factor:.4g} {unit}".removesuffix(" 1")
         lines.append(f"{name:{width}}{took:>{_COLUMN}}{outputs:>{_COLUMN}}{end:>{_COLUMN}}")
     heads = ("start", "least", "greatest", "end", "rms diff.", "largest diff.")
-    for one in found:
+    for one in quantities:
         factor, unit = style.scale_of(one.unit, *(line.values for line in one.lines.values()))
         title = one.long_name if unit == "1" else f"{one.long_name} ({unit})"
         lines += ["", title, f"{'':{width}}" + "".join(f"{head:>{_COLUMN}}" for head in heads)]
@@ -173,7 +173,7 @@ def _difference_cells(one: Compared, line: Line, itself: bool) -> str:
 
 
 def _compared(datasets: Sequence[xr.Dataset], name: str, finest: int) -> Compared | None:
-    series = {number: one for number, each in enumerate(datasets) if (one := _series(each, name)) is not None}
+    series = {number: one for number, dataset in enumerate(datasets) if (one := _series(dataset, name)) is not None}
     if len(series) < 2 or finest not in series:
         return None
     reference, size = series[finest], float(abs(series[finest]).max())
@@ -191,18 +191,18 @@ def _series(dataset: xr.Dataset, name: str) -> xr.DataArray | None:
     if name in _DERIVED:
         if not angular_momentum_scale(dataset)[1]:
             return None
-        found = dataset.inertia.about_axis("spin") if name == "moment_of_inertia" else dataset.inertia.spin_rate()
+        series = dataset.inertia.about_axis("spin") if name == "moment_of_inertia" else dataset.inertia.spin_rate()
         text = "moment of inertia about the spin axis" if name == "moment_of_inertia" else "mean spin"
-        found = found.assign_attrs(long_name=text)
+        series = series.assign_attrs(long_name=text)
     elif name in dataset and "time" in dataset[name].dims and dataset[name].dtype.kind == "f":
         variable = dataset[name]
         others = [dim for dim in variable.dims if dim != "time"]
         size = (variable**2).sum(others, skipna=True, min_count=1) ** 0.5 if others else variable
         text = f"size of: {variable.attrs['long_name']}" if others else str(variable.attrs["long_name"])
-        found = size.assign_attrs(units=style.unit_of(variable), long_name=_short(text))
+        series = size.assign_attrs(units=style.unit_of(variable), long_name=_short(text))
     else:
         return None
-    return found if int(found.notnull().sum()) > 1 else None
+    return series if int(series.notnull().sum()) > 1 else None
 
 
 def _short(long_name: str) -> str:
@@ -211,10 +211,10 @@ def _short(long_name: str) -> str:
 
 def _at(reference: xr.DataArray, times: np.ndarray) -> np.ndarray:
     """The reference at other times, by a cubic spline; NaN beyond its own."""
-    known = reference.dropna("time")
-    if known.sizes["time"] < 4:
-        return np.interp(times, known["time"].values, known.values, left=np.nan, right=np.nan)
-    return CubicSpline(known["time"].values, known.values)(times, extrapolate=False)
+    finite = reference.dropna("time")
+    if finite.sizes["time"] < 4:
+        return np.interp(times, finite["time"].values, finite.values, left=np.nan, right=np.nan)
+    return CubicSpline(finite["time"].values, finite.values)(times, extrapolate=False)
 
 
 def _overlaid(axes, one: Compared, names: list[str], factor: float) -> None:

@@ -17,8 +17,8 @@ def ledger_figure(dataset: xr.Dataset) -> Figure:
     True
     """
     with style.styled():
-        given = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
-        turned = bool((abs(given) > 0).any())
+        impulse = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
+        turned = bool((abs(impulse) > 0).any())
         figure = style.begin(dataset, "the ledger of effects", (9.0, 9.2 if turned else 6.8))
         panels = list(figure.subplots(2 + turned, 1, height_ratios=[1.7, 1.5, 1.3][: 2 + turned]))
         top = panels[0]
@@ -26,7 +26,7 @@ def ledger_figure(dataset: xr.Dataset) -> Figure:
         _absolute(top, dataset, shares)
         _relative(panels[1], dataset, shares)
         if turned:
-            _angular_momentum(panels[2], dataset, given)
+            _angular_momentum(panels[2], dataset, impulse)
         for axes in panels:
             style.time_axis(axes, dataset, last=axes is panels[-1])
         names = _present(shares)
@@ -90,12 +90,12 @@ def _relative(axes, dataset: xr.Dataset, shares: xr.DataArray) -> None:
     style.mark_compression(axes, dataset, factor)
 
 
-def _angular_momentum(axes, dataset: xr.Dataset, given: np.ndarray) -> None:
+def _angular_momentum(axes, dataset: xr.Dataset, impulse: np.ndarray) -> None:
     times, factor, _ = style.shown_times(dataset)
     axes.set_title("Angular momentum that each effect has given since the start")
     size, turning = angular_momentum_scale(dataset)
     names = [str(name) for name in dataset["effect"].values]
-    sizes = np.linalg.norm(given, axis=-1) / size
+    sizes = np.linalg.norm(impulse, axis=-1) / size
     for index, name in enumerate(names):
         values = np.where(sizes[:, index] > 0, sizes[:, index], np.nan)
         axes.semilogy(times, values, color=_colour(name, names), linewidth=1.4)

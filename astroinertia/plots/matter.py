@@ -53,29 +53,29 @@ def matter(snapshot: xr.Dataset, densest: bool = False) -> Matter:
     )
 
 
-def reach(found: Matter) -> float:
+def reach(particles: Matter) -> float:
     """Half the width of a picture that shows nearly all of the mass and a margin."""
-    radius = np.linalg.norm(found.position, axis=1)
+    radius = np.linalg.norm(particles.position, axis=1)
     order = np.argsort(radius)
-    inside = np.searchsorted(np.cumsum(found.mass[order]), SHARE_SHOWN * found.mass.sum())
+    inside = np.searchsorted(np.cumsum(particles.mass[order]), SHARE_SHOWN * particles.mass.sum())
     return float(min(1.3 * radius[order[min(inside, len(order) - 1)]], 1.25 * radius.max()))
 
 
-def triads(found: Iterable[Matter]) -> list[Triad]:
+def triads(states: Iterable[Matter]) -> list[Triad]:
     """Principal axes of particles at several times, each continuous in number and sign.
 
     They are as long as the semi-axes of the homogeneous ellipsoid with the particles' tensor.
     """
     rows = [
-        (tensor.inertia_tensor(each.mass, each.position), each.mass.sum(),
-         tensor.centre_of_mass(each.mass, each.position))
-        for each in found
+        (tensor.inertia_tensor(particles.mass, particles.position), particles.mass.sum(),
+         tensor.centre_of_mass(particles.mass, particles.position))
+        for particles in states
     ]  # fmt: skip
     inertia, mass, centres = (np.array(values) for values in zip(*rows, strict=True))
     moments, axes = principal.tracked_frame(inertia, PARTICLE_GAP_TOLERANCE)
     lengths = tensor.equivalent_semi_axes(mass, moments)
     defined = ~principal.undefined_axes(moments, PARTICLE_GAP_TOLERANCE)
-    return [Triad(*each) for each in zip(centres, axes, lengths, defined, strict=True)]
+    return [Triad(*fields) for fields in zip(centres, axes, lengths, defined, strict=True)]
 
 
 def triads_of_series(dataset: xr.Dataset, chosen: np.ndarray) -> list[Triad]:
@@ -92,17 +92,17 @@ def triads_of_series(dataset: xr.Dataset, chosen: np.ndarray) -> list[Triad]:
     gap = dataset["principal_gap"]
     defined = fixed | (gap.transpose("time", "principal").values[chosen] > float(gap.attrs.get("tolerance", 0.0)))
     lengths = np.sqrt(np.maximum(squares, 0.0))
-    return [Triad(np.zeros(3), *each) for each in zip(axes, lengths, defined, strict=True)]
+    return [Triad(np.zeros(3), *triad) for triad in zip(axes, lengths, defined, strict=True)]
 
 
-def draw_triad(panel: Any, found: Triad, plane: tuple[int, int], scale: float, half_width: float) -> None:
+def draw_triad(panel: Any, triad: Triad, plane: tuple[int, int], scale: float, half_width: float) -> None:
     """Draw the axes from end to end as they are seen, numbered by moment; dashed and grey where one is undefined."""
-    middle = found.centre[list(plane)]
+    middle = triad.centre[list(plane)]
     outline = [withStroke(linewidth=3.4, foreground="#000000a0")]
     for k in range(3):
-        end = found.lengths[k] * found.axes[k][list(plane)]
-        colour = AXES[k] if found.defined[k] else UNDEFINED
-        dashes = "-" if found.defined[k] else (0, (3, 2))
+        end = triad.lengths[k] * triad.axes[k][list(plane)]
+        colour = AXES[k] if triad.defined[k] else UNDEFINED
+        dashes = "-" if triad.defined[k] else (0, (3, 2))
         ends = np.stack([middle - end, middle + end], axis=1) / scale
         panel.plot(*ends, color=colour, linewidth=1.7, linestyle=dashes, path_effects=outline, zorder=4)
         size = np.linalg.norm(end)

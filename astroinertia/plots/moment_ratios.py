@@ -40,13 +40,13 @@ def moment_ratio_figure(bodies: xr.Dataset, polytropes: xr.Dataset) -> Figure:
     >>> print("Mars" in "".join(text.get_text() for axes in figure.axes for text in axes.texts))
     True
     """
-    known = bodies.where(np.isfinite(bodies["central_condensation"]) & np.isfinite(bodies["moment_ratio"]), drop=True)
+    plotted = bodies.where(np.isfinite(bodies["central_condensation"]) & np.isfinite(bodies["moment_ratio"]), drop=True)
     with style.styled():
         figure = style.page("How centrally condensed are stars, planets and moons?", (12.4, 6.6))
         left, right = figure.subplots(1, 2, width_ratios=[1.0, 1.25])
         for panel in (left, right):
             _curve(panel, polytropes)
-            _points(panel, known)
+            _points(panel, plotted)
             panel.set_xlabel(r"central condensation $\rho_c/\bar\rho$")
         left.set_ylabel(r"moment ratio $I/(MR^2)$, mean moment and mean radius")
         left.set_xlim(0.93, 240)
@@ -67,13 +67,13 @@ def moment_ratio_figure(bodies: xr.Dataset, polytropes: xr.Dataset) -> Figure:
         right.text(
             0.958, 0.31, "denser outside than at the centre", fontsize=8.5, color=style.GREY, rotation=90, ha="center"
         )
-        for handles, place in ((_status_handles(known), "lower left"), (_marker_handles(known), "upper right")):
+        for handles, place in ((_status_handles(plotted), "lower left"), (_marker_handles(plotted), "upper right")):
             (left if place == "lower left" else right).legend(handles=handles, loc=place)
         canvas = FigureCanvasAgg(figure)
         canvas.draw()  # the layout is settled before labels are put beside points
-        inside = _inside(known, _NEAR)
-        _labels(canvas, left, known.isel(body=~inside), polytropes, _index_labels(left, polytropes))
-        _labels(canvas, right, known.isel(body=inside), polytropes, _index_labels(right, polytropes))
+        inside = _inside(plotted, _NEAR)
+        _labels(canvas, left, plotted.isel(body=~inside), polytropes, _index_labels(left, polytropes))
+        _labels(canvas, right, plotted.isel(body=inside), polytropes, _index_labels(right, polytropes))
         return figure
 
 
@@ -187,7 +187,7 @@ def _labels(canvas: FigureCanvasAgg, panel, bodies: xr.Dataset, polytropes: xr.D
             moved[:, axis] += share * error
             obstacles.append(panel.transData.transform(moved))
     spots = np.concatenate(obstacles)
-    boxes = [each.get_window_extent(renderer) for each in taken]
+    boxes = [artist.get_window_extent(renderer) for artist in taken]
     legend = panel.get_legend()
     if legend is not None:
         boxes.append(legend.get_window_extent(renderer))

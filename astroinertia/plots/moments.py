@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from astroinertia.plots import style
-from astroinertia.plots.axis_scales import known
+from astroinertia.plots.axis_scales import has_values
 from astroinertia.plots.bands import error_of, shade
 
 STEADY = 0.05  # a body whose moments change by less is shown by the change
@@ -20,7 +20,9 @@ def inertia_figure(dataset: xr.Dataset) -> Figure:
     ['moment of inertia', 'd$I$/d$t$', 'closure']
     """
     with style.styled():
-        below = [draw for draw, name in ((_rate, "inertia_rate"), (_closure, "ledger_closure")) if known(dataset, name)]
+        below = [
+            draw for draw, name in ((_rate, "inertia_rate"), (_closure, "ledger_closure")) if has_values(dataset, name)
+        ]
         figure = style.begin(dataset, "inertia tensor", (9.0, 4.4 + 2.1 * len(below)))
         panels = figure.subplots(1 + len(below), 1, height_ratios=[2.4, *[1.3] * len(below)], squeeze=False)[:, 0]
         for draw, axes in zip((_moments, *below), panels, strict=True):

@@ -79,15 +79,15 @@ def ffmpeg() -> str | None:
     >>> print(ffmpeg() is None or Path(str(ffmpeg())).is_file())
     True
     """
-    found = shutil.which("ffmpeg")
-    if found is None and find_spec("imageio_ffmpeg") is not None:
+    program = shutil.which("ffmpeg")
+    if program is None and find_spec("imageio_ffmpeg") is not None:
         import imageio_ffmpeg  # type: ignore[import-not-found]
 
         try:
             return imageio_ffmpeg.get_ffmpeg_exe()
         except RuntimeError:  # it has none for this machine
             return None
-    return found
+    return program
 
 
 def _counted(
@@ -101,7 +101,7 @@ def _counted(
 
 def _write_gif(pictures: Iterator[np.ndarray], rate: float, path: Path) -> None:
     # Each picture has a palette of its own: one for all would show bands in what is dark.
-    reduced = (Image.fromarray(each).quantize(_COLOURS) for each in pictures)
+    reduced = (Image.fromarray(picture).quantize(_COLOURS) for picture in pictures)
     first = next(reduced)
     duration = max(round(1000.0 / rate), SHORTEST)
     with path.open("wb") as stream:  # a stream of our own is closed whatever happens

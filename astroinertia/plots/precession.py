@@ -104,7 +104,7 @@ def section_figure(section, eccentricity: float, asphericity: float, resonances:
     with style.styled():
         figure = style.page("Spin at the pericentre, orbit after orbit", (8.2, 7.2))
         axes = figure.subplots()
-        angle, rate = (np.asarray(each).reshape(len(section.angle), -1) for each in section)
+        angle, rate = (np.asarray(values).reshape(len(section.angle), -1) for values in section)
         size = 1.2 if angle.size < 40000 else 0.35
         colours = [style.BLUE, style.VERMILLION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY]
         for k in range(angle.shape[1]):

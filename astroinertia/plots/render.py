@@ -32,7 +32,7 @@ def density_slice(
     centres, size, u, v, w = _seen(position, smoothing_length, plane, reach, pixels)
     near = abs(w) < KERNEL.support * size
     image = np.zeros((pixels, pixels))
-    u, v, w, size, mass = (np.ascontiguousarray(each[near]) for each in (u, v, w, size, mass))
+    u, v, w, size, mass = (np.ascontiguousarray(array[near]) for array in (u, v, w, size, mass))
     _add_slice(u, v, w, size, mass, KERNEL.support, centres, image)
     return image
 
@@ -53,7 +53,7 @@ def column_density(
     """
     centres, size, u, v, _ = _seen(position, smoothing_length, plane, reach, pixels)
     image = np.zeros((pixels, pixels))
-    u, v, size, mass = (np.ascontiguousarray(each) for each in (u, v, size, mass))
+    u, v, size, mass = (np.ascontiguousarray(array) for array in (u, v, size, mass))
     _add_columns(u, v, size, mass, _column_table(), KERNEL.support, centres, image)
     return image
 
@@ -153,7 +153,7 @@ def flow(
     depth = ({0, 1, 2} - set(plane)).pop()
     size = np.maximum(smoothing_length, 0.5 * width)
     near = np.flatnonzero(abs(position[:, depth]) < 2 * size)
-    found = np.full((2, cells, cells), np.nan)
+    in_plane = np.full((2, cells, cells), np.nan)
     for row, y in enumerate(centres):
         strip = near[abs(position[near, plane[1]] - y) < 2 * size[near]]
         for column, x in enumerate(centres):
@@ -167,5 +167,5 @@ def flow(
             root = np.sqrt(weight[inside])[:, None]
             basis = np.column_stack([np.ones(inside.sum()), offset[inside] * size[strip][inside, None] / width])
             fit = np.linalg.lstsq(root * basis, root * velocity[strip][inside][:, plane], rcond=1e-3)[0]
-            found[:, row, column] = fit[0]
-    return centres, found[0], found[1]
+            in_plane[:, row, column] = fit[0]
+    return centres, in_plane[0], in_plane[1]

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.plots import style
-from astroinertia.plots.axis_scales import angular_momentum_scale, known
+from astroinertia.plots.axis_scales import angular_momentum_scale, has_values
 from astroinertia.plots.bands import error_of, shade
 from astroinertia.rotation.break_up import DYNAMICAL, SECULAR
 
@@ -25,7 +25,7 @@ def spin_figure(dataset: xr.Dataset) -> Figure:
         drawn = [(_spin, 2.4)]
         if turning and _laws(dataset):
             drawn.append((_ratios, 1.3))
-        if turning and known(dataset, "rotational_to_gravitational"):
+        if turning and has_values(dataset, "rotational_to_gravitational"):
             drawn.append((_rotational_energy, 1.3))
         figure = style.begin(dataset, "spin and its scaling laws", (9.0, 1.2 + 1.48 * sum(size for _, size in drawn)))
         panels = figure.subplots(len(drawn), 1, height_ratios=[size for _, size in drawn], squeeze=False)[:, 0]
@@ -39,10 +39,10 @@ def spin_figure(dataset: xr.Dataset) -> Figure:
 
 
 def _laws(dataset: xr.Dataset) -> list[tuple]:
-    found = dataset.inertia
+    inertia = dataset.inertia
     laws = [
-        (found.spin_scaling("inertia").values, style.VERMILLION, (0, (5, 2)), r"$\omega_0\, I_0/I$"),
-        (found.spin_scaling("radius").values, style.GREEN, (0, (1.2, 1.6)), r"$\omega_0\,(R_0/R)^2$"),
+        (inertia.spin_scaling("inertia").values, style.VERMILLION, (0, (5, 2)), r"$\omega_0\, I_0/I$"),
+        (inertia.spin_scaling("radius").values, style.GREEN, (0, (1.2, 1.6)), r"$\omega_0\,(R_0/R)^2$"),
     ]
     return [law for law in laws if np.nan_to_num(law[0]).any()]  # none of a disc's radius, or of a body first at rest
 

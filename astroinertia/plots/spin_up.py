@@ -62,8 +62,8 @@ def _period_panel(axes: Any, dataset: xr.Dataset, first: int) -> None:
     line = np.geomspace(low, high * 100, 200)
     kepler = dataset["kepler_period"].values[:, 0] / (radius[:, 0]) ** 1.5
     axes.fill_between(line, least, kepler.min() * line**1.5, color=style.PALE, alpha=0.6, linewidth=0, zorder=0.5)
-    for each in kepler:
-        axes.plot(line, each * line**1.5, color=style.GREY, linewidth=0.8, linestyle=(0, (5, 3)), zorder=1)
+    for factor in kepler:
+        axes.plot(line, factor * line**1.5, color=style.GREY, linewidth=0.8, linestyle=(0, (5, 3)), zorder=1)
     for number in range(dataset.sizes["case"]):
         colour = _COLOURS[(first + number) % len(_COLOURS)]
         allowed = ~dataset["beyond_kepler"].values[number]

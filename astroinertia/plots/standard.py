@@ -35,16 +35,16 @@ def standard_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure | None
     last = snapshots.isel(snapshot_time=-1).load()
     time, position = float(last["snapshot_time"]), last["position"].transpose("particle", "i").values
     velocity = last["velocity"].transpose("particle", "i").values
-    found = Solution(last["density"].values, velocity, last["pressure"].values)
+    computed = Solution(last["density"].values, velocity, last["pressure"].values)
     exact, inside = chosen.exact(position, time, lengths, gamma), chosen.compared(position, time, lengths)
-    errors = l1_errors(found, exact, inside)
+    errors = l1_errors(computed, exact, inside)
     place = position - np.where(np.isfinite(lengths), lengths * np.round(position / lengths), 0.0)
     where = _coordinate(ALONG[problem], place)[inside]
     order = np.argsort(where)
     with style.styled():
         figure = style.begin(dataset, f"the exact flow at {time:.3g}", (11.0, 3.6))
         for panel, (name, error) in zip(figure.subplots(1, 3), errors.items(), strict=True):
-            dots, line = (_size(getattr(flow, name)[inside]) for flow in (found, exact))
+            dots, line = (_size(getattr(flow, name)[inside]) for flow in (computed, exact))
             panel.plot(where, dots, ".", markersize=1.5, alpha=0.5, rasterized=True, label="particles")
             panel.plot(where[order], line[order], "k-", linewidth=1.0, label="exact")
             panel.set(xlabel=LABELS[ALONG[problem]], title=f"{name}, L1 {error:.2g}")

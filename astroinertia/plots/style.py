@@ -132,8 +132,8 @@ def scale_of(unit: str, *values: Any) -> tuple[float, str]:
     largest = max(sizes, default=0.0)
     if largest == 0.0 or not np.isfinite(largest):
         return 1.0, unit
-    if (known := readable(unit, largest)) is not None:
-        return known
+    if (prefixed := readable(unit, largest)) is not None:
+        return prefixed
     if _SMALLEST_PLAIN <= largest < _LARGEST_PLAIN:
         return 1.0, unit
     exponent = int(np.floor(np.log10(largest)))
@@ -173,7 +173,7 @@ def effect_colour(name: str, names: list[str]) -> str:
     """The colour of an effect, the same in every figure."""
     if name in EFFECTS:
         return EFFECTS[name]
-    unknown = [each for each in names if each not in EFFECTS]
+    unknown = [effect for effect in names if effect not in EFFECTS]
     return SPARE[unknown.index(name) % len(SPARE)]
 
 
@@ -251,13 +251,13 @@ def picked_times(dataset: xr.Dataset, count: int) -> np.ndarray:
     size = np.log(np.maximum(np.nan_to_num(dataset["mean_radius"].values, nan=1.0), 1e-300))
     path = np.concatenate([[0.0], np.cumsum(abs(np.diff(size)))])
     share = np.linspace(0, 1, total) + (path / path[-1] if path[-1] > 0 else 0.0)
-    found = np.unique(np.searchsorted(share, np.linspace(0, share[-1], count) * (1 - 1e-12)))
+    picked = np.unique(np.searchsorted(share, np.linspace(0, share[-1], count) * (1 - 1e-12)))
     index = compression_time(dataset)
-    if index is not None and len(found) > 2:
-        inner = found[1:-1]
+    if index is not None and len(picked) > 2:
+        inner = picked[1:-1]
         inner[np.argmin(abs(share[inner] - share[index]))] = index
-        found = np.unique(np.concatenate([found[:1], inner, found[-1:]]))
-    return np.minimum(found, total - 1)
+        picked = np.unique(np.concatenate([picked[:1], inner, picked[-1:]]))
+    return np.minimum(picked, total - 1)
 
 
 def robust_limits(values: np.ndarray, floor: float) -> tuple[float, float]:

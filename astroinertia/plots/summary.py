@@ -62,8 +62,8 @@ def tables(dataset: xr.Dataset) -> list[Table]:
     >>> print([table.title for table in tables(ds)])
     ['The body', 'Accuracy and conservation', 'The ledger of effects']
     """
-    found = [_body(dataset), _own(dataset), _regions(dataset), _accuracy(dataset), _bars(dataset), _effects(dataset)]
-    return [table for table in found if table is not None and table.rows]
+    drawn = [_body(dataset), _own(dataset), _regions(dataset), _accuracy(dataset), _bars(dataset), _effects(dataset)]
+    return [table for table in drawn if table is not None and table.rows]
 
 
 def heading(dataset: xr.Dataset) -> str:
@@ -85,9 +85,9 @@ def heading(dataset: xr.Dataset) -> str:
 
 
 def _body(dataset: xr.Dataset) -> Table:
-    found = dataset.inertia
+    inertia = dataset.inertia
     rows = [
-        ("moment of inertia about z", found.about_axis("z")),
+        ("moment of inertia about z", inertia.about_axis("z")),
         ("mean radius, equivalent ellipsoid", dataset["mean_radius"]),
         ("greatest density", dataset["density_max"]),
         ("flattening", dataset["flattening"]),
@@ -95,9 +95,9 @@ def _body(dataset: xr.Dataset) -> Table:
     ]
     if angular_momentum_scale(dataset)[1]:
         rows += [
-            ("mean spin", found.spin_rate()),
-            ("  if it went as 1/I", found.spin_scaling("inertia")),
-            ("  if it went as 1/R^2", found.spin_scaling("radius")),
+            ("mean spin", inertia.spin_rate()),
+            ("  if it went as 1/I", inertia.spin_scaling("inertia")),
+            ("  if it went as 1/R^2", inertia.spin_scaling("radius")),
             ("T/|W|", dataset["rotational_to_gravitational"]),
         ]
     return _course("The body", [(name, unit_of(series), series.values) for name, series in rows])
@@ -119,12 +119,12 @@ def _own(dataset: xr.Dataset) -> Table:
 def _course(title: str, rows: list[tuple[str, str, np.ndarray]]) -> Table:
     """Numbers through time, of which name, unit and values are given, at the start, least, greatest and at the end."""
     lines = []
-    for name, given, values in rows:
+    for name, unit, values in rows:
         if not np.isfinite(values).any() or (name.startswith("  if") and not np.nan_to_num(values).any()):
             continue  # unknown, or the laws of a body that does not turn at the start
-        factor, unit = scale_of(given, values)
+        factor, scaled_unit = scale_of(unit, values)
         shown = [values[0], np.nanmin(values), np.nanmax(values), values[-1]]
-        text = name if unit == "1" else f"{name} ({unit})"
+        text = name if scaled_unit == "1" else f"{name} ({scaled_unit})"
         lines.append((text, *(f"{value / factor:.5g}" for value in shown)))
     return Table(title, ("", "start", "least", "greatest", "end"), tuple(lines), (_WIDTH, 14, 14, 14, 14))
 
@@ -183,8 +183,8 @@ def _accuracy(dataset: xr.Dataset) -> Table:
 
 
 def _bars(dataset: xr.Dataset) -> Table:
-    known = {name: bar for name, bar in known_bars(dataset).items() if np.isfinite(bar).any()}
-    rows = tuple((words(name), f"{bar[-1]:.2e}", f"{_largest(bar):.2e}") for name, bar in known.items())
+    bars = {name: bar for name, bar in known_bars(dataset).items() if np.isfinite(bar).any()}
+    rows = tuple((words(name), f"{bar[-1]:.2e}", f"{_largest(bar):.2e}") for name, bar in bars.items())
     return Table("Error bars", ("error bar", "at the end", "greatest", "over the value"), rows, (_WIDTH, 14, 14))
 
 
@@ -194,12 +194,14 @@ def _effects(dataset: xr.Dataset) -> Table | None:
         return None
     dataset = dataset.sel(effect=names)
     largest = energy_scale(dataset)
-    given = np.linalg.norm(axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values), axis=-1)
+    impulse = np.linalg.norm(
+        axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values), axis=-1
+    )
     size, turning = angular_momentum_scale(dataset)
     columns = {
         "work / E": dataset["work"].transpose("time", "effect").values[-1] / largest,
         "heating / E": dataset["heating"].transpose("time", "effect").values[-1] / largest,
-        "largest dL / L" if turning else "largest dL / Lmax": _largest_each(given) / size,
+        "largest dL / L" if turning else "largest dL / Lmax": _largest_each(impulse) / size,
         "ledger mismatch": _largest_each(dataset["virial_mismatch"].transpose("time", "effect").values),
     }
     columns = {title: values for title, values in columns.items() if np.isfinite(values).any()}

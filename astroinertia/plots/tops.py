@@ -130,9 +130,9 @@ def _rates(panel, top: FreeTop) -> None:
     times = _span(top)
     if math.isfinite(once):
         times = np.linspace(0.0, 2.0 * once, _POINTS)
-    found = angular_velocity(top, times)
+    rates = angular_velocity(top, times)
     for rank, k in enumerate(np.argsort(top.moments, kind="stable")):
-        panel.plot(times, found[:, k], color=AXES[rank], label=f"axis {rank + 1}, $I$ = {top.moments[k]:.4g}")
+        panel.plot(times, rates[:, k], color=AXES[rank], label=f"axis {rank + 1}, $I$ = {top.moments[k]:.4g}")
     panel.axhline(0, color=style.GREY, linewidth=0.8)
     low, high = panel.get_ylim()
     panel.set(xlim=(times[0], times[-1]), ylim=(low, high + 0.2 * (high - low)), xlabel="time", ylabel="rad per time")

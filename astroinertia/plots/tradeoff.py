@@ -30,8 +30,8 @@ def tradeoff_figure(table: xr.Dataset) -> Figure:
     >>> from astroinertia.accuracy import table, tradeoff
     >>> from astroinertia.scene import load
     >>> scene = load.load_file("sims/tennis_racket.toml", ["time.end='1 s'"])
-    >>> found = tradeoff.carry_out(scene, Path("runs/tradeoff"), minutes=1.0, only=["steps_per_rotation"])
-    >>> print(len(tradeoff_figure(table.dataset(found)).axes))  # a panel an observable
+    >>> study = tradeoff.carry_out(scene, Path("runs/tradeoff"), minutes=1.0, only=["steps_per_rotation"])
+    >>> print(len(tradeoff_figure(table.dataset(study)).axes))  # a panel an observable
     2
     """
     names = [str(name) for name in table["observable"].values]
@@ -132,10 +132,10 @@ def _knee(panel, one: xr.Dataset, seconds: np.ndarray, error: np.ndarray) -> Non
 def _triangle(panel, table: xr.Dataset, name: str) -> None:
     """The slope of error over time along the knob that errs most: its order over that of its cost."""
     of_knobs = table.sel(observable=name)
-    known = np.where(np.isfinite(of_knobs["order"].values), of_knobs["knob_error"].values, np.nan)
-    if not np.isfinite(known).any():
+    errors = np.where(np.isfinite(of_knobs["order"].values), of_knobs["knob_error"].values, np.nan)
+    if not np.isfinite(errors).any():
         return
-    number = int(np.nanargmax(known))
+    number = int(np.nanargmax(errors))
     order, growth = float(of_knobs["order"][number]), float(of_knobs["cost_order"][number])
     if not (order > 0 and growth > 0):
         return

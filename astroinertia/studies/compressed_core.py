@@ -61,21 +61,23 @@ def compressed_core(
         if one.has(name):
             values.append(one.adopted(name).value)
             deviations.append(one.adopted(name).uncertainty)
-    given, spread = np.array(values), np.nan_to_num(deviations)
+    measured, spread = np.array(values), np.nan_to_num(deviations)
     guess = np.array([uniform.core_radius / one.mean_radius, uniform.core_density, uniform.mantle_density])
     model = _Model(one, by_core, core_material, mantle_material)
-    found = model.solve(given, guess)
+    solved = model.solve(measured, guess)
     steps = np.diag(_STEP * spread)[spread > 0]
-    slopes = [(model.solve(given + step, found) - model.solve(given - step, found))[0] / (2 * _STEP) for step in steps]
-    planet = model.planet(given, found)
+    slopes = [
+        (model.solve(measured + step, solved) - model.solve(measured - step, solved))[0] / (2 * _STEP) for step in steps
+    ]
+    planet = model.planet(measured, solved)
     core, mantle = model.mean_densities(planet)
     return CompressedCore(
-        core_radius=float(found[0] * one.mean_radius),
+        core_radius=float(solved[0] * one.mean_radius),
         core_radius_deviation=float(np.linalg.norm(slopes) * one.mean_radius),
         core_density=core,
         mantle_density=mantle,
-        core_reference_density=float(found[1]),
-        mantle_reference_density=float(found[2]),
+        core_reference_density=float(solved[1]),
+        mantle_reference_density=float(solved[2]),
         central_density=float(planet.density[0, 0]),
         love_number=float(love_number(planet.layered())),
     )
@@ -93,16 +95,16 @@ class _Model:
     core_material: Any
     mantle_material: Any
 
-    def planet(self, given: np.ndarray, unknown: np.ndarray) -> HydrostaticPlanet:
+    def planet(self, measured: np.ndarray, unknown: np.ndarray) -> HydrostaticPlanet:
         """The planet of these numbers."""
         radius = self.one.mean_radius
         radii, materials = [unknown[0] * radius, radius], [
             replace(self.core_material, reference_density=unknown[1]),
             replace(self.mantle_material, reference_density=unknown[2]),
         ]  # fmt: skip
-        if len(given) > 2:
-            radii.insert(1, radius - given[2])
-            materials.append(replace(self.mantle_material, reference_density=given[3]))
+        if len(measured) > 2:
+            radii.insert(1, radius - measured[2])
+            materials.append(replace(self.mantle_material, reference_density=measured[3]))
         return planet_from_radii(np.array(radii), materials, gravitational_constant=GRAVITATIONAL_CONSTANT)
 
     def mean_densities(self, planet: HydrostaticPlanet) -> tuple[float, float]:
@@ -112,23 +114,23 @@ class _Model:
         densities = np.diff(masses, prepend=0.0) / volumes
         return float(densities[0]), float(densities[1])
 
-    def solve(self, given: np.ndarray, guess: np.ndarray) -> np.ndarray:
-        """The unknowns for the given numbers, from a guess."""
+    def solve(self, measured: np.ndarray, guess: np.ndarray) -> np.ndarray:
+        """The unknowns for the measured numbers, from a guess."""
         size = self.one.mass * self.one.mean_radius**2
 
         def misfit(scaled: np.ndarray) -> list[float]:
-            planet = self.planet(given, scaled * guess)
+            planet = self.planet(measured, scaled * guess)
             core, mantle = self.mean_densities(planet)
             return [
                 float(planet.mass) / self.one.mass - 1,
-                float(planet.mean_moment) / (given[0] * size) - 1,
-                (core if self.by_core else mantle) / given[1] - 1,
+                float(planet.mean_moment) / (measured[0] * size) - 1,
+                (core if self.by_core else mantle) / measured[1] - 1,
             ]
 
         try:
-            found = root(misfit, np.ones(3), tol=0.1 * _TOLERANCE)
+            solution = root(misfit, np.ones(3), tol=0.1 * _TOLERANCE)
         except ValueError as error:  # the search left what can be a body
             raise NumericalError(f"no compressed core of {self.one.name} was found: {error}") from error
-        if not max(map(abs, found.fun)) < _TOLERANCE:
+        if not max(map(abs, solution.fun)) < _TOLERANCE:
             raise NumericalError(f"no compressed core of {self.one.name} was found")
-        return found.x * guess
+        return solution.x * guess

@@ -69,8 +69,8 @@ def core_model(name: str) -> CoreModel:
     >>> print(core_model("A1B3G3"))
     CoreModel(name='A1B3G3', scale=50000000.0, rotation=0.009, gamma_1=1.31)
     """
-    found = re.fullmatch(r"(?:(A\d)(B\d))?(G\d)", name)
-    scale, rotation, exponent = found.groups() if found else ("", "", "")
+    match = re.fullmatch(r"(?:(A\d)(B\d))?(G\d)", name)
+    scale, rotation, exponent = match.groups() if match else ("", "", "")
     if exponent not in EXPONENTS or (rotation and (scale not in SCALES or rotation not in ROTATIONS)):
         raise SceneError(
             f'a core has a name such as A1B3G3 (A1 to A4, B1 to B5, G1 to G5) or, at rest, G3, not "{name}"'
@@ -99,11 +99,11 @@ def initial_star(model: CoreModel) -> tuple[float, float, float]:
     while True:
         unit = _unit_star(model, radius)
         central = float(unit.density(0.0, 0.0))
-        mass, found = _sized(pressed, unit.max_density, unit.max_pressure, central)
-        if abs(found / radius - 1.0) < _SAME_RADIUS:
-            cache.save("core", key, {"star": np.array([mass, found, unit.field.axis_ratio])})
-            return mass, found, unit.field.axis_ratio
-        radius = found
+        mass, next_radius = _sized(pressed, unit.max_density, unit.max_pressure, central)
+        if abs(next_radius / radius - 1.0) < _SAME_RADIUS:
+            cache.save("core", key, {"star": np.array([mass, next_radius, unit.field.axis_ratio])})
+            return mass, next_radius, unit.field.axis_ratio
+        radius = next_radius
 
 
 def _sized(constant: float, density: float, pressure: float, central: float) -> tuple[float, float]:
@@ -203,7 +203,7 @@ def with_bounce(dataset: xr.Dataset) -> xr.Dataset:
     time, density = dataset["time"].values, dataset["density_max"].values
     share = rotational_share(dataset)
     amplitude = 8.0 * math.sqrt(math.pi / 15.0) * dataset.inertia.strain(math.pi / 2)["plus"].values
-    found = dataset.assign(
+    course = dataset.assign(
         rotational_share=("time", share, {"units": "1", "long_name": "T/|W|, T of the rotation shell by shell"}),
         gw_amplitude=("time", amplitude, {"units": "m", "long_name": "gravitational-wave amplitude A20"}),
     )
@@ -226,7 +226,7 @@ def with_bounce(dataset: xr.Dataset) -> xr.Dataset:
             attributes["bounce_inner_radius"] = float(inner["region_volume_radius"])
         if "region" in dataset.dims and "core" in dataset["region"]:
             attributes["bounce_core_mass"] = float(dataset["region_mass"].sel(region="core")[at])
-    return found.assign_attrs(attributes)
+    return course.assign_attrs(attributes)
 
 
 def rotational_share(dataset: xr.Dataset) -> np.ndarray:

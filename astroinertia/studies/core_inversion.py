@@ -53,7 +53,10 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
     >>> print(f"{core_inversion(body('Mars')).core_radius / 1e3:.0f} km")
     1982 km
     """
-    name = next((each for each in _ASSUMABLE if one.has(each) and one.adopted(each).status == "assumed"), None)
+    name = next(
+        (assumable for assumable in _ASSUMABLE if one.has(assumable) and one.adopted(assumable).status == "assumed"),
+        None,
+    )
     if name is None:
         return NOTHING
     density = one.adopted(name)
@@ -92,10 +95,10 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
     )
 
 
-def _solved(mean_density, ratio, crust, **known):
+def _solved(mean_density, ratio, crust, **layer_parameters):
     if crust is None:
-        return two_layers(mean_density, moment_ratio=ratio, **known)
-    return three_layers(mean_density, ratio, *crust, **known)
+        return two_layers(mean_density, moment_ratio=ratio, **layer_parameters)
+    return three_layers(mean_density, ratio, *crust, **layer_parameters)
 
 
 def _drawn(number: Published, normal: np.ndarray) -> np.ndarray:

@@ -103,9 +103,9 @@ def flattening(names: Iterable[str] | None = None) -> xr.Dataset:
     """
     chosen = list(FREE if names is None else names)
     for name in chosen:
-        if name.lower() in (each.lower() for each in SYNCHRONOUS):
+        if name.lower() in (listed.lower() for listed in SYNCHRONOUS):
             raise SceneError(f"{name} is held synchronous by tides, which stretch it along a third axis")
-        if name.lower() not in (each.lower() for each in solar_system()):
+        if name.lower() not in (listed.lower() for listed in solar_system()):
             raise SceneError(f"there is no body '{name}' in the table; it has {', '.join(solar_system())}")
     bodies = [body(name) for name in chosen]
     columns = [_compared(one) for one in bodies]
@@ -136,10 +136,10 @@ _COMPARED = {
 
 
 def _compared(one: SolarSystemBody) -> dict[str, float]:
-    found = dict.fromkeys(_COMPARED, math.nan)
-    found["small_m"] = one.small_m
-    found["flattening_measured"] = one.flattening or math.nan  # radii published as equal resolve no flattening
-    found["zonal_harmonic_2_measured"] = one.zonal_harmonic() if one.has("j2") else math.nan
+    column = dict.fromkeys(_COMPARED, math.nan)
+    column["small_m"] = one.small_m
+    column["flattening_measured"] = one.flattening or math.nan  # radii published as equal resolve no flattening
+    column["zonal_harmonic_2_measured"] = one.zonal_harmonic() if one.has("j2") else math.nan
     core = core_inversion(one)
     index = float(polytropic_index(one.moment_ratio().value))
     models: dict[str, Callable | None] = {
@@ -150,8 +150,8 @@ def _compared(one: SolarSystemBody) -> dict[str, float]:
     for model, solver in models.items():
         if solver is not None:
             shape, _, j2, *_ = _figure(solver, one.small_m)
-            found |= {f"flattening_{model}": shape, f"zonal_harmonic_2_{model}": j2}
-    return found
+            column |= {f"flattening_{model}": shape, f"zonal_harmonic_2_{model}": j2}
+    return column
 
 
 def _core_solver(one: SolarSystemBody, core) -> Callable[[float], tuple[float, ...]]:
@@ -177,14 +177,14 @@ def _figure(solver: Callable[[float], tuple[float, ...]], rate: float) -> tuple[
         return (math.nan,) * len(_QUANTITIES)
 
 
-def _of_figure(found: RotatingFigure) -> tuple[float, ...]:
+def _of_figure(figure: RotatingFigure) -> tuple[float, ...]:
     return (
-        found.flattening,
-        1 - found.flattening,
-        float(found.zonal_harmonics[0]),
-        found.polar_moment_ratio_equatorial,
-        found.rotational_to_gravitational,
-        found.rotation_parameter,
+        figure.flattening,
+        1 - figure.flattening,
+        float(figure.zonal_harmonics[0]),
+        figure.polar_moment_ratio_equatorial,
+        figure.rotational_to_gravitational,
+        figure.rotation_parameter,
     )
 
 
@@ -192,13 +192,13 @@ def _spheroid(rate: float) -> tuple[float, ...]:
     """The Maclaurin spheroid, slow branch; Omega^2/(pi G rho) is (4/3) small_m."""
     if 4 / 3 * rate > maclaurin.fastest().omega2:
         return (math.nan,) * len(_QUANTITIES)
-    found = maclaurin.from_angular_velocity(math.sqrt(rate), mass=1.0, mean_radius=1.0, gravitational_constant=1.0)
-    a = (1 - found.flattening) ** (-1 / 3)
+    spheroid = maclaurin.from_angular_velocity(math.sqrt(rate), mass=1.0, mean_radius=1.0, gravitational_constant=1.0)
+    a = (1 - spheroid.flattening) ** (-1 / 3)
     return (
-        found.flattening,
-        1 - found.flattening,
-        found.second_zonal_harmonic,
+        spheroid.flattening,
+        1 - spheroid.flattening,
+        spheroid.second_zonal_harmonic,
         0.4,
-        found.rotational_to_gravitational,
+        spheroid.rotational_to_gravitational,
         rate * a**3,
     )

@@ -96,16 +96,18 @@ def infer_interior(
         **{name: assumed[name] for name in crust},
     }
     names = list(coordinates)
-    likelihoods = {name: each for name, each in observed.items() if coordinates.get(name) is not each}
+    likelihoods = {
+        name: distribution for name, distribution in observed.items() if coordinates.get(name) is not distribution
+    }
     fluid = any(name in _FLUID for name in likelihoods)
 
     def log_probability(positions: np.ndarray) -> np.ndarray:
         values = dict(zip(names, positions.T, strict=True))
         total = sum(coordinates[name].log_density(values[name]) for name in names)
-        found = _interior(values, choice, small_m, fluid)
-        for name, each in likelihoods.items():
-            total = total + each.log_density(found[name])
-        possible = np.isfinite(found["core_density"])
+        interior = _interior(values, choice, small_m, fluid)
+        for name, distribution in likelihoods.items():
+            total = total + distribution.log_density(interior[name])
+        possible = np.isfinite(interior["core_density"])
         return np.where(possible & np.isfinite(total), total, -np.inf)
 
     def start(generator: np.random.Generator, count: int) -> np.ndarray:
@@ -128,8 +130,8 @@ def infer_interior(
     posterior.attrs |= {
         "title": f"interiors of {2 + bool(crust)} uniform layers",
         "sampled": names,
-        "observed": [f"{name}: {each}" for name, each in observed.items()],
-        "assumed": [f"{name}: {each}" for name, each in assumed.items()],
+        "observed": [f"{name}: {distribution}" for name, distribution in observed.items()],
+        "assumed": [f"{name}: {distribution}" for name, distribution in assumed.items()],
     }
     return posterior
 
@@ -144,8 +146,8 @@ def infer_body(name: str, use: tuple[str, ...] = ("moment_ratio",), **settings) 
         one = body(name)
         assumed = _assumptions(one)
         observed = {"mean_density": Gaussian(one.mean_density, _density_deviation(one))}
-        for each in use:
-            observed[each] = _observation(one, each)
+        for quantity in use:
+            observed[quantity] = _observation(one, quantity)
     except KeyError as error:
         raise SceneError(str(error.args[0])) from None
     posterior = infer_interior(observed, assumed, one.small_m * synchronous_share(one), **settings)
@@ -163,25 +165,25 @@ def _observation(one, name: str) -> Gaussian:
         return Gaussian(ratio.value, ratio.uncertainty)
     if name != "love_number":
         raise SceneError(f'"{name}" is not to be inferred from; "moment_ratio" and "love_number" are')
-    found = fluid_love_number(one)
+    love = fluid_love_number(one)
     row = one.adopted("c22" if one.has("c22") else "j2")
-    if not (math.isfinite(found) and math.isfinite(row.uncertainty)):
+    if not (math.isfinite(love) and math.isfinite(row.uncertainty)):
         raise KeyError(f"{one.name} has no figure of a fluid with a published uncertainty")
-    return Gaussian(found, found * row.uncertainty / abs(row.value))
+    return Gaussian(love, love * row.uncertainty / abs(row.value))
 
 
 def _assumptions(one) -> dict[str, Gaussian | Uniform]:
-    found: dict[str, Gaussian | Uniform] = {}
+    assumed: dict[str, Gaussian | Uniform] = {}
     for name in ("core_density", "mantle_density"):
         if one.has(name) and one.adopted(name).status == "assumed":
-            found[name] = Gaussian(one.adopted(name).value, one.adopted(name).uncertainty)
-    if not found:
+            assumed[name] = Gaussian(one.adopted(name).value, one.adopted(name).uncertainty)
+    if not assumed:
         raise KeyError(f"the table assumes nothing for the layers of {one.name}")
     if one.has("crust_density"):
         thickness, density = one.adopted("crust_thickness"), one.adopted("crust_density")
-        found["crust_share"] = Gaussian(thickness.value / one.mean_radius, thickness.uncertainty / one.mean_radius)
-        found["crust_density"] = Gaussian(density.value, density.uncertainty)
-    return found
+        assumed["crust_share"] = Gaussian(thickness.value / one.mean_radius, thickness.uncertainty / one.mean_radius)
+        assumed["crust_density"] = Gaussian(density.value, density.uncertainty)
+    return assumed
 
 
 def _density_deviation(one) -> float:
@@ -193,10 +195,10 @@ def _density_deviation(one) -> float:
 
 def _interior(values: Mapping[str, np.ndarray], choice: str, small_m: float, fluid: bool) -> dict[str, np.ndarray]:
     """Everything of DERIVED for the coordinates, NaN where they have no layers."""
-    mean, ratio, known = values["mean_density"], values["moment_ratio"], {choice: values[choice]}
+    mean, ratio, chosen = values["mean_density"], values["moment_ratio"], {choice: values[choice]}
     crust = {name: values[name] for name in CRUST if name in values}
-    layers = three_layers(mean, ratio, **crust, **known) if crust else two_layers(mean, moment_ratio=ratio, **known)
-    found = {
+    layers = three_layers(mean, ratio, **crust, **chosen) if crust else two_layers(mean, moment_ratio=ratio, **chosen)
+    interior = {
         "mean_density": mean,
         "moment_ratio": ratio,
         "core_radius_ratio": layers.core_radius_ratio,
@@ -206,8 +208,8 @@ def _interior(values: Mapping[str, np.ndarray], choice: str, small_m: float, flu
     }
     if fluid:
         k2 = love_numbers(layers)
-        found |= {"love_number": k2, "zonal_harmonic_2": small_m * k2 / 3, "flattening": small_m * (1 + k2) / 2}
-    return found
+        interior |= {"love_number": k2, "zonal_harmonic_2": small_m * k2 / 3, "flattening": small_m * (1 + k2) / 2}
+    return interior
 
 
 def _checked(observed: Mapping, assumed: Mapping, small_m: float) -> tuple[str, tuple[str, ...]]:

@@ -31,7 +31,7 @@ _ROUND_OFF = 1e-14  # of a ratio that was computed as 0.4
 _CONDENSED = tuple(np.linspace(0.6, 3.5, 6))  # indices between which that of a fluid k2 is found, the ratio to 2e-5
 
 TWO_LAYERS = Model(
-    lambda mass, radius, **known: _two_layer_outputs(mass, radius, **known),
+    lambda mass, radius, **parameters: _two_layer_outputs(mass, radius, **parameters),
     {
         "mass": ("kg", "mass"),
         "radius": ("m", "mean radius"),
@@ -53,19 +53,19 @@ TWO_LAYERS = Model(
 """Two uniform layers from mass, radius and two of the other inputs, for `studies.sweeps.sweep`."""
 
 
-def _two_layer_outputs(mass, radius, **known):
-    if "core_radius" in known:
-        known["core_radius_ratio"] = known.pop("core_radius") / radius
+def _two_layer_outputs(mass, radius, **parameters):
+    if "core_radius" in parameters:
+        parameters["core_radius_ratio"] = parameters.pop("core_radius") / radius
     mean_density = 3 * mass / (4 * np.pi * radius**3)
-    found = two_layers(mean_density, **known)
+    layers = two_layers(mean_density, **parameters)
     return {
-        "moment_ratio_found": moment_ratio_of(mean_density, found),
-        "core_radius_found": found.core_radius_ratio * radius,
-        "core_density_found": found.core_density,
-        "mantle_density_found": found.mantle_density,
-        "core_mass_fraction": found.core_mass_fraction,
-        "central_condensation": found.core_density / mean_density,
-        "love_number": love_numbers(found),
+        "moment_ratio_found": moment_ratio_of(mean_density, layers),
+        "core_radius_found": layers.core_radius_ratio * radius,
+        "core_density_found": layers.core_density,
+        "mantle_density_found": layers.mantle_density,
+        "core_mass_fraction": layers.core_mass_fraction,
+        "central_condensation": layers.core_density / mean_density,
+        "love_number": love_numbers(layers),
     }
 
 
@@ -81,22 +81,22 @@ def two_layer_sweep(name: str, values: dict, fixed: dict | None = None, dask: bo
     """
     one = _body(name)
     fixed = {} if fixed is None else dict(fixed)
-    given = {**values, **fixed}
+    inputs = {**values, **fixed}
     for key, value in (("mass", one.mass), ("radius", one.mean_radius)):
-        if key not in given:
+        if key not in inputs:
             fixed[key] = value
-    known = [key for key in given if key not in ("mass", "radius")]
-    if len(known) == 1 and known != ["moment_ratio"]:
+    parameters = [key for key in inputs if key not in ("mass", "radius")]
+    if len(parameters) == 1 and parameters != ["moment_ratio"]:
         fixed["moment_ratio"] = _ratio(one).value
-        known.append("moment_ratio")
-    if len(known) != 2:
+        parameters.append("moment_ratio")
+    if len(parameters) != 2:
         raise SceneError(
             f"two layers of {one.name} follow from two of moment_ratio, core_density, mantle_density and core_radius, "
             "or from one of the last three and the published ratio"
         )
-    found = sweep(TWO_LAYERS, values, fixed, dask)
-    found.attrs |= {"body": one.name, "title": f"two-layer models of {one.name}"}
-    return found
+    family = sweep(TWO_LAYERS, values, fixed, dask)
+    family.attrs |= {"body": one.name, "title": f"two-layer models of {one.name}"}
+    return family
 
 
 def polytropes(indices: Iterable[float] = _INDICES) -> xr.Dataset:
@@ -109,9 +109,9 @@ def polytropes(indices: Iterable[float] = _INDICES) -> xr.Dataset:
     solutions = [lane_emden(float(index)) for index in indices]
     return xr.Dataset(
         {
-            "moment_ratio": ("index", [each.moment_ratio for each in solutions], {"long_name": "I/(M R^2)"}),
+            "moment_ratio": ("index", [body.moment_ratio for body in solutions], {"long_name": "I/(M R^2)"}),
             "central_condensation": (
-                "index", [each.central_to_mean for each in solutions], {"long_name": "central over mean density"},
+                "index", [body.central_to_mean for body in solutions], {"long_name": "central over mean density"},
             ),
         },
         {"index": ("index", indices, {"units": "1", "long_name": "polytropic index n"})},
@@ -153,10 +153,10 @@ def fluid_love_number(one: SolarSystemBody) -> float:
         if not one.has("c22"):
             return np.nan
         c22 = one.adopted("c22")
-        found = 4 * c22.value * (c22.radius / one.mean_radius) ** 2 / one.small_m
+        love = 4 * c22.value * (c22.radius / one.mean_radius) ** 2 / one.small_m
     else:
-        found = 3 * one.zonal_harmonic(one.mean_radius) / one.small_m if one.has("j2") else np.nan
-    return found if found <= _HOMOGENEOUS_LOVE_NUMBER else np.nan
+        love = 3 * one.zonal_harmonic(one.mean_radius) / one.small_m if one.has("j2") else np.nan
+    return love if love <= _HOMOGENEOUS_LOVE_NUMBER else np.nan
 
 
 def hydrostatic_moment_ratio(love_number: float) -> float:
@@ -203,14 +203,14 @@ def moment_ratio(names: Iterable[str] | None = None) -> xr.Dataset:
     [0.3307 0.3643]
     """
     bodies = [_body(name) for name in (solar_system() if names is None else names)]
-    columns = [_column(each) for each in bodies]
+    columns = [_column(one) for one in bodies]
     numbers = {
-        name: ("body", [each[name] for each in columns], {"units": unit, "long_name": text})
+        name: ("body", [one[name] for one in columns], {"units": unit, "long_name": text})
         for name, (unit, text) in _VARIABLES.items()
     }
     return xr.Dataset(
         numbers,
-        {"body": [each.name for each in bodies]},
+        {"body": [one.name for one in bodies]},
         {"title": "moment ratios of the solar system", "ratios": "mean moment over M R^2, R the mean radius"},
     )
 
@@ -248,19 +248,19 @@ _VARIABLES = {
 
 def _column(one: SolarSystemBody) -> dict:
     rows = [row for name in ("polar_moment_ratio", "mean_moment_ratio") for row in one.published.get(name, ())]
-    row = next(each for each in rows if each.adopted)
+    row = next(published for published in rows if published.adopted)
     ratio = one.moment_ratio()
     love = fluid_love_number(one)
-    found = core_inversion(one)
+    inversion = core_inversion(one)
     index = float(polytropic_index(ratio.value))
     core = one.adopted("core_radius") if one.has("core_radius") else None
-    known = np.isfinite(found.core_density)
+    inverted = np.isfinite(inversion.core_density)
     condensation, spread, source = np.nan, np.nan, ""
     if one.has("central_density"):
         condensation, source = one.value("central_density") / one.mean_density, "published"
-    elif known:
-        condensation, source = found.core_density / one.mean_density, "two layers"
-        spread = found.core_density_deviation / one.mean_density
+    elif inverted:
+        condensation, source = inversion.core_density / one.mean_density, "two layers"
+        spread = inversion.core_density_deviation / one.mean_density
     elif row.status == "model":
         condensation, source = float(np.exp(_splines()[1](index))), "polytrope"
     return {
@@ -280,12 +280,12 @@ def _column(one: SolarSystemBody) -> dict:
         "polytropic_index": index,
         "fluid_love_number": love,
         "hydrostatic_moment_ratio": hydrostatic_moment_ratio(love),
-        "core_radius": found.core_radius,
-        "core_radius_low": found.core_radius_low,
-        "core_radius_high": found.core_radius_high,
-        "core_density": found.core_density,
-        "mantle_density": found.mantle_density,
-        "assumed": found.assumed,
+        "core_radius": inversion.core_radius,
+        "core_radius_low": inversion.core_radius_low,
+        "core_radius_high": inversion.core_radius_high,
+        "core_density": inversion.core_density,
+        "mantle_density": inversion.mantle_density,
+        "assumed": inversion.assumed,
         "published_core_radius": np.nan if core is None else core.value,
         "published_core_radius_uncertainty": np.nan if core is None else core.uncertainty,
         "central_condensation": condensation,

@@ -69,17 +69,17 @@ def read_matter(
     if density is not None:
         raise SceneError(f"{path} is not a mesh, so its density is not to be given")
     if path.is_dir() or (path.is_file() and path.suffix.lower() == ".nc" and is_hdf5(path)):
-        found = _run_matter(path, units, -1 if snapshot is None else snapshot)
-        if found is not None:
-            return found
+        matter = _run_matter(path, units, -1 if snapshot is None else snapshot)
+        if matter is not None:
+            return matter
     if snapshot is not None:
         raise SceneError(f"{path} has no snapshots to choose from")
     table = read_table(path, fewest=1)
     if table.units == SI and units != PLAIN:
         raise SceneError(f"{path} says which units it is in; leave --units out")
     text = ", ".join(filter(None, [_counted(table.mass.size), table.note]))
-    found = _particles(table.mass, table.position, units, ROUND_OFF_GAP, text)
-    return replace(found, units=("kg", "m")) if table.units == SI else found
+    matter = _particles(table.mass, table.position, units, ROUND_OFF_GAP, text)
+    return replace(matter, units=("kg", "m")) if table.units == SI else matter
 
 
 def moments(
@@ -98,8 +98,8 @@ def moments(
     112), NaN for a sphere. ValueError for an axis without a direction, a radius that is not positive, and moments that
     overflow.
 
-    >>> found = moments(read_matter("runs/star"))
-    >>> print(float(found.principal_moments[-1] / found.principal_moments[0]) < 1.1)  # nearly round
+    >>> summary = moments(read_matter("runs/star"))
+    >>> print(float(summary.principal_moments[-1] / summary.principal_moments[0]) < 1.1)  # nearly round
     True
     """
     body, origin = matter.body, np.asarray(matter.body.centre if about is None else about, dtype=float)
@@ -190,8 +190,8 @@ def _run_matter(path: Path, units: tuple[str, str], snapshot: int) -> Matter | N
         mass, position, time = _of_a_snapshot(one)
     own = (str(one["mass"].attrs.get("units", "1")), str(one["position"].attrs.get("units", "1")))
     text = f"snapshot {snapshot % count} of {count}, at time {float(time):.6g} {time.attrs.get('units', '')}".strip()
-    found = _particles(mass, position, PLAIN, PARTICLE_GAP_TOLERANCE, f"{_counted(mass.size)}, {text}")
-    return replace(found, units=own)
+    matter = _particles(mass, position, PLAIN, PARTICLE_GAP_TOLERANCE, f"{_counted(mass.size)}, {text}")
+    return replace(matter, units=own)
 
 
 def _of_a_snapshot(one: xr.Dataset) -> tuple[np.ndarray, np.ndarray, xr.DataArray]:
@@ -200,9 +200,9 @@ def _of_a_snapshot(one: xr.Dataset) -> tuple[np.ndarray, np.ndarray, xr.DataArra
     count = mass.size
     if mass.shape != (count,) or position.shape != (count, 3) or time.ndim or not count:
         raise ValueError("masses and positions are not those of particles")
-    if any(each.dtype.kind not in "fiu" for each in (mass, position, time)):
+    if any(array.dtype.kind not in "fiu" for array in (mass, position, time)):
         raise ValueError("masses, positions or times are not numbers")
-    if not all((np.isfinite(each) & (each != fill_value(each.dtype))).all() for each in (mass, position)):
+    if not all((np.isfinite(array) & (array != fill_value(array.dtype))).all() for array in (mass, position)):
         raise ValueError("masses or positions were never written, or are not finite")
     return mass, position, time
 

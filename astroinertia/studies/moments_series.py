@@ -36,14 +36,14 @@ def moments_series(
     variable, comes on top (netCDF4.set_chunk_cache). A chunk of the file that holds many snapshots is unpacked
     again for every buffer: store one snapshot a chunk. ValueError for dimensions or variables that are not there.
 
-    >>> found = moments_series(ds.inertia.snapshots)
-    >>> print(bool(found.inertia_tensor[-1, 2, 2] < found.inertia_tensor[0, 2, 2]))  # the star falls together
+    >>> series = moments_series(ds.inertia.snapshots)
+    >>> print(bool(series.inertia_tensor[-1, 2, 2] < series.inertia_tensor[0, 2, 2]))  # the star falls together
     True
     """
     position, mass = _arranged(snapshots, series, particle, component)
     count = position.sizes[series]
-    each = position.sizes[particle] * (3 * position.dtype.itemsize + mass.dtype.itemsize)
-    step = max(1, buffer // max(each, 1))
+    snapshot_bytes = position.sizes[particle] * (3 * position.dtype.itemsize + mass.dtype.itemsize)
+    step = max(1, buffer // max(snapshot_bytes, 1))
     slices = [slice(first, min(first + step, count)) for first in range(0, count, step)]
     total, centre, second = np.empty(count), np.empty((count, 3)), np.empty((count, 3, 3))
     fixed = mass.values[None] if series not in mass.dims else None
@@ -154,7 +154,7 @@ def _dataset(snapshots, series, position, mass, total, centre, inertia, about, t
         ),
     }  # fmt: skip
     coords = {series: snapshots[series]} if series in snapshots.coords else {}
-    found = xr.Dataset(
+    dataset = xr.Dataset(
         {
             name: ((series, *dims), values, {"units": unit, "long_name": text})
             for name, (dims, values, unit, text) in variables.items()
@@ -163,5 +163,5 @@ def _dataset(snapshots, series, position, mass, total, centre, inertia, about, t
         attrs={"title": f"inertia tensors of {position.sizes[series]} snapshots", "gap_tolerance": tolerance},
     )
     for name in ("principal_axes", "principal_gap"):
-        found[name].attrs["tolerance"] = tolerance
-    return found
+        dataset[name].attrs["tolerance"] = tolerance
+    return dataset

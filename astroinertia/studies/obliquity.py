@@ -22,17 +22,17 @@ _SAMPLES = 20001
 
 def planetary_planes() -> tuple[tuple[str, ...], NodeModes]:
     """The names of the eight planets and the modes of their orbits' planes, from where they were at J2000."""
-    known = j2000.states("Sun")
+    planets = j2000.states("Sun")
     sun = j2000.states("Earth")["Sun"].gravitational_parameter
     axes, leans, nodes = [], [], []
-    for one in known.values():
+    for one in planets.values():
         total = sun + one.gravitational_parameter
         axes.append(1 / (2 / np.linalg.norm(one.position) - one.velocity @ one.velocity / total))
         normal = np.cross(one.position, one.velocity)
         leans.append(np.arctan2(np.hypot(normal[0], normal[1]), normal[2]))
         nodes.append(np.arctan2(normal[0], -normal[1]))
-    parameters = [one.gravitational_parameter for one in known.values()]
-    return tuple(known), node_modes(sun, parameters, axes, leans, nodes)
+    parameters = [one.gravitational_parameter for one in planets.values()]
+    return tuple(planets), node_modes(sun, parameters, axes, leans, nodes)
 
 
 def obliquity_history(
@@ -58,19 +58,19 @@ def obliquity_history(
     )
     alpha = _alpha(name) if precession_constant is None else precession_constant
     times = np.linspace(0.0, years * JULIAN_YEAR, samples)
-    found = spin_history(times, pole, alpha, modes.amplitudes[k], modes.rates, modes.phases[k])
+    history = spin_history(times, pole, alpha, modes.amplitudes[k], modes.rates, modes.phases[k])
     attributes = {"units": "rad"}
     return xr.Dataset(
         {
-            "obliquity": ("time", found.obliquity, attributes | {"long_name": "obliquity to the planet's own orbit"}),
+            "obliquity": ("time", history.obliquity, attributes | {"long_name": "obliquity to the planet's own orbit"}),
             "inclination": (
                 "time",
-                np.arccos(found.normal[:, 2]),
+                np.arccos(history.normal[:, 2]),
                 attributes | {"long_name": "of the orbit, to that of J2000"},
             ),
         },
         {"time": ("time", times, {"units": "s", "long_name": "time from J2000"})},
-        {"title": f"obliquity of {name}", "body": name, "precession_constant": alpha, "steps": found.steps},
+        {"title": f"obliquity of {name}", "body": name, "precession_constant": alpha, "steps": history.steps},
     )
 
 

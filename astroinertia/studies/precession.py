@@ -75,10 +75,10 @@ def precession(name: str = "Earth", years: float | None = None, steps_per_day: i
         _, _, first = _followed(planet, orbits, planet.obliquity, steps_per_day)
         start = 2 * planet.obliquity - first.offset
         angles, motion, tilt = _followed(planet, orbits, start, steps_per_day)
-        found = {"all": motion.rate}
+        rates = {"all": motion.rate}
         for part, names in planet.parts.items():
-            found[part] = _followed(planet, turning_planets.torque_of(orbits, names), start, steps_per_day)[1].rate
-        dataset = _dataset(planet, angles, found, motion, tilt)
+            rates[part] = _followed(planet, turning_planets.torque_of(orbits, names), start, steps_per_day)[1].rate
+        dataset = _dataset(planet, angles, rates, motion, tilt)
         return (_of_the_earth if name == "Earth" else _of_mars)(dataset, planet, orbits, motion, tilt)
 
 
@@ -93,38 +93,38 @@ def chandler_wobble(love_number: float = wobble.ELASTIC_LOVE_NUMBER) -> xr.Datas
     >>> print((chandler_wobble().change.values / 86400).round(1))
     [303.6 141.3 -50.3  31.2   9.2]
     """
-    found = wobble.chandler_wobble(love_number)
+    free_wobble = wobble.chandler_wobble(love_number)
     observed = 433.0 * wobble.DAY  # Vondrak, Ron & Chapanov 2017, Adv. Space Res. 59, 1395
-    causes = [share.name for share in found.shares]
+    causes = [share.name for share in free_wobble.shares]
     return xr.Dataset(
         {
             "period": (
                 "cause",
-                [share.period for share in found.shares],
+                [share.period for share in free_wobble.shares],
                 _attributes("s", "period with it and all before it"),
             ),
             "change": (
                 "cause",
-                [share.change for share in found.shares],
+                [share.change for share in free_wobble.shares],
                 _attributes("s", "what it does to the period"),
             ),
             "love_number_part": (
                 "cause",
-                [np.real(s.love_number) for s in found.shares],
+                [np.real(s.love_number) for s in free_wobble.shares],
                 _attributes("1", "part of k2"),
             ),
             "love_number_lag": (
                 "cause",
-                [-np.imag(s.love_number) for s in found.shares],
+                [-np.imag(s.love_number) for s in free_wobble.shares],
                 _attributes("1", "lagging part of k2"),
             ),
-            "period_of_all": ((), found.period, _attributes("s", "period with all causes")),
+            "period_of_all": ((), free_wobble.period, _attributes("s", "period with all causes")),
             "observed_period": ((), observed, _attributes("s", "observed period; published values are 430 to 435 d")),
-            "unnamed": ((), observed - found.period, _attributes("s", "observed less computed")),
-            "quality": ((), found.quality, _attributes("1", "Q of the damping by anelasticity")),
+            "unnamed": ((), observed - free_wobble.period, _attributes("s", "observed less computed")),
+            "quality": ((), free_wobble.quality, _attributes("1", "Q of the damping by anelasticity")),
             "mantle_share": (
                 (),
-                found.mantle_share,
+                free_wobble.mantle_share,
                 _attributes("1", "A_m/A, the moment outside the fluid core by PREM"),
             ),
         },
@@ -147,7 +147,7 @@ def _followed(
 def _dataset(
     planet: Planet,
     angles: tuple[np.ndarray, ...],
-    found: dict[str, float],
+    rates: dict[str, float],
     motion: HarmonicFit,
     tilting: HarmonicFit,
 ) -> xr.Dataset:
@@ -163,24 +163,24 @@ def _dataset(
             "steady_obliquity": (
                 "time", tilting.steady(times), _attributes("rad", "obliquity without its periodic terms"),
             ),
-            "precession_rate": ("part", list(found.values()), _attributes("rad s-1", "rate of the motion at J2000")),
+            "precession_rate": ("part", list(rates.values()), _attributes("rad s-1", "rate of the motion at J2000")),
             "precession_rate_formula": (
-                "part", [formula.get(part, np.nan) for part in found],
+                "part", [formula.get(part, np.nan) for part in rates],
                 _attributes("rad s-1", "rate by first-order formula"),
             ),
             "residual": (
                 (), motion.residual, _attributes("rad", "root mean square of the longitude that the fit leaves"),
             ),
         },
-        {"time": ("time", times, _attributes("s", "time from J2000")), "part": list(found)},
+        {"time": ("time", times, _attributes("s", "time from J2000")), "part": list(rates)},
         {"title": f"precession of {planet.name}, integrated", "body": planet.name},
     )  # fmt: skip
 
 
 def _formula(planet: Planet) -> dict[str, float]:
     if planet.name == "Earth":
-        found = formulae.luni_solar_precession(planet.ellipticity, planet.spin_rate, planet.obliquity)
-        return {"all": found.total, "Sun": found.solar, "Moon": found.lunar}
+        luni_solar = formulae.luni_solar_precession(planet.ellipticity, planet.spin_rate, planet.obliquity)
+        return {"all": luni_solar.total, "Sun": luni_solar.solar, "Moon": luni_solar.lunar}
     sun = planet.others["Sun"].gravitational_parameter
     orbit = (sun, _MARS_AXIS, _MARS_ECCENTRICITY)
     rate = float(formulae.precession_rate(planet.ellipticity, planet.spin_rate, planet.obliquity, *orbit))
@@ -248,12 +248,12 @@ def _of_mars(
     sources = ["de Sitter 1916", "Goldreich 1966, Rev. Geophys. 4, 411; orbits of Jacobson & Lainey 2014"]
     dataset = _corrected(dataset, corrections, sources, _MARS_RATE * _PER_YEAR)
     # The torque, and that on the moons with it, goes as 1/C; relativity does not.
-    found = ratio * rate * (1 + moons) / (_MARS_RATE * _PER_YEAR + float(relativity))
+    needed_ratio = ratio * rate * (1 + moons) / (_MARS_RATE * _PER_YEAR + float(relativity))
     return dataset.assign(
-        polar_moment_ratio=((), found, _attributes("1", "C/(M a^2) of the published rate, a = 3396 km")),
+        polar_moment_ratio=((), needed_ratio, _attributes("1", "C/(M a^2) of the published rate, a = 3396 km")),
         polar_moment_ratio_error=(
             (),
-            found * _MARS_RATE_ERROR / _MARS_RATE,
+            needed_ratio * _MARS_RATE_ERROR / _MARS_RATE,
             _attributes("1", "one sigma, from the rate"),
         ),
         published_polar_moment_ratio=((), _MARS_RATIO, _attributes("1", "C/(M a^2) published with that rate")),
@@ -267,7 +267,7 @@ def _pole_rate(planet: Planet, orbits: Ephemeris) -> float:
     moon, sun = orbits.names.index("Moon"), orbits.names.index("Sun")
     share = orbits.mass[moon] / (orbits.mass[moon] + planet.parameter)
     place, speed = np.asarray(orbits.position(times)), np.asarray(orbits.velocity(times))
-    place, speed = (each[:, sun] - share * each[:, moon] for each in (place, speed))
+    place, speed = (states[:, sun] - share * states[:, moon] for states in (place, speed))
     normal = np.cross(place, speed)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     return harmonic_fit(times, normal[:, 0], planet.frequencies[planet.frequencies > 0][[3]] * np.arange(1, 3)).rate

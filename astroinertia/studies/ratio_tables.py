@@ -65,8 +65,8 @@ def markdown(dataset: xr.Dataset) -> str:
     return "\n".join(lines)
 
 
-def body_text(dataset: xr.Dataset, known: Mapping[str, float], compressed: bool = False) -> str:
-    """Return one body in detail; known: two-layer parameters in SI, by name. SceneError for layers that cannot be.
+def body_text(dataset: xr.Dataset, parameters: Mapping[str, float], compressed: bool = False) -> str:
+    """Return one body in detail; parameters: of two layers in SI, by name. SceneError for layers that cannot be.
 
     compressed: with the core of compressed layers as well, which takes seconds.
 
@@ -94,7 +94,7 @@ def body_text(dataset: xr.Dataset, known: Mapping[str, float], compressed: bool 
     else:
         lines.append("  no hydrostatic value: gravity and spin are not those of a fluid, or not known")
     lines.append(f"  polytrope with this ratio: n = {_plain(float(polytropic_index(ratio.value)), '.3f')}")
-    lines += ["", *(_layer_lines(one, known) if known else _assumed_lines(one))]
+    lines += ["", *(_layer_lines(one, parameters) if parameters else _assumed_lines(one))]
     if compressed:
         lines += ["", *_compressed_lines(one)]
     if one.has("core_radius"):
@@ -174,70 +174,70 @@ def _published_lines(one: SolarSystemBody) -> list[str]:
 
 
 def _assumed_lines(one: SolarSystemBody) -> list[str]:
-    found = core_inversion(one)
-    if not found.assumed:
+    layers = core_inversion(one)
+    if not layers.assumed:
         return ["no core is inverted: nothing is assumed for its layers; give --core-density or --mantle-density"]
     lines = [
-        f"uniform layers with the published ratio, assumed: {found.assumed}",
-        f"  core radius          {found.core_radius / 1e3:.0f} km, between {found.core_radius_low / 1e3:.0f} and "
-        f"{found.core_radius_high / 1e3:.0f} km (16th and 84th percentile)",
-        f"  core density         {found.core_density:.0f} +- {found.core_density_deviation:.0f} kg/m3",
-        f"  mantle density       {found.mantle_density:.0f} +- {found.mantle_density_deviation:.0f} kg/m3",
-        f"  fluid k2             {found.love_number:.4f}",
+        f"uniform layers with the published ratio, assumed: {layers.assumed}",
+        f"  core radius          {layers.core_radius / 1e3:.0f} km, between {layers.core_radius_low / 1e3:.0f} and "
+        f"{layers.core_radius_high / 1e3:.0f} km (16th and 84th percentile)",
+        f"  core density         {layers.core_density:.0f} +- {layers.core_density_deviation:.0f} kg/m3",
+        f"  mantle density       {layers.mantle_density:.0f} +- {layers.mantle_density_deviation:.0f} kg/m3",
+        f"  fluid k2             {layers.love_number:.4f}",
     ]
-    if found.possible_share < 0.995:
-        lines.append(f"  {100 * (1 - found.possible_share):.0f} % of what the errors allow has no such layers at all")
+    if layers.possible_share < 0.995:
+        lines.append(f"  {100 * (1 - layers.possible_share):.0f} % of what the errors allow has no such layers at all")
     return lines
 
 
 def _compressed_lines(one: SolarSystemBody) -> list[str]:
     from astroinertia.studies.compressed_core import compressed_core
 
-    found = compressed_core(one)
+    core = compressed_core(one)
     return [
         "the same with layers compressed by their weight, bulk moduli of liquid iron and of forsterite",
-        f"  core radius          {found.core_radius / 1e3:.0f} +- {found.core_radius_deviation / 1e3:.0f} km",
-        f"  core density         {found.core_density:.0f} kg/m3, {found.central_density:.0f} at the centre",
-        f"  mantle density       {found.mantle_density:.0f} kg/m3, {found.mantle_reference_density:.0f} uncompressed",
-        f"  fluid k2             {found.love_number:.4f}",
+        f"  core radius          {core.core_radius / 1e3:.0f} +- {core.core_radius_deviation / 1e3:.0f} km",
+        f"  core density         {core.core_density:.0f} kg/m3, {core.central_density:.0f} at the centre",
+        f"  mantle density       {core.mantle_density:.0f} kg/m3, {core.mantle_reference_density:.0f} uncompressed",
+        f"  fluid k2             {core.love_number:.4f}",
     ]
 
 
-def _layer_lines(one: SolarSystemBody, known: Mapping[str, float]) -> list[str]:
-    given = dict(known)
-    predicted = len(given) == 2 and "moment_ratio" not in given
-    if len(given) == 1 and "moment_ratio" not in given:
-        given["moment_ratio"] = one.moment_ratio().value
-    if len(given) != 2:
+def _layer_lines(one: SolarSystemBody, parameters: Mapping[str, float]) -> list[str]:
+    inputs = dict(parameters)
+    predicted = len(inputs) == 2 and "moment_ratio" not in inputs
+    if len(inputs) == 1 and "moment_ratio" not in inputs:
+        inputs["moment_ratio"] = one.moment_ratio().value
+    if len(inputs) != 2:
         raise SceneError(
             "two layers follow from one or two of --core-density, --mantle-density and --core-radius, or from one of "
             "them with --moment-ratio"
         )
-    ratio_known = {("core_radius_ratio" if name == "core_radius" else name): value for name, value in given.items()}
-    if "core_radius" in given:
-        ratio_known["core_radius_ratio"] = given["core_radius"] / one.mean_radius
+    ratio_known = {("core_radius_ratio" if name == "core_radius" else name): value for name, value in inputs.items()}
+    if "core_radius" in inputs:
+        ratio_known["core_radius_ratio"] = inputs["core_radius"] / one.mean_radius
     why = impossible(one.mean_density, **ratio_known)
     if why is not None:
         raise SceneError(f"no two layers of {one.name} are like this: {why}")
-    found = {
+    outputs = {
         name: float(value)
-        for name, value in TWO_LAYERS.function(mass=one.mass, radius=one.mean_radius, **given).items()
+        for name, value in TWO_LAYERS.function(mass=one.mass, radius=one.mean_radius, **inputs).items()
     }
     ratio = one.moment_ratio()
-    off = found["moment_ratio_found"] - ratio.value
+    off = outputs["moment_ratio_found"] - ratio.value
     sigmas = f", {abs(off) / ratio.uncertainty:.1f} standard deviations" if math.isfinite(ratio.uncertainty) else ""
-    comparison = f"{off:+.5f} of the published{sigmas}" if predicted or "moment_ratio" in known else "as published"
-    j2 = one.small_m * found["love_number"] / 3
+    comparison = f"{off:+.5f} of the published{sigmas}" if predicted or "moment_ratio" in parameters else "as published"
+    j2 = one.small_m * outputs["love_number"] / 3
     measured = f" (measured {one.zonal_harmonic(one.mean_radius):.4g})" if one.has("j2") else ""
     return [
-        f"two uniform layers with {' and '.join(_quantity_text(name, value) for name, value in known.items())}",
-        f"  I/(M R^2)            {found['moment_ratio_found']:.5f}, {comparison}",
-        f"  core radius          {found['core_radius_found'] / 1e3:.0f} km, "
-        f"{found['core_radius_found'] / one.mean_radius:.4f} of the body's",
-        f"  core density         {found['core_density_found']:.0f} kg/m3, "
-        f"{100 * found['core_mass_fraction']:.1f} % of the mass",
-        f"  mantle density       {found['mantle_density_found']:.0f} kg/m3",
-        f"  fluid k2             {found['love_number']:.4f}",
+        f"two uniform layers with {' and '.join(_quantity_text(name, value) for name, value in parameters.items())}",
+        f"  I/(M R^2)            {outputs['moment_ratio_found']:.5f}, {comparison}",
+        f"  core radius          {outputs['core_radius_found'] / 1e3:.0f} km, "
+        f"{outputs['core_radius_found'] / one.mean_radius:.4f} of the body's",
+        f"  core density         {outputs['core_density_found']:.0f} kg/m3, "
+        f"{100 * outputs['core_mass_fraction']:.1f} % of the mass",
+        f"  mantle density       {outputs['mantle_density_found']:.0f} kg/m3",
+        f"  fluid k2             {outputs['love_number']:.4f}",
         *([] if "synchronous" in one.adopted("rotation_rate").note or one.name == "Moon"
           else [f"  hydrostatic J2       {j2:.4g}{measured}, to first order"]),
     ]  # fmt: skip

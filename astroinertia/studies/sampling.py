@@ -81,14 +81,14 @@ def diagnostics(posterior: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
     from emcee.autocorr import integrated_time  # pyright: ignore[reportMissingImports]
 
     draws = posterior.sizes["draw"]
-    found: dict[str, list[float]] = {"autocorrelation_time": [], "effective_samples": [], "r_hat": []}
+    columns: dict[str, list[float]] = {"autocorrelation_time": [], "effective_samples": [], "r_hat": []}
     for name in names:
         values = posterior[name].transpose("chain", "walker", "draw").values
-        times = [float(integrated_time(each.T, has_walkers=True, quiet=True, tol=0)[0]) for each in values]
-        found["autocorrelation_time"].append(max(times))
-        found["effective_samples"].append(values.size / max(times) if np.isfinite(max(times)) else 0.0)
-        found["r_hat"].append(r_hat(values))
-    dataset = xr.Dataset({name: ("parameter", each) for name, each in found.items()}, {"parameter": list(names)})
+        times = [float(integrated_time(chain.T, has_walkers=True, quiet=True, tol=0)[0]) for chain in values]
+        columns["autocorrelation_time"].append(max(times))
+        columns["effective_samples"].append(values.size / max(times) if np.isfinite(max(times)) else 0.0)
+        columns["r_hat"].append(r_hat(values))
+    dataset = xr.Dataset({name: ("parameter", chain) for name, chain in columns.items()}, {"parameter": list(names)})
     long_enough = LEAST_AUTOCORRELATION_TIMES * dataset["autocorrelation_time"] <= draws
     dataset["converged"] = long_enough & (dataset["r_hat"] < R_HAT_LIMIT)
     return dataset

@@ -47,24 +47,24 @@ def along_sequence(dataset: xr.Dataset, index: float, rates: Sequence[float] = R
     spin = momentum / (2 * across)
     rows = [_first(spin >= share * shedding, share) for share in rates]
     energy, bound = dataset["kinetic_energy"].values[rows], -dataset["gravitational_energy"].values[rows]
-    found = {
+    columns = {
         "time": dataset["time"].values[rows],
         "angular_momentum": momentum[rows],
         "angular_velocity": spin[rows],
         "axis_ratio": np.sqrt(along[rows] / across[rows]),
         "rotational_to_gravitational": momentum[rows] * spin[rows] / 2 * gravity * mass**2 / radius / bound,
     }
-    exact = star.at(found["angular_momentum"])
+    exact = star.at(columns["angular_momentum"])
     for name in ("angular_velocity", "axis_ratio", "rotational_to_gravitational"):
-        found[f"{name}_exact"] = exact[name]
+        columns[f"{name}_exact"] = exact[name]
     for name in ("axis_ratio", "rotational_to_gravitational"):
-        found[f"{name}_error"] = found[name] / exact[name] - 1
-    share = found["rotational_to_gravitational"]
-    liquid = np.array([maclaurin.from_energy_ratio(float(each)).c_over_a for each in share])
-    found |= {"axis_ratio_maclaurin": liquid, "disordered_energy": energy / bound - share}
-    found["maclaurin_error"] = found["axis_ratio"] / liquid - 1
+        columns[f"{name}_error"] = columns[name] / exact[name] - 1
+    share = columns["rotational_to_gravitational"]
+    liquid = np.array([maclaurin.from_energy_ratio(float(ratio)).c_over_a for ratio in share])
+    columns |= {"axis_ratio_maclaurin": liquid, "disordered_energy": energy / bound - share}
+    columns["maclaurin_error"] = columns["axis_ratio"] / liquid - 1
     return xr.Dataset(
-        {name: ("rate", found[name], {"units": "1", "long_name": text}) for name, text in _TEXTS.items()},
+        {name: ("rate", columns[name], {"units": "1", "long_name": text}) for name, text in _TEXTS.items()},
         {"rate": ("rate", list(rates), {"units": "1", "long_name": "angular velocity over that of mass shedding"})},
         {"title": f"a polytrope of index {index:g}, spun up slowly"},
     )

@@ -144,16 +144,16 @@ def cloud_to_disc(
                             "surface density"),
         "orbital_period": (kepler_period(body, radii), "s", "period of the orbit"),
     }  # fmt: skip
-    found = _along("radius", radii, "m", "radius in the disc", columns, "the disc of a cloud")
-    found.attrs |= {"disc_radius": outer, "angular_momentum": cloud.angular_momentum}
-    return found
+    disc = _along("radius", radii, "m", "radius in the disc", columns, "the disc of a cloud")
+    disc.attrs |= {"disc_radius": outer, "angular_momentum": cloud.angular_momentum}
+    return disc
 
 
 def _along(name: str, values: np.ndarray, unit: str, text: str, columns: dict, title: str) -> xr.Dataset:
     return xr.Dataset(
         {
-            each: (name, np.broadcast_to(found, values.shape), {"units": its, "long_name": words})
-            for each, (found, its, words) in columns.items()
+            column: (name, np.broadcast_to(numbers, values.shape), {"units": its, "long_name": words})
+            for column, (numbers, its, words) in columns.items()
         },
         {name: (name, values, {"units": unit, "long_name": text})},
         {"title": title},

@@ -73,14 +73,14 @@ def figure_of_scene(scene: Scene, angular_velocity: float) -> RotatingFigure:
 
     def excess(fraction: float) -> float:
         # The level surface at the boundary has two nodes, with the same mass inside.
-        found = figure(fraction)
-        node = np.argmin(np.abs(found.radius / found.mean_radius - fraction))
-        return found.enclosed_mass[node] / found.mass - float(still.edges[0])
+        solution = figure(fraction)
+        node = np.argmin(np.abs(solution.radius / solution.mean_radius - fraction))
+        return solution.enclosed_mass[node] / solution.mass - float(still.edges[0])
 
     if len(laws) == 1:
         return figure(1.0)
-    found: Any = brentq(excess, (1 - _NEAR) * boundary, (1 + _NEAR) * boundary, xtol=_CLOSE)
-    return figure(found)
+    solution: Any = brentq(excess, (1 - _NEAR) * boundary, (1 + _NEAR) * boundary, xtol=_CLOSE)
+    return figure(solution)
 
 
 def _law(matter: Any, number: int, label: float) -> _Law:

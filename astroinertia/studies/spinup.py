@@ -125,22 +125,22 @@ def period_against_radius(chosen: Iterable[Case] | None = None) -> xr.Dataset:
     share = np.linspace(0.0, 1.0, _RADII)
     radius = columns["radius"] * (columns["radius_after"] / columns["radius"]) ** share
     ratio = columns["moment_ratio"] * (columns["moment_ratio_after"] / columns["moment_ratio"]) ** share
-    found = whole(
+    collapsed = whole(
         columns["moment_ratio"], columns["mass"], columns["radius"], columns["period"], ratio, columns["mass"], radius
     )
     wide = {
         "radius": (radius, "m", "radius"),
         "moment_ratio": (ratio, "1", "I/(M R^2)"),
-        "period": (found.period, "s", "period"),
-        "kepler_period": (np.broadcast_to(found.kepler_period, radius.shape), "s", "of an orbit at the equator"),
-        "shedding_period": (np.broadcast_to(found.shedding_period, radius.shape), "s", "of mass shedding, Roche"),
-        "beyond_kepler": (found.beyond_kepler, "1", "whether the equator turns faster than an orbit there"),
-        "sheds_mass": (found.sheds_mass, "1", "whether it turns faster than a condensed body can"),
+        "period": (collapsed.period, "s", "period"),
+        "kepler_period": (np.broadcast_to(collapsed.kepler_period, radius.shape), "s", "of an orbit at the equator"),
+        "shedding_period": (np.broadcast_to(collapsed.shedding_period, radius.shape), "s", "of mass shedding, Roche"),
+        "beyond_kepler": (collapsed.beyond_kepler, "1", "whether the equator turns faster than an orbit there"),
+        "sheds_mass": (collapsed.sheds_mass, "1", "whether it turns faster than a condensed body can"),
     }
     narrow = {
         "mass": (columns["mass"][:, 0], "kg", "mass"),
-        "angular_momentum": (found.angular_momentum[:, 0], "kg m2 s-1", "angular momentum"),
-        "barrier_radius": (found.centrifugal_radius[:, -1], "m", "radius at which it would turn like an orbit"),
+        "angular_momentum": (collapsed.angular_momentum[:, 0], "kg m2 s-1", "angular momentum"),
+        "barrier_radius": (collapsed.centrifugal_radius[:, -1], "m", "radius at which it would turn like an orbit"),
     }
     return xr.Dataset(
         {name: (("case", "step"), values, {"units": unit, "long_name": text})
@@ -178,14 +178,14 @@ def core_to_neutron_star(
     rows: list[dict] = []
 
     def add(name: str, mass_after: float, radius_after: float, ratio_after: float, limit: str) -> SpinUp:
-        found = whole(ratio, mass, radius, period, ratio_after, mass_after, radius_after, angular_momentum_share)
-        rows.append(_row(name, found, mass_after, radius_after, ratio_after, limit))
-        return found
+        spun_up = whole(ratio, mass, radius, period, ratio_after, mass_after, radius_after, angular_momentum_share)
+        rows.append(_row(name, spun_up, mass_after, radius_after, ratio_after, limit))
+        return spun_up
 
     add("uniform sphere", mass, size, 0.4, "roche")
     soft = Polytrope(1.0)
-    found = add("polytrope n = 1", mass, size, soft.moment_of_inertia, "polytrope 1")
-    rows.append(_figure(mass, size, float(found.angular_momentum)))
+    spun_up = add("polytrope n = 1", mass, size, soft.moment_of_inertia, "polytrope 1")
+    rows.append(_figure(mass, size, float(spun_up.angular_momentum)))
     solar, kilometres = mass / SOLAR_MASS, size / 1e3
     compactness = solar * SOLAR_LENGTH / size
     fits = {
@@ -231,30 +231,30 @@ _REMNANT = {
 }
 
 
-def _row(name: str, found: SpinUp, mass: float, radius: float, ratio: float, limit: str) -> dict:
-    shedding = float(found.kepler_period) / shedding_share(limit)
+def _row(name: str, spun_up: SpinUp, mass: float, radius: float, ratio: float, limit: str) -> dict:
+    shedding = float(spun_up.kepler_period) / shedding_share(limit)
     return {
         "name": name,
         "mass": mass,
         "radius": radius,
         "moment_ratio": ratio,
-        "moment_of_inertia": float(found.moment_after),
-        "moment_fall": float(found.moment_fall),
-        "period": float(found.period),
-        "kepler_period": float(found.kepler_period),
+        "moment_of_inertia": float(spun_up.moment_after),
+        "moment_fall": float(spun_up.moment_fall),
+        "period": float(spun_up.period),
+        "kepler_period": float(spun_up.kepler_period),
         "shedding_period": shedding,
-        "period_over_kepler": float(found.period_over_kepler),
-        "rotational_energy": float(found.rotational_energy),
-        "beyond_kepler": bool(found.beyond_kepler),
-        "sheds_mass": abs(float(found.period)) < shedding,
+        "period_over_kepler": float(spun_up.period_over_kepler),
+        "rotational_energy": float(spun_up.rotational_energy),
+        "beyond_kepler": bool(spun_up.beyond_kepler),
+        "sheds_mass": abs(float(spun_up.period)) < shedding,
     }
 
 
 def _figure(mass: float, radius: float, momentum: float) -> dict:
     """The n = 1 polytrope as it is with its rotation."""
     at_rest = Polytrope(1.0, mass, radius).moment_of_inertia
-    found = whole(1.0, 1.0, math.sqrt(at_rest), 2 * math.pi * at_rest / momentum, 1.0, mass, radius)
-    row = _row("polytrope n = 1, rotating figure", found, mass, radius, 1.0, "polytrope 1")
+    spun_up = whole(1.0, 1.0, math.sqrt(at_rest), 2 * math.pi * at_rest / momentum, 1.0, mass, radius)
+    row = _row("polytrope n = 1, rotating figure", spun_up, mass, radius, 1.0, "polytrope 1")
     try:
         figure = spun_up_polytrope(1.0, mass, radius, momentum, GRAVITATIONAL_CONSTANT)
     except NumericalError:
@@ -299,8 +299,8 @@ def star_of_baryons(equation_of_state: Barotrope, rest_mass: float) -> NeutronSt
             f"equation of state {equation_of_state.name}: stable stars have rest masses of "
             f"{rest_mass * (1 + least):.6g} to {rest_mass * (1 + most):.6g} solar masses, not {rest_mass:.6g}"
         )
-    found = root_scalar(excess, bracket=(low, high), method="brentq", xtol=1e-11, rtol=1e-11)
-    return star(equation_of_state, central_enthalpy=math.exp(found.root))
+    solution = root_scalar(excess, bracket=(low, high), method="brentq", xtol=1e-11, rtol=1e-11)
+    return star(equation_of_state, central_enthalpy=math.exp(solution.root))
 
 
 def shell_collapse(
@@ -329,7 +329,7 @@ def shell_collapse(
     after = before.collapsed(Polytrope(index_after, total, final).radius_enclosing(before.enclosed_mass))
     locked = after.locked()
     highest = before.equatorial_specific_angular_momentum.max()
-    asked = np.linspace(0.0, highest, _SPECTRUM)
+    specific_momenta = np.linspace(0.0, highest, _SPECTRUM)
     along = {
         "radius": (before.radius, "m", "radius before"),
         "radius_after": (after.radius, "m", "radius after"),
@@ -343,15 +343,15 @@ def shell_collapse(
         "rigid_kepler_fraction": (locked.keplerian_fraction, "1", "the same when the shells are locked together"),
     }  # fmt: skip
     spectra = {
-        "spectrum": (before.spectrum(asked), "kg", "mass of lower specific angular momentum"),
-        "spectrum_after": (after.spectrum(asked), "kg", "the same after the collapse"),
+        "spectrum": (before.spectrum(specific_momenta), "kg", "mass of lower specific angular momentum"),
+        "spectrum_after": (after.spectrum(specific_momenta), "kg", "the same after the collapse"),
     }
     return xr.Dataset(
         {name: ("shell", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in along.items()}
         | {name: ("j", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in spectra.items()},
         {
             "enclosed_mass": ("shell", before.enclosed_mass, {"units": "kg", "long_name": "mass inside"}),
-            "j": ("j", asked, {"units": "m2 s-1", "long_name": "specific angular momentum about the axis"}),
+            "j": ("j", specific_momenta, {"units": "m2 s-1", "long_name": "specific angular momentum about the axis"}),
         },
         {
             "title": "a collapse in which each shell keeps its angular momentum",
@@ -368,8 +368,8 @@ def shell_collapse(
 def crossing_radius(dataset: xr.Dataset, case: str, period: Quantity) -> float:
     """The radius in m at which a case of `period_against_radius` has a period, with its last moment ratio.
 
-    >>> found = crossing_radius(period_against_radius(), "iron core, 100 s", "1 s")
-    >>> print(f"{found / 1e3:.0f} km")  # where it turns in 1 s
+    >>> radius = crossing_radius(period_against_radius(), "iron core, 100 s", "1 s")
+    >>> print(f"{radius / 1e3:.0f} km")  # where it turns in 1 s
     70 km
     """
     row = dataset.sel(case=case)

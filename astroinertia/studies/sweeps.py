@@ -50,34 +50,34 @@ def sweep(
     for name in (*values, *fixed):
         if name not in model.inputs:
             raise SceneError(f"there is no parameter '{name}' here; there is {', '.join(model.inputs)}")
-    axes = {name: np.atleast_1d(np.asarray(each, dtype=float)) for name, each in values.items()}
-    for name, each in axes.items():
-        if each.ndim != 1 or not each.size or not np.isfinite(each).all():
+    axes = {name: np.atleast_1d(np.asarray(axis, dtype=float)) for name, axis in values.items()}
+    for name, axis in axes.items():
+        if axis.ndim != 1 or not axis.size or not np.isfinite(axis).all():
             raise SceneError(f"a sweep needs a list of finite values of {name}")
-    members = math.prod(each.size for each in axes.values())
+    members = math.prod(axis.size for axis in axes.values())
     if members > LARGEST:
         raise SceneError(f"{members} combinations are more than the {LARGEST} that a sweep may have")
     if not axes:
         raise SceneError("a sweep needs at least one parameter with its values")
     names = list(axes)
-    points = [xr.DataArray(each, dims=[name], coords={name: each}) for name, each in axes.items()]
+    points = [xr.DataArray(axis, dims=[name], coords={name: axis}) for name, axis in axes.items()]
     if dask:
         points = _chunked(points, members, chunk)
 
-    def columns(*given: np.ndarray) -> tuple[np.ndarray, ...]:
-        same = np.broadcast_arrays(*given)
-        found = model.function(**{name: each.ravel() for name, each in zip(names, same, strict=True)}, **fixed)
-        return tuple(np.asarray(found[name], dtype=float).reshape(same[0].shape) for name in model.outputs)
+    def columns(*inputs: np.ndarray) -> tuple[np.ndarray, ...]:
+        same = np.broadcast_arrays(*inputs)
+        outputs = model.function(**{name: axis.ravel() for name, axis in zip(names, same, strict=True)}, **fixed)
+        return tuple(np.asarray(outputs[name], dtype=float).reshape(same[0].shape) for name in model.outputs)
 
-    found = xr.apply_ufunc(
+    outputs = xr.apply_ufunc(
         columns,
         *points,
         output_core_dims=[[] for _ in model.outputs],
         output_dtypes=[float] * len(model.outputs),
         dask="parallelized" if dask else "forbidden",
     )
-    found = (found,) if len(model.outputs) == 1 else found
-    dataset = xr.Dataset(dict(zip(model.outputs, found, strict=True)))
+    outputs = (outputs,) if len(model.outputs) == 1 else outputs
+    dataset = xr.Dataset(dict(zip(model.outputs, outputs, strict=True)))
     for name, (unit, text) in {**model.outputs, **{name: model.inputs[name] for name in names}}.items():
         dataset[name].attrs = {"units": unit, "long_name": text}
     dataset.attrs = {name: float(value) for name, value in fixed.items()}
@@ -93,6 +93,6 @@ def _chunked(points: list[xr.DataArray], members: int, chunk: int) -> list[xr.Da
     rest, split = members, []
     for point in points:
         rest //= point.size
-        each = min(point.size, max(1, chunk // max(rest, 1)))
-        split.append(point.chunk({point.dims[0]: each}))
+        length = min(point.size, max(1, chunk // max(rest, 1)))
+        split.append(point.chunk({point.dims[0]: length}))
     return split

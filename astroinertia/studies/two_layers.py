@@ -16,10 +16,10 @@ from astroinertia.bodies.inversion import ThreeLayers, TwoLayers
 from astroinertia.bodies.layered import constant_layers
 from astroinertia.bodies.moment_ratios import UNIFORM
 
-KNOWN = ("moment_ratio", "mantle_density", "core_density", "core_radius_ratio")
+PARAMETERS = ("moment_ratio", "mantle_density", "core_density", "core_radius_ratio")
 
 
-def two_layers(mean_density, **known) -> TwoLayers:
+def two_layers(mean_density, **parameters) -> TwoLayers:
     """Return the bodies with two of moment_ratio, mantle_density, core_density and core_radius_ratio as given.
 
     Numbers or arrays that broadcast. moment_ratio: I/(M R^2) of the mean moment and the mean radius R;
@@ -29,20 +29,22 @@ def two_layers(mean_density, **known) -> TwoLayers:
     >>> print(f"{two_layers(3933.0, moment_ratio=0.3637, mantle_density=3500.0).core_radius_ratio:.4f}")  # of Mars
     0.4192
     """
-    names = tuple(name for name in KNOWN if name in known)
-    if len(names) != 2 or len(known) != 2:
-        raise ValueError(f"two layers follow from two of {', '.join(KNOWN)}, not from {', '.join(known) or 'none'}")
-    mean, *given = _same(mean_density, *(known[name] for name in names))
+    names = tuple(name for name in PARAMETERS if name in parameters)
+    if len(names) != 2 or len(parameters) != 2:
+        raise ValueError(
+            f"two layers follow from two of {', '.join(PARAMETERS)}, not from {', '.join(parameters) or 'none'}"
+        )
+    mean, *values = _same(mean_density, *(parameters[name] for name in names))
     if names[0] == "moment_ratio":
-        ratio, core, mantle = _batch(_inverted(names[1]), mean, *given)
+        ratio, core, mantle = _batch(_inverted(names[1]), mean, *values)
     else:
         with np.errstate(all="ignore"):
-            ratio, core, mantle = _forward(mean, **dict(zip(names, given, strict=True)))
+            ratio, core, mantle = _forward(mean, **dict(zip(names, values, strict=True)))
     possible = (ratio > 0) & (ratio < 1) & (mantle > 0) & (core > mantle)
-    return TwoLayers(*(np.where(possible, each, np.nan)[()] for each in (ratio, core, mantle)))
+    return TwoLayers(*(np.where(possible, quantity, np.nan)[()] for quantity in (ratio, core, mantle)))
 
 
-def three_layers(mean_density, moment_ratio, crust_share, crust_density, **known) -> ThreeLayers:
+def three_layers(mean_density, moment_ratio, crust_share, crust_density, **parameter) -> ThreeLayers:
     """Return the bodies below a crust (thickness over R, density) with core_density or mantle_density as given.
 
     Or with core_radius_ratio, over R. Numbers or arrays that broadcast. Checked by tests/unit/test_two_layers.py.
@@ -51,12 +53,12 @@ def three_layers(mean_density, moment_ratio, crust_share, crust_density, **known
     >>> print(f"{mars.core_radius_ratio:.4f}")
     0.5884
     """
-    ((name, value),) = known.items()
+    ((name, value),) = parameter.items()
     arrays = _same(mean_density, moment_ratio, crust_density, 1 - np.asarray(crust_share), value)
-    found = _batch(_peeled(name), *arrays)
-    core_ratio, boundary, core, mantle, crust = found
+    layers = _batch(_peeled(name), *arrays)
+    core_ratio, boundary, core, mantle, crust = layers
     possible = (core_ratio > 0) & (core_ratio < boundary) & (boundary < 1) & (core > mantle) & (mantle > crust)
-    return ThreeLayers(*(np.where(possible, each, np.nan)[()] for each in found))
+    return ThreeLayers(*(np.where(possible, quantity, np.nan)[()] for quantity in layers))
 
 
 def moment_ratio_of(mean_density, layers: TwoLayers):
@@ -81,71 +83,71 @@ def love_numbers(layers: TwoLayers | ThreeLayers):
     same = _same(*radii, *densities)
     good = np.isfinite(same).all(axis=0)
     stand_in = [*np.linspace(0.5, 0.8, len(radii)), *np.ones(len(densities))]
-    filled = [np.where(good, each, other) for each, other in zip(same, stand_in, strict=True)]
+    filled = [np.where(good, values, other) for values, other in zip(same, stand_in, strict=True)]
     return np.where(good, _batch(_love_number(len(radii)), *filled)[0], np.nan)[()]
 
 
-def impossible(mean_density: float, **known: float) -> str | None:
+def impossible(mean_density: float, **parameters: float) -> str | None:
     """Return why no body of two layers has these two numbers, with the inequality broken; None if one does.
 
     >>> print(impossible(3933.0, moment_ratio=0.41, core_density=6000.0))
     moment ratio 0.41 is not below 0.4, that of a body with a core no denser than its mantle
     """
-    if np.isfinite(two_layers(mean_density, **known).core_density):
+    if np.isfinite(two_layers(mean_density, **parameters).core_density):
         return None
-    stated = {name: f"{name.replace('_', ' ')} {value:g}" for name, value in known.items()}
-    if "moment_ratio" in known:
-        rest = {name: value for name, value in known.items() if name != "moment_ratio"}
-        if known["moment_ratio"] >= UNIFORM:
+    stated = {name: f"{name.replace('_', ' ')} {value:g}" for name, value in parameters.items()}
+    if "moment_ratio" in parameters:
+        rest = {name: value for name, value in parameters.items() if name != "moment_ratio"}
+        if parameters["moment_ratio"] >= UNIFORM:
             limit = f"{UNIFORM:g}, that of a body with a core no denser than its mantle"
             return f"{stated['moment_ratio']} is not below {limit}"
         try:
-            inversion.two_layers(mean_density, known["moment_ratio"], **rest)
+            inversion.two_layers(mean_density, parameters["moment_ratio"], **rest)
         except ValueError as error:
             return str(error)
         return f"with {' and '.join(stated.values())} the core would not be denser than the mantle"
-    if not known.get("mantle_density", 0.5 * mean_density) < mean_density:
+    if not parameters.get("mantle_density", 0.5 * mean_density) < mean_density:
         return f"{stated['mantle_density']} kg/m3 is not below the mean density {mean_density:.5g} kg/m3"
-    if not known.get("core_density", 2 * mean_density) > mean_density:
+    if not parameters.get("core_density", 2 * mean_density) > mean_density:
         return f"{stated['core_density']} kg/m3 is not above the mean density {mean_density:.5g} kg/m3"
     return f"with {' and '.join(stated.values())} no mantle of a positive density is left"
 
 
 def _same(*values) -> list[np.ndarray]:
-    return list(np.broadcast_arrays(*(np.asarray(each, dtype=float) for each in values)))
+    return list(np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in values)))
 
 
-def _forward(mean: np.ndarray, **known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    if "core_radius_ratio" not in known:
-        mantle, core = known["mantle_density"], known["core_density"]
+def _forward(mean: np.ndarray, **parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    if "core_radius_ratio" not in parameters:
+        mantle, core = parameters["mantle_density"], parameters["core_density"]
         return np.cbrt((mean - mantle) / (core - mantle)), core, mantle
-    fraction = known["core_radius_ratio"]
+    fraction = parameters["core_radius_ratio"]
     cube = fraction**3
-    if "mantle_density" in known:
-        mantle = known["mantle_density"]
+    if "mantle_density" in parameters:
+        mantle = parameters["mantle_density"]
         return fraction, mantle + (mean - mantle) / cube, mantle
-    core = known["core_density"]
+    core = parameters["core_density"]
     return fraction, core, (mean - core * cube) / (1 - cube)
 
 
 def _batch(function: Callable, *arrays: np.ndarray) -> list[np.ndarray]:
     """What a function of JAX gives for each member of arrays of one shape, in 64 bits."""
     with jax.enable_x64(True):
-        found = function(*(each.ravel() for each in arrays))
-    return [np.asarray(each).reshape(arrays[0].shape) for each in jax.tree.leaves(found)]
+        outputs = function(*(array.ravel() for array in arrays))
+    return [np.asarray(array).reshape(arrays[0].shape) for array in jax.tree.leaves(outputs)]
 
 
 @lru_cache(maxsize=8)
 def _inverted(name: str) -> Callable:
-    return jax.jit(jax.vmap(lambda mean, ratio, given: inversion.two_layers(mean, ratio, **{name: given})))
+    return jax.jit(jax.vmap(lambda mean, ratio, parameter: inversion.two_layers(mean, ratio, **{name: parameter})))
 
 
 @lru_cache(maxsize=8)
 def _peeled(name: str) -> Callable:
     return jax.jit(
         jax.vmap(
-            lambda mean, ratio, crust, boundary, given: inversion.three_layer_family(
-                mean, ratio, crust, boundary, **{name: given}
+            lambda mean, ratio, crust, boundary, parameter: inversion.three_layer_family(
+                mean, ratio, crust, boundary, **{name: parameter}
             )
         )
     )

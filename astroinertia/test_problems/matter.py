@@ -61,14 +61,14 @@ def standard(problem: str) -> Standard:
     return getattr(import_module(f"astroinertia.test_problems.{module}"), name)
 
 
-def l1_errors(found: Any, exact: Solution, chosen: np.ndarray) -> dict[str, float]:
+def l1_errors(computed: Any, exact: Solution, chosen: np.ndarray) -> dict[str, float]:
     """Mean |f - f_exact| over the largest |f_exact|, of density, velocity and pressure, over chosen particles.
 
     The norm of Price 2007 (PASA 24, 159, appendix); of velocities the length of the difference is taken.
     """
     errors = {}
     for name in ("density", "velocity", "pressure"):
-        value, right = np.asarray(getattr(found, name))[chosen], getattr(exact, name)[chosen]
+        value, right = np.asarray(getattr(computed, name))[chosen], getattr(exact, name)[chosen]
         apart, size = np.abs(value - right), np.abs(right)
         if value.ndim == 2:
             apart, size = np.linalg.norm(value - right, axis=1), np.linalg.norm(right, axis=1)

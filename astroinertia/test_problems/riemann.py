@@ -50,11 +50,11 @@ def _change(pressure: float, side: Side, gamma: float) -> float:
 def sampled(speed: np.ndarray, left: Side, right: Side, gamma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Density, velocity and pressure at places x/t = speed (N,)."""
     pressure, velocity = star(left, right, gamma)
-    found = _beside(speed, left, pressure, velocity, gamma)
+    left_wave = _beside(speed, left, pressure, velocity, gamma)
     mirrored = Side(right.density, -right.velocity, right.pressure)
     density, flow, push = _beside(-speed, mirrored, pressure, -velocity, gamma)
     behind = speed < velocity
-    return tuple(np.where(behind, a, b) for a, b in zip(found, (density, -flow, push), strict=True))  # type: ignore
+    return tuple(np.where(behind, a, b) for a, b in zip(left_wave, (density, -flow, push), strict=True))  # type: ignore
 
 
 def _beside(

@@ -15,8 +15,8 @@ from astroinertia.process.children import started
 from astroinertia.verify.references import Reference, references
 
 Pair = tuple[float, float]  # the quantity here, and as another program computed it beside
-Found = Mapping[str, float | Pair]
-Computation = Callable[[], Found]
+Quantities = Mapping[str, float | Pair]
+Computation = Callable[[], Quantities]
 
 SECTIONS: dict[str, str] = {
     "constants": "Constants and units, against astropy and CODATA",
@@ -80,7 +80,7 @@ class Section:
     @property
     def holds(self) -> bool:
         """Whether every verdict is good."""
-        return all(each.verdict is Verdict.AGREES for each in self.comparisons)
+        return all(comparison.verdict is Verdict.AGREES for comparison in self.comparisons)
 
 
 def compare_sections(names: Sequence[str], begin: Callable[[str], None] = lambda _: None) -> Iterator[Section]:
@@ -108,14 +108,14 @@ def _section_of(beside: "subprocess.Popen[str]") -> Section:
         rows, seconds = {row["key"]: row for row in content["comparisons"]}, content["seconds"]
     except ValueError:
         problem = (errors.strip().splitlines() or [f"its process ended with {beside.returncode}"])[-1]
-    compared = tuple(_compared(each, rows.get(each.key, {}), problem) for each in references()[BESIDE])
+    compared = tuple(_compared(reference, rows.get(reference.key, {}), problem) for reference in references()[BESIDE])
     return Section(BESIDE, SECTIONS[BESIDE], compared, seconds)
 
 
 def _compared(reference: Reference, row: Mapping[str, Any], problem: str) -> Comparison:
     here, there = row.get("here"), row.get("reference")
-    found = None if here is None else (here, math.nan if there is None else there)
-    return compare(reference, found, row.get("problem", problem))
+    computed = None if here is None else (here, math.nan if there is None else there)
+    return compare(reference, computed, row.get("problem", problem))
 
 
 def compare_section(name: str) -> Section:
@@ -124,7 +124,7 @@ def compare_section(name: str) -> Section:
     A computation that fails does not stop the others: its quantities get the verdict "not computed" and its words.
     """
     title, started = SECTIONS[name], time.monotonic()
-    found: dict[str, float | Pair] = {}
+    values: dict[str, float | Pair] = {}
     problems: list[str] = []
     try:
         computations: tuple[Computation, ...] = importlib.import_module(f"astroinertia.verify.{name}").COMPUTATIONS
@@ -132,19 +132,21 @@ def compare_section(name: str) -> Section:
         computations, problems = (), [str(error)]
     for computation in computations:
         try:
-            found |= computation()
+            values |= computation()
         except Exception as error:  # whatever is broken is what this is here to tell
             problems.append(f"{type(error).__name__}: {error}")
-    compared = tuple(compare(each, found.get(each.key), "; ".join(problems)) for each in references()[name])
+    compared = tuple(
+        compare(reference, values.get(reference.key), "; ".join(problems)) for reference in references()[name]
+    )
     return Section(name, title, compared, time.monotonic() - started)
 
 
-def compare(reference: Reference, found: float | Pair | None, problem: str = "") -> Comparison:
+def compare(reference: Reference, computed: float | Pair | None, problem: str = "") -> Comparison:
     """One quantity, or the pair of it and what another program found, held to the reference."""
-    if found is None:
+    if computed is None:
         words = problem or "nothing computes it"
         return Comparison(reference, math.nan, reference.value, math.nan, Verdict.FAILED, words)
-    here, there = found if isinstance(found, tuple) else (found, reference.value)
+    here, there = computed if isinstance(computed, tuple) else (computed, reference.value)
     here, there = float(here), float(there)
     difference = here - there
     if reference.measure == "relative":

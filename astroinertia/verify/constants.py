@@ -4,12 +4,12 @@ import math
 
 from astroinertia.bodies.planets import body
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGHT, CodeUnits, quantity
-from astroinertia.verify.comparison import Found
+from astroinertia.verify.comparison import Quantities
 
 _DAY = 86400.0  # s
 
 
-def published_constants() -> Found:
+def published_constants() -> Quantities:
     """G and c as every conversion to SI uses them, and the au."""
     return {
         "gravitational_constant": GRAVITATIONAL_CONSTANT,
@@ -19,13 +19,13 @@ def published_constants() -> Found:
     }
 
 
-def gaussian_year() -> Found:
+def gaussian_year() -> Quantities:
     """Code units of one solar mass and one au: 2 pi units of time are the year of a body of no mass."""
     units = CodeUnits(SOLAR_MASS, quantity("1 au", "length"))
     return {"gaussian_year": 2.0 * math.pi * units.time / _DAY}
 
 
-def solar_system_beside_astropy() -> Found:
+def solar_system_beside_astropy() -> Quantities:
     """Masses and radii of data/planets.csv beside astropy's nominal ones."""
     pairs: dict[str, float | tuple[float, float]] = {}
     for name, unit in (("Sun", "Msun"), ("Earth", "Mearth"), ("Jupiter", "Mjup")):

@@ -2,12 +2,12 @@
 
 from astroinertia.bodies import ellipsoid_secular, ellipsoid_stability, jacobi, maclaurin, riemann
 from astroinertia.bodies.cold_spheroid import ColdSpheroid, sphere_free_fall_time
-from astroinertia.verify.comparison import Found
+from astroinertia.verify.comparison import Quantities
 
 _VISCOSITY = 1e-3  # kinematic, M = R = G = 1: the onset does not depend on it
 
 
-def onsets() -> Found:
+def onsets() -> Quantities:
     """Where Maclaurin spheroids begin to be unstable, without friction and with viscosity, from their modes."""
     spheroid = maclaurin.from_eccentricity
     return {
@@ -16,7 +16,7 @@ def onsets() -> Found:
     }
 
 
-def riemann_figures() -> Found:
+def riemann_figures() -> Quantities:
     """Dedekind's theorem: the adjoint of a Jacobi ellipsoid has its shape and stands still."""
     spinning, still = jacobi.from_axis_ratio(0.6), riemann.dedekind(0.6)
     return {
@@ -26,7 +26,7 @@ def riemann_figures() -> Found:
     }
 
 
-def cold_collapse() -> Found:
+def cold_collapse() -> Quantities:
     """Times in which cold bodies at rest collapse, M = R = G = 1."""
     collapse = ColdSpheroid(equatorial_radius=1.0, polar_radius=0.9).collapse()
     return {

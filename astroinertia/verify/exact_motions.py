@@ -7,7 +7,7 @@ import numpy as np
 
 from astroinertia.build.assemble import prepare
 from astroinertia.scene.load import loads
-from astroinertia.verify.comparison import Found
+from astroinertia.verify.comparison import Quantities
 
 _SCENE = """
 name = "exact_motion"
@@ -30,7 +30,7 @@ _GAMMA = 5.0 / 3.0
 _GRAVITY, _PRESSURE = "[effects.gravity]", "[effects.pressure]"
 
 
-def riemann() -> Found:
+def riemann() -> Quantities:
     """A homogeneous gas with P = 0.45 rho (1 - s^2) at the start, gravitating and turning."""
     axes = (1.2, 1.0, 0.8)
     fraction = 0.45 / 0.5 * math.prod(axes) ** (_GAMMA - 1)  # of the equilibrium of the sphere, 1/2 at the centre
@@ -39,7 +39,7 @@ def riemann() -> Found:
     return _figures("riemann", _at(3.0, body, axes, 0.5, fluid, f"{_GRAVITY}\n{_PRESSURE}"))
 
 
-def dyson() -> Found:
+def dyson() -> Quantities:
     """A turning isentropic gas without gravity that expands, of enthalpy 1 at its centre."""
     axes, n = (1.0, 0.8, 0.6), 1.0 / (_GAMMA - 1.0)
     central = math.gamma(n + 2.5) / math.gamma(n + 1) / math.pi**1.5 / math.prod(axes)
@@ -47,7 +47,7 @@ def dyson() -> Found:
     return _figures("dyson", _at(4.0, f'kind = "dyson"\ngamma = {_GAMMA!r}', axes, 1.0, fluid, _PRESSURE))
 
 
-def dirichlet() -> Found:
+def dirichlet() -> Quantities:
     """An incompressible ellipsoid out of balance."""
     axes = (1.1, 1.0, 1.0 / 1.1)
     effects = f"{_GRAVITY}\n{_PRESSURE}"
@@ -66,7 +66,7 @@ def _at(
         return evolution.record(opening)
 
 
-def _figures(name: str, record: dict[str, np.ndarray]) -> Found:
+def _figures(name: str, record: dict[str, np.ndarray]) -> Quantities:
     return {
         f"{name}_moment": float(record["inertia_tensor"][2, 2]),
         f"{name}_product": float(record["second_moment"][0, 1]),

@@ -3,12 +3,12 @@
 from astroinertia.bodies.earth import prem, prem_figure
 from astroinertia.bodies.moment_ratios import polar_from_precession
 from astroinertia.bodies.planets import body
-from astroinertia.verify.comparison import Found
+from astroinertia.verify.comparison import Quantities
 
 _PREM_CONSTANT = 6.6732e-11  # G of 1981, with which PREM's own table holds
 
 
-def preliminary_reference_earth() -> Found:
+def preliminary_reference_earth() -> Quantities:
     """Moment ratio, pressure and gravity of PREM from its density."""
     earth = prem(_PREM_CONSTANT)
     return {
@@ -18,12 +18,12 @@ def preliminary_reference_earth() -> Found:
     }
 
 
-def hydrostatic_earth() -> Found:
+def hydrostatic_earth() -> Quantities:
     """The flattening that PREM would have as a fluid, to all orders."""
     return {"earth_flattening": 1.0 / prem_figure().flattening}
 
 
-def solar_system() -> Found:
+def solar_system() -> Quantities:
     """Ratios as their authors normalise them, from other numbers of the table."""
     earth = body("Earth")
     precession = polar_from_precession(earth.value("j2"), earth.value("dynamical_ellipticity"))

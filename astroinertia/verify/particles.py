@@ -9,7 +9,7 @@ from astroinertia.inertia.tensor import axial_vector
 from astroinertia.run.loop import run_scene
 from astroinertia.scene.load import loads
 from astroinertia.storage.atomic import temporary_folder
-from astroinertia.verify.comparison import Found
+from astroinertia.verify.comparison import Quantities
 
 assert accessor  # importing it registers `dataset.inertia`
 
@@ -49,7 +49,7 @@ series_every = 0.05
 """A triaxial rotating cloud that falls together in a tide: every effect of the ledger has something to do."""
 
 
-def ledger_of_a_collapse() -> Found:
+def ledger_of_a_collapse() -> Quantities:
     """The largest closure and mismatch over the run, and what nobody accounts for of what should be conserved."""
     series = _run(COLLAPSE)
     largest = float(abs(series["kinetic_energy"]).max() + abs(series["gravitational_energy"]).max())

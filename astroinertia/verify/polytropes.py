@@ -3,27 +3,27 @@
 from astroinertia.bodies.apsidal import apsidal_constant, love_number
 from astroinertia.bodies.oscillations import nonradial_modes, radial_modes
 from astroinertia.bodies.polytrope import Polytrope, lane_emden
-from astroinertia.verify.comparison import Found
+from astroinertia.verify.comparison import Quantities
 
 _GAMMA = 5.0 / 3.0
 
 
-def structure() -> Found:
+def structure() -> Quantities:
     """Surface, mass, condensation and moment ratio of the usual indices."""
-    found = {}
+    values = {}
     for name, index in (("n1", 1.0), ("n15", 1.5), ("n3", 3.0)):
         solution = lane_emden(index)
-        found |= {
+        values |= {
             f"{name}_surface": solution.xi_1,
             f"{name}_mass": solution.surface_mass,
             f"{name}_condensation": solution.central_to_mean,
             f"{name}_moment_ratio": solution.moment_ratio,
             f"{name}_energy": Polytrope(index, 1.0, 1.0).gravitational_energy,
         }
-    return found
+    return values
 
 
-def love_numbers() -> Found:
+def love_numbers() -> Quantities:
     """Response to a tide: k_2, and half of it where apsidal motion is given."""
     return {
         "n1_love_number": love_number(1.0),
@@ -32,7 +32,7 @@ def love_numbers() -> Found:
     }
 
 
-def modes() -> Found:
+def modes() -> Quantities:
     """Squared frequencies in G M/R^3 of the uniform sphere and of n = 3."""
     uniform = {mode.label: mode.squared_frequency for mode in radial_modes(0.0, _GAMMA, 2)}
     (kelvin,) = nonradial_modes(0.0, _GAMMA, 2, 0, 0)

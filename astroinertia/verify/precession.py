@@ -7,7 +7,7 @@ from astroinertia.rotation import cassini, precession, spin_orbit, wobble
 from astroinertia.rotation.precession import ARCSECOND, ARCSECOND_PER_YEAR, JULIAN_YEAR
 from astroinertia.rotation.wobble import DAY
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, quantity
-from astroinertia.verify.comparison import Found
+from astroinertia.verify.comparison import Quantities
 
 _PLANETARY = 10.556403  # chi_A, arcsec a century: Capitaine, Wallace & Chapront 2003
 _MARS_ORBIT = (1.523679342, 0.0934006)  # au, eccentricity: Simon et al. 1994
@@ -20,24 +20,24 @@ _DOUBLE_PULSAR = (0.10225156248, 1.2489, 1.3381, 0.0877775)  # d, Msun, Msun, e:
 _HULSE_TAYLOR = (0.322997448918, 1.4398, 1.3886, 0.617134)  # Weisberg, Nice & Taylor 2010
 
 
-def earth() -> Found:
+def earth() -> Quantities:
     """Luni-solar precession less relativity, the general one, and the nutation with the Moon's node."""
-    found = precession.luni_solar_precession()
+    luni_solar = precession.luni_solar_precession()
     geodesic = precession.geodesic_precession(
         body("Sun").gravitational_parameter, precession.SUN_SEMI_MAJOR_AXIS, precession.SUN_ECCENTRICITY
     )
-    total, tilt = found.total - float(geodesic), body("Earth").value("obliquity")
+    total, tilt = luni_solar.total - float(geodesic), body("Earth").value("obliquity")
     pole = _PLANETARY / 100 * ARCSECOND_PER_YEAR * np.sin(tilt)
     return {
         "luni_solar": total / ARCSECOND_PER_YEAR,
         "general": float(precession.general_precession(total, tilt, pole)) / ARCSECOND_PER_YEAR,
         "geodesic": 100 * float(geodesic) / ARCSECOND_PER_YEAR,
-        "nutation_longitude": found.nutation_longitude / ARCSECOND,
-        "nutation_obliquity": found.nutation_obliquity / ARCSECOND,
+        "nutation_longitude": luni_solar.nutation_longitude / ARCSECOND,
+        "nutation_obliquity": luni_solar.nutation_obliquity / ARCSECOND,
     }
 
 
-def mars() -> Found:
+def mars() -> Quantities:
     """C/(M a^2) from the measured rate, relativity put back."""
     axis, eccentricity = _MARS_ORBIT
     orbit = (body("Sun").gravitational_parameter, axis * quantity("1 au", "length"), eccentricity)
@@ -49,19 +49,19 @@ def mars() -> Found:
     return {"mars_moment_ratio": float(ratio)}
 
 
-def chandler() -> Found:
+def chandler() -> Quantities:
     """The Earth's free wobble: rigid, wholly elastic, with its core, and with oceans and anelasticity."""
-    found = wobble.chandler_wobble()
-    periods = {share.name: share.period / DAY for share in found.shares}
+    free_wobble = wobble.chandler_wobble()
+    periods = {share.name: share.period / DAY for share in free_wobble.shares}
     return {
         "euler_period": periods["rigid"] * DAY * body("Earth").angular_velocity / (2 * np.pi),
         "elastic_period": periods["elasticity"],
         "core_period": periods["fluid core"],
-        "chandler_period": found.period / DAY,
+        "chandler_period": free_wobble.period / DAY,
     }
 
 
-def spin_states() -> Found:
+def spin_states() -> Quantities:
     """Cassini states of the Moon and Mercury, Mercury's capture, and where Hyperion's resonances overlap."""
     moon, planet = body("Moon"), body("Earth")
     share = planet.gravitational_parameter / (planet.gravitational_parameter + moon.gravitational_parameter)
@@ -83,7 +83,7 @@ def spin_states() -> Found:
     }
 
 
-def orbits_and_pulsars() -> Found:
+def orbits_and_pulsars() -> Quantities:
     """A satellite's node by J2, and the geodetic precession of binary pulsars."""
     planet, (axis, eccentricity, inclination) = body("Earth"), _LAGEOS
     j2 = planet.adopted("j2")

@@ -13,7 +13,7 @@ from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.orbits.states import states
 from astroinertia.rotation.attitude import attitude_of_quaternion
 from astroinertia.scene.load import loads
-from astroinertia.verify.comparison import Found
+from astroinertia.verify.comparison import Quantities
 
 _ECCENTRICITY, _ORBITS, _TUMBLES = 0.3, 20, 5  # orbits of Kepler and of torque
 _PARTICLES, _POINT = 1000, 1e-9  # and their smoothing length, so that no two kernels overlap
@@ -53,7 +53,7 @@ def _period() -> float:
     return 2 * np.pi * float(np.sqrt(_DISTANCE**3 / (1 + _MASS)))
 
 
-def orbit() -> Found:
+def orbit() -> Quantities:
     """Where a companion is after many orbits, by Kepler's equation and by IAS15."""
     time = (_ORBITS + 0.3) * _period()
     anomaly = float(eccentric_anomaly(np, np.float64(2 * np.pi * time / _period()), _ECCENTRICITY))
@@ -62,7 +62,7 @@ def orbit() -> Found:
     return {"orbit_x": (here[0], there[0]), "orbit_y": (here[1], there[1])}
 
 
-def tumbling_moon() -> Found:
+def tumbling_moon() -> Quantities:
     """Attitude and spin of a triaxial body after five orbits' worth of torque, here and inside REBOUND."""
     bodies, end = simulation(1.0, [_planet()]), _TUMBLES * _period()
     place, speed = (np.array([getattr(particle, name) for particle in bodies.particles]) for name in ("xyz", "vxyz"))
@@ -83,7 +83,7 @@ def tumbling_moon() -> Found:
     }
 
 
-def direct_gravity() -> Found:
+def direct_gravity() -> Quantities:
     """The pull on each of a thousand particles, over the sum of the sizes of all pulls on it."""
     random = np.random.default_rng(1)
     mass, position = random.uniform(0.5, 1.5, _PARTICLES) / _PARTICLES, random.normal(size=(_PARTICLES, 3))

@@ -36,10 +36,10 @@ def references() -> dict[str, tuple[Reference, ...]]:
     """All references by section, in the order of data/verify.csv. Checked by tests/unit/test_verify.py."""
     with data_path("verify.csv").open(encoding="utf-8", newline="") as stream:
         lines = [line for line in stream if not line.startswith("#")]
-    found: dict[str, list[Reference]] = {}
+    sections: dict[str, list[Reference]] = {}
     for row in csv.DictReader(lines):
-        found.setdefault(row["section"], []).append(_reference(row))
-    return {section: tuple(rows) for section, rows in found.items()}
+        sections.setdefault(row["section"], []).append(_reference(row))
+    return {section: tuple(rows) for section, rows in sections.items()}
 
 
 def _reference(row: dict[str, str]) -> Reference:

@@ -8,14 +8,14 @@ import numpy as np
 from astroinertia.integrate import rigid_splitting
 from astroinertia.rotation import free_attitude, free_top, heavy_top
 from astroinertia.rotation.attitude import attitude_of_quaternion
-from astroinertia.verify.comparison import Found
+from astroinertia.verify.comparison import Quantities
 
 _MOMENTS = (1.0, 2.0, 3.0)
 _RACKET = (0.1, 1.0, 0.1)  # a spin next to the axis of the middle moment
 _PERIODS, _STEPS, _ORDER = 100, 400, 8  # of the integration that is held to the closed form, steps a period
 
 
-def closed_forms() -> Found:
+def closed_forms() -> Quantities:
     """Periods near and very near the separatrix, the angular velocity on the way, and the symmetric top."""
     racket = free_top.free_top(_MOMENTS, _RACKET)
     nearly = free_top.free_top(_MOMENTS, (1e-8, 1.0, 1e-8))
@@ -29,7 +29,7 @@ def closed_forms() -> Found:
     }
 
 
-def splitting() -> Found:
+def splitting() -> Quantities:
     """A hundred flips of the racket by the splitting: distance from the closed form, and L summed again in space."""
     top, moments = free_top.free_top(_MOMENTS, _RACKET), np.array(_MOMENTS)
     end, momentum = _PERIODS * free_top.period(top), moments * np.array(_RACKET)
@@ -50,7 +50,7 @@ def splitting() -> Found:
     }
 
 
-def heavy() -> Found:
+def heavy() -> Quantities:
     """The heavy symmetric top with A = M = 2, C = 1: steady precession, sleep; and a pendulum, A = C = M = 1."""
     slow, fast = heavy_top.steady_precession_rates(2.0, 1.0, 2.0, math.pi / 3, 3.0)
     steady = heavy_top.heavy_top(2.0, 1.0, 2.0, math.pi / 3, (0.0, math.sin(math.pi / 3), 3.0))

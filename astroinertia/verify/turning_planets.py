@@ -2,22 +2,22 @@
 
 from astroinertia.rotation.precession import ARCSECOND, ARCSECOND_PER_YEAR
 from astroinertia.studies.precession import precession
-from astroinertia.verify.comparison import Found
+from astroinertia.verify.comparison import Quantities
 
 _EARTH_YEARS, _MARS_YEARS, _STEPS = 18.7, 10.0, 2  # one turn of the Moon's node; five years of Mars; steps a day
 
 
-def earth() -> Found:
+def earth() -> Quantities:
     """Rate on the ecliptic of J2000 with what a rigid quadrupole lacks added by name, and the 18.6-year nutation."""
-    found = precession("Earth", _EARTH_YEARS, _STEPS)
+    motion = precession("Earth", _EARTH_YEARS, _STEPS)
     return {
-        "integrated_luni_solar": float(found["corrected_rate"]) / ARCSECOND_PER_YEAR,
-        "integrated_longitude": float(found["nutation_longitude"]) / ARCSECOND,
-        "integrated_obliquity": float(found["nutation_obliquity"]) / ARCSECOND,
+        "integrated_luni_solar": float(motion["corrected_rate"]) / ARCSECOND_PER_YEAR,
+        "integrated_longitude": float(motion["nutation_longitude"]) / ARCSECOND,
+        "integrated_obliquity": float(motion["nutation_obliquity"]) / ARCSECOND,
     }
 
 
-def mars() -> Found:
+def mars() -> Quantities:
     """C/(M a^2) that the published rate asks for."""
     return {"integrated_mars_ratio": float(precession("Mars", _MARS_YEARS, _STEPS)["polar_moment_ratio"])}
 

@@ -53,8 +53,8 @@ def judged(case, folder):
         found = choice.choose(scene, folder, MINUTES)
         measured = choice.measured(found, folder)
         row |= {
-            "delivered": error(measured), "bar": found.found.bar, "time": measured.cpu_time,
-            "pilots": found.pilot_seconds, "chosen": dict(found.found.chosen),
+            "delivered": error(measured), "bar": found.settings.bar, "time": measured.cpu_time,
+            "pilots": found.pilot_seconds, "chosen": dict(found.settings.chosen),
         }  # fmt: skip
     except choice.UnreachableAccuracy as refusal:
         row |= {"refused": str(refusal)}

@@ -99,9 +99,9 @@ def test_the_reported_errors_are_the_actual_ones(runs, tmp_path):
     formula = runs(Formula())
     found = choice.choose(particles(3e-3, "model='sph'"), tmp_path)
     factor = found.scene.numerics.courant / 0.3
-    assert found.found.errors["time steps"] == pytest.approx(formula.steps * factor**2, rel=0.02)
-    assert found.found.errors["resolution"] == pytest.approx(found.scene.body.particles ** (-2 / 3), rel=0.05)
-    assert found.found.bar > formula.error(found.scene)[0]
+    assert found.settings.errors["time steps"] == pytest.approx(formula.steps * factor**2, rel=0.02)
+    assert found.settings.errors["resolution"] == pytest.approx(found.scene.body.particles ** (-2 / 3), rel=0.05)
+    assert found.settings.bar > formula.error(found.scene)[0]
     text = " ".join(found.scene.choice.values())
     assert re.search(r"0\.003 of inertia_tensor z z, angular_velocity at the end; expected", text)
     assert f"{found.scene.body.particles} particles" in text
@@ -161,9 +161,11 @@ def test_a_real_top_has_the_accuracy(tmp_path):
     fine = choice.choose(load.loads(TOP, ("accuracy=1e-10", "judged_by=['angular_velocity']")), tmp_path)
     values = [np.array(choice.measured(each, tmp_path).values["angular_velocity"]) for each in (found, fine)]
     error = np.linalg.norm(values[0] - values[1])
-    assert found.found.chosen != fine.found.chosen  # the finer one is another run, or the error would tell nothing
+    assert (
+        found.settings.chosen != fine.settings.chosen
+    )  # the finer one is another run, or the error would tell nothing
     assert 0.0 < error < 1e-6 * np.linalg.norm(values[1])
-    assert math.isfinite(found.found.seconds)
+    assert math.isfinite(found.settings.seconds)
 
 
 def test_what_cannot_be_chosen_is_said(tmp_path):
