@@ -14,7 +14,7 @@ from astroinertia.accuracy import convergence, frontier
 from astroinertia.accuracy.convergence import NONE, PowerLaw
 from astroinertia.accuracy.exact import Exact
 from astroinertia.accuracy.knobs import MODEL, Knob, Setting, Value
-from astroinertia.accuracy.observables import Observable, relative_error
+from astroinertia.accuracy.selected_observables import SelectedObservable, relative_error
 
 if TYPE_CHECKING:
     from astroinertia.accuracy.tradeoff import Table
@@ -63,7 +63,7 @@ class Source:
 class Judged:
     """One observable: its reference, the error of each setting, sources of error, and the scene's own model's front."""
 
-    observable: Observable
+    observable: SelectedObservable
     reference: Reference | None
     errors: dict[Setting, float]
     sources: tuple[Source, ...]
@@ -113,7 +113,7 @@ def analysed(table: "Table") -> Analysis:
     ['steps_per_rotation 8']
     """
 
-    def values(setting: Setting, observable: Observable) -> np.ndarray | None:
+    def values(setting: Setting, observable: SelectedObservable) -> np.ndarray | None:
         run = table.measured.get(setting)
         if run is None or run.failure:
             return None
@@ -122,7 +122,7 @@ def analysed(table: "Table") -> Analysis:
     return Analysis(tuple(_judged(table, observable, values) for observable in table.observables))
 
 
-def reference_of(answer: Exact | None, observable: Observable) -> Reference | None:
+def reference_of(answer: Exact | None, observable: SelectedObservable) -> Reference | None:
     """The exact value of an observable, if the exact answer has it."""
     if answer is None:
         return None
@@ -136,7 +136,7 @@ def reference_of(answer: Exact | None, observable: Observable) -> Reference | No
     return Reference(np.atleast_1d(values).ravel(), answer.source, answer.accuracy)
 
 
-def _judged(table: "Table", observable: Observable, values: Callable) -> Judged:
+def _judged(table: "Table", observable: SelectedObservable, values: Callable) -> Judged:
     main = table.knobs[0]
     results = {setting: result for setting in table.measured if (result := values(setting, observable)) is not None}
     reference = reference_of(table.exact, observable) or _finest(main, results)

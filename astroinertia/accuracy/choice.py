@@ -12,8 +12,8 @@ from pathlib import Path
 from astroinertia.accuracy import choice_particles, choice_smooth, measuring
 from astroinertia.accuracy.knobs import MODEL, knobs, with_overrides
 from astroinertia.accuracy.measuring import Measured
-from astroinertia.accuracy.observables import default_names, parsed
 from astroinertia.accuracy.pilots import Listener, OutOfReach, Pilots, Settings
+from astroinertia.accuracy.selected_observables import default_names, parsed
 from astroinertia.accuracy.words import duration
 from astroinertia.build.assemble import prepare
 from astroinertia.errors import NumericalError, SceneError

@@ -23,7 +23,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from astroinertia.accuracy.companion_runs import CompanionRun
-from astroinertia.accuracy.observables import Observable, relative_error, value
+from astroinertia.accuracy.selected_observables import SelectedObservable, relative_error, value
 from astroinertia.errors import SceneError
 from astroinertia.observables.quantities import DERIVED, RECORDED
 from astroinertia.process.renamed import renamed
@@ -99,12 +99,12 @@ def error_bars(main: xr.Dataset, companions: Sequence[CompanionOutcome]) -> dict
     return bars
 
 
-def at_end(dataset: xr.Dataset, observable: Observable) -> float:
+def at_end(dataset: xr.Dataset, observable: SelectedObservable) -> float:
     """The bar of an observable at the end over its size, to be held against observables.relative_error.
 
     SceneError where there is none: for frequencies of a series, and for what is no headline series.
 
-    >>> from astroinertia.accuracy.observables import parsed
+    >>> from astroinertia.accuracy.selected_observables import parsed
     >>> with_error = ds.assign(mass_error=0.01 * ds.mass)
     >>> print(f"{at_end(with_error, parsed('mass')):.4f}")
     0.0100

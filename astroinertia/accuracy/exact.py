@@ -74,9 +74,10 @@ def _physical(scene: Scene) -> set[str]:
 
 
 def _fluid(scene: Scene, units: CodeUnits) -> Exact | None:
-    initial = None if scene.body.kind not in ("dyson", "uniform", "polytrope") else sphere(scene, units)
-    if not isinstance(initial, Sphere) or scene.companions:
+    body = scene.body
+    if not (body.homogeneous or body.isentropic or body.polytropic_index) or scene.companions:
         return None
+    initial = sphere(scene, units)
     return _ellipsoid(scene, units, initial) or _pulsation(scene, initial)
 
 
@@ -120,9 +121,9 @@ def _acceleration(scene: Scene, units: CodeUnits, initial: Sphere, volume: float
             return None
         parts.append(affine.field(matrix))
         effects = effects - {"external_field"}
-    if body.kind == "uniform" and effects == {"gravity"}:
+    if body.homogeneous and effects == {"gravity"}:
         return affine.total([affine.gravity(initial.mass), *parts])
-    if body.kind == "uniform" and effects == {"gravity", "pressure"}:
+    if body.homogeneous and effects == {"gravity", "pressure"}:
         if fluid.kind == "incompressible":
             return affine.incompressible(affine.total([affine.gravity(initial.mass), *parts]))
         equilibrium = fluid.kind == "ideal" and body.entropy is None and body.specific_internal_energy is None
@@ -132,7 +133,7 @@ def _acceleration(scene: Scene, units: CodeUnits, initial: Sphere, volume: float
         pressure = 0.5 * (body.pressure_fraction or 1.0) * initial.mass / initial.radius
         parts.append(affine.gas_pressure(pressure, initial.radius**3, fluid.gamma))
         return affine.total([affine.gravity(initial.mass), *parts])
-    if body.kind == "dyson" and effects == {"pressure"}:
+    if body.isentropic and effects == {"pressure"}:
         entropy = _entropy(scene, units)
         if entropy is None:
             return None
@@ -192,16 +193,16 @@ def _pulsation(scene: Scene, initial: Sphere) -> Exact | None:
     """The radial fundamental of a polytrope of one exponent that is a little out of balance, not turning."""
     body: Any = scene.body
     fluid: Any = scene.equation_of_state
-    if body.kind != "polytrope" or _physical(scene) != {"gravity", "pressure"} or body.rotation is not None:
+    if not body.polytropic_index or _physical(scene) != {"gravity", "pressure"} or body.rotation is not None:
         return None
-    if fluid is None or fluid.kind not in ("ideal", "polytropic") or not 0.0 < body.index < 5.0:
+    if fluid is None or fluid.kind not in ("ideal", "polytropic"):
         return None
     gradient = np.zeros((3, 3)) if body.velocity_gradient is None else np.array(body.velocity_gradient)
     swelling = np.allclose(gradient, gradient[0, 0] * np.eye(3)) and len(set(body.axes)) == 1
     off = abs((body.pressure_fraction or 1.0) - 1.0)
     if not swelling or off > _SMALL_PULSATION or body.entropy is not None or body.specific_internal_energy is not None:
         return None
-    mode = radial_modes(body.index, fluid.gamma)[0]
+    mode = radial_modes(body.polytropic_index, fluid.gamma)[0]
     if mode.squared_frequency <= 0.0:
         return None
     omega = np.sqrt(mode.squared_frequency * initial.mass / (initial.radius * body.axes[0]) ** 3)
@@ -214,7 +215,7 @@ def _pulsation(scene: Scene, initial: Sphere) -> Exact | None:
 
 def _rigid(scene: Scene, units: CodeUnits) -> Exact | None:
     body = scene.body
-    if body.kind != "rigid" or scene.orbits.archive is not None or scene.orbits.back_reaction:
+    if not body.solid or scene.orbits.archive is not None or scene.orbits.back_reaction:
         return None
     if not scene.effects and not scene.companions:
         return _free(scene, units)

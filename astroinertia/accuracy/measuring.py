@@ -16,7 +16,7 @@ import jax
 
 from astroinertia import dataset as datasets
 from astroinertia.accuracy.knobs import Setting, duration, with_overrides
-from astroinertia.accuracy.observables import Observable, components, value
+from astroinertia.accuracy.selected_observables import SelectedObservable, components, value
 from astroinertia.build.assemble import metadata, prepare
 from astroinertia.errors import ArchiveError, NumericalError, SceneError
 from astroinertia.models.protocol import Evolution
@@ -76,7 +76,7 @@ class Clocked:
             self.cpu_time += clock.process_time() - cpu
 
 
-def scene_of(scene: Scene, setting: Setting, observables: Sequence[Observable]) -> Scene:
+def scene_of(scene: Scene, setting: Setting, observables: Sequence[SelectedObservable]) -> Scene:
     """The scene of a setting, recorded at its start and its end alone unless a series is asked for.
 
     Records are outputs, not steps: models without particles would shorten steps to meet them, and so hide what the
@@ -95,7 +95,7 @@ def folder_of(place: Path, scene: Scene, setting: Setting) -> Path:
     return own_folder(place, "settings", f"{slug[:60]}-{content_key(scene=load.resolved_text(scene))[:8]}")
 
 
-def stored(folder: Path, observables: Sequence[Observable]) -> Measured | None:
+def stored(folder: Path, observables: Sequence[SelectedObservable]) -> Measured | None:
     """What a finished setting gave, or None where it is not finished or was asked for other observables."""
     try:
         measured = Measured(**read_json(folder / _RESULT))
@@ -105,7 +105,10 @@ def stored(folder: Path, observables: Sequence[Observable]) -> Measured | None:
 
 
 def measure(
-    scene: Scene, observables: Sequence[Observable], folder: Path, listener: Callable[[Progress], None] | None = None
+    scene: Scene,
+    observables: Sequence[SelectedObservable],
+    folder: Path,
+    listener: Callable[[Progress], None] | None = None,
 ) -> Measured:
     """Run a scene in `folder` and say what it gave and took; what an interruption left there is run again.
 
@@ -124,14 +127,14 @@ def measure(
     return measured
 
 
-def failed(sentence: str, observables: Sequence[Observable]) -> Measured:
+def failed(sentence: str, observables: Sequence[SelectedObservable]) -> Measured:
     """A setting without an answer."""
     nothing = {observable.name: [float("nan")] for observable in observables}
     return Measured(nothing, {}, *[float("nan")] * 5, steps=0, failure=sentence)
 
 
 def _measured(
-    scene: Scene, observables: Sequence[Observable], folder: Path, listener: Callable[[Progress], None] | None
+    scene: Scene, observables: Sequence[SelectedObservable], folder: Path, listener: Callable[[Progress], None] | None
 ) -> Measured:
     try:
         _compile(scene)

@@ -15,7 +15,7 @@ from astroinertia.accuracy import measuring
 from astroinertia.accuracy.estimates import Estimate, estimate, worst
 from astroinertia.accuracy.knobs import Setting, Value
 from astroinertia.accuracy.measuring import Measured
-from astroinertia.accuracy.observables import Observable, relative_error
+from astroinertia.accuracy.selected_observables import SelectedObservable, relative_error
 from astroinertia.errors import SceneError
 from astroinertia.scene.schema import Scene
 
@@ -27,7 +27,7 @@ class Pilots:
     """Runs of a scene at settings, none of them twice. spent: seconds of wall time so far."""
 
     scene: Scene
-    observables: tuple[Observable, ...]
+    observables: tuple[SelectedObservable, ...]
     folder: Path
     listener: Listener
     spent: float = 0.0

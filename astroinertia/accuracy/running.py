@@ -41,8 +41,8 @@ def run_scene(
 
     >>> import tempfile
     >>> scene = load.load_file("sims/tennis_racket.toml", ["time.end='1 s'", "output.error_bars=true"])
-    >>> with tempfile.TemporaryDirectory() as folder, xr.open_dataset(run_scene(scene, Path(folder, "run"))) as found:
-    ...     print("angular_velocity_error" in found, found.attrs["error_bars_companion_runs"])
+    >>> with tempfile.TemporaryDirectory() as folder, xr.open_dataset(run_scene(scene, Path(folder, "run"))) as dataset:
+    ...     print("angular_velocity_error" in dataset, dataset.attrs["error_bars_companion_runs"])
     True steps_per_rotation-80
     """
     return loop.run_scene(scene, folder, listener, begun, _completion(scene, folder, listener, deadline), deadline)
@@ -89,9 +89,8 @@ def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline:
             except RunInterrupted as stopped:
                 raise RunInterrupted(folder, 1.0 + number, 1.0 + len(runs), stopped.by) from None
             outcomes.append((run, outcome))
-        names = ", ".join(run.name for run in runs)
         return with_error_bars(main, outcomes).assign_attrs(
-            error_bars_companion_runs=names, error_bars_wall_time=seconds
+            error_bars_companion_runs=", ".join(run.name for run in runs), error_bars_wall_time=seconds
         )
 
     return completed

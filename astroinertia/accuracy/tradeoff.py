@@ -16,7 +16,7 @@ from astroinertia.accuracy import budget, knobs, measuring
 from astroinertia.accuracy.exact import Exact, exact
 from astroinertia.accuracy.knobs import BALANCED, Knob, Setting
 from astroinertia.accuracy.measuring import Measured
-from astroinertia.accuracy.observables import Observable, default_names, parsed
+from astroinertia.accuracy.selected_observables import SelectedObservable, default_names, parsed
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.process.renamed import renamed_keyword
 from astroinertia.scene import load
@@ -53,7 +53,7 @@ class Table:
 
     scene: Scene
     knobs: tuple[Knob, ...]
-    observables: tuple[Observable, ...]
+    observables: tuple[SelectedObservable, ...]
     base: Setting
     exact: Exact | None
     folder: Path
@@ -101,7 +101,7 @@ class _Study:
     """One tradeoff under way."""
 
     def __init__(
-        self, scene: Scene, chosen_knobs: tuple[Knob, ...], observables: tuple[Observable, ...], folder: Path,
+        self, scene: Scene, chosen_knobs: tuple[Knob, ...], observables: tuple[SelectedObservable, ...], folder: Path,
         seconds: float, listener: Listener | None,
     ) -> None:  # fmt: skip
         self.seconds, self.listener, self.spent = seconds, listener, 0.0

@@ -185,12 +185,10 @@ def _type(annotation: Any, constraints: list[Any], quantity: Quantity | None) ->
             constraints.extend(item.metadata if isinstance(item, FieldInfo) else [item])
         return _type(inner, constraints, quantity)
     if origin in (Union, UnionType):
-        kinds = [
-            _type(argument, constraints, quantity) for argument in get_args(annotation) if argument is not NoneType
-        ]
+        kinds = [_type(kind, constraints, quantity) for kind in get_args(annotation) if kind is not NoneType]
         return " or ".join(dict.fromkeys(kinds))
     if origin is Literal:
-        return ", ".join(f"`{toml_value(argument)}`" for argument in get_args(annotation))
+        return ", ".join(f"`{toml_value(kind)}`" for kind in get_args(annotation))
     if origin is tuple:
         return _list(get_args(annotation), constraints, quantity)
     if inspect.isclass(annotation) and issubclass(annotation, BaseModel):
@@ -204,7 +202,7 @@ def _type(annotation: Any, constraints: list[Any], quantity: Quantity | None) ->
 def _list(items: tuple[Any, ...], constraints: list[Any], quantity: Quantity | None) -> str:
     inner: list[Any] = []
     item = _type(items[0], inner, quantity)
-    constraints.extend(constraint for constraint in inner if not isinstance(constraint, MinLen | MaxLen))
+    constraints.extend(limit for limit in inner if not isinstance(limit, MinLen | MaxLen))
     return f"list: {item}" if items[-1] is Ellipsis else f"{len(items)} times: {item}"
 
 
@@ -217,7 +215,7 @@ def _quantity(quantity: Quantity) -> str:
 
 def _limits_of(constraints: list[Any], counted: str) -> str:
     """Limits of a number, or of the length of a list or text, in words."""
-    limits = {type(constraint): constraint for constraint in constraints}
+    limits = {type(limit): limit for limit in constraints}
     least = limits[Ge].ge if Ge in limits else limits[Gt].gt if Gt in limits else None
     most = limits[Le].le if Le in limits else limits[Lt].lt if Lt in limits else None
     said = [bounds(least, most, Gt in limits, Lt in limits)]
@@ -225,9 +223,7 @@ def _limits_of(constraints: list[Any], counted: str) -> str:
     longest = limits[MaxLen].max_length if MaxLen in limits else None
     if length := bounds(shortest, longest):
         said.append(f"{length} {counted}")
-    said += [
-        f"of the form `{constraint.pattern}`" for constraint in constraints if getattr(constraint, "pattern", None)
-    ]
+    said += [f"of the form `{limit.pattern}`" for limit in constraints if getattr(limit, "pattern", None)]
     return "; ".join(part for part in said if part)
 
 

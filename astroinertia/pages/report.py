@@ -117,9 +117,7 @@ def _pre(words: Any) -> str:
 def _repeat(attrs: dict[Any, Any]) -> str:
     file = f"{attrs.get('name', 'scene')}.toml"
     overrides = _listed(attrs.get("overrides"))
-    settings = (
-        "".join(f" --set {shlex.quote(str(override))}" for override in overrides) if isinstance(overrides, list) else ""
-    )
+    settings = "".join(f" --set {shlex.quote(str(line))}" for line in overrides) if isinstance(overrides, list) else ""
     command = f"astroinertia run {shlex.quote(file)}{settings}"
     rows = [(name.replace("_", " "), str(attrs[name])) for name in _REPEATED if name in attrs]
     versions = _listed(attrs.get("versions"))

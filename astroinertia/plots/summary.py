@@ -194,14 +194,12 @@ def _effects(dataset: xr.Dataset) -> Table | None:
         return None
     dataset = dataset.sel(effect=names)
     largest = energy_scale(dataset)
-    impulse = np.linalg.norm(
-        axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values), axis=-1
-    )
+    impulse = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
     size, turning = angular_momentum_scale(dataset)
     columns = {
         "work / E": dataset["work"].transpose("time", "effect").values[-1] / largest,
         "heating / E": dataset["heating"].transpose("time", "effect").values[-1] / largest,
-        "largest dL / L" if turning else "largest dL / Lmax": _largest_each(impulse) / size,
+        "largest dL / L" if turning else "largest dL / Lmax": _largest_each(np.linalg.norm(impulse, axis=-1)) / size,
         "ledger mismatch": _largest_each(dataset["virial_mismatch"].transpose("time", "effect").values),
     }
     columns = {title: values for title, values in columns.items() if np.isfinite(values).any()}

@@ -99,6 +99,11 @@ class PolytropeBody(_Sized):
         return self.index == 0.0
 
     @property
+    def polytropic_index(self) -> float:
+        """Its index."""
+        return self.index
+
+    @property
     def settles(self) -> bool:
         """All but that of index 0, whose pressure no gas has."""
         return self.index > 0

@@ -258,6 +258,11 @@ class Body(Part):
         return False
 
     @property
+    def polytropic_index(self) -> float | None:
+        """The index of the polytrope that it is before axes stretch it; None for others."""
+        return None
+
+    @property
     def settles(self) -> bool:
         """Whether there is an equilibrium that particles can be settled to."""
         return False

@@ -61,23 +61,21 @@ def compressed_core(
         if one.has(name):
             values.append(one.adopted(name).value)
             deviations.append(one.adopted(name).uncertainty)
-    measured, spread = np.array(values), np.nan_to_num(deviations)
+    data, spread = np.array(values), np.nan_to_num(deviations)
     guess = np.array([uniform.core_radius / one.mean_radius, uniform.core_density, uniform.mantle_density])
     model = _Model(one, by_core, core_material, mantle_material)
-    solved = model.solve(measured, guess)
+    fit = model.solve(data, guess)
     steps = np.diag(_STEP * spread)[spread > 0]
-    slopes = [
-        (model.solve(measured + step, solved) - model.solve(measured - step, solved))[0] / (2 * _STEP) for step in steps
-    ]
-    planet = model.planet(measured, solved)
+    slopes = [(model.solve(data + step, fit) - model.solve(data - step, fit))[0] / (2 * _STEP) for step in steps]
+    planet = model.planet(data, fit)
     core, mantle = model.mean_densities(planet)
     return CompressedCore(
-        core_radius=float(solved[0] * one.mean_radius),
+        core_radius=float(fit[0] * one.mean_radius),
         core_radius_deviation=float(np.linalg.norm(slopes) * one.mean_radius),
         core_density=core,
         mantle_density=mantle,
-        core_reference_density=float(solved[1]),
-        mantle_reference_density=float(solved[2]),
+        core_reference_density=float(fit[1]),
+        mantle_reference_density=float(fit[2]),
         central_density=float(planet.density[0, 0]),
         love_number=float(love_number(planet.layered())),
     )
@@ -87,7 +85,7 @@ def compressed_core(
 class _Model:
     """Unknown: core radius over R, and the uncompressed densities of core and mantle.
 
-    Given: moment ratio, assumed mean density, and thickness and density of a crust, if there is one.
+    Data: moment ratio, assumed mean density, and thickness and density of a crust, if there is one.
     """
 
     one: SolarSystemBody
@@ -95,16 +93,16 @@ class _Model:
     core_material: Any
     mantle_material: Any
 
-    def planet(self, measured: np.ndarray, unknown: np.ndarray) -> HydrostaticPlanet:
+    def planet(self, data: np.ndarray, unknown: np.ndarray) -> HydrostaticPlanet:
         """The planet of these numbers."""
         radius = self.one.mean_radius
         radii, materials = [unknown[0] * radius, radius], [
             replace(self.core_material, reference_density=unknown[1]),
             replace(self.mantle_material, reference_density=unknown[2]),
         ]  # fmt: skip
-        if len(measured) > 2:
-            radii.insert(1, radius - measured[2])
-            materials.append(replace(self.mantle_material, reference_density=measured[3]))
+        if len(data) > 2:
+            radii.insert(1, radius - data[2])
+            materials.append(replace(self.mantle_material, reference_density=data[3]))
         return planet_from_radii(np.array(radii), materials, gravitational_constant=GRAVITATIONAL_CONSTANT)
 
     def mean_densities(self, planet: HydrostaticPlanet) -> tuple[float, float]:
@@ -114,17 +112,17 @@ class _Model:
         densities = np.diff(masses, prepend=0.0) / volumes
         return float(densities[0]), float(densities[1])
 
-    def solve(self, measured: np.ndarray, guess: np.ndarray) -> np.ndarray:
-        """The unknowns for the measured numbers, from a guess."""
+    def solve(self, data: np.ndarray, guess: np.ndarray) -> np.ndarray:
+        """The unknowns for the data, from a guess."""
         size = self.one.mass * self.one.mean_radius**2
 
         def misfit(scaled: np.ndarray) -> list[float]:
-            planet = self.planet(measured, scaled * guess)
+            planet = self.planet(data, scaled * guess)
             core, mantle = self.mean_densities(planet)
             return [
                 float(planet.mass) / self.one.mass - 1,
-                float(planet.mean_moment) / (measured[0] * size) - 1,
-                (core if self.by_core else mantle) / measured[1] - 1,
+                float(planet.mean_moment) / (data[0] * size) - 1,
+                (core if self.by_core else mantle) / data[1] - 1,
             ]
 
         try:

@@ -54,7 +54,7 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
     1982 km
     """
     name = next(
-        (assumable for assumable in _ASSUMABLE if one.has(assumable) and one.adopted(assumable).status == "assumed"),
+        (name for name in _ASSUMABLE if one.has(name) and one.adopted(name).status == "assumed"),
         None,
     )
     if name is None:

@@ -96,17 +96,15 @@ def infer_interior(
         **{name: assumed[name] for name in crust},
     }
     names = list(coordinates)
-    likelihoods = {
-        name: distribution for name, distribution in observed.items() if coordinates.get(name) is not distribution
-    }
+    likelihoods = {name: gaussian for name, gaussian in observed.items() if coordinates.get(name) is not gaussian}
     fluid = any(name in _FLUID for name in likelihoods)
 
     def log_probability(positions: np.ndarray) -> np.ndarray:
         values = dict(zip(names, positions.T, strict=True))
         total = sum(coordinates[name].log_density(values[name]) for name in names)
         interior = _interior(values, choice, small_m, fluid)
-        for name, distribution in likelihoods.items():
-            total = total + distribution.log_density(interior[name])
+        for name, gaussian in likelihoods.items():
+            total = total + gaussian.log_density(interior[name])
         possible = np.isfinite(interior["core_density"])
         return np.where(possible & np.isfinite(total), total, -np.inf)
 
@@ -130,8 +128,8 @@ def infer_interior(
     posterior.attrs |= {
         "title": f"interiors of {2 + bool(crust)} uniform layers",
         "sampled": names,
-        "observed": [f"{name}: {distribution}" for name, distribution in observed.items()],
-        "assumed": [f"{name}: {distribution}" for name, distribution in assumed.items()],
+        "observed": [f"{name}: {gaussian}" for name, gaussian in observed.items()],
+        "assumed": [f"{name}: {gaussian}" for name, gaussian in assumed.items()],
     }
     return posterior
 

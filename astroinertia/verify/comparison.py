@@ -135,9 +135,7 @@ def compare_section(name: str) -> Section:
             values |= computation()
         except Exception as error:  # whatever is broken is what this is here to tell
             problems.append(f"{type(error).__name__}: {error}")
-    compared = tuple(
-        compare(reference, values.get(reference.key), "; ".join(problems)) for reference in references()[name]
-    )
+    compared = tuple(compare(row, values.get(row.key), "; ".join(problems)) for row in references()[name])
     return Section(name, title, compared, time.monotonic() - started)
 
 

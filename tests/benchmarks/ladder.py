@@ -25,7 +25,7 @@ from scipy.integrate import solve_ivp
 from astroinertia.accuracy import convergence, measuring
 from astroinertia.accuracy.knobs import MODEL, Setting
 from astroinertia.accuracy.measuring import Measured
-from astroinertia.accuracy.observables import parsed
+from astroinertia.accuracy.selected_observables import parsed
 from astroinertia.accuracy.words import duration
 from astroinertia.build.assemble import prepare
 from astroinertia.build.fluids import equation_of_state

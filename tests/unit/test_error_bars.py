@@ -19,8 +19,8 @@ from astroinertia.accuracy.error_bars import (
     with_error_bars,
 )
 from astroinertia.accuracy.exact import exact
-from astroinertia.accuracy.observables import parsed, relative_error, value
 from astroinertia.accuracy.running import FOLDER
+from astroinertia.accuracy.selected_observables import parsed, relative_error, value
 from astroinertia.cli.main import main
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
 from astroinertia.plots import write_all

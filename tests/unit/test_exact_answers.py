@@ -99,3 +99,11 @@ def test_a_pulsation_has_the_frequency_of_the_mode():
 )
 def test_what_is_not_exact_is_not_called_so(text, settings):
     assert exact(load.loads(text, settings)) is None
+
+
+@pytest.mark.parametrize("kind", ['kind = "polytrope"\nindex = 0.0', 'kind = "power_law"\nexponent = 0.0'])
+def test_a_homogeneous_body_has_the_same_motion_by_any_name(kind):
+    text = (SIMS / "cold_spheroid.toml").read_text()
+    tensors = [exact(load.loads(body)).values["inertia_tensor"] for body in
+               (text, text.replace('kind = "uniform"', kind))]  # fmt: skip
+    assert tensors[1] == pytest.approx(tensors[0], rel=1e-12, abs=1e-15)

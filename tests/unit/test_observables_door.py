@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import astroinertia
-from astroinertia.accuracy.observables import parsed
+from astroinertia.accuracy.selected_observables import parsed
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.observables import REQUIRED, Dimension, Observable, positive
 from astroinertia.plots import summary

@@ -63,26 +63,15 @@ PLACES: tuple[Case, ...] = (
     ),
     Case("a pair a rounding apart", KEPT, lambda: cloud(_with(ball(), tuple(ball()[0] * (1.0 + 1e-15))))),
     Case("two bodies in one place", KEPT, lambda: two(0.0, 0.0)),
-    Case(
-        "a coincident pair, cubic spline",
-        KEPT,
-        lambda: cloud(_in_one_place(2)),
-        settings=('numerics.kernel="cubic"',),
-        own_program=True,
-    ),
-    Case(
-        "a coincident pair, quintic spline",
-        KEPT,
-        lambda: cloud(_in_one_place(2)),
-        settings=('numerics.kernel="quintic"',),
-        own_program=True,
-    ),
-    Case(
-        "a coincident pair, Wendland C6",
-        KEPT,
-        lambda: cloud(_in_one_place(2)),
-        settings=('numerics.kernel="wendland_c6"',),
-        own_program=True,
+    *(
+        Case(
+            f"a coincident pair, {text}",
+            KEPT,
+            lambda: cloud(_in_one_place(2)),
+            own_program=True,
+            settings=(f'numerics.kernel="{kernel}"',),
+        )
+        for text, kernel in (("cubic spline", "cubic"), ("quintic spline", "quintic"), ("Wendland C6", "wendland_c6"))
     ),
     Case("a lattice", KEPT, lambda: cloud(lattice())),
     Case("a thin shell", KEPT, lambda: cloud(_shell())),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from astroinertia.accuracy.observables import components, frequency, parsed, relative_error, value
+from astroinertia.accuracy.selected_observables import components, frequency, parsed, relative_error, value
 from astroinertia.errors import NumericalError, SceneError
 
 TIMES = np.linspace(0.0, 20.0, 161)

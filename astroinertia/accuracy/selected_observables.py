@@ -1,7 +1,8 @@
-"""What a run is judged by: named numbers of its dataset at the end, or the frequency of one of its series.
+"""What a run is judged by: numbers of its observables at the end, or the frequency of one of their series.
 
-An observable is written as a person says it: "inertia_tensor z z", "flattening", "angular_velocity" (all components),
-"attitude 3" (the third axis of a rigid body), "frequency of inertia_tensor z z". Tests: tests/unit/test_observables.py.
+They are written as a person says it: "inertia_tensor z z", "flattening", "angular_velocity" (all components),
+"attitude 3" (the third axis of a rigid body), "frequency of inertia_tensor z z". Tests:
+tests/unit/test_selected_observables.py.
 """
 
 import difflib
@@ -33,8 +34,11 @@ _TRIED_A_PERIOD = 8  # trial frequencies to one over the length of the series
 
 
 @dataclass(frozen=True)
-class Observable:
-    """A variable of the dataset with labels for its dimensions but time; of_series: its frequency, not its end."""
+class SelectedObservable:
+    """Numbers of an observable (observables, or one of the user's own) that a run is judged by.
+
+    variable: its name in the dataset; labels: for its dimensions but time; of_series: its frequency, not its end.
+    """
 
     name: str
     variable: str
@@ -42,8 +46,8 @@ class Observable:
     of_series: bool = False
 
 
-def parsed(name: str, own: Collection[str] = ()) -> Observable:
-    """The observable that a name stands for; SceneError where no dataset has such a variable, and the run no `own` one.
+def parsed(name: str, own: Collection[str] = ()) -> SelectedObservable:
+    """What a name selects; SceneError where no dataset has such a variable, and the run no `own` one.
 
     >>> print(parsed("inertia_tensor z z").labels, parsed("frequency of inertia_tensor z z").of_series)
     ('z', 'z') True
@@ -57,7 +61,7 @@ def parsed(name: str, own: Collection[str] = ()) -> Observable:
         near = difflib.get_close_matches(words[0], _KNOWN, 1)
         hint = f"; did you mean {near[0]}?" if near else ", such as inertia_tensor z z, angular_velocity or flattening."
         raise SceneError(f"'{shown(words[0])}' is no series of the dataset{hint}")
-    return Observable(normalized, words[0], tuple(words[1:]), of_series)
+    return SelectedObservable(normalized, words[0], tuple(words[1:]), of_series)
 
 
 def default_names(scene: Scene) -> tuple[str, ...]:
@@ -74,7 +78,7 @@ def default_names(scene: Scene) -> tuple[str, ...]:
     return tuple(name for name in names if not (turned and name == "angular_velocity"))
 
 
-def value(dataset: xr.Dataset, observable: Observable) -> np.ndarray:
+def value(dataset: xr.Dataset, observable: SelectedObservable) -> np.ndarray:
     """The numbers (K,) of an observable, in the dataset's units.
 
     SceneError where the dataset has no such variable or label, NumericalError where the run has no number for it.
@@ -94,7 +98,7 @@ def value(dataset: xr.Dataset, observable: Observable) -> np.ndarray:
     return numbers
 
 
-def components(dataset: xr.Dataset, observable: Observable) -> list[str]:
+def components(dataset: xr.Dataset, observable: SelectedObservable) -> list[str]:
     """Names of the numbers of an observable, in the order of `value`.
 
     >>> print(components(ds, parsed("angular_velocity")))
@@ -123,7 +127,7 @@ def frequency(times: np.ndarray, values: np.ndarray) -> float:
     """The angular frequency of the sinusoid that fits a series (T,) best beside a straight line.
 
     The residual of the linear fit is scanned over frequencies and its least one found by Brent's method. NumericalError
-    for a series that is too short to tell. Test: tests/unit/test_observables.py.
+    for a series that is too short to tell. Test: tests/unit/test_selected_observables.py.
 
     >>> times = np.linspace(0.0, 20.0, 100)
     >>> print(f"{frequency(times, 1 + 0.1 * times + np.cos(1.7 * times)):.6f}")  # beside a drift
@@ -151,7 +155,7 @@ def frequency(times: np.ndarray, values: np.ndarray) -> float:
     return float(minimum.x)
 
 
-def _selected(dataset: xr.Dataset, observable: Observable) -> xr.DataArray:
+def _selected(dataset: xr.Dataset, observable: SelectedObservable) -> xr.DataArray:
     if observable.variable not in dataset:
         raise SceneError(f"'{observable.variable}' is not in the dataset of this run.")
     series = dataset[observable.variable]
