@@ -28,8 +28,8 @@ def standard_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure | None
     except SceneError:  # of an effect that is not here
         return None
     fluid: Any = scene.equation_of_state  # ideal, as such problems need
-    problem = getattr(scene.body, "problem", None)
-    chosen = None if problem is None else standard(problem)
+    problem: str = getattr(scene.body, "problem", "")
+    chosen = standard(problem) if problem else None
     if chosen is None or chosen.exact is None:
         return None
     lengths = np.full(3, np.inf) if scene.box is None else np.array(scene.box.lengths)
