@@ -11,7 +11,14 @@ import pytest
 from astroinertia.bodies.inversion import TwoLayers
 from astroinertia.bodies.planets import body
 from astroinertia.studies.core_inversion import core_inversion
-from astroinertia.studies.two_layers import KNOWN, impossible, love_numbers, moment_ratio_of, three_layers, two_layers
+from astroinertia.studies.two_layers import (
+    PARAMETERS,
+    impossible,
+    love_numbers,
+    moment_ratio_of,
+    three_layers,
+    two_layers,
+)
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "inverse.json").read_text())
 MEAN = 4000.0
@@ -28,10 +35,10 @@ def test_reference_inversions(entry):
     assert found.core_density == pytest.approx(float(entry["value"]["rho_core"]), rel=1e-12)
 
 
-@pytest.mark.parametrize("first", KNOWN)
-@pytest.mark.parametrize("second", KNOWN)
+@pytest.mark.parametrize("first", PARAMETERS)
+@pytest.mark.parametrize("second", PARAMETERS)
 def test_any_two_numbers_give_the_others(first, second):
-    if KNOWN.index(first) >= KNOWN.index(second):
+    if PARAMETERS.index(first) >= PARAMETERS.index(second):
         return
     found = two_layers(MEAN, **{name: np.array([TRUE[name]] * 3) for name in (first, second)})
     for name in ("core_radius_ratio", "core_density", "mantle_density"):
