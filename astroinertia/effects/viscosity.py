@@ -284,15 +284,15 @@ class Viscosity(Effect):
     def fields(self, xp, fluid):
         """The coefficients alpha c and beta alpha, limited, and the strain rate where flows are reconstructed."""
         alpha = fluid.memory["viscosity_alpha"] if self.follows_shocks else self.alpha_max
-        given = (fluid.sound_speed, alpha, self.beta)
+        arguments = (fluid.sound_speed, alpha, self.beta)
         if self.limiter == "none":
-            found = elementwise(xp, coefficients, *given)
+            values = elementwise(xp, coefficients, *arguments)
         else:
             sums = fluid.gradients[self.kind]
-            found = elementwise(
+            values = elementwise(
                 xp,
                 LIMITED[self.limiter],
-                *given,
+                *arguments,
                 fluid.smoothing_length,
                 sums["position"],
                 sums["velocity"],
@@ -302,7 +302,7 @@ class Viscosity(Effect):
         fields = {
             "density": fluid.density,
             "sound_speed": fluid.sound_speed,
-            **dict(zip(names, found, strict=False)),
+            **dict(zip(names, values, strict=False)),
         }
         if self.limiter == "guarded_reconstruction":
             fields["spacing"] = elementwise(xp, spacing, fluid.mass, fluid.density)[0]

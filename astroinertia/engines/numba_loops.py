@@ -270,8 +270,8 @@ def _stores(kinds: dict, sign: str) -> list[str]:
         elif how == "sum":
             lines.append(f"{out}[i] {sign} np.float64({total})")
         elif how == "max":
-            known = f"maximum({out}[i], np.float64({total}))" if sign == "+=" else f"np.float64({total})"
-            lines.append(f"{out}[i] = {known}")
+            value = f"maximum({out}[i], np.float64({total}))" if sign == "+=" else f"np.float64({total})"
+            lines.append(f"{out}[i] = {value}")
         else:
             for k, a in enumerate(AXES):
                 for n, b in enumerate(AXES):
