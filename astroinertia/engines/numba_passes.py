@@ -11,9 +11,8 @@ from typing import Any
 
 from astroinertia.engines import numba_vectors
 from astroinertia.engines.numba_cache import load_module, taken_from
-from astroinertia.engines.numba_source import argument_names
 from astroinertia.engines.templates import template
-from astroinertia.engines.terms import PairTerm
+from astroinertia.engines.terms import PairTerm, argument_names
 
 AXES = "xyz"
 INTERVALS = ("closing", "opening")

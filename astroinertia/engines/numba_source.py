@@ -19,13 +19,6 @@ ORIGIN = "# from "  # begins the line above a function in the generated text tha
 PAIR_DECORATOR = '@njit(forceinline=True, error_model="numpy", fastmath=PAIR_FLAGS, **INNER)'
 
 
-def argument_names(function: Callable) -> list[str]:
-    """The names that a pair function asks for, without the namespace; ValueError for what is not a Python function."""
-    if not isinstance(function, types.FunctionType):
-        raise ValueError(f"a pair function must be a plain Python function, not {function!r}")
-    return list(inspect.signature(function).parameters)[1:]
-
-
 class Sources:
     """The collected text of functions and of all that they call; each function appears once.
 
@@ -85,7 +78,8 @@ def _translated(sources: Sources, function: Callable, name: str, reciprocal: boo
     arguments = node.args
     if arguments.vararg or arguments.kwarg or arguments.kwonlyargs or arguments.defaults or not arguments.args:
         raise ValueError(f"{function.__qualname__} must have plain positional arguments, the first of them xp")
-    if [argument.arg for argument in arguments.args] != list(inspect.signature(function).parameters):
+    parameters = inspect.signature(function).parameters
+    if [argument.arg for argument in arguments.args] != list(parameters):
         raise ValueError(f"the file of {function.__qualname__} has changed since it was imported")
     namespace = arguments.args[0].arg
     node.name, node.decorator_list, node.returns = name, [], None
@@ -99,7 +93,8 @@ def _translated(sources: Sources, function: Callable, name: str, reciprocal: boo
     scope = dict(function.__globals__)
     for cell_name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         scope[cell_name] = cell.cell_contents
-    translation = _Translation(sources, function.__qualname__, namespace, local, scope, reciprocal)
+    groups = {key: getattr(parameter.annotation, "_fields", ()) for key, parameter in parameters.items()}
+    translation = _Translation(sources, function.__qualname__, namespace, local, scope, groups, reciprocal)
     source = ast.unparse(ast.fix_missing_locations(translation.visit(node)))
     return f"{ORIGIN}{function.__module__}\n{PAIR_DECORATOR}\n{source}"
 
@@ -108,10 +103,10 @@ class _Translation(ast.NodeTransformer):
     """Rewrites the body of one function."""
 
     def __init__(
-        self, sources: Sources, owner: str, namespace: str, local: set[str], scope: dict, reciprocal: bool
+        self, sources: Sources, owner: str, namespace: str, local: set[str], scope: dict, groups: dict, reciprocal: bool
     ) -> None:
         self.sources, self.owner, self.namespace = sources, owner, namespace
-        self.local, self.scope, self.reciprocal = local, scope, reciprocal
+        self.local, self.scope, self.groups, self.reciprocal = local, scope, groups, reciprocal
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         if node.keywords:
@@ -135,6 +130,9 @@ class _Translation(ast.NodeTransformer):
         return node if node.id in self.local else self._number(node, self._value(node))
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        fields = self.groups.get(node.value.id, ()) if isinstance(node.value, ast.Name) else ()
+        if node.attr in fields:  # of a plain tuple in the generated text
+            return ast.Subscript(node.value, ast.Constant(fields.index(node.attr)), ast.Load())
         if self._is_namespace(node.value) and node.attr == "pi":
             return self._number(node, math.pi)
         if self._is_namespace(node.value) and node.attr == "inf":

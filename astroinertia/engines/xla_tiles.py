@@ -4,7 +4,6 @@ A chunk of C tiles is C leaves of S targets against C blocks of B sources: pair 
 in ascending order of the leaves, in two nested scans, and each is computed again in reverse mode rather than stored.
 """
 
-import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -12,7 +11,7 @@ import jax
 import jax.numpy as jnp
 
 from astroinertia.engines import devices, xla_pairs
-from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.engines.terms import Output, PairTerm, arguments
 from astroinertia.engines.xla_lists import Tiles
 from astroinertia.engines.xla_places import Places
 from astroinertia.sph.kernels import Kernel
@@ -26,11 +25,6 @@ PRECISION = jax.lax.Precision.HIGHEST
 SEPARATION = ("x_ij", "y_ij", "z_ij")
 COMPONENTS = ("x_ij", "y_ij", "z_ij")
 AXES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-
-
-def arguments(function: Callable) -> tuple[str, ...]:
-    """The names of the pair scalars that a pair function asks for."""
-    return tuple(inspect.signature(function).parameters)[1:]
 
 
 class Pairs:
@@ -96,11 +90,6 @@ class Pairs:
     def _spread(self, values: Array, side: str) -> Array:
         across = (self.sources if side == "i" else self.targets)["position"].shape[1]
         return xla_pairs.spread(values, side == "i", across)
-
-    def arguments(self, function: Callable) -> list[Array]:
-        """What a pair function asks for."""
-        with jax.named_scope("pairs"):
-            return [self[name] for name in arguments(function)]
 
 
 def columns(output: Output) -> int:
@@ -248,7 +237,8 @@ def term_sums(
         if far:
             # Leaves are apart, but not from the particle that empty places are copies of.
             pairs.quantities["r"] = jnp.where(other, pairs["r"], 1.0)
-        scalars = pairs.arguments(function)
+        with jax.named_scope("pairs"):
+            scalars = arguments(function, pairs)
         with jax.named_scope(f"effect:{term.effect}"):
             values = [jnp.broadcast_to(value, other.shape) for value in function(jnp, *scalars)]
             for output, value in zip(term.outputs, values, strict=True):
