@@ -345,13 +345,13 @@ def build(kind: str, options: Mapping[str, Any] | None = None, entries: Mapping[
 
     entries: of the effects that are known, those of a scene (Scene.entries).
     """
-    given = dict(options or {})
+    remaining = dict(options or {})
     values = {}
     for name, option in entries[kind].options.items():
-        value = given.pop(name, option.default)
+        value = remaining.pop(name, option.default)
         if isinstance(value, Default):
             raise ValueError(f"{name} is missing: {option.text}")
         values[name] = value
-    if given:
-        raise ValueError(f"{next(iter(given))} is not an option of {kind}")
+    if remaining:
+        raise ValueError(f"{next(iter(remaining))} is not an option of {kind}")
     return load(kind, entries).from_options(values)

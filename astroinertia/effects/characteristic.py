@@ -137,10 +137,10 @@ class Characteristic:
     @property
     def zone(self) -> Zone | None:
         """The body as one zone; None where the scene does not tell what that takes."""
-        known = self.second_moment, self.gravitational, self.triple_pressure, self.rotational
-        if any(each is None for each in known) or not self.second_moment:
+        needed = self.second_moment, self.gravitational, self.triple_pressure, self.rotational
+        if any(value is None for value in needed) or not self.second_moment:
             return None
-        weight, pressure, turning = (each / self.second_moment for each in known[1:])  # type: ignore[operator]
+        weight, pressure, turning = (value / self.second_moment for value in needed[1:])  # type: ignore[operator]
         acting = weight if self.weighs else 0.0, pressure if self.presses else 0.0
         return Zone(*acting, 2.0 * turning, self.gamma, self.expansion)
 

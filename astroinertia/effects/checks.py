@@ -45,8 +45,8 @@ class EffectCheck:
 
 def failing(checks: Sequence[EffectCheck], tolerance: float = TOLERANCE) -> dict[str, tuple[str, ...]]:
     """{effect: figures that fail}, of the effects that have any."""
-    found = {check.effect: check.failures(tolerance) for check in checks}
-    return {effect: names for effect, names in found.items() if names}
+    failures = {check.effect: check.failures(tolerance) for check in checks}
+    return {effect: names for effect, names in failures.items() if names}
 
 
 def effect_checks(

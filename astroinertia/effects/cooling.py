@@ -76,9 +76,9 @@ class Cooling(Effect):
         missing = [name for name in needs[law] if options[name] is None]
         if missing and not (missing == ["time_scale"] and options["heating_rate"] is not None):
             raise ValueError(f"the law {law} needs {' and '.join(missing)}")
-        known = {name for names in needs.values() for name in names} | {"time_scale_change"}
+        numbers = {name for names in needs.values() for name in names} | {"time_scale_change"}
         own = {*needs[law], *(("time_scale_change",) if law == "time_scale" else ())}
-        foreign = [name for name in sorted(known - own) if options[name] is not None]
+        foreign = [name for name in sorted(numbers - own) if options[name] is not None]
         if foreign:
             raise ValueError(f"the law {law} has no {foreign[0]}")
         return cls(**options)
@@ -92,11 +92,11 @@ class Cooling(Effect):
         if self.time_scale is None:
             return none
         if self.law == "power_law":
-            found = elementwise(
+            factor = elementwise(
                 xp, power_law, fluid.density, fluid.thermal_energy, self.reference_density, self.reference_energy,
                 self.density_exponent, self.energy_exponent,
             )  # fmt: skip
-            return found[0] / self.time_scale
+            return factor[0] / self.time_scale
         if self.time_scale_change is None:
             return none + 1.0 / self.time_scale
         # At the moment when tau has fallen to zero there is nothing left to radiate.

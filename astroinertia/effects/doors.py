@@ -56,13 +56,13 @@ class Door:
             raise refused("its `kind` must be a name of small letters, digits and _")
         if kind in self.taken:
             raise refused(f"its kind '{kind}' is the name of a built-in one; choose another")
-        given = {field.name: field for field in fields(made)}
-        if not isinstance(options, Mapping) or set(options) != set(given):
-            odd = sorted(set(options) ^ set(given)) if isinstance(options, Mapping) else []
+        own_fields = {field.name: field for field in fields(made)}
+        if not isinstance(options, Mapping) or set(options) != set(own_fields):
+            odd = sorted(set(options) ^ set(own_fields)) if isinstance(options, Mapping) else []
             raise refused(f"its `options` must describe each of its fields{f', but not so {odd[0]}' if odd else ''}")
         for key, option in options.items() if self.traced else ():
             fixed = option.dimension in ("choice", "boolean")
-            if fixed != bool(given[key].metadata.get("static", False)):
+            if fixed != bool(own_fields[key].metadata.get("static", False)):
                 raise refused(f'its field {key} must {"" if fixed else "not "}have the metadata {{"static": True}}')
         text = " ".join((made.__doc__ or "").split("\n\n")[0].split()).rstrip(".")
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
@@ -107,10 +107,10 @@ def _is_pytree(made: Any) -> bool:
 @functools.lru_cache(maxsize=16)
 def _offers(group: str, path: tuple[str, ...]) -> dict[str, tuple[EntryPoint, ...]]:
     # Names alone: nothing is imported. `path` is sys.path, where distributions are looked for.
-    found: dict[str, tuple[EntryPoint, ...]] = {}
+    points: dict[str, tuple[EntryPoint, ...]] = {}
     for point in entry_points(group=group):
-        found[point.name] = (*found.get(point.name, ()), point)
-    return found
+        points[point.name] = (*points.get(point.name, ()), point)
+    return points
 
 
 def made_of(thing: Any) -> Any:
@@ -118,15 +118,15 @@ def made_of(thing: Any) -> Any:
     return thing if isinstance(thing, type) else type(thing)
 
 
-def as_written(given: Any, code: bool) -> dict[str, Any]:
+def as_written(own: Any, code: bool) -> dict[str, Any]:
     """The options of an effect, or other such thing, as a scene would have them: {name: value}, without those of None.
 
     Numbers are in SI, or in code units where `code`; text with a unit stays as it is.
     """
     return {
         name: _written(value, option, code)
-        for name, option in given.options.items()
-        if (value := getattr(given, name)) is not None
+        for name, option in own.options.items()
+        if (value := getattr(own, name)) is not None
     }
 
 

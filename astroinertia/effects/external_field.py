@@ -37,11 +37,11 @@ class ExternalField(Effect):
     @classmethod
     def from_options(cls, options):
         """Refuses a field of nothing, a field without its length, and a matrix that is not symmetric."""
-        given = {name for name, value in options.items() if value is not None}
-        if not given & {"uniform", "quadratic", "circular_speed", "point_mass"}:
+        present = {name for name, value in options.items() if value is not None}
+        if not present & {"uniform", "quadratic", "circular_speed", "point_mass"}:
             raise ValueError("it needs one of uniform, quadratic, circular_speed and point_mass")
         for one, other in (("circular_speed", "core"), ("point_mass", "softening")):
-            if len(given & {one, other}) == 1:
+            if len(present & {one, other}) == 1:
                 raise ValueError(f"it needs both {one} and {other}, or neither")
         matrix = options["quadratic"]
         if matrix is not None and any(matrix[i][j] != matrix[j][i] for i in range(3) for j in range(i)):

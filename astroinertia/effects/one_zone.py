@@ -68,7 +68,7 @@ def motion(zone: Zone, end: float) -> Motion:
         return state[0] - LARGEST
 
     small.terminal = large.terminal = True  # type: ignore[attr-defined]
-    found = solve_ivp(
+    solution = solve_ivp(
         slope,
         (0.0, rate * end),
         [1.0, zone.expansion / rate],
@@ -78,7 +78,7 @@ def motion(zone: Zone, end: float) -> Motion:
         atol=1e-13,
         events=(small, large),
     )
-    return Motion(found.t / rate, found.y[0], rate * found.y[1])
+    return Motion(solution.t / rate, solution.y[0], rate * solution.y[1])
 
 
 def difference(zone: Zone, end: float, **forces: float) -> float:
@@ -92,7 +92,7 @@ def difference(zone: Zone, end: float, **forces: float) -> float:
     last = with_it.time[-1]
     if without.time[-1] < last * (1.0 - 1e-9) or (last < until * (1.0 - 1e-9) and with_it.speed[-1] < 0.0):
         return 1.0  # without it the body falls together, or is gone; or it falls so far that all counts
-    sizes = [np.interp(with_it.time, each.time, each.size) for each in (with_it, without)]
+    sizes = [np.interp(with_it.time, path.time, path.size) for path in (with_it, without)]
     apart = float(np.max(np.abs((sizes[1] / sizes[0]) ** 2 - 1.0)))
     return min(1.0, apart * end / until)
 
@@ -100,9 +100,9 @@ def difference(zone: Zone, end: float, **forces: float) -> float:
 def braked(zone: Zone, end: float) -> float:
     """The speed, in initial sizes over time, that a fall has lost again to what brakes it; 0 where it goes on."""
     until = _followed(zone, end)
-    found = motion(zone, until)
-    inward = np.maximum(-found.speed, 0.0)
-    if found.time[-1] < until * (1.0 - 1e-9) and inward[-1] > 0.0 and zone.pressure > 0.0:
+    fall = motion(zone, until)
+    inward = np.maximum(-fall.speed, 0.0)
+    if fall.time[-1] < until * (1.0 - 1e-9) and inward[-1] > 0.0 and zone.pressure > 0.0:
         return float(inward[-1])  # it is braked beyond what is followed
     return float(np.max(np.maximum.accumulate(inward) - inward, initial=0.0))
 

@@ -58,17 +58,17 @@ def _has(made: Any, plain: Any, *names: str) -> bool:
 
 def classes(effects: Sequence[Any]) -> dict[str, Entry]:
     """Of effects that are given from Python, or their classes, what they say of themselves, by kind."""
-    found: dict[str, Entry] = {}
-    for each in effects:
-        made = made_of(each)
+    entries: dict[str, Entry] = {}
+    for effect in effects:
+        made = made_of(effect)
         entry = entry_of(made)
-        if made.kind in found:
+        if made.kind in entries:
             raise SceneError(f"two effects of the kind '{made.kind}' are given; give one.")
-        found[made.kind] = entry
-    return found
+        entries[made.kind] = entry
+    return entries
 
 
-def own_entries(kinds: Iterable[str], given: Mapping[str, Entry]) -> dict[str, Entry]:
+def own_entries(kinds: Iterable[str], own: Mapping[str, Entry]) -> dict[str, Entry]:
     """Of the kinds that a scene lists, those that are not built in and known: given from Python, or installed."""
-    found = {kind: given[kind] if kind in given else EFFECTS.installed(kind, entry_of) for kind in kinds}
-    return {kind: entry for kind, entry in found.items() if entry is not None}
+    entries = {kind: own[kind] if kind in own else EFFECTS.installed(kind, entry_of) for kind in kinds}
+    return {kind: entry for kind, entry in entries.items() if entry is not None}

@@ -94,7 +94,7 @@ class RadiationReaction(Effect):
         third = (second - waves.second) / (0.5 * (step + waves.last))
         squares = xp.sum(waves.first**2), xp.sum(third**2)  # of one time: the third derivative is that of a step ago
         # Two differences need three steps. The velocities of the first are not predicted, as those of all others are.
-        known = waves.steps >= UNSEEN
+        enough = waves.steps >= UNSEEN
         period = 2.0 * math.pi / xp.maximum(waves.frequency_to_the_fourth(xp), 1e-300) ** 0.25
         share = xp.where(waves.steps > UNSEEN, xp.minimum(dt / (PERIODS * period), 1.0), 1.0)
         seen = Waves(
@@ -102,8 +102,8 @@ class RadiationReaction(Effect):
             last=dt,
             first=first,
             second=second,
-            first_square=xp.where(known, waves.first_square + share * (squares[0] - waves.first_square), 0.0),
-            third_square=xp.where(known, waves.third_square + share * (squares[1] - waves.third_square), 0.0),
+            first_square=xp.where(enough, waves.first_square + share * (squares[0] - waves.first_square), 0.0),
+            third_square=xp.where(enough, waves.third_square + share * (squares[1] - waves.third_square), 0.0),
             steps=xp.minimum(waves.steps + 1.0, UNSEEN + 1.0),
         )
         later = (dt > 0.0) | (waves.steps == 0.0)

@@ -49,12 +49,12 @@ def effect_size(measure: Measure | None, body: Characteristic, options: Options 
     missing = [name for name in measure.needs if getattr(body, name) is None]
     if not missing and options is None and measure.options:
         return _unknown(measure, "it needs numbers of its own")
-    given = {} if options is None else options
-    missing += [name for name in measure.options if given.get(name) is None]
+    values = {} if options is None else options
+    missing += [name for name in measure.options if values.get(name) is None]
     if missing:
         return _unknown(measure, f"the scene does not tell its {missing[0].replace('_', ' ')}")
     try:
-        number, change = measure.function(body, given)
+        number, change = measure.function(body, values)
     except (TypeError, KeyError, ZeroDivisionError, OverflowError):  # options that contradict: said when it is built
         return _unknown(measure, "its options do not tell")
     return Size(measure.name, number, change, measure.formula, measure.source)
@@ -158,7 +158,7 @@ def _eccentric(mean: float, e: float) -> float:
 
 def _companions(body: Characteristic, options: Options) -> Found:
     parameters = [tidal_parameter(body, other.mass, other.nearest) for other in body.neighbours or ()]
-    return max(parameters, default=0.0), within_all(sum(tidal_change(body, each) for each in parameters))
+    return max(parameters, default=0.0), within_all(sum(tidal_change(body, parameter) for parameter in parameters))
 
 
 def _sinks(body: Characteristic, options: Options) -> Found:
@@ -170,7 +170,7 @@ def _external_field(body: Characteristic, options: Options) -> Found:
     assert body.dynamical_time is not None
     pull, away = 0.0, size(options["origin"])
     if options["quadratic"] is not None:
-        pull += max(abs(each) for row in options["quadratic"] for each in row)
+        pull += max(abs(entry) for row in options["quadratic"] for entry in row)
     if options["circular_speed"] is not None:
         near = max(away, options["core"] or 0.0)
         pull += options["circular_speed"] ** 2 / near**2 if near > 0.0 else math.inf

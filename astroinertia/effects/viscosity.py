@@ -1,7 +1,7 @@
 """Artificial viscosity, which turns the kinetic energy that a shock loses into heat."""
 
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from astroinertia.effects.effect import Effect
 from astroinertia.effects.gradients import curl_size, linear_gradient, shear, strain, trace, trace_of_square
@@ -10,60 +10,63 @@ from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
 
 
-def viscosity_pair(
-    xp,
-    v_r,
-    dW_i,
-    dW_j,
-    density_i,
-    density_j,
-    sound_speed_i,
-    sound_speed_j,
-    viscosity_linear_i,
-    viscosity_linear_j,
-    viscosity_quadratic_i,
-    viscosity_quadratic_j,
-):
-    """Push, heat and signal velocity of a pair."""
-    approach = xp.minimum(v_r, 0.0)
-    drag = 0.5 * (viscosity_linear_i + viscosity_linear_j - (viscosity_quadratic_i + viscosity_quadratic_j) * approach)
-    # Pi_ij times the mean slope of the kernels: both factors are <= 0, so that the push is outwards, the heat positive.
-    push = drag * approach * (dW_i + dW_j) / (density_i + density_j)
-    return -push, 0.5 * push * -approach, 0.5 * (sound_speed_i + sound_speed_j) - approach + drag
+class Side(NamedTuple):
+    """What a particle of a pair brings with it: coefficients are those of w and w^2 in Pi_ij."""
+
+    dW: Any
+    density: Any
+    sound_speed: Any
+    viscosity_linear: Any
+    viscosity_quadratic: Any
 
 
-def reconstructed_pair(
-    xp, r, v_r, x_ij, y_ij, z_ij, dW_i, dW_j, density_i, density_j, sound_speed_i, sound_speed_j,
-    viscosity_linear_i, viscosity_linear_j, viscosity_quadratic_i, viscosity_quadratic_j,
-    strain_xx_i, strain_yy_i, strain_zz_i, strain_xy_i, strain_xz_i, strain_yz_i,
-    strain_xx_j, strain_yy_j, strain_zz_j, strain_xy_j, strain_xz_j, strain_yz_j,
-):  # fmt: skip
-    """The same for the jump of the velocity that is left where both sides' linear flows meet."""
-    mine = along(xp, x_ij, y_ij, z_ij, strain_xx_i, strain_yy_i, strain_zz_i, strain_xy_i, strain_xz_i, strain_yz_i)
-    other = along(xp, x_ij, y_ij, z_ij, strain_xx_j, strain_yy_j, strain_zz_j, strain_xy_j, strain_xz_j, strain_yz_j)
+class Separation(NamedTuple):
+    """x_i - x_j."""
+
+    x: Any
+    y: Any
+    z: Any
+
+
+class Strain(NamedTuple):
+    """A particle's strain rate, the symmetric part of grad v."""
+
+    xx: Any
+    yy: Any
+    zz: Any
+    xy: Any
+    xz: Any
+    yz: Any
+
+
+def viscosity_pair(xp, v_r, i: Side, j: Side):
+    """Push, heat and signal velocity of a pair (Monaghan 1997)."""
+    inward = xp.minimum(v_r, 0.0)
+    return damped(xp, inward, inward, i, j)
+
+
+def reconstructed_pair(xp, r, v_r, ij: Separation, i: Side, j: Side, strain_i: Strain, strain_j: Strain):
+    """The same for the jump left where both sides' linear flows meet (Frontiere et al. 2017, eqs. 41 to 43)."""
+    mine, other = along(xp, ij, strain_i), along(xp, ij, strain_j)
     approach = closing(xp, r, v_r, mine + other, agreement(xp, mine, other))
-    drag = 0.5 * (viscosity_linear_i + viscosity_linear_j - (viscosity_quadratic_i + viscosity_quadratic_j) * approach)
-    return damped(xp, v_r, approach, drag, dW_i + dW_j, density_i + density_j, sound_speed_i + sound_speed_j)
+    return damped(xp, xp.minimum(v_r, 0.0), approach, i, j)
 
 
 def guarded_pair(
-    xp, r, v_r, x_ij, y_ij, z_ij, dW_i, dW_j, density_i, density_j, sound_speed_i, sound_speed_j,
-    viscosity_linear_i, viscosity_linear_j, viscosity_quadratic_i, viscosity_quadratic_j, spacing_i, spacing_j,
-    strain_xx_i, strain_yy_i, strain_zz_i, strain_xy_i, strain_xz_i, strain_yz_i,
-    strain_xx_j, strain_yy_j, strain_zz_j, strain_xy_j, strain_xz_j, strain_yz_j,
-):  # fmt: skip
+    xp, r, v_r, ij: Separation, i: Side, j: Side, strain_i: Strain, strain_j: Strain, spacing_i, spacing_j
+):
     """The same, but the nearer a pair is than particles should be, the less of the linear flows is taken out."""
-    mine = along(xp, x_ij, y_ij, z_ij, strain_xx_i, strain_yy_i, strain_zz_i, strain_xy_i, strain_xz_i, strain_yz_i)
-    other = along(xp, x_ij, y_ij, z_ij, strain_xx_j, strain_yy_j, strain_zz_j, strain_xy_j, strain_xz_j, strain_yz_j)
+    mine, other = along(xp, ij, strain_i), along(xp, ij, strain_j)
     trusted = agreement(xp, mine, other) / crowding(xp, r / xp.maximum(spacing_i, spacing_j))
     approach = closing(xp, r, v_r, mine + other, trusted)
-    drag = 0.5 * (viscosity_linear_i + viscosity_linear_j - (viscosity_quadratic_i + viscosity_quadratic_j) * approach)
-    return damped(xp, v_r, approach, drag, dW_i + dW_j, density_i + density_j, sound_speed_i + sound_speed_j)
+    return damped(xp, xp.minimum(v_r, 0.0), approach, i, j)
 
 
-def along(xp, x, y, z, xx, yy, zz, xy, xz, yz):
+def along(xp, ij: Separation, strain: Strain):
     """x . strain . x of a separation."""
-    return xx * (x * x) + yy * (y * y) + zz * (z * z) + xy * (2.0 * x * y) + xz * (2.0 * x * z) + yz * (2.0 * y * z)
+    x, y, z = ij.x, ij.y, ij.z
+    squares = strain.xx * (x * x) + strain.yy * (y * y) + strain.zz * (z * z)
+    return squares + strain.xy * (2.0 * x * y) + strain.xz * (2.0 * x * z) + strain.yz * (2.0 * y * z)
 
 
 def agreement(xp, mine, other):
@@ -86,10 +89,13 @@ def closing(xp, r, v_r, both, trusted):
     return xp.minimum(xp.maximum(jump, v_r), 0.0)
 
 
-def damped(xp, v_r, approach, drag, slopes, densities, sounds):
-    """Push, heat and signal velocity of a pair from sums of its two sides."""
-    push = drag * approach * slopes / densities
-    return -push, 0.5 * push * xp.maximum(-v_r, 0.0), 0.5 * sounds - xp.minimum(v_r, 0.0) + drag
+def damped(xp, inward, approach, i: Side, j: Side):
+    """Push, heat and signal velocity of a pair that comes together at `inward` <= 0, `approach` of which is damped."""
+    quadratic = (i.viscosity_quadratic + j.viscosity_quadratic) * approach
+    drag = 0.5 * (i.viscosity_linear + j.viscosity_linear - quadratic)
+    # Pi_ij times the mean slope of the kernels: both factors are <= 0, so that the push is outwards, the heat positive.
+    push = drag * approach * (i.dW + j.dW) / (i.density + j.density)
+    return -push, 0.5 * push * -inward, 0.5 * (i.sound_speed + j.sound_speed) - inward + drag
 
 
 def gradient_pair(xp, dW_i):
@@ -175,7 +181,7 @@ LIMITED = {
     "guarded_reconstruction": reconstructed_coefficients,
 }
 PAIRS = {"reconstruction": RECONSTRUCTED, "guarded_reconstruction": GUARDED}
-STRAIN = tuple(f"strain_{axes}" for axes in ("xx", "yy", "zz", "xy", "xz", "yz"))
+STRAIN = tuple(f"strain_{axes}" for axes in Strain._fields)
 
 
 def spacing(xp, mass, density):
@@ -284,15 +290,15 @@ class Viscosity(Effect):
     def fields(self, xp, fluid):
         """The coefficients alpha c and beta alpha, limited, and the strain rate where flows are reconstructed."""
         alpha = fluid.memory["viscosity_alpha"] if self.follows_shocks else self.alpha_max
-        given = (fluid.sound_speed, alpha, self.beta)
+        arguments = (fluid.sound_speed, alpha, self.beta)
         if self.limiter == "none":
-            found = elementwise(xp, coefficients, *given)
+            values = elementwise(xp, coefficients, *arguments)
         else:
             sums = fluid.gradients[self.kind]
-            found = elementwise(
+            values = elementwise(
                 xp,
                 LIMITED[self.limiter],
-                *given,
+                *arguments,
                 fluid.smoothing_length,
                 sums["position"],
                 sums["velocity"],
@@ -302,7 +308,7 @@ class Viscosity(Effect):
         fields = {
             "density": fluid.density,
             "sound_speed": fluid.sound_speed,
-            **dict(zip(names, found, strict=False)),
+            **dict(zip(names, values, strict=False)),
         }
         if self.limiter == "guarded_reconstruction":
             fields["spacing"] = elementwise(xp, spacing, fluid.mass, fluid.density)[0]

@@ -29,29 +29,29 @@ def shared_out(count: int) -> Iterator[None]:
     if count == 1:
         yield
         return
-    found = jax.device_count()
-    if count > found or (jax.process_count() > 1 and count != found):
-        raise SceneError(f"numerics.devices is {count}, but JAX has {found} {jax.default_backend()} device(s) here.")
+    present = jax.device_count()
+    if count > present or (jax.process_count() > 1 and count != present):
+        raise SceneError(f"numerics.devices is {count}, but JAX has {present} {jax.default_backend()} device(s) here.")
     with jax.set_mesh(jax.make_mesh((count,), (AXIS,), devices=jax.devices()[:count], axis_types=(AxisType.Auto,))):
         yield
 
 
-def sums_of_chunks(chunks_from: Callable[[Any, Array | int, int], Any], given: Any) -> Any:
-    """What chunks_from(given, first, stride) returns, arrays or trees of them, added up over all chunks.
+def sums_of_chunks(chunks_from: Callable[[Any, Array | int, int], Any], arrays: Any) -> Any:
+    """What chunks_from(arrays, first, stride) returns, arrays or trees of them, added up over all chunks.
 
-    In a dictionary what stands under the key "max" is the largest instead. given: all arrays that it works with.
+    In a dictionary what stands under the key "max" is the largest instead. arrays: all that it works with.
     """
     count = jax.sharding.get_abstract_mesh().shape.get(AXIS, 1)
     if count == 1:
-        return chunks_from(given, 0, 1)
+        return chunks_from(arrays, 0, 1)
 
-    def mine(given: Any) -> Any:
-        return jax.tree.map_with_path(_joined, chunks_from(given, jax.lax.axis_index(AXIS), count))
+    def mine(arrays: Any) -> Any:
+        return jax.tree.map_with_path(_joined, chunks_from(arrays, jax.lax.axis_index(AXIS), count))
 
     # What the devices hold in common is not distinguished within conditionals: its derivative would be summed over
     # devices inside of them, where not all devices come by.
     whole = PartitionSpec()
-    return jax.shard_map(mine, in_specs=(whole,), out_specs=whole, check_vma=False)(given)
+    return jax.shard_map(mine, in_specs=(whole,), out_specs=whole, check_vma=False)(arrays)
 
 
 def _joined(path: tuple, array: Array) -> Array:

@@ -83,31 +83,31 @@ def elementwise(xp: Any, function: Callable, *arguments: Array) -> Any:
     if xp is not np:
         count = next(a.shape[0] for a in arguments if getattr(a, "ndim", 0))
         return tuple(_joined(xp, value, count) for value in function(xp, *map(_apart, arguments)))
-    given, kinds, count = _flat(arguments)
+    flat, kinds, count = _flat(arguments)
     loop, shapes = _each(function, kinds)
     results = [np.empty((count, *shape)) for shape in shapes]
-    _run(loop, count, *given, *(result.reshape(-1) for result in results))
+    _run(loop, count, *flat, *(result.reshape(-1) for result in results))
     return tuple(results)
 
 
-def totals(xp: Any, function: Callable, *arguments: Array, each: Sequence[tuple[Array, ...]] = ((),)) -> Any:
+def totals(xp: Any, function: Callable, *arguments: Array, cases: Sequence[tuple[Array, ...]] = ((),)) -> Any:
     """Sums over particles of what function(xp, ...) returns: a tuple of arrays (E,), (E, 3) and (E, 3, 3).
 
-    The function is called with `arguments` and, for each of E cases, with the further arguments of `each`; all cases
-    are of one kind. Tests: tests/unit/test_elementwise.py.
+    The function is called with `arguments` and the further ones of each of the E cases, which are all of one kind.
+    Tests: tests/unit/test_elementwise.py.
     """
     if xp is not np:
-        cases = [function(xp, *map(_apart, (*arguments, *more))) for more in each]
-        return tuple(xp.stack([_summed(xp, value) for value in values]) for values in zip(*cases, strict=True))
-    given, kinds, count = _flat(arguments)
-    flat = [_flat(more, count) for more in each]
-    loop, shapes = _sums(function, kinds, flat[0][1], len(each))
+        results = [function(xp, *map(_apart, (*arguments, *more))) for more in cases]
+        return tuple(xp.stack([_summed(xp, value) for value in values]) for values in zip(*results, strict=True))
+    shared, kinds, count = _flat(arguments)
+    flat = [_flat(more, count) for more in cases]
+    loop, shapes = _sums(function, kinds, flat[0][1], len(cases))
     widths = [WIDTHS[shape] for shape in shapes]
-    parts = np.zeros((len(each), sum(widths), max(1, -(-count // CHUNK))))
-    _run(loop, count, *given, *(a for more, _, _ in flat for a in more), parts)
+    parts = np.zeros((len(cases), sum(widths), max(1, -(-count // CHUNK))))
+    _run(loop, count, *shared, *(a for more, _, _ in flat for a in more), parts)
     # Along the last axis numpy adds pairwise.
-    found = np.split(parts.sum(axis=2), np.cumsum(widths)[:-1], axis=1)
-    return tuple(part.reshape(len(each), *shape) for part, shape in zip(found, shapes, strict=True))
+    sums = np.split(parts.sum(axis=2), np.cumsum(widths)[:-1], axis=1)
+    return tuple(part.reshape(len(cases), *shape) for part, shape in zip(sums, shapes, strict=True))
 
 
 def added(one: Array | None, other: Array | None) -> Array | None:
@@ -141,23 +141,23 @@ Kind = tuple[int, ...] | str | None  # the shape of a row, WHOLE for a table, No
 
 def _flat(arguments: Sequence[Array], count: int = 0) -> tuple[list[Array], tuple[Kind, ...], int]:
     """Arrays in one dimension and numbers, the kind of each, and the number of rows."""
-    given, kinds = [], []
+    flat, kinds = [], []
     for argument in arguments:
         if isinstance(argument, Table):
-            given.append(np.ascontiguousarray(argument.entries, dtype=np.float64).reshape(-1))
+            flat.append(np.ascontiguousarray(argument.entries, dtype=np.float64).reshape(-1))
             kinds.append(WHOLE)
             continue
         array = np.asarray(argument, dtype=np.float64)
         if array.ndim == 0:
-            given.append(float(array))
+            flat.append(float(array))
             kinds.append(None)
             continue
         if array.shape[1:] not in WIDTHS or array.shape[0] != (count or array.shape[0]):
             raise ValueError(f"cannot work on each particle of an array of shape {array.shape}")
         count = array.shape[0]
-        given.append(np.ascontiguousarray(array).reshape(-1))
+        flat.append(np.ascontiguousarray(array).reshape(-1))
         kinds.append(array.shape[1:])
-    return given, tuple(kinds), count
+    return flat, tuple(kinds), count
 
 
 @functools.lru_cache(maxsize=512)

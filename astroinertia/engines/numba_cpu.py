@@ -212,14 +212,14 @@ class Engine:
         chosen = _targets(arrangement, targets)
         lists = self._held_lists(arrangement, chosen, kernel, position, smoothing_length, 1.0)
         workers, named = self._workers_for(chosen), _named(fields, made.arrays, len(mass))
-        given = (position, smoothing_length, mass, float(KERNELS[kernel].support), *named)
+        inputs = (position, smoothing_length, mass, float(KERNELS[kernel].support), *named)
         packed = chosen is arrangement.everyone or lists.count[chosen.leaves].sum() > len(mass)
         table = _table(arrangement, len(mass) if packed else 0, made.width)
         if packed:
-            share_out(made.pack, workers, *given, table)
+            share_out(made.pack, workers, *inputs, table)
         results, arrays = _results(np.empty, terms, virial, len(chosen.indices), leaves.count, interval is not None)
         share_out(
-            made.sums, workers, *given, table, chosen.indices, chosen.begin, chosen.leaves, lists.offset, lists.count,
+            made.sums, workers, *inputs, table, chosen.indices, chosen.begin, chosen.leaves, lists.offset, lists.count,
             lists.pool, *arrays,
         )  # fmt: skip
         return _finished(results)

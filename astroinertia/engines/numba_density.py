@@ -71,11 +71,11 @@ def moments(distance, weight, vectors, inverse_h):
 
 
 @njit(**PART)
-def load_sources(found, count, centre, buffer, position, mass):
+def load_sources(indices, count, centre, buffer, position, mass):
     """Rows: x, y, z, mass."""
     for a in range(3):
-        load_component(position, a, found, count, centre[a] if RELATIVE else 0.0, buffer[a])
-    load_row(mass, found, count, 0.0, buffer[3])
+        load_component(position, a, indices, count, centre[a] if RELATIVE else 0.0, buffer[a])
+    load_row(mass, indices, count, 0.0, buffer[3])
 
 
 @njit(fastmath=LOOP_FLAGS, forceinline=True, **PART)
@@ -170,7 +170,7 @@ def solve_again(waiting, left, x, y, z, length, position, mass, targets, nodes, 
     """Targets waiting[:left] of a leaf, which have outgrown their lists, gather others, each time of larger reach."""
     leaves = len(start) - 1
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
-    found, items, slots = np.empty(1024, np.int64), np.empty(left, np.int64), np.empty(left, np.int64)
+    neighbours, items, slots = np.empty(1024, np.int64), np.empty(left, np.int64), np.empty(left, np.int64)
     like = np.empty(0, real)
     buffer, lists = whole_lines(4, columns_for(512), like), whole_lines(2, columns_for(512), like)
     box, centre = np.empty((2, 3)), np.empty(3)
@@ -182,12 +182,12 @@ def solve_again(waiting, left, x, y, z, length, position, mass, targets, nodes, 
         target_box(position, length, items, 0, left, box)
         box_centre(box, centre)
         reach = MOVED * options[0] * limit
-        count, found = gather(
-            x, y, z, length, 0.0, nodes, start, box, reach, nodes, 0, centre, 0.0, parents, listed, found
+        count, neighbours = gather(
+            x, y, z, length, 0.0, nodes, start, box, reach, nodes, 0, centre, 0.0, parents, listed, neighbours
         )
         buffer, lists = with_columns(buffer, count), with_columns(lists, count)
-        load_sources(found, count, centre, buffer, position, mass)
-        places(items, 0, left, found, count, slots)
+        load_sources(neighbours, count, centre, buffer, position, mass)
+        places(items, 0, left, neighbours, count, slots)
         for k in range(left):
             results[1, waiting[k]] = limit
         left = solve(waiting, left, slots, count, buffer, lists, options, results)
@@ -212,13 +212,13 @@ def density_pass(
             break
         leaf = active[turn]
         first, last, count = begin[leaf], begin[leaf + 1], number[leaf]
-        found = pool[offset[leaf] : offset[leaf] + count]
+        neighbours = pool[offset[leaf] : offset[leaf] + count]
         buffer, lists = with_columns(buffer, count), with_columns(lists, count)
         slots, waiting = with_room(slots, last - first), with_room(waiting, last - first)
         target_box(position, length, targets, first, last, box)
         box_centre(box, centre)
-        load_sources(found, count, centre, buffer, position, mass)
-        places(targets, first, last, found, count, slots)
+        load_sources(neighbours, count, centre, buffer, position, mass)
+        places(targets, first, last, neighbours, count, slots)
         for t in range(first, last):
             waiting[t - first], results[0, t], results[1, t] = t, h[targets[t]], length[targets[t]]
         left = solve(waiting, last - first, slots, count, buffer, lists, options, results)

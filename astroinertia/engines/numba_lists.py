@@ -92,7 +92,7 @@ def neighbour_lists(
     group = min(leaves, GROUP)
     like = np.empty(0, np.float32)
     parents, listed = np.empty(leaves + LANES, np.int64), np.empty(leaves + LANES, np.int64)
-    found, index = np.empty(2048, np.int64), np.empty(1024, np.int32)
+    gathered, index = np.empty(2048, np.int64), np.empty(1024, np.int32)
     rows, key = whole_lines(4, columns_for(1024), like), np.empty(1024, np.float32)
     box, centre, balls = np.empty((2, 3)), np.empty(3), whole_lines(4, columns_for(128), like)
     while True:
@@ -106,14 +106,14 @@ def neighbour_lists(
         unit = 1.0 / extent(box, reach)  # a NaN makes all of its sources NaN, which are listed
         balls = with_columns(balls, last - origin)
         load_balls(position, h, support, targets, origin, last, centre, unit, balls)
-        total, found = gather(
-            x, y, z, h, support, nodes, start, box, reach, balls, last - origin, centre, unit, parents, listed, found
+        total, gathered = gather(
+            x, y, z, h, support, nodes, start, box, reach, balls, last - origin, centre, unit, parents, listed, gathered
         )
         key, index, rows = with_room(key, total), with_room(index, total), with_columns(rows, total)
-        load_row(x, found, total, centre[0], rows[0])
-        load_row(y, found, total, centre[1], rows[1])
-        load_row(z, found, total, centre[2], rows[2])
-        vector_take(h, 0, found, total, 0.0, rows[3])
+        load_row(x, gathered, total, centre[0], rows[0])
+        load_row(y, gathered, total, centre[1], rows[1])
+        load_row(z, gathered, total, centre[2], rows[2])
+        vector_take(h, 0, gathered, total, 0.0, rows[3])
         scale(rows, total, unit, support)
         for leaf in range(first_leaf, first_leaf + group):
             first, last = begin[leaf], begin[leaf + 1]
@@ -125,4 +125,4 @@ def neighbour_lists(
             offset[leaf], count[leaf] = place, number
             if place + number <= len(pool):  # else the caller comes back with more room
                 for k in range(number):
-                    pool[place + k] = found[index[k]]
+                    pool[place + k] = gathered[index[k]]

@@ -17,8 +17,8 @@ from astroinertia.engines.numba_passes import (
     results,
     virial_effects,
 )
-from astroinertia.engines.numba_source import Sources, argument_names
-from astroinertia.engines.terms import PairTerm
+from astroinertia.engines.numba_source import Sources
+from astroinertia.engines.terms import PairTerm, argument_names, arguments
 
 # The sources within reach of the target: their places in the table, the massless one to fill the last vector up, then
 # what the pair functions ask for in rows of their own. Rows are compacted once, which is cheaper than gathers in the
@@ -201,7 +201,9 @@ def _pair_lines(sources: Sources, terms: Sequence[PairTerm], needs: Needs, form:
     for k, term in enumerate(terms):
         function = term.far if far and term.far else term.pair
         name = sources.add(function, f"{term.effect}_{'far' if far else 'pair'}_{k}", reciprocal=far)
-        called = [_argument(n) for n in argument_names(function)] + (["inverse_r"] if far else [])
+        grouped = arguments(function, {n: _argument(n) for n in argument_names(function)})
+        called = [value if isinstance(value, str) else f"({', '.join(value)},)" for value in grouped]
+        called += ["inverse_r"] if far else []
         targets = [f"value_{k}_{n}" for n in range(len(term.outputs))]
         lines.append(f"{', '.join(targets)}, = {name}({', '.join(called)})")
         for value, output in zip(targets, term.outputs, strict=True):
@@ -270,8 +272,8 @@ def _stores(kinds: dict, sign: str) -> list[str]:
         elif how == "sum":
             lines.append(f"{out}[i] {sign} np.float64({total})")
         elif how == "max":
-            known = f"maximum({out}[i], np.float64({total}))" if sign == "+=" else f"np.float64({total})"
-            lines.append(f"{out}[i] = {known}")
+            value = f"maximum({out}[i], np.float64({total}))" if sign == "+=" else f"np.float64({total})"
+            lines.append(f"{out}[i] = {value}")
         else:
             for k, a in enumerate(AXES):
                 for n, b in enumerate(AXES):

@@ -67,7 +67,7 @@ def neighbour_pass(
             break
         leaf = active[turn]
         first, last, count = begin[leaf], begin[leaf + 1], number[leaf]
-        found = pool[offset[leaf] : offset[leaf] + count]
+        neighbours = pool[offset[leaf] : offset[leaf] + count]
         if count + 3 * LANES > room:
             room = columns_for(count)
             sources, rows = whole_lines(room, WIDTH, like), whole_lines(SPREAD, room, like)
@@ -79,18 +79,18 @@ def neighbour_pass(
         box_centre(box, centre)
         if sparse:
             for k in range(count):
-                near[k] = found[k]
+                near[k] = neighbours[k]
             count = close_to(box, support, largest, position, h, near, count)
             for k in range(count):
                 pack_row(near[k], k, position, h, mass, support, arrays, packed)
-            found = near[:count]
-            places(chosen, first, last, found, count, slots)
+            neighbours = near[:count]
+            places(chosen, first, last, neighbours, count, slots)
             set_origin(centre, packed, slots[0], zero)
             copy_rows(packed, own, count, zero, sources)
         else:
-            places(chosen, first, last, found, count, slots)
+            places(chosen, first, last, neighbours, count, slots)
             set_origin(centre, packed, chosen[first], zero)
-            copy_rows(packed, found, count, zero, sources)
+            copy_rows(packed, neighbours, count, zero, sources)
         for k in range(WIDTH):  # a massless copy of the last source stands at the loose end
             sources[count, k] = sources[count - 1, k]
         sources[count, 3] = 0

@@ -37,15 +37,15 @@ BELOW = 32  # nodes that are looked at together where their common ancestor is i
 
 
 @njit(**PART)
-def touched(nodes, factor, box, balls, ball_count, centre, unit, found, count):
-    """Keep those nodes found[:count] whose particles may reach a box, or that a ball in it reaches, and say how many.
+def touched(nodes, factor, box, balls, ball_count, centre, unit, listed, count):
+    """Keep those nodes listed[:count] whose particles may reach a box, or that a ball in it reaches, and say how many.
 
     balls (4, ball_count or more): their places from `centre`, times `unit`, and squares of their radii, times its.
     """
     x, y, z, radius2 = balls[0], balls[1], balls[2], balls[3]
     kept = 0
     for k in range(count):
-        node = found[k]
+        node = listed[k]
         square = 0.0
         for a in range(3):
             apart = larger_of(0.0, larger_of(nodes[a, node] - box[1, a], box[0, a] - nodes[3 + a, node]))
@@ -59,7 +59,7 @@ def touched(nodes, factor, box, balls, ball_count, centre, unit, found, count):
                 unit * (nodes[4, node] - centre[1]), unit * (nodes[5, node] - centre[2]),
                 x, y, z, radius2, ball_count,
             )  # fmt: skip
-        found[kept] = node
+        listed[kept] = node
         kept += np.int64(number > 0)
     return kept
 
@@ -82,51 +82,51 @@ def touches(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, x, y, z, radius2, count):
 
 
 @njit(**PART)
-def near_nodes(nodes, count, box, factor, target_reach, balls, ball_count, centre, unit, parents, found):
+def near_nodes(nodes, count, box, factor, target_reach, balls, ball_count, centre, unit, parents, listed):
     """The nodes of one level, count to 2 count - 1, that come within the larger of two reaches of a box, ascending.
 
     nodes (7, 2L or more): corners and largest h. balls, ball_count, centre, unit: what `touched` then asks of them, if
-    there are any balls and more nodes than MANY. Returns how many come near; parents and found have room for them all.
+    there are any balls and more nodes than MANY. Returns how many come near; parents and listed have room for them all.
     """
     lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, h = nodes[0], nodes[1], nodes[2], nodes[3], nodes[4], nodes[5], nodes[6]
     level = count
     while level > MOST_AT_ONCE:
         level = max(1, level // BELOW)
-    n = in_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, h, level, 2 * level, box, factor, target_reach, found, 0)
+    n = in_reach(lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, h, level, 2 * level, box, factor, target_reach, listed, 0)
     while True:
         if ball_count > 0 and n > MANY:
-            n = touched(nodes, factor, box, balls, ball_count, centre, unit, found, n)
+            n = touched(nodes, factor, box, balls, ball_count, centre, unit, listed, n)
         if level == count:
             return n
         step = min(BELOW, count // level)
         level *= step
         for k in range(n):
-            parents[k] = found[k]
+            parents[k] = listed[k]
         filled = 0
         for k in range(n):
             first, last = parents[k] * step, (parents[k] + 1) * step
             filled = in_reach(
-                lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, h, first, last, box, factor, target_reach, found, filled
+                lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, h, first, last, box, factor, target_reach, listed, filled
             )
         n = filled
 
 
 @njit(**PART)
 def gather(
-    x, y, z, h, factor, nodes, start, box, target_reach, balls, ball_count, centre, unit, parents, listed, found
+    x, y, z, h, factor, nodes, start, box, target_reach, balls, ball_count, centre, unit, parents, listed, indices
 ):
     """Indices of the particles that come within the larger of two reaches of a box, ascending.
 
     Reaches are target_reach and factor h. x, y, z, h (N or more,); start (L+1,) of the leaves; box (2, 3); balls: see
     `near_nodes`, what only they leave out may be left out; parents and listed have room for all leaves. Returns the
-    number and the array that holds them: `found`, or a larger one.
+    number and the array that holds them: `indices`, or a larger one.
     """
     leaves = len(start) - 1
     near = near_nodes(nodes, leaves, box, factor, target_reach, balls, ball_count, centre, unit, parents, listed)
     total = 0
     for k in range(near):
         total += start[listed[k] - leaves + 1] - start[listed[k] - leaves]
-    found = with_room(found, total)
+    indices = with_room(indices, total)
     count = k = 0
     while k < near:
         first, last = start[listed[k] - leaves], start[listed[k] - leaves + 1]
@@ -134,8 +134,8 @@ def gather(
         while k < near and start[listed[k] - leaves] == last:
             last = start[listed[k] - leaves + 1]
             k += 1
-        count = in_reach(x, y, z, x, y, z, h, first, last, box, factor, target_reach, found, count)
-    return count, found
+        count = in_reach(x, y, z, x, y, z, h, first, last, box, factor, target_reach, indices, count)
+    return count, indices
 
 
 @njit(**PART)
@@ -237,11 +237,11 @@ def box_centre(box, centre):
 
 
 @njit(**PART)
-def places(items, first, last, found, count, out):
-    """Where items[first:last] stand among found[:count]; both ascend."""
-    place = place_of(items[first], found, count)
+def places(items, first, last, indices, count, out):
+    """Where items[first:last] stand among indices[:count]; both ascend."""
+    place = place_of(items[first], indices, count)
     for t in range(first, last):
-        while found[place] < items[t]:
+        while indices[place] < items[t]:
             place += 1
         out[t - first] = place
 
@@ -274,45 +274,45 @@ def fill_row(row, count):
 
 
 @njit(**PART)
-def load_row(source, found, count, zero, row):
-    """source[found] - zero."""
-    vector_take(source, 0, found, count, zero, row)
+def load_row(source, indices, count, zero, row):
+    """source[indices] - zero."""
+    vector_take(source, 0, indices, count, zero, row)
     fill_row(row, count)
 
 
 @njit(**PART)
-def load_component(source, axis, found, count, zero, row):
-    """source[found, axis] - zero."""
-    vector_take(source, axis, found, count, zero, row)
+def load_component(source, axis, indices, count, zero, row):
+    """source[indices, axis] - zero."""
+    vector_take(source, axis, indices, count, zero, row)
     fill_row(row, count)
 
 
 @njit(**PART)
-def load_inverse(source, found, count, row):
-    """1/source[found]."""
+def load_inverse(source, indices, count, row):
+    """1/source[indices]."""
     widest_vectors()
     for k in range(count):
-        row[k] = 1.0 / at(source, found[k])
+        row[k] = 1.0 / at(source, indices[k])
     fill_row(row, count)
 
 
 @njit(**PART)
-def load_square(source, found, count, factor, row):
-    """(factor source[found])^2."""
+def load_square(source, indices, count, factor, row):
+    """(factor source[indices])^2."""
     widest_vectors()
     for k in range(count):
-        value = factor * at(source, found[k])
+        value = factor * at(source, indices[k])
         row[k] = value * value
     fill_row(row, count)
 
 
 @njit(**PART)
-def place_of(item, found, count):
+def place_of(item, indices, count):
     """Where an item stands in an ascending list of `count` that holds it."""
     low, high = 0, count - 1
     while low < high:
         middle = (low + high) // 2
-        if found[middle] < item:
+        if indices[middle] < item:
             low = middle + 1
         else:
             high = middle

@@ -11,9 +11,8 @@ from typing import Any
 
 from astroinertia.engines import numba_vectors
 from astroinertia.engines.numba_cache import load_module, taken_from
-from astroinertia.engines.numba_source import argument_names
 from astroinertia.engines.templates import template
-from astroinertia.engines.terms import PairTerm
+from astroinertia.engines.terms import PairTerm, argument_names
 
 AXES = "xyz"
 INTERVALS = ("closing", "opening")
@@ -36,8 +35,8 @@ def output_kinds(terms: Sequence[PairTerm], impulses: bool = False) -> dict[tupl
     kinds: dict[tuple[str, str], str] = {}
     for term in terms:
         for output in term.outputs:
-            known = kinds.get((term.effect, output.name))
-            if known not in (None, output.how) or known == "max":
+            earlier = kinds.get((term.effect, output.name))
+            if earlier not in (None, output.how) or earlier == "max":
                 raise ValueError(f"output {output.name} of effect {term.effect} comes twice and cannot be added up")
             kinds[term.effect, output.name] = output.how
     asymmetric = {(t.effect, o.name) for t in terms for o in t.outputs if o.of != "position"}
@@ -101,12 +100,12 @@ class Needs:
     @property
     def sides(self) -> tuple[list[str], list[str]]:
         """Rows of a table of sources, x, y, z first: those that partners are asked for, and the target's alone."""
-        asked = {name for function in self.functions for name in argument_names(function)}
-        asked |= {f"{name}_j" for name in INTERVALS}
+        arguments = {name for function in self.functions for name in argument_names(function)}
+        arguments |= {f"{name}_j" for name in INTERVALS}
         partners = [*AXES, "mass", *(f"vector_{name}_{axis}" for name in self.vectors for axis in AXES)]
         partners += ["inverse_h"] if self.kernels["j"] else []
-        partners += ["h"] if "h_j" in asked else []
-        partners += [f"field_{name}" for name in self.scalars if f"{name}_j" in asked]
+        partners += ["h"] if "h_j" in arguments else []
+        partners += [f"field_{name}" for name in self.scalars if f"{name}_j" in arguments]
         return partners, [row for row in self.rows if row not in partners]
 
     @property
@@ -154,21 +153,21 @@ def loader(name: str, needs: Needs, precision: str, arrays: Sequence[str]) -> li
     """
     lines = [
         "@njit(**PART)",
-        f"def {name}(found, count, centre, origin, buffer, x, y, z, mass, h, support{listed(arrays)}):",
+        f"def {name}(indices, count, centre, origin, buffer, x, y, z, mass, h, support{listed(arrays)}):",
     ]
     mixed = precision == "mixed"
     for k, row in enumerate(needs.rows):
         stem, _, axis = row.rpartition("_")
         if row in AXES:
-            call = f"load_row({row}, found, count, {f'centre[{k}]' if mixed else '0.0'}"
+            call = f"load_row({row}, indices, count, {f'centre[{k}]' if mixed else '0.0'}"
         elif row.startswith("vector_"):
             a = AXES.index(axis)
-            call = f"load_component({stem}, {a}, found, count, {f'{stem}[origin, {a}]' if mixed else '0.0'}"
+            call = f"load_component({stem}, {a}, indices, count, {f'{stem}[origin, {a}]' if mixed else '0.0'}"
         else:
             call = {
-                "reach2": "load_square(h, found, count, support",
-                "inverse_h": "load_inverse(h, found, count",
-            }.get(row, f"load_row({row}, found, count, 0.0")
+                "reach2": "load_square(h, indices, count, support",
+                "inverse_h": "load_inverse(h, indices, count",
+            }.get(row, f"load_row({row}, indices, count, 0.0")
         lines.append(f"    {call}, buffer[{k}])")
     lines += [
         "    mass_row = buffer[3]",
@@ -180,8 +179,8 @@ def loader(name: str, needs: Needs, precision: str, arrays: Sequence[str]) -> li
 
 def packer(needs: Needs) -> list[str]:
     """Functions that put all that is asked of a particle side by side: `pack` for all of them, `pack_row` for one."""
-    given = f"position, h, mass, support{listed(needs.arrays)}, table"
-    lines = ["@njit(forceinline=True, **PART)", f"def pack_row(i, k, {given}):"]
+    parameters = f"position, h, mass, support{listed(needs.arrays)}, table"
+    lines = ["@njit(forceinline=True, **PART)", f"def pack_row(i, k, {parameters}):"]
     for column, row in enumerate(needs.table):
         stem, _, axis = row.rpartition("_")
         value = {
@@ -195,13 +194,13 @@ def packer(needs: Needs) -> list[str]:
         "",
         "",
         "@njit(**ENTRY)",
-        f"def pack(counter, {given}):",
+        f"def pack(counter, {parameters}):",
         "    while True:",
         "        first = PACKED * take(counter)",
         "        if first >= len(mass):",
         "            break",
         "        for i in range(first, min(len(mass), first + PACKED)):",
-        f"            pack_row(i, i, {given})",
+        f"            pack_row(i, i, {parameters})",
     ]
     return [*lines, "", ""]
 

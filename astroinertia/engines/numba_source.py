@@ -19,13 +19,6 @@ ORIGIN = "# from "  # begins the line above a function in the generated text tha
 PAIR_DECORATOR = '@njit(forceinline=True, error_model="numpy", fastmath=PAIR_FLAGS, **INNER)'
 
 
-def argument_names(function: Callable) -> list[str]:
-    """The names that a pair function asks for, without the namespace; ValueError for what is not a Python function."""
-    if not isinstance(function, types.FunctionType):
-        raise ValueError(f"a pair function must be a plain Python function, not {function!r}")
-    return list(inspect.signature(function).parameters)[1:]
-
-
 class Sources:
     """The collected text of functions and of all that they call; each function appears once.
 
@@ -82,24 +75,26 @@ def _translated(sources: Sources, function: Callable, name: str, reciprocal: boo
         ) from error
     if not isinstance(node, ast.FunctionDef):
         raise ValueError(f"{function.__qualname__} must be written with def, so that engines can compile its source")
-    given = node.args
-    if given.vararg or given.kwarg or given.kwonlyargs or given.defaults or not given.args:
+    arguments = node.args
+    if arguments.vararg or arguments.kwarg or arguments.kwonlyargs or arguments.defaults or not arguments.args:
         raise ValueError(f"{function.__qualname__} must have plain positional arguments, the first of them xp")
-    if [argument.arg for argument in given.args] != list(inspect.signature(function).parameters):
+    parameters = inspect.signature(function).parameters
+    if [argument.arg for argument in arguments.args] != list(parameters):
         raise ValueError(f"the file of {function.__qualname__} has changed since it was imported")
-    namespace = given.args[0].arg
+    namespace = arguments.args[0].arg
     node.name, node.decorator_list, node.returns = name, [], None
-    given.args = [ast.arg(argument.arg) for argument in given.args[1:]]
+    arguments.args = [ast.arg(argument.arg) for argument in arguments.args[1:]]
     if reciprocal:
-        given.args.append(ast.arg("inverse_r"))
+        arguments.args.append(ast.arg("inverse_r"))
     if isinstance(node.body[0], ast.Expr) and isinstance(node.body[0].value, ast.Constant):
         node.body = node.body[1:]
-    local = {argument.arg for argument in given.args}
+    local = {argument.arg for argument in arguments.args}
     local |= {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
-    known = dict(function.__globals__)
+    scope = dict(function.__globals__)
     for cell_name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
-        known[cell_name] = cell.cell_contents
-    translation = _Translation(sources, function.__qualname__, namespace, local, known, reciprocal)
+        scope[cell_name] = cell.cell_contents
+    groups = {key: getattr(parameter.annotation, "_fields", ()) for key, parameter in parameters.items()}
+    translation = _Translation(sources, function.__qualname__, namespace, local, scope, groups, reciprocal)
     source = ast.unparse(ast.fix_missing_locations(translation.visit(node)))
     return f"{ORIGIN}{function.__module__}\n{PAIR_DECORATOR}\n{source}"
 
@@ -108,10 +103,10 @@ class _Translation(ast.NodeTransformer):
     """Rewrites the body of one function."""
 
     def __init__(
-        self, sources: Sources, owner: str, namespace: str, local: set[str], known: dict, reciprocal: bool
+        self, sources: Sources, owner: str, namespace: str, local: set[str], scope: dict, groups: dict, reciprocal: bool
     ) -> None:
         self.sources, self.owner, self.namespace = sources, owner, namespace
-        self.local, self.known, self.reciprocal = local, known, reciprocal
+        self.local, self.scope, self.groups, self.reciprocal = local, scope, groups, reciprocal
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         if node.keywords:
@@ -123,7 +118,7 @@ class _Translation(ast.NodeTransformer):
                 raise self._refusal(node, f"xp.{node.func.attr}")
             node.func = ast.parse(self.sources.calls[node.func.attr], mode="eval").body
             return node
-        if isinstance(node.func, ast.Name) and node.func.id == "abs" and "abs" not in self.known:
+        if isinstance(node.func, ast.Name) and node.func.id == "abs" and "abs" not in self.scope:
             return node
         callee = self._value(node.func)
         if not isinstance(callee, types.FunctionType):
@@ -135,6 +130,9 @@ class _Translation(ast.NodeTransformer):
         return node if node.id in self.local else self._number(node, self._value(node))
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        fields = self.groups.get(node.value.id, ()) if isinstance(node.value, ast.Name) else ()
+        if node.attr in fields:  # of a plain tuple in the generated text
+            return ast.Subscript(node.value, ast.Constant(fields.index(node.attr)), ast.Load())
         if self._is_namespace(node.value) and node.attr == "pi":
             return self._number(node, math.pi)
         if self._is_namespace(node.value) and node.attr == "inf":
@@ -166,8 +164,8 @@ class _Translation(ast.NodeTransformer):
         return isinstance(node, ast.Name) and node.id == self.namespace
 
     def _value(self, node: ast.AST) -> object:
-        if isinstance(node, ast.Name) and node.id in self.known:
-            return self.known[node.id]
+        if isinstance(node, ast.Name) and node.id in self.scope:
+            return self.scope[node.id]
         if isinstance(node, ast.Attribute):
             return getattr(self._value(node.value), node.attr, None)
         raise self._refusal(node, ast.unparse(node))

@@ -28,7 +28,7 @@ def _vector_fill(typingctx, array, position, value):
 
 
 @intrinsic
-def _vector_take(typingctx, source, axis, found, count, zero, row):
+def _vector_take(typingctx, source, axis, indices, count, zero, row):
     def codegen(context, builder, signature, args):
         build, lanes = Lanes(context, builder, signature, args), 8
         array = context.make_array(signature.args[0])(context, builder, args[0])
@@ -65,7 +65,7 @@ def _vector_take(typingctx, source, axis, found, count, zero, row):
         build.loop(ir.Constant(INT64, 0), args[3], lanes, ir.Constant(INT64, 0), body)
         return context.get_dummy_value()
 
-    return types.void(source, types.int64, found, types.int64, types.float64, row), codegen
+    return types.void(source, types.int64, indices, types.int64, types.float64, row), codegen
 
 
 def _shuffled(builder, a, b, lanes):
@@ -181,7 +181,7 @@ def _row_copier(width):
 # The functions that are made below:
 # row_spreader(rows, begin)(table, index, count, out): out[r, k] = table[index[k], begin + r] for so many rows r; count
 # is a multiple of LANES. row_copier(width)(table, index, count, zero, out): out[k] = table[index[k]] - zero, of this
-# width. vector_take(source, axis, found, count, zero, row): row[k] = source[found[k], axis] - zero; axis 0 of plain
+# width. vector_take(source, axis, indices, count, zero, row): row[k] = source[indices[k], axis] - zero; axis 0 of plain
 # arrays. vector_fill(array, position,
 # value): LANES elements.
 if COMPACTED_BITS:
@@ -219,11 +219,11 @@ else:
             array[position + k] = value
 
     @njit(**PART)
-    def _plain_vector_take(source, axis, found, count, zero, row):
+    def _plain_vector_take(source, axis, indices, count, zero, row):
         values = source.reshape(-1)
         width = len(values) // len(source)
         for k in range(count):
-            row[k] = values[width * found[k] + axis] - zero
+            row[k] = values[width * indices[k] + axis] - zero
 
     row_spreader, row_copier = _plain_row_spreader, _plain_row_copier
     vector_fill, vector_take = _plain_vector_fill, _plain_vector_take

@@ -128,9 +128,9 @@ class Engine:
         """Particles that may be within reach of the members, or these of them, (N,) bool."""
         images = self._covering(None, position, reach)
         chosen, _ = images.targets(members)
-        found = self.inner.near(images.pairs, kernel, self._points(images, position), reach[images.source], chosen)
+        reached = self.inner.near(images.pairs, kernel, self._points(images, position), reach[images.source], chosen)
         near = np.zeros(len(position), bool)
-        near[images.source[found]] = True
+        near[images.source[reached]] = True
         return near
 
     def density(
@@ -150,16 +150,16 @@ class Engine:
         while True:
             images, points = self._seen(arrangement, position, first)
             chosen, back = images.targets(targets)
-            found = self.inner.density(
+            solved = self.inner.density(
                 images.pairs, kernel, points, mass[images.source], first[images.source], eta, tolerance, softening,
                 chosen,
             )  # fmt: skip
-            rows = [found.smoothing_length, found.density, found.grad_h, found.zeta]
-            found = Density(*(row if row is None or back is None else row[back] for row in rows))
+            rows = [solved.smoothing_length, solved.density, solved.grad_h, solved.zeta]
+            solved = Density(*(row if row is None or back is None else row[back] for row in rows))
             reached = np.array(guess, dtype=np.float64)
-            reached[slice(None) if targets is None else targets] = found.smoothing_length
+            reached[slice(None) if targets is None else targets] = solved.smoothing_length
             if self._covers(images, position, reached):
-                return found
+                return solved
             arrangement, first = Arrangement(None), np.maximum(first, reached)
 
     def neighbour_sums(

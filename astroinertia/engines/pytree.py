@@ -20,8 +20,8 @@ def pytree(cls: type[T]) -> type[T]:
 
     Structures of two classes differ, whatever their fields. Checked by tests/unit/test_pytree.py.
     """
-    names = [each.name for each in fields(cls) if each.init]  # type: ignore[arg-type]
-    static = {each.name for each in fields(cls) if each.metadata.get("static", False)}  # type: ignore[arg-type]
+    names = [field.name for field in fields(cls) if field.init]  # type: ignore[arg-type]
+    static = {field.name for field in fields(cls) if field.metadata.get("static", False)}  # type: ignore[arg-type]
     data = [name for name in names if name not in static]
     kept = [name for name in names if name in static]
     keys = [jax.tree_util.GetAttrKey(name) for name in data]

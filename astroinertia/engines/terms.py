@@ -1,5 +1,7 @@
 """What a pair sum is: a function of plain scalars, and what is done with the values that it returns."""
 
+import inspect
+import types
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -29,7 +31,8 @@ class PairTerm:
     `pair(xp, ...)` names its scalars: `r`, `h_i`, `W_i`, `dW_i`, `phi_i`, `dphi_i` (and `_j`), `v_r` = v_ij.x_ij/r,
     `x_ij`, `y_ij`, `z_ij` = x_i - x_j, or any per-particle field with the suffix `_i` or `_j`. It is branch-free and
     finite at r = 0, uses only arithmetic and xp.where, maximum, minimum, abs and sqrt, and returns one scalar for each
-    output, without the factor m_j.
+    output, without the factor m_j. Scalars that belong together may come as one argument, annotated with a NamedTuple
+    of theirs: `i: Gas` with the fields density and u is `density_i` and `u_i`, `strain_j: Tensor` is `strain_xx_j` ...
     `far`, for sums over all pairs, is what `pair` becomes beyond the support of both kernels.
     """
 
@@ -37,6 +40,30 @@ class PairTerm:
     pair: Callable[..., tuple]
     outputs: tuple[Output, ...]
     far: Callable[..., tuple] | None = None
+
+
+def argument_names(function: Callable) -> list[str]:
+    """The names of the scalars that a pair function asks for; ValueError for what is not a Python function."""
+    return [name for _, names in _parameters(function) for name in names]
+
+
+def arguments(function: Callable, scalars: Any) -> list[Any]:
+    """What a pair function is called with, without the namespace, made of what `scalars` holds by name."""
+    return [made(*(scalars[name] for name in names)) for made, names in _parameters(function)]
+
+
+def _parameters(function: Callable) -> list[tuple[Callable, list[str]]]:
+    # What each is made by, and of which scalars.
+    if not isinstance(function, types.FunctionType):
+        raise ValueError(f"a pair function must be a plain Python function, not {function!r}")
+    parameters = []
+    for name, parameter in list(inspect.signature(function).parameters.items())[1:]:
+        stem, joint, side = name.rpartition("_")
+        if fields := getattr(parameter.annotation, "_fields", None):
+            parameters.append((parameter.annotation, [f"{stem}{joint}{field}_{side}" for field in fields]))
+        else:
+            parameters.append((lambda scalar: scalar, [name]))
+    return parameters
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.engines import xla_density, xla_lists, xla_places, xla_tiles
-from astroinertia.engines.terms import Density, PairTerm
+from astroinertia.engines.terms import Density, PairTerm, argument_names
 from astroinertia.engines.xla_lists import Arrangement
 from astroinertia.sph.kernels import KERNELS
 
@@ -141,9 +141,9 @@ def _covers(arrangement: Arrangement, position: Array, smoothing_length: Array) 
 def _needed(terms: tuple[PairTerm, ...], fields: dict[str, Any]) -> dict[str, Array]:
     names = {"mass", "position", "smoothing_length"}
     for term in terms:
-        asked = {*xla_tiles.arguments(term.pair), *(xla_tiles.arguments(term.far) if term.far else ())}
-        names |= {"velocity"} if "v_r" in asked else set()
-        names |= {name[:-2] for name in asked if name[-2:] in ("_i", "_j") and name[:-2] in fields}
+        scalars = {*argument_names(term.pair), *(argument_names(term.far) if term.far else ())}
+        names |= {"velocity"} if "v_r" in scalars else set()
+        names |= {name[:-2] for name in scalars if name[-2:] in ("_i", "_j") and name[:-2] in fields}
         names |= {output.of for output in term.outputs if output.of}
     return {name: jnp.asarray(fields[name]) for name in sorted(names)}
 

@@ -4,7 +4,6 @@ A chunk of C tiles is C leaves of S targets against C blocks of B sources: pair 
 in ascending order of the leaves, in two nested scans, and each is computed again in reverse mode rather than stored.
 """
 
-import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -12,7 +11,7 @@ import jax
 import jax.numpy as jnp
 
 from astroinertia.engines import devices, xla_pairs
-from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.engines.terms import Output, PairTerm, arguments
 from astroinertia.engines.xla_lists import Tiles
 from astroinertia.engines.xla_places import Places
 from astroinertia.sph.kernels import Kernel
@@ -28,11 +27,6 @@ COMPONENTS = ("x_ij", "y_ij", "z_ij")
 AXES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
-def arguments(function: Callable) -> tuple[str, ...]:
-    """The names of the pair scalars that a pair function asks for."""
-    return tuple(inspect.signature(function).parameters)[1:]
-
-
 class Pairs:
     """The scalars of all pairs of a chunk, each worked out when it is first asked for.
 
@@ -42,13 +36,13 @@ class Pairs:
 
     def __init__(self, kernel: Kernel, targets: Mapping[str, Array], sources: Mapping[str, Array]) -> None:
         self.kernel, self.targets, self.sources = kernel, targets, sources
-        self.known: dict[str, Array] = {}
+        self.quantities: dict[str, Array] = {}
         squared = self._product("position", "position")
         apart = squared != 0.0  # also where it is not a number, which must not go unseen
         # A square root has no derivative at 0: the inner `where` keeps it away from there.
         root = jnp.sqrt(jnp.where(apart, squared, 1.0))
         self.inverse_r = jnp.where(apart, 1.0 / root, 0.0)
-        self.known["r"] = jnp.where(apart, root, 0.0)
+        self.quantities["r"] = jnp.where(apart, root, 0.0)
 
     @property
     def separation(self) -> list[Array]:
@@ -61,9 +55,9 @@ class Pairs:
         return xla_pairs.product_of_differences(*(side[name] for name in (one, other) for side in sides))
 
     def __getitem__(self, name: str) -> Array:
-        if name not in self.known:
-            self.known[name] = self._made(name)
-        return self.known[name]
+        if name not in self.quantities:
+            self.quantities[name] = self._made(name)
+        return self.quantities[name]
 
     def _made(self, name: str) -> Array:
         if name == "v_r":
@@ -85,10 +79,10 @@ class Pairs:
     def inverse_length(self, side: str, power: int = 1) -> Array:
         """1/h^power of targets ("i") or sources ("j")."""
         name = f"inverse_h{power}_{side}"
-        if name not in self.known:
+        if name not in self.quantities:
             h = (self.targets if side == "i" else self.sources)["smoothing_length"]
-            self.known[name] = self._spread((1.0 / h) ** power, side)
-        return self.known[name]
+            self.quantities[name] = self._spread((1.0 / h) ** power, side)
+        return self.quantities[name]
 
     def _field(self, name: str, side: str) -> Array:
         return self._spread((self.targets if side == "i" else self.sources)[name], side)
@@ -96,11 +90,6 @@ class Pairs:
     def _spread(self, values: Array, side: str) -> Array:
         across = (self.sources if side == "i" else self.targets)["position"].shape[1]
         return xla_pairs.spread(values, side == "i", across)
-
-    def arguments(self, function: Callable) -> list[Array]:
-        """What a pair function asks for."""
-        with jax.named_scope("pairs"):
-            return [self[name] for name in arguments(function)]
 
 
 def columns(output: Output) -> int:
@@ -133,8 +122,8 @@ def sum_over_tiles(
     total = max(listed, everything)
     used = jnp.where(covered, tiles.used, everything)
 
-    def one(given: Any, carry: Any, chunk: Array) -> Any:
-        tiles, covered, boxes, used, places = given
+    def one(arrays: Any, carry: Any, chunk: Array) -> Any:
+        tiles, covered, boxes, used, places = arrays
         row = jnp.minimum(chunk, listed - 1)
         member = jnp.arange(size)
         leaf = chunk // across * tall + member // wide
@@ -157,20 +146,20 @@ def sum_over_tiles(
     return in_groups(one, (tiles, covered, boxes, used, places), zero, total, used)
 
 
-def in_groups(one: Callable[[Any, Any, Array], Any], given: Any, zero: Any, total: int, used: Array) -> Any:
-    """`one(given, sums, chunk)` for chunks 0 ... total-1 in two nested scans, whose groups are skipped from `used` on.
+def in_groups(one: Callable[[Any, Any, Array], Any], arrays: Any, zero: Any, total: int, used: Array) -> Any:
+    """`one(arrays, sums, chunk)` for chunks 0 ... total-1 in two nested scans, whose groups are skipped from `used` on.
 
-    given: a tree of all arrays that `one` works with. The chunks are shared out over devices. In reverse mode each
+    arrays: a tree of all that `one` works with. The chunks are shared out over devices. In reverse mode each
     group is computed again rather than stored.
     """
 
-    def chunks_from(given: Any, first: Array | int, stride: int) -> Any:
-        given, zero, used = given
+    def chunks_from(inputs: Any, first: Array | int, stride: int) -> Any:
+        arrays, zero, used = inputs
         count = -(-total // stride)
         group = max(1, round(count**0.5))
 
         def numbered(carry: Any, number: Array) -> tuple[Any, None]:
-            return one(given, carry, first + stride * number), None
+            return one(arrays, carry, first + stride * number), None
 
         def several(carry: Any, number: Array) -> tuple[Any, None]:
             def add(carry: Any) -> Any:
@@ -182,7 +171,7 @@ def in_groups(one: Callable[[Any, Any, Array], Any], given: Any, zero: Any, tota
             return jax.lax.scan(jax.checkpoint(numbered), zero, jnp.arange(count))[0]
         return jax.lax.scan(jax.checkpoint(several), zero, jnp.arange(0, count, group))[0]
 
-    return devices.sums_of_chunks(chunks_from, (given, zero, used))
+    return devices.sums_of_chunks(chunks_from, (arrays, zero, used))
 
 
 def _gathered(carry: dict[str, Array], target: Array, part: dict[str, Array]) -> dict[str, Array]:
@@ -212,7 +201,7 @@ def boxes_of(places: Places, support: float, tiles: Tiles, covered: Array) -> tu
     position, h = jax.lax.stop_gradient((places.points[:, :3], places.scalars["smoothing_length"]))
     h = h.astype(position.dtype)
 
-    def found() -> tuple[Array, ...]:
+    def boxes() -> tuple[Array, ...]:
         parts = []
         for members in (tiles.slots, tiles.blocks):
             # An empty place takes the position of the first of its group, so that it does not stretch the box.
@@ -225,7 +214,7 @@ def boxes_of(places: Places, support: float, tiles: Tiles, covered: Array) -> tu
         return tuple(parts)
 
     shapes = [(len(members), width) for members in (tiles.slots, tiles.blocks) for width in (3, 4)]
-    return jax.lax.cond(covered, lambda: tuple(jnp.zeros(shape, h.dtype) for shape in shapes), found)
+    return jax.lax.cond(covered, lambda: tuple(jnp.zeros(shape, h.dtype) for shape in shapes), boxes)
 
 
 def term_sums(
@@ -247,10 +236,11 @@ def term_sums(
         function = term.far if far and term.far else term.pair
         if far:
             # Leaves are apart, but not from the particle that empty places are copies of.
-            pairs.known["r"] = jnp.where(other, pairs["r"], 1.0)
-        given = pairs.arguments(function)
+            pairs.quantities["r"] = jnp.where(other, pairs["r"], 1.0)
+        with jax.named_scope("pairs"):
+            scalars = arguments(function, pairs)
         with jax.named_scope(f"effect:{term.effect}"):
-            values = [jnp.broadcast_to(value, other.shape) for value in function(jnp, *given)]
+            values = [jnp.broadcast_to(value, other.shape) for value in function(jnp, *scalars)]
             for output, value in zip(term.outputs, values, strict=True):
                 if output.how == "max":
                     counted = other if within is None else other & within

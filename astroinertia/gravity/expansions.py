@@ -118,7 +118,7 @@ def stored_moments(p: int) -> list[str]:
 def _derivatives(p: int) -> list[str]:
     # D of the unit vector x, y, z: auxiliary functions R^m_a, those of order 0 constants.
     lines: list[str] = []
-    known: dict[tuple[Index, int], str] = {}
+    names: dict[tuple[Index, int], str] = {}
 
     def constant(m: int) -> float:
         return float((-1) ** m * math.prod(range(1, 2 * m, 2)))
@@ -126,8 +126,8 @@ def _derivatives(p: int) -> list[str]:
     def value(a: Index, m: int) -> str:
         if a == (0, 0, 0):
             return f"real({constant(m)!r})"
-        if (a, m) in known:
-            return known[a, m]
+        if (a, m) in names:
+            return names[a, m]
         odd = [k for k in (2, 1, 0) if a[k] == 1]
         axis = odd[0] if odd else min((k for k in range(3) if a[k]), key=lambda k: a[k])
         below = _plus(a, tuple(-u for u in _unit(axis)))  # type: ignore[arg-type]
@@ -136,9 +136,9 @@ def _derivatives(p: int) -> list[str]:
             second = _plus(below, tuple(-u for u in _unit(axis)))  # type: ignore[arg-type]
             factor = "" if a[axis] == 2 else f"real({float(a[axis] - 1)!r}) * "
             text += f" + {factor}{value(second, m + 1)}"
-        known[a, m] = f"{_name('d', a)}_{m}"
-        lines.append(f"{known[a, m]} = {text}")
-        return known[a, m]
+        names[a, m] = f"{_name('d', a)}_{m}"
+        lines.append(f"{names[a, m]} = {text}")
+        return names[a, m]
 
     for a in harmonic(p):
         lines.append(f"{_name('d', a)} = {value(a, 0)}")

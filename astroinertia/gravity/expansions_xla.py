@@ -39,12 +39,12 @@ def _sum(one: Index, other: Index) -> Index:
 
 def monomials(order: int, x: list[Array]) -> list[Array]:
     """x^n/n! of three arrays of one shape, a list over multi-indices."""
-    found: dict[Index, Array] = {(0, 0, 0): jnp.ones_like(x[0])}
+    powers: dict[Index, Array] = {(0, 0, 0): jnp.ones_like(x[0])}
     for index in multi_indices(order)[1:]:
         axis = max(range(3), key=lambda a: index[a])
         lower = tuple(index[a] - (a == axis) for a in range(3))
-        found[index] = found[lower] * (x[axis] / index[axis])  # type: ignore[index]
-    return list(found.values())
+        powers[index] = powers[lower] * (x[axis] / index[axis])  # type: ignore[index]
+    return list(powers.values())
 
 
 def derivatives(order: int, x: list[Array]) -> list[Array]:
@@ -57,17 +57,17 @@ def derivatives(order: int, x: list[Array]) -> list[Array]:
     radial = [inverse]
     for j in range(order):
         radial.append(radial[-1] * squared * -(2.0 * j + 1.0))
-    found: dict[Index, list[Array]] = {(0, 0, 0): radial}
+    table: dict[Index, list[Array]] = {(0, 0, 0): radial}
     for index in multi_indices(order)[1:]:
         axis = min((a for a in range(3) if index[a]), key=lambda a: index[a])
         lower = tuple(index[a] - (a == axis) for a in range(3))
         twice = tuple(index[a] - 2 * (a == axis) for a in range(3))
         rows = []
         for j in range(order - sum(index) + 1):
-            value = x[axis] * found[lower][j + 1]  # type: ignore[index]
-            rows.append(value + lower[axis] * found[twice][j + 1] if lower[axis] else value)  # type: ignore[index]
-        found[index] = rows
-    return [rows[0] for rows in found.values()]
+            value = x[axis] * table[lower][j + 1]  # type: ignore[index]
+            rows.append(value + lower[axis] * table[twice][j + 1] if lower[axis] else value)  # type: ignore[index]
+        table[index] = rows
+    return [rows[0] for rows in table.values()]
 
 
 def scaled(order: int, values: list[Array], factor: Array) -> list[Array]:

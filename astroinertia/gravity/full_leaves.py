@@ -142,7 +142,7 @@ def _cut_leaves(counter, position, order, widest, leaf_size, pieces):
 @njit(**ENTRY)
 def _part(position, order, first, last, right, leaf_size, root, enough):
     # Parts a node and what is below it into nodes of at most `enough` leaves, and returns those.
-    stack, found = np.empty(256, np.int64), np.empty(last[root] - first[root], np.int64)
+    stack, parts = np.empty(256, np.int64), np.empty(last[root] - first[root], np.int64)
     stack[0] = root
     height, count = 1, 0
     while height > 0:
@@ -150,7 +150,7 @@ def _part(position, order, first, last, right, leaf_size, root, enough):
         node = stack[height]
         leaves = last[node] - first[node]
         if leaves <= enough:
-            found[count] = node
+            parts[count] = node
             count += 1
             continue
         begin, end = first[node] * leaf_size, min(last[node] * leaf_size, len(order))
@@ -178,7 +178,7 @@ def _part(position, order, first, last, right, leaf_size, root, enough):
         first[other], last[other] = first[node] + cut, last[node]
         stack[height], stack[height + 1] = other, one
         height += 2
-    return found[:count]
+    return parts[:count]
 
 
 @njit(**ENTRY)

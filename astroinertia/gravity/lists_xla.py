@@ -138,16 +138,16 @@ def _chunks(target: np.ndarray, source: np.ndarray, size: int, last_target: int,
 
 def _walked(tree: full_leaves.Tree, nodes: full_leaves.Nodes, tolerance: float, order: int) -> tuple[Any, Any]:
     # Pairs of nodes and pairs of leaves (target, source), by ascending targets.
-    given = (tree.first, tree.last, tree.right, nodes.mass, nodes.centre, nodes.radius, nodes.reach, nodes.strength)
+    arrays = (tree.first, tree.last, tree.right, nodes.mass, nodes.centre, nodes.radius, nodes.reach, nodes.strength)
 
     ends = np.unique(np.linspace(0, tree.leaves, TASKS + 1).astype(np.int64))
 
     def below(task: int) -> tuple[np.ndarray, np.ndarray]:
-        return _walk(*given, ends[task], ends[task + 1], tolerance, order, WIDEST)
+        return _walk(*arrays, ends[task], ends[task + 1], tolerance, order, WIDEST)
 
     with ThreadPoolExecutor(available_threads()) as pool:
-        found = list(pool.map(below, range(len(ends) - 1)))
-    local, near = (np.concatenate([pair[k] for pair in found]) for k in range(2))
+        walks = list(pool.map(below, range(len(ends) - 1)))
+    local, near = (np.concatenate([pair[k] for pair in walks]) for k in range(2))
     return _sorted(local, len(tree.first)), _sorted(near, tree.leaves)
 
 
@@ -247,15 +247,15 @@ def _above(first, last, right, taking_part, leaves):
     for node in range(len(first)):
         if taking_part[node]:
             total += last[node] - first[node]
-    found = np.empty((total, 2), np.int32)
+    pairs = np.empty((total, 2), np.int32)
     k = 0
     for leaf in range(leaves):
         node = 0
         while True:
             if taking_part[node]:
-                found[k, 0], found[k, 1] = leaf, node
+                pairs[k, 0], pairs[k, 1] = leaf, node
                 k += 1
             if right[node] == 0:
                 break
             node = node + 1 if leaf < first[right[node]] else right[node]
-    return found
+    return pairs

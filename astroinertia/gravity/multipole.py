@@ -70,12 +70,12 @@ def gravity(
     (float32 between particles and nodes) or "float64". Results have the same bits for any number of threads. Tested in
     tests/unit/test_multipole.py.
     """
-    given = _Particles(mass, position, smoothing_length, tree, precision, threads)
-    found = given.points(accuracy, strength)
+    particles = _Particles(mass, position, smoothing_length, tree, precision, threads)
+    totals = particles.points(accuracy, strength)
     if kernel is not None:
-        for total, more in zip(found, given.softening(kernel), strict=True):
+        for total, more in zip(totals, particles.softening(kernel), strict=True):
             total += more
-    return found
+    return totals
 
 
 def sums(
@@ -96,12 +96,12 @@ def sums(
     """
     particles = (mass, position, smoothing_length, None)
     acceleration, potential = gravity(*particles, accuracy, strength, threads, tree, precision)
-    found = {"acceleration": acceleration, "potential": potential}
+    arrays = {"acceleration": acceleration, "potential": potential}
     if virial:
         closer, _ = gravity(*particles, accuracy / CLOSER, strengths(acceleration), threads, tree, "float64")
         tensor = (np.asarray(mass)[:, None] * (position - np.mean(position, axis=0))).T @ closer
-        found["virial"] = 0.5 * (tensor + tensor.T)
-    return found
+        arrays["virial"] = 0.5 * (tensor + tensor.T)
+    return arrays
 
 
 def strengths(acceleration: np.ndarray) -> np.ndarray:
@@ -169,8 +169,8 @@ class _Particles:
         position, length = (self.position - self.origin) * self.scale, self.smoothing_length * self.scale
         engine = Engine(self.precision, self.threads)
         order, arrangement = engine.arrange(position, length)
-        given = {"mass": self.mass * self.mass_scale, "position": position, "smoothing_length": length}
-        fields = {name: array[order] for name, array in given.items()}
+        fields = {"mass": self.mass * self.mass_scale, "position": position, "smoothing_length": length}
+        fields = {name: array[order] for name, array in fields.items()}
         near = engine.neighbour_sums(arrangement, kernel, (SOFTENED_LESS_POINT,), fields)["gravity"]
         acceleration, potential = np.empty((len(order), 3)), np.empty(len(order))
         acceleration[order], potential[order] = near["acceleration"], near["potential"]

@@ -138,30 +138,30 @@ def _bodies(precision: str, lists: Lists, mass: Array, position: Array, smoothin
     )
 
 
-def _sum_over_chunks(given: Any, chunks: Chunks, add: Callable[[Any, Any, Array, Array], Any], zero: Any) -> Any:
-    # add(given, sums, target, source) for every chunk that is used; given: all arrays that it works with.
+def _sum_over_chunks(arrays: Any, chunks: Chunks, add: Callable[[Any, Any, Array, Array], Any], zero: Any) -> Any:
+    # add(arrays, sums, target, source) for every chunk that is used; arrays: all that it works with.
     total = chunks.target.shape[0]
     if not total:
         return zero
 
     def one(both: Any, carry: Any, chunk: Array) -> Any:
-        given, chunks = both
+        arrays, chunks = both
 
         def added(carry: Any) -> Any:
-            return add(given, carry, chunks.target[chunk], chunks.source[chunk])
+            return add(arrays, carry, chunks.target[chunk], chunks.source[chunk])
 
         return jax.lax.cond(chunk < chunks.used, jax.checkpoint(added), lambda carry: carry, carry)
 
-    return xla_tiles.in_groups(one, (given, chunks), zero, total, chunks.used)
+    return xla_tiles.in_groups(one, (arrays, chunks), zero, total, chunks.used)
 
 
 def _near(bodies: _Bodies, virial: bool) -> tuple[Array, Array]:
     # Sums (L, S, 4) over pairs of leaves, and the virial tensor's six components.
     targets = bodies.relative, bodies.mass, bodies.clamp
-    given = bodies, tuple(bodies.with_empty(array) for array in targets)
+    arrays = bodies, tuple(bodies.with_empty(array) for array in targets)
 
-    def add(given: Any, carry: tuple[Array, Array], target: Array, source: Array) -> tuple[Array, Array]:
-        bodies, (sources, source_mass, source_clamp) = given
+    def add(arrays: Any, carry: tuple[Array, Array], target: Array, source: Array) -> tuple[Array, Array]:
+        bodies, (sources, source_mass, source_clamp) = arrays
         relative, mass, clamp = bodies.relative, bodies.mass, bodies.clamp
         sums, tensor = carry
         offset = (bodies.leaf_centre[source] - bodies.leaf_centre[target]).astype(bodies.dtype)
@@ -178,7 +178,7 @@ def _near(bodies: _Bodies, virial: bool) -> tuple[Array, Array]:
             tensor = tensor + xla_tiles.virial_of(slope, separation, masses)
         return sums, tensor
 
-    return _sum_over_chunks(given, bodies.lists.near, add, (jnp.zeros((*bodies.mass.shape, 4)), jnp.zeros(6)))
+    return _sum_over_chunks(arrays, bodies.lists.near, add, (jnp.zeros((*bodies.mass.shape, 4)), jnp.zeros(6)))
 
 
 def _far(bodies: _Bodies, virial: bool) -> tuple[Array, Array]:
@@ -212,10 +212,10 @@ def _upward(bodies: _Bodies, leaf_moments: Array) -> Array:
     def add(both: Any, carry: Array, leaf: Array, node: Array) -> Array:
         bodies, leaf_moments = both
         by, ratio, size = _shift(bodies, leaf, node)
-        given = leaf_moments[leaf]
-        given = [jnp.broadcast_to(given[:, None, k], node.shape) for k in range(given.shape[1])]
-        given = expansions.scaled(order, given, ratio)
-        moved = expansions.moments_shifted(order, given, [d / size for d in by])
+        moments = leaf_moments[leaf]
+        moments = [jnp.broadcast_to(moments[:, None, k], node.shape) for k in range(moments.shape[1])]
+        moments = expansions.scaled(order, moments, ratio)
+        moved = expansions.moments_shifted(order, moments, [d / size for d in by])
         return carry.at[node].add(jnp.stack(moved, axis=2).astype(carry.dtype), mode="promise_in_bounds")
 
     zero = jnp.zeros((nodes + 1, leaf_moments.shape[1]))
@@ -247,9 +247,9 @@ def _interactions(bodies: _Bodies, moments: Array) -> Array:
         separation = bodies.centre[target][:, None] - bodies.centre[source]
         distance = jnp.sqrt((separation * separation).sum(axis=2))
         # In units of the distance all numbers are about 1 or less, which float32 holds.
-        given = _components(moments[source])
-        given = expansions.scaled(order, given, (bodies.scale[source] / distance).astype(bodies.dtype))
-        made = expansions.local(order, bodies.components(separation / distance[:, :, None]), given)
+        components = _components(moments[source])
+        components = expansions.scaled(order, components, (bodies.scale[source] / distance).astype(bodies.dtype))
+        made = expansions.local(order, bodies.components(separation / distance[:, :, None]), components)
         made = expansions.scaled(order, made, (bodies.scale[target][:, None] / distance).astype(bodies.dtype))
         inverse = (1.0 / distance).astype(bodies.dtype)
         part = (jnp.stack(made, axis=2) * inverse[:, :, None]).sum(axis=1)
@@ -267,8 +267,8 @@ def _downward(bodies: _Bodies, local: Array) -> Array:
     def add(both: Any, carry: Array, leaf: Array, node: Array) -> Array:
         bodies, local = both
         by, ratio, size = _shift(bodies, leaf, node)
-        given = _components(local[node])
-        moved = expansions.scaled(order, expansions.local_shifted(order, given, [d / size for d in by]), ratio)
+        components = _components(local[node])
+        moved = expansions.scaled(order, expansions.local_shifted(order, components, [d / size for d in by]), ratio)
         part = jnp.stack(moved, axis=2).sum(axis=1)
         return carry.at[leaf].add(part.astype(carry.dtype), indices_are_sorted=True, mode="promise_in_bounds")
 

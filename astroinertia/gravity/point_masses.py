@@ -80,8 +80,8 @@ def reaction(xp: Any, weight: Array, position: Array, place: Array, softening_sq
     """Accelerations (n, 3) of points at places (n, 3) by particles (N, 3), their masses or these times a span, (N,)."""
     rows = []
     for k in range(place.shape[0]):
-        away, each = _weight(xp, position, place[k], softening_squared)
-        rows.append(xp.sum((weight * each)[:, None] * away, axis=0))
+        away, w = _weight(xp, position, place[k], softening_squared)
+        rows.append(xp.sum((weight * w)[:, None] * away, axis=0))
     return xp.stack(rows) if rows else xp.zeros_like(place)
 
 
@@ -108,9 +108,9 @@ def virial(
     relative, total = position - centre, xp.zeros((3, 3))
     for k in range(mass.shape[0]):
         from_point, (at_centre,) = _weight(xp, centre[None], place[k], softening_squared)
-        _, each = _weight(xp, position, place[k], softening_squared)
-        symmetric = xp.einsum("n,ni,nj->ij", weight * each, relative, relative)
-        total = total - mass[k] * (symmetric + xp.outer((weight * (each - at_centre)) @ relative, from_point[0]))
+        _, w = _weight(xp, position, place[k], softening_squared)
+        symmetric = xp.einsum("n,ni,nj->ij", weight * w, relative, relative)
+        total = total - mass[k] * (symmetric + xp.outer((weight * (w - at_centre)) @ relative, from_point[0]))
     return total
 
 

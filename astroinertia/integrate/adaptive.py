@@ -42,14 +42,14 @@ class Way:
     def __init__(self) -> None:
         self._begun, self._steps = math.nan, 0
 
-    def goes_on(self, begun: float, found: Advanced, until: float) -> bool:
+    def goes_on(self, begun: float, advanced: Advanced, until: float) -> bool:
         """Whether there is more of the way after a part that began then; not where it takes too many steps."""
         if self._steps == 0:
             self._begun = begun
-        self._steps += int(found.steps)
-        share = (float(found.time) - self._begun) / (until - self._begun)
+        self._steps += int(advanced.steps)
+        share = (float(advanced.time) - self._begun) / (until - self._begun)
         most = MOST_STEPS if self._steps < JUDGED else min(MOST_STEPS, FAR_TOO_MANY * share)
-        if bool(found.unfinished) and self._steps < most:
+        if bool(advanced.unfinished) and self._steps < most:
             return True
         self._steps = 0
         return False

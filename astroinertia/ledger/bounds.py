@@ -21,10 +21,10 @@ ENERGIES = ("kinetic_energy", "internal_energy", "gravitational_energy", "potent
 
 def ledger_warnings(series: Mapping[str, np.ndarray], effects: Sequence[str]) -> list[str]:
     """Sentences about records in any units: what passes its bound, and by how much; none where all is well."""
-    found = []
+    warnings = []
     closure = _largest(series.get("ledger_closure"))
     if closure > CLOSURE:
-        found.append(
+        warnings.append(
             f"the ledger does not close: the inertia tensor that it evolves is off by {closure:.2g} of the largest one "
             f"(at most {CLOSURE:g} is round-off); {_remedy(series)}."
         )
@@ -33,18 +33,18 @@ def ledger_warnings(series: Mapping[str, np.ndarray], effects: Sequence[str]) ->
         mismatches = np.where(_does_nothing(series.get("virial_tensor"), mismatches.shape), np.nan, mismatches)
         for effect, column in zip(effects, mismatches.T, strict=True):
             if (mismatch := _largest(column)) > MISMATCH:
-                found.append(
+                warnings.append(
                     f"the virial tensor of {effect} is off by {mismatch:.2g} from the sum over its forces (at most "
                     f"{MISMATCH:g} is round-off): do not trust what this effect is said to do."
                 )
     scale = max((_largest(series.get(name)) for name in ENERGIES), default=0.0)
     error = _largest(series.get("integration_energy_error"))
     if error > ENERGY * scale > 0.0:
-        found.append(
+        warnings.append(
             f"integration lost or made {error / scale:.2g} of the largest energy (at most {ENERGY:g} is usual): take "
             "shorter time steps."
         )
-    return found
+    return warnings
 
 
 def _remedy(series: Mapping[str, np.ndarray]) -> str:
@@ -87,5 +87,5 @@ def _largest(figures: Any) -> float:
     if figures is None:
         return 0.0
     sizes = np.abs(np.asarray(figures, dtype=float))
-    known = sizes[~np.isnan(sizes)]
-    return float(known.max()) if known.size else 0.0
+    recorded = sizes[~np.isnan(sizes)]
+    return float(recorded.max()) if recorded.size else 0.0

@@ -136,7 +136,7 @@ def weighted(xp, mass, position, velocity):
 
 def whole(xp: Any, mass: Array, position: Array, velocity: Array) -> Whole:
     """The mass and the centre of mass of particles (N,), (N, 3), (N, 3)."""
-    total, place, momentum = (found[0] for found in totals(xp, weighted, mass, position, velocity))
+    total, place, momentum = (cases[0] for cases in totals(xp, weighted, mass, position, velocity))
     return Whole(total, place / total, momentum / total)
 
 
@@ -194,8 +194,8 @@ def after_kick(
     if not pushes:
         return ledger
     about = (*body.centre, *body.velocity)
-    mixed, impulse, work = totals(xp, entry, mass, position, before, after, dt, *about, each=pushes)
-    gain, push, half, now = (found[0] for found in totals(xp, gained, mass, position, before, after, *about))
+    mixed, impulse, work = totals(xp, entry, mass, position, before, after, dt, *about, cases=pushes)
+    gain, push, half, now = (cases[0] for cases in totals(xp, gained, mass, position, before, after, *about))
     # K is about the centre of mass, which moves faster or slower now.
     shift = push[:, None] * push[None, :] / body.mass
     kinetic = (
@@ -232,7 +232,7 @@ def after_rounding(
     the particles given are not all. Tests: tests/unit/test_ledger.py.
     """
     sums = totals(xp, misplaced, mass, before, after, velocity, dt)
-    total, place, momentum, error, second, mixed = (found[0] for found in sums)
+    total, place, momentum, error, second, mixed = (cases[0] for cases in sums)
     if body is None:
         total = xp.where(total > 0.0, total, 1.0)
         body = Whole(total, place / total, momentum / total)
@@ -245,12 +245,12 @@ def after_rounding(
     )
 
 
-def _in_rows(xp: Any, found: Array, rows: Sequence[bool]) -> Array:
+def _in_rows(xp: Any, values: Array, rows: Sequence[bool]) -> Array:
     """What was found for some effects, in the rows of all; zero in the others."""
     if all(rows):
-        return found
-    following = iter(found)
-    return xp.stack([next(following) if present else xp.zeros(found.shape[1:]) for present in rows])
+        return values
+    following = iter(values)
+    return xp.stack([next(following) if present else xp.zeros(values.shape[1:]) for present in rows])
 
 
 @pytree

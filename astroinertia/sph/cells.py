@@ -29,11 +29,11 @@ def centres(
     position, mass = _points(density, half, sides, rng)
     if len(mass) < count:
         raise ValueError("its density is zero in almost all of its extent")
-    found, cells = np.empty((count, 3)), [(np.arange(len(mass)), 0, count)]
+    places, cells = np.empty((count, 3)), [(np.arange(len(mass)), 0, count)]
     while cells:
         cell, first, shared = cells.pop()
         if shared == 1:
-            found[first] = mass[cell] @ position[cell] / mass[cell].sum()
+            places[first] = mass[cell] @ position[cell] / mass[cell].sum()
             continue
         side = np.argmax(np.ptp(position[cell], axis=0))
         cell = cell[np.argsort(position[cell, side])]
@@ -42,15 +42,15 @@ def centres(
         middle = int(np.searchsorted(enclosed, enclosed[-1] * part / shared))
         middle = min(max(middle, part), len(cell) - (shared - part))  # each particle keeps a point of its own
         cells += [(cell[:middle], first, part), (cell[middle:], first + part, shared - part)]
-    return found, float(mass.sum())
+    return places, float(mass.sum())
 
 
 def _points(density: Any, half: np.ndarray, sides: np.ndarray, rng: np.random.Generator) -> tuple[Any, np.ndarray]:
     """Points of the lattice inside the body, (M, 3), and the mass that each stands for, (M,)."""
     lattice = np.stack(np.meshgrid(*(np.arange(side) for side in sides), indexing="ij"), axis=-1).reshape(-1, 3)
     position = (2.0 * (lattice + rng.random(lattice.shape)) / sides - 1.0) * half
-    found = np.asarray(density(position), dtype=float)
-    if found.shape != (len(position),) or not np.isfinite(found).all() or (found < 0.0).any():
+    rho = np.asarray(density(position), dtype=float)
+    if rho.shape != (len(position),) or not np.isfinite(rho).all() or (rho < 0.0).any():
         raise ValueError("its density must be a finite number that is not negative, one for each position")
-    inside = found > 0.0
-    return position[inside], found[inside] * (8.0 * half.prod() / len(position))
+    inside = rho > 0.0
+    return position[inside], rho[inside] * (8.0 * half.prod() / len(position))

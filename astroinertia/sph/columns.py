@@ -40,9 +40,9 @@ class Columns:
 
     def check(self, path: Path, names: list[str]) -> None:
         """SceneError unless the names are all that is required, and nothing unknown or twice."""
-        known = self.required + self.optional
+        allowed = self.required + self.optional
         missing = [name for name in self.required if name not in names]
-        unknown = [name for name in names if name not in known]
+        unknown = [name for name in names if name not in allowed]
         repeated = sorted({name for name in names if names.count(name) > 1})
         if missing or unknown or repeated:
             kind, odd = ("unknown columns", unknown) if unknown else ("columns more than once, namely", repeated)
@@ -56,7 +56,7 @@ def check_file(path: Path, what: str, suffixes: tuple[str, ...]) -> None:
     check_there(path, what)
     check_size(path, what)
     if path.suffix.lower() not in suffixes:
-        *first, last = (each for each in suffixes)
+        *first, last = suffixes
         raise SceneError(f"{what} {path} must be a {', '.join(first)} or {last} file")
 
 
@@ -73,34 +73,34 @@ def check_size(path: Path, what: str) -> None:
         raise SceneError(f"{what} {path} is larger than {MAX_BYTES >> 20} MiB")
 
 
-def check_numbers(path: Path, what: str, columns: Mapping[str, np.ndarray], each: str) -> None:
-    """SceneError unless all columns are of one length and finite; `each` is what a row is of."""
+def check_numbers(path: Path, what: str, columns: Mapping[str, np.ndarray], row_name: str) -> None:
+    """SceneError unless all columns are of one length and finite; `row_name` is what a row is of."""
     count = next(iter(columns.values())).size
     for name, column in columns.items():
         if column.shape != (count,):
-            raise SceneError(f"{what} {path}: column {name} is not one number a {each}")
+            raise SceneError(f"{what} {path}: column {name} is not one number a {row_name}")
         if not np.isfinite(column).all():
             raise SceneError(f"{what} {path}: {name} of row {int(np.argmin(np.isfinite(column))) + 1} is not finite")
 
 
-def csv_columns(path: Path, asked: Columns) -> dict[str, np.ndarray]:
+def csv_columns(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
     """The columns of a CSV file by name."""
     numbers, rows = array("d"), 0  # eight bytes each, where a list of floats takes forty
     names: list[str] = []
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            lines = csv.reader(_limited(f"{asked.what} {path}", file))
-            names = [asked.named(name.strip()) for name in next(lines, [])]
-            asked.check(path, names)
-            for row in itertools.islice(lines, asked.most + 1):
+            lines = csv.reader(_limited(f"{wanted.what} {path}", file))
+            names = [wanted.named(name.strip()) for name in next(lines, [])]
+            wanted.check(path, names)
+            for row in itertools.islice(lines, wanted.most + 1):
                 if len(row) != len(names):
-                    raise SceneError(f"{asked.what} {path}: row {rows + 1} has {len(row)} values, not {len(names)}")
+                    raise SceneError(f"{wanted.what} {path}: row {rows + 1} has {len(row)} values, not {len(names)}")
                 numbers.extend(map(plain_number, row))
                 rows += 1
     except UnicodeDecodeError as error:
-        raise SceneError(f"{asked.what} {path} is not text") from error
+        raise SceneError(f"{wanted.what} {path} is not text") from error
     except (ValueError, csv.Error) as error:
-        raise SceneError(f"{asked.what} {path}: row {rows + 1} is not numbers ({plain_text(error)})") from error
+        raise SceneError(f"{wanted.what} {path}: row {rows + 1} is not numbers ({plain_text(error)})") from error
     return dict(zip(names, np.array(numbers, dtype=float).reshape(-1, len(names)).T, strict=True))
 
 
@@ -126,27 +126,27 @@ def _limited(name: str, file: TextIO) -> Iterator[str]:
             raise SceneError(f"{name} has more than {_MOST_PASSED} empty lines and comments")
 
 
-def npz_columns(path: Path, asked: Columns) -> dict[str, np.ndarray]:
+def npz_columns(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
     """The columns of an npz file by name."""
     try:
         members = npz_members(path)
-        names = {asked.named(name): name for name in members}
-        asked.check(path, [asked.named(name) for name in members])
-        found = {name: members[file]() for name, file in names.items()}
-        if wrong := [name for name, column in found.items() if column.dtype.kind not in "fiu"]:
+        names = {wanted.named(name): name for name in members}
+        wanted.check(path, [wanted.named(name) for name in members])
+        arrays = {name: members[file]() for name, file in names.items()}
+        if wrong := [name for name, column in arrays.items() if column.dtype.kind not in "fiu"]:
             raise ValueError(f"its column {wrong[0]} is not of numbers")
-        return {name: np.asarray(column, dtype=float) for name, column in found.items()}
+        return {name: np.asarray(column, dtype=float) for name, column in arrays.items()}
     except SceneError:
         raise
     except Exception as error:  # zipfile and what it unpacks with fail in their own ways
-        raise SceneError(f"{asked.what} {path} is not an npz file of plain numbers ({plain_text(error)})") from error
+        raise SceneError(f"{wanted.what} {path} is not an npz file of plain numbers ({plain_text(error)})") from error
 
 
-def hdf5(path: Path, asked: Columns) -> dict[str, np.ndarray]:
+def hdf5(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
     """The columns of an HDF5 file by name."""
-    columns = hdf5_columns(path, (*asked.required, *asked.optional, *asked.aliases), asked.most, asked.what)
-    columns = {asked.named(name): column for name, column in columns.items()}
-    asked.check(path, list(columns))
+    columns = hdf5_columns(path, (*wanted.required, *wanted.optional, *wanted.aliases), wanted.most, wanted.what)
+    columns = {wanted.named(name): column for name, column in columns.items()}
+    wanted.check(path, list(columns))
     return columns
 
 

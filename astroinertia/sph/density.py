@@ -53,9 +53,9 @@ def refuse_without_length(kernel: str, eta: float, mass: np.ndarray, spread: flo
         raise NumericalError("all particles lie in one place", particle=0)
 
 
-def refuse_unsolved(kernel: str, eta: float, mass: np.ndarray, found: Density, identity: np.ndarray) -> None:
+def refuse_unsolved(kernel: str, eta: float, mass: np.ndarray, solved: Density, identity: np.ndarray) -> None:
     """NumericalError that names a particle whose density is not that of its smoothing length: too many in one place."""
-    content = np.asarray(found.density) * np.asarray(found.smoothing_length) ** 3 / mass
+    content = np.asarray(solved.density) * np.asarray(solved.smoothing_length) ** 3 / mass
     far = np.flatnonzero(~(np.abs(content / eta**3 - 1.0) < 1e-3))
     if len(far):
         raise NumericalError(
@@ -77,21 +77,21 @@ def density(
     particles where it is given; then rho is the sum as it stands, and Omega is 1.
     Tests: tests/unit/test_density.py, and the error of the Dyson ellipsoid against N.
     """
-    asked = {} if targets is None else {"targets": targets}
+    chosen = {} if targets is None else {"targets": targets}
     if length is not None:
         xp, fields = engine.xp, {"mass": mass, "position": position, "smoothing_length": 0.0 * guess + length}
-        rho = engine.neighbour_sums(arrangement, kernel, (WEIGHT,), fields, **asked)["density"]["density"]
+        rho = engine.neighbour_sums(arrangement, kernel, (WEIGHT,), fields, **chosen)["density"]["density"]
         return Density(xp.zeros_like(rho) + length, rho, xp.ones_like(rho), None)
     if not KERNELS[kernel].self_excess:
-        return engine.density(arrangement, kernel, position, mass, guess, eta, tolerance, softening, **asked)
+        return engine.density(arrangement, kernel, position, mass, guess, eta, tolerance, softening, **chosen)
     excess = self_excess(KERNELS[kernel], eta)
-    found = engine.density(
-        arrangement, kernel, position, mass, guess, wanted(kernel, eta) ** (1.0 / 3.0), tolerance, softening, **asked
+    solved = engine.density(
+        arrangement, kernel, position, mass, guess, wanted(kernel, eta) ** (1.0 / 3.0), tolerance, softening, **chosen
     )
     xp, mass = engine.xp, engine.xp.asarray(mass if targets is None else mass[targets])
-    given = (mass, found.smoothing_length, found.density, found.grad_h)
-    if found.zeta is None:
-        rho, grad_h = elementwise(xp, without_excess, *given, excess)
-        return Density(found.smoothing_length, rho, grad_h, None)
-    rho, grad_h, zeta = elementwise(xp, without_excess_softened, *given, found.zeta, excess)
-    return Density(found.smoothing_length, rho, grad_h, zeta)
+    quantities = (mass, solved.smoothing_length, solved.density, solved.grad_h)
+    if solved.zeta is None:
+        rho, grad_h = elementwise(xp, without_excess, *quantities, excess)
+        return Density(solved.smoothing_length, rho, grad_h, None)
+    rho, grad_h, zeta = elementwise(xp, without_excess_softened, *quantities, solved.zeta, excess)
+    return Density(solved.smoothing_length, rho, grad_h, zeta)

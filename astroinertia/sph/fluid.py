@@ -46,7 +46,7 @@ class Fluid:
     @property
     def point_masses(self) -> list[Any]:
         """Those of the points that have masses; others are what effects know of the whole body."""
-        return [each for each in self.points.values() if hasattr(each, "mass")]
+        return [group for group in self.points.values() if hasattr(group, "mass")]
 
     @property
     def centre(self) -> Array:

@@ -136,7 +136,7 @@ def glass(profile: Profile, count: int, seed: int) -> np.ndarray:
     for iteration in range(_GLASS_STEPS):
         radius = np.linalg.norm(points, axis=1)
         spacing = (1 / (count * profile.density(np.minimum(radius, outermost)))) ** (1 / 3)
-        distance, index = (np.asarray(found)[:, 1:] for found in KDTree(points).query(points, k=neighbours + 1))
+        distance, index = (np.asarray(array)[:, 1:] for array in KDTree(points).query(points, k=neighbours + 1))
         distance = np.maximum(distance, 1e-12)
         reach = spacing[:, None] + spacing[index]
         push = np.maximum(1 - distance / reach, 0.0) ** 2

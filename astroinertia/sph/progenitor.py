@@ -186,7 +186,7 @@ def _columns(path: Path, lines: list[str]) -> Columns:
             return _kepler(line, lines[number + 1 :])
     first = lines[0].split() if lines else []
     if len(lines) > 6 and first and first == [str(k + 1) for k in range(len(first))]:
-        return _known(lines[5].split(), [line.split() for line in lines[6:] if line.strip()], MESA)
+        return _recognised(lines[5].split(), [line.split() for line in lines[6:] if line.strip()], MESA)
     raise ValueError("this is none of the known formats: a MESA profile.data, a KEPLER presupernova file, or a .csv")
 
 
@@ -201,38 +201,38 @@ def _kepler(header: str, lines: list[str]) -> Columns:
     short = next((k for k, row in enumerate(rows) if len(row) < wanted), None)
     if short is not None:
         raise ValueError(f"row {short + 1} has {len(rows[short])} values, fewer than the {wanted} that are read")
-    return _known(names[:wanted], [row[:wanted] for row in rows], KEPLER)
+    return _recognised(names[:wanted], [row[:wanted] for row in rows], KEPLER)
 
 
-def _known(names: list[str], rows: list[list[str]], table: dict) -> Columns:
+def _recognised(names: list[str], rows: list[list[str]], table: dict) -> Columns:
     wrong = next((k for k, row in enumerate(rows) if len(row) != len(names)), None)
     if wrong is not None:
         raise ValueError(f"row {wrong + 1} has {len(rows[wrong])} values, not {len(names)}")
-    found: Columns = {}
+    columns: Columns = {}
     for k, name in enumerate(names):
-        if name not in table or table[name][0] in found:
+        if name not in table or table[name][0] in columns:
             continue
         kind, factor = table[name]
         values = _numbers([row[k] for row in rows], name)
         if values is not None:
             logarithm = isinstance(factor, tuple)
             with np.errstate(over="ignore"):
-                found[kind] = 10.0**values * factor[0] if logarithm else values * factor
-    return found
+                columns[kind] = 10.0**values * factor[0] if logarithm else values * factor
+    return columns
 
 
 def _csv(lines: list[str]) -> Columns:
     rows = [line.split(",") for line in lines if line.strip() and not line.lstrip().startswith("#")]
     if not rows:
         raise ValueError("it is empty")
-    found: Columns = {}
+    columns: Columns = {}
     for k, title in enumerate(rows[0]):
         parts = re.fullmatch(r"\s*(\w{1,40})\s*\(([^()]{1,40})\)\s*", title)
         if parts is None:
             raise ValueError(f"the column '{shown(title.strip())}' must be a name and a unit, such as \"radius (km)\"")
         kind = _ALIASES.get(parts[1].lower(), parts[1].lower())
-        if kind not in CSV or kind in found:
-            problem = "there already" if kind in found else f"not one of {', '.join(CSV)}"
+        if kind not in CSV or kind in columns:
+            problem = "there already" if kind in columns else f"not one of {', '.join(CSV)}"
             raise ValueError(f"the column '{shown(parts[1])}' is {problem}")
         values = _numbers([row[k] if len(row) == len(rows[0]) else "a row of another length" for row in rows[1:]], kind)
         if values is None:
@@ -240,10 +240,10 @@ def _csv(lines: list[str]) -> Columns:
         if CSV[kind] == "K":
             if parts[2].strip() != "K":
                 raise ValueError("temperatures must be in K")
-            found[kind] = values
+            columns[kind] = values
         else:
-            found[kind] = values * quantity(f"1 {parts[2].strip()}", CSV[kind])
-    return found
+            columns[kind] = values * quantity(f"1 {parts[2].strip()}", CSV[kind])
+    return columns
 
 
 def _numbers(words: list[str], name: str) -> np.ndarray | None:
@@ -296,9 +296,9 @@ def _checked(columns: Columns, molecular_weight: float | None) -> Progenitor:
     return Progenitor(mass, radius, pressure, columns.get("internal_energy"), rotation)
 
 
-def _same_density(stated: np.ndarray, found: np.ndarray) -> None:
+def _same_density(stated: np.ndarray, implied: np.ndarray) -> None:
     if (stated <= 0).any():
         raise ValueError(f"density of row {int(np.argmax(stated <= 0)) + 1} is not positive")
-    apart = float(np.median(np.abs(np.log(stated / found))))
+    apart = float(np.median(np.abs(np.log(stated / implied))))
     if apart > _SAME_DENSITY:
         raise ValueError(f"its densities are {np.exp(apart):.3g} times off what its masses and radii say")

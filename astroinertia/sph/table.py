@@ -77,10 +77,10 @@ def read_body(path: str | Path, dimensionless: bool) -> Table:
     return table
 
 
-def _netcdf(path: Path, asked: Columns) -> dict[str, np.ndarray]:
-    found = netcdf_columns(path, REQUIRED + OPTIONAL, MAX_PARTICLES, asked.named)
-    columns = split_vectors(f"{asked.what} {path}", found)
-    asked.check(path, list(columns))
+def _netcdf(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
+    arrays = netcdf_columns(path, REQUIRED + OPTIONAL, MAX_PARTICLES, wanted.named)
+    columns = split_vectors(f"{wanted.what} {path}", arrays)
+    wanted.check(path, list(columns))
     return columns
 
 

@@ -43,14 +43,14 @@ def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.nda
             return None
         attributes = {group: _Attributes(name, file[group]) for group in groups if group not in types}
         _refuse_parts_and_expansion(name, attributes)
-        found = {group: members(h5py, name, file[group], _ALL_FIELDS) for group in types}
-        peopled = [group for group, fields in found.items() if any(_rows(field) for field, _ in fields.values())]
+        by_type = {group: members(h5py, name, file[group], _ALL_FIELDS) for group in types}
+        peopled = [group for group, fields in by_type.items() if any(_rows(field) for field, _ in fields.values())]
         if len(peopled) != 1:
             raise SceneError(f"{name} has particles of {' and '.join(peopled) or 'no type'}; a body is of one type")
-        fields = found[peopled[0]]
-        own = {each: key for key, known in _FIELDS.items() for each in known if each in fields}
-        read = numbers(path, name, {each: fields[each] for each in own}, most)
-        columns = {own[each]: column for each, column in read.items()}
+        fields = by_type[peopled[0]]
+        own = {alias: key for key, aliases in _FIELDS.items() for alias in aliases if alias in fields}
+        read = numbers(path, name, {alias: fields[alias] for alias in own}, most)
+        columns = {own[alias]: column for alias, column in read.items()}
         if "position" not in columns:
             raise SceneError(f"{name} has no Coordinates in {peopled[0]}")
         if "mass" not in columns:
@@ -64,7 +64,7 @@ def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.nda
     return split_vectors(name, columns), UNKNOWN if units is None else SI
 
 
-_ALL_FIELDS = tuple(each for known in _FIELDS.values() for each in known)
+_ALL_FIELDS = tuple(alias for aliases in _FIELDS.values() for alias in aliases)
 
 
 class _Attributes:
@@ -98,7 +98,7 @@ def _refuse_parts_and_expansion(name: str, attributes: Mapping[str, _Attributes]
     if (header.number("NumFilesPerSnapshot") or 1) > 1:
         raise SceneError(f"{name} is one of several files of a snapshot; join them first")
     cosmological = [header.number("Redshift")]
-    cosmological += [each.number("ComovingIntegrationOn", "Cosmological run") for each in attributes.values()]
+    cosmological += [group.number("ComovingIntegrationOn", "Cosmological run") for group in attributes.values()]
     if any(cosmological):
         raise SceneError(f"{name} is of an expanding universe, whose comoving coordinates are not read")
 
@@ -130,7 +130,7 @@ def _units(name: str, attributes: Mapping[str, _Attributes]) -> tuple[float, flo
         return None
     if min(length, mass, velocity) <= 0.0:
         raise SceneError(f"{name} has a unit that is not positive")
-    if any(each.number("HubbleParam") not in (None, 0.0, 1.0) for each in attributes.values()):
+    if any(group.number("HubbleParam") not in (None, 0.0, 1.0) for group in attributes.values()):
         raise SceneError(f"{name} has a HubbleParam, so that lengths and masses may be over h; write them without it")
     return length / CM, mass / GRAM, velocity / CM
 

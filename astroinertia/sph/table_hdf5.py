@@ -24,22 +24,22 @@ Member = tuple[Any, str | None]
 """A dataset of h5py, and its field where it is structured."""
 
 
-def hdf5_columns(path: Path, known: tuple[str, ...], most: int, what: str) -> dict[str, np.ndarray]:
-    """Columns (N,) of a file by name, as float64, of which `known` are wanted; N at most `most`.
+def hdf5_columns(path: Path, names: tuple[str, ...], most: int, what: str) -> dict[str, np.ndarray]:
+    """Columns (N,) of a file by name, as float64, of which `names` are wanted; N at most `most`.
 
     what: how messages call the file.
 
     SceneError that says what is wrong with the file, or that h5py is not installed.
     """
-    wanted, name = (*known, *VECTORS), f"{what} {path}"
+    wanted, name = (*names, *VECTORS), f"{what} {path}"
     with opened(path, name) as (h5py, file):
-        found = members(h5py, name, file, wanted)
-        for group in () if found else group_names(h5py, name, file):
+        columns = members(h5py, name, file, wanted)
+        for group in () if columns else group_names(h5py, name, file):
             inside = members(h5py, name, file[group], wanted)
-            if inside and found:
+            if inside and columns:
                 raise SceneError(f"{name} has columns in more than one group")
-            found = found or inside
-        return split_vectors(name, numbers(path, name, found, most))
+            columns = columns or inside
+        return split_vectors(name, numbers(path, name, columns, most))
 
 
 @contextmanager
@@ -75,10 +75,10 @@ def members(h5py: Any, file_name: str, group: Any, wanted: tuple[str, ...]) -> d
     """The wanted columns in a group: the dataset of each, and its field in that where it is structured."""
     own = {name: group[name] for name in _names(file_name, group) if _is_own(h5py, group, name)}
     datasets = {name: member for name, member in own.items() if isinstance(member, h5py.Dataset)}
-    found: dict[str, Member] = {name: (datasets[name], None) for name in wanted if name in datasets}
+    columns: dict[str, Member] = {name: (datasets[name], None) for name in wanted if name in datasets}
     tables = [member for member in datasets.values() if member.dtype.names]
-    if found or len(tables) != 1:
-        return found
+    if columns or len(tables) != 1:
+        return columns
     return {name: (tables[0], name) for name in wanted if name in tables[0].dtype.names}
 
 
@@ -102,14 +102,14 @@ def _is_own(h5py: Any, group: Any, name: str) -> bool:
     return isinstance(group.get(name, getlink=True), h5py.HardLink)
 
 
-def numbers(path: Path, file_name: str, found: Mapping[str, Member], most: int) -> dict[str, np.ndarray]:
+def numbers(path: Path, file_name: str, columns: Mapping[str, Member], most: int) -> dict[str, np.ndarray]:
     """Columns as float64, (N,) or (N, 3), all of which are looked at before one is read.
 
     SceneError for what is not of numbers, too large or in another file, ValueError where the columns, or the chunks
     that they are unpacked by, are out of proportion to the file: a chunk may say that it is larger than its dataset.
     """
     whole, chunk = 0.0, 0.0
-    for name, (dataset, field) in found.items():
+    for name, (dataset, field) in columns.items():
         kind = dataset.dtype if field is None else dataset.dtype[field]
         shape = (*(dataset.shape or ()), *kind.shape)
         if kind.base.kind not in "fiu":
@@ -123,5 +123,5 @@ def numbers(path: Path, file_name: str, found: Mapping[str, Member], most: int) 
     check_proportion("it", whole + chunk, path)
     return {
         name: np.asarray(dataset[:] if field is None else dataset.fields(field)[:], dtype=float)
-        for name, (dataset, field) in found.items()
+        for name, (dataset, field) in columns.items()
     }

@@ -20,8 +20,8 @@ _CLASSIC = (b"CDF\x01", b"CDF\x02")
 _OF_A_SNAPSHOT = {"mass": "mass", "position": "position", "velocity": "velocity", "u": "internal_energy"}
 
 
-def netcdf_columns(path: Path, known: tuple[str, ...], most: int, named: Callable[[str], str]) -> dict[str, np.ndarray]:
-    """Columns by name, of which `known` are wanted, as float64, (N,) or those of vectors (N, 3); N at most `most`.
+def netcdf_columns(path: Path, names: tuple[str, ...], most: int, named: Callable[[str], str]) -> dict[str, np.ndarray]:
+    """Columns by name, of which `names` are wanted, as float64, (N,) or those of vectors (N, 3); N at most `most`.
 
     named: a column's own name. SceneError that says what is wrong with the file.
     """
@@ -30,8 +30,8 @@ def netcdf_columns(path: Path, known: tuple[str, ...], most: int, named: Callabl
         if hdf5_structure.is_hdf5(path):
             hdf5_structure.check(path)
             trailer.check(path)
-            return _netcdf4(path, known, most, named)
-        return _classic(path, known, most, named)
+            return _netcdf4(path, names, most, named)
+        return _classic(path, names, most, named)
     except AstroinertiaError:
         raise
     except Exception as error:  # netCDF and scipy pass on what they find as errors of many kinds
@@ -39,7 +39,7 @@ def netcdf_columns(path: Path, known: tuple[str, ...], most: int, named: Callabl
         raise SceneError(f"{what} is not the result of a run, nor a netCDF file of columns ({reason})") from error
 
 
-def _netcdf4(path: Path, known: tuple[str, ...], most: int, named: Callable[[str], str]) -> dict[str, np.ndarray]:
+def _netcdf4(path: Path, names: tuple[str, ...], most: int, named: Callable[[str], str]) -> dict[str, np.ndarray]:
     import netCDF4  # only here: most runs read no file
 
     with netCDF4.Dataset(path) as file:
@@ -51,19 +51,19 @@ def _netcdf4(path: Path, known: tuple[str, ...], most: int, named: Callable[[str
             count = snapshots["mass"].shape[0]
             _check(path, chosen, most * count, 1 / count)
             return {name: _plain(variable[-1]) for name, variable in chosen.items()}
-        chosen = _chosen(file.variables, known, named)
+        chosen = _chosen(file.variables, names, named)
         _check(path, chosen, most)
         return {name: _plain(variable[:]) for name, variable in chosen.items()}
 
 
-def _classic(path: Path, known: tuple[str, ...], most: int, named: Callable[[str], str]) -> dict[str, np.ndarray]:
+def _classic(path: Path, names: tuple[str, ...], most: int, named: Callable[[str], str]) -> dict[str, np.ndarray]:
     from scipy.io import netcdf_file
 
     with path.open("rb") as file:
         if file.read(4) not in _CLASSIC:
             raise ValueError("it cannot be read as netCDF: it begins neither as netCDF-4 nor as classic files do")
     with netcdf_file(path, mmap=False, maskandscale=True) as file:
-        chosen = _chosen(file.variables, known, named)
+        chosen = _chosen(file.variables, names, named)
         if any(len(variable.shape) > 2 or max(variable.shape, default=0) > most for variable in chosen.values()):
             raise SceneError(f"particle table {path} has more than {most} particles")
         return {name: _plain(_written(variable)) for name, variable in chosen.items()}
@@ -84,9 +84,9 @@ def fill_value(dtype: np.dtype) -> Any:
     return netCDF4.default_fillvals[dtype.str[1:]]
 
 
-def _chosen(variables: Any, known: tuple[str, ...], named: Callable[[str], str]) -> dict[str, Any]:
+def _chosen(variables: Any, names: tuple[str, ...], named: Callable[[str], str]) -> dict[str, Any]:
     own = {named(name): variable for name, variable in variables.items()}
-    return {name: own[name] for name in (*known, *VECTORS) if name in own}
+    return {name: own[name] for name in (*names, *VECTORS) if name in own}
 
 
 def _check(path: Path, chosen: dict[str, Any], most: int, share: float = 1.0) -> None:

@@ -77,21 +77,21 @@ def _by_sarracen(path: Path) -> tuple[Any, Any]:
     except ImportError as error:
         lacks = f"is a dump of Phantom, which sarracen reads ({error}); install what it takes with: {NEEDS}"
         raise SceneError(f"{path} {lacks}") from None
-    found: Any = sarracen.read_phantom(str(path), separate_types="sinks", ignore_inactive=False)
-    return (found[0], found[1]) if isinstance(found, list) else (found, None)
+    tables: Any = sarracen.read_phantom(str(path), separate_types="sinks", ignore_inactive=False)
+    return (tables[0], tables[1]) if isinstance(tables, list) else (tables, None)
 
 
 def _dump(name: str, header: dict[str, Any], particles: Any, sinks: Any) -> Dump:
     if not {"x", "y", "z"} <= set(particles):
         raise SceneError(f"{name} has particles without x, y and z")
     kinds = _whole(particles, "itype")
-    columns = {each: particles[each].to_numpy(dtype=float) for each in _COLUMNS if each in particles}
+    columns = {key: particles[key].to_numpy(dtype=float) for key in _COLUMNS if key in particles}
     with np.errstate(over="ignore"):  # what is too large is found as not finite
         columns["mass"] = _masses(name, header, kinds) * 0.5 ** (_whole(particles, "apr_level") - 1)
     alive = np.ones(len(particles), dtype=bool)
     if "h" in particles:
         alive = ~(particles["h"].to_numpy() <= 0.0)
-    columns = {each: column[alive] for each, column in columns.items()}
+    columns = {key: column[alive] for key, column in columns.items()}
     kinds, dead = np.unique(kinds[alive]), int((~alive).sum())
     notes = [f"{dead} accreted or dead ones left out"] if dead else []
     unfit = [] if {"vx", "vy", "vz"} <= set(columns) else ["no velocities, as a small dump"]
@@ -100,7 +100,7 @@ def _dump(name: str, header: dict[str, Any], particles: Any, sinks: Any) -> Dump
         unfit.append(f"particles of {kinds.size} types")
     if sinks is not None:
         points = _sinks(name, sinks, columns)
-        columns = {each: np.append(column, points[each]) for each, column in columns.items()}
+        columns = {key: np.append(column, points[key]) for key, column in columns.items()}
         if count := points["mass"].size:
             counted = "1 sink" if count == 1 else f"{count} sinks"
             notes.append(f"{counted} among them as points")
@@ -130,12 +130,12 @@ def _sinks(name: str, sinks: Any, columns: dict[str, np.ndarray]) -> dict[str, n
     needed = set(columns) - {"mass", "u"}
     if there is None or not needed <= set(there):
         raise SceneError(f"{name} has sinks without a mass, a position or a velocity")
-    points = {each: there[each].to_numpy(dtype=float) for each in needed}
+    points = {key: there[key].to_numpy(dtype=float) for key in needed}
     return {"mass": there["m"].to_numpy(dtype=float), "u": np.zeros(len(there)), **points}
 
 
 def _in_si(name: str, header: dict[str, Any], columns: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], str]:
-    scales = [float(header[each]) for each in ("umass", "udist", "utime") if each in header]
+    scales = [float(header[key]) for key in ("umass", "udist", "utime") if key in header]
     if len(scales) < 3 or scales == [1.0, 1.0, 1.0]:  # Phantom's units where a setup has none
         return columns, UNKNOWN
     mass, length, time = scales
@@ -145,7 +145,7 @@ def _in_si(name: str, header: dict[str, Any], columns: dict[str, np.ndarray]) ->
     units = {"mass": mass, "u": (length / time) ** 2}
     units |= dict.fromkeys("xyz", length) | dict.fromkeys(("vx", "vy", "vz"), length / time)
     with np.errstate(over="ignore", invalid="ignore"):  # what is too large is found as not finite
-        return {each: column * units[each] for each, column in columns.items()}, SI
+        return {key: column * units[key] for key, column in columns.items()}, SI
 
 
 def _refuse_damaged(path: Path) -> None:
@@ -156,9 +156,9 @@ def _refuse_damaged(path: Path) -> None:
     records = _records(path)
 
     def taken(length: int) -> bytes:
-        found, start = next(records, (None, b""))
-        if found != length:
-            raise ValueError(f"a record of {length} bytes is {'missing' if found is None else f'of {found}'}")
+        stored, start = next(records, (None, b""))
+        if stored != length:
+            raise ValueError(f"a record of {length} bytes is {'missing' if stored is None else f'of {stored}'}")
         return start
 
     length, start = next(records, (0, b""))

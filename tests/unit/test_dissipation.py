@@ -12,6 +12,7 @@ import pytest
 import astroinertia
 from astroinertia.effects import catalogue
 from astroinertia.effects.gradients import divergence_and_curl, gradient, shear_squared
+from astroinertia.engines.terms import argument_names, arguments
 from astroinertia.models.sph import block_step
 from astroinertia.models.sph.limits import limiting, particle_limits
 from astroinertia.models.sph.step import step
@@ -213,8 +214,7 @@ def test_guarded_reconstruction_trusts_linear_flow_no_nearer_than_the_spacing() 
 
     def push(limiter: str) -> np.ndarray:
         (term,) = catalogue.build("viscosity", {"limiter": limiter}).neighbour_terms
-        names = term.pair.__code__.co_varnames[1 : term.pair.__code__.co_argcount]
-        return term.pair(np, *(pair[name] for name in names))[0]
+        return term.pair(np, *arguments(term.pair, pair))[0]
 
     share = push("guarded_reconstruction") / push("none")
     assert np.abs(push("reconstruction")).max() < 1e-12
@@ -300,13 +300,12 @@ def test_pair_functions_are_finite_with_their_gradients_where_particles_coincide
     ):
         effect = catalogue.build(kind, options)
         for term in (*effect.gradient_terms, *effect.neighbour_terms):
-            arguments = term.pair.__code__.co_varnames[1 : term.pair.__code__.co_argcount]
             zero = ("v_r", "dW_i", "dW_j", "r", "x_ij", "y_ij", "z_ij")
-            values = [0.0 if name in zero else 1.0 for name in arguments]
+            values = {name: 0.0 if name in zero else 1.0 for name in argument_names(term.pair)}
             for number in range(len(term.outputs)):
 
                 def output(values: Any, term: Any = term, number: int = number) -> Any:
-                    return term.pair(jnp, *values)[number]
+                    return term.pair(jnp, *arguments(term.pair, values))[number]
 
                 assert np.isfinite(output(values))
-                assert all(np.isfinite(slope) for slope in jax.grad(output)(values))
+                assert all(np.isfinite(slope) for slope in jax.grad(output)(values).values())

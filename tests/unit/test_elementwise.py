@@ -49,8 +49,8 @@ def test_jax_computes_the_same() -> None:
         for one, other in zip(found, elementwise(np, turned, MASS, VECTOR, MATRIX, 0.3), strict=True):
             assert np.allclose(one, other, rtol=1e-13, atol=1e-14)
         given = [jnp.asarray(a) for a in (MASS, VECTOR)]
-        sums = totals(jnp, weighted, *given, each=[(given[1],), (2.0 * given[1],)])
-        for one, other in zip(sums, totals(np, weighted, MASS, VECTOR, each=[(VECTOR,), (2.0 * VECTOR,)]), strict=True):
+        sums = totals(jnp, weighted, *given, cases=[(given[1],), (2.0 * given[1],)])
+        for one, other in zip(sums, totals(np, weighted, MASS, VECTOR, cases=[(VECTOR,), (2 * VECTOR,)]), strict=True):
             assert one.shape == other.shape
             assert np.allclose(one, other, rtol=1e-12, atol=1e-11)
 

@@ -185,12 +185,12 @@ def rate_of_change(time: Array, state: State, problem: Problem) -> State:
     virials = _virials(problem, body, forces)
     heating = [_heating(problem, effect, body) for effect in problem.effects]
     kinetic = moment * state.rate @ state.rate.T
-    given = sum(
+    heat_input = sum(
         (h for effect, h in zip(problem.effects, heating, strict=True) if effect.kind != PRESSURE), jnp.zeros(())
     )
     heat_rate = jnp.zeros(())
     if problem.matter is not None:
-        heat_rate = problem.matter.heat_rate(volume_ratio(state.deformation), given)
+        heat_rate = problem.matter.heat_rate(volume_ratio(state.deformation), heat_input)
     return State(
         deformation=state.rate,
         rate=sum(forces, jnp.zeros((3, 3))) / moment,
@@ -223,23 +223,23 @@ def thickness(deformation: Array) -> Array:
 
 def reaches(problem: Problem, body: AffineBody) -> dict[str, Array]:
     """Of each perturber, the square of the longest semi-axis over that of its distance."""
-    return {each.kind: each.affine_reach(body) for each in problem.effects if hasattr(each, "affine_reach")}
+    return {effect.kind: effect.affine_reach(body) for effect in problem.effects if hasattr(effect, "affine_reach")}
 
 
 def _pressed(
     problem: Problem, effects: tuple[Any, ...], body: AffineBody, heat: Array
 ) -> tuple[AffineBody, list[Array]]:
     # Pressure comes last: an incompressible fluid's is what all other forces make it.
-    found = {effect.kind: force_on(effect, body) for effect in effects if effect.kind != PRESSURE}
+    forces = {effect.kind: force_on(effect, body) for effect in effects if effect.kind != PRESSURE}
     if problem.incompressible:
-        others = sum(found.values(), jnp.zeros((3, 3)))
+        others = sum(forces.values(), jnp.zeros((3, 3)))
         slope = constraint_slope(
             body.deformation, body.rate, others, problem.second_moment, problem.restoring, problem.volume
         )
         body = body._replace(pressure_slope=slope)
     elif problem.matter is not None:
         body = body._replace(pressure_slope=problem.matter.slope(volume_ratio(body.deformation), heat))
-    return body, [found[each.kind] if each.kind in found else force_on(each, body) for each in effects]
+    return body, [forces[effect.kind] if effect.kind in forces else force_on(effect, body) for effect in effects]
 
 
 def _conservative_acceleration(problem: Problem, heat: Array, deformation: Array, rate: Array) -> Array:
@@ -249,7 +249,7 @@ def _conservative_acceleration(problem: Problem, heat: Array, deformation: Array
         jnp.zeros(()), problem.mass, problem.second_moment, problem.sphere_energy, deformation, rate,
         nothing, nothing, None, None,
     )  # fmt: skip
-    inner = tuple(each for each in problem.effects if each.kind in CONSERVATIVE)
+    inner = tuple(effect for effect in problem.effects if effect.kind in CONSERVATIVE)
     return sum(_pressed(problem, inner, body, heat)[1], jnp.zeros((3, 3))) / problem.second_moment
 
 

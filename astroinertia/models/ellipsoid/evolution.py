@@ -59,17 +59,17 @@ class Ellipsoid:
         NumericalError where the body collapses, is torn apart, or steps grow too short or too many for one record.
         """
         with jax.enable_x64(True):
-            found = adaptive.advance(
+            advanced = adaptive.advance(
                 affine_body.scaled_rate, self.problem, affine_body.measured(self.problem, self.state), self.time, until,
                 min(self.timestep, until - self.time), self.tolerance, ABSOLUTE * self.tolerance, affine_body.ended,
                 min(AT_ONCE, adaptive.MOST_STEPS),
             )  # fmt: skip
-            goes_on = self._way.goes_on(self.time, found, until)
-            self.state = affine_body.unmeasured(self.problem, found.state)
-            self.time, self.steps = float(found.time), self.steps + int(found.steps)
-            self.timestep = float(found.timestep)
+            goes_on = self._way.goes_on(self.time, advanced, until)
+            self.state = affine_body.unmeasured(self.problem, advanced.state)
+            self.time, self.steps = float(advanced.time), self.steps + int(advanced.steps)
+            self.timestep = float(advanced.timestep)
             if not goes_on:
-                if bool(found.stopped) or bool(found.failed):
+                if bool(advanced.stopped) or bool(advanced.failed):
                     raise self._diagnosis()
                 self.time = until
         self._note_inertia()
@@ -104,9 +104,9 @@ class Ellipsoid:
 
     def figures(self) -> Figures:
         """What the progress line shows."""
-        found = energies(self._seen())
-        scale = max(*map(abs, found.values()), 1e-300)
-        total = sum(self.opening.values()) + unaccounted_energy(self, found)
+        energy = energies(self._seen())
+        scale = max(*map(abs, energy.values()), 1e-300)
+        total = sum(self.opening.values()) + unaccounted_energy(self, energy)
         return Figures(total, scale, ledger_closure(self), self.density_now())
 
     def density_now(self) -> float:

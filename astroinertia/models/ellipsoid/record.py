@@ -15,8 +15,8 @@ KINETIC, INTERNAL = "kinetic", "internal"
 
 def energies(seen: Observed) -> dict[str, float]:
     """Kinetic and internal energy, and the potential energy of each effect that has one, by its kind."""
-    found = {KINETIC: seen.kinetic, INTERNAL: seen.internal, **seen.potentials}
-    return {name: float(energy) for name, energy in found.items()}
+    arrays = {KINETIC: seen.kinetic, INTERNAL: seen.internal, **seen.potentials}
+    return {name: float(energy) for name, energy in arrays.items()}
 
 
 def ledger_closure(body: Any) -> float:
@@ -36,17 +36,17 @@ def series_record(body: Any, opening_potential: float | None) -> dict[str, Any]:
     moment, mass = float(problem.second_moment), float(problem.mass)
     deformation, rate = np.asarray(state.deformation), np.asarray(state.rate)
     forces, pushes, virial = np.asarray(seen.forces), np.asarray(seen.pushes), np.asarray(seen.virials)
-    found = energies(seen)
-    potentials = {name: energy for name, energy in found.items() if name not in (KINETIC, INTERNAL)}
+    energy = energies(seen)
+    potentials = {name: value for name, value in energy.items() if name not in (KINETIC, INTERNAL)}
     direct = moment * deformation @ deformation.T
     described = BodyState(
         time=time, step=body.steps, mass=mass, centre_of_mass=np.asarray(state.centre),
         momentum=mass * np.asarray(state.velocity), second_moment=0.5 * (direct + direct.T),
         mixed_moment=moment * deformation @ rate.T, kinetic_tensor=moment * rate @ rate.T, virial_tensor=virial,
         force=pushes, impulse=np.asarray(state.impulse), work=np.asarray(state.work), heating=np.asarray(state.heating),
-        kinetic_energy=found[KINETIC], internal_energy=np.nan if problem.matter is None else found[INTERNAL],
+        kinetic_energy=energy[KINETIC], internal_energy=np.nan if problem.matter is None else energy[INTERNAL],
         gravitational_energy=potentials.get("gravity", np.nan), potential_energy=sum(potentials.values()),
-        total_energy=sum(found.values()), integration_energy_error=unaccounted_energy(body, found),
+        total_energy=sum(energy.values()), integration_energy_error=unaccounted_energy(body, energy),
     )  # fmt: skip
     return row(
         described,

@@ -70,8 +70,8 @@ def body(mass: float, moments: Array, spin: float = 0.0, deformability: float | 
     moments = np.asarray(moments, dtype=float)
     near = moments if deformability is None else moments + 2.0 / 3.0 * deformability * spin**2
     inverse = np.where(near > 0.0, 1.0 / np.where(near > 0.0, near, 1.0), 0.0)
-    given = {"axes": np.eye(3), "effects": (), **rest}
-    return Rigid(np.float64(mass), moments, inverse, turning_rates(near), deformability=deformability, **given)
+    options = {"axes": np.eye(3), "effects": (), **rest}
+    return Rigid(np.float64(mass), moments, inverse, turning_rates(near), deformability=deformability, **options)
 
 
 class View(NamedTuple):
@@ -185,7 +185,7 @@ def pace(body: Rigid, time: Array, turning: Array, momentum: Array) -> Array:
     spins = (body.inverse / size(body, time)) ** 2 @ jnp.maximum(square[:, None] + along[:, None] * ends, 0.0)
     frequencies = [jnp.sqrt(jnp.max(spins))]
     seen = view(body, time, turning[:4], m, momentum)
-    frequencies += [found for effect in body.effects if (found := effect.frequency(seen)) is not None]
+    frequencies += [frequency for effect in body.effects if (frequency := effect.frequency(seen)) is not None]
     torque = torques(body, seen).sum(axis=0)
     frequencies.append(jnp.sqrt(jnp.sqrt(jnp.sum(torque**2)) * body.inverse[1] / size(body, time)))
     if body.companions is not None:
@@ -203,15 +203,15 @@ def rate(time: Array, state: dict[str, Array], arguments: tuple[Rigid, Array, Ar
     body, momentum_unit, body_unit, energy_unit = arguments
     q = state["turning"][:4]
     turning = jnp.concatenate([q / jnp.sqrt(jnp.sum(q**2)), body_unit * state["turning"][4:]])
-    found = motion(body, time, turning, momentum_unit * state["momentum"])
-    work = found.power
+    change = motion(body, time, turning, momentum_unit * state["momentum"])
+    work = change.power
     if body.change is not None:
         growth = jax.jvp(body.change.factor, (time,), (jnp.ones_like(time),))[1] / size(body, time)
         energy = rotational_energy(body, time, turning[4:])
         gain = size(body, time) * jnp.sum(work)
         work = jnp.concatenate([jnp.stack([gain, -energy * growth]), work])
-    rates = jnp.concatenate([found.turning[:4], found.turning[4:] / body_unit])
-    return {"turning": rates, "momentum": found.angular_momentum / momentum_unit, "accumulated": work / energy_unit}
+    rates = jnp.concatenate([change.turning[:4], change.turning[4:] / body_unit])
+    return {"turning": rates, "momentum": change.angular_momentum / momentum_unit, "accumulated": work / energy_unit}
 
 
 def kick(body: Rigid, time: Array, state: Rotor, interval: Array) -> Kick:
@@ -230,8 +230,8 @@ def kick(body: Rigid, time: Array, state: Rotor, interval: Array) -> Kick:
 
     def stage(number: Array, slopes: Array) -> Array:
         done = interval * (jnp.asarray(_STAGES)[number] @ slopes)
-        found = _besides_free(body, time, turning + done[:7], momentum + done[7:10])
-        return slopes.at[number].set(jnp.concatenate(found))
+        derivative = _besides_free(body, time, turning + done[:7], momentum + done[7:10])
+        return slopes.at[number].set(jnp.concatenate(derivative))
 
     slopes = jax.lax.fori_loop(0, len(_STAGES), stage, jnp.zeros((len(_STAGES), 10 + len(body.effects))))
     done = interval * (_WEIGHTS @ slopes)
@@ -261,15 +261,15 @@ def _motion(body: Rigid, time: Array, turning: Array, momentum: Array, turn: Arr
     """Rates of a body whose axes turn by `turn` (3,), in themselves, which gives m the rate, and by its effects."""
     q, m = turning[:4], turning[4:]
     seen = view(body, time, q, m, momentum)
-    each, relative = torques(body, seen), relative_rotations(body, seen)
+    torque, relative = torques(body, seen), relative_rotations(body, seen)
     beyond = in_body(q, relative.sum(axis=0))
     # A relative rotation does omega . (m x s) to the energy.
-    power = each @ seen.angular_velocity + relative @ jnp.cross(seen.angular_velocity, momentum)
-    rates = rate + jnp.cross(m, beyond) + in_body(q, each.sum(axis=0))
+    power = torque @ seen.angular_velocity + relative @ jnp.cross(seen.angular_velocity, momentum)
+    rates = rate + jnp.cross(m, beyond) + in_body(q, torque.sum(axis=0))
     half = 0.5 * quaternion_product(q, jnp.concatenate([jnp.zeros(1), turn + beyond]))
-    return Motion(jnp.concatenate([half, rates]), each.sum(axis=0), power)
+    return Motion(jnp.concatenate([half, rates]), torque.sum(axis=0), power)
 
 
 def _of_each(body: Rigid, part: Any) -> Array:
-    found = [part(effect) for effect in body.effects]
-    return jnp.stack([jnp.zeros(3) if one is None else one for one in found]) if found else jnp.zeros((0, 3))
+    vectors = [part(effect) for effect in body.effects]
+    return jnp.stack([jnp.zeros(3) if one is None else one for one in vectors]) if vectors else jnp.zeros((0, 3))

@@ -115,9 +115,9 @@ class RigidBody:
 
     def record(self, opening_potential: float | None) -> Record:
         """One row of the headline series."""
-        found = self._ledger()
-        moments, work = found.moments, self._work(found)
-        energy, potential = self._energies(found)
+        ledger = self._ledger()
+        moments, work = ledger.moments, self._work(ledger)
+        energy, potential = self._energies(ledger)
         mass = float(self.body.mass)
         velocity = np.asarray(moments.velocity)
         pushed = np.array([effect.kind == "pivot" for effect in self.body.effects] + [False])
@@ -126,17 +126,17 @@ class RigidBody:
         unexplained = energy - self._opening["energies"][0] - work.sum()
         for number, effect in enumerate(self.body.effects):
             if effect.conservative:
-                unexplained += work[number] + float(found.potential[number]) - self._opening["potentials"][number]
+                unexplained += work[number] + float(ledger.potential[number]) - self._opening["potentials"][number]
         state = BodyState(
             time=self._time, step=self._steps, mass=mass, centre_of_mass=np.asarray(moments.place),
             momentum=mass * velocity, second_moment=np.asarray(moments.second), mixed_moment=np.asarray(moments.mixed),
-            kinetic_tensor=np.asarray(moments.kinetic), virial_tensor=np.asarray(found.virial),
-            force=np.asarray(found.force), impulse=mass * np.outer(pushed, velocity - self._opening["velocity"]),
+            kinetic_tensor=np.asarray(moments.kinetic), virial_tensor=np.asarray(ledger.virial),
+            force=np.asarray(ledger.force), impulse=mass * np.outer(pushed, velocity - self._opening["velocity"]),
             work=work, heating=np.where(heats, -work, 0.0), kinetic_energy=energy,
             internal_energy=heat if heats.any() else np.nan, gravitational_energy=np.nan, potential_energy=potential,
             total_energy=energy + potential + heat, integration_energy_error=unexplained,
         )  # fmt: skip
-        return row(state, attitude=np.asarray(found.attitude), timestep=self._timestep)
+        return row(state, attitude=np.asarray(ledger.attitude), timestep=self._timestep)
 
     def snapshot(self) -> None:
         """Nothing: there are no particles."""
@@ -166,9 +166,9 @@ class RigidBody:
 
     def figures(self) -> Figures:
         """What the progress line shows."""
-        found = self.record(0.0)
-        scale = max(found["kinetic_energy"], abs(found["potential_energy"]), 1e-300)
-        total = self._opening["energies"].sum() + found["integration_energy_error"]
+        record = self.record(0.0)
+        scale = max(record["kinetic_energy"], abs(record["potential_energy"]), 1e-300)
+        total = self._opening["energies"].sum() + record["integration_energy_error"]
         return Figures(float(total), scale, math.nan, math.nan)
 
     def _split(self, body: Rigid, until: float) -> None:
@@ -215,32 +215,30 @@ class RigidBody:
         left = until - self._time
         first = min(left, self._timestep or _FIRST_STEP / max(self._present_pace(body, until), _FIRST_STEP / left))
         tolerance = self.settings.tolerance
-        found = adaptive.advance(
+        advanced = adaptive.advance(
             rigid.rate, (body, *self._units), state, self._time, until, first, tolerance, tolerance, None,
             min(_ADAPTIVE_AT_ONCE, adaptive.MOST_STEPS),
         )  # fmt: skip
-        unfinished = self._way.goes_on(self._time, found, until)
-        if bool(found.failed) and not unfinished:
+        unfinished = self._way.goes_on(self._time, advanced, until)
+        if bool(advanced.failed) and not unfinished:
             message = "the adaptive integrator does not come on"
-            if bool(found.unfinished):
+            if bool(advanced.unfinished):
                 message = (
                     f"{adaptive.MOST_STEPS:.0e} steps of the adaptive integrator do not reach the next record: "
                     "record more often, take the integrator splitting, or the model scaling if only the rate counts"
                 )
-            raise NumericalError(message, time=float(found.time))
-        turning = found.state["turning"]
+            raise NumericalError(message, time=float(advanced.time))
+        turning, momentum, sums = (advanced.state[name] for name in state)
         turning = jnp.concatenate([turning[:4] / jnp.linalg.norm(turning[:4]), body_unit * turning[4:]])
-        state = Rotor(
-            *map(_filled, (turning, momentum_unit * found.state["momentum"], energy_unit * found.state["accumulated"]))
-        )
+        state = Rotor(*map(_filled, (turning, momentum_unit * momentum, energy_unit * sums)))
         length = jnp.linalg.norm(state.momentum_in_body)
         right = jnp.linalg.norm(state.angular_momentum.value) / jnp.where(length > 0.0, length, 1.0)
         if abs(float(right) - 1.0) < _MISALIGNED:
             state = replace(state, turning=_filled(state.turning.value.at[4:].multiply(right)))
         for _ in range(3):  # from a tenth to round-off: the error left is the square of what it was
             state = _without_carry(rigid_splitting.put_right(state, _MISALIGNED))
-        self.state, self._time = state, float(found.time) if unfinished else until
-        self._timestep, self._steps = float(found.timestep), self._steps + int(found.steps)
+        self.state, self._time = state, float(advanced.time) if unfinished else until
+        self._timestep, self._steps = float(advanced.timestep), self._steps + int(advanced.steps)
 
     def _strike(self, number: int, effect: Any) -> None:
         """An impulse of an effect: L jumps, and with it the energy at size 1 and the effect's work."""
@@ -262,24 +260,24 @@ class RigidBody:
     def _ledger(self) -> Ledger:
         return ledger(self.body, self._time, self.state.turning.value, self.state.angular_momentum.value)
 
-    def _energies(self, found: Ledger) -> tuple[float, float]:
+    def _energies(self, ledger: Ledger) -> tuple[float, float]:
         """Kinetic, of all motion, and potential."""
-        velocity = np.asarray(found.moments.velocity)
-        kinetic = 0.5 * (float(jnp.trace(found.moments.kinetic)) + float(self.body.mass * velocity @ velocity))
-        potential = np.asarray(found.potential)
+        velocity = np.asarray(ledger.moments.velocity)
+        kinetic = 0.5 * (float(jnp.trace(ledger.moments.kinetic)) + float(self.body.mass * velocity @ velocity))
+        potential = np.asarray(ledger.potential)
         return kinetic, float(potential[np.isfinite(potential)].sum())
 
-    def _work(self, found: Ledger) -> np.ndarray:
+    def _work(self, ledger: Ledger) -> np.ndarray:
         """What each effect, and rigidity, has done to the kinetic energy."""
         sums = np.asarray(self.state.sums.total)
         work = sums[len(sums) - len(self.body.effects) :].copy()
         for number, effect in enumerate(self.body.effects):
             if hasattr(effect, "deformability"):
-                work[number] = self._opening["potentials"][number] - float(found.potential[number])
+                work[number] = self._opening["potentials"][number] - float(ledger.potential[number])
         by_size = 0.0
         if self.body.change is not None:
             # What it does to the spin is summed up; its own motion is that of the prescribed size.
-            by_size = sums[1] + self._energies(found)[0] - float(found.spin_energy) - self._opening["swelling"]
+            by_size = sums[1] + self._energies(ledger)[0] - float(ledger.spin_energy) - self._opening["swelling"]
         return np.append(work, by_size)
 
     def _units_of_errors(self) -> tuple[float, np.ndarray, float]:

@@ -51,7 +51,7 @@ class Ledger(NamedTuple):
 @jax.jit
 def ledger(body: Rigid, time: Array, turning: Array, momentum: Array) -> Ledger:
     """What the record says of one state."""
-    found, rates = _moments_and_rates(body, time, turning, momentum)
+    moments, rates = _moments_and_rates(body, time, turning, momentum)
     seen = rigid.view(body, time, turning[:4], turning[4:], momentum)
     # From torques about the pivot to tensors about the centre of mass: the reaction acts at -place.
     force = body.mass * rates.velocity
@@ -59,12 +59,12 @@ def ledger(body: Rigid, time: Array, turning: Array, momentum: Array) -> Ledger:
     if body.arm is not None:
         on_pivot = [effect.kind == "pivot" for effect in body.effects].index(True)
         weight = body.mass * jnp.asarray(body.effects[on_pivot].gravity)
-        own[on_pivot] = -jnp.outer(found.place, force - weight)
-    own.append(rates.mixed - found.kinetic - sum(own, start=jnp.zeros((3, 3))))
+        own[on_pivot] = -jnp.outer(moments.place, force - weight)
+    own.append(rates.mixed - moments.kinetic - sum(own, start=jnp.zeros((3, 3))))
     forces = [force if effect.kind == "pivot" else jnp.zeros(3) for effect in body.effects]
     potentials = [effect.potential(seen) for effect in body.effects]
     return Ledger(
-        moments=found,
+        moments=moments,
         spin_energy=rigid.rotational_energy(body, time, turning[4:]),
         attitude=seen.attitude,
         virial=jnp.stack(own),
@@ -74,8 +74,8 @@ def ledger(body: Rigid, time: Array, turning: Array, momentum: Array) -> Ledger:
 
 
 def _moments_and_rates(body: Rigid, time: Array, turning: Array, momentum: Array) -> tuple[Moments, Moments]:
-    found = rigid.motion(body, time, turning, momentum)
-    along = (jnp.ones_like(time), found.turning, found.angular_momentum)
+    derivative = rigid.motion(body, time, turning, momentum)
+    along = (jnp.ones_like(time), derivative.turning, derivative.angular_momentum)
     return jax.jvp(partial(_moments, body), (time, turning, momentum), along)
 
 

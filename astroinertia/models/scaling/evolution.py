@@ -242,8 +242,8 @@ class Scaling:
             second_moment=scale**2 * body.second_moment,
             mixed_moment=scale * rate * body.second_moment + _turning(momentum),
             kinetic_tensor=kinetic, virial_tensor=virial, force=none, impulse=none, work=done,
-            heating=np.array([0.0 - given if name == "pressure" else 0.0
-                              for name, given in zip(self.effects, done, strict=True)]),
+            heating=np.array([0.0 - effect_work if name == "pressure" else 0.0
+                              for name, effect_work in zip(self.effects, done, strict=True)]),
             kinetic_energy=energies["kinetic"],
             internal_energy=math.nan if body.pressure is None else body.pressure.energy(scale),
             gravitational_energy=energies["potential"] if body.gravity_tensor is not None else math.nan,
@@ -304,8 +304,8 @@ class Scaling:
         gained = {name: energies[name] - self._opening[name] for name in energies}
         pressure, scale = self.body.pressure, self._now[0].scale
         pressed = 0.0 if pressure is None else pressure.work(self._start, scale)
-        given = {"gravity": 0.0 - gained["potential"], "pressure": pressed, **work}
-        done = [given.get(name, 0.0) for name in self.names]
+        works = {"gravity": 0.0 - gained["potential"], "pressure": pressed, **work}
+        done = [works.get(name, 0.0) for name in self.names]
         return np.array([*done, 0.0 if self.free else gained["kinetic"] - sum(done)])
 
     def _profiles(self, scale: float, momentum: np.ndarray) -> Record:

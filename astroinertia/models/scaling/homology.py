@@ -137,9 +137,9 @@ class Kepler:
 
         wanted = mean(start) + 2 * math.pi * math.fmod(time, self.period) / self.period
         wanted -= 2 * math.pi * round(wanted / (2 * math.pi))
-        found = root_scalar(lambda x: mean(x) - wanted, bracket=(-3.2, 3.2), xtol=1e-300, rtol=1e-14).root
-        scale = least + 2 * half * eccentricity * math.sin(0.5 * found) ** 2
-        rate = speed * eccentricity * math.sin(found) / scale
+        anomaly = root_scalar(lambda x: mean(x) - wanted, bracket=(-3.2, 3.2), xtol=1e-300, rtol=1e-14).root
+        scale = least + 2 * half * eccentricity * math.sin(0.5 * anomaly) ** 2
+        rate = speed * eccentricity * math.sin(anomaly) / scale
         return Size(scale, rate, (self.repulsion / scale - self.attraction) / scale**2)
 
     def _least(self, half: float) -> float:
@@ -295,7 +295,7 @@ class Dynamic:
 
     def _started(self) -> DOP853:
         time, state = self._knots[-1]
-        self._bound = next((each for each in self._breaks if each > time), self._end)
+        self._bound = next((moment for moment in self._breaks if moment > time), self._end)
         if not np.isfinite(self._slope(time, state)).all():  # of which the solver would try ever shorter steps
             raise NumericalError("the forces on the body are beyond what numbers hold", time=time)
         error: Any = _ABSOLUTE * np.maximum(np.abs(state), 1.0)
@@ -324,10 +324,10 @@ class Dynamic:
 
     def _turned(self, before: float, old: np.ndarray, time: float) -> None:
         # Half a period lies between two turning points, by the symmetry of a motion in a potential.
-        found = root_scalar(
+        crossing = root_scalar(
             lambda t: self._from(before, old, t)[1], bracket=(before, time), xtol=1e-15 * time, rtol=1e-15
         )
-        self._turns.append((float(found.root), old))
+        self._turns.append((float(crossing.root), old))
         if len(self._turns) == 2:
             self._period = 2 * (self._turns[1][0] - self._turns[0][0])
             while self._knots[-1][0] < self._period:
@@ -337,13 +337,13 @@ class Dynamic:
     def _from(self, before: float, state: np.ndarray, time: float) -> np.ndarray:
         if time == before:
             return state
-        self._bound = next((each for each in self._breaks if each > before), self._end)
+        self._bound = next((moment for moment in self._breaks if moment > before), self._end)
         scale = np.maximum(np.abs(state), 1.0)
-        found = solve_ivp(
+        solution = solve_ivp(
             self._slope, (before, time), state, "DOP853", t_eval=[time], first_step=time - before,
             rtol=_RELATIVE, atol=_ABSOLUTE * scale,
         )  # fmt: skip
-        return found.y[:, -1]
+        return solution.y[:, -1]
 
 
 def _collapsed(time: float) -> NumericalError:

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.engines.elementwise import elementwise
-from astroinertia.engines.numba_source import argument_names
-from astroinertia.engines.terms import PairTerm
+from astroinertia.engines.terms import PairTerm, argument_names
 from astroinertia.ledger.moments import Whole, after_heating
 from astroinertia.models.sph import evaluate, kick_drift, points, sorting
 from astroinertia.models.sph.evaluate import Sums

@@ -109,8 +109,8 @@ def gradients(
     fields |= shared_fields(fluid)
     for effect in problem.effects:
         fields.update(effect.gradient_fields(problem.engine.xp, fluid))
-    asked = {} if targets is None else {"targets": targets}
-    return problem.engine.neighbour_sums(pairs, problem.kernel, terms, fields, **asked)
+    chosen = {} if targets is None else {"targets": targets}
+    return problem.engine.neighbour_sums(pairs, problem.kernel, terms, fields, **chosen)
 
 
 def with_memories(problem: Problem, fluid: Fluid, since: Array) -> Fluid:

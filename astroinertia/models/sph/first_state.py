@@ -67,9 +67,9 @@ def initial_state(
         refuse_unsolved(problem.kernel, problem.eta, np.asarray(state.mass), solved, np.asarray(state.identity))
     if entropy is None:
         fluid = problem.matter(state.material)
-        found = fluid.entropy(xp, solved.density, state.entropy)
-        _refuse_beyond(xp, fluid, solved.density, state.entropy, found)
-        state = replace(state, entropy=found)
+        entropy = fluid.entropy(xp, solved.density, state.entropy)
+        _refuse_beyond(xp, fluid, solved.density, state.entropy, entropy)
+        state = replace(state, entropy=entropy)
     return evaluated(problem, arrangement, state, xp.zeros(())), arrangement
 
 

@@ -138,12 +138,12 @@ def weighted_sets(base: float, rung: Array, level: int) -> list[tuple[Array, lis
     sum_k dt_k/2 (S_k - S_k+1) = dt_l/2 S_l - sum_(k > l) dt_k/2 S_k, as dt_(k-1) = 2 dt_k. Of sets within each other
     those of the same size are the same.
     """
-    found: list[tuple[Array, list[int], float]] = []
+    weighted: list[tuple[Array, list[int], float]] = []
     for k, members in enumerate(sets(rung, level), start=level):
         weight = (0.5 if k == level else -0.5) * base / 2.0**k
-        if found and len(found[-1][0]) == len(members):
-            same, rungs_of, total = found.pop()
-            found.append((same, [*rungs_of, k], total + weight))
+        if weighted and len(weighted[-1][0]) == len(members):
+            same, rungs_of, total = weighted.pop()
+            weighted.append((same, [*rungs_of, k], total + weight))
         else:
-            found.append((members, [k], weight))
-    return found
+            weighted.append((members, [k], weight))
+    return weighted

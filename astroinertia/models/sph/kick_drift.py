@@ -134,7 +134,7 @@ def velocity_change(
     halfway = before + sum(free) + 0.5 * spans * (before @ matrix.T)
     after = _solved(xp, matrix, halfway, span)
     middle = 0.5 * spans * (before + after)
-    increments = [push if each is None else push + middle @ each.T for push, each in zip(free, drags, strict=True)]
+    increments = [push if drag is None else push + middle @ drag.T for push, drag in zip(free, drags, strict=True)]
     return VelocityChange(before, before + sum(increments), increments, 1.0)
 
 

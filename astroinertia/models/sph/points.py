@@ -19,7 +19,7 @@ Array = Any
 def opened(xp: Any, effects: Sequence[Effect], points: dict[str, Any] | None) -> dict[str, Any]:
     """The points given, and the histories that effects begin with where none is."""
     begun = {effect.kind: effect.initial_history(xp) for effect in effects}
-    return {**{kind: each for kind, each in begun.items() if each is not None}, **(points or {})}
+    return {**{kind: history for kind, history in begun.items() if history is not None}, **(points or {})}
 
 
 def with_histories(xp: Any, effects: Sequence[Effect], fluid: Fluid) -> dict[str, Any]:
@@ -36,29 +36,29 @@ def pushed(xp: Any, effects: Sequence[Effect], points: dict[str, Any], fluid: Fl
     points = dict(points)
     for effect in effects:
         if (gain := effect.reaction(xp, fluid, fluid.mass * spans)) is not None:
-            each = points[effect.kind]
-            points[effect.kind] = replace(each, velocity=each.velocity + gain)
+            group = points[effect.kind]
+            points[effect.kind] = replace(group, velocity=group.velocity + gain)
     return points
 
 
 def drifted(xp: Any, points: dict[str, Any], dt: Array, time: Array) -> dict[str, Any]:
     """Points dt later, at `time`: between two kicks by the fluid they act on each other, kick, drift and kick."""
     points = _by_each_other(xp, points, 0.5 * dt)
-    points = {kind: each.drifted(dt, time) for kind, each in points.items()}
+    points = {kind: group.drifted(dt, time) for kind, group in points.items()}
     return _by_each_other(xp, points, 0.5 * dt)
 
 
 def _by_each_other(xp: Any, points: dict[str, Any], dt: Array) -> dict[str, Any]:
     among = moving(points)
     return {
-        kind: replace(each, velocity=each.velocity + dt * each.by_each_other(xp, among)) if _moves(each) else each
-        for kind, each in points.items()
+        kind: replace(group, velocity=group.velocity + dt * group.by_each_other(xp, among)) if _moves(group) else group
+        for kind, group in points.items()
     }
 
 
 def moving(points: dict[str, Any]) -> list[Any]:
     """Those that the fluid acts on."""
-    return [each for each in points.values() if _moves(each)]
+    return [group for group in points.values() if _moves(group)]
 
 
 def _moves(points: Any) -> bool:
@@ -92,6 +92,6 @@ def system_record(state: State) -> dict[str, Array]:
         np.concatenate([np.asarray(getattr(part, name)) for part in parts]) for name in ("mass", "position", "velocity")
     )
     centre, drift = (mass @ position) / mass.sum(), (mass @ velocity) / mass.sum()
-    spin = sum(np.asarray(each.spin).sum(axis=0) for each in among if hasattr(each, "spin"))
+    spin = sum(np.asarray(group.spin).sum(axis=0) for group in among if hasattr(group, "spin"))
     orbital = (mass[:, None] * np.cross(position - centre, velocity - drift)).sum(axis=0)
     return {"system_momentum": mass @ velocity, "system_angular_momentum": orbital + spin}

@@ -147,13 +147,13 @@ def snapshot_record(state: State) -> dict[str, Any]:
         "pressure": fluid.pressure,
         **({} if state.material is None else {"material": state.material}),
     }
-    found = {name: np.asarray(array)[order] for name, array in arrays.items()}
+    ordered = {name: np.asarray(array)[order] for name, array in arrays.items()}
     if "sinks" in state.points:  # a snapshot has all particles that there ever were: those accreted are NaN
-        known, most = np.asarray(state.identity)[order], int(state.points["sinks"].particles)
-        for name, array in found.items():
-            found[name] = np.full((most, *array.shape[1:]), np.nan)
-            found[name][known] = array
-    return {"time": float(state.time), **found}
+        identity, most = np.asarray(state.identity)[order], int(state.points["sinks"].particles)
+        for name, array in ordered.items():
+            ordered[name] = np.full((most, *array.shape[1:]), np.nan)
+            ordered[name][identity] = array
+    return {"time": float(state.time), **ordered}
 
 
 def _profiles(mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, density: np.ndarray) -> dict[str, Any]:

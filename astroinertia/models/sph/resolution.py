@@ -26,8 +26,8 @@ def resolution(
     ratio = np.nan
     if pressure is not None:
         dense = density >= np.median(density)
-        found = jeans_mass(pressure[dense] / density[dense], density[dense]) / (2.0 * neighbours * mass[dense])
-        ratio = float(found.min())
+        ratios = jeans_mass(pressure[dense] / density[dense], density[dense]) / (2.0 * neighbours * mass[dense])
+        ratio = float(ratios.min())
     thinnest = max(float(np.linalg.eigvalsh(second_moment)[0]), 0.0)
     thickness = np.sqrt(5.0 * thinnest / mass.sum())
     return {
