@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 
 from astroinertia.bodies.affine import cofactor, gravity_force, volume_ratio
-from astroinertia.bodies.double_precision import double_precision
+from astroinertia.inertia.double_precision import double_precision
 
 Array = Any
 Acceleration = Callable[[Array, Array], Array]

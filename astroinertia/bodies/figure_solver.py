@@ -11,7 +11,6 @@ from typing import Protocol
 
 import numpy as np
 
-from astroinertia.bodies.barotropes import Barotrope
 from astroinertia.bodies.figure_layers import Layer
 from astroinertia.bodies.figure_shapes import (
     Angles,
@@ -26,6 +25,7 @@ from astroinertia.bodies.figure_shapes import (
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.bodies.scf_mesh import even_legendre
 from astroinertia.errors import NumericalError
+from astroinertia.matter.barotropes import BarotropicLaw
 from astroinertia.process.blas import one_thread
 
 _TOLERANCE = 1e-13  # of shape and potential between two sweeps
@@ -128,7 +128,7 @@ class Hydrostatic:
     unit_density = M/R^3 and unit_enthalpy = G M/R, in the units of the laws, at the reference radius.
     """
 
-    laws: Sequence[Barotrope]
+    laws: Sequence[BarotropicLaw]
     unit_density: float
     unit_enthalpy: float
     free_radius: bool

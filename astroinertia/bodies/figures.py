@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from astroinertia.bodies.barotropes import Barotrope, PolytropicLaw
 from astroinertia.bodies.figure_layers import FEWEST_NODES, Layer, cut_tall_layers, layer, node_count, surface_power
 from astroinertia.bodies.figure_shapes import angles, multipoles
 from astroinertia.bodies.figure_solver import (
@@ -38,6 +37,7 @@ from astroinertia.bodies.figure_solver import (
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.bodies.rotating_figure import RotatingFigure, figure_of_solution
 from astroinertia.errors import NumericalError
+from astroinertia.matter.barotropes import BarotropicLaw, PolytropicLaw
 
 if TYPE_CHECKING:  # it brings JAX along, which figures do not need
     from astroinertia.bodies.layered import LayeredBody
@@ -242,7 +242,7 @@ def _polynomial(coefficients: np.ndarray, scale: float, r: np.ndarray) -> np.nda
 
 def figure_of_barotropes(
     outer_fractions: Sequence[float],
-    laws: Sequence[Barotrope],
+    laws: Sequence[BarotropicLaw],
     *,
     mass: float = 1.0,
     mean_radius: float | None = None,

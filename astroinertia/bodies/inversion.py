@@ -15,9 +15,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.bodies.double_precision import double_precision
 from astroinertia.bodies.layered import LayeredBody, constant_layers
 from astroinertia.engines.pytree import pytree
+from astroinertia.inertia.double_precision import double_precision
 from astroinertia.inertia.tensor import is_known
 
 Array = Any

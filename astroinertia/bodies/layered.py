@@ -16,8 +16,8 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.bodies.double_precision import double_precision
 from astroinertia.engines.pytree import pytree
+from astroinertia.inertia.double_precision import double_precision
 from astroinertia.inertia.tensor import is_known
 
 Array = Any

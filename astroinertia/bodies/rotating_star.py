@@ -15,9 +15,9 @@ from scipy.optimize import root_scalar
 
 from astroinertia.bodies.rotation_laws import RIGID, Law
 from astroinertia.bodies.scf import Field, Resolution, check_field, solve_field
-from astroinertia.bodies.scf_matter import Matter
 from astroinertia.bodies.scf_mesh import even_legendre
 from astroinertia.errors import NumericalError
+from astroinertia.matter.barotropes import ScaledLaw
 
 RESOLUTIONS = (Resolution(8, 48, 48), Resolution(24, 96, 96))  # the second where the first does not do
 _STEP = 0.1  # of the axis ratio from member to member of a sequence
@@ -227,7 +227,7 @@ class RotatingStar:
 
 
 def rotating_star(
-    matter: Matter,
+    matter: ScaledLaw,
     axis_ratio: float,
     law: Law = RIGID,
     mass: float = 1.0,
@@ -241,7 +241,7 @@ def rotating_star(
     ValueError on bad arguments; NumericalError where there is no such body, or none that 96 harmonics resolve.
     Source: Hachisu 1986, ApJS 61, 479. Test: tests/unit/test_scf.py.
 
-    >>> from astroinertia.bodies.scf_matter import polytropic_matter
+    >>> from astroinertia.matter.barotropes import polytropic_matter
     >>> print(f"{rotating_star(polytropic_matter(1.5), 0.8).rotational_to_gravitational:.4f}")
     0.0375
     """
@@ -257,7 +257,7 @@ def rotating_star(
     return RotatingStar(field, mass, radius, gravitational_constant)
 
 
-def _field(matter: Matter, axis_ratio: float, law: Law, resolution: Resolution | None) -> Field:
+def _field(matter: ScaledLaw, axis_ratio: float, law: Law, resolution: Resolution | None) -> Field:
     choices = RESOLUTIONS if resolution is None else (resolution,)
     field = solve_field(matter, axis_ratio, law, choices[0])
     fine = field.resolved and RotatingStar(field).virial_error < _VIRIAL_ERROR / 10
@@ -267,7 +267,7 @@ def _field(matter: Matter, axis_ratio: float, law: Law, resolution: Resolution |
 
 
 def end_of_sequence(
-    matter: Matter, law: Law = RIGID, resolution: Resolution | None = None, **units: float
+    matter: ScaledLaw, law: Law = RIGID, resolution: Resolution | None = None, **units: float
 ) -> RotatingStar:
     """Return the flattest star of a sequence: at mass shedding (keplerian_fraction 1 to 1e-8), or before it is torn.
 
@@ -279,7 +279,7 @@ def end_of_sequence(
 
 
 def rotating_star_with(
-    quantity: str, value: float, matter: Matter, law: Law = RIGID, resolution: Resolution | None = None,
+    quantity: str, value: float, matter: ScaledLaw, law: Law = RIGID, resolution: Resolution | None = None,
     **units: float,
 ) -> RotatingStar:  # fmt: skip
     """Return the first star, from rest on, of which a property has a value, as ("rotational_to_gravitational", 0.1).
@@ -309,7 +309,7 @@ def rotating_star_with(
 
 
 def _march(
-    excess: Callable[[RotatingStar], float], matter: Matter, law: Law, resolution: Resolution | None,
+    excess: Callable[[RotatingStar], float], matter: ScaledLaw, law: Law, resolution: Resolution | None,
     units: dict[str, float],
 ) -> tuple[RotatingStar, tuple[float, float] | None, str]:  # fmt: skip
     """Follow a sequence until `excess` is positive or it ends: the last star, axis ratios about the root, and why."""

@@ -12,10 +12,10 @@ Tests: tests/unit/test_body_door.py.
 from collections.abc import Sequence
 from typing import Any
 
+from astroinertia.effects import own_matter
 from astroinertia.effects.doors import Door, made_of
 from astroinertia.effects.entries import Entry
 from astroinertia.errors import SceneError
-from astroinertia.matter import own as own_matter
 
 # Kinds that are built in (scene.bodies), and `own`, which stands there for all that are not.
 TAKEN = (

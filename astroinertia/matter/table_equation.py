@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.errors import SceneError
-from astroinertia.sph.columns import READERS, Columns, check_file, check_numbers
+from astroinertia.storage.columns import READERS, Columns, check_file, check_numbers
 
 Array = Any
 COLUMNS = Columns(
