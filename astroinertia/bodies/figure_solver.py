@@ -87,9 +87,9 @@ class Rotation:
 def volume_integral(layers: Sequence[Layer], values: Sequence[np.ndarray]) -> float:
     """4 pi int f s^2 ds, by parts within each layer, f at the nodes of each."""
     total = 0.0
-    for each, f in zip(layers, values, strict=True):
-        change = each.top**3 * (each.inner[0, -1] @ (each.slope @ f))
-        total += each.top**3 * f[-1] - each.bottom**3 * f[0] - change
+    for layer, f in zip(layers, values, strict=True):
+        change = layer.top**3 * (layer.inner[0, -1] @ (layer.slope @ f))
+        total += layer.top**3 * f[-1] - layer.bottom**3 * f[0] - change
     return 4 * math.pi / 3 * float(total)
 
 
@@ -227,7 +227,7 @@ def solve(
 ) -> Solution:
     """Sweep density, field and surfaces to their fixed point, from a sphere or from a solution with other harmonics."""
     sphere = angles(2 * harmonics + 8, harmonics)
-    radius = np.concatenate([each.radius for each in layers])
+    radius = np.concatenate([layer.radius for layer in layers])
     shapes = len(radius) * len(sphere.mu)
 
     def state(x, u, small_m):

@@ -192,7 +192,7 @@ def _solve(
 ) -> HydrostaticPlanet:
     layers = jnp.asarray(layers, dtype=float)
     g = gravitational_constant
-    densities = jnp.stack([jnp.asarray(each.reference_density, dtype=float) for each in materials])
+    densities = jnp.stack([jnp.asarray(matter.reference_density, dtype=float) for matter in materials])
     if by == "mass":  # scale: M or R, what t is a share of
         scale = jnp.sum(layers)
         edges = jnp.concatenate([jnp.zeros(1), _cube_root(jnp.cumsum(layers) / scale)])
@@ -257,7 +257,7 @@ def _solve(
 
 def _stacked(materials: tuple) -> Any:
     """Materials of one kind as one, with a first axis of layers; None where they are of several kinds."""
-    kinds = {(jax.tree.structure(each), tuple(jnp.shape(leaf) for leaf in jax.tree.leaves(each))) for each in materials}
+    kinds = {(jax.tree.structure(one), tuple(jnp.shape(leaf) for leaf in jax.tree.leaves(one))) for one in materials}
     if len(kinds) > 1:
         return None
     return jax.tree.map(lambda *parts: jnp.stack([jnp.asarray(part, dtype=float) for part in parts]), *materials)

@@ -131,10 +131,10 @@ class NeutronStar:
         return self.moment_of_inertia * SOLAR_MASS * SOLAR_LENGTH**2
 
 
-def _central(equation: Barotrope, given: dict[str, float | None]) -> float:
-    named = {name: value for name, value in given.items() if value is not None}
+def _central(equation: Barotrope, options: dict[str, float | None]) -> float:
+    named = {name: value for name, value in options.items() if value is not None}
     if len(named) != 1:
-        raise ValueError(f"give exactly one of {', '.join(given)}, not {len(named)}")
+        raise ValueError(f"give exactly one of {', '.join(options)}, not {len(named)}")
     ((name, value),) = named.items()
     if name == "central_enthalpy":
         return float(value)
@@ -187,8 +187,8 @@ class StableBranch:
 
 
 def _minimum(function: Callable[[float], float], low: float, high: float) -> float:
-    found = fminbound(lambda x: function(float(x)), low, high, xtol=_TURNING_POINT)
-    return np.asarray(found).item()
+    minimum = fminbound(lambda x: function(float(x)), low, high, xtol=_TURNING_POINT)
+    return np.asarray(minimum).item()
 
 
 @lru_cache(maxsize=64)

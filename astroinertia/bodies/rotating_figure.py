@@ -108,8 +108,8 @@ class RotatingFigure:
 def _pressures(solution: Solution, u: list[np.ndarray]) -> list[np.ndarray]:
     """Pressure at the nodes, dP = rho du from the surface, in G M^2/R^4."""
     top, pressures = 0.0, []
-    for each, rho, potential_of_level in reversed(list(zip(solution.layers, solution.densities, u, strict=True))):
-        pressures.append(top - each.outer[1] @ (rho * (each.slope @ potential_of_level)))
+    for layer, rho, potential_of_level in reversed(list(zip(solution.layers, solution.densities, u, strict=True))):
+        pressures.append(top - layer.outer[1] @ (rho * (layer.slope @ potential_of_level)))
         top = pressures[-1][0]
     return pressures[::-1]
 
@@ -123,14 +123,14 @@ def figure_of_solution(
     """
     layers, densities, field = solution.layers, solution.densities, solution.field
     parts = node_ranges(layers)
-    radius = np.concatenate([each.radius for each in layers])
+    radius = np.concatenate([layer.radius for layer in layers])
     potentials = [solution.potential[part] for part in parts]
     fifth = solution.shape**5 @ solution.sphere.weights
     second_moment = 0.0
-    for each, part, rho in zip(layers, parts, densities, strict=True):
+    for layer, part, rho in zip(layers, parts, densities, strict=True):
         f = fifth[part]
-        inside = each.top**5 * (each.inner[1, -1] @ (f * (each.slope @ rho)))
-        second_moment += 4 * math.pi / 5 * (each.top**5 * f[-1] * rho[-1] - each.bottom**5 * f[0] * rho[0] - inside)
+        inside = layer.top**5 * (layer.inner[1, -1] @ (f * (layer.slope @ rho)))
+        second_moment += 4 * math.pi / 5 * (layer.top**5 * f[-1] * rho[-1] - layer.bottom**5 * f[0] * rho[0] - inside)
     harmonics = field.exterior[1:]
     mean, difference = float(2 / 3 * second_moment), -float(harmonics[0])
     polar = mean + 2 / 3 * difference
@@ -139,8 +139,8 @@ def figure_of_solution(
     total = volume_integral(layers, [rho * u for rho, u in zip(densities, potentials, strict=True)])
     gravitational = -0.5 * (total - kinetic)
     falls = [
-        each.top**3 * float(each.inner[0, -1] @ (rho * (each.slope @ u)))
-        for each, rho, u in zip(layers, densities, potentials, strict=True)
+        layer.top**3 * float(layer.inner[0, -1] @ (rho * (layer.slope @ u)))
+        for layer, rho, u in zip(layers, densities, potentials, strict=True)
     ]
     three_pressure = -4 * math.pi * sum(falls)
     virial_error = (2 * kinetic + gravitational + three_pressure) / -gravitational

@@ -322,11 +322,11 @@ def _march(
         above = star.field.axis_ratio
         below = max(above - _STEP, _FLATTEST)
         try:
-            found = member(below)
+            flatter = member(below)
         except NumericalError as error:
             star = member(_end(member, matter, law, resolution, above, below))
             return star, (star.field.axis_ratio, above) if excess(star) >= 0 else None, str(error)
-        star = found
+        star = flatter
         if excess(star) >= 0:
             return star, (below, above), ""
     return star, None, ""

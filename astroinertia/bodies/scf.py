@@ -127,21 +127,21 @@ def solve_field(
     if 0 < axis_ratio < _FLATTEST:
         raise NumericalError(f"no star as flat as an axis ratio of {axis_ratio:g} can be solved for")
     solver = _Solver(matter, float(axis_ratio), resolution)
-    given: Any = law
-    follows = hasattr(given, "followed")
+    rotation: Any = law
+    follows = hasattr(rotation, "followed")
     moments, mixed = solver.moments(*solver.guessed()), Anderson(_HISTORY)
     unit = np.abs(moments[:, 0]).max()
     for iteration in range(1, _MOST_ITERATIONS + 1):
         if follows or iteration == 1:
-            solver.turn_as(given)
+            solver.turn_as(rotation)
         balance = solver.balance(moments)
         quadrature = solver.levels(balance)
-        found = solver.moments(*quadrature)
-        field = Field(matter, given, float(axis_ratio), solver.mesh, moments, balance.phi, balance.exterior,
+        updated = solver.moments(*quadrature)
+        field = Field(matter, rotation, float(axis_ratio), solver.mesh, moments, balance.phi, balance.exterior,
                       balance.constant, balance.rate_squared, balance.peak, *quadrature, iteration)  # fmt: skip
-        before, after = moments.ravel() / unit, found.ravel() / unit
+        before, after = moments.ravel() / unit, updated.ravel() / unit
         if follows and np.isfinite(after).all():
-            before, after = np.append(before, given.rates), np.append(after, given.followed(field))
+            before, after = np.append(before, rotation.rates), np.append(after, rotation.followed(field))
         change = float(np.abs(after - before).max())
         if not math.isfinite(change):
             break
@@ -150,7 +150,7 @@ def solve_field(
         state = mixed.next(before, after)
         moments = state[: moments.size].reshape(moments.shape) * unit
         if follows:
-            given = given.with_rates(state[moments.size :])
+            rotation = rotation.with_rates(state[moments.size :])
     raise NumericalError(
         f"the self-consistent field of a {_description(matter, axis_ratio, law)} did not converge: "
         "there may be no such body"

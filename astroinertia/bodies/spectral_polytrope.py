@@ -33,13 +33,13 @@ _ROUND_OFF = 1e-14  # of the ratios
 @lru_cache(maxsize=1)
 def _milestones() -> tuple[Trial, ...]:
     """Solutions of low degree along the sequence, from the sphere to the neighbourhood of mass shedding."""
-    found = [sphere(_MARCH_DEGREE)]
+    trials = [sphere(_MARCH_DEGREE)]
     for ratio in _MARCH:
-        trial = newton(rebased(found[-1], _MARCH_DEGREE), "flattening", 1 - ratio)
+        trial = newton(rebased(trials[-1], _MARCH_DEGREE), "flattening", 1 - ratio)
         if trial is None:
             raise NumericalError(f"the rotating polytrope of axis ratio {ratio} did not converge")
-        found.append(trial)
-    return tuple(found)
+        trials.append(trial)
+    return tuple(trials)
 
 
 def _start(quantity: str, target: float) -> Trial:
@@ -135,7 +135,7 @@ class RotatingPolytrope:
         """J_2, J_4, ... J_degree, normalised with the mass and the equatorial radius."""
         trial, equator = self.trial, self.trial.r[-2]
         degrees = trial.basis.degrees[1:, None]
-        legendre, slope = (each[1:] for each in legendre_polynomials(self.degree, trial.mu))
+        legendre, slope = (values[1:] for values in legendre_polynomials(self.degree, trial.mu))
         powers = (trial.r / equator) ** degrees
         integrals = trial.identity(powers * legendre, degrees * powers * legendre, powers * slope, degrees)
         return -4 * math.pi / trial.mass * integrals
@@ -153,7 +153,7 @@ class RotatingPolytrope:
         varpi2 = r**2 * (1 - trial.mu**2)
         potential = density - trial.w / 4 * varpi2 + boundary @ trial.weights
         integrands = (1.0, varpi2, potential, density)
-        return tuple(float((volume * density * each).sum()) for each in integrands)  # pyright: ignore[reportReturnType]
+        return tuple(float((volume * density * integrand).sum()) for integrand in integrands)  # pyright: ignore[reportReturnType]
 
     @property
     def polar_moment_ratio_equatorial(self) -> float:
@@ -260,8 +260,8 @@ def _converged(quantity: str, target: float, start: Trial, degrees, tolerance: f
             if error <= tolerance:
                 return replace(body, truncation_error=error)
         before, start = ratios, trial
-    asked = f"with {quantity} = {target:.9g} has converged to {error:.1e} only, not to {tolerance:.1e}"
-    raise NumericalError(f"the rotating polytrope {asked}")
+    outcome = f"with {quantity} = {target:.9g} has converged to {error:.1e} only, not to {tolerance:.1e}"
+    raise NumericalError(f"the rotating polytrope {outcome}")
 
 
 @lru_cache(maxsize=8)
@@ -302,13 +302,13 @@ def rotating_polytrope(
     >>> print(f"{body.zonal_harmonics[0]:.4f} {body.flattening:.3f}")  # of Jupiter 0.0147 and 0.065
     0.0140 0.064
     """
-    given = {
+    options = {
         "rotation_parameter": rotation_parameter,
         "small_m": small_m,
         "central_rotation_parameter": central_rotation_parameter,
         "flattening": None if axis_ratio is None else 1 - axis_ratio,
     }
-    stated = {name: float(value) for name, value in given.items() if value is not None}
+    stated = {name: float(value) for name, value in options.items() if value is not None}
     if len(stated) != 1:
         raise ValueError("give one of rotation_parameter, small_m, central_rotation_parameter and axis_ratio")
     [(quantity, target)] = stated.items()

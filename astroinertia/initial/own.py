@@ -70,7 +70,7 @@ def given(own_things: Sequence[Any]) -> tuple[dict[str, Entry], Entry | None, En
     bodies = [made_of(each) for each in own_things if is_body(each)]
     if len(bodies) > 1:
         raise SceneError("two initial bodies are given; give one.")
-    effects, fluid = own_matter.given([each for each in own_things if not is_body(each)])
+    effects, fluid = own_matter.entries_of([each for each in own_things if not is_body(each)])
     return effects, fluid, entry_of(bodies[0]) if bodies else None
 
 

@@ -93,8 +93,8 @@ def _piece(log_pressure: np.ndarray, log_density: np.ndarray, by_energy: bool, s
         x, slope = np.log(eta), eta * density / np.exp(fine)
         piece = TablePiece(x.tolist(), fine.tolist(), slope.tolist())
         inside = np.exp(np.linspace(x[:-1], x[1:], 9)[1:-1].ravel())
-        found = np.array([piece._cubic(float(value))[1:] for value in inside])
-        if np.all(found[:, 0] > 1) and np.all(found[:, 0] * (found[:, 0] - 1) + found[:, 1] > 0):
+        rise, bend = np.array([piece._cubic(float(value))[1:] for value in inside]).T
+        if np.all(rise > 1) and np.all(rise * (rise - 1) + bend > 0):
             return piece, float(eta[-1])
         parts *= 2
     raise ValueError("the table is too rough: no smooth curve with a rising density passes through its rows")

@@ -170,10 +170,10 @@ def inverted(material: Any, pressure: Array) -> Array:
 
         limit = jnp.full_like(guess, _GREATEST_COMPRESSION * reference)
         start = (0, guess, jnp.full_like(guess, reference), limit, jnp.zeros(guess.shape, dtype=bool))
-        found = jax.lax.while_loop(unfinished, improve, start)[1]
-        value, slope = _slope(function, found)
+        root = jax.lax.while_loop(unfinished, improve, start)[1]
+        value, slope = _slope(function, root)
         solved = (jnp.abs(value) <= 1e-10 * (wanted + modulus)) & (slope > 0)
-        return jnp.where(solved, found, jnp.nan)
+        return jnp.where(solved, root, jnp.nan)
 
     compressed = 1 + material.derivative * wanted / modulus
     guess = jnp.clip(

@@ -47,8 +47,8 @@ class TableEquation:
             row = jnp.clip(jnp.searchsorted(nodes, x, side="right") - 1, 0, len(self.density) - 2)
             share = (x - nodes[row]) / (nodes[row + 1] - nodes[row])
             below, above = (self._along(row + k, u) for k in (0, 1))
-            found = (1 - share) * below + share * above
-            return found if tension else jnp.maximum(found, 0.0)
+            between = (1 - share) * below + share * above
+            return between if tension else jnp.maximum(between, 0.0)
 
         return pressure
 
