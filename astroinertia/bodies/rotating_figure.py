@@ -8,13 +8,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from astroinertia.bodies.equilibrium_figure import EquilibriumFigure
 from astroinertia.bodies.figure_shapes import node_ranges
 from astroinertia.bodies.figure_solver import Solution, volume_integral
 from astroinertia.errors import NumericalError
 
 
 @dataclass(frozen=True, eq=False)
-class RotatingFigure:
+class RotatingFigure(EquilibriumFigure):
     """A rotating body in equilibrium, in the units of its mass, mean radius and gravitational constant.
 
     mean_radius: of the sphere of equal volume. zonal_harmonics: J2, J4, ... with the equatorial radius and the mass.
@@ -60,21 +61,6 @@ class RotatingFigure:
         return self.small_m * (self.equatorial_radius / self.mean_radius) ** 3
 
     @property
-    def flattening(self) -> float:
-        """f = 1 - c/a of the surface."""
-        return 1 - self.polar_radius / self.equatorial_radius
-
-    @property
-    def moment_ratio(self) -> float:
-        """I/(M R_mean^2) with the mean moment I."""
-        return self.mean_moment / (self.mass * self.mean_radius**2)
-
-    @property
-    def polar_moment_ratio_equatorial(self) -> float:
-        """C/(M a^2)."""
-        return self.polar_moment / (self.mass * self.equatorial_radius**2)
-
-    @property
     def equatorial_moment_ratio_equatorial(self) -> float:
         """A/(M a^2)."""
         return self.equatorial_moment / (self.mass * self.equatorial_radius**2)
@@ -88,21 +74,6 @@ class RotatingFigure:
     def secular_love_number(self) -> float:
         """k2 = 3 J2/q, the fluid Love number at this rate of rotation; NaN without rotation."""
         return 3 * float(self.zonal_harmonics[0]) / self.rotation_parameter if self.small_m else math.nan
-
-    @property
-    def kinetic_energy(self) -> float:
-        """T = C Omega^2/2."""
-        return 0.5 * self.polar_moment * self.angular_velocity**2
-
-    @property
-    def angular_momentum(self) -> float:
-        """L = C Omega."""
-        return self.polar_moment * self.angular_velocity
-
-    @property
-    def rotational_to_gravitational(self) -> float:
-        """T/|W|."""
-        return self.kinetic_energy / -self.gravitational_energy
 
 
 def _pressures(solution: Solution, u: list[np.ndarray]) -> list[np.ndarray]:

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import root_scalar
 
+from astroinertia.bodies.equilibrium_figure import EquilibriumFigure
 from astroinertia.bodies.rotation_laws import RIGID, Law
 from astroinertia.bodies.scf import Field, Resolution, check_field, solve_field
 from astroinertia.bodies.scf_mesh import even_legendre
@@ -28,7 +29,7 @@ _BY_TRIAL = 1e-5  # the same for other ends
 
 
 @dataclass(frozen=True, eq=False)
-class RotatingStar:
+class RotatingStar(EquilibriumFigure):
     """A star, or ring, of given mass and equatorial (outer) radius, in units with the given G.
 
     Radii of the quantities with a radius in their definition are said by their names; `angular_velocity` is that on the
@@ -64,11 +65,6 @@ class RotatingStar:
     def inner_radius(self) -> float:
         """Inner radius of a ring; 0 for a star."""
         return max(-self.field.axis_ratio, 0.0) * self.equatorial_radius
-
-    @property
-    def flattening(self) -> float:
-        """1 - polar/equatorial radius."""
-        return 1 - self.polar_radius / self.equatorial_radius
 
     @cached_property
     def mean_radius(self) -> float:
@@ -130,11 +126,6 @@ class RotatingStar:
         total = 2 * self.kinetic_energy + self.gravitational_energy + 3 * self.pressure_integral
         return abs(total / self.gravitational_energy)
 
-    @property
-    def rotational_to_gravitational(self) -> float:
-        """T/|W|."""
-        return self.kinetic_energy / -self.gravitational_energy
-
     @cached_property
     def angular_momentum(self) -> float:
         """L, about the axis."""
@@ -156,16 +147,6 @@ class RotatingStar:
     def mean_moment(self) -> float:
         """(2A + C)/3."""
         return (2 * self.equatorial_moment + self.polar_moment) / 3
-
-    @property
-    def moment_ratio(self) -> float:
-        """Mean moment over M R_mean^2."""
-        return self.mean_moment / (self.mass * self.mean_radius**2)
-
-    @property
-    def polar_moment_ratio_equatorial(self) -> float:
-        """C/(M a^2)."""
-        return self.polar_moment / (self.mass * self.equatorial_radius**2)
 
     @property
     def zonal_harmonics(self) -> np.ndarray:

@@ -17,6 +17,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from astroinertia.bodies.equilibrium_figure import EquilibriumFigure
 from astroinertia.bodies.null_field import QUANTITIES, Trial, find_surface, newton, rebased, sphere
 from astroinertia.bodies.scale import positive_scale
 from astroinertia.bodies.spheroidal_basis import legendre_polynomials
@@ -54,7 +55,7 @@ def _start(quantity: str, target: float) -> Trial:
 
 
 @dataclass(frozen=True, eq=False)
-class RotatingPolytrope:
+class RotatingPolytrope(EquilibriumFigure):
     """A rigidly rotating polytrope of index 1 of given mass and mean radius, in units with the given G.
 
     Lengths, densities and energies follow from `mass`, `mean_radius` and `gravitational_constant`; ratios do not
@@ -182,14 +183,9 @@ class RotatingPolytrope:
         return self.equatorial_moment_ratio_equatorial * self.mass * self.equatorial_radius**2
 
     @property
-    def angular_momentum(self) -> float:
-        """L = C Omega."""
-        return self.polar_moment * self.angular_velocity
-
-    @property
-    def kinetic_energy(self) -> float:
-        """T = C Omega^2/2."""
-        return 0.5 * self.polar_moment * self.angular_velocity**2
+    def mean_moment(self) -> float:
+        """(2A + C)/3."""
+        return (2 * self.equatorial_moment + self.polar_moment) / 3
 
     @property
     def rotational_to_gravitational(self) -> float:
