@@ -78,8 +78,8 @@ def run_scene(
     requirements.check()
     kept_programs.keep_apart()
     from astroinertia.accuracy.running import run_scene as carry_out
+    from astroinertia.effects.own_matter import with_matter
     from astroinertia.initial.own import with_body
-    from astroinertia.matter.own import with_matter
     from astroinertia.observables.own import with_observables
     from astroinertia.scene.load import load_file as load_scene, with_effects
     from astroinertia.scene.schema import Scene
@@ -116,8 +116,8 @@ def resume(
     requirements.check()
     kept_programs.keep_apart()
     from astroinertia.accuracy.running import resume as go_on
+    from astroinertia.effects.own_matter import with_matter
     from astroinertia.initial.own import with_body
-    from astroinertia.matter.own import with_matter
     from astroinertia.observables.own import with_observables
     from astroinertia.storage.archive import SWEEP
 

@@ -18,7 +18,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from astroinertia.bodies.double_precision import double_precision
+from astroinertia.inertia.double_precision import double_precision
 
 Array = Any
 

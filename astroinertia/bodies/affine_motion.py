@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 
 from astroinertia.bodies.affine import cofactor, gravity_force, volume_ratio
-from astroinertia.bodies.double_precision import double_precision
+from astroinertia.inertia.double_precision import double_precision
 
 Array = Any
 Acceleration = Callable[[Array, Array], Array]
@@ -158,8 +158,8 @@ def second_moment_derivatives(
             moving = orders[1:, None, None] * coefficients[1:]
             return acceleration(jnp.tensordot(powers, coefficients, 1), jnp.tensordot(powers[:-1], moving, 1))
 
-        found = jnp.tensordot(weights * times**-order, jax.vmap(along)(times), 1).real
-        return coefficients.at[order + 2].set(found / ((order + 1) * (order + 2)))
+        coefficient = jnp.tensordot(weights * times**-order, jax.vmap(along)(times), 1).real
+        return coefficients.at[order + 2].set(coefficient / ((order + 1) * (order + 2)))
 
     nothing = jnp.zeros((3, 3))
     coefficients = jnp.stack([deformation, rate, first / 2, nothing, nothing, nothing])

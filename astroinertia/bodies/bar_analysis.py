@@ -76,7 +76,7 @@ def bar_history(
     strength, phase, pattern = bar(matrix @ adjoint, mixed, axis)
     internal = -bar(adjoint @ matrix, mixed_adjoint, axis)[2]
     kinetic = 0.5 * moment * (rate**2).sum((-1, -2))
-    binding = np.array([gravitational_energy(each, mass, gravitational_constant) for each in axes.reshape(-1, 3)])
+    binding = np.array([gravitational_energy(abc, mass, gravitational_constant) for abc in axes.reshape(-1, 3)])
     # b/a + a/b in the plane of the bar: 2/(1 - eta^2)^(1/2)
     ratio = 2 / np.sqrt((1 - strength) * (1 + strength))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -110,7 +110,7 @@ def bar(second_moment, mixed_moment, axis=(0.0, 0.0, 1.0)) -> tuple[np.ndarray, 
     """
     plane = _plane(np.asarray(axis, float))
     mixed = np.asarray(mixed_moment, float)
-    seen, change = (plane @ each @ plane.T for each in (np.asarray(second_moment, float), twice_symmetric(mixed)))
+    seen, change = (plane @ matrix @ plane.T for matrix in (np.asarray(second_moment, float), twice_symmetric(mixed)))
     plus, cross = seen[..., 0, 0] - seen[..., 1, 1], 2 * seen[..., 0, 1]
     turning = plus * 2 * change[..., 0, 1] - cross * (change[..., 0, 0] - change[..., 1, 1])
     size2 = plus**2 + cross**2
@@ -130,7 +130,7 @@ def circulation_of_moments(second_moment, mixed_moment, kinetic_tensor) -> np.nd
     >>> print(circulation_of_moments(np.eye(3), turn.T, turn @ turn.T))  # q = 1, Omega = 1: 2 q Omega
     2.0
     """
-    moved, mixed, kinetic = (np.asarray(each, float) for each in (second_moment, mixed_moment, kinetic_tensor))
+    moved, mixed, kinetic = (np.asarray(matrix, float) for matrix in (second_moment, mixed_moment, kinetic_tensor))
     square = np.einsum("...ij,...ji->...", moved, kinetic) - np.einsum("...ij,...ji->...", mixed, mixed)
     return np.sqrt(np.maximum(square, 0.0))
 

@@ -25,9 +25,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.bodies.collocation import collocation
-from astroinertia.bodies.double_precision import double_precision
 from astroinertia.bodies.layered import LayeredBody, layer_bounds
 from astroinertia.engines.pytree import pytree
+from astroinertia.inertia.double_precision import double_precision
 
 Array = Any
 

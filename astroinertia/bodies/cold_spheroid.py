@@ -71,7 +71,7 @@ class ColdSpheroid:
 
     def __post_init__(self) -> None:
         positive = (self.equatorial_radius, self.polar_radius, self.mass, self.gravitational_constant)
-        if not (all(0 < each < math.inf for each in positive) and math.isfinite(self.angular_velocity)):
+        if not (all(0 < value < math.inf for value in positive) and math.isfinite(self.angular_velocity)):
             raise ValueError(
                 f"a cold spheroid has positive, finite radii, mass and G and a finite rotation, not {self}"
             )
@@ -113,12 +113,12 @@ class ColdSpheroid:
 
         Source: Lin et al. 1965. Test: tests/unit/test_cold_spheroid.py.
         """
-        asked = np.asarray(times, dtype=float)
+        moments = np.asarray(times, dtype=float)
         end = self.collapse().time
-        if not ((asked >= 0) & (asked < end)).all():
+        if not ((moments >= 0) & (moments < end)).all():
             raise ValueError(f"the motion of this cold spheroid is known from 0 to its collapse at {end:.9g}")
-        states = np.array([self._at(time / self._time) for time in asked.ravel()]).reshape(-1, 4)
-        a, x, rate, change = (each.reshape(asked.shape) for each in states.T)
+        states = np.array([self._at(time / self._time) for time in moments.ravel()]).reshape(-1, 4)
+        a, x, rate, change = (column.reshape(moments.shape) for column in states.T)
         turn = self.angular_velocity * (self.equatorial_radius / (self._length * a)) ** 2
         return Motion(self._length * a, self._length * (a + x), self._speed * rate, self._speed * (rate + change), turn)
 
@@ -172,14 +172,14 @@ class ColdSpheroid:
 
         flat.terminal = thin.terminal = True  # pyright: ignore[reportFunctionMemberAccess]
         start = np.array([1.0, (self.polar_radius - self.equatorial_radius) / self._length, 0.0, 0.0, 0.0])
-        found = self._integrate(slopes, (0.0, _LONGEST), start, [flat, thin])
-        if found.status != 1:
+        collapse = self._integrate(slopes, (0.0, _LONGEST), start, [flat, thin])
+        if collapse.status != 1:
             raise NumericalError("the collapse of a cold spheroid was not followed to its end")
-        spindle = len(found.t_events[1]) > 0
-        psi, nodes = found.t, found.y
+        spindle = len(collapse.t_events[1]) > 0
+        psi, nodes = collapse.t, collapse.y
         if not spindle:
             # The dense output is of lower order than the steps: the last one is repeated, to the event.
-            last = self._integrate(slopes, (psi[-2], found.t_events[0][0]), nodes[:, -2])
+            last = self._integrate(slopes, (psi[-2], collapse.t_events[0][0]), nodes[:, -2])
             nodes = np.concatenate([nodes[:, :-1], last.y[:, -1:]], axis=1)
         return psi, nodes, spindle
 
@@ -187,10 +187,10 @@ class ColdSpheroid:
         # The difference of the axes begins at its own size, which may be tiny, or grows to that of the rotation.
         apart = max(abs(self.polar_radius / self.equatorial_radius - 1), self._spin**2)
         absolute = _ABSOLUTE * np.array([_VANISHED, apart, 1.0, apart, 1.0])[: len(start)]
-        found = solve_ivp(slopes, span, start, method="DOP853", rtol=_RELATIVE, atol=absolute, events=events)
-        if found.status < 0:
-            raise NumericalError("the integration of a cold spheroid's collapse failed: " + str(found.message))
-        return found
+        solution = solve_ivp(slopes, span, start, method="DOP853", rtol=_RELATIVE, atol=absolute, events=events)
+        if solution.status < 0:
+            raise NumericalError("the integration of a cold spheroid's collapse failed: " + str(solution.message))
+        return solution
 
 
 def _symbols(y: float) -> tuple[float, float]:
@@ -232,14 +232,14 @@ def sphere_radius(time, radius: float = 1.0, mass: float = 1.0, gravitational_co
     if not ((share >= 0) & (share <= 1)).all():
         raise ValueError("a cold sphere is followed from t = 0 to its free-fall time")
 
-    def cosine(each: float) -> float:
+    def cosine(part: float) -> float:
         """cos beta, by the angle from whichever end is nearer, where the other one's equation has lost its digits."""
-        if each < 0.5:
-            return math.cos(root_between(lambda b: b + math.sin(2 * b) / 2 - math.pi / 2 * each, 0.0, math.pi / 2))
-        left = math.pi / 2 * (1 - each)
+        if part < 0.5:
+            return math.cos(root_between(lambda b: b + math.sin(2 * b) / 2 - math.pi / 2 * part, 0.0, math.pi / 2))
+        left = math.pi / 2 * (1 - part)
         return math.sin(root_between(lambda b: _cubic_excess(b) - left, 0.0, math.pi / 2))
 
-    return radius * np.array([cosine(each) ** 2 for each in share.ravel()]).reshape(share.shape)
+    return radius * np.array([cosine(part) ** 2 for part in share.ravel()]).reshape(share.shape)
 
 
 def _cubic_excess(angle: float) -> float:

@@ -206,11 +206,11 @@ def composite_polytrope(
     >>> print(f"{composite_polytrope(1.5, 1.5, radius_fraction=0.5).moment_ratio:.6f}")  # of one kind: 0.204600
     0.204600
     """
-    given = {"radius_fraction": radius_fraction, "mass_fraction": mass_fraction, "pressure_ratio": pressure_ratio}
-    known = {name: float(value) for name, value in given.items() if value is not None}
-    if len(known) != 1:
+    options = {"radius_fraction": radius_fraction, "mass_fraction": mass_fraction, "pressure_ratio": pressure_ratio}
+    chosen = {name: float(value) for name, value in options.items() if value is not None}
+    if len(chosen) != 1:
         raise ValueError("the interface needs one of radius_fraction, mass_fraction and pressure_ratio")
-    ((name, wanted),) = known.items()
+    ((name, wanted),) = chosen.items()
     if not 0 < wanted < 1:
         raise ValueError(f"{name} must lie between 0 and 1, not {wanted!r}")
     if not 0 <= core_index < math.inf:
@@ -246,12 +246,12 @@ def _interface(indices: tuple[float, float], weight_ratio: float, name: str, wan
     top = _TOP_OF_HALO if indices[0] >= 5 else _TOP
     tolerance = ROUND_OFF if indices[0] > _CONDENSED else _ROUGH
     places = top + (_innermost(indices[0]) - top) * np.sin(np.linspace(0.0, np.pi / 2 - _EDGE, _SCAN))
-    found = np.array([excess(t, tolerance) for t in places])
-    changes = np.flatnonzero(found[:-1] * found[1:] <= 0)
+    gaps = np.array([excess(t, tolerance) for t in places])
+    changes = np.flatnonzero(gaps[:-1] * gaps[1:] <= 0)
     if len(changes) != 1:
         count = "no interface has" if len(changes) == 0 else f"{len(changes)} interfaces have"
         raise ValueError(
-            f"{count} {name} = {wanted:g}, with fractions from {wanted + found.min():.3g} to {wanted + found.max():.3g}"
+            f"{count} {name} = {wanted:g}, with fractions from {wanted + gaps.min():.3g} to {wanted + gaps.max():.3g}"
             + (": give the pressure" if len(changes) else "")
         )
     low, high = places[changes[0]], places[changes[0] + 1]

@@ -105,11 +105,11 @@ def _axes_squared(gap: float) -> tuple[float, float]:
     mu = 4 / 3 / (2 * far) ** 3
     solution = (1 - 45 / 8 * mu, 1 - 75 / 8 * mu)
     steps = max(1, math.ceil(math.log(far / gap) / math.log(_SEPARATIONS)) + 1)
-    for each in np.geomspace(far, gap, steps):
-        found = _newton(float(each), *solution)
-        if found is None:
-            raise NumericalError(f"the Darwin ellipsoid at d/(2a) = {each:.6g} did not converge")
-        solution = found
+    for separation in np.geomspace(far, gap, steps):
+        member = _newton(float(separation), *solution)
+        if member is None:
+            raise NumericalError(f"the Darwin ellipsoid at d/(2a) = {separation:.6g} did not converge")
+        solution = member
     return solution
 
 

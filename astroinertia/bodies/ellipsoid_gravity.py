@@ -44,13 +44,13 @@ def index_integral(squares, indices: tuple[int, ...], power: int):
     >>> print(f"{index_integral(np.ones(3), (0,), 0):.6f}")  # A_1 of a sphere
     0.666667
     """
-    sizes = [abs(each) for each in squares]
+    sizes = [abs(square) for square in squares]
     first = math.floor((math.log(min(sizes)) - _LOG_TAIL) / _LOG_STEP)
     last = math.ceil((math.log(max(sizes)) + _LOG_TAIL) / _LOG_STEP)
     u = np.exp(_LOG_STEP * np.arange(first, last + 1))
-    terms = u * np.ones_like(u, dtype=np.result_type(*[np.asarray(each) for each in squares], float))
-    for each in squares[:3]:
-        terms = terms * np.sqrt(each / (each + u))
+    terms = u * np.ones_like(u, dtype=np.result_type(*[np.asarray(square) for square in squares], float))
+    for square in squares[:3]:
+        terms = terms * np.sqrt(square / (square + u))
     for index in indices:
         terms = terms / (squares[index] + u)
     return _LOG_STEP * (terms * u**power).sum()
@@ -123,8 +123,8 @@ def _scale2(axes) -> np.ndarray:
 
 
 def _shifted_symbols(axes, squares) -> np.ndarray:
-    each = np.moveaxis(squares, -1, 0)
-    return np.stack([2 / 3 * np.prod(axes) * elliprd(*np.delete(each, i, 0), each[i]) for i in range(3)], axis=-1)
+    columns = np.moveaxis(squares, -1, 0)
+    return np.stack([2 / 3 * np.prod(axes) * elliprd(*np.delete(columns, i, 0), columns[i]) for i in range(3)], axis=-1)
 
 
 def _confocal(axes, points) -> np.ndarray:

@@ -171,7 +171,7 @@ def secular_growth_rate(
         parts.append(radiative_modes(body, speed_of_light))
     if not parts:
         raise ValueError("secular growth needs friction: a kinematic viscosity or a finite speed of light")
-    return float((parts[0].rates + sum(each.changes for each in parts)).real.max())
+    return float((parts[0].rates + sum(part.changes for part in parts)).real.max())
 
 
 def secular_onset(
@@ -231,10 +231,10 @@ def _first_order(frame: SteadyFrame, change) -> tuple[list[complex], list[comple
     for basis, candidates in modes:
         # Of a spheroid each mode is followed in its own dependence on longitude, where it is not degenerate.
         fields = _turning_fields(basis) if frame.spheroid else np.eye(len(basis))
-        stiff, gyre = (fields.conj().T @ each @ fields for each in stiffness_and_gyration(frame, basis))
+        stiff, gyre = (fields.conj().T @ matrix @ fields for matrix in stiffness_and_gyration(frame, basis))
         unit = np.eye(len(stiff))
-        found = [(rate, np.linalg.svd(rate**2 * unit - rate * gyre - stiff)) for rate in candidates]
-        rate, (lefts, _, rights) = min(found, key=lambda each: each[1][1][-1])
+        decompositions = [(rate, np.linalg.svd(rate**2 * unit - rate * gyre - stiff)) for rate in candidates]
+        rate, (lefts, _, rights) = min(decompositions, key=lambda pair: pair[1][1][-1])
         left, right = lefts[:, -1].conj(), rights[-1].conj()
         slope = complex(left @ (2 * rate * unit - gyre) @ right)
         rates.append(rate)
@@ -254,7 +254,7 @@ def _viscous_operator(frame: SteadyFrame, basis, rate: complex) -> np.ndarray:
     """What unit viscosity adds to K + lambda C: -10 times the shear that a displacement gradient makes."""
     shape = np.diag(frame.axes)
     flow = frame.internal * shape @ TURN @ np.linalg.inv(shape)
-    shears = np.array([rate * each + each @ flow - flow @ each for each in basis])
+    shears = np.array([rate * field + field @ flow - flow @ field for field in basis])
     shears = (shears + np.swapaxes(shears, 1, 2)) / 2
     return np.linalg.solve(masses_of(frame, basis), -10 * np.einsum("kij,lij->kl", np.array(basis), shears))
 
@@ -262,7 +262,7 @@ def _viscous_operator(frame: SteadyFrame, basis, rate: complex) -> np.ndarray:
 def _radiative_operator(frame: SteadyFrame, basis) -> np.ndarray:
     """What radiation adds to K, over lambda^5 and its coupling: minus the change of the quadrupole, times F."""
     squares = np.diag(frame.axes**2)
-    moments = np.array([each @ squares + squares @ each.T for each in basis])
+    moments = np.array([field @ squares + squares @ field.T for field in basis])
     moments = moments - np.trace(moments, axis1=1, axis2=2)[:, None, None] * np.eye(3) / 3
     forces = -np.einsum("kij,j,lij->kl", np.array(basis), frame.axes**2, moments)
     return np.linalg.solve(masses_of(frame, basis), forces)

@@ -155,10 +155,10 @@ def stiffness_and_gyration(frame: SteadyFrame, basis) -> tuple[np.ndarray, np.nd
     The basis is of trace 0 and closed under the equations. Source: Rossner 1967. Test: as of `spectrum`.
     """
     # The change of pressure pushes along the cofactors, and does no work on a displacement that keeps the volume.
-    fields = np.array([(each * frame.axes).ravel() for each in basis]).T
+    fields = np.array([(field * frame.axes).ravel() for field in basis]).T
     masses = masses_of(frame, basis)
-    parts = (fields.T @ each @ fields for each in (frame.gradient, frame.gyration))
-    stiffness, gyration = (np.linalg.solve(masses, each) for each in parts)
+    parts = (fields.T @ matrix @ fields for matrix in (frame.gradient, frame.gyration))
+    stiffness, gyration = (np.linalg.solve(masses, matrix) for matrix in parts)
     return stiffness, gyration
 
 
@@ -202,7 +202,7 @@ def _divided(polynomial: np.ndarray, root: float) -> np.ndarray:
 def _margin(polynomial: np.ndarray) -> float:
     """The least of what has to be positive for all roots to be real and negative, each in units of pi G rho."""
     degree = len(polynomial) - 1
-    conditions = [float(np.sign(each) * abs(each) ** (1 / k)) for k, each in enumerate(polynomial[1:], start=1)]
+    conditions = [float(np.sign(term) * abs(term) ** (1 / k)) for k, term in enumerate(polynomial[1:], start=1)]
     if degree == 2:
         _, b, c = polynomial
         conditions.append((b * b - 4 * c) / max(1.0, abs(b)))
@@ -247,7 +247,7 @@ def spectrum(body: HomogeneousEllipsoid) -> Spectrum:
             even.append((gyration / 2 + np.emath.sqrt(growth2) * np.array([1, -1])) ** 2)
             margin = min(margin, -growth2)
         even = np.concatenate(even)
-    even, odd = (frame.time**2 * np.sort_complex(np.asarray(each, complex)) for each in (even, odd))
+    even, odd = (frame.time**2 * np.sort_complex(np.asarray(roots, complex)) for roots in (even, odd))
     if margin >= -_ROUNDING:
         return Spectrum(np.real(even) + 0j, np.real(odd) + 0j, 0.0, float(margin))
     return Spectrum(even, odd, float(np.real(np.sqrt(np.append(even, odd))).max()), float(margin))

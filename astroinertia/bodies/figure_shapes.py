@@ -69,7 +69,7 @@ class Field:
 
 def node_ranges(layers: Sequence[Layer]) -> list[slice]:
     """Where the nodes of each layer are among those of all."""
-    ends = np.cumsum([0, *(len(each.radius) for each in layers)])
+    ends = np.cumsum([0, *(len(layer.radius) for layer in layers)])
     return [slice(start, end) for start, end in pairwise(ends)]
 
 
@@ -91,22 +91,22 @@ def multipoles(layers: Sequence[Layer], x: np.ndarray, densities: Sequence[np.nd
             down = down / square
             psi[k] = down @ weighted[k]
     parts = node_ranges(layers)
-    changes = [each.slope @ density for each, density in zip(layers, densities, strict=True)]
+    changes = [layer.slope @ density for layer, density in zip(layers, densities, strict=True)]
     beyond = [*(density[0] for density in densities[1:]), 0.0]
     jumps = [next_density - density[-1] for next_density, density in zip(beyond, densities, strict=True)]
 
     outer, inner = np.empty_like(phi), np.empty_like(psi)
     below = np.zeros(harmonics + 1)
-    for each, part, change, jump in zip(layers, parts, changes, jumps, strict=True):
-        outer[:, part] = each.up * below[:, None] + np.einsum("kim,km->ki", each.inner, phi[:, part] * change)
+    for layer, part, change, jump in zip(layers, parts, changes, jumps, strict=True):
+        outer[:, part] = layer.up * below[:, None] + np.einsum("kim,km->ki", layer.inner, phi[:, part] * change)
         below = outer[:, part][:, -1] + phi[:, part][:, -1] * jump
     above, above_constant = np.zeros(harmonics + 1), 0.0
-    for each, part, change, jump in reversed(list(zip(layers, parts, changes, jumps, strict=True))):
+    for layer, part, change, jump in reversed(list(zip(layers, parts, changes, jumps, strict=True))):
         here = psi[:, part]
         above = above + here[:, -1] * jump
-        above_constant += each.top**2 * here[0, -1] * jump
-        within = np.einsum("kim,km->ki", each.outer, here * change)
-        inner[:, part] = each.down * above[:, None] + within
+        above_constant += layer.top**2 * here[0, -1] * jump
+        within = np.einsum("kim,km->ki", layer.outer, here * change)
+        inner[:, part] = layer.down * above[:, None] + within
         inner[0, part] = above_constant + within[0]
         above, above_constant = inner[:, part][:, 0], inner[0, part][0]
     constant = -2 * np.pi * inner[0]

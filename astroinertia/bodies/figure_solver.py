@@ -11,7 +11,6 @@ from typing import Protocol
 
 import numpy as np
 
-from astroinertia.bodies.barotropes import Barotrope
 from astroinertia.bodies.figure_layers import Layer
 from astroinertia.bodies.figure_shapes import (
     Angles,
@@ -26,6 +25,7 @@ from astroinertia.bodies.figure_shapes import (
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.bodies.scf_mesh import even_legendre
 from astroinertia.errors import NumericalError
+from astroinertia.matter.barotropes import BarotropicLaw
 from astroinertia.process.blas import one_thread
 
 _TOLERANCE = 1e-13  # of shape and potential between two sweeps
@@ -87,9 +87,9 @@ class Rotation:
 def volume_integral(layers: Sequence[Layer], values: Sequence[np.ndarray]) -> float:
     """4 pi int f s^2 ds, by parts within each layer, f at the nodes of each."""
     total = 0.0
-    for each, f in zip(layers, values, strict=True):
-        change = each.top**3 * (each.inner[0, -1] @ (each.slope @ f))
-        total += each.top**3 * f[-1] - each.bottom**3 * f[0] - change
+    for layer, f in zip(layers, values, strict=True):
+        change = layer.top**3 * (layer.inner[0, -1] @ (layer.slope @ f))
+        total += layer.top**3 * f[-1] - layer.bottom**3 * f[0] - change
     return 4 * math.pi / 3 * float(total)
 
 
@@ -128,7 +128,7 @@ class Hydrostatic:
     unit_density = M/R^3 and unit_enthalpy = G M/R, in the units of the laws, at the reference radius.
     """
 
-    laws: Sequence[Barotrope]
+    laws: Sequence[BarotropicLaw]
     unit_density: float
     unit_enthalpy: float
     free_radius: bool
@@ -227,7 +227,7 @@ def solve(
 ) -> Solution:
     """Sweep density, field and surfaces to their fixed point, from a sphere or from a solution with other harmonics."""
     sphere = angles(2 * harmonics + 8, harmonics)
-    radius = np.concatenate([each.radius for each in layers])
+    radius = np.concatenate([layer.radius for layer in layers])
     shapes = len(radius) * len(sphere.mu)
 
     def state(x, u, small_m):

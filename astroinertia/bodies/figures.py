@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from astroinertia.bodies.barotropes import Barotrope, PolytropicLaw
 from astroinertia.bodies.figure_layers import FEWEST_NODES, Layer, cut_tall_layers, layer, node_count, surface_power
 from astroinertia.bodies.figure_shapes import angles, multipoles
 from astroinertia.bodies.figure_solver import (
@@ -38,6 +37,7 @@ from astroinertia.bodies.figure_solver import (
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.bodies.rotating_figure import RotatingFigure, figure_of_solution
 from astroinertia.errors import NumericalError
+from astroinertia.matter.barotropes import BarotropicLaw, PolytropicLaw
 
 if TYPE_CHECKING:  # it brings JAX along, which figures do not need
     from astroinertia.bodies.layered import LayeredBody
@@ -117,10 +117,10 @@ def _layer_edges(edges) -> np.ndarray:
 
 
 def _rotation(small_m, rotation_parameter, angular_velocity, rate_unit: float, radius_power: int = 0) -> Rotation:
-    given = [value for value in (small_m, rotation_parameter, angular_velocity) if value is not None]
-    if len(given) != 1:
+    rates = [value for value in (small_m, rotation_parameter, angular_velocity) if value is not None]
+    if len(rates) != 1:
         raise ValueError("give one of small_m, rotation_parameter and angular_velocity")
-    if not (math.isfinite(given[0]) and given[0] >= 0):
+    if not (math.isfinite(rates[0]) and rates[0] >= 0):
         raise ValueError("the rotation must be a finite number, zero or above")
     if angular_velocity is not None:
         return Rotation(small_m=(angular_velocity / rate_unit) ** 2, radius_power=radius_power)
@@ -184,9 +184,9 @@ def figure_of_density(
 
     def at_nodes(layers):
         values = []
-        for each, density in zip(layers, densities, strict=True):
-            value = density(each.radius * mean_radius) if callable(density) else density
-            values.append(np.broadcast_to(np.asarray(value, dtype=float), each.radius.shape))
+        for shell, density in zip(layers, densities, strict=True):
+            value = density(shell.radius * mean_radius) if callable(density) else density
+            values.append(np.broadcast_to(np.asarray(value, dtype=float), shell.radius.shape))
         if not all(np.all(np.isfinite(value)) and np.all(value >= 0) for value in values):
             raise ValueError("densities must be finite and not negative")
         return values, volume_integral(layers, values)
@@ -242,7 +242,7 @@ def _polynomial(coefficients: np.ndarray, scale: float, r: np.ndarray) -> np.nda
 
 def figure_of_barotropes(
     outer_fractions: Sequence[float],
-    laws: Sequence[Barotrope],
+    laws: Sequence[BarotropicLaw],
     *,
     mass: float = 1.0,
     mean_radius: float | None = None,

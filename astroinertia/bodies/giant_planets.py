@@ -17,9 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from astroinertia.bodies import planets
-from astroinertia.bodies.barotropes import PolytropicLaw
 from astroinertia.bodies.figures import RotatingFigure, figure_of_barotropes
 from astroinertia.errors import NumericalError
+from astroinertia.matter.barotropes import PolytropicLaw
 from astroinertia.storage.data_tables import data_path
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 

@@ -10,11 +10,12 @@ from typing import Self
 import numpy as np
 
 from astroinertia.bodies import ellipsoid_gravity
+from astroinertia.bodies.equilibrium_figure import EquilibriumFigure
 from astroinertia.bodies.scale import positive_scale
 
 
 @dataclass(frozen=True)
-class HomogeneousEllipsoid:
+class HomogeneousEllipsoid(EquilibriumFigure):
     """An ellipsoid with semi-axes a >= b >= c that turns rigidly about c, of given mass and mean radius (abc)^(1/3).
 
     b_over_a, c_over_a: axis ratios; omega2: Omega^2/(pi G rho). Everything else follows in units with the given G.
@@ -103,11 +104,6 @@ class HomogeneousEllipsoid:
         return float(self.principal_moments.sum() / 3)
 
     @property
-    def moment_ratio(self) -> float:
-        """I over M R_mean^2."""
-        return self.mean_moment / (self.mass * self.mean_radius**2)
-
-    @property
     def polar_moment_ratio_equatorial(self) -> float:
         """C/(M a^2)."""
         return (1 + self.b_over_a**2) / 5
@@ -126,21 +122,6 @@ class HomogeneousEllipsoid:
     def gravitational_energy(self) -> float:
         """W, of the body itself."""
         return ellipsoid_gravity.gravitational_energy(self.axes, self.mass, self.gravitational_constant)
-
-    @property
-    def kinetic_energy(self) -> float:
-        """T = C Omega^2/2, in a frame at rest with the centre."""
-        return 0.5 * self.polar_moment * self.angular_velocity**2
-
-    @property
-    def angular_momentum(self) -> float:
-        """L = C Omega, about the own centre."""
-        return self.polar_moment * self.angular_velocity
-
-    @property
-    def rotational_to_gravitational(self) -> float:
-        """T/|W|."""
-        return self.kinetic_energy / -self.gravitational_energy
 
     @property
     def zonal_harmonics(self) -> np.ndarray:

@@ -27,12 +27,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.bodies.collocation import collocation
-from astroinertia.bodies.double_precision import double_precision
 from astroinertia.bodies.layered import LayeredBody
-from astroinertia.bodies.materials import Material
 from astroinertia.engines.pytree import pytree
 from astroinertia.errors import NumericalError
+from astroinertia.inertia.double_precision import double_precision
 from astroinertia.inertia.tensor import is_known
+from astroinertia.matter.planetary import Material
 
 Array = Any
 
@@ -134,7 +134,7 @@ def planet_from_masses(
     transformation nothing is refused: see `residual`; a gradient by the mass of a core that is absent is not its own.
     Source and checks: the module.
 
-    >>> from astroinertia.bodies.materials import FORSTERITE, IRON_HCP
+    >>> from astroinertia.matter.planetary import FORSTERITE, IRON_HCP
     >>> planet = planet_from_masses([1.9e24, 4.1e24], [IRON_HCP, FORSTERITE], gravitational_constant=6.6743e-11)
     >>> print(f"{planet.mean_radius / 1e3:.0f} km, I/(M R^2) = {planet.moment_ratio:.3f}")  # Earth: 6371, 0.331
     6557 km, I/(M R^2) = 0.323
@@ -154,7 +154,7 @@ def planet_from_radii(
 
     Arguments and errors as for `planet_from_masses`. Source and checks: the module.
 
-    >>> from astroinertia.bodies.materials import ModifiedPolytrope
+    >>> from astroinertia.matter.planetary import ModifiedPolytrope
     >>> planet = planet_from_radii([1.0], [ModifiedPolytrope(3 / (4 * np.pi), 0.0)])  # incompressible
     >>> print(f"{planet.mass:.6f} {planet.moment_ratio:.6f} {planet.gravitational_energy:.6f}")  # 1, 2/5 and -3/5
     1.000000 0.400000 -0.600000
@@ -192,7 +192,7 @@ def _solve(
 ) -> HydrostaticPlanet:
     layers = jnp.asarray(layers, dtype=float)
     g = gravitational_constant
-    densities = jnp.stack([jnp.asarray(each.reference_density, dtype=float) for each in materials])
+    densities = jnp.stack([jnp.asarray(matter.reference_density, dtype=float) for matter in materials])
     if by == "mass":  # scale: M or R, what t is a share of
         scale = jnp.sum(layers)
         edges = jnp.concatenate([jnp.zeros(1), _cube_root(jnp.cumsum(layers) / scale)])
@@ -257,7 +257,7 @@ def _solve(
 
 def _stacked(materials: tuple) -> Any:
     """Materials of one kind as one, with a first axis of layers; None where they are of several kinds."""
-    kinds = {(jax.tree.structure(each), tuple(jnp.shape(leaf) for leaf in jax.tree.leaves(each))) for each in materials}
+    kinds = {(jax.tree.structure(one), tuple(jnp.shape(leaf) for leaf in jax.tree.leaves(one))) for one in materials}
     if len(kinds) > 1:
         return None
     return jax.tree.map(lambda *parts: jnp.stack([jnp.asarray(part, dtype=float) for part in parts]), *materials)

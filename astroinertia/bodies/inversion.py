@@ -15,16 +15,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.bodies.double_precision import double_precision
 from astroinertia.bodies.layered import LayeredBody, constant_layers
 from astroinertia.engines.pytree import pytree
+from astroinertia.inertia.double_precision import double_precision
 from astroinertia.inertia.tensor import is_known
 
 Array = Any
 
 _HOMOGENEOUS = 0.4  # I/(M R^2) of a homogeneous sphere
 _NEWTON_STEPS = 60
-_GIVEN = ("mantle_density", "core_density", "core_radius_ratio")
+_ASSUMABLE = ("mantle_density", "core_density", "core_radius_ratio")
 
 
 @pytree
@@ -44,7 +44,7 @@ class TwoLayers:
 
     def body(self, mean_radius: Array = 1.0, gravitational_constant: Array = 1.0) -> LayeredBody:
         """The layered body of this structure (of scalars) with a mean radius."""
-        xp = np if all(is_known(each) for each in jax.tree.leaves((self, mean_radius))) else jnp
+        xp = np if all(is_known(leaf) for leaf in jax.tree.leaves((self, mean_radius))) else jnp
         radii = xp.stack([self.core_radius_ratio * mean_radius, xp.asarray(mean_radius, dtype=float)])
         densities = xp.stack([xp.asarray(self.core_density), xp.asarray(self.mantle_density)])
         return constant_layers(radii, densities, gravitational_constant)
@@ -97,11 +97,11 @@ def two_layers(
     >>> print(f"{float(two_layers(3933.0, 0.3637, mantle_density=3500.0).core_radius_ratio):.5f}")  # of Mars
     0.41917
     """
-    name, given = _the_given(mantle_density, core_density, core_radius_ratio)
-    found = _solved(mean_density, moment_ratio, given, name)
-    if all(is_known(each) for each in (mean_density, moment_ratio, given)):
-        _refuse_the_impossible(float(mean_density), float(moment_ratio), name, float(given), found)
-    return found
+    name, assumed = _the_assumed(mantle_density, core_density, core_radius_ratio)
+    structure = _solved(mean_density, moment_ratio, assumed, name)
+    if all(is_known(number) for number in (mean_density, moment_ratio, assumed)):
+        _refuse_the_impossible(float(mean_density), float(moment_ratio), name, float(assumed), structure)
+    return structure
 
 
 def two_layers_with_errors(
@@ -122,8 +122,8 @@ def two_layers_with_errors(
     >>> print(f"{known.standard_errors.core_radius_ratio:.3f}")
     0.114
     """
-    name, given = _the_given(mantle_density, core_density, core_radius_ratio)
-    structure = two_layers(mean_density, moment_ratio, **{name: given})
+    name, assumed = _the_assumed(mantle_density, core_density, core_radius_ratio)
+    structure = two_layers(mean_density, moment_ratio, **{name: assumed})
     errors = np.asarray(errors, dtype=float)
     covariance = np.diag(errors**2) if errors.ndim == 1 else errors
     if covariance.shape != (3, 3) or not (np.linalg.eigvalsh(covariance) >= -1e-12 * np.abs(covariance).max()).all():
@@ -133,7 +133,7 @@ def two_layers_with_errors(
         def parameters(measured: Array) -> Array:
             return jnp.stack(jax.tree.leaves(_solved(measured[0], measured[1], measured[2], name)))
 
-        jacobian = np.asarray(jax.jacfwd(parameters)(jnp.array([mean_density, moment_ratio, given], dtype=float)))
+        jacobian = np.asarray(jax.jacfwd(parameters)(jnp.array([mean_density, moment_ratio, assumed], dtype=float)))
     return TwoLayersWithErrors(structure, jacobian @ covariance @ jacobian.T)
 
 
@@ -156,34 +156,34 @@ def three_layer_family(
     >>> print(f"{float(mars.core_radius_ratio):.4f}")  # with a crust of 50 km
     0.5884
     """
-    name, given = _the_given(mantle_density, core_density, core_radius_ratio)
-    family = _family(mean_density, moment_ratio, shell_density, shell_boundary_ratio, given, name)
+    name, assumed = _the_assumed(mantle_density, core_density, core_radius_ratio)
+    family = _family(mean_density, moment_ratio, shell_density, shell_boundary_ratio, assumed, name)
     core = family.core_radius_ratio
     if is_known(core) and not np.isfinite(core).any():
         raise ValueError("no body of three layers has this mean density and moment ratio with the given numbers")
     return family
 
 
-def _the_given(*values: Any) -> tuple[str, Any]:
-    given = [(name, value) for name, value in zip(_GIVEN, values, strict=True) if value is not None]
-    if len(given) != 1:
-        raise ValueError(f"exactly one of {', '.join(_GIVEN)} must be given, not {len(given)}")
-    return given[0]
+def _the_assumed(*values: Any) -> tuple[str, Any]:
+    assumed = [(name, value) for name, value in zip(_ASSUMABLE, values, strict=True) if value is not None]
+    if len(assumed) != 1:
+        raise ValueError(f"exactly one of {', '.join(_ASSUMABLE)} must be given, not {len(assumed)}")
+    return assumed[0]
 
 
 @double_precision("name")
-def _solved(mean_density: Array, moment_ratio: Array, given: Array, name: str) -> TwoLayers:
+def _solved(mean_density: Array, moment_ratio: Array, assumed: Array, name: str) -> TwoLayers:
     moment_density = moment_ratio / _HOMOGENEOUS * mean_density  # mean density that the moment would tell
     if name == "mantle_density":
-        x = jnp.sqrt((moment_density - given) / (mean_density - given))
-        return TwoLayers(x, given + (mean_density - given) / x**3, jnp.asarray(given, dtype=float))
+        x = jnp.sqrt((moment_density - assumed) / (mean_density - assumed))
+        return TwoLayers(x, assumed + (mean_density - assumed) / x**3, jnp.asarray(assumed, dtype=float))
     if name == "core_density":
-        x = _core_radius((mean_density - moment_density) / (given - mean_density))
-        mantle = (mean_density - given * x**3) / (1 - x**3)
-        return TwoLayers(x, jnp.asarray(given, dtype=float), mantle)
-    excess = (mean_density - moment_density) / (given**3 * (1 - given**2))
-    mantle = mean_density - excess * given**3
-    return TwoLayers(jnp.asarray(given, dtype=float), mantle + excess, mantle)
+        x = _core_radius((mean_density - moment_density) / (assumed - mean_density))
+        mantle = (mean_density - assumed * x**3) / (1 - x**3)
+        return TwoLayers(x, jnp.asarray(assumed, dtype=float), mantle)
+    excess = (mean_density - moment_density) / (assumed**3 * (1 - assumed**2))
+    mantle = mean_density - excess * assumed**3
+    return TwoLayers(jnp.asarray(assumed, dtype=float), mantle + excess, mantle)
 
 
 def _core_radius(share: Array) -> Array:
@@ -210,54 +210,54 @@ def _core_radius(share: Array) -> Array:
 
 
 @double_precision("name")
-def _family(mean_density: Array, moment_ratio: Array, shell_density: Array, boundary: Array, given: Array, name: str):
+def _family(mean_density: Array, moment_ratio: Array, shell_density: Array, boundary: Array, assumed: Array, name: str):
     boundary = jnp.asarray(boundary, dtype=float)
     inner_density = (mean_density - shell_density * (1 - boundary**3)) / boundary**3
     moment_density = moment_ratio / _HOMOGENEOUS * mean_density
     inner_moment = (moment_density - shell_density * (1 - boundary**5)) / boundary**5
-    within = given / boundary if name == "core_radius_ratio" else given
-    found = _solved(inner_density, _HOMOGENEOUS * inner_moment / inner_density, within, name)
-    exists = (found.core_radius_ratio > 0) & (found.core_radius_ratio < 1) & (boundary <= 1) & (boundary > 0)
-    exists = exists & (found.core_density > 0) & (found.mantle_density > 0) & (shell_density > 0)
-    values = (found.core_radius_ratio * boundary, boundary, found.core_density, found.mantle_density, shell_density)
-    return ThreeLayers(*(jnp.where(exists, each, jnp.nan) for each in values))
+    within = assumed / boundary if name == "core_radius_ratio" else assumed
+    inner = _solved(inner_density, _HOMOGENEOUS * inner_moment / inner_density, within, name)
+    exists = (inner.core_radius_ratio > 0) & (inner.core_radius_ratio < 1) & (boundary <= 1) & (boundary > 0)
+    exists = exists & (inner.core_density > 0) & (inner.mantle_density > 0) & (shell_density > 0)
+    values = (inner.core_radius_ratio * boundary, boundary, inner.core_density, inner.mantle_density, shell_density)
+    return ThreeLayers(*(jnp.where(exists, value, jnp.nan) for value in values))
 
 
-def _refuse_the_impossible(s: float, k: float, name: str, given: float, found: TwoLayers) -> None:
-    assumption = f"{name.replace('_', ' ')} {given:g}"
+def _refuse_the_impossible(s: float, k: float, name: str, assumed: float, body: TwoLayers) -> None:
+    assumption = f"{name.replace('_', ' ')} {assumed:g}"
     if not (s > 0 and np.isfinite(s)):
         raise ValueError(f"a mean density must be positive, not {s:g}")
     if not 0 < k < 2 / 3:
         raise ValueError(f"a moment ratio lies between 0 and 2/3 (a hollow shell), not at {k:g}")
     if name == "core_radius_ratio":
-        if not 0 < given < 1:
-            raise ValueError(f"a core radius ratio lies between 0 and 1, not at {given:g}")
-    elif not given > 0:
-        raise ValueError(f"a density must be positive, not {given:g}")
-    if name != "core_radius_ratio" and given == s and k != _HOMOGENEOUS:
+        if not 0 < assumed < 1:
+            raise ValueError(f"a core radius ratio lies between 0 and 1, not at {assumed:g}")
+    elif not assumed > 0:
+        raise ValueError(f"a density must be positive, not {assumed:g}")
+    if name != "core_radius_ratio" and assumed == s and k != _HOMOGENEOUS:
         raise ValueError(
             f"with {assumption} equal to the mean density the body is homogeneous: its moment ratio is 0.4"
         )
-    x, core, mantle = (float(each) for each in (found.core_radius_ratio, found.core_density, found.mantle_density))
+    x, core, mantle = (float(value) for value in (body.core_radius_ratio, body.core_density, body.mantle_density))
     if k == _HOMOGENEOUS and name != "core_radius_ratio":
         raise ValueError("a moment ratio of 0.4 is that of a homogeneous body: the size of its core is undefined")
     if name == "mantle_density":
-        if (given < s) != (k < _HOMOGENEOUS):
-            side, other = ("below", "above") if given < s else ("above", "below")
+        if (assumed < s) != (k < _HOMOGENEOUS):
+            side, other = ("below", "above") if assumed < s else ("above", "below")
             raise ValueError(
                 f"with {assumption} {side} the mean density {s:g} the moment ratio cannot be {other} 0.4: {k:g}"
             )
         if not x > 0:
-            limit = _HOMOGENEOUS * given / s
+            limit = _HOMOGENEOUS * assumed / s
             raise ValueError(f"with {assumption} even a point core leaves a moment ratio of {limit:g}: {k:g} cannot be")
     if name == "core_density":
-        if (given > s) != (k < _HOMOGENEOUS):
-            side, other = ("above", "above") if given > s else ("below", "below")
+        if (assumed > s) != (k < _HOMOGENEOUS):
+            side, other = ("above", "above") if assumed > s else ("below", "below")
             raise ValueError(
                 f"with {assumption} {side} the mean density {s:g} the moment ratio cannot be {other} 0.4: {k:g}"
             )
         if not mantle > 0:
-            limit = _HOMOGENEOUS * (s / given) ** (2 / 3)
+            limit = _HOMOGENEOUS * (s / assumed) ** (2 / 3)
             raise ValueError(f"with {assumption} and no mantle at all the moment ratio is {limit:.6g}: {k:g} cannot be")
     if not core > 0:
         raise ValueError(f"with {assumption} the core would need a negative density, {core:g}")

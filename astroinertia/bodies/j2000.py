@@ -39,16 +39,16 @@ def states(about: str = "Earth", axes: np.ndarray | None = None) -> dict[str, St
     bodies Earth and Moon are one, at their centre of mass. KeyError for a body that is not in the table.
     Source: DE440, Park et al. 2021, AJ 161, 105. Checked by tests/unit/test_j2000.py.
     """
-    turn, known = ecliptic_axes() if axes is None else np.asarray(axes), _table()
+    turn, table = ecliptic_axes() if axes is None else np.asarray(axes), _table()
     if about == "Earth":
-        return {name: State(gm, turn @ place, turn @ speed) for name, (gm, place, speed) in known.items()}
-    if about not in known or about == "Moon":
+        return {name: State(gm, turn @ place, turn @ speed) for name, (gm, place, speed) in table.items()}
+    if about not in table or about == "Moon":
         raise KeyError(f"the table has no orbits about {about}; it has the Sun, the Earth and the other planets")
-    moon = known["Moon"]
+    moon = table["Moon"]
     both = moon.gravitational_parameter + EARTH_PARAMETER
     share = moon.gravitational_parameter / both
     centre = State(both, share * moon.position, share * moon.velocity)
-    others = {("Earth" if name == "Moon" else name): (centre if name == "Moon" else one) for name, one in known.items()}
+    others = {("Earth" if name == "Moon" else name): (centre if name == "Moon" else one) for name, one in table.items()}
     origin = others.pop(about)
     return {
         name: State(gm, turn @ (place - origin.position), turn @ (speed - origin.velocity))

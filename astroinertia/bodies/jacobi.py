@@ -80,7 +80,7 @@ def from_angular_velocity(angular_velocity: float, **scale: float) -> Homogeneou
     """
     body = _unit(1.0).rescaled(**scale)
     target = angular_velocity / math.sqrt(math.pi * body.gravitational_constant * body.density)
-    return _found("Omega/sqrt(pi G rho)", lambda each: math.sqrt(each.omega2), target, scale)
+    return _with("Omega/sqrt(pi G rho)", lambda body: math.sqrt(body.omega2), target, scale)
 
 
 def from_angular_momentum(angular_momentum: float, **scale: float) -> HomogeneousEllipsoid:
@@ -93,7 +93,7 @@ def from_angular_momentum(angular_momentum: float, **scale: float) -> Homogeneou
     """
     body = _unit(1.0).rescaled(**scale)
     target = angular_momentum / math.sqrt(body.gravitational_constant * body.mass**3 * body.mean_radius)
-    return _found("L/sqrt(G M^3 R)", lambda each: each.angular_momentum, target, scale)
+    return _with("L/sqrt(G M^3 R)", lambda body: body.angular_momentum, target, scale)
 
 
 def from_energy_ratio(rotational_to_gravitational: float, **scale: float) -> HomogeneousEllipsoid:
@@ -104,10 +104,10 @@ def from_energy_ratio(rotational_to_gravitational: float, **scale: float) -> Hom
     >>> print(f"{from_energy_ratio(0.16).rotational_to_gravitational:.6f}")
     0.160000
     """
-    return _found("T/|W|", lambda each: each.rotational_to_gravitational, rotational_to_gravitational, scale)
+    return _with("T/|W|", lambda body: body.rotational_to_gravitational, rotational_to_gravitational, scale)
 
 
-def _found(name: str, quantity: Callable[[HomogeneousEllipsoid], float], target: float, scale) -> HomogeneousEllipsoid:
+def _with(name: str, quantity: Callable[[HomogeneousEllipsoid], float], target: float, scale) -> HomogeneousEllipsoid:
     """The ellipsoid with quantity = target, which changes in one sense along the sequence."""
 
     def excess(log_b: float) -> float:

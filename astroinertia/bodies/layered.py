@@ -16,8 +16,8 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.bodies.double_precision import double_precision
 from astroinertia.engines.pytree import pytree
+from astroinertia.inertia.double_precision import double_precision
 from astroinertia.inertia.tensor import is_known
 
 Array = Any
@@ -217,15 +217,15 @@ def _checked(radii: Array, coefficients: Array, gravitational_constant: Array) -
             raise ValueError("the outer radii of the layers must ascend from the centre to a positive surface radius")
         x = radii / radii[-1]
         depth = np.concatenate([[0.0], x[:-1]])[:, None] + np.diff(x, prepend=0.0)[:, None] * np.linspace(0, 1, 33)
-        rho = np.stack([np.polyval(c[::-1], each) for c, each in zip(coefficients, depth, strict=True)])
+        rho = np.stack([np.polyval(c[::-1], points) for c, points in zip(coefficients, depth, strict=True)])
         rho[-1, -1] += _SURFACE * rho.max()  # at the surface itself it may vanish
         if not (np.isfinite(rho).all() and (rho > 0).all()):
             raise ValueError("the density must be positive in every layer: an empty one has no level surfaces")
     return LayeredBody(radii, coefficients, gravitational_constant)
 
 
-def _stacked(known: bool, columns: Sequence[Array]) -> Array:
-    return (np if known else jnp).stack(columns, axis=-1)
+def _stacked(concrete: bool, columns: Sequence[Array]) -> Array:
+    return (np if concrete else jnp).stack(columns, axis=-1)
 
 
 def constant_layers(outer_radii: Array, densities: Array, gravitational_constant: Array = 1.0) -> LayeredBody:
@@ -249,14 +249,14 @@ def linear_layers(
     >>> print(f"{float(linear_layers([1.0], [1.0], [1.0]).moment_ratio):.6f}")  # uniform
     0.400000
     """
-    known = all(is_known(each) for each in (outer_radii, inner_densities, outer_densities))
-    xp = np if known else jnp
-    radii, inner, outer = (xp.asarray(each, dtype=float) for each in (outer_radii, inner_densities, outer_densities))
+    concrete = all(is_known(array) for array in (outer_radii, inner_densities, outer_densities))
+    xp = np if concrete else jnp
+    radii, inner, outer = (xp.asarray(array, dtype=float) for array in (outer_radii, inner_densities, outer_densities))
     x = radii / radii[-1]
     x_in = xp.concatenate([xp.zeros(1), x[:-1]])
     width = x - x_in
     slope = xp.where(width > 0, (outer - inner) / xp.where(width > 0, width, 1.0), 0.0)
-    return _checked(radii, _stacked(known, [inner - slope * x_in, slope]), gravitational_constant)
+    return _checked(radii, _stacked(concrete, [inner - slope * x_in, slope]), gravitational_constant)
 
 
 def polynomial_layers(
@@ -269,10 +269,10 @@ def polynomial_layers(
     >>> print(f"{float(polynomial_layers([1.0], [[1.0]]).moment_ratio):.6f}")  # uniform
     0.400000
     """
-    known = all(is_known(each) for each in coefficients)
-    xp = np if known else jnp
-    longest = max(len(each) for each in coefficients)
-    rows = [xp.pad(xp.asarray(each, dtype=float), (0, longest - len(each))) for each in coefficients]
+    concrete = all(is_known(row) for row in coefficients)
+    xp = np if concrete else jnp
+    longest = max(len(row) for row in coefficients)
+    rows = [xp.pad(xp.asarray(row, dtype=float), (0, longest - len(row))) for row in coefficients]
     return _checked(outer_radii, xp.stack(rows), gravitational_constant)
 
 

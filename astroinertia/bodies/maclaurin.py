@@ -139,7 +139,7 @@ def from_angular_velocity(
         raise ValueError("the fast branch without rotation is a disc of infinite radius")
     log_top = math.log(top.second_eccentricity)
     ends = (_LOG_LEAST, log_top) if branch == "slow" else (log_top, _LOG_MOST)
-    return _found(lambda body: body.omega2, target, ends, scale)
+    return _with(lambda body: body.omega2, target, ends, scale)
 
 
 def from_angular_momentum(angular_momentum: float, **scale: float) -> MaclaurinSpheroid:
@@ -154,7 +154,7 @@ def from_angular_momentum(angular_momentum: float, **scale: float) -> MaclaurinS
     target = angular_momentum / math.sqrt(unit.gravitational_constant * unit.mass**3 * unit.mean_radius)
     if not (0 <= target < math.inf):
         raise ValueError(f"the angular momentum has to be finite and zero or more, not {angular_momentum!r}")
-    return _found(lambda body: body.angular_momentum, target, (_LOG_LEAST, _LOG_MOST), scale)
+    return _with(lambda body: body.angular_momentum, target, (_LOG_LEAST, _LOG_MOST), scale)
 
 
 def from_energy_ratio(rotational_to_gravitational: float, **scale: float) -> MaclaurinSpheroid:
@@ -168,10 +168,10 @@ def from_energy_ratio(rotational_to_gravitational: float, **scale: float) -> Mac
     if not (0 <= rotational_to_gravitational < 0.5):
         raise ValueError(f"T/|W| of a Maclaurin spheroid lies in 0 <= T/|W| < 1/2, not {rotational_to_gravitational!r}")
     ends = (_LOG_LEAST, _LOG_MOST)
-    return _found(lambda body: body.rotational_to_gravitational, rotational_to_gravitational, ends, scale)
+    return _with(lambda body: body.rotational_to_gravitational, rotational_to_gravitational, ends, scale)
 
 
-def _found(quantity: Callable[[MaclaurinSpheroid], float], target: float, ends, scale) -> MaclaurinSpheroid:
+def _with(quantity: Callable[[MaclaurinSpheroid], float], target: float, ends, scale) -> MaclaurinSpheroid:
     """The spheroid of unit mass, mean radius and G with quantity = target, then scaled."""
     if target == 0:
         return from_second_eccentricity(0.0, **scale)

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from astroinertia.bodies.equations_of_state import SOLAR_LENGTH
+from astroinertia.matter.compact_stars import SOLAR_LENGTH
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 # Neutron stars of realistic equations of state, taken here as the range of the fits by compactness.

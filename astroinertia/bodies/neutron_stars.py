@@ -15,11 +15,11 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import fminbound, root_scalar
 
-from astroinertia.bodies.equations_of_state import SOLAR_LENGTH, Barotrope
 from astroinertia.bodies.neutron_star_fits import shedding_frequency
 from astroinertia.bodies.slow_rotation import Equations, SlowRotation, slow_rotation
 from astroinertia.bodies.tov import TOLERANCE, Structure, structure
 from astroinertia.errors import NumericalError
+from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope
 from astroinertia.units import SOLAR_MASS
 
 _SCAN_TOLERANCE = 1e-7
@@ -131,10 +131,10 @@ class NeutronStar:
         return self.moment_of_inertia * SOLAR_MASS * SOLAR_LENGTH**2
 
 
-def _central(equation: Barotrope, given: dict[str, float | None]) -> float:
-    named = {name: value for name, value in given.items() if value is not None}
+def _central(equation: Barotrope, options: dict[str, float | None]) -> float:
+    named = {name: value for name, value in options.items() if value is not None}
     if len(named) != 1:
-        raise ValueError(f"give exactly one of {', '.join(given)}, not {len(named)}")
+        raise ValueError(f"give exactly one of {', '.join(options)}, not {len(named)}")
     ((name, value),) = named.items()
     if name == "central_enthalpy":
         return float(value)
@@ -157,7 +157,7 @@ def star(
     al.), less for stars of hundreds of scale lengths (gamma near 6/5). ValueError where the equation of state does not
     cover the centre or not exactly one central value is given; NumericalError where there is no surface.
 
-    >>> from astroinertia.bodies.equations_of_state import geometric_density, read2009
+    >>> from astroinertia.matter.compact_stars import geometric_density, read2009
     >>> print(f"{star(read2009('SLy'), central_rest_density=geometric_density(1e18)).mass:.2f}")  # solar masses
     1.56
     """
@@ -187,8 +187,8 @@ class StableBranch:
 
 
 def _minimum(function: Callable[[float], float], low: float, high: float) -> float:
-    found = fminbound(lambda x: function(float(x)), low, high, xtol=_TURNING_POINT)
-    return np.asarray(found).item()
+    minimum = fminbound(lambda x: function(float(x)), low, high, xtol=_TURNING_POINT)
+    return np.asarray(minimum).item()
 
 
 @lru_cache(maxsize=64)
@@ -238,7 +238,7 @@ def maximum_mass(equation_of_state: Barotrope, relativistic: bool = True, tolera
 
     ValueError where the mass has no maximum within the equation of state.
 
-    >>> from astroinertia.bodies.equations_of_state import read2009
+    >>> from astroinertia.matter.compact_stars import read2009
     >>> print(f"{maximum_mass(read2009('SLy')).mass:.2f}")  # solar masses
     2.05
     """
@@ -258,7 +258,7 @@ def star_of_mass(
 
     ValueError for a mass above the maximum or below the least of that branch.
 
-    >>> from astroinertia.bodies.equations_of_state import read2009
+    >>> from astroinertia.matter.compact_stars import read2009
     >>> print(f"{star_of_mass(read2009('SLy'), 1.4).radius_km:.2f} km")
     11.71 km
     """

@@ -117,7 +117,7 @@ class Trial:
 
     def conditions(self) -> tuple[np.ndarray, np.ndarray]:
         """F_l and its derivatives by a_2, ..., w."""
-        h, radial, angular = (each[1:] for each in self.basis.decaying_harmonics(self.r, self.mu))
+        h, radial, angular = (parts[1:] for parts in self.basis.decaying_harmonics(self.r, self.mu))
         exponent = None if self.basis.focal_radius else -(self.basis.degrees[1:, None] + 1)
         values, fluxes = self.potential_changes
         weighted = h * self.weights
@@ -273,7 +273,7 @@ def _stepped(trial: Trial, step, cusp: bool) -> Trial | None:
         share = 0.5**halving
         unknowns = trial.unknowns + share * np.append(0.0, step)
         swelling = trial.swelling + np.clip(share * (step @ moved) / math.pi, -0.05, 0.05)
-        found = find_surface(trial.basis, unknowns, trial.mu, trial.weights, swelling, cusp)
-        if found is not None:
-            return found
+        better = find_surface(trial.basis, unknowns, trial.mu, trial.weights, swelling, cusp)
+        if better is not None:
+            return better
     return None

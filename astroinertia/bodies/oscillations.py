@@ -180,10 +180,10 @@ def _refined(elements: Elements, gamma: float, ell: int, fields: tuple, source: 
         energy = (
             _local_energy(elements, gamma, ell, parts[:3], squares=elements.index >= BUOYANT) + parts[3].T @ parts[4]
         )
-        found, vectors = eigh(0.5 * (energy + energy.T), inertia)
+        squares, vectors = eigh(0.5 * (energy + energy.T), inertia)
         for whole in (y, z, divergence, source, response, turn):
             whole[:, chosen] = whole[:, chosen] @ vectors
-        values[chosen] = found
+        values[chosen] = squares
     order = np.argsort(values)
     return values[order], turn[:, order]
 
@@ -216,10 +216,10 @@ def _fundamental(gamma: float, degree: int, coarse: Elements, fine: Elements) ->
     It has no nodes in Cowling's approximation. While the perturbation of gravity is turned on no two levels cross: it
     keeps its place among all.
     """
-    spectra = [nonradial_spectrum(each, gamma, degree, gravity=False) for each in (coarse, fine)]
+    spectra = [nonradial_spectrum(elements, gamma, degree, gravity=False) for elements in (coarse, fine)]
     common, _ = _shared(spectra[0].values, spectra[1].values, _RESEMBLANCE)
-    found = [mode for mode in common if spectra[1].values[mode] > 0 and _winding(spectra[1], mode, gamma) == 0]
-    return int(found[0]) if len(found) == 1 else None
+    fundamental = [mode for mode in common if spectra[1].values[mode] > 0 and _winding(spectra[1], mode, gamma) == 0]
+    return int(fundamental[0]) if len(fundamental) == 1 else None
 
 
 def _mode(label: str, degree: int, spectrum: Spectrum, place: int, difference: float) -> Mode:

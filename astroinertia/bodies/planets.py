@@ -163,14 +163,14 @@ def solar_system() -> Mapping[str, SolarSystemBody]:
     """
     with data_path("planets.csv").open(encoding="utf-8", newline="") as stream:
         lines = [line for line in stream if not line.startswith("#")]
-    found: dict[str, dict[str, list[Published]]] = {}
+    bodies: dict[str, dict[str, list[Published]]] = {}
     for row in csv.DictReader(lines):
-        rows = found.setdefault(row["body"], {}).setdefault(row["quantity"], [])
+        rows = bodies.setdefault(row["body"], {}).setdefault(row["quantity"], [])
         rows.insert(0 if row["use"] == "adopted" else len(rows), _published(row))
     return MappingProxyType(
         {
             name: SolarSystemBody(name, MappingProxyType({key: tuple(rows) for key, rows in quantities.items()}))
-            for name, quantities in found.items()
+            for name, quantities in bodies.items()
         }
     )
 
@@ -181,9 +181,9 @@ def body(name: str) -> SolarSystemBody:
     >>> print(body("Mars").moment_ratio().value > body("Earth").moment_ratio().value)  # less centrally condensed
     True
     """
-    for known, found in solar_system().items():
-        if known.lower() == name.lower():
-            return found
+    for title, body in solar_system().items():
+        if title.lower() == name.lower():
+            return body
     raise KeyError(f"there is no body '{name}' in the table; it has {', '.join(solar_system())}")
 
 

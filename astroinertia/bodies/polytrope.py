@@ -203,9 +203,9 @@ class Polytrope:
         if self.index == 0:
             raise ValueError("a polytrope of index 0 is incompressible: it has no polytropic constant")
         with suppress(OverflowError, ZeroDivisionError):
-            found = self.central_pressure / self.central_density**self.gamma
-            if 0.0 < found < math.inf:
-                return found
+            constant = self.central_pressure / self.central_density**self.gamma
+            if 0.0 < constant < math.inf:
+                return constant
         raise NumericalError(
             f"a polytrope of index {self.index:g} has a pressure in proportion to density^{self.gamma:.3g}, beyond "
             "what numbers hold: take a larger index, or 0 for an incompressible body"

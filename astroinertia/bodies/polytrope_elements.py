@@ -76,19 +76,19 @@ class Elements:
         values = np.zeros((elements * nodes, elements * count))
         slopes = np.zeros_like(values)
         left, right = np.zeros((2, elements, elements * count))
-        for each in range(elements):
-            last = each == elements - 1
-            rows, columns = (slice(each * size, (each + 1) * size) for size in (nodes, count))
-            powers = (surface_power if last else 0.0, 4.0 if each == 0 else 0.0)
-            v, d, ends = _polynomials(count, powers, self._s[each], self.power if smooth and last else 0)
-            d /= self._slope[each][:, None]
+        for element in range(elements):
+            last = element == elements - 1
+            rows, columns = (slice(element * size, (element + 1) * size) for size in (nodes, count))
+            powers = (surface_power if last else 0.0, 4.0 if element == 0 else 0.0)
+            v, d, ends = _polynomials(count, powers, self._s[element], self.power if smooth and last else 0)
+            d /= self._slope[element][:, None]
             product = np.sqrt(weights[rows])[:, None] * v
             if slope_weights is not None:
                 product = np.concatenate([product, np.sqrt(slope_weights[rows])[:, None] * d])
             triangle = np.linalg.qr(product, mode="r")
             v, d, ends = (solve_triangular(triangle, part.T, trans=1).T for part in (v, d, ends))
             values[rows, columns], slopes[rows, columns] = v, d
-            left[each, columns], right[each, columns] = ends
+            left[element, columns], right[element, columns] = ends
         surface = right[-1]
         if smooth:
             joined = null_space(right[:-1] - left[1:])

@@ -72,7 +72,7 @@ def _mesh(radii: int, degrees: int) -> _Mesh:
     z, z_weight = (node + 1) / 2, weight / 2
     node, weight = np.polynomial.legendre.leggauss(_ANGLES)
     phi, phi_weight = (node + 1) * math.pi / 4, weight * math.pi / 4
-    z, phi = (each.ravel() for each in np.meshgrid(z, phi, indexing="ij"))
+    z, phi = (grid.ravel() for grid in np.meshgrid(z, phi, indexing="ij"))
     rows, degree = [], []
     for l_ in range(0, degrees + 1, 2):
         for m in range(0, l_ + 1, 2):
@@ -160,7 +160,7 @@ def _figure(mesh, n, c, a, mu, largest, density, parts) -> RochePolytrope:
         c_over_a=c,
         tide=mu * radius**3 / mass,
         longest_axis=a / radius,
-        second_moments=tuple(each / (mass * radius**2) for each in second),  # type: ignore[arg-type]
+        second_moments=tuple(moment / (mass * radius**2) for moment in second),  # type: ignore[arg-type]
         virial=abs(gravity + outside + 3 * pressure) / abs(gravity),
     )
 
@@ -176,10 +176,10 @@ def roche_limit(index: float, radii: int = _RADII, degrees: int = _DEGREES) -> R
     """
     if not 0.2 <= index <= 1.5:
         raise ValueError(f"Roche's limit is found for polytropic indices from 0.2 to 1.5, not {index!r}")
-    found = minimize_scalar(
+    limit = minimize_scalar(
         lambda c: -roche_polytrope(index, c, radii, degrees).tide,
         bounds=_LIMITS_LIE,
         method="bounded",
         options={"xatol": 1e-3},  # mu is flat there: 1e-5 of it
     )
-    return roche_polytrope(index, float(found.x), radii, degrees)  # type: ignore[union-attr]
+    return roche_polytrope(index, float(limit.x), radii, degrees)  # type: ignore[union-attr]

@@ -8,13 +8,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from astroinertia.bodies.equilibrium_figure import EquilibriumFigure
 from astroinertia.bodies.figure_shapes import node_ranges
 from astroinertia.bodies.figure_solver import Solution, volume_integral
 from astroinertia.errors import NumericalError
 
 
 @dataclass(frozen=True, eq=False)
-class RotatingFigure:
+class RotatingFigure(EquilibriumFigure):
     """A rotating body in equilibrium, in the units of its mass, mean radius and gravitational constant.
 
     mean_radius: of the sphere of equal volume. zonal_harmonics: J2, J4, ... with the equatorial radius and the mass.
@@ -60,21 +61,6 @@ class RotatingFigure:
         return self.small_m * (self.equatorial_radius / self.mean_radius) ** 3
 
     @property
-    def flattening(self) -> float:
-        """f = 1 - c/a of the surface."""
-        return 1 - self.polar_radius / self.equatorial_radius
-
-    @property
-    def moment_ratio(self) -> float:
-        """I/(M R_mean^2) with the mean moment I."""
-        return self.mean_moment / (self.mass * self.mean_radius**2)
-
-    @property
-    def polar_moment_ratio_equatorial(self) -> float:
-        """C/(M a^2)."""
-        return self.polar_moment / (self.mass * self.equatorial_radius**2)
-
-    @property
     def equatorial_moment_ratio_equatorial(self) -> float:
         """A/(M a^2)."""
         return self.equatorial_moment / (self.mass * self.equatorial_radius**2)
@@ -89,27 +75,12 @@ class RotatingFigure:
         """k2 = 3 J2/q, the fluid Love number at this rate of rotation; NaN without rotation."""
         return 3 * float(self.zonal_harmonics[0]) / self.rotation_parameter if self.small_m else math.nan
 
-    @property
-    def kinetic_energy(self) -> float:
-        """T = C Omega^2/2."""
-        return 0.5 * self.polar_moment * self.angular_velocity**2
-
-    @property
-    def angular_momentum(self) -> float:
-        """L = C Omega."""
-        return self.polar_moment * self.angular_velocity
-
-    @property
-    def rotational_to_gravitational(self) -> float:
-        """T/|W|."""
-        return self.kinetic_energy / -self.gravitational_energy
-
 
 def _pressures(solution: Solution, u: list[np.ndarray]) -> list[np.ndarray]:
     """Pressure at the nodes, dP = rho du from the surface, in G M^2/R^4."""
     top, pressures = 0.0, []
-    for each, rho, potential_of_level in reversed(list(zip(solution.layers, solution.densities, u, strict=True))):
-        pressures.append(top - each.outer[1] @ (rho * (each.slope @ potential_of_level)))
+    for layer, rho, potential_of_level in reversed(list(zip(solution.layers, solution.densities, u, strict=True))):
+        pressures.append(top - layer.outer[1] @ (rho * (layer.slope @ potential_of_level)))
         top = pressures[-1][0]
     return pressures[::-1]
 
@@ -123,14 +94,14 @@ def figure_of_solution(
     """
     layers, densities, field = solution.layers, solution.densities, solution.field
     parts = node_ranges(layers)
-    radius = np.concatenate([each.radius for each in layers])
+    radius = np.concatenate([layer.radius for layer in layers])
     potentials = [solution.potential[part] for part in parts]
     fifth = solution.shape**5 @ solution.sphere.weights
     second_moment = 0.0
-    for each, part, rho in zip(layers, parts, densities, strict=True):
+    for layer, part, rho in zip(layers, parts, densities, strict=True):
         f = fifth[part]
-        inside = each.top**5 * (each.inner[1, -1] @ (f * (each.slope @ rho)))
-        second_moment += 4 * math.pi / 5 * (each.top**5 * f[-1] * rho[-1] - each.bottom**5 * f[0] * rho[0] - inside)
+        inside = layer.top**5 * (layer.inner[1, -1] @ (f * (layer.slope @ rho)))
+        second_moment += 4 * math.pi / 5 * (layer.top**5 * f[-1] * rho[-1] - layer.bottom**5 * f[0] * rho[0] - inside)
     harmonics = field.exterior[1:]
     mean, difference = float(2 / 3 * second_moment), -float(harmonics[0])
     polar = mean + 2 / 3 * difference
@@ -139,8 +110,8 @@ def figure_of_solution(
     total = volume_integral(layers, [rho * u for rho, u in zip(densities, potentials, strict=True)])
     gravitational = -0.5 * (total - kinetic)
     falls = [
-        each.top**3 * float(each.inner[0, -1] @ (rho * (each.slope @ u)))
-        for each, rho, u in zip(layers, densities, potentials, strict=True)
+        layer.top**3 * float(layer.inner[0, -1] @ (rho * (layer.slope @ u)))
+        for layer, rho, u in zip(layers, densities, potentials, strict=True)
     ]
     three_pressure = -4 * math.pi * sum(falls)
     virial_error = (2 * kinetic + gravitational + three_pressure) / -gravitational

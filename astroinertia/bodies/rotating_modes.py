@@ -71,11 +71,13 @@ def bar_mode(
     displacements disagree; ValueError for viscosity in a star that it would make turn otherwise.
     Test: tests/unit/test_rotating_modes.py.
     """
-    found = [_bar(star, gamma, degree, kinematic_viscosity, bulk_over_shear) for degree in _DEGREES]
-    difference = abs(found[1] - found[0])
-    if difference > _AGREED * abs(found[1]):
-        raise NumericalError(f"the bar mode is not resolved: its rate changes by {difference / abs(found[1]):.1%}")
-    return BarMode(-found[1].imag, -found[1].real / 2, difference)
+    eigenvalues = [_bar(star, gamma, degree, kinematic_viscosity, bulk_over_shear) for degree in _DEGREES]
+    difference = abs(eigenvalues[1] - eigenvalues[0])
+    if difference > _AGREED * abs(eigenvalues[1]):
+        raise NumericalError(
+            f"the bar mode is not resolved: its rate changes by {difference / abs(eigenvalues[1]):.1%}"
+        )
+    return BarMode(-eigenvalues[1].imag, -eigenvalues[1].real / 2, difference)
 
 
 def _bar(star: RotatingStar, gamma: float, degree: int, viscosity: float, bulk: float) -> complex:
@@ -231,7 +233,7 @@ def _gravity(
     tangential = np.einsum("bkj,lkj->bkl", weight * (outwards * mu - up * sine), slope)
     tangential -= np.einsum("bkj,lkj->bkl", weight * m / sine * around, harmonic)
     source = (degrees * radial + tangential) / r
-    inner = np.array([field.mesh.integrals(each)[0] for each in source])
+    inner = np.array([field.mesh.integrals(row)[0] for row in source])
     dr = (field.mesh.volume_weight / field.mesh.radius)[:, None]  # r dr
     half = np.einsum("akl,bkl->ab", 8 * math.pi / (2 * degrees + 1) * dr * (tangential - (degrees + 1) * radial), inner)
     return -(half + half.T) - 8 * math.pi * np.einsum("akl,bkl->ab", r * dr * radial, radial)

@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 
 from astroinertia.bodies.rotating_star import end_of_sequence, rotating_star
 from astroinertia.bodies.rotation_laws import RIGID, RotationLaw
-from astroinertia.bodies.scf_matter import polytropic_matter
+from astroinertia.matter.barotropes import polytropic_matter
 
 QUANTITIES = ("angular_velocity", "axis_ratio", "rotational_to_gravitational", "polar_moment", "energy")
 

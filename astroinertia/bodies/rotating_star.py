@@ -13,11 +13,12 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import root_scalar
 
+from astroinertia.bodies.equilibrium_figure import EquilibriumFigure
 from astroinertia.bodies.rotation_laws import RIGID, Law
 from astroinertia.bodies.scf import Field, Resolution, check_field, solve_field
-from astroinertia.bodies.scf_matter import Matter
 from astroinertia.bodies.scf_mesh import even_legendre
 from astroinertia.errors import NumericalError
+from astroinertia.matter.barotropes import ScaledLaw
 
 RESOLUTIONS = (Resolution(8, 48, 48), Resolution(24, 96, 96))  # the second where the first does not do
 _STEP = 0.1  # of the axis ratio from member to member of a sequence
@@ -28,7 +29,7 @@ _BY_TRIAL = 1e-5  # the same for other ends
 
 
 @dataclass(frozen=True, eq=False)
-class RotatingStar:
+class RotatingStar(EquilibriumFigure):
     """A star, or ring, of given mass and equatorial (outer) radius, in units with the given G.
 
     Radii of the quantities with a radius in their definition are said by their names; `angular_velocity` is that on the
@@ -64,11 +65,6 @@ class RotatingStar:
     def inner_radius(self) -> float:
         """Inner radius of a ring; 0 for a star."""
         return max(-self.field.axis_ratio, 0.0) * self.equatorial_radius
-
-    @property
-    def flattening(self) -> float:
-        """1 - polar/equatorial radius."""
-        return 1 - self.polar_radius / self.equatorial_radius
 
     @cached_property
     def mean_radius(self) -> float:
@@ -130,11 +126,6 @@ class RotatingStar:
         total = 2 * self.kinetic_energy + self.gravitational_energy + 3 * self.pressure_integral
         return abs(total / self.gravitational_energy)
 
-    @property
-    def rotational_to_gravitational(self) -> float:
-        """T/|W|."""
-        return self.kinetic_energy / -self.gravitational_energy
-
     @cached_property
     def angular_momentum(self) -> float:
         """L, about the axis."""
@@ -156,16 +147,6 @@ class RotatingStar:
     def mean_moment(self) -> float:
         """(2A + C)/3."""
         return (2 * self.equatorial_moment + self.polar_moment) / 3
-
-    @property
-    def moment_ratio(self) -> float:
-        """Mean moment over M R_mean^2."""
-        return self.mean_moment / (self.mass * self.mean_radius**2)
-
-    @property
-    def polar_moment_ratio_equatorial(self) -> float:
-        """C/(M a^2)."""
-        return self.polar_moment / (self.mass * self.equatorial_radius**2)
 
     @property
     def zonal_harmonics(self) -> np.ndarray:
@@ -227,7 +208,7 @@ class RotatingStar:
 
 
 def rotating_star(
-    matter: Matter,
+    matter: ScaledLaw,
     axis_ratio: float,
     law: Law = RIGID,
     mass: float = 1.0,
@@ -241,7 +222,7 @@ def rotating_star(
     ValueError on bad arguments; NumericalError where there is no such body, or none that 96 harmonics resolve.
     Source: Hachisu 1986, ApJS 61, 479. Test: tests/unit/test_scf.py.
 
-    >>> from astroinertia.bodies.scf_matter import polytropic_matter
+    >>> from astroinertia.matter.barotropes import polytropic_matter
     >>> print(f"{rotating_star(polytropic_matter(1.5), 0.8).rotational_to_gravitational:.4f}")
     0.0375
     """
@@ -257,7 +238,7 @@ def rotating_star(
     return RotatingStar(field, mass, radius, gravitational_constant)
 
 
-def _field(matter: Matter, axis_ratio: float, law: Law, resolution: Resolution | None) -> Field:
+def _field(matter: ScaledLaw, axis_ratio: float, law: Law, resolution: Resolution | None) -> Field:
     choices = RESOLUTIONS if resolution is None else (resolution,)
     field = solve_field(matter, axis_ratio, law, choices[0])
     fine = field.resolved and RotatingStar(field).virial_error < _VIRIAL_ERROR / 10
@@ -267,7 +248,7 @@ def _field(matter: Matter, axis_ratio: float, law: Law, resolution: Resolution |
 
 
 def end_of_sequence(
-    matter: Matter, law: Law = RIGID, resolution: Resolution | None = None, **units: float
+    matter: ScaledLaw, law: Law = RIGID, resolution: Resolution | None = None, **units: float
 ) -> RotatingStar:
     """Return the flattest star of a sequence: at mass shedding (keplerian_fraction 1 to 1e-8), or before it is torn.
 
@@ -279,7 +260,7 @@ def end_of_sequence(
 
 
 def rotating_star_with(
-    quantity: str, value: float, matter: Matter, law: Law = RIGID, resolution: Resolution | None = None,
+    quantity: str, value: float, matter: ScaledLaw, law: Law = RIGID, resolution: Resolution | None = None,
     **units: float,
 ) -> RotatingStar:  # fmt: skip
     """Return the first star, from rest on, of which a property has a value, as ("rotational_to_gravitational", 0.1).
@@ -309,7 +290,7 @@ def rotating_star_with(
 
 
 def _march(
-    excess: Callable[[RotatingStar], float], matter: Matter, law: Law, resolution: Resolution | None,
+    excess: Callable[[RotatingStar], float], matter: ScaledLaw, law: Law, resolution: Resolution | None,
     units: dict[str, float],
 ) -> tuple[RotatingStar, tuple[float, float] | None, str]:  # fmt: skip
     """Follow a sequence until `excess` is positive or it ends: the last star, axis ratios about the root, and why."""
@@ -322,11 +303,11 @@ def _march(
         above = star.field.axis_ratio
         below = max(above - _STEP, _FLATTEST)
         try:
-            found = member(below)
+            flatter = member(below)
         except NumericalError as error:
             star = member(_end(member, matter, law, resolution, above, below))
             return star, (star.field.axis_ratio, above) if excess(star) >= 0 else None, str(error)
-        star = found
+        star = flatter
         if excess(star) >= 0:
             return star, (below, above), ""
     return star, None, ""

@@ -24,9 +24,9 @@ import numpy as np
 
 from astroinertia.bodies.anderson import Anderson
 from astroinertia.bodies.rotation_laws import RIGID, FollowingLaw, Law
-from astroinertia.bodies.scf_matter import Matter
 from astroinertia.bodies.scf_mesh import Mesh, build_mesh, even_legendre
 from astroinertia.errors import NumericalError
+from astroinertia.matter.barotropes import ScaledLaw
 
 _TOLERANCE = 1e-11  # largest change in one iteration of the angular moments, over the largest of them, and of a law
 _MOST_ITERATIONS = 120  # bodies take 10 to 50; what takes longer has turned out to be none
@@ -58,7 +58,7 @@ class Field:
     0 < mu < mu_surface on each sphere, and h/h_max there; peak is h_max.
     """
 
-    matter: Matter
+    matter: ScaledLaw
     law: Law
     axis_ratio: float
     mesh: Mesh
@@ -105,7 +105,7 @@ class _Balance:
 
 
 def solve_field(
-    matter: Matter,
+    matter: ScaledLaw,
     axis_ratio: float,
     law: Law | FollowingLaw = RIGID,
     resolution: Resolution = Resolution(),
@@ -117,7 +117,7 @@ def solve_field(
     is a body, check_field says. Test: tests/unit/test_scf.py, tests/unit/test_maclaurin_momentum.py.
 
     >>> from astroinertia.bodies.maclaurin import from_axis_ratio
-    >>> from astroinertia.bodies.scf_matter import polytropic_matter
+    >>> from astroinertia.matter.barotropes import polytropic_matter
     >>> field = solve_field(polytropic_matter(0.0), 0.8)  # a liquid: Maclaurin's spheroid
     >>> print(f"{field.rate_squared / np.pi:.6f} {from_axis_ratio(0.8).omega2:.6f}")  # Omega^2/(pi G rho)
     0.201353 0.201352
@@ -127,21 +127,21 @@ def solve_field(
     if 0 < axis_ratio < _FLATTEST:
         raise NumericalError(f"no star as flat as an axis ratio of {axis_ratio:g} can be solved for")
     solver = _Solver(matter, float(axis_ratio), resolution)
-    given: Any = law
-    follows = hasattr(given, "followed")
+    rotation: Any = law
+    follows = hasattr(rotation, "followed")
     moments, mixed = solver.moments(*solver.guessed()), Anderson(_HISTORY)
     unit = np.abs(moments[:, 0]).max()
     for iteration in range(1, _MOST_ITERATIONS + 1):
         if follows or iteration == 1:
-            solver.turn_as(given)
+            solver.turn_as(rotation)
         balance = solver.balance(moments)
         quadrature = solver.levels(balance)
-        found = solver.moments(*quadrature)
-        field = Field(matter, given, float(axis_ratio), solver.mesh, moments, balance.phi, balance.exterior,
+        updated = solver.moments(*quadrature)
+        field = Field(matter, rotation, float(axis_ratio), solver.mesh, moments, balance.phi, balance.exterior,
                       balance.constant, balance.rate_squared, balance.peak, *quadrature, iteration)  # fmt: skip
-        before, after = moments.ravel() / unit, found.ravel() / unit
+        before, after = moments.ravel() / unit, updated.ravel() / unit
         if follows and np.isfinite(after).all():
-            before, after = np.append(before, given.rates), np.append(after, given.followed(field))
+            before, after = np.append(before, rotation.rates), np.append(after, rotation.followed(field))
         change = float(np.abs(after - before).max())
         if not math.isfinite(change):
             break
@@ -150,14 +150,14 @@ def solve_field(
         state = mixed.next(before, after)
         moments = state[: moments.size].reshape(moments.shape) * unit
         if follows:
-            given = given.with_rates(state[moments.size :])
+            rotation = rotation.with_rates(state[moments.size :])
     raise NumericalError(
         f"the self-consistent field of a {_description(matter, axis_ratio, law)} did not converge: "
         "there may be no such body"
     )
 
 
-def _description(matter: Matter, axis_ratio: float, law: Law) -> str:
+def _description(matter: ScaledLaw, axis_ratio: float, law: Law) -> str:
     return f"{matter.name} with axis ratio {axis_ratio:g} and {law.kind} rotation"
 
 
@@ -168,7 +168,7 @@ class _Solver:
     inside_psi: np.ndarray
     bracket_psi: np.ndarray
 
-    def __init__(self, matter: Matter, axis_ratio: float, resolution: Resolution) -> None:
+    def __init__(self, matter: ScaledLaw, axis_ratio: float, resolution: Resolution) -> None:
         self.matter, self.degree = matter, resolution.degree
         self.ring = axis_ratio < 0
         self.edge = abs(axis_ratio)
@@ -299,7 +299,7 @@ def check_field(field: Field) -> None:
 
     Test: tests/hard/test_scf_hard.py.
 
-    >>> from astroinertia.bodies.scf_matter import polytropic_matter
+    >>> from astroinertia.matter.barotropes import polytropic_matter
     >>> check_field(solve_field(polytropic_matter(1.5), 0.9))  # a body
     >>> check_field(solve_field(polytropic_matter(1.5), 0.5))
     Traceback (most recent call last):

@@ -71,12 +71,12 @@ class Mesh:
     def interpolated(self, values: np.ndarray, radius: np.ndarray) -> np.ndarray:
         """Return values (K, L) at the nodes interpolated to radius (N,) within the mesh, (N, L)."""
         element = np.clip(np.searchsorted(self.edges, radius, side="right") - 1, 0, len(self.edges) - 2)
-        each = (len(self.edges) - 1) // len(self.parts)
-        low, high = self.parts[element // each].T
+        per_part = (len(self.edges) - 1) // len(self.parts)
+        low, high = self.parts[element // per_part].T
         share = np.clip((radius - low) / (high - low), 0.0, 1.0)
         # the root of t^2 (3 - 2t) = share, by the cosine formula for the cubic
         t = 0.5 - np.sin(np.arcsin(1 - 2 * share) / 3)
-        x = 2 * (t * each - element % each) - 1
+        x = 2 * (t * per_part - element % per_part) - 1
         basis = np.polynomial.legendre.legvander(x, NODES - 1) @ _to_legendre()
         return np.einsum("nj,njl->nl", basis, values.reshape(-1, NODES, values.shape[1])[element])
 
@@ -123,7 +123,7 @@ def _operators(low, high, element, elements, degrees):
     """Polynomials through an element's nodes times the two kernels, integrated up to and down to its nodes."""
     nodes, _ = np.polynomial.legendre.leggauss(NODES)
     points, weights = np.polynomial.legendre.leggauss(_PRODUCT_POINTS)
-    found = []
+    kernels = []
     for outwards in (False, True):
         # from the lower edge up to each node and the upper edge, or from the upper edge down to each and the lower
         ends = np.append(nodes, -1.0 if outwards else 1.0)[:, None]
@@ -134,8 +134,8 @@ def _operators(low, high, element, elements, degrees):
         ratio, power = (target / s, degrees) if outwards else (s / target, degrees + 1)
         kernel = ratio ** power[:, None, None] * s * slope * np.abs(ends - start) / 2 * weights
         basis = np.polynomial.legendre.legvander(x, NODES - 1) @ _to_legendre()
-        found.append(np.einsum("lkq,kqj->lkj", kernel, basis))
-    return tuple(found)
+        kernels.append(np.einsum("lkq,kqj->lkj", kernel, basis))
+    return tuple(kernels)
 
 
 def even_legendre(mu: np.ndarray, degree: int) -> np.ndarray:

@@ -99,7 +99,7 @@ def love_number(compactness: float, y: float) -> float:
 def slow_rotation(star: Structure) -> SlowRotation:
     """Return what the perturbations integrated with `star` mean, by matching them to the exterior.
 
-    >>> from astroinertia.bodies.equations_of_state import polytrope
+    >>> from astroinertia.matter.compact_stars import polytrope
     >>> from astroinertia.bodies.tov import structure
     >>> found = slow_rotation(structure(polytrope(100.0, 2.0), 1e-4, relativistic=False, perturbation=Equations()))
     >>> print(f"{found.moment_ratio:.4f} {2 / 3 * (1 - 6 / np.pi**2):.4f} {found.tidal_love_number:.2f}")  # of n = 1

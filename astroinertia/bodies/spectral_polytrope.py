@@ -17,6 +17,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from astroinertia.bodies.equilibrium_figure import EquilibriumFigure
 from astroinertia.bodies.null_field import QUANTITIES, Trial, find_surface, newton, rebased, sphere
 from astroinertia.bodies.scale import positive_scale
 from astroinertia.bodies.spheroidal_basis import legendre_polynomials
@@ -33,13 +34,13 @@ _ROUND_OFF = 1e-14  # of the ratios
 @lru_cache(maxsize=1)
 def _milestones() -> tuple[Trial, ...]:
     """Solutions of low degree along the sequence, from the sphere to the neighbourhood of mass shedding."""
-    found = [sphere(_MARCH_DEGREE)]
+    trials = [sphere(_MARCH_DEGREE)]
     for ratio in _MARCH:
-        trial = newton(rebased(found[-1], _MARCH_DEGREE), "flattening", 1 - ratio)
+        trial = newton(rebased(trials[-1], _MARCH_DEGREE), "flattening", 1 - ratio)
         if trial is None:
             raise NumericalError(f"the rotating polytrope of axis ratio {ratio} did not converge")
-        found.append(trial)
-    return tuple(found)
+        trials.append(trial)
+    return tuple(trials)
 
 
 def _start(quantity: str, target: float) -> Trial:
@@ -54,7 +55,7 @@ def _start(quantity: str, target: float) -> Trial:
 
 
 @dataclass(frozen=True, eq=False)
-class RotatingPolytrope:
+class RotatingPolytrope(EquilibriumFigure):
     """A rigidly rotating polytrope of index 1 of given mass and mean radius, in units with the given G.
 
     Lengths, densities and energies follow from `mass`, `mean_radius` and `gravitational_constant`; ratios do not
@@ -135,7 +136,7 @@ class RotatingPolytrope:
         """J_2, J_4, ... J_degree, normalised with the mass and the equatorial radius."""
         trial, equator = self.trial, self.trial.r[-2]
         degrees = trial.basis.degrees[1:, None]
-        legendre, slope = (each[1:] for each in legendre_polynomials(self.degree, trial.mu))
+        legendre, slope = (values[1:] for values in legendre_polynomials(self.degree, trial.mu))
         powers = (trial.r / equator) ** degrees
         integrals = trial.identity(powers * legendre, degrees * powers * legendre, powers * slope, degrees)
         return -4 * math.pi / trial.mass * integrals
@@ -153,7 +154,7 @@ class RotatingPolytrope:
         varpi2 = r**2 * (1 - trial.mu**2)
         potential = density - trial.w / 4 * varpi2 + boundary @ trial.weights
         integrands = (1.0, varpi2, potential, density)
-        return tuple(float((volume * density * each).sum()) for each in integrands)  # pyright: ignore[reportReturnType]
+        return tuple(float((volume * density * integrand).sum()) for integrand in integrands)  # pyright: ignore[reportReturnType]
 
     @property
     def polar_moment_ratio_equatorial(self) -> float:
@@ -182,14 +183,9 @@ class RotatingPolytrope:
         return self.equatorial_moment_ratio_equatorial * self.mass * self.equatorial_radius**2
 
     @property
-    def angular_momentum(self) -> float:
-        """L = C Omega."""
-        return self.polar_moment * self.angular_velocity
-
-    @property
-    def kinetic_energy(self) -> float:
-        """T = C Omega^2/2."""
-        return 0.5 * self.polar_moment * self.angular_velocity**2
+    def mean_moment(self) -> float:
+        """(2A + C)/3."""
+        return (2 * self.equatorial_moment + self.polar_moment) / 3
 
     @property
     def rotational_to_gravitational(self) -> float:
@@ -260,8 +256,8 @@ def _converged(quantity: str, target: float, start: Trial, degrees, tolerance: f
             if error <= tolerance:
                 return replace(body, truncation_error=error)
         before, start = ratios, trial
-    asked = f"with {quantity} = {target:.9g} has converged to {error:.1e} only, not to {tolerance:.1e}"
-    raise NumericalError(f"the rotating polytrope {asked}")
+    outcome = f"with {quantity} = {target:.9g} has converged to {error:.1e} only, not to {tolerance:.1e}"
+    raise NumericalError(f"the rotating polytrope {outcome}")
 
 
 @lru_cache(maxsize=8)
@@ -302,13 +298,13 @@ def rotating_polytrope(
     >>> print(f"{body.zonal_harmonics[0]:.4f} {body.flattening:.3f}")  # of Jupiter 0.0147 and 0.065
     0.0140 0.064
     """
-    given = {
+    options = {
         "rotation_parameter": rotation_parameter,
         "small_m": small_m,
         "central_rotation_parameter": central_rotation_parameter,
         "flattening": None if axis_ratio is None else 1 - axis_ratio,
     }
-    stated = {name: float(value) for name, value in given.items() if value is not None}
+    stated = {name: float(value) for name, value in options.items() if value is not None}
     if len(stated) != 1:
         raise ValueError("give one of rotation_parameter, small_m, central_rotation_parameter and axis_ratio")
     [(quantity, target)] = stated.items()

@@ -26,8 +26,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from astroinertia.bodies.equations_of_state import Barotrope, Piece
 from astroinertia.errors import NumericalError
+from astroinertia.matter.compact_stars import Barotrope, Piece
 
 TOLERANCE = 1e-11  # at the knee of tests/benchmarks/work_precision_tov.py
 _ABSOLUTE = 1e-3  # absolute tolerance over the relative one; everything integrated is of order one

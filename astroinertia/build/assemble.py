@@ -12,12 +12,12 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from astroinertia.build.effects import effects_of
 from astroinertia.build.spheres import Sphere, Star, sphere
+from astroinertia.effects import own_matter
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import made_of
 from astroinertia.effects.own import EFFECTS
 from astroinertia.errors import ArchiveError, ArchiveWarning
 from astroinertia.initial import own as own_bodies
-from astroinertia.matter import own as own_matter
 from astroinertia.models.protocol import Evolution
 from astroinertia.observables import own as own_observables
 from astroinertia.observables.observable import Observable

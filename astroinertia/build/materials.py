@@ -5,8 +5,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from astroinertia.bodies import tillotson
 from astroinertia.errors import SceneError
+from astroinertia.matter import tillotson
 from astroinertia.matter.isentropes import Isentropes, isentropes, tabulated
 from astroinertia.matter.table_equation import read_equation
 from astroinertia.matter.tabulated import Tabulated

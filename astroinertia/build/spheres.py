@@ -12,8 +12,8 @@ import numpy as np
 from astroinertia.bodies.maclaurin_momentum import MomentumLaw
 from astroinertia.bodies.rotating_star import RotatingStar, rotating_star, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
-from astroinertia.bodies.scf_matter import polytropic_matter
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.profiles import Profile
 from astroinertia.sph.progenitor import Progenitor, read_progenitor

@@ -12,10 +12,10 @@ from astroinertia.process.lazy import exported
 if TYPE_CHECKING:
     from astroinertia.effects.affine_parts import AffineParts
     from astroinertia.effects.effect import Effect
-    from astroinertia.effects.entries import REQUIRED, Option, not_negative, positive
     from astroinertia.effects.measure import Measure
     from astroinertia.effects.particle_parts import ParticleParts
     from astroinertia.effects.rigid_parts import RigidParts
+    from astroinertia.engines.options import REQUIRED, Option, not_negative, positive
     from astroinertia.engines.pytree import pytree
     from astroinertia.engines.terms import Output, PairTerm
     from astroinertia.units import Dimension
@@ -30,7 +30,7 @@ _MODULES = {
     "effects.particle_parts": ("ParticleParts",),
     "effects.affine_parts": ("AffineParts",),
     "effects.rigid_parts": ("RigidParts",),
-    "effects.entries": ("REQUIRED", "Option", "not_negative", "positive"),
+    "engines.options": ("REQUIRED", "Option", "not_negative", "positive"),
     "effects.measure": ("Measure",),
     "engines.terms": ("Output", "PairTerm"),
     "engines.pytree": ("pytree",),

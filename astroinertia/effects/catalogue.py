@@ -8,22 +8,18 @@ from collections.abc import Mapping
 from typing import Any
 
 from astroinertia.effects import sizes
-from astroinertia.effects.entries import (
+from astroinertia.effects.entries import AXIS as AXIS, FORCE_ERROR as FORCE_ERROR, Entry as Entry
+from astroinertia.effects.heat_entries import HEAT
+from astroinertia.effects.rigid_entries import RIGID
+from astroinertia.engines.options import (
     ALL_MODELS as ALL_MODELS,
-    AXIS as AXIS,
-    DIMENSIONS as DIMENSIONS,
-    FORCE_ERROR as FORCE_ERROR,
     LIGHT as LIGHT,
     REQUIRED as REQUIRED,
     Default as Default,
-    Entry as Entry,
     Option as Option,
-    exponents as exponents,
     not_negative,
     positive,
 )
-from astroinertia.effects.heat_entries import HEAT
-from astroinertia.effects.rigid_entries import RIGID
 
 CATALOGUE: Mapping[str, Entry] = {
     "gravity": Entry(

@@ -12,7 +12,8 @@ from dataclasses import dataclass, fields, is_dataclass
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-from astroinertia.effects.entries import Entry, Option, exponents
+from astroinertia.effects.entries import Entry
+from astroinertia.engines.options import Option
 from astroinertia.errors import SceneError
 from astroinertia.units import shown, si_unit
 
@@ -138,5 +139,5 @@ def _written(value: Any, option: Option, code: bool) -> Any:
     number = float(value)
     if code or option.dimension == "dimensionless":
         return number
-    unit = "rad" if option.dimension == "angle" else si_unit(exponents(option.dimension))
+    unit = "rad" if option.dimension == "angle" else si_unit(option.dimension)
     return f"{number!r} {unit}"

@@ -12,10 +12,10 @@ import jax
 import numpy as np
 
 from astroinertia.effects.affine_parts import AffineParts
-from astroinertia.effects.entries import Option
 from astroinertia.effects.measure import Measure
 from astroinertia.effects.particle_parts import ParticleParts
 from astroinertia.effects.rigid_parts import RigidParts
+from astroinertia.engines.options import Option
 
 PARTS = tuple(
     name

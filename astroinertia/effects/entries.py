@@ -1,53 +1,14 @@
-"""What the catalogue of effects is made of: entries, options and their dimensions, as plain data."""
+"""What the catalogue of effects is made of: entries, as plain data."""
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from astroinertia.effects.measure import Measure
-from astroinertia.units import Dimension
+from astroinertia.engines.options import Option
 
 Cost = Literal["particles", "neighbours", "all pairs", "body"]
 Pace = Callable[[Mapping[str, Any]], tuple[float, float | None]]
-
-
-class Default:
-    """A default that is no number: an option that must be given, or the speed of light."""
-
-    def __init__(self, text: str) -> None:
-        self.text = text
-
-    def __repr__(self) -> str:
-        return self.text
-
-
-ALL_MODELS = ("sph", "ellipsoid", "rigid", "scaling")
-REQUIRED = Default("required")
-LIGHT = Default("the speed of light")
-"""Must be given in a scene in code units, where the speed of light has no value."""
-
-
-@dataclass(frozen=True)
-class Option:
-    """One option: its dimension ("choice" for one of `choices`), default in code units and meaning.
-
-    A dimension without a name in DIMENSIONS is given by its exponents, units.Dimension(mass, length, time).
-
-    A default of None means that what the option describes is absent. `shape` is () for a number, (3,) for a vector and
-    (3, 3) for a matrix; `minimum` and `maximum` bound a number, and are themselves allowed unless `exclusive`. `models`
-    are those that it means something to: the others leave it out.
-    """
-
-    dimension: str | Dimension
-    default: Any
-    text: str
-    shape: tuple[int, ...] = ()
-    choices: tuple[str, ...] = ()
-    minimum: float = -math.inf
-    maximum: float = math.inf
-    exclusive: bool = False
-    models: tuple[str, ...] = ALL_MODELS
 
 
 @dataclass(frozen=True)
@@ -89,49 +50,6 @@ class Entry:
         if self.made is None:
             return ""
         return self.package or f"the class {self.made.__qualname__} of {self.module}, given from Python"
-
-
-# Exponents of (mass, length, time) of every dimension that an option may have.
-DIMENSIONS: Mapping[str, tuple[float, float, float]] = {
-    "dimensionless": (0, 0, 0),
-    "mass": (1, 0, 0),
-    "moment_of_inertia": (1, 2, 0),
-    "length": (0, 1, 0),
-    "time": (0, 0, 1),
-    "velocity": (0, 1, -1),
-    "acceleration": (0, 1, -2),
-    "angular_velocity": (0, 0, -1),
-    "angular_acceleration": (0, 0, -2),
-    "inverse_time_squared": (0, 0, -2),
-    "angle": (0, 0, 0),
-    "torque": (1, 2, -2),
-    "force": (1, 1, -2),
-    "pressure": (1, -1, -2),
-    "angular_momentum": (1, 2, -1),
-    "energy": (1, 2, -2),
-    "power": (1, 2, -3),
-    "rate": (0, 0, -1),
-    "viscosity": (0, 2, -1),
-    "magnetic_field": (0.5, -0.5, -1),
-    "density": (1, -3, 0),
-    "specific_energy": (0, 2, -2),
-    "specific_power": (0, 2, -3),
-}
-
-
-def exponents(dimension: str | Dimension) -> Dimension:
-    """Exponents of mass, length and time of an option's dimension."""
-    return Dimension(*DIMENSIONS[dimension]) if isinstance(dimension, str) else dimension
-
-
-def positive(dimension: str | Dimension, default: Any, text: str) -> Option:
-    """An option that must be above zero."""
-    return Option(dimension, default, text, minimum=0.0, exclusive=True)
-
-
-def not_negative(dimension: str | Dimension, default: Any, text: str) -> Option:
-    """An option that must not be below zero."""
-    return Option(dimension, default, text, minimum=0.0)
 
 
 AXIS = (0.0, 0.0, 1.0)

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 
 from astroinertia.effects import sizes
-from astroinertia.effects.entries import Entry, Option, not_negative, positive
+from astroinertia.effects.entries import Entry
+from astroinertia.engines.options import Option, not_negative, positive
 
 HEAT: Mapping[str, Entry] = {
     "cooling": Entry(

@@ -14,7 +14,8 @@ from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import Door, made_of
-from astroinertia.effects.entries import ALL_MODELS, Cost, Entry
+from astroinertia.effects.entries import Cost, Entry
+from astroinertia.engines.options import ALL_MODELS
 from astroinertia.errors import SceneError
 
 TAKEN = ("common", "motion", "rigidity")  # names of what belongs to no effect, in audits, ledgers and figures

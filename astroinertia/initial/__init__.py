@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from astroinertia.process.lazy import exported
 
 if TYPE_CHECKING:
-    from astroinertia.effects.entries import REQUIRED, Option, not_negative, positive
+    from astroinertia.engines.options import REQUIRED, Option, not_negative, positive
     from astroinertia.initial.placed import Body
     from astroinertia.units import Dimension
 
@@ -18,7 +18,7 @@ __all__ = ["REQUIRED", "Body", "Dimension", "Option", "not_negative", "positive"
 
 _MODULES = {
     "initial.placed": ("Body",),
-    "effects.entries": ("REQUIRED", "Option", "not_negative", "positive"),
+    "engines.options": ("REQUIRED", "Option", "not_negative", "positive"),
     "units": ("Dimension",),
 }
 __getattr__ = exported(__name__, _MODULES)

@@ -12,10 +12,10 @@ Tests: tests/unit/test_body_door.py.
 from collections.abc import Sequence
 from typing import Any
 
+from astroinertia.effects import own_matter
 from astroinertia.effects.doors import Door, made_of
 from astroinertia.effects.entries import Entry
 from astroinertia.errors import SceneError
-from astroinertia.matter import own as own_matter
 
 # Kinds that are built in (scene.bodies), and `own`, which stands there for all that are not.
 TAKEN = (
@@ -70,7 +70,7 @@ def given(own_things: Sequence[Any]) -> tuple[dict[str, Entry], Entry | None, En
     bodies = [made_of(each) for each in own_things if is_body(each)]
     if len(bodies) > 1:
         raise SceneError("two initial bodies are given; give one.")
-    effects, fluid = own_matter.given([each for each in own_things if not is_body(each)])
+    effects, fluid = own_matter.entries_of([each for each in own_things if not is_body(each)])
     return effects, fluid, entry_of(bodies[0]) if bodies else None
 
 

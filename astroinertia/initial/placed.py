@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from astroinertia.effects.entries import Option
+from astroinertia.engines.options import Option
 from astroinertia.sph.cells import centres
 
 SHAPES = {"mass": (), "position": (3,), "velocity": (3,), "internal_energy": ()}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from astroinertia.process.lazy import exported
 
 if TYPE_CHECKING:
-    from astroinertia.effects.entries import REQUIRED, Option, not_negative, positive
+    from astroinertia.engines.options import REQUIRED, Option, not_negative, positive
     from astroinertia.engines.pytree import pytree
     from astroinertia.matter.equation import Matter
     from astroinertia.units import Dimension
@@ -19,7 +19,7 @@ __all__ = ["REQUIRED", "Dimension", "Matter", "Option", "not_negative", "positiv
 
 _MODULES = {
     "matter.equation": ("Matter",),
-    "effects.entries": ("REQUIRED", "Option", "not_negative", "positive"),
+    "engines.options": ("REQUIRED", "Option", "not_negative", "positive"),
     "engines.pytree": ("pytree",),
     "units": ("Dimension",),
 }

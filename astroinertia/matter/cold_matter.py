@@ -92,10 +92,10 @@ class PiecewisePolytropic(Barotropic):
 
     def stiff_state(self, xp, rho):
         """P, c^2 and u, each (N,)."""
-        found = (rho, rho, rho)
+        state = (rho, rho, rho)
         for piece in self._pieces():
-            found = elementwise(xp, piece_state, rho, *found, *piece)
-        return found
+            state = elementwise(xp, piece_state, rho, *state, *piece)
+        return state
 
     def cold_state(self, xp, rho):
         """P, c and u, each (N,)."""

@@ -6,9 +6,9 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.bodies.materials import inverted
 from astroinertia.engines.pytree import pytree
 from astroinertia.matter.isentropes import spline_coefficients
+from astroinertia.matter.planetary import inverted
 from astroinertia.matter.tabulated import NUMBERS, Tabulated, combined, curvatures, slopes
 
 Array = Any
@@ -25,7 +25,7 @@ class Isentrope:
 
     cells: of the spline, after which coefficients (rows,) are filled up, so that all isentropes have as many.
 
-    A material as bodies.materials has them. Test: tests/physics/test_layered_planets.py.
+    A material as planetary.py has them. Test: tests/physics/test_layered_planets.py.
     """
 
     reference_density: Array

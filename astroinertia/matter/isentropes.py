@@ -93,11 +93,11 @@ def tabulated(
 ) -> Tabulated:
     """The equation of state of materials with tables of one size, in units of that many kg/m^3 and J/kg."""
     tables, numbers = [], []
-    for each in materials:
-        table = spline_coefficients(spline_coefficients(each.energy).T).T
-        top = each.scale * np.expm1(each.width * (each.energy.shape[1] - 1))
-        own = [each.first - np.log(density_unit), 1 / each.step, each.scale / energy_unit, top / energy_unit]
-        numbers += [*own, 1 / each.width, _floor(each, sound_floor) / energy_unit]
+    for grid in materials:
+        table = spline_coefficients(spline_coefficients(grid.energy).T).T
+        top = grid.scale * np.expm1(grid.width * (grid.energy.shape[1] - 1))
+        own = [grid.first - np.log(density_unit), 1 / grid.step, grid.scale / energy_unit, top / energy_unit]
+        numbers += [*own, 1 / grid.width, _floor(grid, sound_floor) / energy_unit]
         tables.append(table / energy_unit)
     shapes = {table.shape for table in tables}
     if len(shapes) != 1:
@@ -106,15 +106,15 @@ def tabulated(
     if columns - 2 > MOST_LABELS:
         raise ValueError(f"equation of state: tables must have at most {MOST_LABELS} labels, not {columns - 2}")
     assert len(numbers) == NUMBERS * len(tables)
-    names = tuple(each.name for each in materials)
+    names = tuple(grid.name for grid in materials)
     return Tabulated(np.concatenate([t.ravel() for t in tables]), np.array(numbers), names, rows, columns)
 
 
-def _floor(each: Isentropes, share: float) -> float:
+def _floor(grid: Isentropes, share: float) -> float:
     # c^2 = u' + u'' of the coldest matter at the reference density: from above, for below it may have come apart.
-    k = min(each.reference + 1, len(each.energy) - 2)
-    below, here, above = each.energy[k - 1 : k + 2, 0]
-    squared = (above - below) / (2 * each.step) + (above - 2 * here + below) / each.step**2
+    k = min(grid.reference + 1, len(grid.energy) - 2)
+    below, here, above = grid.energy[k - 1 : k + 2, 0]
+    squared = (above - below) / (2 * grid.step) + (above - 2 * here + below) / grid.step**2
     return share**2 * max(squared, 0.0)
 
 

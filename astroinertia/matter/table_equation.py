@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.errors import SceneError
-from astroinertia.sph.columns import READERS, Columns, check_file, check_numbers
+from astroinertia.storage.columns import READERS, Columns, check_file, check_numbers
 
 Array = Any
 COLUMNS = Columns(
@@ -47,8 +47,8 @@ class TableEquation:
             row = jnp.clip(jnp.searchsorted(nodes, x, side="right") - 1, 0, len(self.density) - 2)
             share = (x - nodes[row]) / (nodes[row + 1] - nodes[row])
             below, above = (self._along(row + k, u) for k in (0, 1))
-            found = (1 - share) * below + share * above
-            return found if tension else jnp.maximum(found, 0.0)
+            between = (1 - share) * below + share * above
+            return between if tension else jnp.maximum(between, 0.0)
 
         return pressure
 

@@ -211,8 +211,8 @@ def heated(xp, rho, A, heat, least, material, table, numbers, rows, columns):
     u, hotter = before + heat, heat > 0.0
     within_table = label_of(xp, rho, A, hotter, u, material, table, numbers, rows, columns)
     edge = xp.where(hotter, xp.maximum(A, greatest), xp.minimum(A, 0.0))
-    known, _, _, there, _ = tabulated(xp, rho, edge, material, table, numbers, rows, columns)
-    beyond = edge + (u - known) / xp.maximum(there, _FLATTEST)
+    energy, _, _, there, _ = tabulated(xp, rho, edge, material, table, numbers, rows, columns)
+    beyond = edge + (u - energy) / xp.maximum(there, _FLATTEST)
     outside = xp.where(hotter, beyond > greatest, beyond < 0.0)
     furthest = xp.abs(heat) / _FLATTEST
     after = xp.minimum(xp.maximum(xp.where(outside, beyond, within_table), A - furthest), A + furthest)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from astroinertia.process.lazy import exported
 
 if TYPE_CHECKING:
-    from astroinertia.effects.entries import REQUIRED, Option, not_negative, positive
+    from astroinertia.engines.options import REQUIRED, Option, not_negative, positive
     from astroinertia.observables.observable import Observable
     from astroinertia.observables.quantities import BodyState
     from astroinertia.units import Dimension
@@ -20,7 +20,7 @@ __all__ = ["REQUIRED", "BodyState", "Dimension", "Observable", "Option", "not_ne
 _MODULES = {
     "observables.observable": ("Observable",),
     "observables.quantities": ("BodyState",),
-    "effects.entries": ("REQUIRED", "Option", "not_negative", "positive"),
+    "engines.options": ("REQUIRED", "Option", "not_negative", "positive"),
     "units": ("Dimension",),
 }
 __getattr__ = exported(__name__, _MODULES)

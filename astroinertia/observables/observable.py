@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from astroinertia.effects.entries import ALL_MODELS, Option
+from astroinertia.engines.options import ALL_MODELS, Option
 from astroinertia.observables.quantities import BodyState
 from astroinertia.units import Dimension
 

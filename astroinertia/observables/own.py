@@ -15,11 +15,12 @@ from typing import Any
 import numpy as np
 
 from astroinertia.effects.doors import Door, made_of
-from astroinertia.effects.entries import ALL_MODELS, Entry, exponents
+from astroinertia.effects.entries import Entry
+from astroinertia.engines.options import ALL_MODELS
 from astroinertia.errors import SceneError
 from astroinertia.observables.observable import Observable
 from astroinertia.observables.quantities import DERIVED, LABELS, OF_EFFECTS, RECORDED, SAID, BodyState, Quantity
-from astroinertia.units import Dimension, shown, si_unit
+from astroinertia.units import DIMENSIONS, Dimension, shown, si_unit
 
 SIZES = {name: len(LABELS[name][0]) for name in ("i", "j", "principal", "mode")}
 PARTICLES = ("sph",)  # models of an observable that is given the particles
@@ -62,7 +63,8 @@ def entry_of(made: Any, package: str = "") -> Entry:
 
 def dimension_of(made: type[Observable]) -> Dimension:
     """Exponents of mass, length and time of its value."""
-    return Dimension(*map(float, exponents(made.dimension)))
+    named = made.dimension
+    return Dimension(*map(float, DIMENSIONS[named] if isinstance(named, str) else named))
 
 
 def quantity_of(entry: Entry) -> Quantity:

@@ -18,8 +18,8 @@ from scipy.optimize import root_scalar
 from astroinertia.bodies.neutron_star_fits import KEPLER_FACTORS, kepler_period, roche_shedding_period
 from astroinertia.bodies.polytrope import lane_emden, polytrope_radius
 from astroinertia.bodies.rotating_star import RotatingStar, end_of_sequence, rotating_star
-from astroinertia.bodies.scf_matter import polytropic_matter
 from astroinertia.errors import NumericalError
+from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS
 
 Array = Any

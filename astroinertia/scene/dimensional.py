@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BeforeValidator, ValidationInfo
 from pydantic.fields import FieldInfo
 
-from astroinertia.effects.entries import Option, exponents
+from astroinertia.engines.options import Option
 from astroinertia.errors import SceneError
 from astroinertia.units import CodeUnits, Dimension, plain_number_hint, quantity, shown
 
@@ -53,7 +53,7 @@ def in_code_units(value: Any, dimension: str | Dimension, units: CodeUnits) -> A
     """The value of an option in code units: a number, or a list of numbers; what has no dimension as it is."""
     if value is None or isinstance(value, str) or dimension in ("choice", "boolean"):
         return value
-    scale = units.unit(exponents(dimension))
+    scale = units.unit(dimension)
     if isinstance(value, int | float):
         return value / scale
     return (np.asarray(value, dtype=float) / scale).tolist()

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from astroinertia.effects.characteristic import Vector as Triple
-from astroinertia.effects.entries import ALL_MODELS
+from astroinertia.engines.options import ALL_MODELS
 from astroinertia.scene.dimensional import (
     AngularMomentum,
     AngularVelocity,

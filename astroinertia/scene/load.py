@@ -7,12 +7,12 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from astroinertia.effects import own_matter
 from astroinertia.effects.catalogue import ALL_MODELS, CATALOGUE, Entry
 from astroinertia.effects.doors import as_written, made_of
 from astroinertia.effects.own import own_entries
 from astroinertia.errors import SceneError
 from astroinertia.initial import own as own_bodies
-from astroinertia.matter import own as own_matter
 from astroinertia.observables import own as own_observables
 from astroinertia.observables.observable import Observable
 from astroinertia.observables.own import OBSERVABLES

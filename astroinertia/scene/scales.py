@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from astroinertia.effects.entries import Option
+from astroinertia.engines.options import Option
 from astroinertia.scene.dimensional import quantity_of
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.problems import Problem

@@ -21,8 +21,8 @@ from pathlib import Path
 import numpy as np
 
 from astroinertia.errors import SceneError
-from astroinertia.sph.columns import check_there, plain_number
 from astroinertia.sph.profiles import Profile
+from astroinertia.storage.columns import check_there, plain_number
 from astroinertia.units import ATOMIC_MASS, BOLTZMANN_CONSTANT, SOLAR_MASS, SOLAR_RADIUS, quantity, shown
 
 MAX_BYTES = 2**26

@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 
 from astroinertia.errors import SceneError, SceneWarning
-from astroinertia.sph.columns import Columns, check_file, check_numbers, check_size, csv_columns, hdf5, npz_columns
 from astroinertia.sph.table_gadget import SI, UNKNOWN, snapshot_columns
-from astroinertia.sph.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, split_vectors
 from astroinertia.sph.table_netcdf import netcdf_columns
 from astroinertia.sph.table_phantom import is_dump, read_dump
+from astroinertia.storage.columns import Columns, check_file, check_numbers, check_size, csv_columns, hdf5, npz_columns
+from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, split_vectors
 
 REQUIRED = ("mass", "x", "y", "z")
 OPTIONAL = ("vx", "vy", "vz", "u")

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.errors import SceneError
-from astroinertia.sph.table_hdf5 import group_names, members, numbers, opened, split_vectors
+from astroinertia.storage.table_hdf5 import group_names, members, numbers, opened, split_vectors
 
 SI, UNKNOWN = "SI", "unknown"
 _HEADER, _TYPE = "Header", "PartType"

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from astroinertia.errors import AstroinertiaError, SceneError
-from astroinertia.sph.table_hdf5 import VECTORS
 from astroinertia.storage import hdf5_structure, trailer
 from astroinertia.storage.bounded import check_proportion, plain_text
+from astroinertia.storage.table_hdf5 import VECTORS
 
 _CLASSIC = (b"CDF\x01", b"CDF\x02")
 _OF_A_SNAPSHOT = {"mass": "mass", "position": "position", "velocity": "velocity", "u": "internal_energy"}

@@ -16,9 +16,9 @@ from scipy.optimize import root
 
 from astroinertia.bodies.clairaut import love_number
 from astroinertia.bodies.hydrostatic import HydrostaticPlanet, planet_from_radii
-from astroinertia.bodies.materials import FORSTERITE, IRON_LIQUID
 from astroinertia.bodies.planets import SolarSystemBody
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.matter.planetary import FORSTERITE, IRON_LIQUID
 from astroinertia.studies.core_inversion import core_inversion
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 

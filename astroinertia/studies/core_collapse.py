@@ -25,9 +25,9 @@ from astroinertia.accuracy.running import run_scene
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.rotating_star import RotatingStar, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
-from astroinertia.bodies.scf_matter import polytropic_matter
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia.errors import SceneError
+from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.matter.cold_matter import CORE_COLLAPSE
 from astroinertia.scene import load
 from astroinertia.storage import cache

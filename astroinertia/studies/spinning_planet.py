@@ -45,7 +45,7 @@ class Shape(NamedTuple):
 
 @dataclass(frozen=True)
 class _Law:
-    """A solid or liquid as a barotrope (bodies/barotropes.py), by splines: a figure asks it some ten thousand times."""
+    """A solid or liquid as a barotrope (matter/barotropes.py), by splines: a figure asks it some ten thousand times."""
 
     density: Callable
     pressure: Callable

@@ -18,13 +18,13 @@ from scipy.optimize import root_scalar
 from astroinertia import dataset as datasets
 from astroinertia.accuracy.running import run_scene
 from astroinertia.bodies import neutron_star_fits
-from astroinertia.bodies.degenerate import degenerate_electrons
-from astroinertia.bodies.equations_of_state import SOLAR_LENGTH, Barotrope, read2009
 from astroinertia.bodies.neutron_stars import NeutronStar, stable_branch, star, star_of_mass
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.tov import structure
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope, read2009
+from astroinertia.matter.degenerate import degenerate_electrons
 from astroinertia.rotation.break_up import shedding_share, spun_up_polytrope
 from astroinertia.rotation.collapsing_shells import shells_of
 from astroinertia.rotation.spin_scaling import SpinUp, radius_of_period, spin_up as whole

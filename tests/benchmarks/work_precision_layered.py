@@ -13,7 +13,7 @@ from astroinertia.bodies.clairaut import DEFAULT_STEPS as CLAIRAUT_STEPS, love_n
 from astroinertia.bodies.earth import prem
 from astroinertia.bodies.hydrostatic import DEFAULT_STEPS as PLANET_STEPS, planet_from_masses
 from astroinertia.bodies.layered import linear_layers, polynomial_layers
-from astroinertia.bodies.materials import IRON_HCP, PEROVSKITE, Murnaghan
+from astroinertia.matter.planetary import IRON_HCP, PEROVSKITE, Murnaghan
 
 G, EARTH_MASS = 6.6743e-11, 5.9722e24
 

@@ -6,7 +6,7 @@ from astroinertia.bodies import maclaurin, spectral_polytrope
 from astroinertia.bodies.rotating_star import RotatingStar
 from astroinertia.bodies.rotation_laws import RIGID, RotationLaw
 from astroinertia.bodies.scf import Resolution, solve_field
-from astroinertia.bodies.scf_matter import polytropic_matter
+from astroinertia.matter.barotropes import polytropic_matter
 
 DEGREES = (8, 16, 32, 48, 96)
 DEFAULT = 48

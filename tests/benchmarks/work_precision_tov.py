@@ -6,10 +6,10 @@ Run: python tests/benchmarks/work_precision_tov.py [--keep]
 import numpy as np
 from precision_table import publish, table
 
-from astroinertia.bodies.equations_of_state import polytrope, read2009
 from astroinertia.bodies.neutron_stars import NeutronStar, star
-from astroinertia.bodies.tabulated_equation import tabulated
 from astroinertia.bodies.tov import TOLERANCE
+from astroinertia.matter.compact_stars import polytrope, read2009
+from astroinertia.matter.compact_tables import tabulated
 
 PROPERTIES = ("mass", "radius", "rest_mass", "moment_of_inertia", "tidal_love_number", "quadrupole_bar")
 CENTRAL_DENSITY = 1.28e-3  # G = c = Msun = 1

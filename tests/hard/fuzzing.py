@@ -20,7 +20,7 @@ import atheris
 import numpy  # noqa: F401  now, so that it is not instrumented: that takes half a minute
 
 MODULES = (
-    "astroinertia.scene", "astroinertia.units", "astroinertia.sph.columns", "astroinertia.sph.table",
+    "astroinertia.scene", "astroinertia.units", "astroinertia.storage.columns", "astroinertia.sph.table",
     "astroinertia.matter.table_equation", "astroinertia.sph.progenitor", "astroinertia.storage.bounded",
     "astroinertia.storage.manifest", "astroinertia.storage.atomic", "astroinertia.storage.hdf5_structure",
     "astroinertia.storage.trailer", "tomllib", "json", "zipfile", "csv",

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from astroinertia.bodies.barotropes import CondensedLaw, Incompressible, PolytropicLaw
 from astroinertia.bodies.clairaut import love_number
 from astroinertia.bodies.figures import figure_of_barotropes, figure_of_density, figure_of_polytrope
 from astroinertia.bodies.layered import constant_layers
 from astroinertia.bodies.polytrope import Polytrope, lane_emden
 from astroinertia.errors import NumericalError
+from astroinertia.matter.barotropes import CondensedLaw, Incompressible, PolytropicLaw
 
 UNIFORM = 3 / (4 * math.pi)
 

@@ -11,7 +11,7 @@ from astroinertia.bodies.clairaut import hydrostatic_figure, love_number, radau_
 from astroinertia.bodies.hydrostatic import planet_from_masses
 from astroinertia.bodies.inversion import two_layers
 from astroinertia.bodies.layered import constant_layers, linear_layers, polynomial_layers, tabulated_layers
-from astroinertia.bodies.materials import ModifiedPolytrope
+from astroinertia.matter.planetary import ModifiedPolytrope
 
 
 def two_layer_love_number(x, core, mantle, degree):

@@ -5,7 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from astroinertia.bodies.equations_of_state import (
+from astroinertia.bodies.neutron_stars import maximum_mass, star, star_of_mass
+from astroinertia.bodies.polytrope import lane_emden
+from astroinertia.bodies.tov import structure
+from astroinertia.errors import NumericalError
+from astroinertia.matter.compact_stars import (
     Barotrope,
     PowerLaw,
     constant_density,
@@ -13,10 +17,6 @@ from astroinertia.bodies.equations_of_state import (
     polytrope,
     read2009,
 )
-from astroinertia.bodies.neutron_stars import maximum_mass, star, star_of_mass
-from astroinertia.bodies.polytrope import lane_emden
-from astroinertia.bodies.tov import structure
-from astroinertia.errors import NumericalError
 
 PROPERTIES = ("mass", "radius", "rest_mass", "moment_ratio", "tidal_love_number", "quadrupole_bar")
 

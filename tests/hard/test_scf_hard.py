@@ -11,8 +11,8 @@ from astroinertia.bodies import maclaurin, spectral_polytrope
 from astroinertia.bodies.rotating_star import end_of_sequence, rotating_star, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.bodies.scf import Resolution
-from astroinertia.bodies.scf_matter import polytropic_matter
 from astroinertia.errors import NumericalError
+from astroinertia.matter.barotropes import polytropic_matter
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "rapid_rotation.json").read_text())
 

@@ -12,7 +12,7 @@ import xarray as xr
 from astroinertia.bodies.maclaurin_momentum import MomentumLaw
 from astroinertia.bodies.rotating_modes import bar_mode
 from astroinertia.bodies.rotating_star import RotatingStar, rotating_star, rotating_star_with
-from astroinertia.bodies.scf_matter import polytropic_matter
+from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.studies.bar_mode import bar_growth, bar_of_liquid
 from astroinertia.studies.spinup import spin_up
 

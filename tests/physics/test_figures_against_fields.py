@@ -5,7 +5,7 @@ import pytest
 
 from astroinertia.bodies.figures import figure_of_polytrope
 from astroinertia.bodies.rotating_star import rotating_star
-from astroinertia.bodies.scf_matter import polytropic_matter
+from astroinertia.matter.barotropes import polytropic_matter
 
 
 @pytest.mark.parametrize(

@@ -13,10 +13,9 @@ import numpy as np
 import pytest
 from scipy.optimize import root_scalar
 
-from astroinertia.bodies import tillotson
 from astroinertia.effects import catalogue
 from astroinertia.engines import numba_cpu, periodic
-from astroinertia.matter import isentropes
+from astroinertia.matter import isentropes, tillotson
 from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem

@@ -8,8 +8,8 @@ from scipy.integrate import solve_ivp
 
 from astroinertia.bodies.clairaut import love_number
 from astroinertia.bodies.hydrostatic import planet_from_masses, planet_from_radii
-from astroinertia.bodies.materials import ICE_VII, IRON_HCP, PEROVSKITE, ModifiedPolytrope, Murnaghan, density
 from astroinertia.errors import NumericalError
+from astroinertia.matter.planetary import ICE_VII, IRON_HCP, PEROVSKITE, ModifiedPolytrope, Murnaghan, density
 
 G, EARTH_MASS, EARTH_RADIUS = 6.6743e-11, 5.9722e24, 6371e3
 

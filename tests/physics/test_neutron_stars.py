@@ -8,7 +8,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from astroinertia.bodies import neutron_star_fits as fits
-from astroinertia.bodies.equations_of_state import (
+from astroinertia.bodies.neutron_stars import maximum_mass, sequence, star, star_of_mass
+from astroinertia.bodies.tov import structure
+from astroinertia.matter.compact_stars import (
     constant_density,
     energy_polytrope,
     piecewise_polytrope,
@@ -16,8 +18,6 @@ from astroinertia.bodies.equations_of_state import (
     read2009,
     read2009_table,
 )
-from astroinertia.bodies.neutron_stars import maximum_mass, sequence, star, star_of_mass
-from astroinertia.bodies.tov import structure
 
 
 def textbook(constant: float, central_density: float) -> dict[str, float]:

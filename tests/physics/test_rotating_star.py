@@ -9,7 +9,7 @@ import pytest
 
 from astroinertia.bodies.rotating_star import RotatingStar, rotating_star
 from astroinertia.bodies.rotation_laws import RotationLaw
-from astroinertia.bodies.scf_matter import polytropic_matter
+from astroinertia.matter.barotropes import polytropic_matter
 from tests.evolve import evolve, prepared
 
 SCENE = (Path(__file__).parents[2] / "sims" / "rotating_star.toml").read_text()

@@ -9,7 +9,7 @@ import pytest
 from astroinertia.bodies import jacobi
 from astroinertia.bodies.rotating_modes import bar_mode
 from astroinertia.bodies.rotating_star import rotating_star_with
-from astroinertia.bodies.scf_matter import polytropic_matter
+from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.studies.bar_mode import bar_growth
 from astroinertia.studies.spinup import spin_up
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from astroinertia.bodies.barotropes import CondensedLaw, Incompressible, PolytropicLaw, TabulatedLaw
 from astroinertia.bodies.figures import figure_of_barotropes, figure_of_polytrope
+from astroinertia.matter.barotropes import CondensedLaw, Incompressible, PolytropicLaw, TabulatedLaw
 
 ROWS = np.geomspace(1e-6, 10.0, 120)
 LAWS = {

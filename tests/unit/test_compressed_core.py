@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from astroinertia.bodies.materials import FORSTERITE, IRON_LIQUID
 from astroinertia.bodies.planets import body
 from astroinertia.cli.main import main
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.matter.planetary import FORSTERITE, IRON_LIQUID
 from astroinertia.studies.compressed_core import compressed_core
 from astroinertia.studies.core_inversion import core_inversion
 

@@ -10,8 +10,8 @@ import pytest
 from astroinertia import dataset as datasets
 from astroinertia.bodies.rotating_star import rotating_star
 from astroinertia.bodies.rotation_laws import RotationLaw
-from astroinertia.bodies.scf_matter import polytropic_matter
 from astroinertia.errors import SceneError
+from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.scene.load import loads
 from astroinertia.studies import core_collapse
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGHT

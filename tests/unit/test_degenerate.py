@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import quad
 
 from astroinertia.bodies import neutron_stars
-from astroinertia.bodies.degenerate import degenerate_electrons
-from astroinertia.bodies.equations_of_state import SOLAR_LENGTH, geometric_density
 from astroinertia.bodies.polytrope import lane_emden
+from astroinertia.matter.compact_stars import SOLAR_LENGTH, geometric_density
+from astroinertia.matter.degenerate import degenerate_electrons
 
 
 def test_the_equation_of_state_is_the_electrons_integral():

@@ -13,9 +13,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from astroinertia.effects import catalogue
-from astroinertia.effects.catalogue import CATALOGUE, DIMENSIONS, Default
+from astroinertia.effects.catalogue import CATALOGUE, Default
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.models.sph.step import step
+from astroinertia.units import DIMENSIONS
 from tests.ball import ball, state_of
 
 

@@ -32,14 +32,15 @@ ROOMS = [
     *("bodies/affine", "bodies/affine_motion"),
     *("bodies/apsidal", "bodies/clairaut", "bodies/cold_spheroid", "bodies/composite_polytrope", "bodies/darwin"),
     *("bodies/earth", "bodies/ellipsoid_gravity", "bodies/ellipsoid_secular", "bodies/ellipsoid_stability"),
-    *("bodies/equations_of_state", "bodies/figures", "bodies/giant_planets", "bodies/inversion", "bodies/jacobi"),
+    *("bodies/figures", "bodies/giant_planets", "bodies/inversion", "bodies/jacobi"),
     *("bodies/layered", "bodies/maclaurin", "bodies/moment_ratios", "bodies/neutron_star_fits"),
     *("bodies/neutron_stars", "bodies/oscillations", "bodies/planets", "bodies/polytrope", "bodies/riemann"),
-    *("bodies/bar_analysis", "bodies/barotropes", "bodies/degenerate", "bodies/homogeneous_ellipsoid"),
-    *("bodies/hydrostatic", "bodies/materials", "bodies/roche", "bodies/roche_polytrope", "bodies/rotating_star"),
+    *("bodies/bar_analysis", "bodies/homogeneous_ellipsoid"),
+    *("bodies/hydrostatic", "bodies/roche", "bodies/roche_polytrope", "bodies/rotating_star"),
     *("bodies/rotating_sequence", "bodies/rotation_laws", "bodies/spectral_polytrope"),
-    *("bodies/scf", "bodies/scf_matter", "bodies/scf_mesh", "bodies/slow_rotation", "bodies/tabulated_equation"),
-    "bodies/tillotson",
+    *("bodies/scf", "bodies/scf_mesh", "bodies/slow_rotation"),
+    *("matter/barotropes", "matter/compact_stars", "matter/compact_tables", "matter/degenerate", "matter/planetary"),
+    "matter/tillotson",
 ]
 # Those of the rooms that would keep the ordinary tests waiting: what is compiled for a second, run or drawn.
 EXPENSIVE = [

@@ -11,7 +11,7 @@ import pytest
 from astroinertia.cli import main as cli
 from astroinertia.errors import SceneError
 from astroinertia.scene.load import load_file, loads
-from astroinertia.sph.columns import Columns
+from astroinertia.storage.columns import Columns
 from astroinertia.test_problems.matter import standard
 from tests.sims import SIMS
 

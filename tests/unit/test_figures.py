@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.bodies.barotropes import CondensedLaw, Incompressible, PolytropicLaw
 from astroinertia.bodies.clairaut import hydrostatic_figure
 from astroinertia.bodies.earth import prem, prem_figure
 from astroinertia.bodies.figures import figure_of_barotropes, figure_of_density, figure_of_polytrope
 from astroinertia.bodies.spectral_polytrope import rotating_polytrope
+from astroinertia.matter.barotropes import CondensedLaw, Incompressible, PolytropicLaw
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "figures.json").read_text())
 

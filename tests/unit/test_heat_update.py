@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from astroinertia.bodies.tillotson import BASALT, IRON
 from astroinertia.matter import isentropes as tables
+from astroinertia.matter.tillotson import BASALT, IRON
 from astroinertia.models.sph.heat import exchange_of, heat_update
 
 COUNT = 300

@@ -8,7 +8,7 @@ import pytest
 from astroinertia.bodies import maclaurin
 from astroinertia.bodies.maclaurin_momentum import MomentumLaw
 from astroinertia.bodies.rotating_star import RotatingStar, rotating_star, rotating_star_with
-from astroinertia.bodies.scf_matter import polytropic_matter
+from astroinertia.matter.barotropes import polytropic_matter
 
 
 @pytest.fixture(scope="module")

@@ -15,10 +15,10 @@ from scipy.optimize import curve_fit
 import astroinertia
 from astroinertia.build.fluids import equation_of_state
 from astroinertia.build.spheres import sphere
+from astroinertia.effects.own_matter import TAKEN
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.matter import Matter, Option, positive, pytree
 from astroinertia.matter.equation import disagreement
-from astroinertia.matter.own import TAKEN
 from astroinertia.scene.load import KINDS, loads
 from astroinertia.scene.plan import code_units, plan
 from tests.plugin_example import EXAMPLE, STOP, command, distribution, installed_in, stopped_at

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from astroinertia.bodies.equations_of_state import SOLAR_TIME, constant_density, polytrope, read2009
 from astroinertia.bodies.neutron_stars import maximum_mass, sequence, stable_branch, star, star_of_mass
-from astroinertia.bodies.tabulated_equation import tabulated
+from astroinertia.matter.compact_stars import SOLAR_TIME, constant_density, polytrope, read2009
+from astroinertia.matter.compact_tables import tabulated
 from astroinertia.units import SOLAR_MASS
 
 GAMMA_TWO = polytrope(100.0, 2.0)

@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 
 import astroinertia
-from astroinertia.bodies.materials import Murnaghan, Vinet
 from astroinertia.engines.pytree import pytree
+from astroinertia.matter.planetary import Murnaghan, Vinet
 
 
 @pytree

@@ -5,12 +5,12 @@ import pytest
 
 from astroinertia.bodies.rotating_star import rotating_star
 from astroinertia.bodies.rotation_laws import RotationLaw
-from astroinertia.bodies.scf_matter import matter_of, polytropic_matter
 from astroinertia.build.assemble import metadata, prepare
 from astroinertia.build.fluids import equation_of_state
 from astroinertia.build.spheres import sphere
 from astroinertia.errors import SceneError
 from astroinertia.matter import cold_matter, gases
+from astroinertia.matter.barotropes import matter_of, polytropic_matter
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
 from astroinertia.sph import profiles

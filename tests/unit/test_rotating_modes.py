@@ -12,7 +12,7 @@ from astroinertia.bodies.maclaurin_momentum import MomentumLaw
 from astroinertia.bodies.oscillations import nonradial_modes
 from astroinertia.bodies.rotating_modes import bar_mode, spectrum
 from astroinertia.bodies.rotating_star import rotating_star
-from astroinertia.bodies.scf_matter import polytropic_matter
+from astroinertia.matter.barotropes import polytropic_matter
 
 STIFF = 1e6  # adiabatic exponent of a liquid
 

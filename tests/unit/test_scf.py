@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies import maclaurin, spectral_polytrope
-from astroinertia.bodies.barotropes import PolytropicLaw
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.rotating_star import RotatingStar, rotating_star, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.bodies.scf import Resolution, solve_field
-from astroinertia.bodies.scf_matter import matter_of, polytropic_matter
 from astroinertia.bodies.scf_mesh import build_mesh, even_legendre
 from astroinertia.errors import NumericalError
+from astroinertia.matter.barotropes import PolytropicLaw, matter_of, polytropic_matter
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "rapid_rotation.json").read_text())
 LAWS = (RotationLaw(), RotationLaw("j_constant", 0.4), RotationLaw("v_constant", 0.4))

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.bodies.equations_of_state import (
+from astroinertia.bodies.neutron_stars import star
+from astroinertia.bodies.polytrope import lane_emden
+from astroinertia.bodies.slow_rotation import decaying_exterior, love_number, slow_rotation
+from astroinertia.bodies.tov import structure
+from astroinertia.matter.compact_stars import (
     Barotrope,
     PowerLaw,
     constant_density,
     piecewise_polytrope,
     polytrope,
 )
-from astroinertia.bodies.neutron_stars import star
-from astroinertia.bodies.polytrope import lane_emden
-from astroinertia.bodies.slow_rotation import decaying_exterior, love_number, slow_rotation
-from astroinertia.bodies.tov import structure
 
 REFERENCE = [
     entry

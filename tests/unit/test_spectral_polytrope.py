@@ -96,6 +96,7 @@ def test_hydrostatic_balance_in_units():
     polar = (density * volume * r**2 * (1 - mu**2)).sum()
     assert polar == pytest.approx(body.polar_moment, rel=1e-12)
     assert (density * volume * r**2).sum() * 2 / 3 == pytest.approx(body.moment_ratio * 2.0 * 9.0, rel=1e-12)
+    assert body.mean_moment == pytest.approx(body.moment_ratio * 2.0 * 9.0, rel=1e-13)
     masses = density * volume
     # outside, on the axis, the sum over the body is the sum of its zonal harmonics
     far = 2 * body.equatorial_radius

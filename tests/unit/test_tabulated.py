@@ -5,9 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.bodies import tillotson
 from astroinertia.engines.elementwise import Table, elementwise, totals
-from astroinertia.matter import isentropes as tables
+from astroinertia.matter import isentropes as tables, tillotson
 from astroinertia.matter.interior import isentrope
 
 IRON, ROCK = tillotson.IRON, tillotson.BASALT
@@ -131,7 +130,7 @@ def test_pressures_are_those_of_tillotson_and_none_is_in_tension():
 
 @pytest.mark.slow
 def test_the_cold_isentrope_is_that_of_the_interiors():
-    """The same curve as bodies/tillotson.py integrates for planets, in compression."""
+    """The same curve as matter/tillotson.py integrates for planets, in compression."""
     table = tables.tabulated([of(IRON)])
     rho = IRON.reference_density * np.array([1.2, 1.6, 2.2])
     with jax.enable_x64(True):

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.bodies.equations_of_state import SOLAR_LENGTH, constant_density, piecewise_polytrope, polytrope
 from astroinertia.bodies.polytrope import Polytrope, lane_emden, polytrope_radius
 from astroinertia.bodies.tov import structure
+from astroinertia.matter.compact_stars import SOLAR_LENGTH, constant_density, piecewise_polytrope, polytrope
 
 REFERENCE = [
     entry

@@ -1,5 +1,6 @@
 """Names and sentences use the field's words: words that a newcomer has to guess occur nowhere."""
 
+import importlib
 import re
 import warnings
 from pathlib import Path
@@ -107,3 +108,10 @@ def test_names_of_before_work_for_one_release_and_warn() -> None:
         assert error_bars.order_told is error_bars.measured_order
     with warnings.catch_warnings(), pytest.raises(AttributeError, match="has no attribute 'order_asked'"):
         error_bars.__getattr__("order_asked")
+    from astroinertia.matter import compact_stars
+
+    with pytest.warns(FutureWarning, match=r"bodies\.equations_of_state is now astroinertia\.matter\.compact_stars"):
+        moved = importlib.import_module("astroinertia.bodies.equations_of_state")
+    assert moved.read2009 is compact_stars.read2009
+    with pytest.raises(ImportError):
+        importlib.import_module("astroinertia.bodies.nowhere")

@@ -7,7 +7,7 @@ geometric, G = c = Msun = 1, in everything but the arguments that are named othe
 `geometric_pressure`).
 
 Sources: Read, Lackey, Owen & Friedman 2009, PRD 79, 124032; Lindblom 1992, ApJ 398, 569.
-Tests: tests/unit/test_equations_of_state.py.
+Tests: tests/unit/test_compact_stars.py.
 """
 
 import csv
@@ -117,8 +117,8 @@ class Barotrope:
 
     def _values(self, enthalpy) -> np.ndarray:
         flat = np.atleast_1d(np.asarray(enthalpy, dtype=float))
-        found = np.array([self.piece_at(float(value)).at(float(value)) for value in flat.ravel()])
-        return found.T.reshape(2, *np.shape(enthalpy))
+        values = np.array([self.piece_at(float(value)).at(float(value)) for value in flat.ravel()])
+        return values.T.reshape(2, *np.shape(enthalpy))
 
     def rest_density(self, enthalpy) -> np.ndarray:
         """rho0 at eta, of the same shape."""
@@ -136,8 +136,8 @@ class Barotrope:
     def sound_speed_squared(self, enthalpy) -> np.ndarray:
         """dP/de at eta, in c^2, of the same shape."""
         flat = np.atleast_1d(np.asarray(enthalpy, dtype=float)).ravel()
-        found = [self.piece_at(float(value)).sound_speed_squared(float(value)) for value in flat]
-        return np.array(found).reshape(np.shape(enthalpy))
+        squares = [self.piece_at(float(value)).sound_speed_squared(float(value)) for value in flat]
+        return np.array(squares).reshape(np.shape(enthalpy))
 
     def causal_up_to(self, enthalpy: float) -> bool:
         """Whether sound is nowhere faster than light below eta (32 points a piece)."""
@@ -160,12 +160,12 @@ class Barotrope:
 
         def excess(enthalpy: float, piece: Piece) -> float:
             density, pressure = piece.at(enthalpy)
-            found = {
+            quantities = {
                 "rest_density": density,
                 "pressure": pressure,
                 "energy_density": density * (1 + enthalpy) - pressure,
             }
-            return found[quantity] / value - 1
+            return quantities[quantity] / value - 1
 
         for low, high, piece in zip(self.edges, self.edges[1:], self.pieces, strict=False):
             if math.isinf(high):
@@ -183,8 +183,8 @@ class Barotrope:
                     return low
                 if excess(high, piece) <= 0:
                     return high
-                found = root_scalar(excess, (piece,), "brentq", (low, high), xtol=1e-300, rtol=8.9e-16, maxiter=500)
-                return found.root
+                solution = root_scalar(excess, (piece,), "brentq", (low, high), xtol=1e-300, rtol=8.9e-16, maxiter=500)
+                return solution.root
         raise ValueError(
             f"equation of state {self.name}: a {quantity} of {value:.6g} lies above the largest that it covers, "
             f"{value * (1 + excess(self.edges[-1], self.pieces[-1])):.6g}"

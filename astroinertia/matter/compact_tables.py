@@ -6,7 +6,7 @@ Between rows ln P is the cubic of ln eta whose slopes are the table's own (dP/d 
 from it: a power law is reproduced exactly. Two rows of one pressure are a phase transition, where the density jumps.
 
 Sources: Swesty 1996, J. Comput. Phys. 127, 118 (consistency by construction); Fritsch & Carlson 1980, SIAM J. Numer.
-Anal. 17, 238 (monotone cubics). Tests: tests/unit/test_tabulated_equation.py.
+Anal. 17, 238 (monotone cubics). Tests: tests/unit/test_compact_tables.py.
 """
 
 import math
@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from astroinertia.bodies.equations_of_state import Barotrope, Piece, PowerLaw
+from astroinertia.matter.compact_stars import Barotrope, Piece, PowerLaw
 
 _FEWEST_ROWS = 4
 _FIRST = 16  # knots a row: tables of four rows a decade then keep pieces of power laws to 1e-8
@@ -93,8 +93,8 @@ def _piece(log_pressure: np.ndarray, log_density: np.ndarray, by_energy: bool, s
         x, slope = np.log(eta), eta * density / np.exp(fine)
         piece = TablePiece(x.tolist(), fine.tolist(), slope.tolist())
         inside = np.exp(np.linspace(x[:-1], x[1:], 9)[1:-1].ravel())
-        found = np.array([piece._cubic(float(value))[1:] for value in inside])
-        if np.all(found[:, 0] > 1) and np.all(found[:, 0] * (found[:, 0] - 1) + found[:, 1] > 0):
+        rise, bend = np.array([piece._cubic(float(value))[1:] for value in inside]).T
+        if np.all(rise > 1) and np.all(rise * (rise - 1) + bend > 0):
             return piece, float(eta[-1])
         parts *= 2
     raise ValueError("the table is too rough: no smooth curve with a rising density passes through its rows")

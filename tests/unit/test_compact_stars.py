@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from astroinertia.bodies.equations_of_state import (
+from astroinertia.matter.compact_stars import (
     READ_DENSITIES,
     SLY_CRUST_DENSITIES,
     SLY_CRUST_GAMMAS,

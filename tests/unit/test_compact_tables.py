@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from astroinertia.bodies.equations_of_state import piecewise_polytrope, polytrope
 from astroinertia.bodies.neutron_stars import star
-from astroinertia.bodies.tabulated_equation import tabulated
+from astroinertia.matter.compact_stars import piecewise_polytrope, polytrope
+from astroinertia.matter.compact_tables import tabulated
 
 GAMMA_TWO = polytrope(100.0, 2.0)
 

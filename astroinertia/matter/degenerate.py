@@ -11,7 +11,7 @@ section 2.3. Tests: tests/unit/test_degenerate.py.
 import math
 from dataclasses import dataclass
 
-from astroinertia.bodies.equations_of_state import Barotrope, geometric_density
+from astroinertia.matter.compact_stars import Barotrope, geometric_density
 from astroinertia.units import ATOMIC_MASS, ELECTRON_MASS, REDUCED_PLANCK_CONSTANT, SPEED_OF_LIGHT
 
 _COMPTON = REDUCED_PLANCK_CONSTANT / (ELECTRON_MASS * SPEED_OF_LIGHT)  # reduced Compton wavelength of the electron, m

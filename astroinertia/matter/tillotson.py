@@ -1,7 +1,7 @@
 """Tillotson's equation of state, with its parameters for rocks, iron and ice.
 
 Sources: Tillotson 1962, General Atomic report GA-3216; Melosh 1989, Impact Cratering, app. II; Benz & Asphaug 1999,
-Icarus 142, 5. Tests: tests/unit/test_materials.py.
+Icarus 142, 5. Tests: tests/unit/test_planetary.py.
 """
 
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.bodies.materials import inverted
 from astroinertia.engines.pytree import pytree
+from astroinertia.matter.planetary import inverted
 
 Array = Any
 

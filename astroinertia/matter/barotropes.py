@@ -1,10 +1,12 @@
 """Laws between pressure and density for figures of equilibrium, in terms of the enthalpy e = int dP/rho.
 
 A law has density(enthalpy), pressure(enthalpy), enthalpy(pressure), all increasing, and `surface_index`: where the
-pressure is zero, the density vanishes as e^surface_index (0: it is finite there). Any consistent units.
-Tests: tests/unit/test_barotropes.py.
+pressure is zero, the density vanishes as e^surface_index (0: it is finite there). Any consistent units. A
+self-consistent field takes it scaled: as a function of x = e/e_max, in units of the largest density and of that times
+e_max. Tests: tests/unit/test_barotropes.py, tests/unit/test_scf.py.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -14,7 +16,7 @@ from numpy.polynomial import chebyshev
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 
-class Barotrope(Protocol):
+class BarotropicLaw(Protocol):
     """What a figure needs to know of a material."""
 
     @property
@@ -162,6 +164,8 @@ class CondensedLaw:
         return self._enthalpy_of_density(self._density_where(self.pressure_of_density, pressure))
 
 
+SOFTEST = 4.5  # index up to which the iteration converges to round-off and the virial theorem to 1e-6 (measured)
+_SMALLEST = 1e-200  # of h_max: where a law is asked for nothing at all, for its logarithms' sake
 _FINER = 8  # intervals between two rows of a table for the spline of its enthalpy
 
 
@@ -240,3 +244,54 @@ class TabulatedLaw:
         """Enthalpy at a pressure."""
         inside, below = self._beyond(pressure, self._log_enthalpy.x)
         return np.exp(self._log_enthalpy(inside)) * below ** (1 / (self._first_index + 1))
+
+
+@dataclass(frozen=True)
+class ScaledLaw:
+    """density(x)/rho_max and pressure(x)/(rho_max h_max); max_density and max_enthalpy are None where all scales do."""
+
+    name: str
+    density: Callable[[np.ndarray], np.ndarray]
+    pressure: Callable[[np.ndarray], np.ndarray]
+    max_density: float | None = None
+    max_enthalpy: float | None = None
+
+
+def polytropic_matter(index: float) -> ScaledLaw:
+    """Return P = K rho^(1 + 1/n): rho ~ h^n, P = rho h/(n + 1); ValueError outside 0 <= n <= 4.5. n = 0 is a liquid.
+
+    Source: Hachisu 1986, ApJS 61, 479, eq. 6. Test: tests/unit/test_scf.py.
+
+    >>> matter = polytropic_matter(1.5)
+    >>> print(float(matter.density(np.array(0.25))), float(matter.pressure(np.array(1.0))))  # x^n, 1/(n + 1)
+    0.125 0.4
+    """
+    n = float(index)
+    if not 0 <= n <= SOFTEST:
+        raise ValueError(f"a rotating polytrope needs an index 0 <= n <= {SOFTEST}, not {index!r}: cores get too small")
+    return ScaledLaw(
+        name=f"polytrope of index {n:g}",
+        density=lambda x: np.where(x > 0, np.maximum(x, 0.0) ** n, 0.0),
+        pressure=lambda x: np.maximum(x, 0.0) ** (n + 1) / (n + 1),
+    )
+
+
+def matter_of(law: BarotropicLaw, max_enthalpy: float, name: str = "barotrope") -> ScaledLaw:
+    """Return the matter of a law up to a largest enthalpy, in the law's units; ValueError unless that is positive.
+
+    Test: tests/unit/test_scf.py.
+
+    >>> matter = matter_of(PolytropicLaw(1.5), 2.0)
+    >>> print(f"{matter.max_density:.6f} {matter.density(np.array(0.25)):.6f}")  # (2/2.5)^1.5, and 0.25^1.5
+    0.715542 0.125000
+    """
+    if not (math.isfinite(max_enthalpy) and max_enthalpy > 0):
+        raise ValueError(f"the largest enthalpy must be positive and finite, not {max_enthalpy!r}")
+    densest = float(law.density(np.array([max_enthalpy]))[0])
+
+    def scaled(curve, unit):
+        return lambda x: np.where(x > 0, curve(np.maximum(x, _SMALLEST) * max_enthalpy), 0.0) / unit
+
+    return ScaledLaw(
+        name, scaled(law.density, densest), scaled(law.pressure, densest * max_enthalpy), densest, float(max_enthalpy)
+    )

@@ -17,6 +17,9 @@ def double_precision(*static: str) -> Callable[[Callable], Callable]:
     grad apply. Called outside, it gives numpy arrays, lest the next operation silently round them to 32 bits; a batch
     or a gradient taken outside would have been rounded already and is a ValueError. Static arguments that a caller
     leaves out take their defaults. Checked by tests/unit/test_layered.py.
+
+    >>> print(f"{double_precision()(jax.numpy.sqrt)(2.0):.15f}")
+    1.414213562373095
     """
 
     def decorate(function: Callable) -> Callable:

@@ -49,7 +49,7 @@ def installed(kind: str) -> Entry | None:
     return MATTER.installed(kind, entry_of)
 
 
-def given(own_things: Sequence[Any]) -> tuple[dict[str, Entry], Entry | None]:
+def entries_of(own_things: Sequence[Any]) -> tuple[dict[str, Entry], Entry | None]:
     """Of effects, and at most one equation of state, of the user's own: the entries of effects by kind, and the other.
 
     Each is an object or its class; SceneError where one is not as it must be, or where two are of one kind.
@@ -58,10 +58,10 @@ def given(own_things: Sequence[Any]) -> tuple[dict[str, Entry], Entry | None]:
         return {}, None
     from astroinertia.matter.equation import Matter
 
-    fluids = [each for each in map(made_of, own_things) if isinstance(each, type) and issubclass(each, Matter)]
+    fluids = [made for made in map(made_of, own_things) if isinstance(made, type) and issubclass(made, Matter)]
     if len(fluids) > 1:
         raise SceneError("two equations of state are given; a scene has one.")
-    effects = own.classes([each for each in own_things if made_of(each) not in fluids])
+    effects = own.classes([thing for thing in own_things if made_of(thing) not in fluids])
     return effects, entry_of(fluids[0]) if fluids else None
 
 

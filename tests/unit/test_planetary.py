@@ -4,9 +4,9 @@ import jax
 import numpy as np
 import pytest
 
-from astroinertia.bodies import tillotson
 from astroinertia.bodies.earth import prem
-from astroinertia.bodies.materials import (
+from astroinertia.matter import tillotson
+from astroinertia.matter.planetary import (
     FORSTERITE,
     ICE_VII,
     IRON_HCP,

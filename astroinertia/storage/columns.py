@@ -15,8 +15,8 @@ from typing import TextIO
 import numpy as np
 
 from astroinertia.errors import SceneError
-from astroinertia.sph.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, hdf5_columns
 from astroinertia.storage.bounded import npz_members, plain_text
+from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, hdf5_columns
 from astroinertia.units import shown
 
 MAX_BYTES = 2**30
