@@ -1,24 +1,24 @@
 """Pair sums the plain way: every pair of particles in one array, a reference apart from the engines."""
 
-import inspect
 from types import SimpleNamespace
 
 import numpy as np
 
+from astroinertia.engines.terms import argument_names, arguments
 from astroinertia.sph.kernels import KERNELS
 
 
 def _arguments(function, scalars, fields):
     """What a pair function asks for by name: pair scalars (N, N), or a field's values at i (rows) or j (columns)."""
-    values = []
-    for name in list(inspect.signature(function).parameters)[1:]:
+    values = {}
+    for name in argument_names(function):
         if name in scalars:
-            values.append(scalars[name]())
+            values[name] = scalars[name]()
         elif name.endswith("_i"):
-            values.append(fields[name[:-2]][:, None] + 0 * fields["mass"][None, :])
+            values[name] = fields[name[:-2]][:, None] + 0 * fields["mass"][None, :]
         else:
-            values.append(fields[name[:-2]][None, :] + 0 * fields["mass"][:, None])
-    return values
+            values[name] = fields[name[:-2]][None, :] + 0 * fields["mass"][:, None]
+    return arguments(function, values)
 
 
 def pair_sums(terms, fields, kernel, all_pairs=False, virial=False, scale=False):

@@ -6,7 +6,6 @@
 processors that the machine does not have.
 """
 
-import inspect
 import os
 import pickle
 import platform
@@ -25,6 +24,7 @@ from astroinertia.effects.pressure import PRESSURE
 from astroinertia.effects.viscosity import GUARDED, TREND, VELOCITY_GRADIENT
 from astroinertia.engines import numba_cache, numba_modules, numba_vectors
 from astroinertia.engines.numba_cpu import Engine
+from astroinertia.engines.terms import argument_names
 from astroinertia.gravity import multipole
 from astroinertia.gravity.clamped_points import SOFTENED_LESS_POINT
 from astroinertia.gravity.direct import DIRECT_GRAVITY
@@ -82,12 +82,7 @@ def fields_of_a_step():
         "acceleration": random.normal(size=(COUNT, 3)),
         "smoothing_length": random.uniform(0.5, 2.0, COUNT),
     }
-    named = {
-        name
-        for terms in PASSES.values()
-        for term in terms
-        for name in list(inspect.signature(term.pair).parameters)[1:]
-    }
+    named = {name for terms in PASSES.values() for term in terms for name in argument_names(term.pair)}
     for name in sorted(name[:-2] for name in named if name.endswith(("_i", "_j"))):
         if name not in ("W", "dW", "phi", "dphi", "h"):
             fields.setdefault(name, random.uniform(1.0, 2.0, COUNT))

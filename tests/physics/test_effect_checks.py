@@ -14,6 +14,7 @@ import pytest
 from astroinertia.effects import catalogue, checks, conduction, gravity, pressure, shear_viscosity, viscosity
 from astroinertia.effects.radiation_reaction import Waves
 from astroinertia.engines import numba_cpu, xla
+from astroinertia.engines.terms import argument_names, arguments
 from astroinertia.gravity import direct
 from astroinertia.gravity.point_masses import PointMasses
 from astroinertia.gravity.sinks import no_sinks
@@ -247,12 +248,16 @@ def one_sided(term: Any, output: str) -> Any:
 
 def _changed(term: Any, change: Any) -> Any:
     # The brute-force engine asks for arguments by the names in the signature.
-    names = list(inspect.signature(term.pair).parameters)[1:]
+    names = argument_names(term.pair)
 
     def pair(xp: Any, *values: Any) -> tuple:
-        return change(dict(zip(names, values, strict=True)), term.pair(xp, *values))
+        scalars = dict(zip(names, values, strict=True))
+        return change(scalars, term.pair(xp, *arguments(term.pair, scalars)))
 
-    pair.__signature__ = inspect.signature(term.pair)  # type: ignore[attr-defined]
+    signature = inspect.Signature(
+        [inspect.Parameter(name, inspect.Parameter.POSITIONAL_ONLY) for name in ("xp", *names)]
+    )
+    pair.__signature__ = signature  # type: ignore[attr-defined]
     return replace(term, pair=pair)
 
 
