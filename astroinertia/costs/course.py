@@ -96,7 +96,7 @@ def sphere_of(scene: Scene) -> Sphere:
     gamma = MONATOMIC if fluid is None else fluid.first_gamma
     if fluid is not None and fluid.thermal_gamma and (body.specific_internal_energy or body.entropy) is not None:
         gamma = fluid.thermal_gamma  # what is hot holds it up
-    spin = _spin(scene, square, size)
+    spin = _spin(scene)
     if body.spin is body:
         spin = 0.0  # in equilibrium with it: gravity and pressure below are what is left
     if not has_pressure:
@@ -116,7 +116,7 @@ def sphere_of(scene: Scene) -> Sphere:
                   mass / body.particles, size)  # fmt: skip
 
 
-def _spin(scene: Scene, square: float, size: float) -> float:
+def _spin(scene: Scene) -> float:
     rotation: Any = scene.body.rotation
     if rotation is None:
         return 0.0

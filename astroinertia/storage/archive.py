@@ -191,9 +191,9 @@ class Archive:
             else:
                 yield {name: records[name] for name in records.dtype.names or ()}
 
-    def read_snapshots(self, damaged: str = "raise") -> Iterator[dict[str, np.ndarray]]:
-        """Snapshots of each segment in turn, the snapshot's number leading; otherwise as `read_series`."""
-        for arrays in self._read("snapshots", SNAPSHOT, damaged):
+    def read_snapshots(self) -> Iterator[dict[str, np.ndarray]]:
+        """Snapshots of each segment in turn, the snapshot's number leading; ArchiveError where one is damaged."""
+        for arrays in self._read("snapshots", SNAPSHOT, "raise"):
             yield {name.removeprefix(SNAPSHOT): array for name, array in arrays.items()}
 
     def snapshot_layout(self) -> tuple[int, dict[str, tuple[int, ...]]]:
