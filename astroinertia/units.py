@@ -172,10 +172,10 @@ def quantity(text: str, dimension: str | Dimension) -> float:
         raise SceneError(f"a quantity of {len(text)} characters is longer than the {LONGEST_QUANTITY} allowed.")
     if _WORDS_FOR_NO_NUMBER.match(text):
         raise SceneError(f"'{shown(text)}' is not a finite number.")
-    found = _QUANTITY.fullmatch(text)
-    if found is None:
+    parts = _QUANTITY.fullmatch(text)
+    if parts is None:
         raise SceneError(f"'{shown(text)}' is not a number and a unit{hint}.")
-    number, unit = found.groups()
+    number, unit = parts.groups()
     scale, exponents, radians = _unit(unit)
     expected = dimension_of(dimension)
     angular = dimension in _ANGULAR
@@ -199,15 +199,15 @@ def any_quantity(text: str) -> tuple[float, str] | None:
     >>> print(any_quantity("10 km/s"))
     (10000.0, 'm s-1')
     """
-    found = _QUANTITY.fullmatch(text) if len(text) <= LONGEST_QUANTITY else None
-    if found is None:
+    parts = _QUANTITY.fullmatch(text) if len(text) <= LONGEST_QUANTITY else None
+    if parts is None:
         return None
     try:
-        scale, exponents, radians = _unit(found[2])
+        scale, exponents, radians = _unit(parts[2])
     except SceneError:
         return None
     unit = " ".join(part for part in ("rad" if radians == 1 else "", si_unit(exponents)) if part)
-    value = float(found[1]) * scale
+    value = float(parts[1]) * scale
     return (value, unit.removesuffix(" 1")) if math.isfinite(value) and radians in (0, 1) else None
 
 
@@ -240,8 +240,8 @@ def display_unit(unit: str, values: Any) -> str:
     ms
     """
     largest = float(abs(values).max(initial=0.0))
-    found = readable(unit, largest) if 0.0 < largest < math.inf else None
-    return unit if found is None or " " in found[1] else found[1]
+    shown_in = readable(unit, largest) if 0.0 < largest < math.inf else None
+    return unit if shown_in is None or " " in shown_in[1] else shown_in[1]
 
 
 def astropy_quantity(values: Any, unit: str) -> Any:
@@ -341,9 +341,9 @@ class CodeUnits:
             (self.mass, exponents.mass), (self.length, exponents.length), (self.time, exponents.time),
         )  # fmt: skip
         with suppress(OverflowError):
-            found = math.prod(base**exponent for base, exponent in powers)
-            if 0.0 < found < math.inf:
-                return found
+            product = math.prod(base**exponent for base, exponent in powers)
+            if 0.0 < product < math.inf:
+                return product
         # Powers of large exponents may overflow where their product does not.
         with suppress(OverflowError):
             return math.exp(sum(exponent * math.log(base) for base, exponent in powers))

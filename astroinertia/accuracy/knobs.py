@@ -98,7 +98,7 @@ def with_overrides(scene: Scene, overrides: tuple[str, ...]) -> Scene:
     >>> print(with_overrides(scene, ("numerics.steps_per_rotation=100",)).numerics.steps_per_rotation)
     100.0
     """
-    return load.loads(load.resolved_text(scene), overrides, scene.origin, effects=scene.given)
+    return load.loads(load.resolved_text(scene), overrides, scene.origin, effects=scene.own_classes)
 
 
 def duration(scene: Scene, value: float) -> str:

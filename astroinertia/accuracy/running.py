@@ -104,7 +104,7 @@ def _carried_out(companion: CompanionRun, folder: Path, listener: Listener | Non
     if archive.metadata["scene"] != load.resolved_text(companion.scene):
         raise ArchiveError(f"{folder} holds a companion run of another scene; remove it, or choose another folder.")
     return datasets.open(
-        archive.finished or loop.resume(folder, listener, deadline=deadline, effects=companion.scene.given)
+        archive.finished or loop.resume(folder, listener, deadline=deadline, effects=companion.scene.own_classes)
     )
 
 

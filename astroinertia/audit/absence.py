@@ -66,21 +66,21 @@ class AuditFailed(AstroinertiaError):
 
 def audited(scene: Scene) -> Audit:
     """The audit of a scene, without costs; raises AuditFailed with the reason where it cannot be run for a step."""
-    found = _asked(scene, None, 0)
+    counts = _asked(scene, None, 0)
     shares = tuple(
         Share(
             kind,
             kind in scene.effects,
-            found["traced"].get(kind, 0),
-            found["compiled"].get(kind, 0),
-            found["arrays"].get(kind, 0),
-            entry.module in found["modules"],
+            counts["traced"].get(kind, 0),
+            counts["compiled"].get(kind, 0),
+            counts["arrays"].get(kind, 0),
+            entry.module in counts["modules"],
         )
         for kind, entry in scene.entries.items()
         if kind in scene.effects or scene.model in entry.models
     )
-    common = found["traced"].get(COMMON, 0), found["compiled"].get(COMMON, 0)
-    return Audit(shares, *common, found["program"], tuple(found["generated"]))
+    common = counts["traced"].get(COMMON, 0), counts["compiled"].get(COMMON, 0)
+    return Audit(shares, *common, counts["program"], tuple(counts["generated"]))
 
 
 def with_costs(audit: Audit, scene: Scene, tell: Callable[[str], None] = lambda _: None) -> Audit:
@@ -103,8 +103,8 @@ def with_costs(audit: Audit, scene: Scene, tell: Callable[[str], None] = lambda 
 
 
 def _asked(scene: Scene, leave_out: str | None, steps: int) -> Mapping[str, Any]:
-    if scene.given:
-        kinds = ", ".join(made.kind for made in scene.given)
+    if scene.own_classes:
+        kinds = ", ".join(made.kind for made in scene.own_classes)
         raise AuditFailed(f"an audit knows what is built in or installed, not what is given from Python: {kinds}.")
     question = {
         "scene": scene.source,

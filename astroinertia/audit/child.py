@@ -35,7 +35,7 @@ def small(scene: Scene) -> Scene:
     )
 
 
-def found(scene: Scene) -> dict[str, Any]:
+def counts(scene: Scene) -> dict[str, Any]:
     """Operations, arrays and modules of each effect in one step of the scene."""
     scene = small(scene)
     with jax.enable_x64(True):
@@ -97,9 +97,9 @@ def timed(scene: Scene, leave_out: str | None, steps: int) -> dict[str, Any]:
 
 def main() -> None:
     """Answer what the input asks."""
-    asked = json.loads(sys.stdin.read())
-    scene = load.loads(asked["scene"], asked["overrides"], asked["origin"])
-    answer = timed(scene, asked["leave_out"], asked["steps"]) if asked["steps"] else found(scene)
+    question = json.loads(sys.stdin.read())
+    scene = load.loads(question["scene"], question["overrides"], question["origin"])
+    answer = timed(scene, question["leave_out"], question["steps"]) if question["steps"] else counts(scene)
     sys.stdout.write(json.dumps(answer) + "\n")
 
 

@@ -38,7 +38,7 @@ def _programs(value: Any) -> list[Any]:
     if hasattr(value, "jaxpr"):
         return [value.jaxpr]
     if isinstance(value, tuple | list):
-        return [part for each in value for part in _programs(each)]
+        return [part for member in value for part in _programs(member)]
     return []
 
 
@@ -78,6 +78,6 @@ def _operations(function: ast.FunctionDef) -> int:
 def added(counts: Iterable[Counter[str]]) -> dict[str, int]:
     """The sum of several counts, the most first."""
     total: Counter[str] = Counter()
-    for each in counts:
-        total += each
+    for count in counts:
+        total += count
     return dict(total.most_common())

@@ -42,8 +42,8 @@ def places(scene: Scene, units: CodeUnits) -> list[tuple[np.ndarray, np.ndarray]
     """Where the centre of each body is and how it moves, two vectors (3,) each."""
     bodies: Any = scene.bodies or (scene.body,)
     if scene.orbit is None:
-        given = [(body.position or (0.0, 0.0, 0.0), body.velocity or (0.0, 0.0, 0.0)) for body in bodies]
-        return [(units.to_code(np.array(x), "length"), units.to_code(np.array(v), "velocity")) for x, v in given]
+        states = [(body.position or (0.0, 0.0, 0.0), body.velocity or (0.0, 0.0, 0.0)) for body in bodies]
+        return [(units.to_code(np.array(x), "length"), units.to_code(np.array(v), "velocity")) for x, v in states]
     masses = [units.to_code(body.mass, "mass") for body in bodies]
     total, orbit = sum(masses), scene.orbit
     pericentre = units.to_code(orbit.pericentre, "length")

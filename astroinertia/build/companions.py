@@ -76,7 +76,7 @@ def beside(scene: Scene, units: CodeUnits, problem: Any, body: Particles) -> tup
     inertial = effect.frame == "direct"
     if effect.motion == "orbit":
         points = on_orbits(xp, companions(scene, units, mass), mass, inertial)
-        place, velocity = (np.asarray(each) for each in points.body(xp))
+        place, velocity = (np.asarray(vector) for vector in points.body(xp))
     else:
         points, place, velocity = _live(scene, units, mass, effect.softening, xp)
     share = body.mass / mass
@@ -93,9 +93,9 @@ def _live(scene: Scene, units: CodeUnits, mass: float, softening: float, xp: Any
     from astroinertia.gravity.point_masses import PointMasses
     from astroinertia.orbits import states
 
-    found = bodies(scene, units, mass)
-    masses, (place, velocity) = states.masses(found), states.present(found)
-    middle, drift = (masses[1:] @ each / masses.sum() for each in (place, velocity))
+    companions_of_body = bodies(scene, units, mass)
+    masses, (place, velocity) = states.masses(companions_of_body), states.present(companions_of_body)
+    middle, drift = (masses[1:] @ vectors / masses.sum() for vectors in (place, velocity))
     points = PointMasses(
         mass=xp.asarray(masses[1:]),
         position=xp.asarray(place - middle),

@@ -64,7 +64,7 @@ def evolution(scene: Scene, units: CodeUnits) -> Ellipsoid:
         problem, deformation, rate, heat,
         tolerance=scene.numerics.tolerance,
         density=central if _bounded(initial.profile) else math.nan,
-        approximation=_approximation(scene, initial.profile),
+        approximation=_approximation(scene),
     )  # fmt: skip
 
 
@@ -180,7 +180,7 @@ def _bounded(profile: Profile) -> bool:
     return bool(inner[1] < 1.01 * inner[0])
 
 
-def _approximation(scene: Scene, profile: Profile) -> str:
+def _approximation(scene: Scene) -> str:
     """What is exact for this body, or what is approximated."""
     body: Any = scene.body
     listed = set(scene.effects)

@@ -60,5 +60,5 @@ def rotation_measure(scene: Scene, units: CodeUnits) -> dict[str, float]:
     """The one measure of the amount of rotation that a scene gives, under its own name."""
     measures = {"rate": "angular_velocity", "period": "time", "angular_momentum": "angular_momentum"}
     measures["t_over_w"] = "dimensionless"
-    given = {name: getattr(scene.body.rotation, name) for name in measures}
-    return {name: units.to_code(value, measures[name]) for name, value in given.items() if value is not None}
+    amounts = {name: getattr(scene.body.rotation, name) for name in measures}
+    return {name: units.to_code(value, measures[name]) for name, value in amounts.items() if value is not None}

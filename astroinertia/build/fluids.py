@@ -114,13 +114,13 @@ def entropies(
         )
     pressure, density = initial.hydrostatic(where)
     with np.errstate(all="ignore"):
-        found = (body.pressure_fraction or 1.0) * pressure / density**fluid.gamma
-    if not np.isfinite(found).all():
+        entropy = (body.pressure_fraction or 1.0) * pressure / density**fluid.gamma
+    if not np.isfinite(entropy).all():
         raise SceneError(
             f"[equation_of_state] gamma = {fluid.gamma:g} makes P/density^gamma of this body's equilibrium, in units "
             "of the run, larger than any number: take a smaller gamma, or other units."
         )
-    return found
+    return entropy
 
 
 def _hybrid(scene: Scene) -> bool:

@@ -20,10 +20,10 @@ _STRETCHED = 0.5  # of it, the least density of matter that can be pulled: below
 
 def materials(fluid: Materials, origin: str | None, units: CodeUnits) -> Tabulated:
     """The equation of state of a scene's materials, in code units; files are relative to `origin`."""
-    known: tuple[Any, ...] = fluid.materials
-    tables = [_table(material, origin) for material in known]
+    listed: tuple[Any, ...] = fluid.materials
+    tables = [_table(material, origin) for material in listed]
     made = tabulated(tables, units.unit("density"), units.unit("specific_energy"))
-    return replace(made, condensed=any(material.tillotson is not None for material in known))
+    return replace(made, condensed=any(material.tillotson is not None for material in listed))
 
 
 @lru_cache(maxsize=16)

@@ -48,15 +48,15 @@ class Particles:
         return replace(self, position=self.position + position, velocity=self.velocity + velocity)
 
 
-def particles(scene: Scene, units: CodeUnits, initial: Any, problem: Problem, listener: Any = None) -> Particles:
-    """The particles of a scene, settled to equilibrium where the scene asks for it; `listener` hears how that goes."""
-    placed = building(scene.body.placing)(scene, units, initial, problem, listener)
+def particles(scene: Scene, units: CodeUnits, initial: Any, problem: Problem) -> Particles:
+    """The particles of a scene, settled to equilibrium where the scene asks for it."""
+    placed = building(scene.body.placing)(scene, units, initial, problem)
     if placed.material is None and len(getattr(problem.equation_of_state, "names", ())) > 1:
         return replace(placed, material=np.zeros(len(placed.mass), dtype=int))  # a body without layers is of the first
     return placed
 
 
-def of_sphere(scene: Scene, units: CodeUnits, initial: Any, problem: Problem, listener: Any) -> Particles:
+def of_sphere(scene: Scene, units: CodeUnits, initial: Any, problem: Problem) -> Particles:
     """The particles of a Sphere or a Star, settled or not."""
     body: Any = scene.body
     fluid = problem.equation_of_state
@@ -64,13 +64,13 @@ def of_sphere(scene: Scene, units: CodeUnits, initial: Any, problem: Problem, li
     unit_sphere = place(initial.profile, body.particles, body.placement, body.seed)
     settles = body.relax and {"gravity", "pressure"} <= set(scene.effects)
     if isinstance(initial, Star):
-        where, position, velocity = _placed_star(body, initial, problem, mass, unit_sphere, settles, listener)
+        where, position, velocity = _placed_star(body, initial, problem, mass, unit_sphere, settles)
     else:
         where = np.linalg.norm(unit_sphere, axis=1)
         settles = settles and body.settles
         stretched = stretch(body)
         if settles:
-            position, velocity = _settled_sphere(scene, units, initial, problem, mass, unit_sphere, listener)
+            position, velocity = _settled_sphere(scene, units, initial, problem, mass, unit_sphere)
             position, velocity = position @ stretched, velocity @ stretched
         else:
             position = unit_sphere * initial.radius @ stretched
@@ -94,7 +94,7 @@ def of_sphere(scene: Scene, units: CodeUnits, initial: Any, problem: Problem, li
 
 
 def _placed_star(
-    body: Any, initial: Star, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray, settles: bool, listener: Any
+    body: Any, initial: Star, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray, settles: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Where particles stand in the exact star, and their positions and velocities, settled or not."""
     star, law = initial.star, initial.star.rotation_law
@@ -107,10 +107,10 @@ def _placed_star(
     rotation = relaxation.Rotation("angular_momentum", star.angular_momentum, law=law, edge=star.equatorial_radius)
     with np.errstate(all="ignore"):
         entropy = pressure / density**gamma
-    return exact, *_settled(problem, mass, exact, gamma, entropy, rotation, None, listener)
+    return exact, *_settled(problem, mass, exact, gamma, entropy, rotation, None)
 
 
-def of_planet(scene: Scene, units: CodeUnits, planet: Any, problem: Problem, listener: Any) -> Particles:
+def of_planet(scene: Scene, units: CodeUnits, planet: Any, problem: Problem) -> Particles:
     """The layers of a planet, each of its material on its isentrope, settled or not."""
     body: Any = scene.body
     mass = np.full(body.particles, planet.mass / body.particles)
@@ -122,8 +122,7 @@ def of_planet(scene: Scene, units: CodeUnits, planet: Any, problem: Problem, lis
     if body.relax and {"gravity", "pressure"} <= set(scene.effects):
         relaxed = relaxation.relax(
             _still(problem), mass, position, entropy, planet.density_enclosing, _rotation(scene, units),
-            relaxation.Tolerances(density_error=_density_error(_LAYERED_DENSITY_ERROR, len(mass))), listener=listener,
-            material=material,
+            relaxation.Tolerances(density_error=_density_error(_LAYERED_DENSITY_ERROR, len(mass))), material=material,
         )  # fmt: skip
         position, velocity = relaxed.position, relaxed.velocity
     else:
@@ -141,8 +140,7 @@ def _rotation(scene: Scene, units: CodeUnits) -> relaxation.Rotation | None:
 
 
 def _settled_sphere(
-    scene: Scene, units: CodeUnits, initial: Sphere, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray,
-    listener: Any,
+    scene: Scene, units: CodeUnits, initial: Sphere, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     body: Any = scene.body
     star = Polytrope(body.index, initial.mass, initial.radius)
@@ -150,13 +148,13 @@ def _settled_sphere(
     entropy = star.constant * initial.density(np.linalg.norm(unit_sphere, axis=1)) ** (star.gamma - gamma)
     return _settled(
         problem, mass, unit_sphere * initial.radius, gamma, entropy, _rotation(scene, units),
-        lambda enclosed: initial.density(initial.profile.radius(enclosed / initial.mass)), listener,
+        lambda enclosed: initial.density(initial.profile.radius(enclosed / initial.mass)),
     )  # fmt: skip
 
 
 def _settled(
     problem: Problem, mass: np.ndarray, position: np.ndarray, gamma: float, entropy: np.ndarray,
-    rotation: relaxation.Rotation | None, target_density: Any, listener: Any,
+    rotation: relaxation.Rotation | None, target_density: Any,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     # The polytrope's own pressure, carried by a gas of exponent 5/3 at least: with the entropy rising outwards the body
     # has a stable equilibrium also where its own index has none (n = 3 is neutral). Any stretch comes afterwards.
@@ -173,7 +171,6 @@ def _settled(
         target_density=target_density,
         rotation=rotation,
         tolerances=relaxation.Tolerances(density_error=_density_error(_DENSITY_ERROR, len(mass))),
-        listener=listener,
     )
     return relaxed.position, relaxed.velocity
 
@@ -188,7 +185,7 @@ def _density_error(at_4000: float, count: int) -> float:
     return at_4000 * max(1.0, (4000 / count) ** (1 / 3))
 
 
-def of_table(scene: Scene, units: CodeUnits, initial: None, problem: Problem, listener: Any) -> Particles:
+def of_table(scene: Scene, units: CodeUnits, initial: None, problem: Problem) -> Particles:
     """The user's own particles."""
     body: Any = scene.body
     fluid = problem.equation_of_state
@@ -200,7 +197,7 @@ def of_table(scene: Scene, units: CodeUnits, initial: None, problem: Problem, li
     return _at_its_temperature(scene, units, fluid, mass, position, velocity, energy)
 
 
-def of_class(scene: Scene, units: CodeUnits, initial: None, problem: Problem, listener: Any) -> Particles:
+def of_class(scene: Scene, units: CodeUnits, initial: None, problem: Problem) -> Particles:
     """The particles of a body that is not of this package, with the rotation and the flow of the scene besides."""
     made = own_particles(scene, units)
     mass, position = made["mass"], made["position"]
@@ -233,7 +230,7 @@ def _at_its_temperature(
     return Particles(mass, position, velocity, entropies(scene, units, None, fluid, np.zeros_like(mass)), None)
 
 
-def of_problem(scene: Scene, units: CodeUnits, initial: None, problem: Problem, listener: Any) -> Particles:
+def of_problem(scene: Scene, units: CodeUnits, initial: None, problem: Problem) -> Particles:
     """The gas of a standard problem."""
     # Only the problem that is asked for is imported; such scenes are in code units.
     body: Any = scene.body

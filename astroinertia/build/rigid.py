@@ -86,9 +86,9 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
 
 def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> RigidBody:
     """The body of a checkpoint."""
-    found = evolution(scene, units)
-    found.resume(arrays)
-    return found
+    body = evolution(scene, units)
+    body.resume(arrays)
+    return body
 
 
 def _refuse_what_flows(scene: Scene) -> None:
@@ -152,18 +152,18 @@ def _at_rest(tensor: np.ndarray, deformability: float, rate: float) -> np.ndarra
 def _spin(scene: Scene, units: CodeUnits, inertia: np.ndarray, energy: float | None) -> np.ndarray:
     """The angular velocity that the scene gives to a body of that tensor, both in inertial axes."""
     along = rotation_axis(scene)
-    given = rotation_amount(scene, units, energy if "gravity" in scene.effects else None)
+    amount = rotation_amount(scene, units, energy if "gravity" in scene.effects else None)
     per_rate = float(np.linalg.norm(inertia @ along))
-    if not given:
+    if not amount:
         return np.zeros(3)
-    if "rate" in given:
-        return given["rate"] * along
+    if "rate" in amount:
+        return amount["rate"] * along
     if per_rate == 0.0:
         raise SceneError("[body.rotation] is about a rod's own axis, about which it has no moment.")
-    if "angular_momentum" in given:
-        return given["angular_momentum"] / per_rate * along
+    if "angular_momentum" in amount:
+        return amount["angular_momentum"] / per_rate * along
     assert energy is not None  # amount has seen to it
-    return np.sqrt(2.0 * given["t_over_w"] * abs(energy) / float(along @ inertia @ along)) * along
+    return np.sqrt(2.0 * amount["t_over_w"] * abs(energy) / float(along @ inertia @ along)) * along
 
 
 def _change(scene: Scene, units: CodeUnits) -> Any:

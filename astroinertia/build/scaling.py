@@ -261,10 +261,10 @@ def _gas(
         entropy = fluid.entropy(np, density, np.full_like(mass, energy))
     elif fluid.thermal:
         entropy = entropies(scene, units, initial, fluid, where)
-    found = ShellPressure(fluid, mass, density, entropy)
+    pressure = ShellPressure(fluid, mass, density, entropy)
     if scene.equation_of_state.kind not in ("ideal", "polytropic"):  # type: ignore[union-attr]
-        return found
-    opening = found.integral(1.0)
+        return pressure
+    opening = pressure.integral(1.0)
     exact = hydrostatic / 3 * (body.pressure_fraction or 1.0)
     if abs(opening / exact - 1) < _HYDROSTATIC:  # the shells' error, not a lack of balance
         opening = exact

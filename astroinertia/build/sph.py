@@ -89,7 +89,7 @@ def _check(arrays: Mapping[str, np.ndarray], like: State, scene: Scene, problem:
     sunk = checkpoint.length(arrays, _SINKS.format("mass")) if _SINKS.format("mass") in stored else 0
     for name, (dtype, shape) in stored.items():
         rows = {0: sunk} if ".points['sinks']" in name else {} if ".points[" in name else {_STENCIL: count}
-        expected[name] = (dtype, (*(rows.get(each, each) for each in shape[:1]), *shape[1:]))
+        expected[name] = (dtype, (*(rows.get(length, length) for length in shape[:1]), *shape[1:]))
     limits = {
         ".time": (0.0, end * (1.0 + checkpoint.LATE)),
         ".step": checkpoint.COUNT,
@@ -180,8 +180,8 @@ def _regions(scene: Scene, units: CodeUnits, problem: Problem) -> Any:
         return None
     module = importlib.import_module("astroinertia.models.sph.regions")
     made = []
-    for name, asked in scene.regions.items():
-        options = asked.model_dump()
+    for name, region in scene.regions.items():
+        options = region.model_dump()
         for key, dimension in (("innermost_mass", "mass"), ("density_above", "density")):
             if options[key] is not None:
                 options[key] = units.to_code(options[key], dimension)

@@ -26,8 +26,8 @@ def audited(scene: "Scene", begin: Callable[[str], None]) -> "Audit":
     from astroinertia.audit.absence import audited, with_costs
 
     begin("one step, in an interpreter of its own")
-    found = audited(scene)
-    return with_costs(found, scene, lambda what: begin(f"timing {what}"))
+    audit = audited(scene)
+    return with_costs(audit, scene, lambda what: begin(f"timing {what}"))
 
 
 def table(audit: "Audit") -> Table:

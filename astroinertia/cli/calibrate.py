@@ -33,13 +33,13 @@ def report(options: Options, say: Say) -> str:
     """Measure the machine; what the command prints at the end."""
     from astroinertia.costs import calibration, machine
 
-    found = calibration.calibrate(lambda text, share: say(f"{100.0 * share:3.0f}%  {text}"))
-    step = sum(found.seconds[f"float64.{name}"].wall for name in ("density", "gradients", "forces", "multipole"))
+    measured = calibration.calibrate(lambda text, share: say(f"{100.0 * share:3.0f}%  {text}"))
+    step = sum(measured.seconds[f"float64.{name}"].wall for name in ("density", "gradients", "forces", "multipole"))
     lines = [
-        f"machine: {found.description['processor']}, {found.description['cores']} cores",
-        f"start of a run: {found.seconds['start'].wall:.2g} s",
+        f"machine: {measured.description['processor']}, {measured.description['cores']} cores",
+        f"start of a run: {measured.seconds['start'].wall:.2g} s",
         f"a step of a million particles under gravity, pressure and viscosity: "
-        f"{1e6 * (step + found.seconds['rest'].wall):.2g} s",
+        f"{1e6 * (step + measured.seconds['rest'].wall):.2g} s",
         f"kept in {machine.cache_directory() / machine.FILE}",
     ]
     return "\n".join(lines)
@@ -63,13 +63,13 @@ def with_cost(plan: "Plan", scene: "Scene", options: Options, say: Say) -> "Plan
 
         with jax.enable_x64(True):
             prepare(scene)  # refuses a pulsation that cannot be followed to the end
-    known = machine.known()
-    lines = plan_lines.lines(scene, predict(scene, known))
+    speeds = machine.current()
+    lines = plan_lines.lines(scene, predict(scene, speeds))
     if scene.output.error_bars:
         from astroinertia.accuracy.companion_runs import companion_runs
 
         runs = companion_runs(scene)
-        lines = (*lines, plan_lines.of_error_bars([(each.name, predict(each.scene, known)) for each in runs]))
+        lines = (*lines, plan_lines.of_error_bars([(run.name, predict(run.scene, speeds)) for run in runs]))
     return replace(plan, sections={**plan.sections, "cost": lines})
 
 

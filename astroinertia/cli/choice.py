@@ -34,7 +34,7 @@ def chosen(scene: "Scene", folder: Path, minutes: float, say: Say) -> "Scene":
     if not minutes > 0.0:
         raise SceneError("--minutes must be a number above 0.")
     say(f"{scene.name}: settings are chosen for an accuracy of {scene.accuracy:g}")
-    found = choose(scene, pilots_beside(folder), minutes, lambda label: say(f"  pilot: {label}"))
-    for text in found.scene.choice.values():
+    choice = choose(scene, pilots_beside(folder), minutes, lambda label: say(f"  pilot: {label}"))
+    for text in choice.scene.choice.values():
         say(f"  {text}")
-    return found.scene
+    return choice.scene

@@ -39,11 +39,11 @@ def report(options: Options) -> str:
     runs = [(path, dataset.open(path)) for path in options.runs]
     with result.shown(*options.runs):
         runs.sort(key=lambda run: ladder.fineness(run[1]))
-        opened = [each for _, each in runs]
+        opened = [data for _, data in runs]
         finest = len(runs) - 1 if options.against is None else [path for path, _ in runs].index(options.against)
         try:
-            found = ladder.compared(opened, options.quantity, finest)
+            comparison = ladder.compared(opened, options.quantity, finest)
         except ValueError as error:
             raise SceneError(str(error)) from None
-        style.save(ladder.ladder_figure(opened, found, finest), options.plot)
-        return f"{ladder.ladder_table(opened, found, finest)}\n\npicture: {options.plot}"
+        style.save(ladder.ladder_figure(opened, comparison, finest), options.plot)
+        return f"{ladder.ladder_table(opened, comparison, finest)}\n\npicture: {options.plot}"

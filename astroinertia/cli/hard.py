@@ -27,7 +27,7 @@ class Family(NamedTuple):
     @property
     def holds(self) -> bool:
         """Whether every verdict is good."""
-        return all(each.holds for verdicts in self.rows for each in verdicts)
+        return all(verdict.holds for verdicts in self.rows for verdict in verdicts)
 
 
 def add_arguments(add: Add) -> None:
@@ -78,7 +78,7 @@ def table(family: Family, _: int) -> Table:
     for verdicts in rows:
         case = verdicts[0].case
         shown.add_row(
-            Text(f"{case.name}\n").append(case.stable, style="dim"), *(_verdict_text(each) for each in verdicts)
+            Text(f"{case.name}\n").append(case.stable, style="dim"), *(_verdict_text(one) for one in verdicts)
         )
     return shown
 
@@ -95,22 +95,23 @@ def _verdict_text(verdict: "Verdict") -> Text:
     return good.append(figure, style="dim")
 
 
-def total(found: list[Family], _: float) -> str:
+def total(families: list[Family], _: float) -> str:
     """The last line: how many of how many are stable."""
-    cases = [verdicts for family in found for verdicts in family.rows]
-    holds = [each.holds for verdicts in cases for each in verdicts]
+    cases = [verdicts for family in families for verdicts in family.rows]
+    holds = [verdict.holds for verdicts in cases for verdict in verdicts]
     return f"{sum(holds)} of {len(holds)} are stable ({len(cases)} cases)"
 
 
-def as_json(found: list[Family]) -> str:
+def as_json(families: list[Family]) -> str:
     """Every figure of every case."""
     rows: list[dict[str, Any]] = [
         {
-            "case": each.case.name, "stable_means": each.case.stable, "mode": each.mode, "stable": each.holds,
-            "steps": each.steps, "figures": dict(each.figures), "bars": dict(each.bars), "error": each.error,
+            "case": verdict.case.name, "stable_means": verdict.case.stable, "mode": verdict.mode,
+            "stable": verdict.holds, "steps": verdict.steps, "figures": dict(verdict.figures),
+            "bars": dict(verdict.bars), "error": verdict.error,
         }
-        for family in found
+        for family in families
         for verdicts in family.rows
-        for each in verdicts
+        for verdict in verdicts
     ]  # fmt: skip
     return json.dumps({"stable": all(row["stable"] for row in rows), "cases": rows}, indent=1)

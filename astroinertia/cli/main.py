@@ -240,7 +240,7 @@ def _new(options: Options) -> int:
 def _plan(options: Options) -> int:
     from astroinertia.scene.plan import plan
 
-    if (sweep := cli_sweep.asked(options)) is not None:
+    if (sweep := cli_sweep.sweep_of(options)) is not None:
         _Console(highlight=False).print(*cli_plan.parts(cli_sweep.planned(sweep, options)), sep="\n")
         return GOOD
     scene = _load(options)
@@ -252,10 +252,10 @@ def _plan(options: Options) -> int:
     if not options.audit:
         return GOOD
     with _voice("importing") as voice:
-        found = audit.audited(scene, voice.begin)
-    _Console(highlight=False).print(audit.table(found))
-    _say(audit.verdict(found))
-    return GOOD if found.holds else FAILED
+        audited = audit.audited(scene, voice.begin)
+    _Console(highlight=False).print(audit.table(audited))
+    _say(audit.verdict(audited))
+    return GOOD if audited.holds else FAILED
 
 
 def _calibrate(options: Options) -> int:
@@ -266,7 +266,7 @@ def _calibrate(options: Options) -> int:
 
 def _run(options: Options) -> int:
     begun = time.monotonic()  # what imports take is part of a run's time
-    if (sweep := cli_sweep.asked(options)) is not None:
+    if (sweep := cli_sweep.sweep_of(options)) is not None:
         return _sweep(sweep, options.output or Path("runs") / sweep.name, options, stop.deadline(options, begun))
     scene = _load(options)
     folder = options.output or Path("runs") / scene.name
@@ -295,12 +295,12 @@ def _resume(options: Options) -> int:
 
 def _sweep(sweep: "Sweep", folder: Path, options: Options, deadline: float) -> int:
     with Meter(_Console(highlight=False), "members are at work") as meter:
-        found = cli_sweep.carry_out(sweep, folder, options, deadline, meter, _say)
-    unclosed = cli_sweep.unclosed(found.file)
-    for line in (*cli_sweep.failures(sweep, found), *unclosed):
+        outcome = cli_sweep.carry_out(sweep, folder, options, deadline, meter, _say)
+    unclosed = cli_sweep.unclosed(outcome.file)
+    for line in (*cli_sweep.failures(sweep, outcome), *unclosed):
         _say(line)
-    _say(f"wrote {found.file}; look at it with: astroinertia show {folder}")
-    return FAILED if found.failures else UNCLOSED if unclosed else GOOD
+    _say(f"wrote {outcome.file}; look at it with: astroinertia show {folder}")
+    return FAILED if outcome.failures else UNCLOSED if unclosed else GOOD
 
 
 def _finished(result: Path, folder: Path) -> int:
@@ -375,16 +375,16 @@ def _verify(options: Options) -> int:
     console = _Console(highlight=False)
     if not console.is_terminal:
         console = _Console(highlight=False, width=cli_verify.WIDTH)
-    found: list[Any] = []
+    parts: list[Any] = []
     begun = time.monotonic()
     with interrupts.under_way(lambda by: "interrupted.", resumable=False):
         with _voice("importing") as voice:
             for part in kind.parts(options, voice.begin):
-                found.append(part)
+                parts.append(part)
                 if not options.json:
                     console.print(kind.table(part, console.width))
-        _say(kind.as_json(found) if options.json else kind.total(found, time.monotonic() - begun))
-    return GOOD if all(part.holds for part in found) else FAILED
+        _say(kind.as_json(parts) if options.json else kind.total(parts, time.monotonic() - begun))
+    return GOOD if all(part.holds for part in parts) else FAILED
 
 
 def _completion(options: Options) -> int:

@@ -60,9 +60,9 @@ def report(options: Options) -> str:
     matter = read_matter(options.file, units, options.snapshot, options.density)
     size = matter.file_length
     try:
-        found = moments(
+        body = moments(
             matter,
-            None if about is None else [size * each for each in about],
+            None if about is None else [size * coordinate for coordinate in about],
             axis,
             None if options.radius is None else size * options.radius,
         )
@@ -72,12 +72,12 @@ def report(options: Options) -> str:
         from astroinertia.plots.ellipsoid import ellipsoid_figure
         from astroinertia.plots.style import save
 
-        if not (found["principal_moments"][-1] > 0 and found["mass"] > 0):
+        if not (body["principal_moments"][-1] > 0 and body["mass"] > 0):
             raise SceneError(f"{options.file} is a point without moments of inertia, so there is nothing to draw")
-        save(ellipsoid_figure(found, matter.points, options.file.stem), options.plot)
+        save(ellipsoid_figure(body, matter.points, options.file.stem), options.plot)
     if options.output is not None:
-        write_whole(options.output, lambda aside: found.to_netcdf(aside, engine="netcdf4"))
-    return json.dumps(plain_values(found), indent=2) if options.json else body_summary(found)
+        write_whole(options.output, lambda aside: body.to_netcdf(aside, engine="netcdf4"))
+    return json.dumps(plain_values(body), indent=2) if options.json else body_summary(body)
 
 
 def _vector(name: str, text: str) -> list[float]:

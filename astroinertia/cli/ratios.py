@@ -58,8 +58,8 @@ def report(options: Options) -> str:
     """What the command prints; files are written first. SceneError for bad input."""
     for file, suffix in ((options.csv, ".csv"), (options.netcdf, ".nc"), (options.plot, ".png")):
         result.must_be_writable(file, suffix)
-    known = _known(options)
-    if options.body is None and (known or options.sweep):
+    layers = _known(options)
+    if options.body is None and (layers or options.sweep):
         raise SceneError("a density, a radius, a ratio or a sweep is of one body: name it with --body")
     if options.sweep and options.netcdf is None and options.csv is None:
         raise SceneError("a sweep needs a file to go to: --netcdf FILE.nc or --csv FILE.csv")
@@ -72,11 +72,11 @@ def report(options: Options) -> str:
 
     if options.sweep and options.body is not None:
         values = dict(_sweep(text) for text in options.sweep)
-        shown = two_layer_sweep(options.body, values, known, options.dask).compute()
+        shown = two_layer_sweep(options.body, values, layers, options.dask).compute()
         text = ratio_tables.sweep_text(shown)
     elif options.body is not None:
         shown = moment_ratio([options.body])
-        text = ratio_tables.body_text(shown, known, options.compressed)
+        text = ratio_tables.body_text(shown, layers, options.compressed)
     else:
         shown = moment_ratio()
         text = ratio_tables.markdown(shown) if options.markdown else ratio_tables.solar_system_text(shown)
@@ -102,10 +102,10 @@ def _write(shown: "xr.Dataset", options: Options) -> None:
 
 
 def _known(options: Options) -> dict[str, float]:
-    found = {name: getattr(options, name) for name in ("core_density", "mantle_density", "core_radius", "moment_ratio")}
+    texts = {name: getattr(options, name) for name in ("core_density", "mantle_density", "core_radius", "moment_ratio")}
     return {
         name: value if isinstance(value, float) else _number(f"--{name.replace('_', '-')}", name, value)
-        for name, value in found.items()
+        for name, value in texts.items()
         if value is not None
     }
 
@@ -129,13 +129,13 @@ def _number(option: str, name: str, text: str) -> float:
 def _sweep(text: str) -> "tuple[str, np.ndarray]":
     import numpy as np
 
-    found = re.fullmatch(r"\s*([a-z_]+)\s*=([^:]+):([^:]+):\s*(\d{1,9})\s*", text)
-    if not found:
+    parts = re.fullmatch(r"\s*([a-z_]+)\s*=([^:]+):([^:]+):\s*(\d{1,9})\s*", text)
+    if not parts:
         raise SceneError(f"--sweep takes NAME=START:STOP:COUNT such as core_density=6000:9000:7, not '{text:.60}'")
-    name, start, stop, count = found.groups()
+    name, start, stop, count = parts.groups()
     if name not in _PARAMETERS:
         raise SceneError(f"--sweep has no parameter '{name}'; it has {', '.join(_PARAMETERS)}")
     if not 1 <= int(count) <= _MOST_VALUES:
         raise SceneError(f"--sweep takes 1 to {_MOST_VALUES} values of a parameter, not {count}")
-    first, last = (_number("--sweep", name, each.strip()) for each in (start, stop))
+    first, last = (_number("--sweep", name, bound.strip()) for bound in (start, stop))
     return name, np.linspace(first, last, int(count))

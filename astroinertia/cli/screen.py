@@ -20,7 +20,7 @@ def visible(text: str, lines: bool = True) -> str:
     if text.isascii() and text.isprintable():
         return text
     kept = "\n\t" if lines else ""
-    return "".join(each if each in kept or unicodedata.category(each) not in _ACT else "?" for each in text)
+    return "".join(sign if sign in kept or unicodedata.category(sign) not in _ACT else "?" for sign in text)
 
 
 def titled(title: str, **layout: Any) -> Table:

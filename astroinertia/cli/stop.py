@@ -35,10 +35,10 @@ def deadline(options: Options, begun: float | None = None) -> float:
 
     Whatever the run does then, such as compile, and has nothing to save, it is ended.
     """
-    found = (time.monotonic() if begun is None else begun) + options.max_wall
-    if found < math.inf:
-        interrupts.end_by(found, LIMIT, INTERRUPTED)
-    return found
+    instant = (time.monotonic() if begun is None else begun) + options.max_wall
+    if instant < math.inf:
+        interrupts.end_by(instant, LIMIT, INTERRUPTED)
+    return instant
 
 
 def interruption_message(stopped: RunInterrupted) -> str:

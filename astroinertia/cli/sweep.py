@@ -26,14 +26,14 @@ def add_arguments(add: Add) -> None:
         "same files")  # fmt: skip
 
 
-def asked(options: Options) -> "Sweep | None":
+def sweep_of(options: Options) -> "Sweep | None":
     """The sweep that a scene file holds; None, and no options of one allowed, where it is a scene of one run."""
     from astroinertia.scene.sweep import load_file
 
-    found = load_file(options.scene, options.overrides)
-    if found is None:
+    sweep = load_file(options.scene, options.overrides)
+    if sweep is None:
         refuse_options(options)
-    return found
+    return sweep
 
 
 def refuse_options(options: Options) -> None:
@@ -73,8 +73,8 @@ def carry_out(sweep: "Sweep", folder: Path, options: Options, deadline: float, m
 
     def tell(standing: "Standing") -> None:
         failed = f", {standing.failed} failed" if standing.failed else ""
-        known = standing.done < standing.members and math.isfinite(standing.to_go)
-        to_go = f", {standing.to_go:.0f} s to go" if known else ""
+        predictable = standing.done < standing.members and math.isfinite(standing.to_go)
+        to_go = f", {standing.to_go:.0f} s to go" if predictable else ""
         words = f"{standing.done} of {standing.members} members{failed}{to_go}"
         meter.show(standing.done / standing.members, words, f"{standing.seconds:7.1f} s  {words}", standing.seconds)
 
@@ -82,18 +82,18 @@ def carry_out(sweep: "Sweep", folder: Path, options: Options, deadline: float, m
     return ensemble.run_sweep(sweep, folder, workers, cluster, minutes, tell, deadline)
 
 
-def failures(sweep: "Sweep", found: "Carried") -> list[str]:
+def failures(sweep: "Sweep", outcome: "Carried") -> list[str]:
     """The members that have no result, and why; no lines where all have one."""
     from astroinertia.scene.sweep import member
 
-    if not found.failures:
+    if not outcome.failures:
         return []
     rows = [("member", "with", "has no result, for")]
-    for number in sorted(found.failures)[:MOST_ROWS]:
-        failure = found.failures[number]
+    for number in sorted(outcome.failures)[:MOST_ROWS]:
+        failure = outcome.failures[number]
         again = "" if failure.lasting else " (resume runs it again)"
         rows.append((member(number), sweep.description(number), f"{failure.sentence}{again}"))
-    more = len(found.failures) - MOST_ROWS
+    more = len(outcome.failures) - MOST_ROWS
     return [*_aligned(rows), *([f"and {more} more"] if more > 0 else [])]
 
 
@@ -109,7 +109,7 @@ def unclosed(file: Path) -> list[str]:
 
 def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(each.ljust(width) for each, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
 def planned(sweep: "Sweep", options: Options) -> "Plan":
@@ -128,27 +128,27 @@ def planned(sweep: "Sweep", options: Options) -> "Plan":
     count = len(sweep.members)
     lines = [Line("members", f"{count}", f"a {sweep.kind}; all below is of {member(0)}")]
     for place, key in enumerate(sweep.keys):
-        values = list(dict.fromkeys(str(each[place]) for each in sweep.members))
+        values = list(dict.fromkeys(str(settings[place]) for settings in sweep.members))
         few = values if len(values) <= 6 else [*values[:3], "...", values[-1]]
         lines.append(Line(key, ", ".join(few), f"{len(values)} values"))
     scene = sweep.scene(0)
-    found = ensemble.predictions(sweep, range(count))
-    known = [each for each in found if each is not None]
-    if len(known) < count:
+    all_costs = ensemble.predictions(sweep, range(count))
+    costs = [cost for cost in all_costs if cost is not None]
+    if len(costs) < count:
         lines.append(Line("time of all", "not known", "the time of a member is not"))
     else:
         work, start = (
-            sum(each.evolution.wall for each in known),
-            max(each.wall_time - each.evolution.wall for each in known),
+            sum(cost.evolution.wall for cost in costs),
+            max(cost.wall_time - cost.evolution.wall for cost in costs),
         )
-        workers = ensemble.usual_workers(found)
+        workers = ensemble.usual_workers(all_costs)
         beside = f"{plan_lines.seconds(start + work / workers)} by {workers} workers, " if workers > 1 else ""
         lines.append(
             Line("time of all", f"{beside}{plan_lines.seconds(start + work)} one after another", "when none fails")
         )
-        lines.append(Line("files of all", plan_lines.size(sum(each.files for each in known)), "in the sweep's folder"))
+        lines.append(Line("files of all", plan_lines.size(sum(cost.files for cost in costs)), "in the sweep's folder"))
     whole = plan(scene)
-    sections = {"sweep": tuple(lines), **whole.sections, f"cost of {member(0)}": plan_lines.lines(scene, found[0])}
+    sections = {"sweep": tuple(lines), **whole.sections, f"cost of {member(0)}": plan_lines.lines(scene, all_costs[0])}
     return replace(whole, sections=sections)
 
 
@@ -173,8 +173,8 @@ def summary(folder: Path) -> list[str]:
     rows = [("member", *sweep.keys, *columns)]
     values = [column.values.ravel() for column in columns.values()]  # members of a grid are in the order of its axes
     for number, settings in enumerate(sweep.members[:MOST_ROWS]):
-        figures = ["" if np.isnan(each[number]) else f"{each[number]:.6g}" for each in values]
-        rows.append((member(number), *(shown(str(each)) for each in settings), *figures))
+        figures = ["" if np.isnan(numbers[number]) else f"{numbers[number]:.6g}" for numbers in values]
+        rows.append((member(number), *(shown(str(value)) for value in settings), *figures))
     more = len(sweep.members) - MOST_ROWS
     beyond = [f"and {more} more"] if more > 0 else []
     return [f"{sweep.name} at the end", *_aligned(rows), *beyond, *unclosed(combined.path(sweep, folder))]

@@ -35,25 +35,25 @@ def carry_out(scene: "Scene", options: Options, listener: Callable[["Standing"],
     if not options.minutes > 0.0:
         raise SceneError("--minutes must be a number above 0.")
     folder = options.output or Path("runs") / f"{scene.name}-tradeoff"
-    found = run(scene, folder, options.minutes, options.observable, options.knob, listener)
-    if not found.measured:
-        return [], found.interrupted
-    file = table.write(found)
+    outcome = run(scene, folder, options.minutes, options.observable, options.knob, listener)
+    if not outcome.measured:
+        return [], outcome.interrupted
+    file = table.write(outcome)
     picture = style.save(tradeoff_figure(table.read(file)), folder / "tradeoff.png")
-    return [*_rows(found), "", *table.conclusions(found), "", f"wrote {file} and {picture}"], found.interrupted
+    return [*_rows(outcome), "", *table.conclusions(outcome), "", f"wrote {file} and {picture}"], outcome.interrupted
 
 
-def _rows(found) -> list[str]:
+def _rows(outcome) -> list[str]:
     """The settings on the front of the first observable, from the cheapest."""
     from astroinertia.accuracy.analysis import analysed
     from astroinertia.accuracy.words import duration
 
-    judged = analysed(found).judged
-    heads = "".join(f"{each.observable.name:>24}" for each in judged)
+    judged = analysed(outcome).judged
+    heads = "".join(f"{judgement.observable.name:>24}" for judgement in judged)
     lines = [f"{'worth its cost':44}{'processor time':>16}{heads}"]
-    front = dict.fromkeys(setting for each in judged for setting in each.front)
-    for setting in sorted(front, key=lambda setting: found.measured[setting].cpu_time):
-        errors = "".join(f"{each.errors[setting]:>24.1e}" for each in judged)
-        mark = " <- base" if setting == found.base else ""
-        lines.append(f"{setting.label[:43]:44}{duration(found.measured[setting].cpu_time):>16}{errors}{mark}")
+    front = dict.fromkeys(setting for judgement in judged for setting in judgement.front)
+    for setting in sorted(front, key=lambda setting: outcome.measured[setting].cpu_time):
+        errors = "".join(f"{judgement.errors[setting]:>24.1e}" for judgement in judged)
+        mark = " <- base" if setting == outcome.base else ""
+        lines.append(f"{setting.label[:43]:44}{duration(outcome.measured[setting].cpu_time):>16}{errors}{mark}")
     return lines

@@ -60,19 +60,19 @@ def table(section: "Section", width: int = WIDTH) -> Table:
     for name in ("here", "reference", *(["source"] if wide else []), "difference", "tolerance", "verdict"):
         words = name in ("source", "verdict")
         shown.add_column(name, justify="left" if words else "right", no_wrap=name != "source")
-    for each in section.comparisons:
-        asked, below = each.reference, each.reference.measure == "below"
-        quantity = Text(asked.quantity + ("" if asked.unit == "1" else f" ({asked.unit})"))
-        source = Text(asked.source, style="dim")
-        measure, digits = "" if below else f" {asked.measure[:3]}", 3 if below else 10 if wide else 7
+    for comparison in section.comparisons:
+        reference, below = comparison.reference, comparison.reference.measure == "below"
+        quantity = Text(reference.quantity + ("" if reference.unit == "1" else f" ({reference.unit})"))
+        source = Text(reference.source, style="dim")
+        measure, digits = "" if below else f" {reference.measure[:3]}", 3 if below else 10 if wide else 7
         shown.add_row(
-            _lines(quantity, *([] if wide else [source]), *([_problem(each)] if each.problem else [])),
-            f"{each.here:.{digits}g}",
-            "-" if below else f"{each.there:.{digits}g}",
+            _lines(quantity, *([] if wide else [source]), *([_problem(comparison)] if comparison.problem else [])),
+            f"{comparison.here:.{digits}g}",
+            "-" if below else f"{comparison.there:.{digits}g}",
             *([source] if wide else []),
-            "-" if below else f"{each.difference:+.1e}{measure}",
-            f"{asked.tolerance:g}{measure}",
-            Text(each.verdict, style="green" if each.verdict == "agrees" else "bold red"),
+            "-" if below else f"{comparison.difference:+.1e}{measure}",
+            f"{reference.tolerance:g}{measure}",
+            Text(comparison.verdict, style="green" if comparison.verdict == "agrees" else "bold red"),
         )
     return shown
 
@@ -85,19 +85,19 @@ def _lines(*parts: Text) -> Text:
     return Text("\n").join(parts)
 
 
-def total(found: "list[Section]", seconds: float) -> str:
+def total(sections: "list[Section]", seconds: float) -> str:
     """The last line: how many of how many agree, and in how long."""
-    verdicts = [each.verdict for section in found for each in section.comparisons]
+    verdicts = [comparison.verdict for section in sections for comparison in section.comparisons]
     good = sum(verdict == "agrees" for verdict in verdicts)
     return f"{good} of {len(verdicts)} agree, in {seconds:.0f} s"
 
 
-def as_json(found: "list[Section]") -> str:
+def as_json(sections: "list[Section]") -> str:
     """Everything that is known of every comparison."""
-    rows: list[dict[str, Any]] = [each.plain() for section in found for each in section.comparisons]
+    rows: list[dict[str, Any]] = [comparison.plain() for section in sections for comparison in section.comparisons]
     content = {
-        "agree": all(section.holds for section in found),
-        "seconds": round(sum(section.seconds for section in found), 2),
+        "agree": all(section.holds for section in sections),
+        "seconds": round(sum(section.seconds for section in sections), 2),
         "comparisons": rows,
     }
     return json.dumps(content, indent=1)

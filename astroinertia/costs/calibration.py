@@ -41,19 +41,19 @@ def calibrate(listener: Callable[[str, float], None] | None = None) -> Machine:
     peaks = {"scaling": memory}
     for kind, text in PROBES.items():
         report(text, next(shares))
-        found = probed(kind)
-        prepared = Seconds(*found["prepared"])
+        probe = probed(kind)
+        prepared = Seconds(*probe["prepared"])
         if kind == "sph" and prepared.processor > COMPILED:
             seconds["compile.sph"] = less(prepared, start)
             report(f"{text}, now that they are compiled", 0.7)
-            found = probed(kind)
-            prepared = Seconds(*found["prepared"])
+            probe = probed(kind)
+            prepared = Seconds(*probe["prepared"])
         first = "splitting" if kind == "rigid" else kind
         seconds[f"prepare.{first}"] = less(prepared, start)
-        peaks[first] = float(found["memory"])
+        peaks[first] = float(probe["memory"])
         if kind == "rigid":
-            peaks["adaptive"] = float(found["last"])
-        seconds |= {name: Seconds(*pair) for name, pair in found["seconds"].items()}
+            peaks["adaptive"] = float(probe["last"])
+        seconds |= {name: Seconds(*pair) for name, pair in probe["seconds"].items()}
     seconds.setdefault("compile.sph", _compiling(seconds))
     particle = {name: size for name, size in shipped().memory.items() if name.startswith("particle.")}
     machine = checked(seconds, peaks | particle)
@@ -64,11 +64,11 @@ def calibrate(listener: Callable[[str, float], None] | None = None) -> Machine:
 
 def checked(seconds: dict[str, Seconds], memory: dict[str, float]) -> Machine:
     """The machine with these costs; NumericalError where one is missing or no number."""
-    known = shipped()
-    wrong = (seconds.keys() ^ known.seconds.keys()) | (memory.keys() ^ known.memory.keys())
+    expected = shipped()
+    wrong = (seconds.keys() ^ expected.seconds.keys()) | (memory.keys() ^ expected.memory.keys())
     content = {
         "format": FORMAT, "machine": described(), "memory": memory,
-        "seconds": {name: [each.wall, each.processor] for name, each in seconds.items()},
+        "seconds": {name: [cost.wall, cost.processor] for name, cost in seconds.items()},
     }  # fmt: skip
     machine = read(content, described())
     if machine is None:
@@ -78,9 +78,9 @@ def checked(seconds: dict[str, Seconds], memory: dict[str, float]) -> Machine:
 
 def _compiling(seconds: dict[str, Seconds]) -> Seconds:
     """Of what was compiled before, so that it could not be timed: as shipped, for a machine as fast as this one."""
-    known = shipped().seconds
-    faster = seconds["prepare.ellipsoid"].processor / known["prepare.ellipsoid"].processor
-    return known["compile.sph"] * faster
+    shipped_seconds = shipped().seconds
+    faster = seconds["prepare.ellipsoid"].processor / shipped_seconds["prepare.ellipsoid"].processor
+    return shipped_seconds["compile.sph"] * faster
 
 
 def probed(kind: str) -> dict[str, Any]:

@@ -49,10 +49,10 @@ def steps(scene: Scene) -> float | None:
     """The number of global steps; None where nothing is known of the body beforehand."""
     most = scene.time.max_steps or math.inf
     counts = [_steps_of(alone) for alone in scene.alone()]
-    known = [count for count in counts if count is not None]
-    if len(known) < len(counts):
+    estimates = [count for count in counts if count is not None]
+    if len(estimates) < len(counts):
         return None
-    return min(max(known), most)
+    return min(max(estimates), most)
 
 
 def _steps_of(scene: Scene) -> float | None:
@@ -81,42 +81,42 @@ def _steps_of(scene: Scene) -> float | None:
 
 def sphere_of(scene: Scene) -> Sphere:
     """The body of a scene as a sphere of the same volume."""
-    units, body = code_units(scene), scene.body
-    given: Any = body
-    profile = given.profile()
-    mass = float(units.to_code(given.mass, "mass"))
-    size = float(units.to_code(given.radius, "length")) * body.volume_ratio ** (1.0 / 3.0)
+    units = code_units(scene)
+    body: Any = scene.body
+    profile = body.profile()
+    mass = float(units.to_code(body.mass, "mass"))
+    size = float(units.to_code(body.radius, "length")) * body.volume_ratio ** (1.0 / 3.0)
     square = 3.0 * profile.second_moment * size**2  # mean of r^2
-    seen = 0.5 * min(1.0, smoothing(scene)[1] / given.particles)  # of the mass: what the innermost kernel is full of
+    seen = 0.5 * min(1.0, smoothing(scene)[1] / body.particles)  # of the mass: what the innermost kernel is full of
     densest = float(profile.density(profile.radius(np.array(seen)))) * mass / size**3
     has_gravity, has_pressure = "gravity" in scene.effects, "pressure" in scene.effects
     weight = abs(profile.gravitational_energy) * mass / size / square
     weight = weight if math.isfinite(weight) else mass / size**3
     fluid: Any = scene.equation_of_state
     gamma = MONATOMIC if fluid is None else fluid.first_gamma
-    if fluid is not None and fluid.thermal_gamma and (given.specific_internal_energy or given.entropy) is not None:
+    if fluid is not None and fluid.thermal_gamma and (body.specific_internal_energy or body.entropy) is not None:
         gamma = fluid.thermal_gamma  # what is hot holds it up
-    spin = _spin(scene, square, size)
+    spin = _spin(scene)
     if body.spin is body:
         spin = 0.0  # in equilibrium with it: gravity and pressure below are what is left
     if not has_pressure:
         heat, sound = 0.0, 0.0
-    elif given.specific_internal_energy is not None:
-        energy = float(units.to_code(given.specific_internal_energy, "specific_energy"))
+    elif body.specific_internal_energy is not None:
+        energy = float(units.to_code(body.specific_internal_energy, "specific_energy"))
         heat, sound = 3.0 * (gamma - 1.0) * energy / square, math.sqrt(gamma * (gamma - 1.0) * energy)
-    elif given.entropy is not None and body.isentropic:
+    elif body.entropy is not None and body.isentropic:
         central = float(profile.density(np.array(0.0))) * mass / size**3
-        sound = math.sqrt(gamma * given.entropy * central ** (gamma - 1.0))
-        heat = 3.0 * given.entropy * _mean_power(profile, mass / size**3, gamma - 1.0) / square
+        sound = math.sqrt(gamma * body.entropy * central ** (gamma - 1.0))
+        heat = 3.0 * body.entropy * _mean_power(profile, mass / size**3, gamma - 1.0) / square
     else:
-        fraction = given.pressure_fraction or 1.0
+        fraction = body.pressure_fraction or 1.0
         heat = fraction * (weight - spin) if has_gravity else fraction * weight
         sound = math.sqrt(fraction * _central_sound(profile, mass / size, gamma))
     return Sphere(weight if has_gravity else 0.0, max(heat, 0.0), spin, gamma, densest, sound,
-                  mass / given.particles, size)  # fmt: skip
+                  mass / body.particles, size)  # fmt: skip
 
 
-def _spin(scene: Scene, square: float, size: float) -> float:
+def _spin(scene: Scene) -> float:
     rotation: Any = scene.body.rotation
     if rotation is None:
         return 0.0

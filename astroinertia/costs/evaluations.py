@@ -72,17 +72,17 @@ def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine)
     """What all steps of a run take, by their parts."""
     plain = evaluation(scene, particles, machine)
     if scene.numerics.timesteps == "global":
-        return {name: counts.steps * each for name, each in plain.items()}
+        return {name: counts.steps * cost for name, cost in plain.items()}
     # A few active particles take their share of every pass, and each end of an interval what it takes by itself.
     by_particle = evaluation(scene, particles, _without_fixed(machine))
     costs = machine.seconds
-    found = {name: counts.evaluations * each for name, each in by_particle.items()}
+    parts = {name: counts.evaluations * cost for name, cost in by_particle.items()}
     ends = counts.ends * costs["individual.end"]
-    return found | {"ends of intervals": ends + counts.evaluations * particles * costs["individual.particle"]}
+    return parts | {"ends of intervals": ends + counts.evaluations * particles * costs["individual.particle"]}
 
 
 def _without_fixed(machine: Machine) -> Machine:
-    free = {name: Seconds() if name.startswith("fixed.") else each for name, each in machine.seconds.items()}
+    free = {name: Seconds() if name.startswith("fixed.") else cost for name, cost in machine.seconds.items()}
     return Machine(free, machine.memory, machine.calibrated, machine.description)
 
 

@@ -55,7 +55,7 @@ def _bodies(scene: Scene) -> str:
     numerics: Any = scene.numerics
     settling = {kind: sorted(scene.effects[kind].items()) for kind in ("gravity", "pressure") if kind in scene.effects}
     return cache.content_key(
-        bodies=[repr(each.body) for each in scene.alone()], matter=repr(scene.equation_of_state),
+        bodies=[repr(alone.body) for alone in scene.alone()], matter=repr(scene.equation_of_state),
         settling=repr(settling),
         numerics=[numerics.kernel, numerics.eta, numerics.neighbours, numerics.smoothing_tolerance], marks=_VERSION,
     )  # fmt: skip

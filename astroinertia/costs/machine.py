@@ -133,7 +133,7 @@ def shipped() -> Machine:
     return Machine(seconds, dict(SHIPPED_MEMORY), False, {"processor": SHIPPED_MACHINE})
 
 
-def known() -> Machine:
+def current() -> Machine:
     """This machine as it was calibrated, or else the one that the package's own figures are of."""
     try:
         with (cache_directory() / FILE).open("rb") as file:
@@ -157,8 +157,8 @@ def read(content: Any, description: dict[str, Any]) -> Machine | None:
     numbers += [(value, MOST_BYTES) for value in memory.values()]
     if len(pairs) < len(seconds) or not all(_sound(value, most) for value, most in numbers):
         return None
-    found = {name: Seconds(*map(float, pair)) for name, pair in seconds.items()}
-    return Machine(found, {name: float(value) for name, value in memory.items()}, True, description)
+    costs = {name: Seconds(*map(float, pair)) for name, pair in seconds.items()}
+    return Machine(costs, {name: float(value) for name, value in memory.items()}, True, description)
 
 
 def _sound(value: Any, most: float) -> bool:
@@ -172,7 +172,7 @@ def keep(machine: Machine) -> Path | None:
     content = {
         "format": FORMAT,
         "machine": machine.description,
-        "seconds": {name: [each.wall, each.processor] for name, each in machine.seconds.items()},
+        "seconds": {name: [cost.wall, cost.processor] for name, cost in machine.seconds.items()},
         "memory": machine.memory,
     }
     with suppress(OSError, ArchiveError):

@@ -25,19 +25,19 @@ def run(scene: Scene, listener: Callable[[float], None] | None = None, longest: 
 
     listener: hears the share that is done. A pilot that was run before is not run again.
     """
-    known = kept(scene)
-    if known is not None or scene.particles is None:
-        return known
+    earlier = kept(scene)
+    if earlier is not None or scene.particles is None:
+        return earlier
     try:
         with jax.enable_x64(True):
-            found = _followed(scene, listener, longest)
+            pilot = _followed(scene, listener, longest)
     except AstroinertiaError:  # so few particles cannot be placed, or do not last
         return None
-    if found is not None:
+    if pilot is not None:
         experience.note(with_particles(scene, PARTICLES))
-        arrays = {name: np.asarray(value) for name, value in vars(found).items()}
+        arrays = {name: np.asarray(value) for name, value in vars(pilot).items()}
         cache.save("pilot", key(scene), arrays)
-    return found
+    return pilot
 
 
 def _followed(scene: Scene, listener: Any, longest: float) -> Pilot | None:
@@ -48,8 +48,8 @@ def _followed(scene: Scene, listener: Any, longest: float) -> Pilot | None:
     if body.base_step is not None:
         plain = body.base_step
 
-        def counted(*given: Any) -> Any:
-            result = plain(*given)
+        def counted(*arguments: Any) -> Any:
+            result = plain(*arguments)
             tallies.append(result[2])
             return result
 
@@ -67,8 +67,8 @@ def _followed(scene: Scene, listener: Any, longest: float) -> Pilot | None:
         if listener is not None:
             listener(body.time / end)
     body.record(None)  # so that all that a run compiles is compiled
-    found, taken = np.array(rows), np.array(evaluated)
-    if not len(found) or not np.isfinite(found[:, 0]).all():
+    measured, taken = np.array(rows), np.array(evaluated)
+    if not len(measured) or not np.isfinite(measured[:, 0]).all():
         return None
-    return Pilot(len(body.state.mass), found[:, 0], criteria, found[:, 1:], taken[:, 0], taken[:, 1],
+    return Pilot(len(body.state.mass), measured[:, 0], criteria, measured[:, 1:], taken[:, 0], taken[:, 1],
                  min(1.0, body.time / end), clock.process_time() - begun)  # fmt: skip

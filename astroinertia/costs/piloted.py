@@ -24,7 +24,7 @@ LAST = 0.25  # of the time that was followed: as it was last
 _VERSION = 1  # part of the cache key: raise it when a pilot's outcome changes meaning
 # Powers of the number of particles that limits fall with, as those of effects do (Entry.limit_power); others do not.
 GROWTH = {"contact": 1.0 / 3.0, "acceleration": 1.0 / 6.0} | {
-    kind: each.limit_power for kind, each in CATALOGUE.items()
+    kind: entry.limit_power for kind, entry in CATALOGUE.items()
 }
 
 
@@ -52,15 +52,15 @@ class Pilot:
         scaled = self.limits * (particles / self.particles) ** -growing
         more = self.limits.min(axis=1) / scaled.min(axis=1)
         steps = np.ones_like(more)
-        each = np.stack([steps, self.evaluations, self.ends]) * more
-        found = each.sum(axis=1)
+        by_chunk = np.stack([steps, self.evaluations, self.ends]) * more
+        totals = by_chunk.sum(axis=1)
         if self.reached < 1.0:
             passed = np.cumsum(self.length)
             last = passed > (1.0 - LAST) * passed[-1]
-            pace = each[:, last].sum(axis=1) / self.length[last].sum()
-            found = found + pace * passed[-1] * (1.0 / self.reached - 1.0)
+            pace = by_chunk[:, last].sum(axis=1) / self.length[last].sum()
+            totals = totals + pace * passed[-1] * (1.0 / self.reached - 1.0)
         by = PILOT if self.reached >= 1.0 else f"{PILOT} of the first {self.reached:.0%}"
-        return Counts(*map(float, found), by=by)
+        return Counts(*map(float, totals), by=by)
 
 
 def kept(scene: Scene) -> Pilot | None:

@@ -13,39 +13,39 @@ LONG = 20.0  # seconds, from which on a pilot pays
 SMALL = 0.005  # share of the run time that is not worth a word
 
 
-def lines(scene: Scene, found: Prediction | None) -> tuple[Line, ...]:
+def lines(scene: Scene, cost: Prediction | None) -> tuple[Line, ...]:
     """The section of a plan."""
-    if found is None:
+    if cost is None:
         return (Line("wall time", "not known", _unknown(scene)),)
     machine = (
         "of this machine, calibrated"
-        if found.calibrated
+        if cost.calibrated
         else f"of {SHIPPED_MACHINE}; astroinertia calibrate measures this one"
     )
-    estimated = not found.steps_by.startswith(PILOT) and scene.model == "sph"
-    by = f"{found.steps_by}; --pilot counts them" if estimated and found.wall_time > LONG else found.steps_by
-    section = [Line("wall time", seconds(found.wall_time), machine)]
-    if found.steps:
-        section.append(Line("steps", f"about {found.steps:.3g}", by))
-    whole = max(found.wall_time, 1e-300)
-    for name, part in found.parts.items():
+    estimated = not cost.steps_by.startswith(PILOT) and scene.model == "sph"
+    by = f"{cost.steps_by}; --pilot counts them" if estimated and cost.wall_time > LONG else cost.steps_by
+    section = [Line("wall time", seconds(cost.wall_time), machine)]
+    if cost.steps:
+        section.append(Line("steps", f"about {cost.steps:.3g}", by))
+    whole = max(cost.wall_time, 1e-300)
+    for name, part in cost.parts.items():
         if name in PREPARATION:
             section.append(Line(name, seconds(part.wall), f"{part.wall / whole:.0%} of the time"))
-    shares = {name: part.wall / whole for name, part in found.parts.items() if name not in PREPARATION}
+    shares = {name: part.wall / whole for name, part in cost.parts.items() if name not in PREPARATION}
     spent = [f"{name.removeprefix(STEP)} {share:.0%}" for name, share in shares.items() if share >= SMALL]
     if spent:
         section.append(Line("the rest", ", ".join(spent), "of the time"))
-    section.append(Line("memory", size(found.memory), "of the process, at most"))
-    section.append(Line("files", size(found.files), "in the run's folder"))
+    section.append(Line("memory", size(cost.memory), "of the process, at most"))
+    section.append(Line("files", size(cost.files), "in the run's folder"))
     return tuple(section)
 
 
 def of_error_bars(runs: Sequence[tuple[str, Prediction | None]]) -> Line:
     """The line of a plan on companion runs, by their names; what the start of the process takes is the run's."""
     why = f"of companion runs for error bars: {', '.join(name for name, _ in runs)}"
-    if any(found is None for _, found in runs):
+    if any(cost is None for _, cost in runs):
         return Line("error bars", "wall time not known", why)
-    taken = sum(found.wall_time - found.parts["start-up"].wall for _, found in runs if found is not None)
+    taken = sum(cost.wall_time - cost.parts["start-up"].wall for _, cost in runs if cost is not None)
     return Line("error bars", f"{seconds(taken)} more", why)
 
 

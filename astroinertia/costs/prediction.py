@@ -54,7 +54,7 @@ class Prediction:
     @property
     def evolution(self) -> Seconds:
         """Of what comes after the preparation: steps, records and writing."""
-        return total(each for name, each in self.parts.items() if name not in PREPARATION)
+        return total(cost for name, cost in self.parts.items() if name not in PREPARATION)
 
     @property
     def wall_time(self) -> float:
@@ -92,10 +92,10 @@ def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
     steps = run_of_steps(scene, particles, counts, machine)
     written = _records(scene, counts.steps)
     once = evaluation(scene, particles, machine)
-    again = total(each for name, each in once.items() if name in scene.effects)  # once more, for the virials
+    again = total(cost for name, cost in once.items() if name in scene.effects)  # once more, for the virials
     one = costs["record"] + particles * costs["record.particle"] + again
     size = files(scene, written, particles)
-    parts |= {f"steps: {name}": each for name, each in steps.items()}
+    parts |= {f"steps: {name}": cost for name, cost in steps.items()}
     parts |= {"records": written * one, "writing": _writing(scene, size, total(parts.values()).wall, machine)}
     memory = machine.memory["sph"] + particles * machine.memory[f"particle.{scene.numerics.precision}"]
     return Prediction(parts, counts.steps, counts.by, memory, size, machine.calibrated)
@@ -108,12 +108,12 @@ def counted(scene: Scene) -> Counts | None:
     pilot = piloted.kept(scene)
     if pilot is not None:
         return pilot.counts(scene.particles).at_most(most)
-    found = course.steps(scene)
-    if found is None:
+    steps = course.steps(scene)
+    if steps is None:
         return None
     if scene.numerics.timesteps == "individual":
-        return Counts(found / STEPS_IN_A_BASE_STEP, found * ACTIVE, found, "an estimate").at_most(most)
-    return Counts(found, found, found, "an estimate").at_most(most)
+        return Counts(steps / STEPS_IN_A_BASE_STEP, steps * ACTIVE, steps, "an estimate").at_most(most)
+    return Counts(steps, steps, steps, "an estimate").at_most(most)
 
 
 def _without_particles(scene: Scene, machine: Machine) -> Prediction:
@@ -133,12 +133,12 @@ def _without_particles(scene: Scene, machine: Machine) -> Prediction:
 
 def _placing(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:
     parts = {}
-    bodies: Any = [each.body for each in scene.alone()]
+    bodies: Any = [alone.body for alone in scene.alone()]
     if any(body.placement == "glass" and body.laid_out for body in bodies):
         parts["placing"] = particles * machine.seconds["place.particle"]
-    settling = [each for each in scene.alone() if settles(each)]
+    settling = [alone for alone in scene.alone() if settles(alone)]
     if settling:
-        parts["settling"] = total(_settling(each, machine) for each in settling)
+        parts["settling"] = total(_settling(alone, machine) for alone in settling)
     return parts
 
 
@@ -162,8 +162,8 @@ def _records(scene: Scene, steps: float) -> float:
     when = cadence(scene)
     if when.series_every is None:
         return 1.0 + steps / (when.series_steps or 1)
-    asked = float(records(scene.time.end, when.series_every))
-    return asked if scene.output.align else min(asked, steps + 1.0)
+    planned = float(records(scene.time.end, when.series_every))
+    return planned if scene.output.align else min(planned, steps + 1.0)
 
 
 def files(scene: Scene, written: float, particles: int) -> float:

@@ -39,13 +39,13 @@ class Stopwatch:
     """Sums up the times of parts by their names."""
 
     def __init__(self) -> None:
-        self.found: dict[str, Seconds] = defaultdict(Seconds)
+        self.seconds: dict[str, Seconds] = defaultdict(Seconds)
 
     def timed(self, name: str, action: Callable[[], Any]) -> Any:
         """What the action returns."""
         begin = now()
         result = action()
-        self.found[name] += since(begin)
+        self.seconds[name] += since(begin)
         return result
 
 
@@ -56,11 +56,11 @@ class Watched:
         self._inner, self._watch, self._methods = inner, watch, methods
 
     def __getattr__(self, name: str) -> Any:
-        found = getattr(self._inner, name)
+        method = getattr(self._inner, name)
         if name not in self._methods:
-            return found
+            return method
         part = self._methods[name]
-        return lambda *given, **named: self._watch.timed(part(*given), lambda: found(*given, **named))
+        return lambda *arguments, **named: self._watch.timed(part(*arguments), lambda: method(*arguments, **named))
 
 
 def now() -> tuple[float, float]:
@@ -76,8 +76,8 @@ def since(begin: tuple[float, float]) -> Seconds:
 
 def cloud(particles: int, **settings: str) -> Any:
     """Evrard's cloud at time 0, under way; settings by their keys with __ for dots."""
-    given = [f"{key.replace('__', '.')}={value}" for key, value in settings.items()]
-    return prepare(load.loads(CLOUD, [f"body.particles={particles}", *given])).evolution
+    overrides = [f"{key.replace('__', '.')}={value}" for key, value in settings.items()]
+    return prepare(load.loads(CLOUD, [f"body.particles={particles}", *overrides])).evolution
 
 
 def steps_of(body: Any, count: int) -> Pairs:
@@ -92,14 +92,14 @@ def steps_of(body: Any, count: int) -> Pairs:
     attraction, *others = plain.effects
     watched = Watched(attraction, watch, {"own_sums": lambda *_: "multipole"})
     body.problem = replace(plain, engine=Watched(plain.engine, watch, parts), effects=(watched, *others))
-    found = []
+    measured = []
     for _ in range(count):
-        watch.found.clear()
+        watch.seconds.clear()
         watch.timed("step", lambda: body.advance(body.end))
-        step = watch.found.pop("step")
-        found.append({**watch.found, "rest": less(step, total(watch.found.values()))})
+        step = watch.seconds.pop("step")
+        measured.append({**watch.seconds, "rest": less(step, total(watch.seconds.values()))})
     body.problem = plain
-    return {name: middle([step[name] for step in found]) for name in found[0]} | {"direct": _direct(body)}
+    return {name: middle([step[name] for step in measured]) for name in measured[0]} | {"direct": _direct(body)}
 
 
 def _direct(body: Any) -> Seconds:
@@ -117,17 +117,17 @@ def _direct(body: Any) -> Seconds:
 
 def middle(times: list[Seconds]) -> Seconds:
     """The median by the wall, which other work delays now and then, and the mean by the processor."""
-    return Seconds(statistics.median(each.wall for each in times), statistics.fmean(each.processor for each in times))
+    return Seconds(statistics.median(cost.wall for cost in times), statistics.fmean(cost.processor for cost in times))
 
 
 def line(few: Seconds, many: Seconds, power: int = 1) -> tuple[Seconds, Seconds]:
     """What FEW and MANY particles take as (fixed, a particle or, with power 2, a pair)."""
 
-    def each(a: float, b: float) -> tuple[float, float]:
+    def fitted(a: float, b: float) -> tuple[float, float]:
         slope = max(0.0, (b - a) / (MANY**power - FEW**power))
         return max(0.0, a - slope * FEW**power), slope
 
-    (fixed, slope), (fixed_cpu, slope_cpu) = each(few.wall, many.wall), each(few.processor, many.processor)
+    (fixed, slope), (fixed_cpu, slope_cpu) = fitted(few.wall, many.wall), fitted(few.processor, many.processor)
     return Seconds(fixed, fixed_cpu), Seconds(slope, slope_cpu)
 
 
@@ -137,22 +137,22 @@ def particle_costs() -> Pairs:
     fixed: dict[str, list[Seconds]] = defaultdict(list)
     rests = []
     for precision in PRECISIONS:
-        found = []
+        measured = []
         for particles in (FEW, MANY):
             body = cloud(particles, numerics__precision=precision)
             for _ in range(WARM):
                 body.advance(body.end)
-            found.append(steps_of(body, STEPS))
+            measured.append(steps_of(body, STEPS))
             if precision == "mixed":
-                found[-1]["record"] = _record(body, found[-1])
-        lines = {name: line(few, found[1][name], 2 if name == "direct" else 1) for name, few in found[0].items()}
+                measured[-1]["record"] = _record(body, measured[-1])
+        lines = {name: line(few, measured[1][name], 2 if name == "direct" else 1) for name, few in measured[0].items()}
         rests.append(lines.pop("rest"))
         if "record" in lines:
             costs["record"], costs["record.particle"] = lines.pop("record")
         for name, (start, slope) in lines.items():
             fixed[name].append(start)
             costs[f"{precision}.{name}"] = slope
-    costs |= {f"fixed.{name}": middle(each) for name, each in fixed.items()}
+    costs |= {f"fixed.{name}": middle(starts) for name, starts in fixed.items()}
     costs["fixed.rest"] = middle([start for start, _ in rests])
     costs["rest"] = middle([slope for _, slope in rests])
     costs |= _individual(costs)
@@ -179,21 +179,21 @@ def _individual(costs: Pairs) -> Pairs:
     for particles in (FEW, MANY):
         body = cloud(particles, numerics__precision="mixed", numerics__timesteps="individual")
         tallies, plain = [], body.base_step
-        body.base_step = lambda *given, plain=plain, tallies=tallies: _counted(plain(*given), tallies)
+        body.base_step = lambda *arguments, plain=plain, tallies=tallies: _counted(plain(*arguments), tallies)
         body.advance(body.end)
         tallies.clear()
         begin = now()
-        while sum(each.evaluations for each in tallies) < min(EVALUATIONS, 20 * particles):
+        while sum(tally.evaluations for tally in tallies) < min(EVALUATIONS, 20 * particles):
             body.advance(body.end)
         taken = since(begin)
-        evaluations, ends = (sum(getattr(each, name) for each in tallies) for name in ("evaluations", "ends"))
+        evaluations, ends = (sum(getattr(tally, name) for tally in tallies) for name in ("evaluations", "ends"))
         rest = less(taken, evaluations * total(passes))
         rows.append((ends, evaluations, [rest.wall, rest.processor]))
     matrix = np.array([[ends, evaluations] for ends, evaluations, _ in rows], dtype=float)
-    found = np.linalg.solve(matrix, np.array([rest for _, _, rest in rows]))
+    solution = np.linalg.solve(matrix, np.array([rest for _, _, rest in rows]))
     # A particle in a nested set may take less than its share of a plain pass over all of them.
-    end = np.maximum(found[0], 0.0)
-    particle = np.maximum(found[1], 0.0)
+    end = np.maximum(solution[0], 0.0)
+    particle = np.maximum(solution[1], 0.0)
     return {"individual.end": Seconds(*map(float, end)), "individual.particle": Seconds(*map(float, particle))}
 
 
@@ -240,14 +240,14 @@ def of_ellipsoid() -> Pairs:
 
 def of_rigid() -> Pairs:
     """Steps, records and starts of both integrators; what a companion adds to the start."""
-    found, first = {}, {}
+    costs, first = {}, {}
     for integrator, until in (("splitting", 3e3), ("adaptive", 300.0)):
         body = prepare(load.loads(RIGID, [f'numerics.integrator="{integrator}"'])).evolution
         first[integrator] = _timed(lambda body=body: body.advance(1.0))
         body.record(0.0)
-        found[f"step.{integrator}"] = _stepped(body, until)
-        found[f"record.{integrator}"] = _recorded(body, 1.1 * until)
-    return found | {"prepare.adaptive": first["adaptive"], "companions": _timed(_with_companion)}
+        costs[f"step.{integrator}"] = _stepped(body, until)
+        costs[f"record.{integrator}"] = _recorded(body, 1.1 * until)
+    return costs | {"prepare.adaptive": first["adaptive"], "companions": _timed(_with_companion)}
 
 
 def _with_companion() -> None:
@@ -308,7 +308,7 @@ def main(kind: str, launched: str) -> None:
         memory = peak_memory()
         seconds = PROBES[kind]()
         last = peak_memory()
-    timings = {name: [each.wall, each.processor] for name, each in seconds.items()}
+    timings = {name: [cost.wall, cost.processor] for name, cost in seconds.items()}
     content = {"seconds": timings, "memory": memory, "last": last, "prepared": [prepared.wall, prepared.processor]}
     sys.stdout.write(json.dumps(content) + "\n")
 

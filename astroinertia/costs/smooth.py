@@ -21,8 +21,8 @@ def kind(scene: Scene) -> str:
 def compiled(scene: Scene) -> tuple[str, ...]:
     """The costs of what is compiled before the first step."""
     names = {"splitting": ("prepare.splitting",), "adaptive": ("prepare.splitting", "prepare.adaptive")}
-    found = names.get(kind(scene), (f"prepare.{kind(scene)}",))
-    return (*found, "companions") if scene.companions else found
+    names_of_kind = names.get(kind(scene), (f"prepare.{kind(scene)}",))
+    return (*names_of_kind, "companions") if scene.companions else names_of_kind
 
 
 def steps(scene: Scene, written: int) -> float:
@@ -31,24 +31,24 @@ def steps(scene: Scene, written: int) -> float:
     interval = float(units.to_code(scene.time.end, "time")) / max(1, written - 1)
     if kind(scene) == "splitting":
         turns = interval * fastest_spin(scene) / (2.0 * math.pi)
-        each = math.ceil(turns * numerics.steps_per_rotation - 1e-6)
+        per_record = math.ceil(turns * numerics.steps_per_rotation - 1e-6)
     else:
         pace = fastest_spin(scene) if scene.model == "rigid" else _pace(scene)
-        each = math.ceil(interval * pace / (REACH[kind(scene)] * numerics.tolerance**0.125))
-    return float(max(1, each) * (written - 1))
+        per_record = math.ceil(interval * pace / (REACH[kind(scene)] * numerics.tolerance**0.125))
+    return float(max(1, per_record) * (written - 1))
 
 
 def _pace(scene: Scene) -> float:
     """The fastest of fall and turning, in code units."""
-    units, body = code_units(scene), scene.body
-    given: Any = body
-    mass = float(units.to_code(given.mass, "mass"))
-    radius = float(units.to_code(given.radius, "length"))
+    units = code_units(scene)
+    body: Any = scene.body
+    mass = float(units.to_code(body.mass, "mass"))
+    radius = float(units.to_code(body.radius, "length"))
     axes = getattr(body, "axes", (1.0, 1.0, 1.0))
     fall = math.sqrt(mass / (radius**3 * math.prod(axes)))
     gradient = 0.0
-    if given.velocity_gradient is not None:
-        gradient = float(np.abs(units.to_code(np.array(given.velocity_gradient), "angular_velocity")).max())
+    if body.velocity_gradient is not None:
+        gradient = float(np.abs(units.to_code(np.array(body.velocity_gradient), "angular_velocity")).max())
     return max(fall, _rate(scene), gradient)
 
 

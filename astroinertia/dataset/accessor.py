@@ -164,8 +164,8 @@ class InertiaAccessor:
         torque = self.dataset["torque"].transpose("time", "effect", "i")
         direction = np.broadcast_to(self._axis(axis), (self.dataset.sizes["time"], 3))
         along = np.einsum("tei,ti->te", torque.values, direction)
-        found = xr.DataArray(along, self._coordinates("time", "effect"), ("time", "effect"))
-        return found.rename("torque").assign_attrs(torque.attrs | {"long_name": f"torque along {_axis_text(axis)}"})
+        share = xr.DataArray(along, self._coordinates("time", "effect"), ("time", "effect"))
+        return share.rename("torque").assign_attrs(torque.attrs | {"long_name": f"torque along {_axis_text(axis)}"})
 
     def spin_rate(self) -> xr.DataArray:
         """The mean spin along the direction of the angular momentum at the start: L.n / n.I.n, n fixed.
@@ -218,15 +218,15 @@ class InertiaAccessor:
         radius = float(data["moment_ratio"].attrs.get("reference_radius", size[0])) * size / size[0]
         period = np.divide(2 * np.pi, spin, out=np.full_like(spin, np.inf), where=spin > 0)
         gravity, ratio = float(data.attrs["gravitational_constant"]), data["rotational_to_gravitational"].values
-        found = break_up(data["mass"].values, radius, period, shedding=shedding, gravitational_constant=gravity)
+        limits = break_up(data["mass"].values, radius, period, shedding=shedding, gravitational_constant=gravity)
         series = {
             "radius": (radius, "m", "radius at the start, scaled with the mean radius by second moments"),
             "period": (period, "s", "period of the mean spin"),
-            "kepler_period": (found.kepler_period, "s", "period of an orbit at the equator of the sphere"),
-            "shedding_period": (found.shedding_period, "s", f"shortest period without loss of mass ({shedding})"),
-            "kepler_fraction": (found.kepler_fraction, "1", "rate over that of an orbit at the equator"),
-            "beyond_kepler": (found.beyond_kepler, "1", "whether the equator turns faster than an orbit there"),
-            "sheds_mass": (found.sheds_mass, "1", "whether the body turns faster than it can without losing mass"),
+            "kepler_period": (limits.kepler_period, "s", "period of an orbit at the equator of the sphere"),
+            "shedding_period": (limits.shedding_period, "s", f"shortest period without loss of mass ({shedding})"),
+            "kepler_fraction": (limits.kepler_fraction, "1", "rate over that of an orbit at the equator"),
+            "beyond_kepler": (limits.beyond_kepler, "1", "whether the equator turns faster than an orbit there"),
+            "sheds_mass": (limits.sheds_mass, "1", "whether the body turns faster than it can without losing mass"),
             "secularly_unstable": (ratio > SECULAR, "1", "whether T/|W| lets friction make a bar"),
             "dynamically_unstable": (ratio > DYNAMICAL, "1", "whether T/|W| makes a bar"),
         }
@@ -264,8 +264,8 @@ class InertiaAccessor:
         >>> print(float(ds.inertia.growth_rate("density_max").rate) > 0)  # it falls together
         True
         """
-        found = self._between(self.dataset[series] if isinstance(series, str) else series, start, end)
-        fitted = growth.growth(found["time"].values, found.values)
+        values = self._between(self.dataset[series] if isinstance(series, str) else series, start, end)
+        fitted = growth.growth(values["time"].values, values.values)
         return self._line(fitted, "growth rate", "s-1")
 
     def pattern_speed(self, mode: int = 2, start: float | None = None, end: float | None = None) -> xr.Dataset:
@@ -276,8 +276,8 @@ class InertiaAccessor:
         >>> print(list(ds.inertia.pattern_speed()))
         ['rate', 'error', 'residual']
         """
-        found = self._between(self.dataset["mode_phase"].sel(mode=mode), start, end)
-        fitted = growth.turning(found["time"].values, found.values, mode)
+        phase = self._between(self.dataset["mode_phase"].sel(mode=mode), start, end)
+        fitted = growth.turning(phase["time"].values, phase.values, mode)
         return self._line(fitted, f"pattern speed of mode {mode}", "rad s-1")
 
     def plot_inertia(self, **options: Any) -> Any:
@@ -337,9 +337,9 @@ class InertiaAccessor:
     def _line(self, fitted: growth.Line, text: str, unit: str) -> xr.Dataset:
         values = {"rate": (fitted.slope, text), "error": (fitted.error, f"standard error of the {text}")}
         units = {"units": self._unit(unit)}
-        found = {name: ((), value, units | {"long_name": words}) for name, (value, words) in values.items()}
+        variables = {name: ((), value, units | {"long_name": words}) for name, (value, words) in values.items()}
         left = {"units": "1", "long_name": "rms of what the straight line leaves"}
-        return xr.Dataset({**found, "residual": ((), fitted.residual, left)})
+        return xr.Dataset({**variables, "residual": ((), fitted.residual, left)})
 
     def _unit(self, unit: str) -> str:
         return "1" if self.dataset["mass"].attrs["units"] == "1" else unit
@@ -372,7 +372,7 @@ class InertiaAccessor:
 
     def _coordinates(self, *dims: str) -> dict[Any, xr.Variable]:
         """The dataset's coordinates along these dimensions, and those without one, such as what an ensemble varies."""
-        return {name: each.variable for name, each in self.dataset.coords.items() if set(each.dims) <= set(dims)}
+        return {name: labels.variable for name, labels in self.dataset.coords.items() if set(labels.dims) <= set(dims)}
 
     def _shares(self, values: np.ndarray, dims: tuple[str, ...], long_name: str, unit: str) -> xr.DataArray:
         names = np.array([MOTION, *self.dataset["effect"].values.tolist()], dtype=str)

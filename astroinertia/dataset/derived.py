@@ -25,38 +25,38 @@ def derived_quantities(series: Series, tolerance: float, reference_radius: float
     tolerance: principal moments nearer than this share of the largest count as equal. Quantities whose ingredients
     were not recorded are left out.
     """
-    found: dict[str, np.ndarray] = {}
+    derived: dict[str, np.ndarray] = {}
     if _has(series, "mixed_moment"):
-        found["inertia_rate"] = tensor.inertia_from_second_moment(tensor.twice_symmetric(series["mixed_moment"]))
+        derived["inertia_rate"] = tensor.inertia_from_second_moment(tensor.twice_symmetric(series["mixed_moment"]))
     if _has(series, "kinetic_tensor", "virial_tensor"):
         acceleration = second_moment_acceleration(series["kinetic_tensor"], series["virial_tensor"].sum(axis=1))
-        found["inertia_acceleration"] = tensor.inertia_from_second_moment(acceleration)
+        derived["inertia_acceleration"] = tensor.inertia_from_second_moment(acceleration)
     if _has(series, "second_moment", "mixed_moment"):
-        found |= dict(zip(BAR, bar(series["second_moment"], series["mixed_moment"]), strict=True))
+        derived |= dict(zip(BAR, bar(series["second_moment"], series["mixed_moment"]), strict=True))
     if _has(series, "accreted_mass", "time"):
-        found["accretion_rate"] = _rate(series["accreted_mass"], series["time"])
+        derived["accretion_rate"] = _rate(series["accreted_mass"], series["time"])
     if not _has(series, "inertia_tensor", "mass"):
-        return found
+        return derived
     inertia, mass = series["inertia_tensor"], series["mass"]
     moments, axes = principal.tracked_frame(inertia, tolerance)
-    found |= {"principal_moments": moments, "principal_axes": axes, "principal_gap": principal.principal_gap(moments)}
-    if "inertia_rate" in found:
-        found["figure_rotation_rate"] = principal.figure_rotation(moments, axes, found["inertia_rate"], tolerance)
+    derived |= {"principal_moments": moments, "principal_axes": axes, "principal_gap": principal.principal_gap(moments)}
+    if "inertia_rate" in derived:
+        derived["figure_rotation_rate"] = principal.figure_rotation(moments, axes, derived["inertia_rate"], tolerance)
     axis = axes[:, 2]
     if _has(series, "angular_momentum"):
         angular_momentum = series["angular_momentum"]
         spin = angular_velocity(inertia, angular_momentum)
         energy = 0.5 * (angular_momentum * spin).sum(-1)
-        found |= {"angular_velocity": spin, "rotational_energy": energy}
+        derived |= {"angular_velocity": spin, "rotational_energy": energy}
         if _has(series, "gravitational_energy"):
             bound = np.abs(series["gravitational_energy"])
-            found["rotational_to_gravitational"] = _ratio(energy, bound)
+            derived["rotational_to_gravitational"] = _ratio(energy, bound)
         axis = spin_axis(series, axis)
     second = tensor.second_moment_from_inertia(inertia)
     along = np.maximum(np.einsum("ti,tij,tj->t", axis, second, axis), 0.0)
     across = np.maximum(np.trace(second, axis1=1, axis2=2) - along, 0.0)
     equatorial, polar = np.sqrt(2.5 * _ratio(across, mass)), np.sqrt(5.0 * _ratio(along, mass))
-    found |= {
+    derived |= {
         "spin_axis": axis,
         "mean_radius": tensor.equivalent_semi_axes(mass, moments).prod(-1) ** (1 / 3),
         "equatorial_radius": equatorial,
@@ -64,8 +64,8 @@ def derived_quantities(series: Series, tolerance: float, reference_radius: float
         "flattening": 1.0 - _ratio(polar, equatorial),
     }
     if reference_radius is not None:
-        found["moment_ratio"] = tensor.moment_about(inertia, axis) / (mass * reference_radius**2)
-    return found
+        derived["moment_ratio"] = tensor.moment_about(inertia, axis) / (mass * reference_radius**2)
+    return derived
 
 
 def spin_axis(series: Series, otherwise: np.ndarray) -> np.ndarray:

@@ -60,11 +60,11 @@ def snapshots(path: Path, chunks: Mapping[str, int] | None) -> xr.Dataset | None
         return xr.open_dataset(path, group="snapshots", engine="netcdf4", drop_variables="i", chunks=chunks)
 
 
-def loaded(path: Path, found: xr.Dataset) -> xr.Dataset:
+def loaded(path: Path, opened: xr.Dataset) -> xr.Dataset:
     """What was opened lazily from a file, in memory; ArchiveError where the file is damaged there."""
     with archive_errors(path, "is damaged"):
-        check_proportion("it", sum(_size(variable) for variable in found.variables.values()), path)
-        return found.load()
+        check_proportion("it", sum(_size(variable) for variable in opened.variables.values()), path)
+        return opened.load()
 
 
 def _size(variable: xr.Variable) -> float:
@@ -80,7 +80,7 @@ def _check_sizes(path: Path, group: str | None) -> bool:
         elif group not in file.groups:
             return False
         else:  # of other groups only what labels dimensions
-            read = [each for name, each in file.groups[group].variables.items() if name in each.dimensions]
+            read = [labels for name, labels in file.groups[group].variables.items() if name in labels.dimensions]
         whole, largest = 0.0, 0.0
         for variable in read:
             item = getattr(variable.dtype, "itemsize", None) or 1

@@ -104,7 +104,7 @@ def regional_quantities(series: Mapping[str, np.ndarray], tolerance: float) -> d
     """The derived quantities of regions, (T, R, ...), in the units of `series`; NaN while a region is empty."""
     mass = series["region_mass"]
     wanted = {name.removeprefix("region_"): name for name in DERIVED}
-    found: dict[str, np.ndarray] = {}
+    regional: dict[str, np.ndarray] = {}
     for k in range(mass.shape[1]):
         there = np.flatnonzero(series["region_particles"][:, k] > 0)
         if not len(there):
@@ -121,5 +121,5 @@ def regional_quantities(series: Mapping[str, np.ndarray], tolerance: float) -> d
         for name, full in wanted.items():
             if name in derived:
                 row = derived[name]
-                found.setdefault(full, np.full((*mass.shape, *row.shape[1:]), np.nan))[there, k] = row
-    return found
+                regional.setdefault(full, np.full((*mass.shape, *row.shape[1:]), np.nan))[there, k] = row
+    return regional

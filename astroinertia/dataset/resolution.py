@@ -13,28 +13,28 @@ def resolution_warnings(series: Mapping[str, np.ndarray], neighbours: float | No
     """Sentences about records in any units; neighbours: the mean number of a particle's, None where there are none."""
     if neighbours is None or not {"core_particles", "jeans_ratio", "smoothing_to_thickness"} <= set(series):
         return []
-    found = []
+    warnings = []
     core, jeans, coarse = (series[name] for name in ("core_particles", "jeans_ratio", "smoothing_to_thickness"))
     least, fewest = float(np.nanmin(core)), 2.0 * neighbours
     if least < fewest:
-        found.append(
+        warnings.append(
             f"the core, denser than a tenth of the greatest density, held only {least:.0f} particles, fewer than two "
             f"neighbourhoods ({fewest:.0f}): its density and spin depend on their number; raise body.particles "
             f"{_times(fewest, least)}."
         )
     if np.isfinite(jeans).any() and (lowest := float(np.nanmin(jeans))) < 1.0:
-        found.append(
+        warnings.append(
             f"the Jeans mass fell to {lowest:.2g} of the mass of two neighbourhoods, so fragments may be artificial "
             f"(Bate & Burkert 1997): raise body.particles {_times(1.0, lowest)}, or stiffen the equation of state at "
             "those densities."
         )
     if np.isfinite(coarse).any() and (largest := float(np.nanmax(coarse))) > COARSEST:
-        found.append(
+        warnings.append(
             f"the smoothing length reached {largest:.2g} of the body's smallest semi-axis: its thickness is not "
             f"resolved; raise body.particles {_times((largest / COARSEST) ** 3, 1.0)}, or take a kernel of fewer "
             "neighbours."
         )
-    return found
+    return warnings
 
 
 def resolution_message(attributes: Mapping[Any, Any]) -> str:

@@ -159,10 +159,10 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     time = values.pop("time")
     sizes = _sizes(values, effects) | {"time": len(time), "region": len(regions), "frequency": len(frequency)}
     variables = {}
-    known = RECORDED | DERIVED | (REGIONAL if regions else {})
+    schema = RECORDED | DERIVED | (REGIONAL if regions else {})
     own = metadata.get("observables", {})
-    own = {name: Quantity.of_description(said) for name, said in own.items() if name not in known}
-    for name, quantity in (known | own).items():
+    own = {name: Quantity.of_description(said) for name, said in own.items() if name not in schema}
+    for name, quantity in (schema | own).items():
         attrs = attributes(quantity, metadata)
         array = values.pop(name, None)
         if array is None:

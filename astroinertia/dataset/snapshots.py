@@ -30,9 +30,9 @@ def snapshot_quantity(name: str, shape: tuple[int, ...]) -> Quantity:
     """The schema's entry for a per-particle array, or one that says that the schema does not know it."""
     if name == "time":
         return SNAPSHOT_TIME
-    known = SNAPSHOT.get(name)
-    if known is not None and len(known.dims) == len(shape) + 1:
-        return known
+    quantity = SNAPSHOT.get(name)
+    if quantity is not None and len(quantity.dims) == len(shape) + 1:
+        return quantity
     dims = ("snapshot_time", "particle", *(f"{name}_{axis}" for axis in range(len(shape) - 1)))
     return Quantity(dims[: len(shape) + 1], None, "1", name.replace("_", " "), "not in the schema; in code units")
 
@@ -45,10 +45,10 @@ class RunFolder(BackendEntrypoint):
     ) -> xr.Dataset:
         """The dataset of these files; of each snapshot only its time is known until it is read."""
         layout, units = dict(files[0].layout), code_units(metadata)
-        if any(each.layout != layout for each in files):
+        if any(file.layout != layout for file in files):
             raise ArchiveError(f"the particles of {filename_or_obj} do not stay the same from snapshot to snapshot.")
         del layout["time"]
-        times = np.concatenate([each.times for each in files])
+        times = np.concatenate([file.times for file in files])
         variables = {}
         for name, (dtype, shape) in layout.items():
             quantity = snapshot_quantity(name, shape)
@@ -58,8 +58,8 @@ class RunFolder(BackendEntrypoint):
                 quantity.dims, data, attributes(quantity, metadata), {"preferred_chunks": chunks}
             )
         moments = converted(times, SNAPSHOT_TIME, units)
-        found = {"snapshot_time": (SNAPSHOT_TIME.dims, moments, attributes(SNAPSHOT_TIME, metadata)), "i": label("i")}
-        return xr.Dataset(variables, found)
+        labels = {"snapshot_time": (SNAPSHOT_TIME.dims, moments, attributes(SNAPSHOT_TIME, metadata)), "i": label("i")}
+        return xr.Dataset(variables, labels)
 
 
 class _Rows(BackendArray):
@@ -74,7 +74,7 @@ class _Rows(BackendArray):
         quantity: Quantity,
         units: CodeUnits,
     ) -> None:
-        self.places = [(each.rows, number) for each in files for number in range(len(each.times))]
+        self.places = [(file.rows, number) for file in files for number in range(len(file.times))]
         self.name, self.dtype, self.shape = name, dtype, shape
         self.quantity, self.units = quantity, units
 
@@ -83,10 +83,10 @@ class _Rows(BackendArray):
 
     def _taken(self, key: tuple) -> np.ndarray:
         """What a key takes of each axis: a number, a slice, or numbers."""
-        asked, *others = key
-        if isinstance(asked, int | np.integer):
-            return self._row(int(asked), others)
-        numbers = np.arange(len(self.places))[asked]
+        times, *others = key
+        if isinstance(times, int | np.integer):
+            return self._row(int(times), others)
+        numbers = np.arange(len(self.places))[times]
         rows = [self._row(number, others) for number in numbers]
         return np.stack(rows) if rows else _along_axes(np.empty((1, *self.shape[1:]), self.dtype), others)[:0]
 

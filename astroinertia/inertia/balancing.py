@@ -156,28 +156,28 @@ def best_holes(
     [0.   0.01 0.   0.01]
     """
     holes = phasors(np.asarray(radii, dtype=float), np.asarray(angle, dtype=float))
-    each = two_plane_equivalent(holes, np.asarray(position, dtype=float)[:, None] * holes, planes).reshape(-1, 4)
+    influence = two_plane_equivalent(holes, np.asarray(position, dtype=float)[:, None] * holes, planes).reshape(-1, 4)
     start = two_plane_equivalent(np.asarray(static), np.asarray(dynamic), planes).reshape(4)
     values = np.setdiff1d(np.asarray(masses, dtype=float), 0.0)
-    middle, limit = len(each) // 2, len(each) if most is None else most
-    if _count(len(each) - middle, len(values), limit) > MOST_COMBINATIONS:
-        raise ValueError(f"{len(each)} holes with {len(values)} masses for each are too many to try all choices")
-    one, other = (_choices(len(half), values, limit) for half in (each[:middle], each[middle:]))
+    middle, limit = len(influence) // 2, len(influence) if most is None else most
+    if _count(len(influence) - middle, len(values), limit) > MOST_COMBINATIONS:
+        raise ValueError(f"{len(influence)} holes with {len(values)} masses for each are too many to try all choices")
+    one, other = (_choices(len(half), values, limit) for half in (influence[:middle], influence[middle:]))
     used = np.count_nonzero(one, axis=1), np.count_nonzero(other, axis=1)
     # Where few may be used, what one half uses the other lacks: each number is tried by itself.
     splits = (
         [(one, other)]
-        if limit >= len(each)
+        if limit >= len(influence)
         else [(one[used[0] == k], other[used[1] <= limit - k]) for k in range(limit + 1)]
     )
-    found = [_nearest(start, each[:middle], each[middle:], *split) for split in splits if len(split[0])]
-    mass = min(found, key=lambda choice: np.linalg.norm(start + choice @ each))
-    residual = start + mass @ each
+    choices = [_nearest(start, influence[:middle], influence[middle:], *split) for split in splits if len(split[0])]
+    mass = min(choices, key=lambda choice: np.linalg.norm(start + choice @ influence))
+    residual = start + mass @ influence
     return Holes(mass, residual.reshape(2, 2), float(np.linalg.norm(residual)))
 
 
-def _nearest(start: np.ndarray, each: np.ndarray, others: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    distance, index = KDTree(other @ others).query(-(start + one @ each))
+def _nearest(start: np.ndarray, half: np.ndarray, others: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    distance, index = KDTree(other @ others).query(-(start + one @ half))
     best = int(np.argmin(distance))
     return np.concatenate([one[best], other[np.atleast_1d(index)[best]]])
 

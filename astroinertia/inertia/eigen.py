@@ -99,7 +99,7 @@ def _repeated(xp: Any, times: int, step: Callable[[tuple], tuple], state: tuple)
         return state
     from jax import lax  # only here: numpy users need not wait for it
 
-    return lax.fori_loop(0, times, lambda _, each: step(each), state)  # compiled once, and not for every rotation
+    return lax.fori_loop(0, times, lambda _, vectors: step(vectors), state)  # compiled once, and not for every rotation
 
 
 def _rotate(xp: Any, state: tuple) -> tuple:
@@ -118,14 +118,14 @@ def _rotate(xp: Any, state: tuple) -> tuple:
     sine, cosine = sine[..., None], cosine[..., None]
     first, second = vectors[..., 0], vectors[..., 1]
     columns = [cosine * first - sine * second, sine * first + cosine * second, vectors[..., 2]]
-    return tuple(xp.roll(each, -1, axis=-1) for each in (high, low, off, xp.stack(columns, axis=-1)))
+    return tuple(xp.roll(values, -1, axis=-1) for values in (high, low, off, xp.stack(columns, axis=-1)))
 
 
 def _sort(xp: Any, k: int, high: Array, low: Array, vectors: Array) -> tuple[Array, Array, Array]:
     """Exchange eigenvalues k and k + 1, and their vectors, where they are not in ascending order."""
     order = [1, 0, 2] if k == 0 else [0, 2, 1]
     swap = (_gap(high, low, k) < 0)[..., None]
-    high, low = (xp.where(swap, each[..., order], each) for each in (high, low))
+    high, low = (xp.where(swap, values[..., order], values) for values in (high, low))
     return high, low, xp.where(swap[..., None], vectors[..., order], vectors)
 
 

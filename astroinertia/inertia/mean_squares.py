@@ -22,9 +22,9 @@ def checked(mass: Array, can_vanish: tuple[str, ...] = (), **sizes: Array) -> tu
     Checked by tests/unit/test_shapes.py.
     """
     xp = namespace(mass, *sizes.values())
-    given = [np.asarray(value) if isinstance(value, (list, tuple)) else value for value in (mass, *sizes.values())]
-    precision = xp.result_type(*given, 1.0)  # 1.0 makes whole numbers floating, and widens nothing
-    arrays = xp.broadcast_arrays(*(xp.asarray(value, dtype=precision) for value in given))
+    values = [np.asarray(value) if isinstance(value, (list, tuple)) else value for value in (mass, *sizes.values())]
+    precision = xp.result_type(*values, 1.0)  # 1.0 makes whole numbers floating, and widens nothing
+    arrays = xp.broadcast_arrays(*(xp.asarray(value, dtype=precision) for value in values))
     if is_known(arrays[0]) and not np.isfinite(np.asarray(arrays[0])).all():
         raise ValueError("the mass of a shape must be finite")
     for name, array in zip(sizes, arrays[1:], strict=True):
@@ -45,11 +45,11 @@ def checked_points(mass: Array, points: Array, trailing: tuple[int | None, ...],
     A ValueError where the shape or a known value is not as stated. Checked by tests/unit/test_shapes.py.
     """
     xp = namespace(mass, points)
-    given = [np.asarray(value) if isinstance(value, (list, tuple)) else value for value in (mass, points)]
-    precision = xp.result_type(*given, 1.0)  # 1.0 makes whole numbers floating, and widens nothing
-    mass, points = (xp.asarray(value, dtype=precision) for value in given)
-    found = points.shape[-len(trailing) :]
-    if len(found) < len(trailing) or any(want not in (None, size) for want, size in zip(trailing, found, strict=True)):
+    values = [np.asarray(value) if isinstance(value, (list, tuple)) else value for value in (mass, points)]
+    precision = xp.result_type(*values, 1.0)  # 1.0 makes whole numbers floating, and widens nothing
+    mass, points = (xp.asarray(value, dtype=precision) for value in values)
+    shape = points.shape[-len(trailing) :]
+    if len(shape) < len(trailing) or any(want not in (None, size) for want, size in zip(trailing, shape, strict=True)):
         dimensions = ", ".join("n" if size is None else str(size) for size in trailing)
         raise ValueError(f"{what} must have shape (..., {dimensions}), not {points.shape}")
     for name, array in (("the mass of a shape", mass), (what, points)):
@@ -68,7 +68,7 @@ def body_of(xp: Any, mass: Array, x: Array, y: Array, z: Array) -> Body:
     """The Body of mass (...,) centred at the origin, with mean squares x, y, z (...,) along these axes."""
     none = xp.zeros_like(mass)
     rows = [[y + z, none, none], [none, z + x, none], [none, none, x + y]]
-    tensor = xp.stack([xp.stack([xp.broadcast_to(each, mass.shape) for each in row], -1) for row in rows], -2)
+    tensor = xp.stack([xp.stack([xp.broadcast_to(element, mass.shape) for element in row], -1) for row in rows], -2)
     return Body(mass, xp.stack([none, none, none], -1), mass[..., None, None] * tensor)
 
 

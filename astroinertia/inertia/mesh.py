@@ -217,7 +217,7 @@ def _volume_integrals(xp: Any, points: Array, faces: np.ndarray) -> tuple[Array,
     six_volumes = (a * xp.cross(b, c)).sum(-1)
     total = a + b + c
     # A tetrahedron of volume v with one corner at 0: integral of x = v s/4, of x x = v (aa + bb + cc + ss)/20.
-    second = sum(xp.swapaxes(each * six_volumes[..., None], -1, -2) @ each for each in (a, b, c, total))
+    second = sum(xp.swapaxes(corner * six_volumes[..., None], -1, -2) @ corner for corner in (a, b, c, total))
     first = (six_volumes[..., None, :] @ total)[..., 0, :]
     return reference, six_volumes.sum(-1) / 6, first / 24, 0.5 * (second + xp.swapaxes(second, -1, -2)) / 120
 
@@ -241,5 +241,5 @@ def _quartered(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.
     quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
     return (
         np.concatenate([vertices, vertices[unique].mean(1)]),
-        np.concatenate([np.stack(each, axis=1) for each in quarters]),
+        np.concatenate([np.stack(corners, axis=1) for corners in quarters]),
     )

@@ -69,9 +69,9 @@ def point_masses(inertia: Array, mass: float | None = None, radius: float | None
     """
     second, axes = _principal_second_moments(inertia)
     total = second.sum()
-    for name, given in (("mass", mass), ("radius", radius)):
-        if given is not None and not given > 0:
-            raise ValueError(f"the {name} must be positive, and is {given:g}")
+    for name, value in (("mass", mass), ("radius", radius)):
+        if value is not None and not value > 0:
+            raise ValueError(f"the {name} must be positive, and is {value:g}")
     if total == 0.0:
         if mass is None:
             raise ValueError("a tensor of zeros is that of one point, whose mass must be given")
@@ -248,7 +248,7 @@ def fit_to_tensor(
         value = jax.jit(tensor)
         slope = jax.jit(jax.jacfwd(tensor) if first.size <= len(rows) else jax.jacrev(tensor))
         limits = (-np.inf, np.inf) if bounds is None else tuple(np.asarray(ravel_pytree(side)[0]) for side in bounds)
-        found = least_squares(
+        fit = least_squares(
             lambda flat: weight * (np.asarray(value(flat)) - wanted)[rows, columns],
             np.asarray(first),
             jac=lambda flat: weight[:, None] * np.asarray(slope(flat))[rows, columns],  # type: ignore[arg-type]
@@ -258,9 +258,9 @@ def fit_to_tensor(
             xtol=1e-15,
             gtol=1e-15,
         )
-        parameters = jax.tree.map(np.asarray, structured(jnp.asarray(found.x)))
-        reached = np.asarray(value(found.x))
-    return Fit(parameters, reached, float(np.linalg.norm(found.fun)), int(found.nfev))
+        parameters = jax.tree.map(np.asarray, structured(jnp.asarray(fit.x)))
+        reached = np.asarray(value(fit.x))
+    return Fit(parameters, reached, float(np.linalg.norm(fit.fun)), int(fit.nfev))
 
 
 def _principal_second_moments(inertia: Array) -> tuple[np.ndarray, np.ndarray]:

@@ -20,8 +20,8 @@ _LABELS = ["x", "y", "z"]
 
 def namespace(*arrays: Array) -> Any:
     """The module that arrays belong to: jax.numpy where one of them does, else numpy, as for lists and numbers."""
-    found = (array.__array_namespace__() for array in arrays if hasattr(array, "__array_namespace__"))
-    return next((module for module in found if module is not np), np)
+    namespaces = (array.__array_namespace__() for array in arrays if hasattr(array, "__array_namespace__"))
+    return next((module for module in namespaces if module is not np), np)
 
 
 def is_known(array: Array) -> bool:
@@ -114,7 +114,7 @@ def mixed_moment(
     mass = _weighted(xp, mass, weights)
     a = _relative(xp, mass, left, left_origin)
     b = a if right is left and right_origin is left_origin else _relative(xp, mass, right, right_origin)
-    weighted = [mass * each for each in a]
+    weighted = [mass * component for component in a]
     # Sums along the last axis, where numpy adds pairwise and keeps digits that a running sum loses.
     rows = [[(weighted[i] * b[j]).sum(-1) if i <= j or a is not b else None for j in range(3)] for i in range(3)]
     full = [[rows[i][j] if rows[i][j] is not None else rows[j][i] for j in range(3)] for i in range(3)]
@@ -180,16 +180,14 @@ def grid_inertia(density: Any, coordinates: Sequence[str] = ("x", "y", "z"), ori
     second = xr.concat(rows, i).transpose(..., "i", "j")
     tensor = second.copy(data=inertia_from_second_moment(second.data))
     place = xr.concat(list(centre.values()), i).transpose(..., "i")
-    origin_text = "the centre of mass" if origin is None else f"({', '.join(f'{float(each):g}' for each in origin)})"
-    found = xr.Dataset({"mass": mass, "centre_of_mass": place, "inertia_tensor": tensor})
-    found["inertia_tensor"].attrs = {"long_name": "inertia tensor", "origin": origin_text, "frame": "axes of the grid"}
+    origin_text = "the centre of mass" if origin is None else f"({', '.join(f'{float(x):g}' for x in origin)})"
+    body = xr.Dataset({"mass": mass, "centre_of_mass": place, "inertia_tensor": tensor})
+    body["inertia_tensor"].attrs = {"long_name": "inertia tensor", "origin": origin_text, "frame": "axes of the grid"}
     units = density.attrs.get("units"), density[coordinates[0]].attrs.get("units")
     if None not in units:
-        found["mass"].attrs["units"], found["inertia_tensor"].attrs["units"] = (
-            f"{units[0]} {units[1]}{n}" for n in "35"
-        )
-        found["centre_of_mass"].attrs["units"] = units[1]
-    return found
+        body["mass"].attrs["units"], body["inertia_tensor"].attrs["units"] = (f"{units[0]} {units[1]}{n}" for n in "35")
+        body["centre_of_mass"].attrs["units"] = units[1]
+    return body
 
 
 def radial_profile_inertia(radius: Array, density: Array) -> tuple[Array, Array]:

@@ -65,12 +65,12 @@ def is_body(thing: Any) -> bool:
     return any(f"{base.__module__}.{base.__name__}" == "astroinertia.initial.placed.Body" for base in made.__mro__)
 
 
-def given(own_things: Sequence[Any]) -> tuple[dict[str, Entry], Entry | None, Entry | None]:
+def entries(own_things: Sequence[Any]) -> tuple[dict[str, Entry], Entry | None, Entry | None]:
     """Of things of the user's own: the entries of effects by kind, of an equation of state, and of an initial body."""
-    bodies = [made_of(each) for each in own_things if is_body(each)]
+    bodies = [made_of(own) for own in own_things if is_body(own)]
     if len(bodies) > 1:
         raise SceneError("two initial bodies are given; give one.")
-    effects, fluid = own_matter.entries_of([each for each in own_things if not is_body(each)])
+    effects, fluid = own_matter.entries_of([own for own in own_things if not is_body(own)])
     return effects, fluid, entry_of(bodies[0]) if bodies else None
 
 

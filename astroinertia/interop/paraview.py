@@ -70,8 +70,8 @@ def write_pvd(times: Sequence[float], files: Sequence[Path], path: Path) -> None
     """
     file = _file("Collection")
     collection = xml.SubElement(file, "Collection")
-    for time, each in zip(times, files, strict=True):
-        xml.SubElement(collection, "DataSet", timestep=repr(time), part="0", file=each.name)
+    for time, snapshot in zip(times, files, strict=True):
+        xml.SubElement(collection, "DataSet", timestep=repr(time), part="0", file=snapshot.name)
     xml.indent(file)
     write_whole(path, lambda aside: xml.ElementTree(file).write(aside, xml_declaration=True, encoding="utf-8"))
 
@@ -83,7 +83,7 @@ def _file(kind: str) -> xml.Element:
 def _array(parent: xml.Element, name: str, values: np.ndarray, blocks: list[np.ndarray]) -> None:
     """Announce an array, and keep it for the end of the file."""
     block = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
-    offset = sum(each.nbytes + _LENGTH_TYPE.itemsize for each in blocks)
+    offset = sum(earlier.nbytes + _LENGTH_TYPE.itemsize for earlier in blocks)
     components = str(values.shape[1] if values.ndim == 2 else 1)
     place = {"format": "appended", "offset": str(offset), "NumberOfComponents": components}
     xml.SubElement(parent, "DataArray", place, type=_TYPES[values.dtype.str[1:]], Name=name)

@@ -80,8 +80,8 @@ def snapshots_of(path: Path, which: str) -> Iterator[Snapshot]:
     for number in chosen_numbers(particles.sizes["snapshot_time"], which, path):
         one = loaded(path, particles.isel(snapshot_time=number))
         with archive_errors(path, "does not hold the particles of a run"):
-            found = _snapshot(headline, one, number)
-        yield found
+            snapshot = _snapshot(headline, one, number)
+        yield snapshot
 
 
 def _snapshot(headline: xr.Dataset, one: xr.Dataset, number: int) -> Snapshot:
@@ -112,5 +112,5 @@ def _box(scene: str) -> tuple[float, float, float] | None:
     box = tomllib.loads(scene).get("box")
     if box is None or "".join(sorted(box.get("periodic", "xyz"))) != "xyz":
         return None
-    x, y, z = (quantity(each, "length") if isinstance(each, str) else float(each) for each in box["lengths"])
+    x, y, z = (quantity(length, "length") if isinstance(length, str) else float(length) for length in box["lengths"])
     return x, y, z

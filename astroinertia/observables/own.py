@@ -46,8 +46,8 @@ def entry_of(made: Any, package: str = "") -> Entry:
     if not isinstance(getattr(made, "long_name", None), str) or not made.long_name.strip():
         raise refused("its `long_name` must say what it is")
     dims = made.dims
-    known = isinstance(dims, tuple) and all(dim in ("effect", *SIZES) for dim in dims)
-    if not known or len(set(dims)) < len(dims) or "effect" in dims[1:]:
+    named = isinstance(dims, tuple) and all(dim in ("effect", *SIZES) for dim in dims)
+    if not named or len(set(dims)) < len(dims) or "effect" in dims[1:]:
         raise refused(f"its `dims` must be a tuple of some of effect, {', '.join(SIZES)}, each once and effect first")
     if not made.models or not set(made.models) <= set(ALL_MODELS):
         raise refused(f"its `models` must be some of {', '.join(ALL_MODELS)}")
@@ -82,17 +82,17 @@ def apart(things: Iterable[Any]) -> tuple[dict[str, Entry], list[Any]]:
 
     SceneError where an observable is not as it must be, or where two are of one kind.
     """
-    found: dict[str, Entry] = {}
+    observables: dict[str, Entry] = {}
     others = []
     for thing in things:
         made = made_of(thing)
         if not issubclass(made, Observable):
             others.append(thing)
-        elif (entry := entry_of(made)) and made.kind in found:
+        elif (entry := entry_of(made)) and made.kind in observables:
             raise SceneError(f"two observables of the kind '{made.kind}' are given; give one.")
         else:
-            found[made.kind] = entry
-    return found, others
+            observables[made.kind] = entry
+    return observables, others
 
 
 def with_observables(things: Sequence[Any], observables: Sequence[Any]) -> tuple[Any, ...]:
@@ -102,10 +102,10 @@ def with_observables(things: Sequence[Any], observables: Sequence[Any]) -> tuple
     return (*things, *observables)
 
 
-def entries_of(kinds: Iterable[str], given: Mapping[str, Entry]) -> dict[str, Entry]:
+def entries_of(kinds: Iterable[str], classes: Mapping[str, Entry]) -> dict[str, Entry]:
     """Of the kinds that a scene lists, those that are known: given from Python, or installed."""
-    found = {kind: given[kind] if kind in given else OBSERVABLES.installed(kind, entry_of) for kind in kinds}
-    return {kind: entry for kind, entry in found.items() if entry is not None}
+    entries = {kind: classes[kind] if kind in classes else OBSERVABLES.installed(kind, entry_of) for kind in kinds}
+    return {kind: entry for kind, entry in entries.items() if entry is not None}
 
 
 def recorded(
@@ -119,12 +119,12 @@ def recorded(
     if not observables:
         return {}
     body = BodyState(**{name: _kept(row[name]) for name in SAID})
-    snapshot = particles() if any(tuple(each.models) == PARTICLES for each in observables) else None
+    snapshot = particles() if any(tuple(own.models) == PARTICLES for own in observables) else None
     if snapshot is not None:  # which has NaN for particles that sinks have accreted
         present = np.isfinite(snapshot["mass"])
         snapshot = {name: array[present] for name, array in snapshot.items() if name != "time"}
     fluid = replace(body, particles=snapshot)
-    return {each.kind: _value(each, fluid if tuple(each.models) == PARTICLES else body) for each in observables}
+    return {own.kind: _value(own, fluid if tuple(own.models) == PARTICLES else body) for own in observables}
 
 
 def _kept(value: Any) -> Any:

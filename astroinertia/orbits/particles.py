@@ -31,8 +31,8 @@ def of_particles(
         raise ValueError("a particle has a mass, a position or a velocity that is not finite")
     bodies = rebound.Simulation()
     bodies.G, bodies.softening = gravitational_constant, softening
-    for each in masses:
-        bodies.add(m=each)
+    for particle_mass in masses:
+        bodies.add(m=particle_mass)
     bodies.set_serialized_particle_data(xyz=places, vxvyvz=speeds)
     return bodies
 

@@ -46,7 +46,7 @@ def snapshots(path: str | Path, body: str | int | None = None, units: CodeUnits 
     number = _number(stored.names, body)
     order = [number, *(k for k in range(len(stored.names)) if k != number)]
     length, time = _scales(stored, units, source.name)
-    found = []
+    simulations = []
     for moment, constant, particles in zip(stored.times, stored.constants, stored.particles, strict=True):
         fresh = rebound.Simulation()
         # What an orbit shows is G M: masses are those that it gives with G = 1.
@@ -57,8 +57,8 @@ def snapshots(path: str | Path, body: str | int | None = None, units: CodeUnits 
             state = dict(zip(keys, map(float, (*place, *speed)), strict=True))
             fresh.add(m=float(particles[k, 0]) / mass, name=stored.names[k], **state)
         fresh.t = (moment - stored.times[0]) / time
-        found.append(fresh)
-    return found
+        simulations.append(fresh)
+    return simulations
 
 
 @dataclass(frozen=True)
@@ -97,21 +97,21 @@ def _read(source: Path) -> _Stored:
     return _Stored(header["names"], header["times"], header["constants"], header["length"], header["time"], particles)
 
 
-def _number(known: list[str], body: str | int | None) -> int:
-    if isinstance(body, str) and body not in known:
-        raise ValueError(f"the archive has no particle {body} (it has {', '.join(known)})")
+def _number(names: list[str], body: str | int | None) -> int:
+    if isinstance(body, str) and body not in names:
+        raise ValueError(f"the archive has no particle {body} (it has {', '.join(names)})")
     if isinstance(body, int):
-        if not 0 <= body < len(known):
-            raise ValueError(f"the archive has no particle {body}, but {len(known)} of them")
+        if not 0 <= body < len(names):
+            raise ValueError(f"the archive has no particle {body}, but {len(names)} of them")
         return body
-    return known.index(body or BODY) if (body or BODY) in known else 0
+    return names.index(body or BODY) if (body or BODY) in names else 0
 
 
 def _scales(stored: _Stored, units: CodeUnits | None, name: str) -> tuple[float, float]:
     """The units of length and time in those of the archive."""
     if units is None or units.gravitational_constant == 1.0:
         return 1.0, 1.0
-    length, time = (hash_to_unit(each) if each else None for each in (stored.length, stored.time))
+    length, time = (hash_to_unit(unit) if unit else None for unit in (stored.length, stored.time))
     if length is None or time is None:
         raise ValueError(f"{name} does not say what its units are: set Simulation.units before it is saved")
     return units.length / lengths_SI[length], units.time / times_SI[time]

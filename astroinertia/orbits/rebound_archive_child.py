@@ -29,18 +29,18 @@ def main(path: str) -> None:
     warnings.simplefilter("ignore", RuntimeWarning)  # of another version of REBOUND: what cannot be read raises
     try:
         stored = list(rebound.Simulationarchive(path))
-        for each in stored:
-            each.synchronize()
+        for snapshot in stored:
+            snapshot.synchronize()
         header = {
             # REBOUND 5.2 reads some names of the first snapshot wrong
             "names": [particle.name or f"particle {k}" for k, particle in enumerate(stored[-1].particles)],
-            "counts": [each.N for each in stored],
-            "times": [each.t for each in stored],
-            "constants": [each.G for each in stored],
+            "counts": [snapshot.N for snapshot in stored],
+            "times": [snapshot.t for snapshot in stored],
+            "constants": [snapshot.G for snapshot in stored],
             "length": stored[0].python_unit_l,
             "time": stored[0].python_unit_t,
         }
-        particles = [particle for each in stored for particle in each.particles]
+        particles = [particle for snapshot in stored for particle in snapshot.particles]
     except Exception as error:
         header, particles = {"error": str(error)}, []
     states = array("d")

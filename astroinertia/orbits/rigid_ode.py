@@ -48,7 +48,7 @@ class RigidBodyOde:
         method.eps_abs = method.eps_rel = tolerance
         self._ode = self._simulation.create_ode(length=2 * len(value) + len(constants), needs_nbody=False)
         self._ode._derivatives = ODEDER(_rates(self.count).address)
-        self._given()[:] = np.concatenate([np.zeros_like(value), value, constants])
+        self._parameters()[:] = np.concatenate([np.zeros_like(value), value, constants])
         self._simulation.dt = _FIRST_STEP * self._shortest_time()
 
     @property
@@ -74,8 +74,8 @@ class RigidBodyOde:
     @property
     def quaternion(self) -> np.ndarray:
         """Of the body, (4,), of length 1."""
-        found = self._state.total[-7:-3]
-        return found / np.linalg.norm(found)
+        parameters = self._state.total[-7:-3]
+        return parameters / np.linalg.norm(parameters)
 
     @property
     def angular_velocity(self) -> np.ndarray:
@@ -90,14 +90,14 @@ class RigidBodyOde:
                 simulation.steps(1)
             else:
                 simulation.integrate(until)
-            size, given = len(self._state.value), self._given()
-            self._state = self._state.add(given[:size])
+            size, parameters = len(self._state.value), self._parameters()
+            self._state = self._state.add(parameters[:size])
             self._state = Compensated(self._state.value, np.zeros(size)).add(self._state.carry)
-            given[:size], given[size : 2 * size] = 0.0, self._state.value
+            parameters[:size], parameters[size : 2 * size] = 0.0, self._state.value
             if not np.isfinite(self._state.value).all():
                 raise NumericalError("the rigid body inside REBOUND is no longer finite", time=simulation.t)
 
-    def _given(self) -> np.ndarray:
+    def _parameters(self) -> np.ndarray:
         """What REBOUND integrates: what a step adds to the state, the state before the step, and the constants."""
         return np.ctypeslib.as_array(self._ode.y, (self._ode.length,))  # it has moved after a step
 
@@ -117,18 +117,18 @@ def _rates(count: int) -> Any:
 
     @numba.cfunc(_SIGNATURE, cache=True)
     def rates(_, pointer_to_rates, pointer_to_state, time):
-        rate, given = carray(pointer_to_rates, length), carray(pointer_to_state, length)
+        rate, parameters = carray(pointer_to_rates, length), carray(pointer_to_state, length)
         rate[:] = 0.0
-        state = given[:size] + given[size : 2 * size]
+        state = parameters[:size] + parameters[size : 2 * size]
         place, a, c = state[: 3 * count], moments, gravity
         rate[: 3 * count] = state[3 * count : 6 * count]
         pull = rate[3 * count : 6 * count]
         for i in range(count):
             for j in range(i):
                 apart = place[3 * i : 3 * i + 3] - place[3 * j : 3 * j + 3]
-                weight = given[c] / (apart[0] ** 2 + apart[1] ** 2 + apart[2] ** 2) ** 1.5
-                pull[3 * i : 3 * i + 3] -= given[masses + j] * weight * apart
-                pull[3 * j : 3 * j + 3] += given[masses + i] * weight * apart
+                weight = parameters[c] / (apart[0] ** 2 + apart[1] ** 2 + apart[2] ** 2) ** 1.5
+                pull[3 * i : 3 * i + 3] -= parameters[masses + j] * weight * apart
+                pull[3 * j : 3 * j + 3] += parameters[masses + i] * weight * apart
         w, x, y, z = state[6 * count], state[6 * count + 1], state[6 * count + 2], state[6 * count + 3]
         square = w * w + x * x + y * y + z * z
         # Columns: the principal axes in space.
@@ -137,31 +137,31 @@ def _rates(count: int) -> Any:
         axes[1, 0], axes[1, 1], axes[1, 2] = 2.0 * (x * y + w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z - w * x)
         axes[2, 0], axes[2, 1], axes[2, 2] = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z
         axes /= square
-        trace = given[a] + given[a + 1] + given[a + 2]
+        trace = parameters[a] + parameters[a + 1] + parameters[a + 2]
         torque, n, turned = np.zeros(3), np.empty(3), np.empty(3)
         for j in range(1, count):
             apart = place[3 * j : 3 * j + 3] - place[:3]
             distance = np.sqrt(apart[0] ** 2 + apart[1] ** 2 + apart[2] ** 2)
             for k in range(3):
                 n[k] = (axes[0, k] * apart[0] + axes[1, k] * apart[1] + axes[2, k] * apart[2]) / distance
-                turned[k] = given[a + k] * n[k]
-            weight = 3.0 * given[c] * given[masses + j] / distance**3
+                turned[k] = parameters[a + k] * n[k]
+            weight = 3.0 * parameters[c] * parameters[masses + j] / distance**3
             torque[0] += weight * (n[1] * turned[2] - n[2] * turned[1])
             torque[1] += weight * (n[2] * turned[0] - n[0] * turned[2])
             torque[2] += weight * (n[0] * turned[1] - n[1] * turned[0])
             along = n[0] * turned[0] + n[1] * turned[1] + n[2] * turned[2]
-            force = 0.5 * weight / distance * ((5.0 * along - trace) * n - 2.0 * turned) * given[reaction]
+            force = 0.5 * weight / distance * ((5.0 * along - trace) * n - 2.0 * turned) * parameters[reaction]
             for k in range(3):
                 push = axes[k, 0] * force[0] + axes[k, 1] * force[1] + axes[k, 2] * force[2]
-                pull[3 * j + k] += push / given[masses + j]
-                pull[k] -= push / given[masses]
+                pull[3 * j + k] += push / parameters[masses + j]
+                pull[k] -= push / parameters[masses]
         p, q, r = state[6 * count + 4], state[6 * count + 5], state[6 * count + 6]
         rate[6 * count] = -0.5 * (x * p + y * q + z * r)
         rate[6 * count + 1] = 0.5 * (w * p + y * r - z * q)
         rate[6 * count + 2] = 0.5 * (w * q + z * p - x * r)
         rate[6 * count + 3] = 0.5 * (w * r + x * q - y * p)
-        rate[6 * count + 4] = (torque[0] - (given[a + 2] - given[a + 1]) * q * r) / given[a]
-        rate[6 * count + 5] = (torque[1] - (given[a] - given[a + 2]) * r * p) / given[a + 1]
-        rate[6 * count + 6] = (torque[2] - (given[a + 1] - given[a]) * p * q) / given[a + 2]
+        rate[6 * count + 4] = (torque[0] - (parameters[a + 2] - parameters[a + 1]) * q * r) / parameters[a]
+        rate[6 * count + 5] = (torque[1] - (parameters[a] - parameters[a + 2]) * r * p) / parameters[a + 1]
+        rate[6 * count + 6] = (torque[2] - (parameters[a + 1] - parameters[a]) * p * q) / parameters[a + 2]
 
     return rates

@@ -126,31 +126,31 @@ def companions(bodies: rebound.Simulation, around: dict[str, str] | None = None)
     >>> print(f"{companions(simulation(1.0, [moon]))[0].eccentricity:.6f}")  # to a simulation and back
     0.055000
     """
-    known = names(bodies)
-    return tuple(_companion(bodies, k, known, (around or {}).get(known[k], BODY)) for k in range(1, bodies.N))
+    labels = names(bodies)
+    return tuple(_companion(bodies, k, labels, (around or {}).get(labels[k], BODY)) for k in range(1, bodies.N))
 
 
-def _companion(bodies: Any, k: int, known: list[str], around: str) -> Companion:
-    orbit = _orbit(bodies, k, known, around)
+def _companion(bodies: Any, k: int, labels: list[str], around: str) -> Companion:
+    orbit = _orbit(bodies, k, labels, around)
     return Companion(
-        known[k], bodies.particles[k].m, around, semi_major_axis=orbit.a, eccentricity=orbit.e, inclination=orbit.inc,
+        labels[k], bodies.particles[k].m, around, semi_major_axis=orbit.a, eccentricity=orbit.e, inclination=orbit.inc,
         node=orbit.Omega, pericentre=orbit.omega, mean_anomaly=orbit.M,
     )  # fmt: skip
 
 
-def _orbit(bodies: Any, k: int, known: list[str], around: str) -> rebound.Orbit:
-    orbit = bodies.particles[k].orbit(primary=_centre(bodies, known, around, k))
+def _orbit(bodies: Any, k: int, labels: list[str], around: str) -> rebound.Orbit:
+    orbit = bodies.particles[k].orbit(primary=_centre(bodies, labels, around, k))
     if not 0.0 <= orbit.e < 1.0:
-        raise ValueError(f"{known[k]} has no bound orbit around {around}: its eccentricity is {orbit.e:.6g}")
+        raise ValueError(f"{labels[k]} has no bound orbit around {around}: its eccentricity is {orbit.e:.6g}")
     return orbit
 
 
-def _centre(bodies: rebound.Simulation, known: list[str], around: str, before: int) -> Any:
+def _centre(bodies: rebound.Simulation, labels: list[str], around: str, before: int) -> Any:
     if around == BARYCENTRE:
         return bodies.com(last=before)
-    if around not in known[:before]:
-        raise ValueError(f"{known[before]} goes around {around}, which is not listed before it")
-    return bodies.particles[known.index(around)]
+    if around not in labels[:before]:
+        raise ValueError(f"{labels[before]} goes around {around}, which is not listed before it")
+    return bodies.particles[labels.index(around)]
 
 
 def _particle(bodies: Any, companion: Companion) -> rebound.Particle:
@@ -170,6 +170,6 @@ def _particle(bodies: Any, companion: Companion) -> rebound.Particle:
     )  # fmt: skip
 
 
-def _shortest_period(bodies: rebound.Simulation, given: Sequence[Companion]) -> float:
-    known = names(bodies)
-    return min(_orbit(bodies, k, known, each.around).P for k, each in enumerate(given, start=1))
+def _shortest_period(bodies: rebound.Simulation, listed: Sequence[Companion]) -> float:
+    labels = names(bodies)
+    return min(_orbit(bodies, k, labels, companion.around).P for k, companion in enumerate(listed, start=1))

@@ -33,11 +33,11 @@ def states(bodies: rebound.Simulation, times: np.ndarray, origin: int = 0) -> tu
     [[ 1.  0.  0.]
      [-1.  0.  0.]]
     """
-    found = np.empty((len(times), bodies.N, 6))
+    rows = np.empty((len(times), bodies.N, 6))
     for k, time in enumerate(times):
         go_on(bodies, float(time))
-        bodies.serialize_particle_data(xyzvxvyvz=found[k])
-    relative = np.delete(found, origin, axis=1) - found[:, [origin]]
+        bodies.serialize_particle_data(xyzvxvyvz=rows[k])
+    relative = np.delete(rows, origin, axis=1) - rows[:, [origin]]
     return relative[..., :3], relative[..., 3:]
 
 
@@ -172,19 +172,19 @@ def unpacked(packed_state: np.ndarray, begun: rebound.Simulation) -> rebound.Sim
 
 def _fields(content: bytes) -> list[tuple[str, int, bytes]]:
     """Name, place and bytes of each field of REBOUND's binary format: two lengths, then the name and the data."""
-    found, place = [], _HEADER
+    fields, place = [], _HEADER
     while place + 16 <= len(content):
         length, size = struct.unpack_from("<QQ", content, place)
         begin = place + 16 + length
         if not 0 < length < 100 or begin + size > len(content):
             break
-        found.append(
+        fields.append(
             (content[place + 16 : begin].rstrip(b"\0").decode("ascii", "replace"), begin, content[begin : begin + size])
         )
         place = begin + size
-        if found[-1][0] == "end":
+        if fields[-1][0] == "end":
             break
-    return found
+    return fields
 
 
 def _masses_in(particles: bytes) -> np.ndarray:
@@ -196,11 +196,11 @@ def _masses_in(particles: bytes) -> np.ndarray:
 def _moved(own: bytes, other: bytes) -> bytes:
     """The particles `own` with places, velocities and accelerations of others."""
     numbers, size = 9, _SIZE // 8
-    made, given = (np.frombuffer(each).reshape(-1, size) for each in (own, other))
+    made, moved = (np.frombuffer(particles).reshape(-1, size) for particles in (own, other))
     made = made.copy()
-    if not np.isfinite(given[:, :numbers]).all():
+    if not np.isfinite(moved[:, :numbers]).all():
         raise ValueError("its orbits have particles without places or velocities")
-    made[:, :numbers] = given[:, :numbers]
+    made[:, :numbers] = moved[:, :numbers]
     return made.tobytes()
 
 
@@ -213,9 +213,9 @@ def masses(bodies: rebound.Simulation) -> np.ndarray:
     >>> print(masses(bodies))
     [1.    0.001]
     """
-    found = np.empty(bodies.N)
-    bodies.serialize_particle_data(m=found)
-    return found
+    values = np.empty(bodies.N)
+    bodies.serialize_particle_data(m=values)
+    return values
 
 
 def names(bodies: rebound.Simulation) -> list[str]:
@@ -248,10 +248,10 @@ def shortest_time(bodies: rebound.Simulation) -> float:
     distance, speed = (np.linalg.norm(part[one] - part[other], axis=-1) for part in np.split(state, 2, axis=1))
     mass = masses(bodies)
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = min((distance / speed).min(), (distance**3 / (bodies.G * (mass[one] + mass[other]))).min() ** 0.5)
-    if not found > 0.0:
+        shortest = min((distance / speed).min(), (distance**3 / (bodies.G * (mass[one] + mass[other]))).min() ** 0.5)
+    if not shortest > 0.0:
         raise NumericalError(
             "two of the bodies are at one place: they are, or what lies between them is rounded away beside the "
             "distance of another"
         )
-    return float(found)
+    return float(shortest)

@@ -8,14 +8,14 @@ from astroinertia.process import interrupts
 
 
 def completed(
-    command: Sequence[str], asked: str | None = None, env: Mapping[str, str] | None = None
+    command: Sequence[str], text: str | None = None, env: Mapping[str, str] | None = None
 ) -> subprocess.CompletedProcess[str]:
     """What a program has printed, given a text to read, and its exit code; whatever stops the wait ends the program.
 
     Tests: tests/crash/test_signals.py.
     """
     with started(command, env) as child:
-        output, errors = child.communicate(asked)
+        output, errors = child.communicate(text)
     return subprocess.CompletedProcess(command, child.returncode, output, errors)
 
 

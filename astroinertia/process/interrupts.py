@@ -199,7 +199,7 @@ class _Watcher(threading.Thread):
         if clock.monotonic() < self.first + AGAIN < math.inf:
             return
         work = _work.copy()
-        resumable = all(each.resumable for each in work)
+        resumable = all(task.resumable for task in work)
         unsaved = [loop for loop in _loops.copy() if loop.unsaved()] if resumable else []
         if unsaved and math.isinf(self.first):
             self.first = clock.monotonic()

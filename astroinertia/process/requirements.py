@@ -22,14 +22,14 @@ def check() -> None:
     for needed in map(Requirement, listed):
         if needed.marker is not None and not needed.marker.evaluate({"extra": ""}):
             continue
-        asked = f"{needed.name}{needed.specifier}"
+        wanted = f"{needed.name}{needed.specifier}"
         try:
-            found = version(needed.name)
+            release = version(needed.name)
         except PackageNotFoundError:
             raise InstallationError(
-                f"{needed.name} is not installed, and astroinertia needs it: pip install '{asked}'."
+                f"{needed.name} is not installed, and astroinertia needs it: pip install '{wanted}'."
             ) from None
-        if not needed.specifier.contains(found, prereleases=True):
+        if not needed.specifier.contains(release, prereleases=True):
             raise InstallationError(
-                f"{needed.name} {found} is installed, with which astroinertia does not work: pip install '{asked}'."
+                f"{needed.name} {release} is installed, with which astroinertia does not work: pip install '{wanted}'."
             )

@@ -60,12 +60,12 @@ def rotation_vector(rotation: Array) -> Array:
     [0.1 0.2 0.3]
     """
     xp = namespace(rotation)
-    found = quaternion(xp.swapaxes(rotation, -1, -2))
-    axial = found[..., 1:]
+    parameters = quaternion(xp.swapaxes(rotation, -1, -2))
+    axial = parameters[..., 1:]
     square = (axial**2).sum(-1, keepdims=True)
     turns = square > 0
     sine = xp.sqrt(xp.where(turns, square, 1.0))
-    return xp.where(turns, 2.0 * xp.arctan2(sine, found[..., :1]) / sine, 2.0) * axial
+    return xp.where(turns, 2.0 * xp.arctan2(sine, parameters[..., :1]) / sine, 2.0) * axial
 
 
 def quaternion(attitude: Array) -> Array:

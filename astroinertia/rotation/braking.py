@@ -75,10 +75,10 @@ class Braking:
             omega = self.angular_velocity * np.exp(log)
             return -scale * self._moment(omega, 0) / np.exp(log)
 
-        found = solve_ivp(slope, (0.0, times[-1]), [0.0], "DOP853", t_eval=times, rtol=_RELATIVE, atol=1e-14)
-        if not found.success or not np.isfinite(found.y).all():
-            raise NumericalError(f"the spin-down could not be followed to the time {times[-1]:.6g}: {found.message}")
-        return self.angular_velocity * np.exp(found.y[0])
+        solution = solve_ivp(slope, (0.0, times[-1]), [0.0], "DOP853", t_eval=times, rtol=_RELATIVE, atol=1e-14)
+        if not solution.success or not np.isfinite(solution.y).all():
+            raise NumericalError(f"the spin-down could not be followed to the time {times[-1]:.6g}: {solution.message}")
+        return self.angular_velocity * np.exp(solution.y[0])
 
     def _moment(self, angular_velocity: Array, power: int) -> Array:
         ratio = np.asarray(angular_velocity, dtype=float)[..., None] / self.angular_velocity

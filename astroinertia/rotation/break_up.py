@@ -177,19 +177,19 @@ def spun_up_polytrope(
     Source: Hachisu 1986, ApJS 61, 479 (the figures).
     """
     _check(index)
-    asked = abs(angular_momentum) / math.sqrt(gravitational_constant * mass**3 * radius_at_rest)
+    wanted = abs(angular_momentum) / math.sqrt(gravitational_constant * mass**3 * radius_at_rest)
     most = polytropic_limit(float(index))
-    if not asked < most.angular_momentum:
-        described = f"{asked:.6g} (G M^3 R)^(1/2), and sheds mass at {most.angular_momentum:.6g}"
+    if not wanted < most.angular_momentum:
+        described = f"{wanted:.6g} (G M^3 R)^(1/2), and sheds mass at {most.angular_momentum:.6g}"
         raise NumericalError(f"a polytrope of index {index:g} cannot hold an angular momentum of {described}")
     matter = polytropic_matter(index)
 
     def excess(ratio: float) -> float:
         star = rotating_star(matter, ratio)
-        return star.angular_momentum / math.sqrt(_radius_at_rest(star, index)) - asked
+        return star.angular_momentum / math.sqrt(_radius_at_rest(star, index)) - wanted
 
     flattest = end_of_sequence(matter).field.axis_ratio
-    ratio = 1.0 if asked == 0 else float(root_scalar(excess, bracket=(flattest, 1.0), xtol=1e-13, rtol=1e-12).root)
+    ratio = 1.0 if wanted == 0 else float(root_scalar(excess, bracket=(flattest, 1.0), xtol=1e-13, rtol=1e-12).root)
     equator = radius_at_rest / _radius_at_rest(rotating_star(matter, ratio), index)
     return rotating_star(matter, ratio, mass=mass, equatorial_radius=equator,
                          gravitational_constant=gravitational_constant)  # fmt: skip

@@ -57,10 +57,10 @@ def hansen_coefficient(eccentricity: float, p: float) -> float:
         cosine, sine = (np.cos(u) - eccentricity) / distance, root * np.sin(u) / distance
         turn = order * (u - eccentricity * np.sin(u))
         double = (cosine**2 - sine**2) * np.cos(turn) + 2 * cosine * sine * np.sin(turn)
-        found = float(np.mean(double / distance**2))
-        if abs(found - before) < 1e-14 * max(1.0, abs(found)):
-            return found
-        before = found
+        integral = float(np.mean(double / distance**2))
+        if abs(integral - before) < 1e-14 * max(1.0, abs(integral)):
+            return integral
+        before = integral
     raise NumericalError(f"the strength of the resonance is not found at an eccentricity of {eccentricity}")
 
 
@@ -186,16 +186,16 @@ def _zeros(torque: Any) -> list[float]:
     """The angles from -pi to pi where the torque vanishes; pairs that are about to merge are kept apart from none."""
     grid = np.linspace(-np.pi, np.pi, _SCAN + 1)
     values = torque(grid)
-    found = [float(grid[k]) for k in np.flatnonzero(values[:-1] == 0)]
+    angles = [float(grid[k]) for k in np.flatnonzero(values[:-1] == 0)]
     crossing = np.flatnonzero(values[:-1] * values[1:] < 0)
-    found += [root_between(torque, grid[k], grid[k + 1]) for k in crossing]
+    angles += [root_between(torque, grid[k], grid[k + 1]) for k in crossing]
     # A pair may hide between two points: where |torque| has a least value of one sign.
     size = np.abs(values)
     for k in np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] <= size[2:]) & (values[:-2] * values[2:] > 0)) + 1:
         inside = np.linspace(grid[k - 1], grid[k + 1], _SCAN + 1)
         finer = torque(inside)
         crossing = np.flatnonzero(finer[:-1] * finer[1:] < 0)
-        found += [root_between(torque, inside[j], inside[j + 1]) for j in crossing]
-    if len(found) not in (2, 4):
-        raise NumericalError(f"{len(found)} Cassini states were found where there are two or four: two are merging")
-    return sorted(found)
+        angles += [root_between(torque, inside[j], inside[j + 1]) for j in crossing]
+    if len(angles) not in (2, 4):
+        raise NumericalError(f"{len(angles)} Cassini states were found where there are two or four: two are merging")
+    return sorted(angles)

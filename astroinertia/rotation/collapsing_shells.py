@@ -110,7 +110,7 @@ class Shells:
         On a shell that turns at Omega, j = Omega r^2 sin^2 theta, and a share 1 - (1 - j/(Omega r^2))^(1/2) of its
         mass lies below j. Source: Mestel 1963, MNRAS 126, 553 (the sphere of uniform density).
         """
-        asked = np.asarray(specific_angular_momentum, dtype=float)[..., None]
+        bound = np.asarray(specific_angular_momentum, dtype=float)[..., None]
         highest = np.abs(self.equatorial_specific_angular_momentum)
         edges = np.cumsum(self.mass) / self.mass.sum()
         middles = edges - 0.5 * self.mass / self.mass.sum()
@@ -119,9 +119,9 @@ class Shells:
         # Within a shell the highest j is linear in the mass, so that the square root is integrated in closed form.
         wide = high - low > 1e-9 * high
         width = np.where(wide, high - low, 1.0)
-        above = (_root_integral(high, asked) - _root_integral(low, asked)) / width
+        above = (_root_integral(high, bound) - _root_integral(low, bound)) / width
         with np.errstate(divide="ignore", invalid="ignore"):
-            narrow = np.sqrt(np.clip(1 - asked / highest, 0.0, 1.0))
+            narrow = np.sqrt(np.clip(1 - bound / highest, 0.0, 1.0))
         narrow = np.where(highest > 0, narrow, 0.0)
         return (1 - np.where(wide, above, narrow)) @ self.mass
 

@@ -79,13 +79,13 @@ def carlson_rf(x: Decimal, y: Decimal, z: Decimal) -> Decimal:
     """
     while True:
         mean = (x + y + z) / 3
-        deviations = [1 - each / mean for each in (x, y, z)]
-        if max(abs(each) for each in deviations) <= _NEAR_EQUAL:
-            second = -sum((each**2 for each in deviations), Decimal(0)) / 2
+        deviations = [1 - value / mean for value in (x, y, z)]
+        if max(abs(value) for value in deviations) <= _NEAR_EQUAL:
+            second = -sum((deviation**2 for deviation in deviations), Decimal(0)) / 2
             third = deviations[0] * deviations[1] * deviations[2]
             series = 1 - second / 10 + third / 14 + second**2 / 24 - 3 * second * third / 44
             return series / mean.sqrt()
-        roots = [each.sqrt() for each in (x, y, z)]
+        roots = [value.sqrt() for value in (x, y, z)]
         shift = roots[0] * roots[1] + roots[1] * roots[2] + roots[2] * roots[0]
         x, y, z = (x + shift) / 4, (y + shift) / 4, (z + shift) / 4
 
@@ -167,8 +167,8 @@ class Modulus:
         Source: DLMF 19.25.5 and 22.15. Test: tests/unit/test_elliptic.py.
         """
         with digits():
-            found = sine * carlson_rf(cosine_square, delta_square, Decimal(1))
-            return found if ahead else (2 * self.quarter).copy_sign(sine) - found
+            argument = sine * carlson_rf(cosine_square, delta_square, Decimal(1))
+            return argument if ahead else (2 * self.quarter).copy_sign(sine) - argument
 
 
 def _first_terms(log_nome: float, odd: bool) -> list[tuple[int, float]]:

@@ -96,8 +96,8 @@ def ephemeris(bodies: Any, end: float, tolerance: float | None = None) -> Epheme
         raise ValueError("an ephemeris needs a companion")
     if not span > 0.0:
         raise ValueError(f"the ephemeris ends at {end:g}, which is not after its start at {start:g}")
-    found = _segments(bodies, span, _allowed(bodies, tolerance))
-    return _table(bodies, start, end, start + found.middle, found.half_length, found.coefficients, found.error)
+    fit = _segments(bodies, span, _allowed(bodies, tolerance))
+    return _table(bodies, start, end, start + fit.middle, fit.half_length, fit.coefficients, fit.error)
 
 
 def archive_ephemeris(
@@ -283,9 +283,9 @@ def _matrices() -> tuple[np.ndarray, np.ndarray]:
     """From nine positions and nine velocities to coefficients, (18, 18), and from these to the check, (8, 18)."""
     values, slopes = _chebyshev(_POINTS.astype(np.longdouble))
     met = np.concatenate([values[_AT_FIT], slopes[_AT_FIT]])
-    found = np.linalg.inv(met.astype(float)).astype(np.longdouble)
-    found = found @ (2.0 * np.eye(_COEFFICIENTS) - met @ found)  # Newton's step: the inverse alone costs 5e-15
-    return found.astype(float), values[_AT_CHECK].astype(float)
+    inverse = np.linalg.inv(met.astype(float)).astype(np.longdouble)
+    inverse = inverse @ (2.0 * np.eye(_COEFFICIENTS) - met @ inverse)  # Newton's step: the inverse alone costs 5e-15
+    return inverse.astype(float), values[_AT_CHECK].astype(float)
 
 
 _FIT, _CHECK = _matrices()

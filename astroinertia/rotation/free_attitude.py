@@ -145,11 +145,11 @@ def uncertainty(top: FreeTop, times: Array, relative: float = 2.0**-53) -> tuple
     rates, attitudes = body_rates(top, times), attitude(top, times)
     spin, turn = np.zeros(times.shape), np.zeros(times.shape)
     moments = [top.ordered[int(np.argmax(abs(top.frame[:, k])))] for k in range(3)]
-    given = [*moments, *top.start]
+    numbers_of_top = [*moments, *top.start]
     rod = not all(moments)  # its other two moments are one number
     for numbers in [*([(0, 1, 2)] if rod else [(0,), (1,), (2,)]), (3,), (4,), (5,)]:
-        changed = [each * (1 + Fraction(relative) * (k in numbers)) for k, each in enumerate(given)]
-        if changed != given:
+        changed = [value * (1 + Fraction(relative) * (k in numbers)) for k, value in enumerate(numbers_of_top)]
+        if changed != numbers_of_top:
             other = free_top(changed[:3], changed[3:])
             spin += ((body_rates(other, times) - rates) ** 2).sum(-1)
             turn += angle_between(attitude(other, times), attitudes) ** 2
@@ -181,7 +181,7 @@ def _body_frame_and_phase(top: FreeTop, times: np.ndarray) -> tuple[np.ndarray, 
         weight = decimal(_shares(top)[0])
         mean = Clock(Decimal(0), _mean_rate(top) / (2 * PI))
         tilt = float(weight.sqrt()) * math.copysign(1.0, top.amplitudes[0] * top.amplitudes[1])
-        of_axes = np.array([float(decimal(each)) for each in top.ordered])
+        of_axes = np.array([float(decimal(moment)) for moment in top.ordered])
     swing = of_axes * top.amplitudes / float(top.angular_momentum)
     if top.modulus is None:
         sech, tanh = hyperbolic(top.argument_rate, top.argument_start, times)
@@ -215,8 +215,8 @@ def _turned_steadily(top: FreeTop, times: np.ndarray) -> np.ndarray:
     if not any(top.start):
         return np.broadcast_to(np.eye(3), (*times.shape, 3, 3))
     with digits():
-        rate = decimal(sum((each**2 for each in top.start), Fraction(0))).sqrt()
-        axis = np.array([float(decimal(each) / rate) for each in top.start])
+        rate = decimal(sum((component**2 for component in top.start), Fraction(0))).sqrt()
+        axis = np.array([float(decimal(component) / rate) for component in top.start])
         quarters, rest = Clock(Decimal(0), rate / (2 * PI)).turns(times)
     # From the body, the world is seen to turn the other way.
     return rotation(-0.5 * np.pi * quarters[..., None] * axis) @ rotation(-2.0 * np.pi * rest[..., None] * axis)

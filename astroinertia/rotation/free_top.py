@@ -126,7 +126,7 @@ def free_top(moments: Sequence[Number], angular_velocity: Sequence[Number]) -> F
             start = modulus.incomplete(
                 sine, decimal(a**2 * of_b / around_c), decimal(c**2 * of_b / around_a), ahead=a >= 0
             )
-        return FreeTop(motion=motion, amplitudes=np.array([float(each) for each in amplitudes]),
+        return FreeTop(motion=motion, amplitudes=np.array([float(amplitude) for amplitude in amplitudes]),
                        argument_rate=argument_rate, argument_start=start, modulus=modulus, **common)  # fmt: skip
 
 
@@ -196,10 +196,10 @@ def elliptic_functions(top: FreeTop, times: np.ndarray) -> tuple[np.ndarray, np.
 
 def checked_times(times: Array) -> np.ndarray:
     """Times as an array of doubles; ValueError where one is not finite."""
-    found = np.asarray(times, dtype=float)
-    if not np.isfinite(found).all():
+    checked = np.asarray(times, dtype=float)
+    if not np.isfinite(checked).all():
         raise ValueError("times of a free rotation must be finite")
-    return found
+    return checked
 
 
 def _share(difference: Fraction, moment: Fraction) -> Fraction:
@@ -209,7 +209,7 @@ def _share(difference: Fraction, moment: Fraction) -> Fraction:
 def _checked(moments: Sequence[Number], angular_velocity: Sequence[Number]) -> tuple[list[Fraction], list[Fraction]]:
     if len(moments) != 3 or len(angular_velocity) != 3:
         raise ValueError("a free top has three principal moments and three components of angular velocity")
-    sizes, rates = [exact(each) for each in moments], [exact(each) for each in angular_velocity]
+    sizes, rates = [exact(number) for number in moments], [exact(number) for number in angular_velocity]
     least, middle, most = sorted(sizes)
     if least < 0 or (least == 0 and not (0 < middle == most)):
         listed = ", ".join(f"{float(size):g}" for size in sizes)

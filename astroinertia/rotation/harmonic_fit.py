@@ -44,7 +44,7 @@ def harmonic_fit(times: Array, values: Array, frequencies: Array = (), phases: A
     >>> print(f"{fit.rate:.6f} {fit.sine[0]:.6f}")
     0.500000 2.000000
     """
-    t, y, f = (np.asarray(each, dtype=float) for each in (times, values, frequencies))
+    t, y, f = (np.asarray(series, dtype=float) for series in (times, values, frequencies))
     p = np.zeros_like(f) if phases is None else np.asarray(phases, dtype=float)
     if t.shape != y.shape or t.ndim != 1 or f.shape != p.shape or len(t) < 3 + 2 * len(f):
         raise ValueError("a fit needs a value for each time, a phase for each frequency, and more values than terms")
@@ -53,12 +53,12 @@ def harmonic_fit(times: Array, values: Array, frequencies: Array = (), phases: A
     columns = np.concatenate(
         [np.stack([np.ones_like(t), t / unit, (t / unit) ** 2], 1), np.sin(turning), np.cos(turning)], 1
     )
-    found, _, _, spread = np.linalg.lstsq(columns, y, rcond=None)
+    fitted, _, _, spread = np.linalg.lstsq(columns, y, rcond=None)
     if spread[-1] * _WORST_CONDITION < spread[0]:
         raise NumericalError("the record is too short to tell its terms apart")
-    left = y - columns @ found
+    left = y - columns @ fitted
     terms = len(f)
     return HarmonicFit(
-        float(found[0]), float(found[1] / unit), float(2 * found[2] / unit**2), found[3 : 3 + terms],
-        found[3 + terms :], float(np.sqrt(np.mean(left**2))),
+        float(fitted[0]), float(fitted[1] / unit), float(2 * fitted[2] / unit**2), fitted[3 : 3 + terms],
+        fitted[3 + terms :], float(np.sqrt(np.mean(left**2))),
     )  # fmt: skip

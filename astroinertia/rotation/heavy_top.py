@@ -78,16 +78,16 @@ def heavy_top(
     >>> print(heavy_top(1, 2, 1, 0.5, [0, 0, 5]).spin)
     5.0
     """
-    values = [exact(each) for each in (transverse_moment, axial_moment, torque, tilt, *angular_velocity)]
+    values = [exact(number) for number in (transverse_moment, axial_moment, torque, tilt, *angular_velocity)]
     if len(values) != 7 or min(values[:2]) <= 0 or min(values[2:4]) < 0 or values[3] > exact(math.pi):
         raise ValueError(
             "a heavy top has two positive moments, a torque that is not negative, a tilt from 0 to pi and three rates"
         )
     with digits(_ROOT_DIGITS):  # roots that nearly meet are known to the square root of this
-        size, axial, moment = (decimal(each) for each in values[:3])
+        size, axial, moment = (decimal(number) for number in values[:3])
         sine, cosine = sine_and_cosine(values[3] / 2)
         below, above = 2 * sine**2, 2 * cosine**2  # 1 - u and 1 + u
-        nodal, across, spin = (decimal(each) for each in values[4:])
+        nodal, across, spin = (decimal(number) for number in values[4:])
         if not sine and across:
             raise ValueError("an upright top turns about its line of nodes: its rate across it must be 0")
         a, beta = axial * spin / size, 2 * moment / size
@@ -167,7 +167,7 @@ def body_angular_velocity(top: HeavyTop, times: Array, spin: float = 0.0) -> np.
     sine, cosine = _half_tilt(top, times)
     sn, cn, dn = _jacobi(top, times)
     with digits():
-        slope, falling, rising = (float(each) for each in (top.range * top.argument_rate, top.falling, top.rising))
+        slope, falling, rising = (float(number) for number in (top.range * top.argument_rate, top.falling, top.rising))
         passing = float((2 / top.range).sqrt()) if top.range else 0.0
     # cn over the sine of half the tilt and sn over its cosine, both of which may pass through 0 together
     over_sine = cn / sine if top.highest else passing
@@ -309,7 +309,7 @@ def _turns(top: HeavyTop, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _half_tilt(top: HeavyTop, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Sine and cosine of half the tilt (...,), with a sign where the axis passes through the vertical."""
     sn, cn, _ = _jacobi(top, times)
-    highest, lowest, reach = (float(each) for each in (top.highest, top.lowest, top.range))
+    highest, lowest, reach = (float(number) for number in (top.highest, top.lowest, top.range))
     sine = np.sqrt(0.5 * (highest + reach * cn**2)) if highest else math.sqrt(0.5 * reach) * cn
     if lowest:
         return sine, np.sqrt(0.5 * (lowest + reach * sn**2))

@@ -29,7 +29,7 @@ class OnOrbits:
         """Where they are at `time`."""
         position, velocity = self.orbits.position(time), self.orbits.velocity(time)
         if self.inertial:
-            position, velocity = (each + self._body(each) for each in (position, velocity))
+            position, velocity = (vectors + self._body(vectors) for vectors in (position, velocity))
         return replace(self, position=position, velocity=velocity)
 
     def body(self, xp: Any) -> tuple[Array, Array]:

@@ -40,15 +40,15 @@ def stability(moments: Sequence[Number], rate: float) -> Stability:
     >>> print(stability([1, 2, 3], 1.0).growth_rate.round(4))  # only the middle axis is unstable: 3^(-1/2)
     [0.     0.5774 0.    ]
     """
-    sizes = [exact(each) for each in moments]
+    sizes = [exact(moment) for moment in moments]
     if len(sizes) != 3 or min(sizes) <= 0:
         raise ValueError("stability needs three positive moments")
     squares = []
     for k, about in enumerate(sizes):
         one, other = sizes[k - 1], sizes[k - 2]
         squares.append(float((about - one) * (about - other) / (one * other)))
-    found = np.array(squares) * rate**2
-    return Stability(np.sqrt(np.maximum(found, 0.0)), np.sqrt(np.maximum(-found, 0.0)))
+    growth = np.array(squares) * rate**2
+    return Stability(np.sqrt(np.maximum(growth, 0.0)), np.sqrt(np.maximum(-growth, 0.0)))
 
 
 def polhode(top: FreeTop, points: int = 241) -> np.ndarray:
@@ -180,11 +180,11 @@ def flip_times(top: FreeTop, end: float) -> np.ndarray:
             return np.array([float(first)] if 0 <= first <= Decimal(end) else [])
         interval = 2 * top.modulus.quarter / top.argument_rate
         number = (-first / interval).to_integral_value(rounding="ROUND_CEILING")
-        found = []
+        times = []
         while first + number * interval <= Decimal(end):
-            found.append(float(first + number * interval))
+            times.append(float(first + number * interval))
             number += 1
-    return np.array(found)
+    return np.array(times)
 
 
 def dwell(top: FreeTop, angle: float) -> float:

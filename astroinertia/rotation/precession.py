@@ -163,7 +163,7 @@ def geodetic_precession_of_binary(
     >>> print(f"{np.degrees(rate) * 3.15576e7:.2f}")  # degrees a year, of the double pulsar
     5.07
     """
-    own, other = (np.asarray(each, dtype=float) for each in (gravitational_parameter, companion_parameter))
+    own, other = (np.asarray(parameter, dtype=float) for parameter in (gravitational_parameter, companion_parameter))
     n = 2 * np.pi / np.asarray(orbital_period)
     _require_ellipse(1.0, eccentricity)
     shape = other * (4 * own + 3 * other) / (2 * (own + other) ** (4 / 3))

@@ -61,7 +61,7 @@ def pulsar(name: str) -> Pulsar:
     >>> print(f'{1e3 * pulsar("Crab").period:.1f} ms, n = {pulsar("Crab").braking_index}')
     33.4 ms, n = 2.51
     """
-    for each in pulsars():
-        if name.lower() in (each.name.lower(), each.jname.lower()):
-            return each
+    for row in pulsars():
+        if name.lower() in (row.name.lower(), row.jname.lower()):
+            return row
     raise KeyError(f"the table has no pulsar {name!r}")

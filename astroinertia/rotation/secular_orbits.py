@@ -39,10 +39,10 @@ def laplace_coefficient(s: float, j: int, ratio: float) -> float:
     before = np.inf
     for doubling in range(5, _MOST_DOUBLINGS):
         psi = 2 * np.pi * np.arange(2**doubling) / 2**doubling
-        found = 2 * float(np.mean(np.cos(j * psi) / (1 - 2 * ratio * np.cos(psi) + ratio**2) ** s))
-        if abs(found - before) <= 1e-14 * abs(found) + 1e-300:
-            return found
-        before = found
+        coefficient = 2 * float(np.mean(np.cos(j * psi) / (1 - 2 * ratio * np.cos(psi) + ratio**2) ** s))
+        if abs(coefficient - before) <= 1e-14 * abs(coefficient) + 1e-300:
+            return coefficient
+        before = coefficient
     raise NumericalError(f"orbits whose semi-major axes are as {ratio} to 1 are too near each other")
 
 

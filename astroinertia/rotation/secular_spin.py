@@ -82,7 +82,7 @@ def spin_history(
 
 
 def _terms(amplitudes: Array, rates: Array, phases: Array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    one, two, three = (np.atleast_1d(np.asarray(each, dtype=float)) for each in (amplitudes, rates, phases))
+    one, two, three = (np.atleast_1d(np.asarray(terms, dtype=float)) for terms in (amplitudes, rates, phases))
     if one.ndim != 1 or not one.shape == two.shape == three.shape or not one.size:
         raise ValueError("an orbit's motion is a sum of terms, each with an amplitude, a rate and a phase")
     if not np.isfinite([one, two, three]).all() or np.abs(one).sum() >= 1:

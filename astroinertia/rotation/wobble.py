@@ -242,11 +242,11 @@ def wobble(times: Array, frequency: complex, start: complex = 0.0, excitation: A
     turn = 1j * frequency * steps
     # m - chi obeys d(m - chi)/dt = i sigma (m - chi) - dchi/dt, whose last term is constant between the times.
     pushes = -np.diff(chi) * _mean_exponential(turn)
-    found = np.empty(len(times), dtype=complex)
-    found[0] = start - chi[0]
+    offset = np.empty(len(times), dtype=complex)
+    offset[0] = start - chi[0]
     for k, (factor, push) in enumerate(zip(np.exp(turn), pushes, strict=True)):
-        found[k + 1] = factor * found[k] + push
-    return found + chi
+        offset[k + 1] = factor * offset[k] + push
+    return offset + chi
 
 
 def forced_wobble(frequency: complex, forcing_rate: Array, excitation: Array) -> Array:

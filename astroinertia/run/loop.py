@@ -110,14 +110,14 @@ def run_prepared(
 
 def _predicted(scene: Scene) -> dict[str, float]:
     """What the run is expected to take, for its file: seconds, those of them after its preparation, bytes, steps."""
-    found = predict(scene, machine.known())
-    if found is None:
+    prediction = predict(scene, machine.current())
+    if prediction is None:
         return {}
     figures = {
-        "predicted_wall_time": found.wall_time,
-        "predicted_evolution_time": found.evolution.wall,
-        "predicted_memory": found.memory,
-        "predicted_steps": found.steps,
+        "predicted_wall_time": prediction.wall_time,
+        "predicted_evolution_time": prediction.evolution.wall,
+        "predicted_memory": prediction.memory,
+        "predicted_steps": prediction.steps,
     }
     return {name: value for name, value in figures.items() if math.isfinite(value)}
 
@@ -301,16 +301,16 @@ class _Run:
         if self.listener is None or (not force and clock.monotonic() - self.reported_at < 0.2):
             return
         self.reported_at = clock.monotonic()
-        found = self.body.figures()
+        figures = self.body.figures()
         progress = Progress(
             time=self.body.time,
             end=self.output.end,
             step=self.body.steps,
             wall_time=self.counters["wall_time"] + self.reported_at - self.opened,
-            energy_error=abs(found.total_energy - self.counters["opening_energy"]) / found.energy_scale,
-            ledger_closure=found.ledger_closure,
-            density_max=found.density_max,
-            limited_by=found.limited_by,
+            energy_error=abs(figures.total_energy - self.counters["opening_energy"]) / figures.energy_scale,
+            ledger_closure=figures.ledger_closure,
+            density_max=figures.density_max,
+            limited_by=figures.limited_by,
             to_go=self._to_go(),
             planned_steps=self.archive.metadata["predicted_steps"] if self._off_plan() else math.nan,
         )

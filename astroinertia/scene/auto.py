@@ -41,7 +41,7 @@ def choose(scene: Scene) -> Choice:
     considered = _considered(scene, body)
     effects: dict[str, dict[str, Any]] = {}
     reasons, sizes = {}, {}
-    for kind in (each for each in scene.entries if each in considered):
+    for kind in (name for name in scene.entries if name in considered):
         needed = _needed(kind, scene, body)
         # gravity and pressure, which come first, are judged against each other; the others beside what of them is on
         measure = scene.entries[kind].size

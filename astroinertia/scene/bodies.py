@@ -300,10 +300,10 @@ class LayeredBody(Body):
 
     def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
         """Its layers."""
-        each = shown(self.mass / (self.particles or 1), "mass")
+        particle_mass = shown(self.mass / (self.particles or 1), "mass")
         lines: list[PlanLine] = [
             ("kind", "layered"),
-            ("particles", f"{self.particles}", f"of {each} each"),
+            ("particles", f"{self.particles}", f"of {particle_mass} each"),
             ("mass", shown(self.mass, "mass")),
         ]
         for layer in self.layers:
@@ -467,9 +467,9 @@ class StandardBody(_Unknown, Body):
     @model_validator(mode="after")
     def _has_its_own_state(self) -> Self:
         own = ("specific_internal_energy", "entropy", "pressure_fraction", "velocity_gradient", "rotation", "change")
-        given = [name for name in own if getattr(self, name) is not None] + ["relax"] * self.relax
-        if given:
-            raise ValueError(f"has {given[0]}, but a standard problem has a state of its own.")
+        own_keys = [name for name in own if getattr(self, name) is not None] + ["relax"] * self.relax
+        if own_keys:
+            raise ValueError(f"has {own_keys[0]}, but a standard problem has a state of its own.")
         return self
 
     def check(self, scene: Any) -> None:

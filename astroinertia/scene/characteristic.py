@@ -24,7 +24,7 @@ def characteristic(scene: Scene) -> Characteristic:
     constant = 1.0 if scene.dimensionless else GRAVITATIONAL_CONSTANT
     body: Any = scene.body
     fluid: Any = scene.equation_of_state
-    known: dict[str, Any] = {
+    numbers: dict[str, Any] = {
         "end": scene.time.end,
         "gravitational_constant": constant,
         "speed_of_light": None if scene.dimensionless else SPEED_OF_LIGHT,
@@ -36,14 +36,14 @@ def characteristic(scene: Scene) -> Characteristic:
         "gamma": MONATOMIC if fluid is None else fluid.first_gamma,
         "expansion": _expansion(body),
     }
-    known |= body.characteristic() if body.profile() is None else _sphere(scene, constant)
+    numbers |= body.characteristic() if body.profile() is None else _sphere(scene, constant)
     if body.mass is None:
-        known["neighbours"] = None if scene.companions else ()
+        numbers["neighbours"] = None if scene.companions else ()
     else:
-        known["neighbours"] = _neighbours(scene, constant, body.mass)
+        numbers["neighbours"] = _neighbours(scene, constant, body.mass)
     if scene.bodies:
-        known |= _several(scene)
-    return Characteristic(**known)
+        numbers |= _several(scene)
+    return Characteristic(**numbers)
 
 
 def _gradient(body: Any) -> np.ndarray:
@@ -65,33 +65,33 @@ def _sphere(scene: Scene, constant: float) -> dict[str, Any]:
     gravitational = -constant * profiles.ellipsoid_gravitational_energy(profile, mass, axes)
     if not math.isfinite(gravitational):
         gravitational = constant * mass**2 / radius * 10.0
-    known = {
+    numbers = {
         "mass": mass, "radius": radius, "moments": ascending(np.linalg.eigvalsh(tensor)),
         "second_moment": float(np.trace(second)), "gravitational": gravitational,
     }  # fmt: skip
-    known |= body.turning(tensor, gravitational)
-    if known["spin"] is not None:
-        known |= _flow(body, second, known)
+    numbers |= body.turning(tensor, gravitational)
+    if numbers["spin"] is not None:
+        numbers |= _flow(body, second, numbers)
     share = np.polynomial.legendre.leggauss(_NODES)
     nodes, weights = (share[0] + 1.0) / 2.0, share[1] / 2.0
     s = np.asarray(profile.radius(nodes), dtype=float)
     density = np.asarray(profile.density(s), dtype=float) * mass / radius**3
-    known["central_density"] = float(density[0])
-    known |= _heat(scene, known, density, weights)
+    numbers["central_density"] = float(density[0])
+    numbers |= _heat(scene, numbers, density, weights)
     shells = s * radius
     falls = math.pi / 2.0 * np.sqrt(shells**3 / (2.0 * constant * mass * nodes))
-    known["fallen"] = float(weights[falls <= scene.time.end].sum())
-    return known
+    numbers["fallen"] = float(weights[falls <= scene.time.end].sum())
+    return numbers
 
 
-def _flow(body: Any, second: np.ndarray, known: dict[str, Any]) -> dict[str, Any]:
+def _flow(body: Any, second: np.ndarray, numbers: dict[str, Any]) -> dict[str, Any]:
     """Rotation with a linear flow besides: its energy without what swells the body, its spin and its shear."""
     gradient = _gradient(body) - np.eye(3) * _expansion(body)
     law = getattr(body.rotation, "law", "rigid")
-    shear = 0.0 if law == "rigid" else known["spin"]
+    shear = 0.0 if law == "rigid" else numbers["spin"]
     if not gradient.any():
-        return {"shear": shear or known.get("shear", 0.0)}
-    about = known["spin"] * np.asarray(known["spin_axis"])
+        return {"shear": shear or numbers.get("shear", 0.0)}
+    about = numbers["spin"] * np.asarray(numbers["spin_axis"])
     turn = np.array([[0.0, -about[2], about[1]], [about[2], 0.0, -about[0]], [-about[1], about[0], 0.0]])
     whole = gradient + turn
     strain = float(np.linalg.norm(whole + whole.T)) / 2.0
@@ -101,15 +101,15 @@ def _flow(body: Any, second: np.ndarray, known: dict[str, Any]) -> dict[str, Any
     spin = np.linalg.pinv(np.trace(second) * np.eye(3) - second, hermitian=True) @ momentum
     rate = float(np.linalg.norm(spin))
     energy = 0.5 * float(np.trace(whole @ second @ whole.T))
-    axis = unit(spin) if rate > 0.0 else known["spin_axis"]
+    axis = unit(spin) if rate > 0.0 else numbers["spin_axis"]
     return {"rotational": energy, "shear": max(shear, strain), "spin": rate, "spin_axis": axis}
 
 
-def _heat(scene: Scene, known: dict[str, Any], density: np.ndarray, weights: np.ndarray) -> dict[str, Any]:
+def _heat(scene: Scene, numbers: dict[str, Any], density: np.ndarray, weights: np.ndarray) -> dict[str, Any]:
     """3 Pi and U: as the scene gives them, or as they hold the body up."""
     body: Any = scene.body
     fluid: Any = scene.equation_of_state
-    mass, weight = known["mass"], known["gravitational"]
+    mass, weight = numbers["mass"], numbers["gravitational"]
     if fluid is not None and fluid.kind == "own":
         return _own_heat(fluid.matter(), body, mass, density, weights)
     gamma = MONATOMIC if fluid is None else fluid.first_gamma
@@ -128,7 +128,7 @@ def _heat(scene: Scene, known: dict[str, Any], density: np.ndarray, weights: np.
         settled = scene.model == "sph" and body.relax
         turning = body.spin is body or settled or (scene.model == "scaling" and fluid is None)
         turning = turning or (fluid is not None and fluid.kind == "incompressible")
-        triple = max(weight - (2.0 * known.get("rotational", 0.0) if turning else 0.0), 0.0)
+        triple = max(weight - (2.0 * numbers.get("rotational", 0.0) if turning else 0.0), 0.0)
         triple *= body.pressure_fraction or 1.0
     return {"triple_pressure": triple, "thermal_energy": triple / (3.0 * max(gamma - 1.0, 1e-3))}
 
@@ -153,9 +153,9 @@ def _own_heat(matter: Any, body: Any, mass: float, density: np.ndarray, weights:
 
 
 def _several(scene: Scene) -> dict[str, Any]:
-    known: list[Any] = [body.mass for body in scene.bodies]
-    masses = [float(mass) for mass in known if mass is not None]
-    if len(masses) != 2 or len(known) != 2:
+    all_masses: list[Any] = [body.mass for body in scene.bodies]
+    masses = [float(mass) for mass in all_masses if mass is not None]
+    if len(masses) != 2 or len(all_masses) != 2:
         return {"mass": None}
     places = [np.asarray(body.position or (0.0, 0.0, 0.0)) for body in scene.bodies]
     orbit: Any = scene.orbit
@@ -166,33 +166,33 @@ def _several(scene: Scene) -> dict[str, Any]:
 def _neighbours(scene: Scene, constant: float, mass: float) -> tuple[Neighbour, ...] | None:
     if scene.orbits.archive is not None:
         return None
-    found: dict[str, Neighbour] = {}
-    for each in scene.companions:
-        orbit = _orbit(each, constant * (mass + each.mass))
-        if each.around in found:  # as far from the body as what it goes round, give or take its own orbit
-            centre = found[each.around]
+    neighbours: dict[str, Neighbour] = {}
+    for other in scene.companions:
+        orbit = _orbit(other, constant * (mass + other.mass))
+        if other.around in neighbours:  # as far from the body as what it goes round, give or take its own orbit
+            centre = neighbours[other.around]
             apart = abs(centre.distance - orbit.distance)
             near = abs(centre.nearest - orbit.distance * (1.0 + orbit.eccentricity))
-            orbit = Neighbour(each.name, each.mass, apart, near, 0.0, max(orbit.rate, centre.rate), orbit.normal)
-        found[each.name] = orbit
-    return tuple(found.values())
+            orbit = Neighbour(other.name, other.mass, apart, near, 0.0, max(orbit.rate, centre.rate), orbit.normal)
+        neighbours[other.name] = orbit
+    return tuple(neighbours.values())
 
 
-def _orbit(each: Companion, parameter: float) -> Neighbour:
-    if each.position is not None and each.velocity is not None:
-        return _state(each, parameter)
-    axis = each.semi_major_axis
+def _orbit(other: Companion, parameter: float) -> Neighbour:
+    if other.position is not None and other.velocity is not None:
+        return _state(other, parameter)
+    axis = other.semi_major_axis
     if axis is None:
-        assert each.period is not None
-        axis = (parameter * (each.period / (2.0 * math.pi)) ** 2) ** (1.0 / 3.0)
-    tilt, node = each.inclination, each.node
+        assert other.period is not None
+        axis = (parameter * (other.period / (2.0 * math.pi)) ** 2) ** (1.0 / 3.0)
+    tilt, node = other.inclination, other.node
     normal = (math.sin(tilt) * math.sin(node), -math.sin(tilt) * math.cos(node), math.cos(tilt))
-    e = each.eccentricity
-    return Neighbour(each.name, each.mass, axis, axis * (1.0 - e), e, math.sqrt(parameter / axis**3), normal)
+    e = other.eccentricity
+    return Neighbour(other.name, other.mass, axis, axis * (1.0 - e), e, math.sqrt(parameter / axis**3), normal)
 
 
-def _state(each: Companion, parameter: float) -> Neighbour:
-    place, speed = np.asarray(each.position, dtype=float), np.asarray(each.velocity, dtype=float)
+def _state(other: Companion, parameter: float) -> Neighbour:
+    place, speed = np.asarray(other.position, dtype=float), np.asarray(other.velocity, dtype=float)
     distance = float(np.linalg.norm(place))
     momentum = np.cross(place, speed)
     inverse = 2.0 / distance - float(speed @ speed) / parameter
@@ -201,5 +201,5 @@ def _state(each: Companion, parameter: float) -> Neighbour:
     nearest = semilatus / (1.0 + e)
     normal = unit(momentum) if momentum.any() else (0.0, 0.0, 1.0)
     if inverse <= 0.0:
-        return Neighbour(each.name, each.mass, nearest, nearest, 0.0, math.sqrt(parameter / nearest**3), normal)
-    return Neighbour(each.name, each.mass, 1.0 / inverse, nearest, e, math.sqrt(parameter * inverse**3), normal)
+        return Neighbour(other.name, other.mass, nearest, nearest, 0.0, math.sqrt(parameter / nearest**3), normal)
+    return Neighbour(other.name, other.mass, 1.0 / inverse, nearest, e, math.sqrt(parameter * inverse**3), normal)

@@ -40,10 +40,10 @@ class Companion(Part):
                 raise ValueError("needs both position and velocity, or neither.")
             if any(self.position or ()) is False:
                 raise ValueError("has its position at what it goes round.")
-            given = {"semi_major_axis", "period", "eccentricity", "inclination", "node", "pericentre", "mean_anomaly"}
-            given &= self.model_fields_set
-            if given:
-                raise ValueError(f"has position and velocity, so {min(given)} must not be given.")
+            keys = {"semi_major_axis", "period", "eccentricity", "inclination", "node", "pericentre", "mean_anomaly"}
+            keys &= self.model_fields_set
+            if keys:
+                raise ValueError(f"has position and velocity, so {min(keys)} must not be given.")
         elif size.count(None) != 1:
             raise ValueError("needs a position and velocity, or one of semi_major_axis and period.")
         return self
@@ -67,14 +67,14 @@ class Orbits(Part):
 
 def check_names(companions: tuple[Companion, ...]) -> None:
     """ValueError where two companions share a name, or one goes round what is not listed before it."""
-    known = [BODY, BARYCENTRE]
-    for each in companions:
-        if each.name in known:
-            problem = "twice" if each.name not in (BODY, BARYCENTRE) else "which is taken"
-            raise ValueError(f"[[companions]] has the name {each.name} {problem}.")
-        if each.around not in known:
+    names = [BODY, BARYCENTRE]
+    for companion in companions:
+        if companion.name in names:
+            problem = "twice" if companion.name not in (BODY, BARYCENTRE) else "which is taken"
+            raise ValueError(f"[[companions]] has the name {companion.name} {problem}.")
+        if companion.around not in names:
             raise ValueError(
-                f"[[companions]] {each.name} goes around {each.around}, which is not listed before it "
-                f"(known are {', '.join(known)})."
+                f"[[companions]] {companion.name} goes around {companion.around}, which is not listed before it "
+                f"(known are {', '.join(names)})."
             )
-        known.append(each.name)
+        names.append(companion.name)

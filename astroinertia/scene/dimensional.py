@@ -59,9 +59,9 @@ def in_code_units(value: Any, dimension: str | Dimension, units: CodeUnits) -> A
     return (np.asarray(value, dtype=float) / scale).tolist()
 
 
-def options_in_code_units(options: Mapping[str, Any], known: Mapping[str, Option], units: CodeUnits) -> dict[str, Any]:
+def options_in_code_units(options: Mapping[str, Any], table: Mapping[str, Option], units: CodeUnits) -> dict[str, Any]:
     """All options of one thing in code units."""
-    return {name: in_code_units(value, known[name].dimension, units) for name, value in options.items()}
+    return {name: in_code_units(value, table[name].dimension, units) for name, value in options.items()}
 
 
 def checked(value: float, sign: str) -> float:
@@ -100,8 +100,8 @@ class Quantity:
 
 def quantity_of(field: FieldInfo) -> Quantity | None:
     """What a field of a scene is marked with, in itself or in the items of its tuples."""
-    found = [item for item in (*field.metadata, *_metadata(field.annotation)) if isinstance(item, Quantity)]
-    return found[0] if found else None
+    marks = [item for item in (*field.metadata, *_metadata(field.annotation)) if isinstance(item, Quantity)]
+    return marks[0] if marks else None
 
 
 def _metadata(annotation: Any) -> list[Any]:

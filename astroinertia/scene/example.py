@@ -134,13 +134,13 @@ def _plain_keys() -> str:
 
 
 def _section(table: str) -> str:
-    given, model = SET[table], _model(table)
+    example, model = SET[table], _model(table)
     lines = [f"[{table}]"]
     for name, field in model.model_fields.items():
         if name == "kind":
-            lines.insert(1, _entry(f"kind = {toml_value(given[name])}", f"one of {', '.join(KINDS[table])}"))
+            lines.insert(1, _entry(f"kind = {toml_value(example[name])}", f"one of {', '.join(KINDS[table])}"))
         elif name not in SUBTABLES:
-            lines.append(_line(name, given.get(name), field))
+            lines.append(_line(name, example.get(name), field))
     for kind, other in KINDS.get(table, {}).items():
         own = {name: field for name, field in other.model_fields.items() if name not in model.model_fields}
         lines += [_line(name, None, field, f"kind {kind}: ") for name, field in own.items()]
@@ -175,9 +175,9 @@ def _line(name: str, value: Any, field: FieldInfo, prefix: str = "") -> str:
 def _suggestion(name: str, field: FieldInfo) -> Any:
     if name in SUGGESTED:
         return SUGGESTED[name]
-    found = quantity_of(field)
-    assert found is not None  # what has no dimension is in SUGGESTED
-    return EXAMPLES[found.dimension]
+    quantity = quantity_of(field)
+    assert quantity is not None  # what has no dimension is in SUGGESTED
+    return EXAMPLES[quantity.dimension]
 
 
 def _effect(kind: str) -> str:

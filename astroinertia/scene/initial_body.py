@@ -48,9 +48,9 @@ _SCALED = ("j_constant", "v_constant")
 
 def exactly_one(part: Part, *names: str) -> None:
     """ValueError where none, or more than one, of the keys of those names is given."""
-    given = [name for name in names if getattr(part, name) is not None]
-    if len(given) != 1:
-        problem = "none is given" if not given else f"{' and '.join(given)} are given"
+    keys = [name for name in names if getattr(part, name) is not None]
+    if len(keys) != 1:
+        problem = "none is given" if not keys else f"{' and '.join(keys)} are given"
         raise ValueError(f"needs exactly one of {', '.join(names[:-1])} and {names[-1]}, but {problem}.")
 
 
@@ -235,9 +235,9 @@ class Body(Part):
     @model_validator(mode="after")
     def _one_thermal_choice(self) -> Self:
         names = ("specific_internal_energy", "entropy", "pressure_fraction")
-        given = [name for name in names if getattr(self, name) is not None]
-        if len(given) > 1:
-            raise ValueError(f"may have only one of {', '.join(names)}, but has {' and '.join(given)}.")
+        keys = [name for name in names if getattr(self, name) is not None]
+        if len(keys) > 1:
+            raise ValueError(f"may have only one of {', '.join(names)}, but has {' and '.join(keys)}.")
         return self
 
     @property
@@ -320,8 +320,8 @@ class Body(Part):
         values, vectors = np.linalg.eigh(tensor)
         largest = vectors[:, values > values[2] * (1.0 - 1e-9)]
         wobble = math.sqrt(max(0.0, 1.0 - float(np.sum((along @ largest) ** 2))))
-        known = {"spin": spin, "spin_axis": axis, "wobble": wobble if spin and wobble > 1e-8 else 0.0}
-        return known if spin is None else {**known, "rotational": 0.5 * moment * spin**2}
+        turning = {"spin": spin, "spin_axis": axis, "wobble": wobble if spin and wobble > 1e-8 else 0.0}
+        return turning if spin is None else {**turning, "rotational": 0.5 * moment * spin**2}
 
     def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
         """What it is, as lines of the plan."""

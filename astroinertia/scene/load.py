@@ -75,14 +75,14 @@ def loads(
     and observables, which are listed likewise.
     """
     observed, others = own_observables.apart(effects)
-    given, fluid, body = own_bodies.given(others)
+    kinds, fluid, body = own_bodies.entries(others)
     tables = override(parse(text, name), overrides)
-    overrides = (*overrides, *_listing(tables, effects, given, observed))
+    overrides = (*overrides, *_listing(tables, effects, kinds, observed))
     tables = override(tables, overrides)
     if overrides:
         parse(with_overrides(text, overrides), name)  # what a run folder keeps must be readable when it is resumed
     try:
-        return _validated(tables, text, tuple(overrides), origin, given, fluid, body, observed)
+        return _validated(tables, text, tuple(overrides), origin, kinds, fluid, body, observed)
     except Problem as problem:
         path = tuple(part for part in problem.path if isinstance(part, str))
         raise SceneError(f"{where(text, overrides, path, name)}: {_message(problem)}") from None
@@ -92,7 +92,7 @@ def with_effects(scene: schema.Scene, effects: Sequence[Any]) -> schema.Scene:
     """The scene with effects of the user's own besides those that it lists; SceneError where they do not go with it."""
     if not effects:
         return scene
-    return loads(scene.source, scene.overrides, scene.origin, effects=(*scene.given, *effects))
+    return loads(scene.source, scene.overrides, scene.origin, effects=(*scene.own_classes, *effects))
 
 
 def refuse_other_options(scene: schema.Scene, effect: Any) -> None:
@@ -119,31 +119,31 @@ def refuse_other_options(scene: schema.Scene, effect: Any) -> None:
 
 
 def _listing(
-    tables: dict[str, Any], things: Sequence[Any], given: Mapping[str, Entry], observed: Mapping[str, Entry]
+    tables: dict[str, Any], things: Sequence[Any], kinds: Mapping[str, Entry], observed: Mapping[str, Entry]
 ) -> list[str]:
-    """Overrides that list what is given from Python, with its options: effects of the kinds `given`, observables of the
+    """Overrides that list what is given from Python, with its options: effects of the `kinds`, observables of the
     kinds `observed`, and matter.
     """
-    found, code = [], tables.get("units") == "code"
+    overrides, code = [], tables.get("units") == "code"
     for own in things:
         if isinstance(own, type):
             continue
         kind, written = type(own).kind, as_written(own, code)
         if isinstance(own, Observable):
             thing, table = OBSERVABLES.thing, "observables"
-        elif kind in given:
+        elif kind in kinds:
             thing, table = "effect", "candidates" if tables.get("effects") == AUTO else "effects"
         elif own_bodies.is_body(own):
-            found.append(f"body={toml_value(_in_place(tables, {'kind': kind, **written}))}")
+            overrides.append(f"body={toml_value(_in_place(tables, {'kind': kind, **written}))}")
             continue
         else:
-            found.append(f"equation_of_state={toml_value({'kind': kind, **written})}")
+            overrides.append(f"equation_of_state={toml_value({'kind': kind, **written})}")
             continue
         listed = tables.get(table, {})
         if isinstance(listed, dict) and kind in listed:
             raise SceneError(f"the {thing} '{kind}' is listed in the scene and given besides; give its class alone.")
-        found.append(f"{table}.{kind}={toml_value(written)}")
-    return found
+        overrides.append(f"{table}.{kind}={toml_value(written)}")
+    return overrides
 
 
 def _in_place(tables: Mapping[str, Any], written: dict[str, Any]) -> dict[str, Any]:
@@ -175,12 +175,12 @@ def where(text: str, overrides: Sequence[str], path: tuple[str, ...], name: str)
 
 
 def _validated(
-    tables: dict[str, Any], text: str, overrides: tuple[str, ...], origin: str | None, given: Mapping[str, Entry],
+    tables: dict[str, Any], text: str, overrides: tuple[str, ...], origin: str | None, kinds: Mapping[str, Entry],
     fluid: Entry | None, body: Entry | None, observed: Mapping[str, Entry],
 ) -> schema.Scene:  # fmt: skip
-    if SWEEP in tables and (given or fluid or body or observed):
-        what = "effects that are built in or installed, none" if given else "matter that is built in or installed, not"
-        what = what if given or fluid else "a body that is built in or installed, not" if body else ""
+    if SWEEP in tables and (kinds or fluid or body or observed):
+        what = "effects that are built in or installed, none" if kinds else "matter that is built in or installed, not"
+        what = what if kinds or fluid else "a body that is built in or installed, not" if body else ""
         what = what or "observables that are installed, none"
         raise Problem((SWEEP,), f" takes {what} from Python.", table=True)
     if SWEEP in tables:
@@ -203,7 +203,7 @@ def _validated(
         raise Problem(("candidates",), ' are for effects = "auto", which chooses among them.', table=True)
     table = "candidates" if automatic else "effects"
     listed = tables.get(table, {})
-    own = own_entries(listed if isinstance(listed, dict) else (), given)
+    own = own_entries(listed if isinstance(listed, dict) else (), kinds)
     entries = {**CATALOGUE, **own}
     effects = effect_options(listed, code, table, entries)
     _check_model(tables.get("model", "sph"), effects, table, entries)
@@ -232,18 +232,18 @@ def _scene_of(tables: dict[str, Any], context: dict[str, Any]) -> schema.Scene:
     return scene
 
 
-def _own_fluid(table: Any, given: Entry | None, code: bool) -> dict[str, OwnFluid]:
+def _own_fluid(table: Any, own: Entry | None, code: bool) -> dict[str, OwnFluid]:
     """An equation of state of a kind that is not built in, in place of its table; nothing where it is built in."""
     kind = table.get("kind") if isinstance(table, dict) else None
-    known: Any = None if given is None else given.made
-    if known is not None and known.kind != kind:
+    matter: Any = None if own is None else own.made
+    if matter is not None and matter.kind != kind:
         raise SceneError(
-            f"the class of the equation of state '{known.kind}' is given, but the scene does not name that kind: give "
-            f'{known.__name__}(...) with its options, or write kind = "{known.kind}" in [equation_of_state].'
+            f"the class of the equation of state '{matter.kind}' is given, but the scene does not name that kind: give "
+            f'{matter.__name__}(...) with its options, or write kind = "{matter.kind}" in [equation_of_state].'
         )
     if not isinstance(kind, str):
         return {}
-    entry = given or own_matter.installed(kind)
+    entry = own or own_matter.installed(kind)
     if entry is None:
         kinds = KINDS["equation_of_state"]
         if kind not in kinds:
@@ -251,18 +251,18 @@ def _own_fluid(table: Any, given: Entry | None, code: bool) -> dict[str, OwnFlui
         return {}
     options = {name: value for name, value in table.items() if name != "kind"}
     options = options_of(("equation_of_state",), entry.options, options, code)
-    own = OwnFluid(kind="own", name=kind, options=options, entry=entry)
+    fluid = OwnFluid(kind="own", name=kind, options=options, entry=entry)
     try:
-        own.matter()
+        fluid.matter()
     except ValueError as error:
         raise Problem(("equation_of_state",), f" {error}", table=True) from None
-    return {"equation_of_state": own}
+    return {"equation_of_state": fluid}
 
 
-def _observables(tables: dict[str, Any], code: bool, given: Mapping[str, Entry]) -> dict[str, Any]:
+def _observables(tables: dict[str, Any], code: bool, classes: Mapping[str, Entry]) -> dict[str, Any]:
     """The observables that a scene lists with all their options, and what their classes say."""
     listed, table, model = tables.get("observables", {}), "observables", tables.get("model", "sph")
-    entries = own_observables.entries_of(listed if isinstance(listed, dict) else (), given)
+    entries = own_observables.entries_of(listed if isinstance(listed, dict) else (), classes)
     options = effect_options(listed, code, table, entries, OBSERVABLES)
     for kind, entry in entries.items():
         if model in ALL_MODELS and model not in entry.models:
@@ -274,26 +274,26 @@ def _observables(tables: dict[str, Any], code: bool, given: Mapping[str, Entry])
     return {"observables": options, "observed": entries}
 
 
-def _own_bodies(tables: Mapping[str, Any], given: Entry | None, code: bool) -> dict[str, Any]:
+def _own_bodies(tables: Mapping[str, Any], own: Entry | None, code: bool) -> dict[str, Any]:
     """[body] and [[bodies]], with what makes an OwnBody where their kind is not built in."""
     several = tables.get("bodies")
     items = several if isinstance(several, list) else [tables.get("body")]
-    made = [_own_body(item, given, code) if isinstance(item, dict) else item for item in items]
-    known: Any = None if given is None else given.made
-    if known is not None and not any(isinstance(item, dict) and item.get("entry") is given for item in made):
+    made = [_own_body(item, own, code) if isinstance(item, dict) else item for item in items]
+    body: Any = None if own is None else own.made
+    if body is not None and not any(isinstance(item, dict) and item.get("entry") is own for item in made):
         raise SceneError(
-            f"the class of the initial body '{known.kind}' is given, but the scene does not name that kind: give "
-            f'{known.__name__}(...) with its options, or write kind = "{known.kind}" in [body].'
+            f"the class of the initial body '{body.kind}' is given, but the scene does not name that kind: give "
+            f'{body.__name__}(...) with its options, or write kind = "{body.kind}" in [body].'
         )
     return {"bodies": made} if isinstance(several, list) else {"body": made[0]} if "body" in tables else {}
 
 
-def _own_body(table: dict[str, Any], given: Entry | None, code: bool) -> dict[str, Any]:
+def _own_body(table: dict[str, Any], own: Entry | None, code: bool) -> dict[str, Any]:
     """The table of a body, as OwnBody takes it where its kind is not built in."""
     kind = table.get("kind")
     if not isinstance(kind, str):
         return table
-    entry = given if given is not None and given.made and given.made.kind == kind else own_bodies.installed(kind)  # type: ignore[attr-defined]
+    entry = own if own is not None and own.made and own.made.kind == kind else own_bodies.installed(kind)  # type: ignore[attr-defined]
     if entry is None:
         if kind not in KINDS["body"]:
             raise wrong_choice(("body", "kind"), kind, [*KINDS["body"], *own_bodies.BODIES.offered()])

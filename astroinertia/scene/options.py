@@ -25,29 +25,29 @@ def effect_options(
     if not isinstance(effects, dict):
         raise Problem((table,), f": must be a table with a table for each {door.thing}, not {described(effects)}.")
     result = {}
-    for kind, given in effects.items():
+    for kind, table_of_kind in effects.items():
         if kind not in entries:
-            known = dict.fromkeys((*entries, *door.offered()))
-            hint = nearest(kind, known) if known else "no installed package offers one"
+            kinds = dict.fromkeys((*entries, *door.offered()))
+            hint = nearest(kind, kinds) if kinds else "no installed package offers one"
             raise Problem((table, kind), f" is not a known {door.thing}; {hint}.")
-        if not isinstance(given, dict):
-            raise Problem((table, kind), f": must be a table (an empty one will do), not {described(given)}.")
-        result[kind] = options_of((table, kind), entries[kind].options, given, code)
+        if not isinstance(table_of_kind, dict):
+            raise Problem((table, kind), f": must be a table (an empty one will do), not {described(table_of_kind)}.")
+        result[kind] = options_of((table, kind), entries[kind].options, table_of_kind, code)
     return result
 
 
 def options_of(
-    table: tuple[str, ...], known: Mapping[str, Option], given: Mapping[str, Any], code: bool
+    table: tuple[str, ...], declared: Mapping[str, Option], values_in_scene: Mapping[str, Any], code: bool
 ) -> dict[str, Any]:
     """All options that are known, as a table of that path gives them or by default; raises Problem."""
-    for name in given:
-        if name not in known:
-            raise unknown_key((*table, name), known)
+    for name in values_in_scene:
+        if name not in declared:
+            raise unknown_key((*table, name), declared)
     values = {}
-    for name, option in known.items():
+    for name, option in declared.items():
         path = (*table, name)
-        if name in given:
-            values[name] = _value(path, option, given[name], code)
+        if name in values_in_scene:
+            values[name] = _value(path, option, values_in_scene[name], code)
         elif option.default is LIGHT and not code:
             values[name] = SPEED_OF_LIGHT
         elif isinstance(option.default, Default):

@@ -73,8 +73,8 @@ class OwnBody(Body):
 
         ValueError, in one sentence, where its options contradict each other.
         """
-        known = self.entry.options
-        values = {name: in_code_units(value, known[name].dimension, units) for name, value in self.options.items()}
+        declared = self.entry.options
+        values = {name: in_code_units(value, declared[name].dimension, units) for name, value in self.options.items()}
         return self.entry.made.from_options(values)
 
     def refused(self, what: object) -> SceneError:

@@ -13,14 +13,14 @@ def expected(
 ) -> list[tuple[str, str, str]]:
     """What the plan tells of it: name, value and why, with quantities as `shown` writes them; nothing for a table."""
     numerics = scene.numerics
-    bodies: Any = [each.body for each in scene.alone()]
+    bodies: Any = [alone.body for alone in scene.alone()]
     if scene.particles is None or any(body.mass is None or body.radius is None for body in bodies):
         return []
     limits = [
         first_limits(numerics, scene.effects, body.mass, body.radius, body.particles, eta, gravitational_constant)
         for body in bodies
     ]
-    first = {name: min(each[name] for each in limits) for name in limits[0]}
+    first = {name: min(of_body[name] for of_body in limits) for name in limits[0]}
     listed = ", ".join(f"{name} {shown(scene, float(f'{limit:.2g}'), 'time')}" for name, limit in first.items())
     return [("its limits at first", listed, "about, at the mean density; denser places and shocks shorten it")]
 

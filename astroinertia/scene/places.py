@@ -49,9 +49,9 @@ class Orbit(Part):
 
 def place_lines(position: Any, velocity: Any, shown: Callable[[float, str], str]) -> list[tuple[str, str]]:
     """The lines of the plan on a body that is not at rest at the origin."""
-    given = (("position", position, "length"), ("velocity", velocity, "velocity"))
+    vectors = (("position", position, "length"), ("velocity", velocity, "velocity"))
     return [
         (f"{name} of its centre", f"({', '.join(shown(x, dimension) for x in vector)})")
-        for name, vector, dimension in given
+        for name, vector, dimension in vectors
         if vector is not None
     ]

@@ -93,11 +93,11 @@ class Cadence:
 
 def cadence(scene: Scene) -> Cadence:
     """When the scene is written, with 200 records and 10 snapshots a run where it does not say."""
-    asked, end = scene.output, scene.time.end
-    every = asked.series_every
-    if every is None and asked.series_steps is None:
+    output, end = scene.output, scene.time.end
+    every, snapshots = output.series_every, output.snapshot_every
+    if every is None and output.series_steps is None:
         every = end / RECORDS
-    return Cadence(every, asked.series_steps, end / SNAPSHOTS if asked.snapshot_every is None else asked.snapshot_every)
+    return Cadence(every, output.series_steps, end / SNAPSHOTS if snapshots is None else snapshots)
 
 
 def smoothing(scene: Scene) -> tuple[float, float]:
@@ -116,10 +116,10 @@ def softening(scene: Scene) -> float | None:
 
 def gravity_method(scene: Scene, particles: int) -> gravity_costs.Method:
     """How so many particles attract each other: as the scene says, or what takes less time."""
-    asked, numerics = scene.effects["gravity"], scene.numerics
-    if asked["method"] != "auto":
-        return asked["method"]
-    return gravity_costs.cheaper(particles, numerics.engine, numerics.precision, asked["force_error"])
+    gravity, numerics = scene.effects["gravity"], scene.numerics
+    if gravity["method"] != "auto":
+        return gravity["method"]
+    return gravity_costs.cheaper(particles, numerics.engine, numerics.precision, gravity["force_error"])
 
 
 def plan(scene: Scene) -> Plan:
@@ -128,7 +128,7 @@ def plan(scene: Scene) -> Plan:
     sections = {title: _body(alone) for title, alone in zip(titles, scene.alone(), strict=True)}
     if scene.orbit is not None:
         lines = scene.orbit.plan_lines(lambda value, dimension: _shown(scene, value, dimension))
-        sections["orbit"] = tuple(Line(*each) for each in lines)
+        sections["orbit"] = tuple(Line(*line) for line in lines)
     if scene.model in ("sph", "ellipsoid"):
         sections["equation of state"] = _equation_of_state(scene)
     if scene.regions:
@@ -141,13 +141,13 @@ def plan(scene: Scene) -> Plan:
     if scene.observed:
         sections["observables"] = tuple(_observable(scene, kind, entry) for kind, entry in scene.observed.items())
     follows = scene.model == "sph" and softening(scene) is None
-    if follows and (found := resolved(scene, *smoothing(scene), code_units(scene).gravitational_constant)):
-        sections["resolution"] = tuple(Line(*each) for each in found)
+    if follows and (resolution := resolved(scene, *smoothing(scene), code_units(scene).gravitational_constant)):
+        sections["resolution"] = tuple(Line(*line) for line in resolution)
     if scene.choice:
         sections["accuracy"] = tuple(Line(name, text) for name, text in scene.choice.items())
     elif scene.wants_choice:
         sections["accuracy"] = (Line(*UNCHOSEN),)
-    sections["characteristic numbers"] = tuple(Line(*each) for each in plan_effects.number_lines(scene))
+    sections["characteristic numbers"] = tuple(Line(*line) for line in plan_effects.number_lines(scene))
     sizes = plan_effects.size_descriptions(scene)
     effects = tuple(
         EffectLine(
@@ -174,15 +174,15 @@ def _shown(scene: Scene, value: float, dimension: str | Dimension) -> str:
 
 def _companions(scene: Scene) -> tuple[Line, ...]:
     lines = []
-    for each in scene.companions:
-        if each.position is not None:
+    for companion in scene.companions:
+        if companion.position is not None:
             orbit = "from its position and velocity"
-        elif each.period is not None:
-            orbit = f"period {_shown(scene, each.period, 'time')}, eccentricity {each.eccentricity:g}"
+        elif companion.period is not None:
+            orbit = f"period {_shown(scene, companion.period, 'time')}, eccentricity {companion.eccentricity:g}"
         else:
-            size = _shown(scene, each.semi_major_axis or 0.0, "length")
-            orbit = f"semi-major axis {size}, eccentricity {each.eccentricity:g}"
-        lines.append(Line(each.name, _shown(scene, each.mass, "mass"), f"around {each.around}, {orbit}"))
+            size = _shown(scene, companion.semi_major_axis or 0.0, "length")
+            orbit = f"semi-major axis {size}, eccentricity {companion.eccentricity:g}"
+        lines.append(Line(companion.name, _shown(scene, companion.mass, "mass"), f"around {companion.around}, {orbit}"))
     back = "the body's quadrupole acts back" if scene.orbits.back_reaction else "the body is a point to them"
     if scene.effects.get("companions", {}).get("motion") == "live":
         return (*lines, Line("orbits", "in the steps of the particles", "they feel the particles and each other"))
@@ -203,18 +203,18 @@ def region_descriptions(scene: Scene) -> dict[str, str]:
 def _body(scene: Scene) -> tuple[Line, ...]:
     constant = code_units(scene).gravitational_constant
     lines = plan_body.body_lines(scene, constant, lambda value, dimension: _shown(scene, value, dimension))
-    return tuple(Line(*each) for each in lines)
+    return tuple(Line(*line) for line in lines)
 
 
 def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
     chosen = scene.equation_of_state
     assert chosen is not None
     if chosen.kind == "own":
-        known, origin = chosen.entry.options, f"{chosen.entry.text}; from {chosen.entry.origin}"
+        declared, origin = chosen.entry.options, f"{chosen.entry.text}; from {chosen.entry.origin}"
         return (
             Line("kind", chosen.name.replace("_", " "), f"{origin}; {chosen.entry.source}"),
             *(
-                Line(name.replace("_", " "), _option(scene, value, known[name].dimension), known[name].text)
+                Line(name.replace("_", " "), _option(scene, value, declared[name].dimension), declared[name].text)
                 for name, value in chosen.options.items()
                 if value is not None
             ),
@@ -226,7 +226,7 @@ def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
         if name == "kind":
             continue
         if name == "materials":
-            lines += [Line(each.name, each.tillotson or each.file, _material(each)) for each in value]
+            lines += [Line(row.name, row.tillotson or row.file, _material(row)) for row in value]
             continue
         if value == FROM_BODY:
             lines.append(Line(name, FROM_BODY, "worked out when the body is placed"))
@@ -289,7 +289,7 @@ def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
         _smoothing_lengths(scene),
         *(_gravity(scene) if "gravity" in scene.effects else ()),
         Line("time step", limits),
-        *(Line(*each) for each in expected(scene, eta, code_units(scene).gravitational_constant, _shown)),
+        *(Line(*line) for line in expected(scene, eta, code_units(scene).gravitational_constant, _shown)),
         Line("time steps", numerics.timesteps, SPLITTING[numerics.timesteps]),
     )
 
@@ -303,18 +303,18 @@ def _smoothing_lengths(scene: Scene) -> Line:
 
 def _gravity(scene: Scene) -> tuple[Line, ...]:
     # Both costs are shown, so that a person sees what the other way would cost.
-    asked, particles = scene.effects["gravity"], scene.particles
+    gravity, particles = scene.effects["gravity"], scene.particles
     if particles is None:
-        why = "by the number of particles in the table" if asked["method"] == "auto" else "as asked for"
-        return (Line("gravity", asked["method"], why),)
+        why = "by the number of particles in the table" if gravity["method"] == "auto" else "as asked for"
+        return (Line("gravity", gravity["method"], why),)
     numerics, chosen = scene.numerics, gravity_method(scene, particles)
-    error = asked["force_error"]
+    error = gravity["force_error"]
     cost = {
         method: gravity_costs.seconds(method, particles, numerics.engine, numerics.precision, error)
         for method in ("direct", "multipole")
     }
     verdict = "as asked for"
-    if asked["method"] == "auto":
+    if gravity["method"] == "auto":
         verdict = f"cheaper with {particles} particles"
     direct, multipole = _seconds(cost["direct"]), _seconds(cost["multipole"])
     value = "direct sums" if chosen == "direct" else f"multipoles, forces to {error:g}"
@@ -362,10 +362,10 @@ def _observable(scene: Scene, kind: str, entry: Entry) -> Line:
     return Line(kind, value, "; ".join(filter(None, [options, f"from {entry.origin}", entry.source])))
 
 
-def _options(scene: Scene, entry: Entry, given: Mapping[str, Any]) -> str:
+def _options(scene: Scene, entry: Entry, values: Mapping[str, Any]) -> str:
     return ", ".join(
         f"{name} {_option(scene, value, entry.options[name].dimension)}"
-        for name, value in given.items()
+        for name, value in values.items()
         if value is not None and scene.model in entry.options[name].models
     )
 

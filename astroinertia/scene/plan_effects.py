@@ -27,13 +27,13 @@ def size_descriptions(scene: Scene) -> dict[str, str]:
     """Of each effect of the model, by kind: its size, what leaving it out costs, and whether that is as it should."""
     body, accuracy = characteristic(scene), accuracy_of(scene)
     body = settled(body, scene.effects)
-    found = {}
+    descriptions = {}
     for kind, entry in scene.entries.items():
         listed = kind in scene.effects
         if scene.model not in entry.models:
             continue
         if kind in scene.reasons:
-            found[kind] = scene.reasons[kind]
+            descriptions[kind] = scene.reasons[kind]
             continue
         size = effect_size(entry.size, settled(body, (*scene.effects, kind)), scene.effects.get(kind))
         if size.change is None and not listed:
@@ -44,8 +44,8 @@ def size_descriptions(scene: Scene) -> dict[str, str]:
             text = f"NEGLIGIBLE here: {text}"
         elif not listed and not boxed and size.change is not None and size.change > accuracy:
             text = f"WARNING, large and not listed: {text}"
-        found[kind] = text
-    return found
+        descriptions[kind] = text
+    return descriptions
 
 
 def number_lines(scene: Scene) -> list[PlanLine]:
@@ -64,8 +64,8 @@ def number_lines(scene: Scene) -> list[PlanLine]:
     if compact is not None and compact > accuracy:
         why = f"more than the accuracy of {accuracy:g}; all here is Newtonian"
         lines.append(("relativity", f"WARNING: {compact:.2g} of gravity is missing", why))
-    asked = "" if scene.accuracy is not None else "where a scene asks for none"
-    return [*lines, ("accuracy", f"{accuracy:g}, against which effects are judged", asked or f"within {MARGIN:g}")]
+    origin = "" if scene.accuracy is not None else "where a scene asks for none"
+    return [*lines, ("accuracy", f"{accuracy:g}, against which effects are judged", origin or f"within {MARGIN:g}")]
 
 
 def _pulling(body: Characteristic) -> tuple[Neighbour, ...]:

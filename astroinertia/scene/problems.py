@@ -37,28 +37,28 @@ def _word(key: str) -> str:
     return key if key.isidentifier() and key.isascii() and len(key) <= 64 else f'"{shown(key)}"'
 
 
-def nearest(key: str, known: Iterable[str]) -> str:
+def nearest(key: str, names: Iterable[str]) -> str:
     """A hint at the nearest known key, or the list of all where none is near."""
-    known = list(known)
-    close = difflib.get_close_matches(key.lower()[:64], known, n=1, cutoff=0.6)
+    names = list(names)
+    close = difflib.get_close_matches(key.lower()[:64], names, n=1, cutoff=0.6)
     if close:
         return f"did you mean '{close[0]}'"
-    return f"known are {', '.join(known)}" if known else "nothing can be set here"
+    return f"known are {', '.join(names)}" if names else "nothing can be set here"
 
 
-def unknown_key(path: Path, known: Iterable[str], elsewhere: str = "") -> Problem:
+def unknown_key(path: Path, names: Iterable[str], elsewhere: str = "") -> Problem:
     """The problem of a key that nobody reads."""
-    return Problem(path, f" is not a known key; {elsewhere or nearest(str(path[-1]), known)}.")
+    return Problem(path, f" is not a known key; {elsewhere or nearest(str(path[-1]), names)}.")
 
 
-def wrong_choice(path: Path, value: Any, known: Iterable[str], missing: bool = False) -> Problem:
+def wrong_choice(path: Path, value: Any, choices: Iterable[str], missing: bool = False) -> Problem:
     """The problem of a value that is not among the choices, or of a choice that is not made."""
-    known = list(known)
+    choices = list(choices)
     if missing:
-        return Problem(path, f" is missing; it is one of {', '.join(known)}.")
-    if isinstance(value, str) and difflib.get_close_matches(value.lower()[:64], known, n=1, cutoff=0.6):
-        return Problem(path, f": '{shown(value)}' is not known; {nearest(value, known)}.")
-    return Problem(path, f": must be one of {', '.join(known)}, not {described(value)}.")
+        return Problem(path, f" is missing; it is one of {', '.join(choices)}.")
+    if isinstance(value, str) and difflib.get_close_matches(value.lower()[:64], choices, n=1, cutoff=0.6):
+        return Problem(path, f": '{shown(value)}' is not known; {nearest(value, choices)}.")
+    return Problem(path, f": must be one of {', '.join(choices)}, not {described(value)}.")
 
 
 def first_problem(
@@ -68,10 +68,10 @@ def first_problem(
 
     `kinds`: for every table with kinds, the model of each kind.
     """
-    found = [item for item in error.errors(include_url=False) if "literal['code']" not in item["loc"]]
-    found = found or error.errors(include_url=False)
+    errors = [item for item in error.errors(include_url=False) if "literal['code']" not in item["loc"]]
+    errors = errors or error.errors(include_url=False)
     ranks = {"extra_forbidden": 0, "union_tag_invalid": 1, "union_tag_not_found": 1, "missing": 3}
-    return _problem(min(found, key=lambda item: ranks.get(item["type"], 2)), model, kinds)
+    return _problem(min(errors, key=lambda item: ranks.get(item["type"], 2)), model, kinds)
 
 
 def _problem(item: Any, model: type[BaseModel], kinds: dict[str, dict[str, type[BaseModel]]]) -> Problem:

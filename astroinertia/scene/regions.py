@@ -31,8 +31,8 @@ class Region(Part):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        given = (self.innermost_mass is not None) + (self.density_above is not None) + self.bound
-        if given != 1:
+        criteria = (self.innermost_mass is not None) + (self.density_above is not None) + self.bound
+        if criteria != 1:
             raise ValueError("needs exactly one of innermost_mass, density_above and bound = true.")
         if "centre" in self.model_fields_set and self.innermost_mass is None:
             raise ValueError("has a centre, which only innermost_mass uses.")

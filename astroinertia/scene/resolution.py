@@ -17,8 +17,8 @@ COARSEST = 0.25  # smoothing length over the smallest semi-axis, at the mean den
 def resolved(scene: Scene, eta: float, neighbours: float, gravitational_constant: float) -> list[tuple[str, str, str]]:
     """Name, value and what to change, of the smoothing length, the core and the Jeans mass; nothing for a table."""
     lines = []
-    for each in scene.alone():
-        body: Any = each.body
+    for alone in scene.alone():
+        body: Any = alone.body
         if body.profile() is None or body.particles is None:
             continue
         axes = getattr(body, "axes", (1.0, 1.0, 1.0))

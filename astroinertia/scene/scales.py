@@ -38,13 +38,13 @@ def code_units(scene: Scene) -> CodeUnits:
 
 def refuse_extremes(scene: Scene) -> None:
     """Problem where the code units, or a number in them, are too large or too small."""
-    given = isinstance(scene.units, Units)
+    own_units = isinstance(scene.units, Units)
     units = code_units(scene)
     for name in ("mass", "length", "time"):
         size = units.unit(name)
         if not SMALLEST_UNIT <= size <= LARGEST_UNIT:
             raise Problem(
-                ("units",) if given else ("body",),
+                ("units",) if own_units else ("body",),
                 f" makes the run's unit of {name} {size:.3g} in SI, which must be between {SMALLEST_UNIT:g} and "
                 f"{LARGEST_UNIT:g}.",
                 table=True,
@@ -97,9 +97,9 @@ def _of_effects(scene: Scene) -> Iterator[Number]:
             yield from _of_options(("body",), body.entry.options, body.options)
 
 
-def _of_options(table: Path, known: Mapping[str, Option], options: Mapping[str, Any]) -> Iterator[Number]:
+def _of_options(table: Path, declared: Mapping[str, Option], options: Mapping[str, Any]) -> Iterator[Number]:
     for name, value in options.items():
-        option = known[name]
+        option = declared[name]
         if (isinstance(option.dimension, Dimension) or option.dimension in DIMENSIONS) and value is not None:
             positive = option.minimum == 0.0 and option.exclusive
             for path, number in _flat(value, (*table, name)):

@@ -210,7 +210,7 @@ class Scene(Part):
         return {**CATALOGUE, **self.own}
 
     @property
-    def given(self) -> tuple[type, ...]:
+    def own_classes(self) -> tuple[type, ...]:
         """The classes that were given from Python, which its text alone does not bring back."""
         return tuple(entry.made for entry in self.outside if entry.made is not None and not entry.package)
 
@@ -253,8 +253,8 @@ class Scene(Part):
             if value is not None and self.time.end > most * value:
                 raise ValueError(f"[{table}] {key} divides the run into more than {most:.0e} parts; make it longer.")
         check_names(self.companions)
-        for each in self.alone():
-            each._has_what_its_model_needs(self)
+        for alone in self.alone():
+            alone._has_what_its_model_needs(self)
         self._has_bodies_in_their_places()
         self._has_what_its_regions_need()
         return self

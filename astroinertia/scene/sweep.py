@@ -118,13 +118,13 @@ def loads(text: str, overrides: Sequence[str] = (), origin: str | None = None, n
         raise SceneError(f"{load.where(text, overrides, path, name)}: {said} {refused}") from None
     scene_name = tables.get("name")
     source = with_overrides(text, overrides)
-    found = Sweep(
+    sweep = Sweep(
         str(scene_name), kind, without_table(with_overrides(text, ours), load.SWEEP), source, rest, origin, keys,
         members, axes, name,
     )  # fmt: skip
     for number in range(len(members)):
-        found.scene(number)
-    return found
+        sweep.scene(number)
+    return sweep
 
 
 class _Refused(Exception):
@@ -161,24 +161,24 @@ def _read(table: Any) -> tuple[str, tuple[str, ...], _Members, _Members]:
 
 def _rules(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     """What is said of each dotted path, whether the path is written in quotes or as tables."""
-    found: dict[str, Any] = {}
+    rules: dict[str, Any] = {}
     for key, value in table.items():
         path = f"{above}{key}"
         inner = _rules(value, f"{path}.") if isinstance(value, dict) and not is_rule(value) else {path: value}
         for name, rule in inner.items():
             if not above:
                 _check_key(name, (*OPTIONS, *load.KEYS))
-            if name in found:
+            if name in rules:
                 raise _Refused(name, "is given twice.")
-            found[name] = rule
-    return found
+            rules[name] = rule
+    return rules
 
 
-def _check_key(key: str, known: Sequence[str]) -> None:
+def _check_key(key: str, names: Sequence[str]) -> None:
     if not KEY.fullmatch(key):
         raise _Refused(key, "is no key of a scene, which is names joined by dots, such as body.mass.")
-    if (first := key.split(".")[0]) not in known:
-        raise _Refused(key, f"is not a known key; {nearest(first, known)}.")
+    if (first := key.split(".")[0]) not in names:
+        raise _Refused(key, f"is not a known key; {nearest(first, names)}.")
 
 
 def _of_grid(rules: Mapping[str, Any]) -> _Members:
@@ -212,33 +212,33 @@ def _of_hypercube(rules: Mapping[str, Any], samples: Any, seed: Any) -> _Members
 
 
 def _of_list(members: Any) -> tuple[tuple[str, ...], _Members]:
-    if not isinstance(members, list) or not members or not all(isinstance(each, dict) for each in members):
+    if not isinstance(members, list) or not members or not all(isinstance(table, dict) for table in members):
         raise _Refused("members", "must be a list of tables, one for each member, with the keys that it sets.")
     if len(members) > MOST_MEMBERS:
         raise _Refused("members", f"are {len(members)}, more than the {MOST_MEMBERS} that a sweep may have.")
-    flat = [_flat(each) for each in members]
+    flat = [_flat(table) for table in members]
     keys = tuple(flat[0])
     if not keys:
         raise _Refused("members", "must each set at least one key.")
-    for number, each in enumerate(flat):
-        odd = sorted(set(each) ^ set(keys))
+    for number, values in enumerate(flat):
+        odd = sorted(set(values) ^ set(keys))
         if odd:
             raise _Refused(
                 "members", f"must all set the same keys, but {member(number)} and {member(0)} differ in {odd[0]}."
             )
-        for key, value in each.items():
+        for key, value in values.items():
             _check_key(key, load.KEYS)
             _checked(key, toml_text, value)
-    return keys, tuple(tuple(each[key] for key in keys) for each in flat)
+    return keys, tuple(tuple(values[key] for key in keys) for values in flat)
 
 
 def _flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     """Values by dotted paths; a table below a path that is written in quotes is itself the value."""
-    found = {}
+    values = {}
     for key, value in table.items():
         path = f"{above}{key}"
-        found |= _flat(value, f"{path}.") if isinstance(value, dict) and "." not in key else {path: value}
-    return found
+        values |= _flat(value, f"{path}.") if isinstance(value, dict) and "." not in key else {path: value}
+    return values
 
 
 def _checked(key: str, function: Any, *arguments: Any) -> Any:

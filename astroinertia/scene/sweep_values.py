@@ -27,8 +27,8 @@ _WITH_UNIT = re.compile(r"\s*([+-]?[0-9.]+(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*")
 
 def is_rule(value: Any) -> bool:
     """Whether a table is a range or a distribution, perhaps misspelt, rather than a part of a scene's path."""
-    known = (*RANGE, *DISTRIBUTIONS)
-    return isinstance(value, dict) and any(difflib.get_close_matches(key, known, n=1, cutoff=0.75) for key in value)
+    keys = (*RANGE, *DISTRIBUTIONS)
+    return isinstance(value, dict) and any(difflib.get_close_matches(key, keys, n=1, cutoff=0.75) for key in value)
 
 
 def is_distribution(value: Any) -> bool:
@@ -84,7 +84,7 @@ def _of_range(rule: Mapping[str, Any]) -> list[Any]:
     if scale == "log" and not (start > 0.0 and stop > 0.0):
         raise SceneError("is logarithmic, so its ends must be positive.")
     values = (np.linspace if scale == "linear" else np.geomspace)(start, stop, number)
-    return [_written(float(each), unit, whole) for each in values]
+    return [_written(float(value), unit, whole) for value in values]
 
 
 def drawn(rule: Mapping[str, Any], shares: np.ndarray) -> list[Any]:
@@ -93,14 +93,14 @@ def drawn(rule: Mapping[str, Any], shares: np.ndarray) -> list[Any]:
     uniform, log_uniform: from one end to the other; normal: mean and standard deviation; integers: both ends included.
     SceneError continues a sentence that begins with the parameter.
     """
-    (kind, given), *more = rule.items()
+    (kind, numbers), *more = rule.items()
     if more:
         raise SceneError(f"has both {kind} and {more[0][0]}; keep one.")
     if kind not in DISTRIBUTIONS:
         raise SceneError(f"has '{shown(kind)}', which is no distribution; {nearest(kind, DISTRIBUTIONS)}.")
-    if not isinstance(given, list) or len(given) != 2:
+    if not isinstance(numbers, list) or len(numbers) != 2:
         raise SceneError(f"has {kind}, which must be a list of two values.")
-    (first, second), unit, whole = _ends(given)
+    (first, second), unit, whole = _ends(numbers)
     if kind == "normal":
         if not second > 0.0:
             raise SceneError("has a standard deviation (the second value of normal) that is not positive.")
@@ -119,26 +119,26 @@ def drawn(rule: Mapping[str, Any], shares: np.ndarray) -> list[Any]:
         values = np.exp(math.log(first) + (math.log(second) - math.log(first)) * shares)
     else:
         values = first + (second - first) * shares
-    return [_written(float(each), unit, False) for each in values]
+    return [_written(float(value), unit, False) for value in values]
 
 
-def _ends(given: Sequence[Any]) -> tuple[list[float], str, bool]:
+def _ends(ends: Sequence[Any]) -> tuple[list[float], str, bool]:
     """Two numbers, their unit (empty for plain ones), and whether both are whole plain numbers."""
     numbers, units = [], []
-    for item in given:
-        found = _WITH_UNIT.fullmatch(item) if isinstance(item, str) and any_quantity(item) else None
-        if found is None and (isinstance(item, bool) or not isinstance(item, int | float)):
+    for item in ends:
+        quantity = _WITH_UNIT.fullmatch(item) if isinstance(item, str) and any_quantity(item) else None
+        if quantity is None and (isinstance(item, bool) or not isinstance(item, int | float)):
             raise SceneError(f"must go between two numbers or two quantities, not {described(item)}.")
         try:
-            numbers.append(float(item) if found is None else float(found[1]))
+            numbers.append(float(item) if quantity is None else float(quantity[1]))
         except OverflowError:
             raise SceneError("must go between finite numbers.") from None
-        units.append("" if found is None else found[2])
-    if not all(math.isfinite(each) for each in numbers):
+        units.append("" if quantity is None else quantity[2])
+    if not all(math.isfinite(number) for number in numbers):
         raise SceneError("must go between finite numbers.")
     if units[0] != units[1]:
-        raise SceneError(f"goes from '{shown(str(given[0]))}' to '{shown(str(given[1]))}': give both in the same unit.")
-    return numbers, units[0], all(isinstance(item, int) for item in given)
+        raise SceneError(f"goes from '{shown(str(ends[0]))}' to '{shown(str(ends[1]))}': give both in the same unit.")
+    return numbers, units[0], all(isinstance(item, int) for item in ends)
 
 
 def _written(value: float, unit: str, whole: bool) -> Any:
@@ -152,7 +152,7 @@ def coordinate(values: Sequence[Any]) -> tuple[np.ndarray, str | None]:
     """Values of a parameter as an array: in SI with their unit, or as texts (None) where they are no numbers."""
     if all(isinstance(item, int | float) and not isinstance(item, bool) for item in values):
         return np.array([float(item) for item in values]), "1"
-    found = [any_quantity(item) if isinstance(item, str) else None for item in values]
-    if None not in found and len({each[1] for each in found if each}) == 1:
-        return np.array([each[0] for each in found if each]), next(each[1] for each in found if each)
+    pairs = [any_quantity(item) if isinstance(item, str) else None for item in values]
+    if None not in pairs and len({pair[1] for pair in pairs if pair}) == 1:
+        return np.array([pair[0] for pair in pairs if pair]), next(pair[1] for pair in pairs if pair)
     return np.array([item if isinstance(item, str) else toml_value(item) for item in values], dtype=object), None

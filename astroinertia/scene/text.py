@@ -88,9 +88,9 @@ def _edited(text: str, path: tuple[str, ...], value: str) -> str:
     lines = text.split("\n")
     *tables, key = path
     at = line_of(text, path)
-    found = _WHOLE_LINE.fullmatch(lines[at - 1]) if at else None
-    if at and found and found[2].split(".")[-1] == key:
-        lines[at - 1] = f"{found[1]}{found[2]} = {value}"
+    entry = _WHOLE_LINE.fullmatch(lines[at - 1]) if at else None
+    if at and entry and entry[2].split(".")[-1] == key:
+        lines[at - 1] = f"{entry[1]}{entry[2]} = {value}"
     elif not tables:
         lines.insert(0, f"{key} = {value}")
     elif at and re.fullmatch(rf"\s*\[\s*{re.escape('.'.join(tables))}\s*\].*", lines[at - 1]):

@@ -191,9 +191,9 @@ class Archive:
             else:
                 yield {name: records[name] for name in records.dtype.names or ()}
 
-    def read_snapshots(self, damaged: str = "raise") -> Iterator[dict[str, np.ndarray]]:
-        """Snapshots of each segment in turn, the snapshot's number leading; otherwise as `read_series`."""
-        for arrays in self._read("snapshots", SNAPSHOT, damaged):
+    def read_snapshots(self) -> Iterator[dict[str, np.ndarray]]:
+        """Snapshots of each segment in turn, the snapshot's number leading; ArchiveError where one is damaged."""
+        for arrays in self._read("snapshots", SNAPSHOT, "raise"):
             yield {name.removeprefix(SNAPSHOT): array for name, array in arrays.items()}
 
     def snapshot_layout(self) -> tuple[int, dict[str, tuple[int, ...]]]:
@@ -207,7 +207,7 @@ class Archive:
 
         One that is missing raises ArchiveError; with damaged="skip" all are checked now, and left out with a warning.
         """
-        found = []
+        snapshots = []
         for entry in self._kept():
             if not entry["snapshots"]:
                 continue
@@ -217,22 +217,22 @@ class Archive:
                     check(path, entry["sha256"])
                 elif not path.exists():
                     raise missing(path)
-                found.append(unread(path, entry))
+                snapshots.append(unread(path, entry))
             except ArchiveError as error:
                 if damaged != "skip":
                     raise
                 _left_out(error, entry, "snapshots")
-        return found
+        return snapshots
 
     def damaged(self) -> dict[str, str]:
         """A sentence on each segment and checkpoint that is missing or damaged, by the name of its file."""
-        found = {}
+        sentences = {}
         for entry in [*self._manifest["segments"], *filter(None, self._manifest["checkpoints"])]:
             try:
                 check(self.folder / entry["file"], entry["sha256"])
             except ArchiveError as error:
-                found[entry["file"]] = str(error)
-        return found
+                sentences[entry["file"]] = str(error)
+        return sentences
 
     def finish(self, fill: Callable[[Path], None]) -> Path:
         """Let `fill` write the final file, save it as <name>.nc and return its path. Segments and checkpoint stay."""
@@ -333,13 +333,13 @@ class Archive:
 def file_of_sweep(folder: Path) -> Path:
     """The result that the folder of a sweep names; ArchiveError where there is none yet."""
     try:
-        found = folder / final_name({"name": read_json(folder / SWEEP)["name"]})
+        file = folder / final_name({"name": read_json(folder / SWEEP)["name"]})
     except (OSError, LookupError, TypeError) as error:
         raise ArchiveError(f"{folder / SWEEP} cannot be read, or does not name its sweep: {error}.") from error
-    if not found.exists():
+    if not file.exists():
         raise ArchiveError(f"{folder} holds a sweep that is not finished; resume it.")
-    regular(found)
-    return found
+    regular(file)
+    return file
 
 
 def final_name(metadata: Mapping[str, Any]) -> str:

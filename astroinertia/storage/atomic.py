@@ -154,10 +154,10 @@ def read_json(path: Path) -> Any:
 def _parsed(content: bytes) -> Any:
     if len(content) > _LARGEST_JSON or sum(map(content.count, (b",", b"[", b"{"))) > _MOST_VALUES:
         raise ValueError(f"it has more than {_LARGEST_JSON >> 20} MiB or {_MOST_VALUES} values")
-    found = json.loads(content)
+    value = json.loads(content)
     if b"\\ud" in content.lower():  # half of a character, which no file can be named or written with
-        json.dumps(found, ensure_ascii=False).encode()
-    return found
+        json.dumps(value, ensure_ascii=False).encode()
+    return value
 
 
 def own_folder(folder: Path, *names: str) -> Path:
@@ -206,7 +206,7 @@ class Rows:
     def places(self) -> dict[str, tuple[int, np.dtype, tuple[int, ...]]]:
         """Where each array begins, in bytes, its dtype and its shape; ArchiveError where the file is not whole."""
         check(self.path, self.digest)
-        found = {}
+        places = {}
         with _archive_errors(self.path), zipfile.ZipFile(self.path) as bundle, self.path.open("rb") as file:
             for entry in _stored(bundle):
                 if entry.filename == _SCALARS:
@@ -218,8 +218,8 @@ class Rows:
                     raise ValueError(f"its array {entry.filename!r:.80} is not in the order that runs have")
                 file.seek(entry.header_offset + _ZIP_NAME_LENGTHS)
                 names = sum(struct.unpack("<HH", file.read(4)))
-                found[entry.filename.removesuffix(".npy")] = (file.tell() + names + before, dtype, shape)
-        return found
+                places[entry.filename.removesuffix(".npy")] = (file.tell() + names + before, dtype, shape)
+        return places
 
     def row(self, name: str, number: int) -> np.ndarray:
         """Element `number` of an array along its first axis; ArchiveError as `places`, or where there is none."""
@@ -254,14 +254,14 @@ def check(path: Path, digest: str) -> None:
     """Raise ArchiveError, naming the file, unless it is there and has this sha256."""
     try:
         regular(path)
-        found = sha256(path)
+        actual = sha256(path)
     except FileNotFoundError:
         raise missing(path) from None
     except OSError as error:
         raise ArchiveError(f"{path} cannot be read: {error.strerror or error}.") from error
-    if found != digest:
+    if actual != digest:
         raise ArchiveError(
-            f"{path} is damaged: its sha256 is {found[:12]}..., but {digest[:12]}... was recorded when it was written."
+            f"{path} is damaged: its sha256 is {actual[:12]}..., but {digest[:12]}... was recorded when it was written."
         )
 
 

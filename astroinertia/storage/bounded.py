@@ -48,15 +48,15 @@ def npz_members(path: Path) -> dict[str, Callable[[], np.ndarray]]:
         if len(entries) > MOST_MEMBERS:
             raise ValueError(f"it has more than {MOST_MEMBERS} members")
         check_proportion("it", sum(entry.file_size for entry in entries), path)
-        found = {}
+        readers = {}
         for entry in entries:
             name = entry.filename.removesuffix(".npy")
-            if name in found or entry.flag_bits & 1:
+            if name in readers or entry.flag_bits & 1:
                 raise ValueError(f"its member {name!r:.80} is there twice, or encrypted")
             with bundle.open(entry) as member:
                 described(member, entry.file_size)
-            found[name] = lambda entry=entry: _read(path, entry)
-    return found
+            readers[name] = lambda entry=entry: _read(path, entry)
+    return readers
 
 
 def _read(path: Path, entry: zipfile.ZipInfo) -> np.ndarray:
@@ -67,14 +67,14 @@ def _read(path: Path, entry: zipfile.ZipInfo) -> np.ndarray:
 def array_of(member: Any, size: int) -> np.ndarray:
     """The array of an npy stream of `size` bytes; ValueError where it is none."""
     shape, fortran, dtype = described(member, size)
-    found = np.empty(shape[::-1] if fortran else shape, dtype)
-    content, done = found.reshape(-1).view(np.uint8), 0
+    array = np.empty(shape[::-1] if fortran else shape, dtype)
+    content, done = array.reshape(-1).view(np.uint8), 0
     while block := member.read(min(content.size - done, 2**20)):
         content[done : done + len(block)] = np.frombuffer(block, np.uint8)
         done += len(block)
     if done != content.size or member.read(1):  # at its end the archive compares checksums, too
         raise ValueError("an array does not end where it should")
-    return found.T if fortran else found
+    return array.T if fortran else array
 
 
 def described(member: Any, size: int) -> tuple[tuple[int, ...], bool, np.dtype]:

@@ -67,10 +67,10 @@ class _Pieces:
         if address + length > self.size:
             raise ValueError("it ends before its time, or refers to what is beyond its end")
         self.file.seek(address)
-        found = self.file.read(length)
-        if len(found) != length or not found.startswith(signature):
+        block = self.file.read(length)
+        if len(block) != length or not block.startswith(signature):
             raise ValueError("its structure is damaged")
-        return found
+        return block
 
 
 def _number(content: bytes, begin: int, length: int = 8) -> int:
@@ -94,22 +94,22 @@ def _root(pieces: _Pieces) -> int:
 
 def _children(pieces: _Pieces, address: int) -> list[int]:
     """Addresses of the objects that a group names; none of a dataset or a type."""
-    found: list[int] = []
+    addresses: list[int] = []
     for kind, body in _messages(pieces, address):
         if kind == _EXTERNAL:
             raise ValueError("it has data in another file, which is not read")
         if kind == _LAYOUT and _number(body, 0, 1) >= 4 and _number(body, 1, 1) == _VIRTUAL:
             raise ValueError("it has data that are put together from other files, which are not read")
         if kind == _LINK:
-            found.append(_linked(body))
+            addresses.append(_linked(body))
         elif kind == _SYMBOL_TABLE:
-            found += _symbols(pieces, _number(body, 0))
+            addresses += _symbols(pieces, _number(body, 0))
         elif kind == _LINK_INFO:
             begin = 10 if _number(body, 1, 1) & 1 else 2
             heap, names = _number(body, begin), _number(body, begin + 8)
             if heap != _NOWHERE:
-                found += [_linked(link) for link in _dense(pieces, heap, names)]
-    return found
+                addresses += [_linked(link) for link in _dense(pieces, heap, names)]
+    return addresses
 
 
 def _messages(pieces: _Pieces, address: int) -> Iterator[tuple[int, bytes]]:
@@ -261,7 +261,7 @@ def _heap(pieces: _Pieces, address: int) -> _Heap:
     width, least, most = _number(head, 110, 2), _number(head, 112), _number(head, 120)
     bits, rows = _number(head, 128, 2), _number(head, 140, 2)
     root = _number(head, 132)
-    powers = all(each > 0 and each & (each - 1) == 0 for each in (width, least, most))
+    powers = all(number > 0 and number & (number - 1) == 0 for number in (width, least, most))
     if filters or not powers or not least <= most <= _LARGEST_BLOCK or width > 1024 or bits > 64 or rows > 64:
         raise ValueError("the list of a group is packed, or damaged")
     offset_bytes = (bits + 7) // 8

@@ -132,7 +132,7 @@ class _Manifest(_Plain):
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
-        numbers = [0 if each is None else each.segments for each in self.checkpoints]
+        numbers = [0 if checkpoint is None else checkpoint.segments for checkpoint in self.checkpoints]
         if sorted(numbers) != numbers or numbers[-1] > len(self.segments):
             raise ValueError("a checkpoint follows segments that are not there")
         return self

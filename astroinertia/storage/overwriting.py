@@ -34,9 +34,9 @@ def check(path: Path, kind: str, read: Path | None = None) -> None:
     if not stat.S_ISREG(status.st_mode):
         raise ArchiveError(f"{path} is there and is not a file; choose another name.")
     with path.open("rb") as file:
-        found = file.read(_LONGEST).lower()
-    begins = found[4:] if kind == MP4 else found
-    if status.st_size and not any(begins.startswith(each.lower()) for each in _BEGINNINGS[kind]):
+        start = file.read(_LONGEST).lower()
+    begins = start[4:] if kind == MP4 else start
+    if status.st_size and not any(begins.startswith(beginning.lower()) for beginning in _BEGINNINGS[kind]):
         raise ArchiveError(f"{path} is there and is not {kind}, so it is not written over; choose another file.")
     if kind == NETCDF and trailer.is_there(path):
         raise ArchiveError(f"{path} is the result of a run, and is not written over; choose another file.")

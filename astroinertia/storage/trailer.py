@@ -62,8 +62,8 @@ def _complaint(path: Path, size: int, changed: int, inode: int) -> str:
     damaged = f"{path} is damaged: its sha256 is not the one that was recorded when it was written."
     if length != size - len(line[0]) or head > length:
         return damaged
-    found = _digests(path, head, _checked(head, length))
-    return "" if found == (line[2].decode(), line[4].decode()) else damaged
+    digests = _digests(path, head, _checked(head, length))
+    return "" if digests == (line[2].decode(), line[4].decode()) else damaged
 
 
 def _checked(head: int, size: int) -> int:

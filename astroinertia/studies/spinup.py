@@ -91,7 +91,8 @@ def spin_up(
     """
     wanted = [*settings, *([] if model is None else [f"model={model}"])]
     if isinstance(scene, Scene):
-        chosen = load.loads(load.resolved_text(scene), wanted, scene.origin, effects=scene.given) if wanted else scene
+        effects, text = scene.own_classes, load.resolved_text(scene)
+        chosen = load.loads(text, wanted, scene.origin, effects=effects) if wanted else scene
     else:
         chosen = load.load_file(scene, wanted)
     if folder is not None:

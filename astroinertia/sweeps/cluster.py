@@ -35,8 +35,8 @@ def by_cluster(tasks: Sequence[Task], address: str, deadline: float = math.inf) 
         raise SceneError("members on a cluster need dask: pip install 'astroinertia[dask]'.")
     import distributed  # pyright: ignore[reportMissingImports]  an extra
 
-    asked: list[str] = []
-    with interrupts.noted(asked), _client(distributed, address) as client:
+    stops: list[str] = []
+    with interrupts.noted(stops), _client(distributed, address) as client:
         futures = {
             client.submit(_in_worker, task, key=f"{task.session}-{task.number}", pure=False): task for task in tasks
         }
@@ -44,8 +44,8 @@ def by_cluster(tasks: Sequence[Task], address: str, deadline: float = math.inf) 
             while futures:
                 for future in _done(distributed, futures):
                     yield _outcome(distributed, future, futures.pop(future))
-                if asked or clock.monotonic() > deadline:
-                    raise RunInterrupted(Path(tasks[0].folder), 0.0, 1.0, (*asked, LIMIT)[0])
+                if stops or clock.monotonic() > deadline:
+                    raise RunInterrupted(Path(tasks[0].folder), 0.0, 1.0, (*stops, LIMIT)[0])
         finally:
             (Path(tasks[0].folder) / SESSION).unlink(missing_ok=True)
             with suppress(TimeoutError, distributed.CancelledError):
@@ -54,10 +54,10 @@ def by_cluster(tasks: Sequence[Task], address: str, deadline: float = math.inf) 
 
 def _done(distributed: Any, futures: Any) -> list[Any]:
     try:
-        found = distributed.wait(list(futures), _SECONDS_BETWEEN_LOOKS, return_when="FIRST_COMPLETED")
+        states = distributed.wait(list(futures), _SECONDS_BETWEEN_LOOKS, return_when="FIRST_COMPLETED")
     except TimeoutError:
         return []
-    return list(found.done)
+    return list(states.done)
 
 
 def _in_worker(task: Task) -> Outcome:
@@ -88,6 +88,6 @@ def _outcome(distributed: Any, future: Any, task: Task) -> Outcome:
     error = future.exception()
     if not isinstance(error, distributed.KilledWorker):
         raise error  # a sweep that is over, or what no member can do
-    found = Failure(KILLED, lasting=False)
-    note_failure(task.place, found)
-    return Outcome(task.number, float("nan"), found)
+    failure = Failure(KILLED, lasting=False)
+    note_failure(task.place, failure)
+    return Outcome(task.number, float("nan"), failure)

@@ -56,13 +56,13 @@ def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
     unclosed: list[str] = []
     room = _KEPT
     for number, file in files.items():
-        found = datasets.open(file)
-        if found.nbytes <= room:
-            kept[number] = found
-            room -= found.nbytes
-        layout.note(found)
-        taken[number] = [found.attrs.get(name, np.nan) for name in _TAKEN]
-        warnings = str(found.attrs.get("ledger_warnings", "")).splitlines()
+        data = datasets.open(file)
+        if data.nbytes <= room:
+            kept[number] = data
+            room -= data.nbytes
+        layout.note(data)
+        taken[number] = [data.attrs.get(name, np.nan) for name in _TAKEN]
+        warnings = str(data.attrs.get("ledger_warnings", "")).splitlines()
         unclosed += [f"{member(number)}: {sentence}" for sentence in warnings]
     skeleton = _skeleton(sweep, failures, layout, taken)
     if unclosed:
@@ -73,11 +73,11 @@ def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
         with netCDF4.Dataset(aside, "a") as target:
             made = {name: _variable(target, sweep, layout, name) for name in layout.variables}
             for number, file in files.items():
-                found = kept.pop(number) if number in kept else datasets.open(file)
+                data = kept.pop(number) if number in kept else datasets.open(file)
                 for name, variable in made.items():
-                    if name in found.variables:
-                        place = (*_place(sweep, number), *layout.places(found, name))
-                        variable[place] = found.variables[name].values
+                    if name in data.variables:
+                        place = (*_place(sweep, number), *layout.places(data, name))
+                        variable[place] = data.variables[name].values
         trailer.append(aside, aside.stat().st_size)
 
     target = path(sweep, folder)
@@ -85,20 +85,20 @@ def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
     return target
 
 
-def at_end(found: xr.Dataset) -> xr.Dataset:
+def at_end(data: xr.Dataset) -> xr.Dataset:
     """What each member ended with: the last record of every series that it has, without the dimension of records.
 
     Where members have other numbers of records, the last of each is taken.
 
-    >>> with xr.open_dataset("runs/sweep/sweep.nc") as found:
-    ...     print(at_end(found).inertia_tensor.dims, found.sizes["time"])
+    >>> with xr.open_dataset("runs/sweep/sweep.nc") as data:
+    ...     print(at_end(data).inertia_tensor.dims, data.sizes["time"])
     ('body_index', 'i', 'j') 2
     """
-    records = OUTPUT if OUTPUT in found.dims else "time"
-    series = found[[name for name, variable in found.data_vars.items() if records in variable.dims]]
+    records = OUTPUT if OUTPUT in data.dims else "time"
+    series = data[[name for name, variable in data.data_vars.items() if records in variable.dims]]
     if records == "time":
         return series.isel(time=-1)
-    return series.isel({OUTPUT: found["time"].notnull().sum(OUTPUT) - 1})  # of a member without any: of the padding
+    return series.isel({OUTPUT: data["time"].notnull().sum(OUTPUT) - 1})  # of a member without any: of the padding
 
 
 def open_members(folder: Path) -> xr.DataTree:
@@ -109,7 +109,7 @@ def open_members(folder: Path) -> xr.DataTree:
     """
     sweep = folders.read(folder)
     failures = {number: folders.failure(folder, number) for number in range(len(sweep.members))}
-    failed = {number: found.sentence for number, found in failures.items() if found}
+    failed = {number: failure.sentence for number, failure in failures.items() if failure}
     groups = {"/": xr.Dataset(coords=_along_members(sweep, failed))}
     for number in range(len(sweep.members)):
         place = folders.place(folder, number)
@@ -148,17 +148,17 @@ class _Layout:
     variables: dict[str, _Variable] = field(default_factory=dict)
     attrs: dict[str, Any] | None = None
 
-    def note(self, found: xr.Dataset) -> None:
+    def note(self, data: xr.Dataset) -> None:
         """Take up a member."""
-        for name, size in found.sizes.items():
-            self._note_dimension(str(name), size, found)
-        for name in found.data_vars:
-            self._note_variable(str(name), found.variables[name])
-        attributes = {key: value for key, value in found.attrs.items() if key not in _OF_ONE_RUN}
+        for name, size in data.sizes.items():
+            self._note_dimension(str(name), size, data)
+        for name in data.data_vars:
+            self._note_variable(str(name), data.variables[name])
+        attributes = {key: value for key, value in data.attrs.items() if key not in _OF_ONE_RUN}
         self.attrs = attributes if self.attrs is None else _agreed(self.attrs, attributes)
 
-    def _note_dimension(self, dim: str, size: int, found: xr.Dataset) -> None:
-        coordinate = found.variables.get(dim)  # an index is of a class of its own
+    def _note_dimension(self, dim: str, size: int, data: xr.Dataset) -> None:
+        coordinate = data.variables.get(dim)  # an index is of a class of its own
         self.sizes[dim] = max(size, self.sizes.get(dim, 0))
         if coordinate is None:
             return
@@ -176,12 +176,12 @@ class _Layout:
             self._note_variable(dim, coordinate)
 
     def _note_variable(self, name: str, variable: xr.Variable) -> None:
-        known = self.variables.get(name)
-        if known is None:
+        noted = self.variables.get(name)
+        if noted is None:
             dims = tuple(str(dim) for dim in variable.dims)
             self.variables[name] = _Variable(dims, variable.dtype.kind in "OUS", dict(variable.attrs))
         else:
-            known.attrs = _agreed(known.attrs, variable.attrs)
+            noted.attrs = _agreed(noted.attrs, variable.attrs)
 
     def dimension(self, dim: str) -> str:
         """The name of a dimension in the result."""
@@ -189,15 +189,15 @@ class _Layout:
             return dim
         return OUTPUT if dim == "time" else f"{dim}_index"
 
-    def places(self, found: xr.Dataset, name: str) -> tuple[Any, ...]:
+    def places(self, data: xr.Dataset, name: str) -> tuple[Any, ...]:
         """Where a member's variable stands in that of the result, after the dimensions of the sweep."""
-        return tuple(self._place(found, str(dim)) for dim in found.variables[name].dims)
+        return tuple(self._place(data, str(dim)) for dim in data.variables[name].dims)
 
-    def _place(self, found: xr.Dataset, dim: str) -> Any:
+    def _place(self, data: xr.Dataset, dim: str) -> Any:
         labels = self.labels.get(dim)
-        if labels is None or dim not in found.variables:
-            return slice(0, found.sizes[dim])
-        places = [labels.index(item) for item in found.variables[dim].values.tolist()]
+        if labels is None or dim not in data.variables:
+            return slice(0, data.sizes[dim])
+        places = [labels.index(item) for item in data.variables[dim].values.tolist()]
         return slice(0, len(places)) if places == list(range(len(places))) else places
 
 
@@ -251,14 +251,14 @@ def _along_members(sweep: Sweep, failures: Mapping[int, str]) -> dict[str, Any]:
     """Parameters, numbers and failures of members, along the dimension member."""
     numbers = range(len(sweep.members))
     attributes = {
-        variable_name(key): _parameter(key, [each[place] for each in sweep.members], "member")
+        variable_name(key): _parameter(key, [values[place] for values in sweep.members], "member")
         for place, key in enumerate(sweep.keys)
     }
     why = {"long_name": "why the numbers of a member are missing; empty where they are not"}
     return {
         **attributes,
         "member": xr.Variable("member", np.array(numbers), {"long_name": "number of the member, and of its folder"}),
-        "failure": xr.Variable("member", np.array([failures.get(each, "") for each in numbers], dtype=object), why),
+        "failure": xr.Variable("member", np.array([failures.get(k, "") for k in numbers], dtype=object), why),
     }
 
 
@@ -287,7 +287,7 @@ def _variable(target: netCDF4.Dataset, sweep: Sweep, layout: _Layout, name: str)
             name, "f8", shape, compression="zlib", complevel=4, chunksizes=chunks, fill_value=np.nan, fletcher32=True
         )
     attrs = {key: value for key, value in variable.attrs.items() if key not in ("_FillValue", "dtype")}
-    beside = [each for each in layout.differing if each != name and layout.dimension(each) in dims]
+    beside = [index for index in layout.differing if index != name and layout.dimension(index) in dims]
     made.setncatts(attrs | {"coordinates": " ".join(["failure", *sorted(beside)])})
     return made
 
@@ -295,4 +295,4 @@ def _variable(target: netCDF4.Dataset, sweep: Sweep, layout: _Layout, name: str)
 def _place(sweep: Sweep, number: int) -> tuple[int, ...]:
     if sweep.kind != GRID:
         return (number,)
-    return tuple(int(each) for each in np.unravel_index(number, [len(axis) for axis in sweep.axes]))
+    return tuple(int(index) for index in np.unravel_index(number, [len(axis) for axis in sweep.axes]))

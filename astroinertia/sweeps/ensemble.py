@@ -97,9 +97,9 @@ def run_sweep(
         if tasks:
             file.unlink(missing_ok=True)  # of before members that failed were run again
         _carry_out(tasks, count, workers, cluster, folder, listener, deadline)
-        failures = {number: found for number in range(count) if (found := folders.failure(folder, number))}
+        failures = {number: failure for number in range(count) if (failure := folders.failure(folder, number))}
         if not file.exists():
-            _combine(sweep, folder, {number: found.sentence for number, found in failures.items()})
+            _combine(sweep, folder, {number: failure.sentence for number, failure in failures.items()})
     return Carried(file, failures)
 
 
@@ -133,25 +133,25 @@ def predictions(sweep: Sweep, numbers: Sequence[int]) -> list[Prediction | None]
     >>> print([each.evolution.wall < 60.0 for each in predictions(sweep, [0, 1])])
     [True, True]
     """
-    known = machine.known()
-    found: list[Prediction | None] = []
+    speeds = machine.current()
+    predicted: list[Prediction | None] = []
     for number in numbers:
         try:
-            found.append(predict(sweep.scene(number), known))
+            predicted.append(predict(sweep.scene(number), speeds))
         except (ArithmeticError, ValueError):  # a body at the edge of what numbers hold
-            found.append(None)
-    return found
+            predicted.append(None)
+    return predicted
 
 
-def usual_workers(found: Sequence[Prediction | None]) -> int:
+def usual_workers(predicted: Sequence[Prediction | None]) -> int:
     """Processes that are worth their start for what members will take: one for each core, or this one alone.
 
     >>> print(usual_workers([]))
     1
     """
-    seconds = sum(math.inf if each is None else each.evolution.wall for each in found)
+    seconds = sum(math.inf if prediction is None else prediction.evolution.wall for prediction in predicted)
     cores = os.cpu_count() or 1
-    return min(cores, len(found)) if seconds > WORTH_WORKERS and len(found) > 1 else 1
+    return min(cores, len(predicted)) if seconds > WORTH_WORKERS and len(predicted) > 1 else 1
 
 
 def _carry_out(

@@ -73,12 +73,12 @@ def read(folder: Path) -> Sweep:
         raise ArchiveError(f"{path} has format {version!r:.20} of a newer version; this one reads up to {VERSION}.")
     try:
         content |= {name: tuple(content[name]) for name in ("overrides", "keys")}
-        content |= {name: tuple(tuple(each) for each in content[name]) for name in ("members", "axes")}
-        found = Sweep(**content, file=str(path))
-        _check(found)
+        content |= {name: tuple(tuple(values) for values in content[name]) for name in ("members", "axes")}
+        sweep = Sweep(**content, file=str(path))
+        _check(sweep)
     except (KeyError, TypeError, ValueError, SceneError) as error:
         raise ArchiveError(f"{path} is damaged: {plain_text(error).rstrip('.')}.") from None
-    return found
+    return sweep
 
 
 def _check(sweep: Sweep) -> None:
@@ -88,12 +88,12 @@ def _check(sweep: Sweep) -> None:
         raise ValueError("its texts are none")
     if not 1 <= len(sweep.members) <= MOST_MEMBERS or not sweep.keys:
         raise ValueError(f"it has {len(sweep.members)} members of {len(sweep.keys)} parameters")
-    if any(len(each) != len(sweep.keys) for each in sweep.members):
+    if any(len(values) != len(sweep.keys) for values in sweep.members):
         raise ValueError("a member has more or fewer values than there are parameters")
     if sweep.kind == GRID and tuple(itertools.product(*sweep.axes)) != sweep.members:
         raise ValueError("its members are not those of its grid")
     for number in range(len(sweep.keys)):
-        coordinate([each[number] for each in sweep.members])
+        coordinate([values[number] for values in sweep.members])
 
 
 def place(folder: Path, number: int) -> Path:
@@ -133,13 +133,13 @@ def failure(folder: Path, number: int) -> Failure | None:
     None
     """
     try:
-        found = Failure(**read_json(place(folder, number) / FAILURE))
+        noted = Failure(**read_json(place(folder, number) / FAILURE))
     except (OSError, ArchiveError, TypeError):
         return None
-    return found if isinstance(found.sentence, str) and isinstance(found.lasting, bool) else None
+    return noted if isinstance(noted.sentence, str) and isinstance(noted.lasting, bool) else None
 
 
-def note_failure(own: Path, found: Failure) -> None:
+def note_failure(own: Path, why: Failure) -> None:
     """Keep why the member in the folder `own` failed.
 
     >>> import tempfile
@@ -149,7 +149,7 @@ def note_failure(own: Path, found: Failure) -> None:
     the body sheds mass [0, 1, 2, 4]
     """
     own_folder(own.parent, own.name).mkdir(parents=True, exist_ok=True)
-    write_json(own / FAILURE, asdict(found))
+    write_json(own / FAILURE, asdict(why))
 
 
 def waiting(folder: Path, count: int) -> list[int]:
@@ -159,4 +159,4 @@ def waiting(folder: Path, count: int) -> list[int]:
     [2, 3]
     """
     left = [number for number in range(count) if finished(folder, number) is None]
-    return [number for number in left if not ((known := failure(folder, number)) and known.lasting)]
+    return [number for number in left if not ((noted := failure(folder, number)) and noted.lasting)]

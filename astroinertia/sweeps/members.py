@@ -68,20 +68,20 @@ def carry_out(task: Task, listener: Listener | None = None) -> Outcome:
     if clock.time() >= task.until:
         raise RunInterrupted(task.place, 0.0, 1.0, LIMIT)
     begun, place = clock.monotonic(), task.place
-    found: Failure | None = None
+    failure: Failure | None = None
     try:
         _run(task, place, _watchful(task, listener))
     except RunInterrupted:
         raise
     except (NumericalError, SceneError) as error:
-        found = Failure(str(error), lasting=True)
+        failure = Failure(str(error), lasting=True)
     except AstroinertiaError as error:
-        found = Failure(str(error), lasting=False)
+        failure = Failure(str(error), lasting=False)
     except Exception as error:  # whatever it is, it is this member's: others go on
-        found = Failure(f"{type(error).__name__}: {error}", lasting=False)
-    if found is not None:
-        folders.note_failure(place, found)
-    return Outcome(task.number, clock.monotonic() - begun, found)
+        failure = Failure(f"{type(error).__name__}: {error}", lasting=False)
+    if failure is not None:
+        folders.note_failure(place, failure)
+    return Outcome(task.number, clock.monotonic() - begun, failure)
 
 
 def _run(task: Task, place: Path, listener: Listener) -> None:

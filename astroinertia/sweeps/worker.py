@@ -26,11 +26,11 @@ def main() -> None:
 
         while (task := tasks.get()) is not None:
             try:
-                found = carry_out(Task(*task))
+                outcome = carry_out(Task(*task))
             except Exception as error:
-                found = error
+                outcome = error
             with suppress(OSError):  # the process at the other end is gone
-                connection.send(found)
+                connection.send(outcome)
 
 
 def _listen(connection: Any, tasks: "SimpleQueue[tuple[Any, ...] | None]") -> None:

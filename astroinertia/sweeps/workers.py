@@ -38,11 +38,11 @@ def side_by_side(tasks: Sequence[Task], workers: int, deadline: float = math.inf
     once members under way are saved. deadline: of time.monotonic(), after which members are waited for no longer:
     RunInterrupted, as after a signal.
     """
-    asked: list[str] = []
+    stops: list[str] = []
     waiting, tries = deque(tasks), Counter[int]()
     threads = max(1, (os.cpu_count() or 1) // workers)
     pool: list[_Worker] = []
-    with interrupts.noted(asked):
+    with interrupts.noted(stops):
         try:
             while waiting or any(worker.task for worker in pool):
                 while waiting and len(pool) < workers:
@@ -58,8 +58,8 @@ def side_by_side(tasks: Sequence[Task], workers: int, deadline: float = math.inf
                         outcome = _given_up(task) if tries[task.number] == TRIES else waiting.appendleft(task)
                     if outcome is not None:
                         yield outcome
-                if asked or clock.monotonic() > deadline:
-                    raise RunInterrupted(Path(tasks[0].folder), 0.0, 1.0, (*asked, LIMIT)[0])
+                if stops or clock.monotonic() > deadline:
+                    raise RunInterrupted(Path(tasks[0].folder), 0.0, 1.0, (*stops, LIMIT)[0])
         finally:
             (Path(tasks[0].folder) / SESSION).unlink(missing_ok=True)
             for worker in pool:
@@ -96,7 +96,7 @@ class _Worker:
         task, self.task = self.task, None
         assert task is not None
         try:
-            found = self.connection.recv()
+            outcome = self.connection.recv()
         except (EOFError, OSError):
             self.connection.close()
             if (code := self.process.wait()) < 0:
@@ -104,9 +104,9 @@ class _Worker:
             raise AstroinertiaError(
                 f"a worker ended with exit code {code}; what is done is kept: go on with the same command."
             ) from None
-        if isinstance(found, Exception):
-            raise found
-        return task, found
+        if isinstance(outcome, Exception):
+            raise outcome
+        return task, outcome
 
     def stop(self) -> None:
         """Ask it to save what it runs, and to end."""
@@ -124,11 +124,11 @@ class _Worker:
 
 
 def _ready(pool: Sequence[_Worker]) -> list[_Worker]:
-    found = wait([worker.connection for worker in pool if worker.task is not None], _SECONDS_BETWEEN_LOOKS)
-    return [worker for worker in pool if worker.connection in found]
+    readable = wait([worker.connection for worker in pool if worker.task is not None], _SECONDS_BETWEEN_LOOKS)
+    return [worker for worker in pool if worker.connection in readable]
 
 
 def _given_up(task: Task) -> Outcome:
-    found = Failure(KILLED, lasting=False)
-    note_failure(task.place, found)
-    return Outcome(task.number, math.nan, found)
+    failure = Failure(KILLED, lasting=False)
+    note_failure(task.place, failure)
+    return Outcome(task.number, math.nan, failure)

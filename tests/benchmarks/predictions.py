@@ -62,7 +62,7 @@ def case(name: str, settings: tuple[str, ...], with_pilot: bool) -> list[object]
     guess = estimated_steps(scene) if scene.model == "sph" else None
     if with_pilot and scene.model == "sph":
         pilot.run(scene)
-    found = predict(scene, machine.known())
+    found = predict(scene, machine.current())
     assert found is not None, name
     overrides = [part for setting in settings[1:] for part in ("--set", setting)]
     with tempfile.TemporaryDirectory() as folder:
@@ -97,7 +97,7 @@ def main() -> None:
     parser.add_argument("--keep", action="store_true", help="write the table, with the rows kept before")
     chosen = parser.parse_args()
     names = [name for name in CASES if any(word in name for word in chosen.only)]
-    known = "calibrated" if machine.known().calibrated else "not calibrated"
+    known = "calibrated" if machine.current().calibrated else "not calibrated"
     machine_line = f"{machine_in_words()}; {known}"
     rows = json.loads(KEPT.read_text()) if KEPT.exists() else {}
     for name in names:

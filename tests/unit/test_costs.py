@@ -61,10 +61,10 @@ def measured() -> Machine:
 
 
 def test_a_calibration_is_kept_and_known_again():
-    assert not machine.known().calibrated
+    assert not machine.current().calibrated
     path = machine.keep(measured())
     assert path is not None and path.parent == Path(os.environ["ASTROINERTIA_CACHE"])
-    assert machine.known() == measured()
+    assert machine.current() == measured()
 
 
 def test_a_calibration_of_another_machine_or_version_counts_as_none():
@@ -72,7 +72,7 @@ def test_a_calibration_of_another_machine_or_version_counts_as_none():
     for name in ("processor", "cores", "numba", "threads"):
         other = {**kept, "machine": {**kept["machine"], name: "another"}}
         (machine.cache_directory() / machine.FILE).write_text(json.dumps(other))
-        assert machine.known() == machine.shipped(), name
+        assert machine.current() == machine.shipped(), name
 
 
 @pytest.mark.parametrize(
@@ -95,18 +95,18 @@ def test_a_calibration_of_another_machine_or_version_counts_as_none():
 def test_a_broken_calibration_counts_as_none(broken):
     costs = {**measured().seconds, "record": Seconds(0.0015, 0.0015)}
     path = machine.keep(replace(measured(), seconds=costs))
-    assert machine.known().calibrated
+    assert machine.current().calibrated
     text = path.read_text()
     assert broken(text) != text
     path.write_text(broken(text))
-    assert machine.known() == machine.shipped()
+    assert machine.current() == machine.shipped()
 
 
 def test_a_cache_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("ASTROINERTIA_CACHE", str(tmp_path / "file"))
     assert machine.keep(measured()) is None
-    assert not machine.known().calibrated
+    assert not machine.current().calibrated
 
 
 def test_a_cost_is_split_into_what_is_fixed_and_what_a_particle_adds():
@@ -202,7 +202,7 @@ def test_predicting_imports_no_engine_and_takes_no_time(tmp_path):
         "from astroinertia.costs.prediction import predict\n"
         f"scene = load.load_file({str(tmp_path / 'star.toml')!r})\n"
         "begin = time.process_time()\n"
-        "plan_lines.lines(scene, predict(scene, machine.known()))\n"
+        "plan_lines.lines(scene, predict(scene, machine.current()))\n"
         "print(time.process_time() - begin)\n"
         "heavy = ('jax', 'numba', 'astroinertia.engines', 'astroinertia.models', 'astroinertia.gravity')\n"
         "print([name for name in sys.modules if name in heavy])\n"
