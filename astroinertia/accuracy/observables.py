@@ -1,7 +1,8 @@
 """What a run is judged by: named numbers of its dataset at the end, or the frequency of one of its series.
 
 An observable is written as a person says it: "inertia_tensor z z", "flattening", "angular_velocity" (all components),
-"attitude 3" (the third axis of a rigid body), "frequency of inertia_tensor z z". Tests: tests/unit/test_observables.py.
+"attitude 3" (the third axis of a rigid body), "frequency of inertia_tensor z z". Tests:
+tests/unit/accuracy/test_observables.py.
 """
 
 import difflib
@@ -123,7 +124,7 @@ def frequency(times: np.ndarray, values: np.ndarray) -> float:
     """The angular frequency of the sinusoid that fits a series (T,) best beside a straight line.
 
     The residual of the linear fit is scanned over frequencies and its least one found by Brent's method. NumericalError
-    for a series that is too short to tell. Test: tests/unit/test_observables.py.
+    for a series that is too short to tell. Test: tests/unit/accuracy/test_observables.py.
 
     >>> times = np.linspace(0.0, 20.0, 100)
     >>> print(f"{frequency(times, 1 + 0.1 * times + np.cos(1.7 * times)):.6f}")  # beside a drift

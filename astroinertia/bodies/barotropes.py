@@ -2,7 +2,7 @@
 
 A law has density(enthalpy), pressure(enthalpy), enthalpy(pressure), all increasing, and `surface_index`: where the
 pressure is zero, the density vanishes as e^surface_index (0: it is finite there). Any consistent units.
-Tests: tests/unit/test_barotropes.py.
+Tests: tests/unit/bodies/test_barotropes.py.
 """
 
 from collections.abc import Callable

@@ -1,7 +1,7 @@
 """Barotropic matter as a self-consistent field needs it: density and pressure from the enthalpy h = int dP/rho.
 
 Both are functions of x = h/h_max, 0 <= x <= 1, in units of the largest density rho_max and of rho_max h_max.
-Tests: tests/unit/test_scf.py.
+Tests: tests/unit/bodies/test_scf.py.
 """
 
 import math
@@ -41,7 +41,7 @@ class Matter:
 def polytropic_matter(index: float) -> Matter:
     """Return P = K rho^(1 + 1/n): rho ~ h^n, P = rho h/(n + 1); ValueError outside 0 <= n <= 4.5. n = 0 is a liquid.
 
-    Source: Hachisu 1986, ApJS 61, 479, eq. 6. Test: tests/unit/test_scf.py.
+    Source: Hachisu 1986, ApJS 61, 479, eq. 6. Test: tests/unit/bodies/test_scf.py.
 
     >>> matter = polytropic_matter(1.5)
     >>> print(float(matter.density(np.array(0.25))), float(matter.pressure(np.array(1.0))))  # x^n, 1/(n + 1)
@@ -60,7 +60,7 @@ def polytropic_matter(index: float) -> Matter:
 def matter_of(law: Law, max_enthalpy: float, name: str = "barotrope") -> Matter:
     """Return the matter of a law up to a largest enthalpy, in the law's units; ValueError unless that is positive.
 
-    Test: tests/unit/test_scf.py.
+    Test: tests/unit/bodies/test_scf.py.
 
     >>> from astroinertia.bodies.barotropes import PolytropicLaw
     >>> matter = matter_of(PolytropicLaw(1.5), 2.0)

@@ -1,7 +1,7 @@
 """Tillotson's equation of state, with its parameters for rocks, iron and ice.
 
 Sources: Tillotson 1962, General Atomic report GA-3216; Melosh 1989, Impact Cratering, app. II; Benz & Asphaug 1999,
-Icarus 142, 5. Tests: tests/unit/test_materials.py.
+Icarus 142, 5. Tests: tests/unit/bodies/test_materials.py.
 """
 
 from dataclasses import dataclass

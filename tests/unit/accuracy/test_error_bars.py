@@ -33,7 +33,7 @@ from astroinertia.run import loop as runs
 from astroinertia.scene import load
 from astroinertia.scene.plan import smoothing
 from tests.tradeoff_scenes import CASES, SIMS
-from tests.unit.test_plots import assert_legible
+from tests.unit.plots.test_plots import assert_legible
 
 BY_NAME = {case.name: case for case in CASES}
 BARS = "output.error_bars=true"

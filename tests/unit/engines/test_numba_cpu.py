@@ -351,7 +351,7 @@ def test_a_second_process_compiles_nothing_again(reference):
     Engine().neighbour_sums(reference[0], KERNEL, (SHEAR,), reference[2])
     program = """
 import numpy as np
-from tests.unit.test_numba_engine import *
+from tests.unit.engines.test_numba_cpu import *
 position, mass = clustered(50)
 engine = Engine()
 order, arrangement = engine.arrange(position, np.ones(50))

@@ -7,8 +7,8 @@ from astroinertia import plots
 from astroinertia.plots.attitude import attitude_figure, has_attitude, motion, nutation_and_precession
 from tests.unit.affine_body import METADATA, affine_run
 from tests.unit.affine_datasets import headline
+from tests.unit.plots.test_plots import assert_legible
 from tests.unit.rigid_body import RIGID, rigid_run
-from tests.unit.test_plots import assert_legible
 
 TOP = {"moments": (0.2, 0.2, 0.35), "spin": (0.3, 0.0, 1.0), "end": 12.0, "outputs": 240}
 LEAST = {"time", "step", "mass", "inertia_tensor", "second_moment", "angular_momentum", "kinetic_energy",

@@ -8,7 +8,7 @@ from astroinertia.plots.balance import balance_figure
 from astroinertia.plots.ellipsoid import ellipsoid_figure
 from astroinertia.plots.polhodes import polhode
 from astroinertia.studies.moments import Matter, moments
-from tests.unit.test_plots import assert_legible
+from tests.unit.plots.test_plots import assert_legible
 
 MOMENTS = np.array([1.0, 1.7, 2.4])
 

@@ -7,8 +7,8 @@ from astroinertia.cli.main import main
 from astroinertia.plots import ladder
 from tests.unit.affine_body import METADATA, affine_run
 from tests.unit.affine_datasets import headline
+from tests.unit.plots.test_plots import assert_legible
 from tests.unit.rigid_body import RIGID, rigid_run
-from tests.unit.test_plots import assert_legible
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import pytest
 from astroinertia.plots import tops
 from astroinertia.rotation.free_top import free_top
 from astroinertia.rotation.heavy_top import heavy_top
-from tests.unit.test_plots import assert_legible
+from tests.unit.plots.test_plots import assert_legible
 
 pytestmark = pytest.mark.slow
 

@@ -7,7 +7,7 @@ import pytest
 from astroinertia.rotation import free_attitude, free_top
 from astroinertia.rotation.attitude import angle_between, cross_matrix, rotation
 from tests import exact_top
-from tests.unit.test_free_top import CASES
+from tests.unit.rotation.test_free_top import CASES
 
 START = rotation(np.array([0.3, -1.1, 0.8]))
 SPECIAL = {

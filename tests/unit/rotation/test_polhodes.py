@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 from astroinertia.rotation import free_top, polhodes
-from tests.unit.test_free_top import CASES
+from tests.unit.rotation.test_free_top import CASES
 
 RACKET = free_top.free_top([1.0, 2.0, 3.0], [1e-3, 1.0, 1e-3])
 ON = free_top.free_top([1.0, 1.5, 3.0], [3.0, 0.6, 1.0])
