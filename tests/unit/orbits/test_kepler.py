@@ -10,7 +10,7 @@ import pytest
 
 from astroinertia.effects import catalogue
 from astroinertia.orbits.kepler import eccentric_anomaly, place_on_open_orbit
-from tests.unit.effects.test_effects import at
+from tests.unit.points import at
 
 TIMES = np.concatenate([-np.logspace(-8, 6, 57), [0.0], np.logspace(-8, 6, 57)])
 

@@ -1,11 +1,14 @@
-"""The time step that matter still apart allows, against what is known of pairs of bodies."""
+"""Limits of the step: by matter that is still apart, against pairs of bodies; by energy, for as long as it lasts."""
+
+from types import SimpleNamespace
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.models.sph.limits import DEPTH, GROUPS, contact_limit
+from astroinertia.models.sph.limits import DEPTH, GROUPS, contact_limit, energy_limit
 
 SUPPORT = 2.0
 
@@ -54,3 +57,14 @@ def test_it_does_not_depend_on_the_frame_nor_on_the_origin():
     position, velocity = np.random.default_rng(4).normal(size=(2, 100, 3))
     here = limit(position, velocity, 0.01)
     assert limit(position + 100.0, velocity - 1000.0, 0.01) == pytest.approx(here, rel=1e-9)
+
+
+@pytest.mark.parametrize("xp", [np, jnp], ids=["numpy", "jax"])
+def test_matter_without_energy_does_not_limit_the_step(xp: Any) -> None:
+    """A cold solid's energy is zero but for the error of its table, of either sign: no step may be negative by that."""
+    energy = xp.asarray([2.0, 2.0, -1e-5, 0.0, -1e-5])
+    heating = xp.asarray([-0.5, 0.5, -1e-99, -0.5, 0.5])
+    pull = xp.asarray(np.outer([0.0, 3.0, 3.0, 3.0, 3.0], [0.0, 0.6, 0.8]))
+    fluid: Any = SimpleNamespace(internal_energy=energy, smoothing_length=xp.asarray(np.full(5, 0.5)))
+    found = np.asarray(energy_limit(xp, fluid, heating, pull, 0.25))
+    assert np.allclose(found, [1.0, 0.25 * (2.0 + 1.5) / 0.5, np.inf, np.inf, 0.25 * (1.5 - 1e-5) / 0.5], rtol=1e-6)
