@@ -71,7 +71,7 @@ class FullResult:
 
 def is_done(item) -> bool:
     """Whether the test has passed with this code on this kind of processor."""
-    content = _read(result_path(item))
+    content = _content(item)
     return content.get("inputs") == inputs_of(item) and state(content) == VALID
 
 
@@ -136,7 +136,7 @@ def inputs_of(item) -> list[str] | None:
 
 def seconds(item) -> float:
     """How long the test took when it last ran; infinite where that is not known."""
-    return _read(result_path(item)).get("seconds", float("inf"))
+    return _content(item).get("seconds", float("inf"))
 
 
 def kept() -> list[tuple[Path, dict]]:
@@ -162,7 +162,8 @@ def listed(items: list) -> list[str]:
     states, lines = [], []
     for path in sorted(by_path.keys() | held.keys()):
         content = held.get(path, {})
-        now = state(content) if path in by_path else GONE
+        of_this = path in by_path and content.get("test", by_path[path]) == by_path[path]
+        now = state(content) if of_this else GONE
         if content and content.get("state") != now:
             _write(path, content | {"state": now})
         states.append(now)
@@ -175,6 +176,12 @@ def _age(content: dict) -> str:
     if "date" not in content:
         return ""
     return f"{(datetime.now(UTC) - datetime.fromisoformat(content['date'])).total_seconds() / 86400:.1f} days"
+
+
+def _content(item) -> dict:
+    """What is kept of a test; nothing where the file is that of another test of that name, in another folder."""
+    content = _read(result_path(item))
+    return content if content.get("test") == item.nodeid else {}
 
 
 def _read(path: Path) -> dict:

@@ -6,7 +6,7 @@ index symbols along the principal axes; nothing is shared with the model `ellips
 of F F^T under JAX and whose integrator is diffrax's. A figure in equilibrium is a closed form, without any integration.
 
 Sources: Dyson 1968, J. Math. Mech. 18, 91; Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 4; Lynden-Bell
-1964, ApJ 139, 1195. Tests: tests/unit/test_exact_answers.py.
+1964, ApJ 139, 1195. Tests: tests/unit/accuracy/test_exact.py.
 """
 
 import math

@@ -1,7 +1,7 @@
 """What a table of runs says: errors, whose they are, their orders, and what is worth its cost.
 
 Sources of error are separated by differences: two runs that differ in one knob differ by that knob's error alone,
-whatever else errs in both. Tests: tests/unit/test_tradeoff.py.
+whatever else errs in both. Tests: tests/unit/accuracy/test_tradeoff.py.
 """
 
 from collections.abc import Callable, Mapping

@@ -1,6 +1,6 @@
 """What settings will take, guessed from those already run, and which of them a budget of seconds allows.
 
-Tests: tests/unit/test_budget.py.
+Tests: tests/unit/accuracy/test_budget.py.
 """
 
 import math

@@ -2,8 +2,8 @@
 
 Pilot runs tell what each source of error contributes; the search for particles is in choice_particles, that for the
 other models in choice_smooth. Sources are balanced: none is made much smaller than the others. Where the time allowed
-does not suffice, the cost is reported. Tests: tests/unit/test_choice.py; tests/benchmarks/delivered.py compares what
-was asked with what was delivered, on scenes with exact answers.
+does not suffice, the cost is reported. Tests: tests/unit/accuracy/test_choice.py; tests/benchmarks/delivered.py
+compares what was asked with what was delivered, on scenes with exact answers.
 """
 
 from dataclasses import dataclass, replace

@@ -3,7 +3,7 @@
 A ladder of pilots, each with twice the particles of the one before, tells how the error falls with their number; it is
 climbed until what is wanted lies no more than a factor of four beyond it, so that pilots cost a part of the run. Longer
 time steps and coarser gravity are tried at a low rung, and taken as long as they err little beside the resolution.
-Tests: tests/unit/test_choice.py, tests/benchmarks/delivered.py.
+Tests: tests/unit/accuracy/test_choice.py, tests/benchmarks/delivered.py.
 """
 
 import math

@@ -2,7 +2,7 @@
 
 Every method that the scene allows (adaptive to a tolerance; splittings of several orders) is climbed from coarse to
 fine until its own differences tell an error below what is wanted; the one that took the least time is chosen.
-Tests: tests/unit/test_choice.py, tests/benchmarks/delivered.py.
+Tests: tests/unit/accuracy/test_choice.py, tests/benchmarks/delivered.py.
 """
 
 import math

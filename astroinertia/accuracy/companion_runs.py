@@ -1,7 +1,7 @@
 """Companion runs: a scene with one source of error made coarser, or finer, by a known ratio of its step.
 
 What two runs that differ in one knob differ by is that knob's error, and how much of it a run has follows from the
-ratio of the steps (accuracy.error_bars). Tests: tests/unit/test_error_bars.py.
+ratio of the steps (accuracy.error_bars). Tests: tests/unit/accuracy/test_error_bars.py.
 """
 
 from collections.abc import Iterator

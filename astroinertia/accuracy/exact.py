@@ -2,7 +2,7 @@
 
 Ellipsoids with a linear velocity (affine_exact), the frequency of a polytrope's radial pulsation (a Rayleigh-Ritz
 calculation of its modes), free tops (Jacobi's closed form), a body under the torques of companions (REBOUND's
-Gragg-Bulirsch-Stoer method, on equations of its own). Tests: tests/unit/test_exact_answers.py.
+Gragg-Bulirsch-Stoer method, on equations of its own). Tests: tests/unit/accuracy/test_exact.py.
 """
 
 from collections.abc import Mapping
@@ -51,7 +51,7 @@ class Exact:
 
 
 def exact(scene: Scene) -> Exact | None:
-    """The exact answer to a scene, None where none is known here. Test: tests/unit/test_exact_answers.py.
+    """The exact answer to a scene, None where none is known here. Test: tests/unit/accuracy/test_exact.py.
 
     >>> from astroinertia.scene import load
     >>> answer = exact(load.load_file("sims/tennis_racket.toml"))

@@ -1,7 +1,7 @@
 """Which settings are worth their cost: the Pareto front of error against cost, its knee, what a digit costs.
 
 Pure functions of arrays (n,), smaller being better in both; NaN counts as not measured.
-Tests: tests/unit/test_frontier.py.
+Tests: tests/unit/accuracy/test_frontier.py.
 """
 
 import numpy as np
@@ -28,7 +28,7 @@ def knee(cost: np.ndarray, error: np.ndarray) -> int | None:
     """Number of the setting of the front that is farthest below the line between its ends, in logarithms scaled to 1.
 
     None where the front has less than three settings, or none below that line. Source: Satopaa et al. 2011, Proc. 31st
-    ICDCS Workshops, 166 (the knee of a curve). Test: tests/unit/test_frontier.py.
+    ICDCS Workshops, 166 (the knee of a curve). Test: tests/unit/accuracy/test_frontier.py.
 
     >>> print(knee([1.0, 2.0, 100.0], [1.0, 1e-3, 1e-4]))
     1

@@ -1,7 +1,7 @@
 """One setting of a tradeoff, run and measured: its observables, and what it took. Finished ones are not run again.
 
 Times are of the steps alone, on compiled code: whatever is compiled is compiled before, in a run that is thrown away.
-Tests: tests/unit/test_tradeoff.py.
+Tests: tests/unit/accuracy/test_tradeoff.py.
 """
 
 import shutil

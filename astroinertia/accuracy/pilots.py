@@ -1,6 +1,6 @@
 """Pilot runs of a search: each setting of a scene is run once, kept in a folder, and reported.
 
-Tests: tests/unit/test_choice.py.
+Tests: tests/unit/accuracy/test_choice.py.
 """
 
 import math

@@ -1,7 +1,7 @@
 """Runs with the error bars that their scenes ask for: the run first, then its companion runs, then one file.
 
 Companion runs are ordinary runs in `companion_runs/NAME` below the run's own folder. After an interruption `resume`
-takes up whichever was going; those that are finished stay. Tests: tests/unit/test_error_bars.py.
+takes up whichever was going; those that are finished stay. Tests: tests/unit/accuracy/test_error_bars.py.
 """
 
 import math

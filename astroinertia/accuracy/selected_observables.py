@@ -2,7 +2,7 @@
 
 They are written as a person says it: "inertia_tensor z z", "flattening", "angular_velocity" (all components),
 "attitude 3" (the third axis of a rigid body), "frequency of inertia_tensor z z". Tests:
-tests/unit/test_selected_observables.py.
+tests/unit/accuracy/test_selected_observables.py.
 """
 
 import difflib
@@ -127,7 +127,7 @@ def frequency(times: np.ndarray, values: np.ndarray) -> float:
     """The angular frequency of the sinusoid that fits a series (T,) best beside a straight line.
 
     The residual of the linear fit is scanned over frequencies and its least one found by Brent's method. NumericalError
-    for a series that is too short to tell. Test: tests/unit/test_selected_observables.py.
+    for a series that is too short to tell. Test: tests/unit/accuracy/test_selected_observables.py.
 
     >>> times = np.linspace(0.0, 20.0, 100)
     >>> print(f"{frequency(times, 1 + 0.1 * times + np.cos(1.7 * times)):.6f}")  # beside a drift

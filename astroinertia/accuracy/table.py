@@ -1,6 +1,6 @@
 """The table of a tradeoff as an xarray Dataset that explains itself, as a netCDF file, and in words.
 
-Tests: tests/unit/test_tradeoff.py.
+Tests: tests/unit/accuracy/test_tradeoff.py.
 """
 
 import json

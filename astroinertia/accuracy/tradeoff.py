@@ -2,7 +2,7 @@
 
 First the ladder of the knob that sets the resolution, from its coarsest value; then every other knob by itself around
 the base; then some settings along the balanced line, where no source of error is smaller than it need be. The cheapest
-comes first. Tests: tests/unit/test_tradeoff.py, tests/physics/test_tradeoff_orders.py.
+comes first. Tests: tests/unit/accuracy/test_tradeoff.py, tests/physics/test_tradeoff_orders.py.
 """
 
 import time as clock

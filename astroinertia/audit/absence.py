@@ -1,7 +1,8 @@
 """Proof of absence: what the program of a scene holds of each effect, called for or not, and what each one costs.
 
 Everything is looked up in what was really imported, traced and generated, by an interpreter of its own that has done
-nothing else: the text of a scene is all that it is given. Tests: tests/unit/test_audit.py, tests/physics/test_audit.py.
+nothing else: the text of a scene is all that it is given. Tests: tests/unit/audit/test_operations.py,
+tests/physics/test_audit.py.
 """
 
 import json

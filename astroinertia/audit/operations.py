@@ -1,7 +1,8 @@
 """Operations of traced and of generated programs, counted by the effect that they belong to.
 
 An effect's parts are traced within a scope of its name (effects.effect.scoped), and generated functions tell the module
-that they come from. What belongs to no effect is listed under the name COMMON. Tests: tests/unit/test_audit.py.
+that they come from. What belongs to no effect is listed under the name COMMON. Tests:
+tests/unit/audit/test_operations.py.
 """
 
 import ast

@@ -10,7 +10,8 @@ Carlson's duplication is carried out on the invariants. Nothing is divided by di
 positive terms, and derivatives of any order exist for spheres and spheroids too, where eigenvectors have none.
 
 Source: Carlson 1995, Numer. Algorithms 10, 13 (eqs. 2.1 to 2.10); DLMF 19.36.1; Roberts 1962, ApJ 136, 1108 (similar
-surfaces); Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, sections 18 and 22. Tests: tests/unit/test_affine.py.
+surfaces); Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, sections 18 and 22. Tests:
+tests/unit/bodies/test_affine.py.
 """
 
 from typing import Any
@@ -33,7 +34,7 @@ def index_symbols(axes: Array) -> Array:
     """Return A_1, A_2, A_3 of the homogeneous ellipsoid with semi-axes (3,): dimensionless, of sum 2.
 
     To 2e-15 for axes from 1 to 1e12 apart, differentiable for equal axes too. Source: Carlson 1995; Chandrasekhar
-    1969, section 18. Test: tests/unit/test_affine.py::test_index_symbols.
+    1969, section 18. Test: tests/unit/bodies/test_affine.py::test_index_symbols.
 
     >>> print(index_symbols(np.ones(3)), f"{index_symbols(np.array([3.0, 2.0, 1.0])).sum():.9f}")
     [0.66666667 0.66666667 0.66666667] 2.000000000
@@ -49,7 +50,7 @@ def index_symbols(axes: Array) -> Array:
 def gravitational_energy(deformation: Array, sphere_energy: Array) -> Array:
     """Return W (a number below 0) of the body with deformation gradient (3, 3) whose sphere (F = 1) has sphere_energy.
 
-    Source: Roberts 1962; Chandrasekhar 1969, section 22. Test: tests/unit/test_affine.py.
+    Source: Roberts 1962; Chandrasekhar 1969, section 22. Test: tests/unit/bodies/test_affine.py.
 
     >>> print(f"{gravitational_energy(2 * np.eye(3), -0.6):.6f}")  # twice the radius, half the energy
     -0.300000
@@ -64,7 +65,7 @@ def gravity_tensor(deformation: Array, sphere_energy: Array) -> Array:
 
     deformation (3, 3) is F, sphere_energy the W of the sphere F = 1. Chandrasekhar's potential-energy tensor, along
     the principal axes -2 pi G rho A_i Q_ii where the density is uniform. Source: Chandrasekhar 1969, sections 11, 22.
-    Test: tests/unit/test_affine.py.
+    Test: tests/unit/bodies/test_affine.py.
 
     >>> tensor = gravity_tensor(np.diag([2.0, 1.0, 0.5]), -0.6)
     >>> print(f"{np.trace(tensor) / gravitational_energy(np.diag([2.0, 1.0, 0.5]), -0.6):.9f}")
@@ -84,7 +85,7 @@ def gravity_force(deformation: Array, sphere_energy: Array) -> Array:
     """Return sum m a (x) xi = -dW/dF, (3, 3), of the body's own gravity: q d2F/dt2 where nothing else acts.
 
     V is F times its transpose; here nothing is divided by F, so that a pancake's loses no digits. Arguments as of
-    `gravity_tensor`. Test: tests/unit/test_affine.py.
+    `gravity_tensor`. Test: tests/unit/bodies/test_affine.py.
 
     >>> print(np.round(gravity_force(np.eye(3), -0.6), 9) + 0.0)  # a third of W along each axis
     [[-0.2  0.   0. ]
@@ -127,7 +128,7 @@ def first_integral(first: Array, second: Array, third: Array) -> Array:
 
     R_F = 1/2 integral du/((x + u)(y + u)(z + u))^(1/2) over u from 0 to infinity. Every duplication takes
     x to (x + lambda)/4 with lambda = (xy)^(1/2) + (yz)^(1/2) + (zx)^(1/2), and the invariants with them. Source:
-    Carlson 1995, eqs. 2.1 to 2.10. Test: tests/unit/test_affine.py.
+    Carlson 1995, eqs. 2.1 to 2.10. Test: tests/unit/bodies/test_affine.py.
 
     >>> print(f"{first_integral(3.0, 3.0, 1.0):.5f}")  # R_F(1, 1, 1)
     1.00000
@@ -154,7 +155,7 @@ def symmetric_integrals(first: Array, second: Array, third: Array) -> tuple[Arra
     """Return alpha, beta, gamma = 1/2 integral of 1, u, u^2 times ((x + u)(y + u)(z + u))^(-3/2) du.
 
     Arguments as of `first_integral`, of which they are -2 times the derivatives by the third, second and first.
-    R_D(x, y, z)/3 = gamma + beta (x + y) + alpha xy. Test: tests/unit/test_affine.py.
+    R_D(x, y, z)/3 = gamma + beta (x + y) + alpha xy. Test: tests/unit/bodies/test_affine.py.
 
     >>> alpha, beta, gamma = symmetric_integrals(*jnp.array([3.0, 3.0, 1.0]))
     >>> print(f"{3 * (gamma + 2 * beta + alpha):.4f}")  # R_D(1, 1, 1)

@@ -1,7 +1,7 @@
 """Anderson's acceleration of a fixed-point iteration.
 
-Sources: Anderson 1965, J. ACM 12, 547; Walker & Ni 2011, SIAM J. Numer. Anal. 49, 1715. Tests: tests/unit/test_scf.py,
-tests/unit/test_figures.py.
+Sources: Anderson 1965, J. ACM 12, 547; Walker & Ni 2011, SIAM J. Numer. Anal. 49, 1715. Tests:
+tests/unit/bodies/test_scf.py, tests/unit/bodies/test_figures.py.
 """
 
 import numpy as np

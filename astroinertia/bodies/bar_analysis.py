@@ -8,7 +8,7 @@ is the strength of the bar, (a^2 - b^2)/(a^2 + b^2) where c lies along the axis.
 phase, and the internal rate, for motion about the axis, that of the adjoint F^T (Dedekind) with the opposite sign.
 
 Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 4 and 7; Saijo, Shibata, Baumgarte & Shapiro 2001,
-ApJ 548, 919 (the distortion). Test: tests/unit/test_bar_analysis.py.
+ApJ 548, 919 (the distortion). Test: tests/unit/bodies/test_bar_analysis.py.
 """
 
 import math
@@ -58,7 +58,7 @@ def bar_history(
     """Return what a homogeneous ellipsoid does at each time, from F and dF/dt (..., 3, 3) of its sphere of mean_radius.
 
     axis (3,): the line of sight, of any length. ValueError for arrays of another shape, or an axis of length 0.
-    Source: Chandrasekhar 1969. Test: tests/unit/test_bar_analysis.py.
+    Source: Chandrasekhar 1969. Test: tests/unit/bodies/test_bar_analysis.py.
 
     >>> from astroinertia.bodies.riemann import dedekind
     >>> figure = dedekind(0.6)
@@ -101,7 +101,7 @@ def bar(second_moment, mixed_moment, axis=(0.0, 0.0, 1.0)) -> tuple[np.ndarray, 
 
     second_moment and mixed_moment (..., 3, 3), as every dataset has them; axis (3,): the line of sight. The phase is
     within pi of the first direction across the axis (x for z); without a bar the pattern speed is nan. ValueError for
-    an axis of length 0. Source: Saijo et al. 2001. Test: tests/unit/test_bar_analysis.py.
+    an axis of length 0. Source: Saijo et al. 2001. Test: tests/unit/bodies/test_bar_analysis.py.
 
     >>> moved = np.diag([4.0, 1.0, 1.0])  # a bar twice as long as wide, which turns rigidly by 0.3
     >>> strength, phase, pattern = bar(moved, 0.3 * moved @ np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 0]]))
@@ -124,7 +124,7 @@ def circulation_of_moments(second_moment, mixed_moment, kinetic_tensor) -> np.nd
     """Return the size (...,) of the circulation vector of `bar_history` from Q, P and K (..., 3, 3) of an ellipsoid.
 
     (tr(Q K) - tr(P P))^(1/2): of another flow it is an upper limit, in which the spread of velocities counts.
-    Source: P = q F (dF/dt)^T and K = q dF/dt (dF/dt)^T. Test: tests/unit/test_bar_analysis.py.
+    Source: P = q F (dF/dt)^T and K = q dF/dt (dF/dt)^T. Test: tests/unit/bodies/test_bar_analysis.py.
 
     >>> turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     >>> print(circulation_of_moments(np.eye(3), turn.T, turn @ turn.T))  # q = 1, Omega = 1: 2 q Omega
@@ -139,7 +139,7 @@ def growth_rate(times, strength, low: float, high: float) -> float:
     """Return the rate of exponential growth of a bar while its strength (T,) at times (T,) rises from low to high.
 
     A least-squares line through ln(strength), from the last time that it passes `low` before it first reaches `high`.
-    ValueError when fewer than three points lie between. Test: tests/unit/test_bar_analysis.py.
+    ValueError when fewer than three points lie between. Test: tests/unit/bodies/test_bar_analysis.py.
 
     >>> times = np.linspace(0.0, 10.0, 50)
     >>> print(f"{growth_rate(times, 1e-3 * np.exp(0.5 * times), 0.01, 0.1):.6f}")

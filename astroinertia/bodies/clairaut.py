@@ -14,7 +14,8 @@ exact where the density is constant and at every jump, and by Gauss-Legendre col
 
 Sources: Clairaut 1743; Radau 1885; Jeffreys 1976, The Earth, ch. IV; Kopal 1959, Close Binary Systems, ch. II; the
 integral form is the Poisson equation with the density carried along by its level surfaces.
-Tests: tests/unit/test_clairaut.py, tests/hard/test_layered_hard.py; cost: tests/benchmarks/work_precision_layered.py.
+Tests: tests/unit/bodies/test_clairaut.py, tests/hard/test_layered_hard.py; cost:
+tests/benchmarks/work_precision_layered.py.
 """
 
 from dataclasses import dataclass
@@ -40,7 +41,7 @@ def radau_slope(r: Array, eta: Array, density_over_mean: Array, degree: int) -> 
     """d eta/dr of Radau's variable eta = d ln f_l/d ln r, r > 0; eta is l - 2 at a regular centre and never jumps.
 
     density_over_mean: D, the density at r over the mean density inside r. Numbers, numpy or jax arrays of one shape, r
-    in any unit. Source: Radau 1885, for any degree l Kopal 1959 (II.1). Checked by tests/unit/test_clairaut.py.
+    in any unit. Source: Radau 1885, for any degree l Kopal 1959 (II.1). Checked by tests/unit/bodies/test_clairaut.py.
 
     >>> print(radau_slope(1.0, 0.0, 1.0, 2))  # of a homogeneous body eta stays 0
     0.0
@@ -51,7 +52,8 @@ def radau_slope(r: Array, eta: Array, density_over_mean: Array, degree: int) -> 
 def love_number_from_radau(eta: Array, degree: int = 2) -> Array:
     """The fluid Love number k_l = (l + 1 - eta)/(l + eta) from Radau's variable at the surface.
 
-    The apsidal constant of a star is half of it. Source: Kopal 1959 (II.2). Checked by tests/unit/test_clairaut.py.
+    The apsidal constant of a star is half of it. Source: Kopal 1959 (II.2). Checked by
+    tests/unit/bodies/test_clairaut.py.
 
     >>> print(love_number_from_radau(0.0), love_number_from_radau(3.0))  # homogeneous, and a point mass
     1.5 0.0
@@ -65,7 +67,7 @@ def love_number(body: LayeredBody, degree: int = 2, steps: int = DEFAULT_STEPS) 
 
     steps: collocation steps a layer; layers of constant density need none and are exact. ValueError for l < 2. Source:
     the module's integral equation; k_l is what the body adds to the potential at its surface over what disturbs it.
-    Checked by tests/unit/test_clairaut.py.
+    Checked by tests/unit/bodies/test_clairaut.py.
 
     >>> from astroinertia.bodies.layered import constant_layers
     >>> print(f"{float(love_number(constant_layers([1.0], [1.0]))):.6f}")
@@ -79,7 +81,7 @@ def love_number(body: LayeredBody, degree: int = 2, steps: int = DEFAULT_STEPS) 
 def radau_variable(body: LayeredBody, degree: int = 2, steps: int = DEFAULT_STEPS) -> Array:
     """Radau's eta at the surface, a scalar: l - 2 for a homogeneous body, l + 1 for a point mass.
 
-    Arguments and errors as for `love_number`. Source: Radau 1885. Checked by tests/unit/test_clairaut.py.
+    Arguments and errors as for `love_number`. Source: Radau 1885. Checked by tests/unit/bodies/test_clairaut.py.
 
     >>> from astroinertia.bodies.layered import constant_layers
     >>> print(f"{abs(float(radau_variable(constant_layers([1.0], [1.0])))):.6f}")
@@ -118,7 +120,7 @@ def hydrostatic_figure(body: LayeredBody, angular_velocity: Array, steps: int = 
     """Flattening, J2 and moments of a layered body that rotates rigidly at `angular_velocity` (a scalar), first order.
 
     With no rotation it is exactly the sphere. The neglected terms are of relative order small_m. f = m (1 + k_2)/2,
-    J2 = m k_2/3 and C - A = J2 M R^2: Jeffreys 1976, ch. IV. Checked by tests/unit/test_clairaut.py.
+    J2 = m k_2/3 and C - A = J2 M R^2: Jeffreys 1976, ch. IV. Checked by tests/unit/bodies/test_clairaut.py.
 
     >>> from astroinertia.bodies.layered import constant_layers
     >>> one = constant_layers([1.0], [3 / (4 * np.pi)])  # M = R = G = 1
@@ -155,7 +157,7 @@ def radau_darwin_moment_ratio(love_number: Array) -> Array:
 
     1 + eta = (4 - k)/(1 + k); NaN beyond k = 4. Exact for a homogeneous body, 1e-3 off or worse for strong central
     condensation: `radau_darwin_error` says how much for a given body. k_2 = 3 J2/m = 2 f/m - 1. Source: Darwin 1899;
-    Murray & Dermott 1999, eq. 4.112. Checked by tests/unit/test_clairaut.py.
+    Murray & Dermott 1999, eq. 4.112. Checked by tests/unit/bodies/test_clairaut.py.
 
     >>> print(f"{radau_darwin_moment_ratio(1.5):.6f}")  # of a homogeneous body, exactly
     0.400000
@@ -179,7 +181,7 @@ def radau_darwin_love_number(moment_ratio: Array) -> Array:
 def radau_darwin_error(body: LayeredBody, steps: int = DEFAULT_STEPS) -> Array:
     """What Radau-Darwin gives for I/(M R^2) from the body's true k_2, less its true moment ratio: a scalar.
 
-    Source: Clairaut's equation solved without it. Checked by tests/unit/test_clairaut.py.
+    Source: Clairaut's equation solved without it. Checked by tests/unit/bodies/test_clairaut.py.
 
     >>> from astroinertia.bodies.layered import constant_layers
     >>> print(f"{float(radau_darwin_error(constant_layers([0.5, 1.0], [2.0, 1.0]))):.0e}")

@@ -8,7 +8,7 @@ variable of its own, whose force has it as a factor, and the integration runs in
 symbols are written as functions of c/a that are analytic at c = 0, so that the pancake is an ordinary root.
 
 Source: Lin, Mestel & Shu 1965, ApJ 142, 1431; Lynden-Bell 1964, ApJ 139, 1195 (rotation); Chandrasekhar 1969,
-Ellipsoidal Figures of Equilibrium, ch. 3 (symbols). Tests: tests/unit/test_cold_spheroid.py,
+Ellipsoidal Figures of Equilibrium, ch. 3 (symbols). Tests: tests/unit/bodies/test_cold_spheroid.py,
 tests/hard/test_riemann_hard.py.
 """
 
@@ -92,7 +92,7 @@ class ColdSpheroid:
         """How and when it ends; NumericalError if the integration fails.
 
         The time is good to 1e-13, the other axis to 1e-12. Source: Lin et al. 1965.
-        Test: tests/unit/test_cold_spheroid.py.
+        Test: tests/unit/bodies/test_cold_spheroid.py.
         """
         a, c = self.equatorial_radius, self.polar_radius
         if a == c and self.angular_velocity == 0:
@@ -111,7 +111,7 @@ class ColdSpheroid:
     def motion(self, times) -> Motion:
         """Semi-axes and rates at times (...,) from 0 to less than that of the collapse; ValueError outside.
 
-        Source: Lin et al. 1965. Test: tests/unit/test_cold_spheroid.py.
+        Source: Lin et al. 1965. Test: tests/unit/bodies/test_cold_spheroid.py.
         """
         moments = np.asarray(times, dtype=float)
         end = self.collapse().time
@@ -211,7 +211,7 @@ def _symbols(y: float) -> tuple[float, float]:
 def sphere_free_fall_time(radius: float, mass: float = 1.0, gravitational_constant: float = 1.0) -> float:
     """Return (pi/2) (R^3/(2 G M))^(1/2), in which a cold sphere at rest collapses to a point.
 
-    Source: Lin, Mestel & Shu 1965. Test: tests/unit/test_cold_spheroid.py.
+    Source: Lin, Mestel & Shu 1965. Test: tests/unit/bodies/test_cold_spheroid.py.
 
     >>> print(f"{sphere_free_fall_time(1.0):.4f}")  # pi/(2 sqrt(2))
     1.1107
@@ -223,7 +223,7 @@ def sphere_radius(time, radius: float = 1.0, mass: float = 1.0, gravitational_co
     """Return the radius (...,) of a cold sphere let go at rest, at times (...,) from 0 to its free fall.
 
     r = R cos^2 beta with beta + sin(2 beta)/2 = (pi/2) t/t_ff; ValueError outside.
-    Source: Lin, Mestel & Shu 1965. Test: tests/unit/test_cold_spheroid.py.
+    Source: Lin, Mestel & Shu 1965. Test: tests/unit/bodies/test_cold_spheroid.py.
 
     >>> print(sphere_radius(np.array([0.0, 1.0])).round(3))
     [1.    0.351]

@@ -1,6 +1,6 @@
 """Gauss-Legendre collocation of integrals whose kernel is a power: what steps of structure equations share.
 
-Tests: through tests/unit/test_clairaut.py and tests/physics/test_hydrostatic.py.
+Tests: through tests/unit/bodies/test_clairaut.py and tests/physics/test_hydrostatic.py.
 """
 
 from functools import lru_cache

@@ -10,7 +10,7 @@ so that dE = Omega dJ holds exactly along the sequence, and energy and angular m
 separation: the secular limit. Figures are labelled by d/(2a), one where they touch.
 
 Source: Lai, Rasio & Shapiro 1993, ApJS 88, 205 (the energy, for n = 0); Chandrasekhar 1969, ch. 8 (the problem).
-Tests: tests/unit/test_roche.py, tests/hard/test_ellipsoids_hard.py.
+Tests: tests/unit/bodies/test_roche.py, tests/hard/test_ellipsoids_hard.py.
 """
 
 import math
@@ -117,7 +117,7 @@ def from_gap(gap: float, **scale: float) -> DarwinEllipsoid:
     """Return the figure of given d/(2a), 0.8 to 1e4: one where the two touch, and less where they would overlap.
 
     `scale`: mass (of each), mean_radius, gravitational_constant. ValueError outside.
-    Source: Lai et al. 1993. Test: tests/unit/test_roche.py.
+    Source: Lai et al. 1993. Test: tests/unit/bodies/test_roche.py.
 
     >>> print(f"{from_gap(1.0).gap:.1f}")  # they touch
     1.0
@@ -130,7 +130,7 @@ def from_gap(gap: float, **scale: float) -> DarwinEllipsoid:
 
 
 def contact(**scale: float) -> DarwinEllipsoid:
-    """Return the figure whose two bodies touch, d = 2a. Source: Lai et al. 1993. Test: tests/unit/test_roche.py.
+    """Return the figure whose two bodies touch, d = 2a. Source: Lai et al. 1993. Test: tests/unit/bodies/test_roche.py.
 
     >>> print(f"{contact().distance:.4f}")  # in R_mean
     2.7691
@@ -157,7 +157,7 @@ def _log_angular_momentum(y, z, gap):
 
 
 def closest(**scale: float) -> DarwinEllipsoid:
-    """Return the figure of least separation d/R_mean. Source: Lai et al. 1993. Test: tests/unit/test_roche.py.
+    """Return the figure of least separation d/R_mean. Source: Lai et al. 1993. Test: tests/unit/bodies/test_roche.py.
 
     >>> print(f"{closest().distance:.4f}")  # in R_mean; a little less than at contact
     2.7544
@@ -168,7 +168,7 @@ def closest(**scale: float) -> DarwinEllipsoid:
 def secular_limit(**scale: float) -> DarwinEllipsoid:
     """Return the figure of least energy and angular momentum: closer ones are secularly unstable.
 
-    Source: Lai et al. 1993. Test: tests/unit/test_roche.py.
+    Source: Lai et al. 1993. Test: tests/unit/bodies/test_roche.py.
 
     >>> print(f"{secular_limit().distance:.4f}")  # in R_mean: before they are closest
     3.2422

@@ -1,7 +1,7 @@
 """The Preliminary Reference Earth Model (PREM) of Dziewonski & Anderson 1981, from data/prem.csv.
 
-Tests: tests/unit/test_layered.py (mass and moment of inertia), tests/unit/test_clairaut.py (flattening to first order),
-tests/unit/test_figures.py (in full).
+Tests: tests/unit/bodies/test_layered.py (mass and moment of inertia), tests/unit/bodies/test_clairaut.py (flattening to
+first order), tests/unit/bodies/test_figures.py (in full).
 """
 
 import csv
@@ -35,7 +35,7 @@ def prem_layer_names() -> tuple[str, ...]:
 def prem(gravitational_constant: float = GRAVITATIONAL_CONSTANT) -> LayeredBody:
     """PREM's density with its jumps, in SI: 13 layers of cubic polynomials in r/R, mean radius R = 6371 km.
 
-    Source: Dziewonski & Anderson 1981, PEPI 25, 297, table I. Checked by tests/unit/test_layered.py.
+    Source: Dziewonski & Anderson 1981, PEPI 25, 297, table I. Checked by tests/unit/bodies/test_layered.py.
 
     >>> print(f"{float(prem().moment_ratio):.6f}")  # gravity and precession have 0.3307
     0.330799
@@ -54,7 +54,7 @@ def prem_figure(
     """The hydrostatic figure of PREM to all orders, in SI: 1/f = 299.779, J2 = 1.07177e-3 at the Earth's rate.
 
     PREM's density is that of the level surfaces by mean radius. harmonics and nodes: as in
-    `figures.figure_of_layered_body`. Checked by tests/unit/test_figures.py.
+    `figures.figure_of_layered_body`. Checked by tests/unit/bodies/test_figures.py.
 
     >>> print(f"{1 / float(prem_figure().flattening):.2f}")  # hydrostatic; measured 298.26
     299.78

@@ -13,7 +13,7 @@ to pears at b/a = 0.432, and most figures with internal flow to short waves (Leb
 
 Source: Chandrasekhar 1969, Ellipsoidal Figures of
 Equilibrium, ch. 5 to 8; Riemann 1861, Abh. Koenigl. Ges. Wiss. Goettingen 9, 3; Rossner 1967, ApJ 149, 145 (the
-equations for F). Tests: tests/unit/test_ellipsoid_stability.py, tests/hard/test_riemann_hard.py.
+equations for F). Tests: tests/unit/bodies/test_ellipsoid_stability.py, tests/hard/test_riemann_hard.py.
 """
 
 import math
@@ -102,7 +102,8 @@ class SteadyFrame:
 def steady_frame(body: HomogeneousEllipsoid) -> SteadyFrame:
     """Return the frame of a Maclaurin, Jacobi, Riemann or Roche figure; of a spheroid the inertial one.
 
-    ValueError for a figure that is not in balance. Source: Rossner 1967. Test: tests/unit/test_ellipsoid_stability.py.
+    ValueError for a figure that is not in balance. Source: Rossner 1967. Test:
+    tests/unit/bodies/test_ellipsoid_stability.py.
     """
     axes = body.axes / body.mean_radius
     internal = body.internal_rate if isinstance(body, RiemannEllipsoid) else 0.0
@@ -217,7 +218,7 @@ def bar_equation(frame: SteadyFrame) -> tuple[complex, float]:
     """Return c and k of lambda^2 = c lambda + k for the bar e^(2 i phi) of a spheroid in the inertial frame.
 
     c = -2 i Omega and k = 2 Omega^2 - 4 pi G rho B_11 come out. Source: Chandrasekhar 1969, section 33.
-    Test: tests/unit/test_ellipsoid_stability.py.
+    Test: tests/unit/bodies/test_ellipsoid_stability.py.
     """
     stiffness, gyration = stiffness_and_gyration(frame, BAR)
     return 1j * float(gyration[0, 1] - gyration[1, 0]) / 2, float(stiffness[0, 0] + stiffness[1, 1]) / 2
@@ -228,7 +229,7 @@ def spectrum(body: HomogeneousEllipsoid) -> Spectrum:
 
     The companion of a Roche ellipsoid stays on its orbit. Of a spheroid, bars are seen in the inertial frame.
     ValueError for a figure that is not in balance. Source: Chandrasekhar 1969, sections 33, 41, 49 and 57.
-    Test: tests/unit/test_ellipsoid_stability.py.
+    Test: tests/unit/bodies/test_ellipsoid_stability.py.
 
     >>> from astroinertia.bodies import maclaurin
     >>> print([spectrum(maclaurin.from_eccentricity(e)).margin > 0 for e in (0.9, 0.96)])  # stable until e = 0.9529
@@ -279,7 +280,7 @@ def onset(figure: Callable[[float], HomogeneousEllipsoid], low: float, high: flo
     """Return the parameter between `low` and `high` at which figure(parameter) begins to be unstable without friction.
 
     The root of the margin, to round-off. ValueError unless one end is stable and the other not.
-    Test: tests/unit/test_ellipsoid_stability.py.
+    Test: tests/unit/bodies/test_ellipsoid_stability.py.
 
     >>> from astroinertia.bodies import maclaurin
     >>> print(f"{onset(maclaurin.from_eccentricity, 0.9, 0.99):.6f}")  # bars grow by themselves

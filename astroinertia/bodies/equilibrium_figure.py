@@ -1,6 +1,6 @@
 """What rotating bodies in equilibrium share: ellipsoids, polytropes, figures of layers and self-consistent stars.
 
-Tests: tests/unit/test_figures.py, tests/unit/test_ellipsoids.py, tests/unit/test_scf.py.
+Tests: tests/unit/bodies/test_figures.py, tests/unit/bodies/test_ellipsoids.py, tests/unit/bodies/test_scf.py.
 """
 
 

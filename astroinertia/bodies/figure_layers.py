@@ -6,7 +6,7 @@ under- or overflows at the centre:
 
     inner_k(s) = int_0^s (s'/s)^(2k+3) f drho,    outer_k(s) = int_s^1 (s/s')^(2k-2) f drho.
 
-Tests: tests/unit/test_figures.py.
+Tests: tests/unit/bodies/test_figures.py.
 """
 
 import math

@@ -17,7 +17,7 @@ A homogeneous spheroid of any flattening then needs P_0 and P_2 alone: inside it
 
 Source: Zharkov & Trubitsyn 1978, Physics of Planetary Interiors, ch. 3 (eqs 27.1 to 28.12), before their expansion in
 m; validity of the multipoles on the surfaces: Hubbard, Schubert, Kong & Zhang 2014, Icarus 242, 138.
-Tests: tests/unit/test_figures.py.
+Tests: tests/unit/bodies/test_figures.py.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,7 +1,7 @@
 """The fixed point of shape, density and rotation of a figure of equilibrium; `figures.py` is what callers use.
 
 Everything is in units of the mass, the mean radius and the gravitational constant.
-Tests: tests/unit/test_figures.py.
+Tests: tests/unit/bodies/test_figures.py.
 """
 
 import math

@@ -10,7 +10,7 @@ large flattenings of compressible bodies this sum over harmonics ceases to conve
 the default accuracy this is reached at q = 0.26, 0.36, 0.47 and 0.68 for polytropes of index 0.5, 1, 1.5 and 3,
 flattened by 0.21, 0.22, 0.23 and 0.26 (rotating_star.py goes on to mass shedding); homogeneous spheroids are found up
 to their largest rate of rotation.
-Tests: tests/unit/test_figures.py, tests/hard/test_figures_hard.py.
+Tests: tests/unit/bodies/test_figures.py, tests/hard/test_figures_hard.py.
 """
 
 import math
@@ -168,7 +168,7 @@ def figure_of_density(
     density that falls inwards is taken as it is, stable or not. harmonics: P_2 to P_(2 harmonics), as many as needed
     if None; nodes: of a layer that reaches the centre; accuracy: the worst truncation and virial error that are not
     refused. Raises ValueError for bad arguments, NumericalError where no figure is found or it is not that accurate.
-    Source: figure_shapes.py; checked by tests/unit/test_figures.py against Maclaurin, Clairaut and PREM.
+    Source: figure_shapes.py; checked by tests/unit/bodies/test_figures.py against Maclaurin, Clairaut and PREM.
 
     >>> print(f"{figure_of_density([1.0], [1.0], small_m=0.01).flattening:.5f}")  # about (5/4) m of a uniform body
     0.01253
@@ -218,7 +218,7 @@ def figure_of_layered_body(
     """Return the figure of a body of layers of polynomial density (layered.py), which is that of its level surfaces.
 
     Units, G and mean radius are the body's; arguments, errors and source as for `figure_of_density`. Checked by
-    tests/unit/test_figures.py.
+    tests/unit/bodies/test_figures.py.
     """
     radii = np.asarray(body.outer_radii, dtype=float)
     thick = np.diff(radii, prepend=0.0) > 0
@@ -261,7 +261,7 @@ def figure_of_barotropes(
     of the laws are scaled by one factor that is fitted; without it, the laws hold as they are and the radius is fitted.
     One of small_m, rotation_parameter and angular_velocity; harmonics, nodes and accuracy as for `figure_of_density`.
     Raises ValueError for bad arguments, NumericalError where no figure is found or it is not that accurate. Source:
-    figure_shapes.py; checked by tests/unit/test_figures.py.
+    figure_shapes.py; checked by tests/unit/bodies/test_figures.py.
     """
     edges = _layer_edges(outer_fractions)
     if abs(edges[-1] - 1) > 1e-14 or len(laws) != len(edges) - 1:
@@ -301,7 +301,7 @@ def figure_of_polytrope(
     P = K rho^(1 + 1/n) with the K that mass and radius ask for. One of small_m, rotation_parameter and
     angular_velocity; harmonics, nodes and accuracy as for `figure_of_density`. Raises ValueError for bad arguments (for
     n = 0 take `figure_of_density` with one density), NumericalError where no figure is found or it is not that
-    accurate. Source: figure_shapes.py; checked by tests/unit/test_figures.py against the Bessel series of n = 1.
+    accurate. Source: figure_shapes.py; checked by tests/unit/bodies/test_figures.py against the Bessel series of n = 1.
 
     >>> print(f"{figure_of_polytrope(1.0, small_m=0.08).flattening:.4f}")  # nearly Jupiter, 0.065
     0.0612

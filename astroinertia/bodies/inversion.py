@@ -5,7 +5,8 @@ With x = r_core/R, the mean density s and k = I/(M R^2) (mean radius), mass and 
     s = rho_m + (rho_c - rho_m) x^3,        (5/2) k s = rho_m + (rho_c - rho_m) x^5.
 
 Exact where a body exists; where none does, the error says what forbids it. Errors propagate by the exact jacobian.
-Source: elementary; Sohl & Schubert 2015, Treatise on Geophysics 10.02, sec. 2. Tests: tests/unit/test_inversion.py.
+Source: elementary; Sohl & Schubert 2015, Treatise on Geophysics 10.02, sec. 2. Tests:
+tests/unit/bodies/test_inversion.py.
 """
 
 from dataclasses import dataclass
@@ -92,7 +93,7 @@ def two_layers(
     Exactly one of the last three is given; the body is unique. ValueError where there is none, with the reason. A core
     lighter than its mantle (moment ratio above 0.4) is found, too. Within a JAX transformation nothing is refused: a
     body that cannot be has a NaN or a negative density. Source: the module's equations. Checked by
-    tests/unit/test_inversion.py.
+    tests/unit/bodies/test_inversion.py.
 
     >>> print(f"{float(two_layers(3933.0, 0.3637, mantle_density=3500.0).core_radius_ratio):.5f}")  # of Mars
     0.41917
@@ -116,7 +117,7 @@ def two_layers_with_errors(
     """The same with its covariance, from the errors of (mean density, moment ratio, the given number).
 
     errors: three standard errors, or a covariance (3, 3). Linear in the errors, by the exact jacobian: near the limits
-    of what exists, sample instead. ValueError as for `two_layers`. Checked by tests/unit/test_inversion.py.
+    of what exists, sample instead. ValueError as for `two_layers`. Checked by tests/unit/bodies/test_inversion.py.
 
     >>> known = two_layers_with_errors(3933.0, 0.3637, np.array([1.0, 1e-4, 50.0]), mantle_density=3500.0)
     >>> print(f"{known.standard_errors.core_radius_ratio:.3f}")

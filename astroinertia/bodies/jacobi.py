@@ -5,7 +5,7 @@
 Both symbols are sums of positive terms, so that b = a is reached exactly: there the sequence joins the Maclaurin one.
 
 Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, section 39, eqs 4 and 5.
-Tests: tests/unit/test_ellipsoids.py, tests/hard/test_ellipsoids_hard.py.
+Tests: tests/unit/bodies/test_ellipsoids.py, tests/hard/test_ellipsoids_hard.py.
 """
 
 import math
@@ -22,7 +22,7 @@ _LOG_THINNEST = math.log(1e-12)  # ln(b/a) of the needle up to which figures are
 def from_axis_ratio(b_over_a: float, **scale: float) -> HomogeneousEllipsoid:
     """Return the ellipsoid of given b/a, 0 < b/a <= 1; `scale`: mass, mean_radius, gravitational_constant.
 
-    ValueError outside, and below 1e-12. Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/test_ellipsoids.py.
+    ValueError outside, and below 1e-12. Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/bodies/test_ellipsoids.py.
 
     >>> print(f"{from_axis_ratio(0.5).polar_moment:.6f}")  # in M R_mean^2
     0.752075
@@ -73,7 +73,7 @@ def pear_bifurcation() -> HomogeneousEllipsoid:
 def from_angular_velocity(angular_velocity: float, **scale: float) -> HomogeneousEllipsoid:
     """Return the ellipsoid of given Omega (in the units of `scale`), 0 < Omega^2 <= 0.374230 pi G rho.
 
-    ValueError outside.     Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/test_ellipsoids.py.
+    ValueError outside.     Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/bodies/test_ellipsoids.py.
 
     >>> print(from_angular_velocity(0.5).axes.round(4))  # in R_mean
     [1.5914 0.9277 0.6774]
@@ -86,7 +86,7 @@ def from_angular_velocity(angular_velocity: float, **scale: float) -> Homogeneou
 def from_angular_momentum(angular_momentum: float, **scale: float) -> HomogeneousEllipsoid:
     """Return the ellipsoid of given L >= 0.303751 sqrt(G M^3 R_mean) (in the units of `scale`); ValueError below.
 
-    Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/bodies/test_ellipsoids.py.
 
     >>> print(f"{from_angular_momentum(0.35).angular_momentum:.6f}")
     0.350000
@@ -99,7 +99,7 @@ def from_angular_momentum(angular_momentum: float, **scale: float) -> Homogeneou
 def from_energy_ratio(rotational_to_gravitational: float, **scale: float) -> HomogeneousEllipsoid:
     """Return the ellipsoid of given T/|W|, from 0.137528 to below 1/2; ValueError outside.
 
-    Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/bodies/test_ellipsoids.py.
 
     >>> print(f"{from_energy_ratio(0.16).rotational_to_gravitational:.6f}")
     0.160000

@@ -5,7 +5,7 @@ JAX: jit, vmap and grad apply to any function of a `LayeredBody` within jax.enab
 any consistent units. The radius that normalises a moment ratio is the mean radius R, that of the sphere.
 
 Sources: Dziewonski & Anderson 1981, PEPI 25, 297 (layers as polynomials); the integrals are elementary.
-Tests: tests/unit/test_layered.py, tests/hard/test_layered_hard.py.
+Tests: tests/unit/bodies/test_layered.py, tests/hard/test_layered_hard.py.
 """
 
 import math
@@ -144,7 +144,7 @@ def _power_integral(x_in: Array, x_out: Array, powers: Array) -> Array:
 def shell_integrals(body: LayeredBody, power: int) -> Array:
     """The integral of rho x^power dx over each layer (layers,), x = r/R, exact; power 2 gives masses, 4 moments.
 
-    Checked by tests/unit/test_layered.py.
+    Checked by tests/unit/bodies/test_layered.py.
 
     >>> import jax
     >>> with jax.enable_x64(True):
@@ -231,7 +231,7 @@ def _stacked(concrete: bool, columns: Sequence[Array]) -> Array:
 def constant_layers(outer_radii: Array, densities: Array, gravitational_constant: Array = 1.0) -> LayeredBody:
     """The body of layers of constant density: outer radii (layers,) from the centre outwards, densities (layers,).
 
-    ValueError where radii do not ascend or a density is not positive. Checked by tests/unit/test_layered.py.
+    ValueError where radii do not ascend or a density is not positive. Checked by tests/unit/bodies/test_layered.py.
 
     >>> print(f"{float(constant_layers([0.5, 1.0], [2.0, 1.0]).moment_ratio):.6f}")  # (2/5)(1 + 1/32)/(1 + 1/8)
     0.366667
@@ -244,7 +244,8 @@ def linear_layers(
 ) -> LayeredBody:
     """The body of layers in which the density goes linearly in r from an inner to an outer value, (layers,) each.
 
-    A layer of no thickness is a jump. ValueError as for `constant_layers`. Checked by tests/unit/test_layered.py.
+    A layer of no thickness is a jump. ValueError as for `constant_layers`. Checked by
+    tests/unit/bodies/test_layered.py.
 
     >>> print(f"{float(linear_layers([1.0], [1.0], [1.0]).moment_ratio):.6f}")  # uniform
     0.400000
@@ -264,7 +265,7 @@ def polynomial_layers(
 ) -> LayeredBody:
     """The body of layers of density c_0 + c_1 x + c_2 x^2 + ..., x = r/R: a list of coefficients for each layer.
 
-    The lists may differ in length. ValueError as for `constant_layers`. Checked by tests/unit/test_layered.py.
+    The lists may differ in length. ValueError as for `constant_layers`. Checked by tests/unit/bodies/test_layered.py.
 
     >>> print(f"{float(polynomial_layers([1.0], [[1.0]]).moment_ratio):.6f}")  # uniform
     0.400000
@@ -280,7 +281,7 @@ def tabulated_layers(radii: Array, densities: Array, gravitational_constant: Arr
     """The body of a table, linear between its rows: radii (rows,) ascending up to the surface, densities (rows,).
 
     Two rows of one radius are a jump; where the first radius is not zero, the first density fills the centre.
-    ValueError as for `constant_layers`. Checked by tests/unit/test_layered.py.
+    ValueError as for `constant_layers`. Checked by tests/unit/bodies/test_layered.py.
 
     >>> print(f"{float(tabulated_layers([0.0, 1.0], [1.0, 1.0]).moment_ratio):.6f}")  # uniform
     0.400000

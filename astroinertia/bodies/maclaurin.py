@@ -5,7 +5,7 @@
 The figures are found by the second eccentricity l = sqrt(a^2 - c^2)/c, which resolves both the sphere (l -> 0) and the
 disc (l -> infinity), and B_13 is a sum of positive terms: nothing cancels at either end.
 
-Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 5. Tests: tests/unit/test_ellipsoids.py,
+Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 5. Tests: tests/unit/bodies/test_ellipsoids.py,
 tests/hard/test_ellipsoids_hard.py.
 """
 
@@ -75,7 +75,7 @@ def _squares(l: float) -> tuple[float, float, float]:  # noqa: E741
 def from_second_eccentricity(second_eccentricity: float, **scale: float) -> MaclaurinSpheroid:
     """Return the spheroid of given sqrt(a^2 - c^2)/c >= 0; `scale`: mass, mean_radius, gravitational_constant.
 
-    ValueError unless it is finite. Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/test_ellipsoids.py.
+    ValueError unless it is finite. Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/bodies/test_ellipsoids.py.
 
     >>> print(f"{from_second_eccentricity(1.0).eccentricity**2:.6f}")  # a^2 = 2 c^2
     0.500000
@@ -91,7 +91,7 @@ def from_second_eccentricity(second_eccentricity: float, **scale: float) -> Macl
 def from_eccentricity(eccentricity: float, **scale: float) -> MaclaurinSpheroid:
     """Return the spheroid of given e = sqrt(1 - c^2/a^2), 0 <= e < 1; ValueError outside.
 
-    Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/bodies/test_ellipsoids.py.
 
     >>> print(f"{from_eccentricity(0.8126700).rotational_to_gravitational:.4f}")  # where Jacobi ellipsoids branch off
     0.1375
@@ -102,7 +102,7 @@ def from_eccentricity(eccentricity: float, **scale: float) -> MaclaurinSpheroid:
 
 
 def from_axis_ratio(c_over_a: float, **scale: float) -> MaclaurinSpheroid:
-    """Return the spheroid of given c/a, 0 < c/a <= 1; ValueError outside. Test: tests/unit/test_ellipsoids.py.
+    """Return the spheroid of given c/a, 0 < c/a <= 1; ValueError outside. Test: tests/unit/bodies/test_ellipsoids.py.
 
     >>> print(f"{from_axis_ratio(1.0).angular_velocity:.6f}")  # a sphere does not turn
     0.000000
@@ -119,7 +119,7 @@ def from_angular_velocity(
 
     Omega is in the units of `scale`. ValueError beyond Omega^2 = 0.449331 pi G rho, for Omega < 0, and for Omega = 0 on
     the fast branch (the disc of infinite radius). Source: Chandrasekhar 1969, ch. 5.
-    Test: tests/unit/test_ellipsoids.py.
+    Test: tests/unit/bodies/test_ellipsoids.py.
 
     >>> print(f"{from_angular_velocity(0.1).flattening:.5f}")  # about (5/4) Omega^2 R^3/(G M)
     0.01253
@@ -145,7 +145,7 @@ def from_angular_velocity(
 def from_angular_momentum(angular_momentum: float, **scale: float) -> MaclaurinSpheroid:
     """Return the spheroid of given L >= 0 (in the units of `scale`): there is one for each; ValueError for L < 0.
 
-    Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/bodies/test_ellipsoids.py.
 
     >>> print(f"{from_angular_momentum(0.303751).rotational_to_gravitational:.4f}")  # the bifurcation
     0.1375
@@ -160,7 +160,7 @@ def from_angular_momentum(angular_momentum: float, **scale: float) -> MaclaurinS
 def from_energy_ratio(rotational_to_gravitational: float, **scale: float) -> MaclaurinSpheroid:
     """Return the spheroid of given T/|W|, 0 <= T/|W| < 1/2; ValueError outside.
 
-    Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/bodies/test_ellipsoids.py.
 
     >>> print(f"{from_energy_ratio(0.1).rotational_to_gravitational:.6f}")
     0.100000
@@ -228,7 +228,7 @@ def fastest() -> MaclaurinSpheroid:
 
     There the slope of Omega^2/(2 pi G rho) = ((3 + l^2) arctan l - 3 l)/l^3 is zero:
     (1 + l^2)(9 + l^2) arctan l = 9 l + 7 l^3.
-    Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, ch. 5. Test: tests/unit/bodies/test_ellipsoids.py.
 
     >>> print(f"{fastest().omega2:.6f}")  # Omega^2/(pi G rho)
     0.449331

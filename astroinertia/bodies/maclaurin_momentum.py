@@ -7,7 +7,7 @@ beyond T/|W| = 0.27, where liquids, and these too, turn into bars: the models of
 follows from the star, and is found with it: Omega(w) = j(m(w))/w^2 depends on the distance w from the axis alone.
 
 Source: Stoeckly 1965, ApJ 142, 208; Ostriker & Mark 1968, ApJ 151, 1075; Bodenheimer & Ostriker 1973, ApJ 180, 159
-(n' = 0). Tests: tests/unit/test_maclaurin_momentum.py.
+(n' = 0). Tests: tests/unit/bodies/test_maclaurin_momentum.py.
 """
 
 import math
@@ -31,7 +31,7 @@ class MomentumLaw:
     """Omega/Omega_0 by its values (65,) at distances sin(0 ... pi/2) of `edge`, beyond which w^2 Omega is constant.
 
     As it is made, rigid, it is where the search for a star begins: rotating_star(matter, axis_ratio, MomentumLaw()).
-    It answers like rotation_laws.RotationLaw. Test: tests/unit/test_maclaurin_momentum.py.
+    It answers like rotation_laws.RotationLaw. Test: tests/unit/bodies/test_maclaurin_momentum.py.
     """
 
     rates: tuple[float, ...] = (1.0,) * _RINGS

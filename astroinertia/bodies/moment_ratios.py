@@ -4,7 +4,7 @@ Each ratio is a moment over M R^2, and means nothing without its R. With princip
 coefficients J2 = (C - (A + B)/2)/(M R^2) and C22 = (B - A)/(4 M R^2) for the same R, all of this is algebra without
 approximation, for a body of any shape. Scalars or arrays that broadcast.
 
-Tests: tests/unit/test_planets.py.
+Tests: tests/unit/bodies/test_planets.py.
 """
 
 import numpy as np

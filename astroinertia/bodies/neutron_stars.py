@@ -4,7 +4,7 @@ Units are geometric, G = c = Msun = 1 (a length of 1 is G Msun/c^2 = 1.476625 km
 R is the areal (circumferential) radius of the non-rotating star, the radius of every ratio here.
 
 Sources: Hartle 1967, ApJ 150, 1005; Hinderer 2008, ApJ 677, 1216; Yagi & Yunes 2013, PRD 88, 023009 (the bar
-quantities). Tests: tests/unit/test_neutron_stars.py, tests/physics/test_neutron_stars.py.
+quantities). Tests: tests/unit/bodies/test_neutron_stars.py, tests/physics/test_neutron_stars.py.
 """
 
 import math

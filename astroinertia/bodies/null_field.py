@@ -15,7 +15,7 @@ the divergence -h laplacian V = h rho, which is zero on the surface, a displacem
 second order: the exact Jacobian of Newton's method is the same integral with V replaced by its derivative.
 
 Source: the condition on the surface is the null-field form of Waterman 1965, Proc. IEEE 53, 805.
-Tests: tests/unit/test_spectral_polytrope.py, tests/hard/test_spectral_polytrope_hard.py.
+Tests: tests/unit/bodies/test_spectral_polytrope.py, tests/hard/test_spectral_polytrope_hard.py.
 """
 
 import math

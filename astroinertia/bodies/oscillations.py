@@ -12,7 +12,7 @@ exactly, and few false modes lie among the true ones; D has two polynomials fewe
 eigenvalue is calculated at two resolutions, and one that they do not share is never returned.
 
 Sources: Chandrasekhar 1964, ApJ 139, 664 (variational principle); Lynden-Bell & Ostriker 1967, MNRAS 136, 293;
-Unno et al. 1989, Nonradial Oscillations of Stars. Tests: tests/unit/test_oscillations.py, tests/physics/
+Unno et al. 1989, Nonradial Oscillations of Stars. Tests: tests/unit/bodies/test_oscillations.py, tests/physics/
 test_polytrope_modes.py, tests/hard/test_polytropes_hard.py.
 """
 
@@ -86,7 +86,7 @@ def _displacement_basis(elements: Elements, slope_weight: float) -> Basis:
 def radial_spectrum(elements: Elements, gamma: float) -> Spectrum:
     """Return all radial modes of one discretisation, true and unconverged ones alike: what `radial_modes` chooses from.
 
-    omega^2 in G M/R^3. Source: module text. Checked by tests/unit/test_oscillations.py.
+    omega^2 in G M/R^3. Source: module text. Checked by tests/unit/bodies/test_oscillations.py.
     """
     x, weights = elements.x, elements.weights
     basis = _displacement_basis(elements, 1.0)
@@ -106,7 +106,7 @@ def nonradial_spectrum(elements: Elements, gamma: float, degree: int, gravity: b
     """Return all modes of one discretisation, converged or not: what `nonradial_modes` chooses from.
 
     Without `gravity` in Cowling's approximation. omega^2 in G M/R^3. Source: module text. Checked by
-    tests/unit/test_oscillations.py.
+    tests/unit/bodies/test_oscillations.py.
     """
     p = elements.polynomials
     x, weights, mass = elements.x, elements.weights, elements.mass_weights
@@ -260,7 +260,8 @@ def radial_modes(index: float, gamma: float, count: int = 3) -> tuple[Mode, ...]
     negative. Measured: 3e-12 relative or better against exact values at n = 0, and for n = 0.3 to 3.5 against
     independent ones and shooting. ValueError for an index outside 0 <= n < 5; NumericalError for modes on which no two
     resolutions agree to 1e-9.
-    Source: Chandrasekhar 1964. Checked by tests/unit/test_oscillations.py, tests/physics/test_polytrope_modes.py.
+    Source: Chandrasekhar 1964. Checked by tests/unit/bodies/test_oscillations.py and
+    tests/physics/test_polytrope_modes.py.
 
     >>> print(f"{radial_modes(1.0, 5 / 3)[0].squared_frequency:.4f}")  # omega^2 in G M/R^3, fundamental mode
     1.8916
@@ -291,7 +292,7 @@ def nonradial_modes(
     Measured: 2e-12 relative or better against Pekeris's exact values at n = 0, 5e-12 against shooting for n = 0.3 to
     3.5, all digits (1e-10) of independent ones for n = 1 to 3. ValueError for an index outside 0 <= n < 5, l < 2 or a
     negative number of modes; NumericalError for modes on which no two resolutions agree to 1e-9.
-    Source: module text. Checked by tests/unit/test_oscillations.py, tests/physics/test_polytrope_modes.py.
+    Source: module text. Checked by tests/unit/bodies/test_oscillations.py, tests/physics/test_polytrope_modes.py.
 
     >>> print([mode.label for mode in nonradial_modes(2.0, 5 / 3, pressure_modes=1, gravity_modes=1)])
     ['g1', 'f', 'p1']

@@ -3,7 +3,7 @@
     theta'' + 2 theta'/xi + theta^n = 0,    rho = rho_c theta^n,    P = K rho^(1 + 1/n),    r = R xi/xi_1
 
 Source: Chandrasekhar 1939, An Introduction to the Study of Stellar Structure, ch. IV.
-Tests: tests/unit/test_polytrope.py.
+Tests: tests/unit/bodies/test_polytrope.py.
 """
 
 import math
@@ -59,7 +59,7 @@ def central_series(n: float | complex, xi):
 
     theta = sum a_k xi^2k, with theta^n = sum b_k xi^2k from J.C.P. Miller's recurrence and
     a_(k+1) = -b_k / ((2k + 2)(2k + 3)). n and xi may be complex, for derivatives. Source: Chandrasekhar 1939, ch. IV.
-    Checked by tests/unit/test_polytrope.py.
+    Checked by tests/unit/bodies/test_polytrope.py.
     """
     xi = np.asarray(xi, dtype=complex if np.iscomplexobj(xi) else float)
     a: list = [1.0]
@@ -141,7 +141,7 @@ def nodes_of(index: float, core: np.ndarray, share: np.ndarray) -> tuple[np.ndar
 
     core: ascending xi in (0, HANDOVER); share: descending values in (0, 1) of t = theta^(1/4) over its value at
     xi = HANDOVER, from where it is the smooth variable up to the surface t = 0. The result ascends in radius.
-    Checked by tests/unit/test_oscillations.py, through the masses that it gives.
+    Checked by tests/unit/bodies/test_oscillations.py, through the masses that it gives.
     """
     series = core < _SERIES_END
     middle = np.concatenate([[_SERIES_END], core[~series], [HANDOVER]])
@@ -154,7 +154,7 @@ def nodes_of(index: float, core: np.ndarray, share: np.ndarray) -> tuple[np.ndar
 def hermite(nodes: np.ndarray, values: np.ndarray, slopes: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Cubic interpolation with given slopes between ascending nodes; all arrays in units of the caller.
 
-    Checked by the closed forms of tests/unit/test_polytrope.py.
+    Checked by the closed forms of tests/unit/bodies/test_polytrope.py.
     """
     cell = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
     width = nodes[cell + 1] - nodes[cell]

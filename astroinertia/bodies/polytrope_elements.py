@@ -3,7 +3,7 @@
 The first element runs in the radius up to xi = 1, the others in t with theta = t^4 or t^2 to the surface t = 0:
 powers of theta, which are not smooth in the radius, are smooth enough in t. Lengths are in units of R, masses of M and
 G = 1: dm/dx = density x^2, gravity = m/x^2, pressure = density enthalpy/(n + 1).
-Source: Karniadakis & Sherwin 2005, Spectral/hp Element Methods, ch. 2. Tests: tests/unit/test_oscillations.py.
+Source: Karniadakis & Sherwin 2005, Spectral/hp Element Methods, ch. 2. Tests: tests/unit/bodies/test_oscillations.py.
 """
 
 from dataclasses import dataclass
@@ -115,7 +115,7 @@ def _polynomials(count: int, powers: tuple[float, float], s: np.ndarray, flat: i
 def polytrope_elements(index: float, polynomials: int) -> Elements:
     """Return the elements of the polytrope of `index`, 0 <= n < 5, with so many polynomials each.
 
-    Checked by tests/unit/test_oscillations.py: the masses of the nodes add up to 1.
+    Checked by tests/unit/bodies/test_oscillations.py: the masses of the nodes add up to 1.
     """
     n = float(index)
     power = 4 if n < _STEEP else 2

@@ -12,7 +12,7 @@ one begins at the Maclaurin spheroid that becomes dynamically unstable and the o
 anything up to a.
 
 Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 7 (section 48); Lai, Rasio & Shapiro 1993, ApJS 88,
-205 (the two rates). Tests: tests/unit/test_riemann.py, tests/hard/test_riemann_hard.py.
+205 (the two rates). Tests: tests/unit/bodies/test_riemann.py, tests/hard/test_riemann_hard.py.
 """
 
 import math
@@ -104,13 +104,13 @@ class RiemannEllipsoid(HomogeneousEllipsoid):
     def deformation(self, time: float = 0.0) -> np.ndarray:
         """F (3, 3) with x = F X for fluid at X in the sphere of the mean radius: R(Omega t) diag(axes) R(Lambda t)/R.
 
-        Test: tests/unit/test_riemann.py.
+        Test: tests/unit/bodies/test_riemann.py.
         """
         turned = _rotation(self.angular_velocity * time) @ np.diag(self.axes / self.mean_radius)
         return turned @ _rotation(self.internal_angular_velocity * time)
 
     def deformation_rate(self, time: float = 0.0) -> np.ndarray:
-        """dF/dt (3, 3) at a time. Test: tests/unit/test_riemann.py."""
+        """dF/dt (3, 3) at a time. Test: tests/unit/bodies/test_riemann.py."""
         deformation = self.deformation(time)
         turn = self.angular_velocity * TURN @ deformation
         return turn + deformation @ (self.internal_angular_velocity * TURN)
@@ -158,7 +158,7 @@ def from_vorticity_ratio(b_over_a: float, vorticity_ratio: float, **scale: float
 
     With b = a it is the Maclaurin spheroid at which the sequence of this f begins. `scale`: mass, mean_radius,
     gravitational_constant. ValueError outside. Source: Chandrasekhar 1969, section 48.
-    Test: tests/unit/test_riemann.py.
+    Test: tests/unit/bodies/test_riemann.py.
 
     >>> print(f"{from_vorticity_ratio(0.5, 0.0).angular_velocity:.6f}")  # without currents: Jacobi
     0.481838
@@ -172,7 +172,7 @@ def from_vorticity_ratio(b_over_a: float, vorticity_ratio: float, **scale: float
 def from_rate_ratio(b_over_a: float, rate_ratio: float, **scale: float) -> RiemannEllipsoid:
     """Return the ellipsoid of given b/a, 1e-8 to 1, and Lambda/Omega, any number or infinity; 1 and -1: self-adjoint.
 
-    ValueError outside. Source: Chandrasekhar 1969, section 48. Test: tests/unit/test_riemann.py.
+    ValueError outside. Source: Chandrasekhar 1969, section 48. Test: tests/unit/bodies/test_riemann.py.
 
     >>> print(f"{from_rate_ratio(0.5, 0.0).angular_velocity:.6f}")  # without currents: Jacobi
     0.481838
@@ -188,7 +188,7 @@ def from_axis_ratios(
     """Return the ellipsoid of given b/a and c/a: `direct` (Omega >= |Lambda|, as Jacobi's) or `adjoint` (Dedekind's).
 
     ValueError where there is none, that is outside of the self-adjoint sequences.
-    Source: Chandrasekhar 1969, section 48. Test: tests/unit/test_riemann.py.
+    Source: Chandrasekhar 1969, section 48. Test: tests/unit/bodies/test_riemann.py.
 
     >>> one = dedekind(0.5)
     >>> print(f'{from_axis_ratios(0.5, one.axes[2] / one.axes[0], branch="adjoint").angular_velocity:.4f}')
@@ -218,7 +218,8 @@ def from_invariants(angular_momentum: float, circulation: float, **scale: float)
     less than at the dynamical limit. Both have another sign where Omega >= 0 asks for it: then the body is seen from
     below. On the sequence of a given ratio of the two, which begins at the sphere, there is one for each L. Units of
     `scale`. ValueError unless both are finite and in range.
-    Source: Lai, Rasio & Shapiro 1993, section 5 (the energy as a function of both). Test: tests/unit/test_riemann.py.
+    Source: Lai, Rasio & Shapiro 1993, section 5 (the energy as a function of both). Test:
+    tests/unit/bodies/test_riemann.py.
 
     >>> one = from_rate_ratio(0.5, 0.2)
     >>> print(f"{from_invariants(one.angular_momentum, one.circulation).b_over_a:.6f}")
@@ -260,7 +261,7 @@ def from_invariants(angular_momentum: float, circulation: float, **scale: float)
 def dedekind(b_over_a: float, **scale: float) -> RiemannEllipsoid:
     """Return the Dedekind ellipsoid of given b/a: at rest in space, held up by its internal flow; adjoint of Jacobi's.
 
-    ValueError unless 1e-8 <= b/a <= 1. Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/test_riemann.py.
+    ValueError unless 1e-8 <= b/a <= 1. Source: Chandrasekhar 1969, ch. 6. Test: tests/unit/bodies/test_riemann.py.
 
     >>> print(f"{dedekind(0.5).angular_velocity:.6f}")  # at rest in space
     0.000000
@@ -271,7 +272,7 @@ def dedekind(b_over_a: float, **scale: float) -> RiemannEllipsoid:
 def irrotational(b_over_a: float, **scale: float) -> RiemannEllipsoid:
     """Return the ellipsoid without vorticity in space, f = -2, of given b/a; with a = b the sphere, at rest.
 
-    ValueError unless 1e-8 <= b/a <= 1. Source: Chandrasekhar 1969, section 48. Test: tests/unit/test_riemann.py.
+    ValueError unless 1e-8 <= b/a <= 1. Source: Chandrasekhar 1969, section 48. Test: tests/unit/bodies/test_riemann.py.
 
     >>> print(irrotational(0.55).axes.round(4))
     [1.3856 0.7621 0.947 ]
@@ -282,7 +283,7 @@ def irrotational(b_over_a: float, **scale: float) -> RiemannEllipsoid:
 def sequence(vorticity_ratio: float, b_over_a=None, **scale: float) -> list[RiemannEllipsoid]:
     """Return the ellipsoids of given f at many b/a (default: 1 to 0.1 in 40 steps); ValueError as the single ones.
 
-    Source: Chandrasekhar 1969, section 48. Test: tests/unit/test_riemann.py.
+    Source: Chandrasekhar 1969, section 48. Test: tests/unit/bodies/test_riemann.py.
 
     >>> print(len(sequence(0.0)))
     40

@@ -12,7 +12,7 @@ in which p -> infinity shows Maclaurin's (b = 1) and Jacobi's sequence. p = -1 i
 rotation (b = c), p = 0 a satellite of negligible mass. The figures are labelled by c/a, which falls from 1 along each
 sequence; the Roche limit is where mu is largest.
 
-Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 8. Tests: tests/unit/test_roche.py,
+Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 8. Tests: tests/unit/bodies/test_roche.py,
 tests/hard/test_ellipsoids_hard.py.
 """
 
@@ -93,7 +93,8 @@ def from_axis_ratio(mass_ratio: float, c_over_a: float, **scale: float) -> Roche
     """Return the ellipsoid of given p = M/M' >= 0 (or -1 <= p < 0: less rotation than synchronous) and c/a, 1e-6 to 1.
 
     p = infinity gives Maclaurin spheroids and then Jacobi ellipsoids; `scale`: mass, mean_radius,
-    gravitational_constant. ValueError outside. Source: Chandrasekhar 1969, ch. 8. Test: tests/unit/test_roche.py.
+    gravitational_constant. ValueError outside. Source: Chandrasekhar 1969, ch. 8. Test:
+    tests/unit/bodies/test_roche.py.
 
     >>> print(from_axis_ratio(0.0, 0.6).axes.round(4))  # the longest towards the companion
     [1.3786 0.8769 0.8272]
@@ -127,7 +128,7 @@ def _without_companion(c: float) -> HomogeneousEllipsoid:
 def sequence(mass_ratio: float, c_over_a=None, **scale: float) -> list[RocheEllipsoid]:
     """Return the ellipsoids of given p = M/M' at many c/a (default: 0.98 to 0.2 in 40 steps).
 
-    ValueError as `from_axis_ratio`. Source: Chandrasekhar 1969, ch. 8. Test: tests/unit/test_roche.py.
+    ValueError as `from_axis_ratio`. Source: Chandrasekhar 1969, ch. 8. Test: tests/unit/bodies/test_roche.py.
 
     >>> print(len(sequence(0.0)))
     40
@@ -140,7 +141,8 @@ def limit(mass_ratio: float, **scale: float) -> RocheEllipsoid:
     """Return the ellipsoid of the Roche limit of p = M/M', -1 to infinity: the closest to its companion.
 
     p = 0: scaled_distance 2.455176; p = -1: 2.1985, Jeans's spheroid (no rotation); p = infinity: the bifurcation to
-    the Jacobi ellipsoids. ValueError for p < -1. Source: Chandrasekhar 1969, ch. 8. Test: tests/unit/test_roche.py.
+    the Jacobi ellipsoids. ValueError for p < -1. Source: Chandrasekhar 1969, ch. 8. Test:
+    tests/unit/bodies/test_roche.py.
 
     >>> print(f"{limit(0.0).scaled_distance:.4f}")  # of a satellite of no mass: 2.4552 R_mean (companion/M)^(1/3)
     2.4552
@@ -172,7 +174,7 @@ def at_distance(
     """Return the ellipsoid of p = M/M' at the scaled distance (d/R_mean) (M/M')^(1/3).
 
     The stable one is less deformed than the one at the limit, the unstable one more. ValueError inside the Roche limit.
-    Source: Chandrasekhar 1969, ch. 8. Test: tests/unit/test_roche.py.
+    Source: Chandrasekhar 1969, ch. 8. Test: tests/unit/bodies/test_roche.py.
 
     >>> print(at_distance(0.0, 4.0).axes.round(4))
     [1.0503 0.9848 0.9668]

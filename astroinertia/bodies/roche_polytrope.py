@@ -10,7 +10,8 @@ new density. Phi is expanded in the spherical harmonics that are even in x, y an
 mu.
 
 Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 8 (homogeneous); Lai, Rasio & Shapiro 1993, ApJS 88,
-205 (compressible ellipsoids, the approximation that this does without). Tests: tests/unit/test_roche_polytrope.py.
+205 (compressible ellipsoids, the approximation that this does without). Tests:
+tests/unit/bodies/test_roche_polytrope.py.
 """
 
 import math

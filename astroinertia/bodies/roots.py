@@ -12,6 +12,6 @@ def root_between(function: Callable[[float], float], low: float, high: float) ->
     """Return the root of `function` between `low` and `high` to 1e-15, absolute and relative (Brent's method).
 
     ValueError unless the function has different signs there. Source: Brent 1973, Algorithms for Minimization without
-    Derivatives, ch. 4. Test: tests/unit/test_ellipsoids.py (every figure found from a quantity).
+    Derivatives, ch. 4. Test: tests/unit/bodies/test_ellipsoids.py (every figure found from a quantity).
     """
     return float(brentq(function, low, high, xtol=_TOLERANCE, rtol=_TOLERANCE))  # pyright: ignore[reportArgumentType]

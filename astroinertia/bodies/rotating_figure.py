@@ -1,6 +1,6 @@
 """A rotating body in equilibrium and what follows from it: moments, harmonics, energies, shape.
 
-Tests: tests/unit/test_figures.py.
+Tests: tests/unit/bodies/test_figures.py.
 """
 
 import math

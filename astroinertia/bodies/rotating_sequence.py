@@ -2,7 +2,7 @@
 
 Mass and entropy stay: for P = K rho^(1 + 1/n) a star of given M and K in units of its own radius has the radius that K
 asks for, R ~ (K/M^((n - 1)/n))^(n/(3 - n)). Its energy then obeys dE = Omega dL where it turns rigidly (Ostriker & Gunn
-1969, ApJ 157, 1395), which nothing here uses. Tests: tests/unit/test_rotating_sequence.py.
+1969, ApJ 157, 1395), which nothing here uses. Tests: tests/unit/bodies/test_rotating_sequence.py.
 """
 
 import math
@@ -47,7 +47,7 @@ def rotating_sequence(index: float, law: RotationLaw = RIGID, members: int = 31)
     """Return so many polytropes of one mass and entropy from rest to mass shedding, as steps of their axis ratio grow.
 
     The scale of the law is in equatorial radii. ValueError for an index that is not in (0, 3): an entropy does not give
-    a radius to n = 0 or n = 3. Source: Hachisu 1986, ApJS 61, 479. Test: tests/unit/test_rotating_sequence.py.
+    a radius to n = 0 or n = 3. Source: Hachisu 1986, ApJS 61, 479. Test: tests/unit/bodies/test_rotating_sequence.py.
 
     >>> stars = rotating_sequence(1.5, members=5)
     >>> first, last = (stars.at(each) for each in (0.0, stars.angular_momentum[-1]))

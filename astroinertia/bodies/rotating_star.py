@@ -2,7 +2,8 @@
 
 Sequences run from the sphere at rest to mass shedding (where the equator turns as fast as an orbit) or to where the
 surface is torn into a ring, by the ratio of polar to equatorial radius; a member may be asked for by that ratio or by
-any other quantity. Source: Hachisu 1986, ApJS 61, 479. Tests: tests/unit/test_scf.py, tests/hard/test_scf_hard.py.
+any other quantity. Source: Hachisu 1986, ApJS 61, 479. Tests: tests/unit/bodies/test_scf.py,
+tests/hard/test_scf_hard.py.
 """
 
 import math
@@ -220,7 +221,7 @@ def rotating_star(
 
     The scale of the law is in equatorial radii. Matter with a density of its own decides mass and radius itself.
     ValueError on bad arguments; NumericalError where there is no such body, or none that 96 harmonics resolve.
-    Source: Hachisu 1986, ApJS 61, 479. Test: tests/unit/test_scf.py.
+    Source: Hachisu 1986, ApJS 61, 479. Test: tests/unit/bodies/test_scf.py.
 
     >>> from astroinertia.matter.barotropes import polytropic_matter
     >>> print(f"{rotating_star(polytropic_matter(1.5), 0.8).rotational_to_gravitational:.4f}")
@@ -267,7 +268,7 @@ def rotating_star_with(
 
     `quantity` names any number of RotatingStar that rotation makes larger, such as angular_velocity or
     angular_momentum, in units of mass, equatorial_radius and gravitational_constant (`units`). ValueError for a value
-    below that at rest; NumericalError where the sequence ends before. Test: tests/unit/test_scf.py.
+    below that at rest; NumericalError where the sequence ends before. Test: tests/unit/bodies/test_scf.py.
     """
 
     def excess(star: RotatingStar) -> float:

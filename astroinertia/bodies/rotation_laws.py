@@ -4,7 +4,8 @@
     j_constant   Omega = Omega_0 A^2/(A^2 + w^2)         specific angular momentum constant far outside A
     v_constant   Omega = Omega_0 A/(A^2 + w^2)^(1/2)     velocity constant far outside A
 
-Source: Hachisu 1986, ApJS 61, 479, eqs. 11-13; Eriguchi & Mueller 1985, A&A 146, 260. Tests: tests/unit/test_scf.py.
+Source: Hachisu 1986, ApJS 61, 479, eqs. 11-13; Eriguchi & Mueller 1985, A&A 146, 260. Tests:
+tests/unit/bodies/test_scf.py.
 """
 
 import math
@@ -63,7 +64,7 @@ class FollowingLaw(Law, Protocol):
 class RotationLaw:
     """A law by its kind and scale A (any unit of length; None for rigid); ValueError where these contradict.
 
-    Lengths are given to the methods in the unit of the scale. Test: tests/unit/test_scf.py.
+    Lengths are given to the methods in the unit of the scale. Test: tests/unit/bodies/test_scf.py.
 
     >>> law = RotationLaw("j_constant", 0.5)
     >>> print(law.rate([0.0, 0.5]), f"{law.rate(1e3) * 1e6:.4f}")  # halved at A, then as A^2/w^2

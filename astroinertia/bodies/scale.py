@@ -6,7 +6,7 @@ import math
 def positive_scale(mass: float, mean_radius: float, gravitational_constant: float) -> dict[str, float]:
     """Return the three as named arguments; ValueError unless each is positive and finite.
 
-    Test: tests/unit/test_ellipsoids.py, tests/unit/test_spectral_polytrope.py.
+    Test: tests/unit/bodies/test_ellipsoids.py, tests/unit/bodies/test_spectral_polytrope.py.
     """
     scale = {"mass": mass, "mean_radius": mean_radius, "gravitational_constant": gravitational_constant}
     for name, value in scale.items():

@@ -13,7 +13,7 @@ of h, so no cell is cut by the surface, and radial integrals are exact for inter
 A law that follows from the star itself, by the angular momentum of its rings say, is one more unknown of the iteration
 (Ostriker & Mark 1968, ApJ 151, 1075).
 How accurate that is: tests/benchmarks/work_precision_scf.py.
-Tests: tests/unit/test_scf.py, tests/hard/test_scf_hard.py.
+Tests: tests/unit/bodies/test_scf.py, tests/hard/test_scf_hard.py.
 """
 
 import math
@@ -114,7 +114,7 @@ def solve_field(
 
     A ring has -axis_ratio = inner/outer radius (Hachisu's sign). The scale of the law is in equatorial radii; one that
     follows from the star is found with it. NumericalError where the iteration does not converge; whether what converged
-    is a body, check_field says. Test: tests/unit/test_scf.py, tests/unit/test_maclaurin_momentum.py.
+    is a body, check_field says. Test: tests/unit/bodies/test_scf.py, tests/unit/bodies/test_maclaurin_momentum.py.
 
     >>> from astroinertia.bodies.maclaurin import from_axis_ratio
     >>> from astroinertia.matter.barotropes import polytropic_matter

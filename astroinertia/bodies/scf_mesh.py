@@ -9,7 +9,7 @@ potential of a body that is symmetric about its equator is
 q_l is interpolated within each element and its product with the kernel integrated to round-off, so that l is limited by
 no quadrature. The elements are equal in t with r = low + (high - low) t^2 (3 - 2t) on both parts: a density that
 vanishes as depth^n makes q_l vanish as (1 - r)^(n + 1/2), which is smooth in t for half-integer n, and the centre of a
-soft star, which is narrow, has elements enough. Tests: tests/unit/test_scf.py.
+soft star, which is narrow, has elements enough. Tests: tests/unit/bodies/test_scf.py.
 """
 
 import math

@@ -8,7 +8,7 @@ Measured, error of J_2: at q = 0.09 1e-13 with degree 12, at 0.25 4e-13 with 16,
 56. At mass shedding, where the surface has a cusp, errors fall as degree^-4 only: 5e-6 of q at degree 38, 1e-6 at 80.
 
 Source: Wisdom & Hubbard 2016, Icarus 267, 315 (expansion in Bessel functions, to q = 0.3).
-Tests: tests/unit/test_spectral_polytrope.py, tests/hard/test_spectral_polytrope_hard.py.
+Tests: tests/unit/bodies/test_spectral_polytrope.py, tests/hard/test_spectral_polytrope_hard.py.
 """
 
 import math
@@ -292,7 +292,7 @@ def rotating_polytrope(
     `tolerance` in flattening, q, C/(M a^2), J_2, J_4 and J_6 (relative, down to round-off); a given even `degree` is
     used as it is, and `truncation_error` tells what it has reached against three quarters of it. ValueError for an
     argument out of range; NumericalError beyond mass shedding, or so close to it that the tolerance is not reached.
-    Test: tests/unit/test_spectral_polytrope.py.
+    Test: tests/unit/bodies/test_spectral_polytrope.py.
 
     >>> body = rotating_polytrope(0.0892)  # Jupiter's Omega^2 a^3/(G M)
     >>> print(f"{body.zonal_harmonics[0]:.4f} {body.flattening:.3f}")  # of Jupiter 0.0147 and 0.065

@@ -12,7 +12,7 @@ regular solution of laplacian u = -u, and r^l P_l into (2l + 1)!! j_l(r) P_l:
     u(x) = h(x) - (r^2/4) integral_0^1 sqrt(s) G(r sqrt(1 - s)) h(s x) ds,    G(z) = 2 J_1(z)/z
 
 Source: Vekua 1967, New Methods for Solving Elliptic Equations, section 13; Hobson 1931, The Theory of Spherical and
-Ellipsoidal Harmonics, ch. X. Tests: tests/unit/test_spheroidal_basis.py.
+Ellipsoidal Harmonics, ch. X. Tests: tests/unit/bodies/test_spheroidal_basis.py.
 """
 
 from dataclasses import dataclass

@@ -15,7 +15,8 @@ the independent variable is 1 - h/h_c in the inner half and the fourth root of h
 density and the surface are met exactly and fractional powers of the depth are smooth. Perturbations are integrated in
 the same pass (slow_rotation.py).
 
-Sources: Lindblom 1992, ApJ 398, 569; Oppenheimer & Volkoff 1939, Phys. Rev. 55, 374. Tests: tests/unit/test_tov.py.
+Sources: Lindblom 1992, ApJ 398, 569; Oppenheimer & Volkoff 1939, Phys. Rev. 55, 374. Tests:
+tests/unit/bodies/test_tov.py.
 """
 
 import math

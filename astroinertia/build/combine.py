@@ -59,7 +59,7 @@ def kepler_state(
     """Relative position and velocity (3,) on the way in to the pericentre on +x, anticlockwise in the x-y plane, G = 1.
 
     r = p/(1 + e cos f) and v = (M/p)^(1/2) (-sin f, e + cos f) with p = q (1 + e), for any e (Murray & Dermott 1999,
-    Solar System Dynamics, section 2.3). Test: tests/unit/test_together.py.
+    Solar System Dynamics, section 2.3). Test: tests/unit/build/test_combine.py.
     """
     parameter = pericentre * (1.0 + eccentricity)
     cosine = 1.0 if eccentricity == 0.0 else (parameter / separation - 1.0) / eccentricity

@@ -1,7 +1,7 @@
 """Measures this machine: what passes, steps, records, files and a start take on it (python: costs.probes).
 
 Every probe runs in an interpreter of its own, so that starting one is measured too and memory is that of a run.
-Tests: tests/unit/test_costs.py.
+Tests: tests/unit/costs/test_costs.py.
 """
 
 import json

@@ -2,7 +2,7 @@
 
 Its size a(t), 1 at the start, follows a'' = -W/a^2 + H/a^(3 gamma - 2) + S/a^3 (gravity, pressure, spin), with what the
 profile says of W, H and S; its steps are those of the densest particles. That is exact of neither shocks nor shapes:
-a pilot run (costs.pilot) counts instead. Tests: tests/unit/test_costs.py.
+a pilot run (costs.pilot) counts instead. Tests: tests/unit/costs/test_costs.py.
 """
 
 import math

@@ -1,7 +1,7 @@
 """How fast a machine is: what `calibrate` measured on it, kept in the user's cache, or the figures shipped here.
 
 A calibration is a file that anybody may have touched: it is validated when it is read, and one that is broken, or is of
-another machine or other versions, counts as none. Tests: tests/unit/test_costs.py.
+another machine or other versions, counts as none. Tests: tests/unit/costs/test_costs.py.
 """
 
 import json

@@ -3,7 +3,7 @@
 Every limit of the time step has its power of the number of particles: sound crosses a smoothing length, h ~ N^(-1/3),
 while free fall knows none. The pilot's limits, each carried over to the number that is asked about, give the steps that
 many particles take through the same flow; what they resolve that few do not, they cannot tell. A pilot is kept in the
-user's cache and serves every number of particles. Tests: tests/unit/test_costs.py and
+user's cache and serves every number of particles. Tests: tests/unit/costs/test_costs.py and
 tests/physics/test_predicted_steps.py.
 """
 

@@ -1,6 +1,6 @@
 """What a run will take before it is run: wall time with its parts, steps, memory and the size of its files.
 
-Tests: tests/unit/test_costs.py; measured against runs in tests/benchmarks/results/predictions.md.
+Tests: tests/unit/costs/test_costs.py; measured against runs in tests/benchmarks/results/predictions.md.
 """
 
 import math

@@ -1,6 +1,6 @@
 """netCDF files of the package as xarray reads them, from anywhere: bounded, checked, with an error where damaged.
 
-Tests: tests/unit/test_dataset.py, tests/crash/test_flipped_bits.py, tests/hard/test_malformed_files.py.
+Tests: tests/unit/dataset/test_dataset.py, tests/crash/test_flipped_bits.py, tests/hard/test_malformed_files.py.
 """
 
 import math

@@ -1,7 +1,7 @@
 """The quantities of regions in a dataset: those that are recorded, and those that follow from them.
 
 A region has its own mass, centre, moments and ledger, under the same names and definitions as the whole body, with
-`region_` before them. Tests: tests/unit/test_regions.py, tests/physics/test_regions.py.
+`region_` before them. Tests: tests/unit/ledger/test_regions.py, tests/physics/test_regions.py.
 """
 
 from collections.abc import Mapping

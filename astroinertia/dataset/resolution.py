@@ -1,4 +1,7 @@
-"""What a run resolved too coarsely, in sentences that say what to change. Tests: tests/unit/test_resolution.py."""
+"""What a run resolved too coarsely, in sentences that say what to change.
+
+Tests: tests/unit/dataset/test_resolution.py.
+"""
 
 import math
 from collections.abc import Mapping

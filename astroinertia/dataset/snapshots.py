@@ -1,6 +1,6 @@
 """The snapshots of a run: how the particles of a run folder are opened without reading them, and written to netCDF.
 
-Tests: tests/unit/test_dataset.py, tests/scale/test_opening.py.
+Tests: tests/unit/dataset/test_dataset.py, tests/scale/test_opening.py.
 """
 
 from collections.abc import Mapping, Sequence

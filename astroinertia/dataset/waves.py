@@ -6,7 +6,7 @@ With A = d2Q/dt2, which every record has in closed form, and A' its derivative (
 
 all without their traces. Sources: Misner, Thorne & Wheeler (1973), Gravitation, eqs. 36.23 and 36.24; the spectrum by
 Parseval's theorem; h_char by Flanagan & Hughes (1998, Physical Review D 57, 4535, eq. 5.1). Tests:
-tests/unit/test_waves.py.
+tests/unit/dataset/test_waves.py.
 """
 
 from typing import NamedTuple

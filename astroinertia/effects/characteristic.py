@@ -1,7 +1,7 @@
 """Characteristic numbers of a scene, as plain data: what the sizes of effects are made of (sizes.py).
 
 scene/characteristic.py works them out. All quantities are in one system of units, SI or code units, with the G given;
-None is what a scene does not tell. Tests: tests/unit/test_sizes.py.
+None is what a scene does not tell. Tests: tests/unit/effects/test_sizes.py.
 """
 
 import math

@@ -1,7 +1,7 @@
 """The door by which classes that are not of this package come in: given from Python, or offered by entry points.
 
 What is imported is the entry point of the name that a scene has, of a distribution that is installed, and no other.
-Tests: tests/unit/test_doors.py, tests/unit/test_matter_door.py.
+Tests: tests/unit/test_effects_door.py, tests/unit/test_matter_door.py.
 """
 
 import functools

@@ -4,7 +4,7 @@
 
 (Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, section 14). A rough but cheap answer to what happens when a
 force is left out: small differences grow as they do in a collapse. models/scaling/homology solves the same equation to
-round-off, for runs. Tests: tests/unit/test_sizes.py.
+round-off, for runs. Tests: tests/unit/effects/test_sizes.py.
 """
 
 import math

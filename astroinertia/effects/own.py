@@ -6,7 +6,7 @@ A package offers an effect by an entry point of the group `astroinertia.effects`
     cubic_drag = "cubic_drag:CubicDrag"
 
 A scene names a kind and never code (effects.doors). The class says of itself what the catalogue says of built-in
-effects (effects.effect.Effect). Tests: tests/unit/test_doors.py.
+effects (effects.effect.Effect). Tests: tests/unit/test_effects_door.py.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence

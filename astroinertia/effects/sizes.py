@@ -1,7 +1,7 @@
 """How large every effect is in a scene: a dimensionless number, and by what part I and spin would change without it.
 
 Upper estimates, within a factor of MARGIN: what is secular grows with the run, what a collapse makes large counts as
-soon as the run is as long as the fall. Nothing here imports an effect. Tests: tests/unit/test_sizes.py.
+soon as the run is as long as the fall. Nothing here imports an effect. Tests: tests/unit/effects/test_sizes.py.
 """
 
 import math

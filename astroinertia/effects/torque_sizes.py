@@ -1,6 +1,7 @@
 """Sizes of the effects that turn a body: the torque times the run over the angular momentum, and what it moves.
 
-Upper estimates of the change of the axis' direction (rad) and of the rate (relative). Tests: tests/unit/test_sizes.py.
+Upper estimates of the change of the axis' direction (rad) and of the rate (relative). Tests:
+tests/unit/effects/test_sizes.py.
 """
 
 import math

@@ -78,7 +78,7 @@ def elementwise(xp: Any, function: Callable, *arguments: Array) -> Any:
     arguments: arrays (N,), (N, 3), (N, 3, 3), plain numbers and a Table; the function must be one of a module or a
     class, as it is compiled once. A tuple of several things holds a scalar, (x, y, z) or three rows each; one thing by
     itself is such a tuple too, of one. Raises ValueError for what cannot be compiled.
-    Tests: tests/unit/test_elementwise.py.
+    Tests: tests/unit/engines/test_elementwise.py.
     """
     if xp is not np:
         count = next(a.shape[0] for a in arguments if getattr(a, "ndim", 0))
@@ -94,7 +94,7 @@ def totals(xp: Any, function: Callable, *arguments: Array, cases: Sequence[tuple
     """Sums over particles of what function(xp, ...) returns: a tuple of arrays (E,), (E, 3) and (E, 3, 3).
 
     The function is called with `arguments` and the further ones of each of the E cases, which are all of one kind.
-    Tests: tests/unit/test_elementwise.py.
+    Tests: tests/unit/engines/test_elementwise.py.
     """
     if xp is not np:
         results = [function(xp, *map(_apart, (*arguments, *more))) for more in cases]

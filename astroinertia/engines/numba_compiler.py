@@ -3,7 +3,7 @@
 Numba would turn each into machine code of its own, which is never run from Python, and again within every caller. The
 two may round differently (fast-math), both stand under one name, and the first that a process meets is used: results
 would depend on whether a program was just compiled or found compiled. It also takes longer.
-Tests: tests/unit/test_kept_programs.py, tests/crash/test_kills.py.
+Tests: tests/unit/process/test_kept_programs.py, tests/crash/test_kills.py.
 """
 
 from typing import Any

@@ -1,8 +1,8 @@
 """exp, log and power in plain arithmetic, so that loops over them become vector instructions.
 
 The text of this file is copied into generated modules. Errors against correctly rounded values, in units of the last
-place: exp and log below 1, power below 1 + |y log x| (tests/unit/test_elementwise.py). Results below the smallest
-normal number are 0.
+place: exp and log below 1, power below 1 + |y log x| (tests/unit/engines/test_elementwise.py). Results below the
+smallest normal number are 0.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """What the processor that numba compiles for can do.
 
 That need not be the processor at hand: NUMBA_CPU_NAME and NUMBA_CPU_FEATURES name another. LLVM is asked, as only it
-knows which instructions a name implies. Tests: tests/unit/test_processor.py, tests/physics/test_processors.py.
+knows which instructions a name implies. Tests: tests/unit/engines/test_processor.py, tests/physics/test_processors.py.
 """
 
 import llvmlite.binding as llvm

@@ -3,7 +3,7 @@
 jax.tree_util.register_dataclass leaves the class out when it compares two structures, though not when it hashes them
 (jaxlib 0.10): Vinet(1.0, 2.0, 3.0) and Murnaghan(1.0, 2.0, 3.0) were "the same" to the cache of a compiled function
 whenever their hashes fell together, and one was computed by the other's program. Structures made here carry the class.
-Tests: tests/unit/test_pytree.py.
+Tests: tests/unit/engines/test_pytree.py.
 """
 
 from collections.abc import Iterable
@@ -18,7 +18,7 @@ T = TypeVar("T")
 def pytree(cls: type[T]) -> type[T]:
     """Register a dataclass as a pytree; a field with metadata {"static": True} is part of the structure.
 
-    Structures of two classes differ, whatever their fields. Checked by tests/unit/test_pytree.py.
+    Structures of two classes differ, whatever their fields. Checked by tests/unit/engines/test_pytree.py.
     """
     names = [field.name for field in fields(cls) if field.init]  # type: ignore[arg-type]
     static = {field.name for field in fields(cls) if field.metadata.get("static", False)}  # type: ignore[arg-type]

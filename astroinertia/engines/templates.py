@@ -2,7 +2,7 @@
 
 What stands above the mark lets a template be imported, checked, tested and stepped through by itself, with one choice
 of all that generated modules differ in. Numba compiles nothing of it there; with NUMBA_DISABLE_JIT=1 all is plain
-Python, in templates as in generated modules. Tests: tests/unit/test_templates.py.
+Python, in templates as in generated modules. Tests: tests/unit/engines/test_templates.py.
 """
 
 import re

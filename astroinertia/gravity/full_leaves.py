@@ -43,7 +43,7 @@ class Tree:
 def tree(position: np.ndarray, leaf_size: int, widest: np.ndarray, threads: int | None = None) -> Tree:
     """The tree over positions (N, 3), with leaves not much wider than `widest` (N,), whatever the number of threads.
 
-    Tested by tests/unit/test_multipole_xla.py.
+    Tested by tests/unit/gravity/test_multipole_xla.py.
     """
     position = np.ascontiguousarray(position, dtype=np.float64)
     count, threads = len(position), threads or available_threads()

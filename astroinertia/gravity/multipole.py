@@ -68,7 +68,7 @@ def gravity(
     wanted rms of |da|/|a|; strength (N,): |a| as far as it is known, None for a first evaluation, which takes another
     to find it; tree: `tree(position)` of these particles, or of where they were a little earlier; precision: "mixed"
     (float32 between particles and nodes) or "float64". Results have the same bits for any number of threads. Tested in
-    tests/unit/test_multipole.py.
+    tests/unit/gravity/test_multipole.py.
     """
     particles = _Particles(mass, position, smoothing_length, tree, precision, threads)
     totals = particles.points(accuracy, strength)

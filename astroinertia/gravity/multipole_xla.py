@@ -3,7 +3,7 @@
 Near pairs are clamped points (gravity.clamped_points); what softening changes about those is a sum over neighbours.
 Moments of the leaves are shifted straight to every node above them that takes part, and expansions straight back, so
 that no pass waits for another one level up, and shapes do not depend on the depth of the tree. All of it can be
-differentiated, forwards and backwards, with the lists held fixed. Checked by tests/unit/test_multipole_xla.py.
+differentiated, forwards and backwards, with the lists held fixed. Checked by tests/unit/gravity/test_multipole_xla.py.
 """
 
 from collections.abc import Callable

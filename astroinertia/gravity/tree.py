@@ -53,7 +53,7 @@ class Tree:
 def tree(position: Any, leaf_size: int = LEAF_SIZE, threads: int | None = None) -> Tree:
     """The tree over positions (N, 3) with at most leaf_size particles in a leaf; coherent orders are sorted sooner.
 
-    Raises ValueError for no particles or other shapes. Tested in tests/unit/test_multipole.py.
+    Raises ValueError for no particles or other shapes. Tested in tests/unit/gravity/test_multipole.py.
     """
     position = np.ascontiguousarray(position, dtype=np.float64)
     if position.ndim != 2 or position.shape[1] != 3 or len(position) < 1 or leaf_size < 1:

@@ -1,6 +1,6 @@
 """The reference of effects, written from their catalogue: what each is, its options with units and limits, its source.
 
-Tests: tests/unit/test_guide.py, which looks for every effect and every option.
+Tests: tests/unit/guide/test_guide.py, which looks for every effect and every option.
 """
 
 import math

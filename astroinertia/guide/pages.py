@@ -2,7 +2,7 @@
 
 A page is Markdown and lies beside this file, so that it ships with the package. Its links are relative to the
 repository, where pictures and scenes are; `readable` is the page for a reader who has the installed package alone.
-Tests: tests/unit/test_guide.py.
+Tests: tests/unit/guide/test_guide.py.
 """
 
 import difflib

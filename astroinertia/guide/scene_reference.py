@@ -1,6 +1,6 @@
 """The reference of scenes, written from the schema: every key with what is written for it, its default and its limits.
 
-Tests: tests/unit/test_guide.py, which looks for every key of the schema.
+Tests: tests/unit/guide/test_guide.py, which looks for every key of the schema.
 """
 
 import inspect

@@ -4,7 +4,7 @@ The rotor spins about z through the origin. Its unbalance is two vectors (2,) ac
 static one, U = sum m (x, y) = M (c_x, c_y), and the dynamic one, D = sum m z (x, y) = -(I_xz, I_yz) about the origin.
 It runs without forces on its bearings if and only if both are zero, whatever I_xy, I_xx and I_yy are. Two masses in two
 planes can always do that (Norton 2012, Design of Machinery, 5th ed., section 12.3; ISO 21940-11).
-Any consistent units. Checked by tests/unit/test_balancing.py.
+Any consistent units. Checked by tests/unit/inertia/test_balancing.py.
 """
 
 import itertools

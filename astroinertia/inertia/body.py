@@ -19,7 +19,7 @@ class Body:
 
     mass (...,), negative for a hole; centre (..., 3); inertia (..., 3, 3) about the centre of mass, in the axes of the
     frame in use. Leading axes are a batch. A JAX pytree. Source: Goldstein, Poole & Safko (2002), Classical Mechanics,
-    section 5.3. Checked by tests/unit/test_body.py and test_inertia_identities.py.
+    section 5.3. Checked by tests/unit/inertia/test_body.py and test_identities.py.
 
     >>> from astroinertia.inertia import shapes
     >>> part = shapes.disc(4.0, 2.0) - shapes.disc(1.0, 1.0)  # a hole is a body of negative mass

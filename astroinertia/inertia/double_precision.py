@@ -16,7 +16,7 @@ def double_precision(*static: str) -> Callable[[Callable], Callable]:
     Called within jax.enable_x64(True), the function is an ordinary one of JAX: arrays of JAX come back, and vmap and
     grad apply. Called outside, it gives numpy arrays, lest the next operation silently round them to 32 bits; a batch
     or a gradient taken outside would have been rounded already and is a ValueError. Static arguments that a caller
-    leaves out take their defaults. Checked by tests/unit/test_layered.py.
+    leaves out take their defaults. Checked by tests/unit/bodies/test_layered.py.
 
     >>> print(f"{double_precision()(jax.numpy.sqrt)(2.0):.15f}")
     1.414213562373095

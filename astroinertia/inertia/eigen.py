@@ -9,7 +9,7 @@ that an eigenvalue solver can undo.)
 
 Sources: Ogita & Aishima (2018), Japan J. Indust. Appl. Math. 35, 1007, for refinement by products in higher precision;
 Ogita, Rump & Oishi (2005), SIAM J. Sci. Comput. 26, 1955, for sums with their errors; Golub & Van Loan (2013), Matrix
-Computations, section 8.5, for Jacobi rotations. Checked by tests/unit/test_principal.py against mpmath.
+Computations, section 8.5, for Jacobi rotations. Checked by tests/unit/inertia/test_principal.py against mpmath.
 """
 
 from collections.abc import Callable

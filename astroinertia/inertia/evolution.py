@@ -5,7 +5,8 @@ d2Q/dt2 = 2 K + V + V^T, and I follows from Q as in tensor.py. Pure functions of
 units but where SI is asked for; particles are mass (..., N) and vectors (..., N, 3) in the axes of an inertial frame.
 The point is `origin` (..., 3), at rest; where none is given it is the centre of mass, and velocities and accelerations
 are relative to its own. weights (..., N) multiply mass. Source: Chandrasekhar (1969), Ellipsoidal Figures of
-Equilibrium, sections 9 to 11. Checked by tests/unit/test_evolution.py against jax's derivatives of the tensor itself.
+Equilibrium, sections 9 to 11. Checked by tests/unit/inertia/test_evolution.py against jax's derivatives of the tensor
+itself.
 """
 
 from typing import Any

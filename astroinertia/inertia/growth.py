@@ -1,6 +1,6 @@
 """How fast a mode grows and turns: straight lines through the logarithm of an amplitude and through a phase.
 
-Tests: tests/unit/test_growth.py.
+Tests: tests/unit/dataset/test_waves.py.
 """
 
 from typing import NamedTuple

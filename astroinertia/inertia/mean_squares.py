@@ -19,7 +19,7 @@ def checked(mass: Array, can_vanish: tuple[str, ...] = (), **sizes: Array) -> tu
 
     A mass must be finite and may be negative (a hole); sizes must be finite and positive, or 0 where `can_vanish` names
     them. Else a ValueError says which; values that are not known yet, inside jax.jit or jax.grad, pass unseen.
-    Checked by tests/unit/test_shapes.py.
+    Checked by tests/unit/inertia/test_shapes.py.
     """
     xp = namespace(mass, *sizes.values())
     values = [np.asarray(value) if isinstance(value, (list, tuple)) else value for value in (mass, *sizes.values())]
@@ -42,7 +42,7 @@ def checked(mass: Array, can_vanish: tuple[str, ...] = (), **sizes: Array) -> tu
 def checked_points(mass: Array, points: Array, trailing: tuple[int | None, ...], what: str) -> tuple[Any, Array, Array]:
     """The namespace, mass (...,) and points (..., *trailing) in one precision, the widest given; None stands for any.
 
-    A ValueError where the shape or a known value is not as stated. Checked by tests/unit/test_shapes.py.
+    A ValueError where the shape or a known value is not as stated. Checked by tests/unit/inertia/test_shapes.py.
     """
     xp = namespace(mass, points)
     values = [np.asarray(value) if isinstance(value, (list, tuple)) else value for value in (mass, points)]
@@ -77,7 +77,7 @@ def body_of_simplices(mass: Array, vertices: Array, shares: Array | None = None)
 
     mass (...,) of the whole; shares (..., k), signed, of which only the ratios matter (all equal where none are given).
     About its own centroid a simplex has <x (x) x> = sum over vertices of v (x) v / (n (n + 1)) (Eberly 2002, Polyhedral
-    Mass Properties, for n = 4). Checked by tests/unit/test_shapes.py and test_mesh.py.
+    Mass Properties, for n = 4). Checked by tests/unit/inertia/test_shapes.py and test_mesh.py.
     """
     xp = namespace(mass, vertices)
     count = vertices.shape[-2]

@@ -34,7 +34,7 @@ def mesh_body(vertices: Array, faces: Array, mass: Array | None = None, density:
     the polyhedron, and without loss of digits far from the origin. Against a smooth body that the vertices lie on, the
     error falls as the square of the facets' size. Differentiable in jax by vertices, mass and density.
     Errors: ValueError where the mesh is open, its faces disagree on inside and outside or are inside out, or where not
-    just one of mass and density is given. Checked by tests/unit/test_mesh.py.
+    just one of mass and density is given. Checked by tests/unit/inertia/test_mesh.py.
 
     >>> body = mesh_body(*icosphere(4), mass=5.0)
     >>> print(body.inertia[2, 2].round(2))  # nearly a ball: (2/5) M R^2
@@ -57,7 +57,7 @@ def mesh_body(vertices: Array, faces: Array, mass: Array | None = None, density:
 
 
 def mesh_volume(vertices: Array, faces: Array) -> Array:
-    """The volume (...,) inside a closed mesh; errors as for `mesh_body`. Checked by tests/unit/test_mesh.py.
+    """The volume (...,) inside a closed mesh; errors as for `mesh_body`. Checked by tests/unit/inertia/test_mesh.py.
 
     >>> print(f"{mesh_volume(*icosphere(4)) / (4 / 3 * np.pi):.4f}")  # of 5120 faces
     0.9978
@@ -69,7 +69,7 @@ def check_closed(faces: Array, vertices: int) -> np.ndarray:
     """The faces (F, 3) as an array of numbers, or a ValueError with one sentence on why they enclose no volume.
 
     Each edge must be walked as often one way as the other. vertices: how many there are.
-    Checked by tests/unit/test_mesh.py.
+    Checked by tests/unit/inertia/test_mesh.py.
 
     >>> try:
     ...     check_closed(np.array([[0, 1, 2]]), 3)
@@ -106,7 +106,7 @@ def check_closed(faces: Array, vertices: int) -> np.ndarray:
 def icosphere(subdivisions: int, radius: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (V, 3) on a sphere about the origin and faces (F, 3): an icosahedron, each face cut in 4 so many times.
 
-    F = 20 * 4^subdivisions, V = F/2 + 2. Checked by tests/unit/test_mesh.py.
+    F = 20 * 4^subdivisions, V = F/2 + 2. Checked by tests/unit/inertia/test_mesh.py.
 
     >>> print([array.shape for array in icosphere(2)])  # 20 faces cut in 4 twice
     [(162, 3), (320, 3)]
@@ -136,7 +136,7 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
 
     Vertices at the very same place are one afterwards, as closed meshes need and STL does not store. An ArchiveError
     says what is wrong with a file, or that trimesh, the extra `mesh`, is not installed. Checked by
-    tests/unit/test_mesh.py.
+    tests/unit/inertia/test_mesh.py.
 
     >>> import os, tempfile
     >>> lines = ["OFF", "4 4 0", "0 0 0", "1 0 0", "0 1 0", "0 0 1", "3 0 2 1", "3 0 1 3", "3 0 3 2", "3 1 2 3"]

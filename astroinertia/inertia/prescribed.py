@@ -18,7 +18,7 @@ class Change:
 
     Between them the logarithm is a cubic in time, with the slopes of Fritsch & Butland (1984, SIAM Journal on
     Scientific and Statistical Computing 5, 300), none at the two ends: the curve and its rate are continuous, and it
-    never overshoots. A JAX pytree; times begin with 0. Checked by tests/unit/test_prescribed.py.
+    never overshoots. A JAX pytree; times begin with 0. Checked by tests/unit/inertia/test_prescribed.py.
     """
 
     times: Array

@@ -7,7 +7,7 @@ near counts as equal, as a share of the largest moment.
 What can be known of nearly equal and of very small moments is known: moments, their differences and axes are those of
 the numbers given to their last digits, whatever the gap and the condition number (see eigen.py). A tensor of a thin rod
 that does not lie along x, y or z has lost its smallest moment to the rounding of its own entries, 1e-16 of the largest.
-Checked by tests/unit/test_principal.py against mpmath.
+Checked by tests/unit/inertia/test_principal.py against mpmath.
 """
 
 import itertools

@@ -2,7 +2,7 @@
 
 Tensors are about the centre of mass, (3, 3), in numpy and any consistent units; bodies are centred at the origin, in
 the same axes. A tensor that no body has is refused with the inequality that fails (`tensor.require_plausible`).
-Checked by tests/unit/test_realise.py.
+Checked by tests/unit/inertia/test_realise.py.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,7 +1,7 @@
 """Bodies that roll down an incline without slipping, and flywheels: what a moment of inertia does to motion.
 
 Pure functions of numpy or jax arrays (...,), which broadcast, in any consistent units; angles in radians. The default
-of gravity is in m/s^2, so lengths are then in m and times in s. Checked by tests/unit/test_rolling.py.
+of gravity is in m/s^2, so lengths are then in m and times in s. Checked by tests/unit/inertia/test_rolling.py.
 """
 
 from collections.abc import Mapping

@@ -5,8 +5,8 @@ homogeneous. Mass and sizes are numpy or jax arrays (...,) in any consistent uni
 do, too. A mass may be negative: a hole. In the docstrings <x^2> is the mean square of x over the mass, about the centre
 of mass, and I_xx = m (<y^2> + <z^2>) and so on; the places of ends, edges and faces are given, so that
 `rod(m, l).about([0, 0, l / 2])` is the tensor about an end. Sizes that are not finite or not positive are a ValueError
-in numpy and eager jax; inside jit they are not seen. Checked by tests/unit/test_shapes.py against quadrature, random
-points and the published tables in tests/reference/solids.json.
+in numpy and eager jax; inside jit they are not seen. Checked by tests/unit/inertia/test_shapes.py against quadrature,
+random points and the published tables in tests/reference/solids.json.
 """
 
 from astroinertia.inertia.plates import (

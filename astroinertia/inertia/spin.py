@@ -2,7 +2,7 @@
 
 Pure functions of arrays, numpy or jax, any consistent units; particles are mass (..., N), position and velocity
 (..., N, 3), tensors (..., 3, 3), all in the same inertial axes unless said otherwise. Sections are those of Goldstein,
-Poole & Safko (2002), Classical Mechanics. Checked by tests/unit/test_spin.py.
+Poole & Safko (2002), Classical Mechanics. Checked by tests/unit/inertia/test_spin.py.
 """
 
 from typing import Any

@@ -19,7 +19,7 @@ where the body is, the net force is zero and momentum is conserved. The torque i
 with whatever holds the target's axes. In the plane normal to a given direction, the same energy is taken of the shadows
 of both tensors on that plane (for flat bodies: of their tensors), and nothing acts along the normal.
 
-Tensors are (..., 3, 3) in numpy or jax and any consistent units. Checked by tests/unit/test_target.py.
+Tensors are (..., 3, 3) in numpy or jax and any consistent units. Checked by tests/unit/inertia/test_target.py.
 """
 
 from typing import Any

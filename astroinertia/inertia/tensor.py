@@ -2,7 +2,7 @@
 
 Tensors have shape (..., 3, 3); leading axes are batches. Each function says about which point and in which axes its
 tensor is. Source, where none is given: Goldstein, Poole & Safko (2002), Classical Mechanics, chapter 5. Checked by
-tests/unit/test_tensor.py and, over twelve decades of mass and length, by test_inertia_identities.py.
+tests/unit/inertia/test_tensor.py and, over twelve decades of mass and length, by test_identities.py.
 """
 
 import sys

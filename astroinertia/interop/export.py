@@ -1,6 +1,6 @@
 """Results in the formats of other programs: what each is called, where it is written, and who writes it.
 
-Tests: tests/unit/test_exports.py, tests/physics/test_exports_elsewhere.py.
+Tests: tests/unit/interop/test_export.py, tests/physics/test_exports_elsewhere.py.
 """
 
 from collections.abc import Callable

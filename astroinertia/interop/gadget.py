@@ -3,7 +3,7 @@
 The layout is that of the GADGET-2 user guide (Springel 2005, section 6) with the groups Header and PartType0, and the
 unit system in Parameters and in the attributes of every field as in GADGET-4 (Springel, Pakmor, Zier & Reinecke 2021,
 MNRAS 506, 2871). GADGET's SmoothingLength is the radius at which the kernel vanishes; the h of this package, of which
-that is a multiple, stands beside it bit for bit as KernelScale. Tests: tests/unit/test_exports.py.
+that is a multiple, stands beside it bit for bit as KernelScale. Tests: tests/unit/interop/test_export.py.
 """
 
 from pathlib import Path

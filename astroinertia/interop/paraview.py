@@ -1,7 +1,7 @@
 """Particles for ParaView: one VTK PolyData file in XML (.vtp) a snapshot, and a collection with their times (.pvd).
 
 The arrays stand in the file as they are (appended and raw, as the VTK file formats have it), float64 bit for bit.
-Tests: tests/unit/test_exports.py.
+Tests: tests/unit/interop/test_export.py.
 """
 
 import xml.etree.ElementTree as xml

@@ -1,6 +1,6 @@
 """Snapshots of a run, one at a time, as other codes' formats want them: particles of one moment, in SI.
 
-Tests: tests/unit/test_exports.py.
+Tests: tests/unit/interop/test_export.py.
 """
 
 import tomllib

@@ -3,7 +3,7 @@
 SWIFT's smoothing length is twice the standard deviation of the kernel (Dehnen & Aly 2012, MNRAS 425, 1068, equation 8);
 the h of this package stands beside it bit for bit as KernelScales. SWIFT has its particles in a box that begins at 0:
 here they stay where the run has them, about the origin, and `InitialConditions:shift` is the parameter by which SWIFT
-moves them. Tests: tests/unit/test_exports.py, tests/physics/test_exports_elsewhere.py.
+moves them. Tests: tests/unit/interop/test_export.py, tests/physics/test_exports_elsewhere.py.
 """
 
 from pathlib import Path

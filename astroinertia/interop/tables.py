@@ -1,7 +1,7 @@
 """CSV: the headline series, one flat column a number with its unit, and the particles of a snapshot.
 
 Numbers are written with the fewest digits that read back as the same float64. A snapshot has the columns of a particle
-table, so that `moments` and scenes read it. Tests: tests/unit/test_exports.py.
+table, so that `moments` and scenes read it. Tests: tests/unit/interop/test_export.py.
 """
 
 import csv

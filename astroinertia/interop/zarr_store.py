@@ -1,6 +1,6 @@
 """Zarr: the whole dataset as a tree of arrays in chunks, for object stores and for reading in parallel.
 
-Tests: tests/unit/test_exports.py.
+Tests: tests/unit/interop/test_export.py.
 """
 
 import shutil

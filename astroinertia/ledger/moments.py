@@ -187,7 +187,7 @@ def after_kick(
 
     P and K are those of the velocities that came out, rounding and all: what rounding adds to K would grow with the
     square of the time in Q. For the same reason K is summed again where all particles are at hand.
-    Tests: tests/unit/test_ledger.py.
+    Tests: tests/unit/ledger/test_moments.py.
     """
     body = whole(xp, mass, position, before) if body is None else Whole(*body)
     pushes = [(increment,) for increment in increments if increment is not None]
@@ -229,7 +229,7 @@ def after_rounding(
     """The ledger, drifted by dt, with what rounding did to places that went from `before` to `after` (N, 3).
 
     A drift moves the body by dt v; particles end at the numbers next to that. body: the whole of it afterwards, where
-    the particles given are not all. Tests: tests/unit/test_ledger.py.
+    the particles given are not all. Tests: tests/unit/ledger/test_moments.py.
     """
     sums = totals(xp, misplaced, mass, before, after, velocity, dt)
     total, place, momentum, error, second, mixed = (cases[0] for cases in sums)
@@ -273,7 +273,7 @@ def removed(body: Whole, mass: Array, position: Array, velocity: Array) -> Remov
 
     sum m x (x) x of Q about the old centre of mass, and M' d (x) d for what is left, of mass M', whose centre of mass
     is at d = -sum m x/M' from there, at a velocity u = -sum m v/M'; so too of P and K.
-    Tests: tests/unit/test_ledger.py.
+    Tests: tests/unit/ledger/test_moments.py.
     """
     x, v = position - body.centre, velocity - body.velocity
     left = body.mass - mass.sum()

@@ -3,7 +3,7 @@
 A law has density(enthalpy), pressure(enthalpy), enthalpy(pressure), all increasing, and `surface_index`: where the
 pressure is zero, the density vanishes as e^surface_index (0: it is finite there). Any consistent units. A
 self-consistent field takes it scaled: as a function of x = e/e_max, in units of the largest density and of that times
-e_max. Tests: tests/unit/test_barotropes.py, tests/unit/test_scf.py.
+e_max. Tests: tests/unit/matter/test_barotropes.py, tests/unit/bodies/test_scf.py.
 """
 
 import math
@@ -260,7 +260,7 @@ class ScaledLaw:
 def polytropic_matter(index: float) -> ScaledLaw:
     """Return P = K rho^(1 + 1/n): rho ~ h^n, P = rho h/(n + 1); ValueError outside 0 <= n <= 4.5. n = 0 is a liquid.
 
-    Source: Hachisu 1986, ApJS 61, 479, eq. 6. Test: tests/unit/test_scf.py.
+    Source: Hachisu 1986, ApJS 61, 479, eq. 6. Test: tests/unit/bodies/test_scf.py.
 
     >>> matter = polytropic_matter(1.5)
     >>> print(float(matter.density(np.array(0.25))), float(matter.pressure(np.array(1.0))))  # x^n, 1/(n + 1)
@@ -279,7 +279,7 @@ def polytropic_matter(index: float) -> ScaledLaw:
 def matter_of(law: BarotropicLaw, max_enthalpy: float, name: str = "barotrope") -> ScaledLaw:
     """Return the matter of a law up to a largest enthalpy, in the law's units; ValueError unless that is positive.
 
-    Test: tests/unit/test_scf.py.
+    Test: tests/unit/bodies/test_scf.py.
 
     >>> matter = matter_of(PolytropicLaw(1.5), 2.0)
     >>> print(f"{matter.max_density:.6f} {matter.density(np.array(0.25)):.6f}")  # (2/2.5)^1.5, and 0.25^1.5

@@ -1,6 +1,6 @@
 """Cold matter of several exponents, and the equation of state of core collapse: that with a thermal part.
 
-Tests: tests/unit/test_eos.py.
+Tests: tests/unit/matter/test_gases_and_cold_matter.py.
 """
 
 import math

@@ -6,7 +6,7 @@ Between rows ln P is the cubic of ln eta whose slopes are the table's own (dP/d 
 from it: a power law is reproduced exactly. Two rows of one pressure are a phase transition, where the density jumps.
 
 Sources: Swesty 1996, J. Comput. Phys. 127, 118 (consistency by construction); Fritsch & Carlson 1980, SIAM J. Numer.
-Anal. 17, 238 (monotone cubics). Tests: tests/unit/test_compact_tables.py.
+Anal. 17, 238 (monotone cubics). Tests: tests/unit/matter/test_compact_tables.py.
 """
 
 import math

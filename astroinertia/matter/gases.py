@@ -21,7 +21,7 @@ densities `rho` > 0 and entropy functions `A` >= 0 of one shape, and work in any
 
     heated(xp, rho, A, q, least)   A of matter with the heat q besides, not below `least`, and what u misses of that
 
-Tests: tests/unit/test_eos.py.
+Tests: tests/unit/matter/test_gases_and_cold_matter.py.
 """
 
 import math

@@ -3,7 +3,7 @@
 du/dx = P(rho, u)/rho with x = ln rho is integrated from the reference density both ways (Runge-Kutta of order 4), for
 labels A that are spaced evenly in ln(1 + A/scale); the table is then that of the bicubic spline through all nodes, with
 a third derivative that is continuous at the nodes next to each edge.
-Tests: tests/unit/test_tabulated.py.
+Tests: tests/unit/matter/test_tabulated.py.
 """
 
 from collections.abc import Callable, Sequence

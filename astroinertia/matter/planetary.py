@@ -5,7 +5,7 @@ A material is a frozen dataclass and JAX pytree with `reference_density` (at no 
 
 Sources: Birch 1947, Phys. Rev. 71, 809; Vinet et al. 1989, J. Phys. Condens. Matter 1, 1941; Murnaghan 1944, PNAS 30,
 244; Seager et al. 2007, ApJ 669, 1279. Tillotson's equation is in tillotson.py.
-Tests: tests/unit/test_planetary.py.
+Tests: tests/unit/matter/test_planetary.py.
 """
 
 from collections.abc import Callable
@@ -143,7 +143,7 @@ def inverted(material: Any, pressure: Array) -> Array:
 
     Newton's method kept inside a bracket, from Murnaghan's density for the same K and K'; NaN where the pressure is
     beyond what the material reaches at 20 times its reference density or before its bulk modulus vanishes. Below no
-    pressure the density is rho_0 exp(P/K). Checked by tests/unit/test_planetary.py.
+    pressure the density is rho_0 exp(P/K). Checked by tests/unit/matter/test_planetary.py.
 
     >>> with jax.enable_x64(True):
     ...     print(f"{inverted(IRON_HCP, IRON_HCP.pressure(12000.0)):.6f}")
@@ -187,7 +187,7 @@ def inverted(material: Any, pressure: Array) -> Array:
 
 @double_precision()
 def pressure(material: Material, density: Array) -> Array:
-    """The cold pressure of a material at densities of any shape. Checked by tests/unit/test_planetary.py.
+    """The cold pressure of a material at densities of any shape. Checked by tests/unit/matter/test_planetary.py.
 
     >>> print(f"{pressure(IRON_HCP, 13000.0) / 1e9:.0f} GPa")  # cold iron as dense as the Earth's centre
     253 GPa
@@ -199,7 +199,7 @@ def pressure(material: Material, density: Array) -> Array:
 def density(material: Material, pressure: Array) -> Array:
     """The density of a material at pressures of any shape; NaN beyond the reach of its equation.
 
-    Checked by tests/unit/test_planetary.py.
+    Checked by tests/unit/matter/test_planetary.py.
 
     >>> print(f"{density(PEROVSKITE, 136e9):.0f} kg/m3")  # at the foot of the Earth's mantle, cold
     5547 kg/m3
@@ -209,7 +209,8 @@ def density(material: Material, pressure: Array) -> Array:
 
 @double_precision()
 def bulk_modulus(material: Material, density: Array) -> Array:
-    """K = rho dP/d rho at densities of any shape, by exact differentiation. Checked by tests/unit/test_planetary.py.
+    """K = rho dP/d rho at densities of any shape, by exact differentiation. Checked by
+    tests/unit/matter/test_planetary.py.
 
     >>> print(f"{bulk_modulus(IRON_HCP, 8300.0) / 1e9:.1f} GPa")  # at no pressure: that of the table
     156.2 GPa
@@ -222,7 +223,7 @@ def cold_energy(material: Material, density: Array) -> Array:
     """Energy a mass of compression from the reference density, the integral of P/rho^2 d rho, any shape.
 
     Gauss-Legendre quadrature, exact to round-off up to some fivefold compression. Source: dE = -P dV. Checked by
-    tests/unit/test_planetary.py.
+    tests/unit/matter/test_planetary.py.
 
     >>> small = cold_energy(IRON_HCP, 8300.0 * 1.001)
     >>> print(f"{small / (156.2e9 * 0.001**2 / (2 * 8300.0)):.3f}")  # Hooke: K (drho/rho)^2/(2 rho)

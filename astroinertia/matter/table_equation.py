@@ -4,7 +4,7 @@ The rows are those of a grid in density and either energy or another quantity, s
 rises with at each density: every density has as many rows as every other. Between them P is linear in u at each of the
 two densities beside, and then in ln rho; beyond the energies of a density it goes on linearly. Columns temperature and
 sound_speed may be there; they follow from the rest, and are not used.
-Tests: tests/unit/test_table_equation.py.
+Tests: tests/unit/matter/test_table_equation.py.
 """
 
 from collections.abc import Callable

@@ -8,7 +8,7 @@ Whatever the table's errors, the fluid is one of exact thermodynamics, for the s
 
 so that pressure's work is the change of u to round-off. Beyond the isentropes u goes on linearly in A; beyond the
 densities by its slope in x below (P in proportion to rho) and by slope and curvature above.
-Tests: tests/unit/test_tabulated.py. Tables are made by isentropes.py.
+Tests: tests/unit/matter/test_tabulated.py. Tables are made by isentropes.py.
 """
 
 import hashlib

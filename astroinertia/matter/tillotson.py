@@ -1,7 +1,7 @@
 """Tillotson's equation of state, with its parameters for rocks, iron and ice.
 
 Sources: Tillotson 1962, General Atomic report GA-3216; Melosh 1989, Impact Cratering, app. II; Benz & Asphaug 1999,
-Icarus 142, 5. Tests: tests/unit/test_planetary.py.
+Icarus 142, 5. Tests: tests/unit/matter/test_planetary.py.
 """
 
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """A state as named arrays and back: what a checkpoint holds, and what is required of one that may come from anywhere.
 
-Tests: tests/unit/test_checkpoint.py, tests/hard/test_altered_folders.py.
+Tests: tests/unit/models/test_checkpoint.py, tests/hard/test_altered_folders.py.
 """
 
 from collections.abc import Mapping

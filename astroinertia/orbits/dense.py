@@ -2,7 +2,7 @@
 
 IAS15 takes steps so short that the polynomial of degree 9 which has the place and its first four derivatives at both
 ends of a step follows the orbit to some 1e-14 of the distance. Derivatives of the attraction: Nitadori & Makino 2008,
-New Astronomy 13, 498, eqs. 10 to 16. Checked by tests/unit/test_dense_orbits.py.
+New Astronomy 13, 498, eqs. 10 to 16. Checked by tests/unit/orbits/test_dense.py.
 """
 
 import ctypes

@@ -18,7 +18,7 @@ def of_particles(
     """Masses (N,) at positions (N, 3) with velocities (N, 3), at rest without them, in any consistent units.
 
     softening is Plummer's, the same for all. ValueError where the numbers of particles differ or anything is not
-    finite. Checked by tests/unit/test_rebound_particles.py.
+    finite. Checked by tests/unit/orbits/test_particles.py.
 
     >>> print(of_particles(np.ones(3), np.eye(3)).N)
     3

@@ -26,7 +26,7 @@ def snapshots(path: str | Path, body: str | int | None = None, units: CodeUnits 
     `units` they are in code units, G = 1, for which the archive must say what its own are (`Simulation.units`) unless
     the code units are dimensionless. They go on by IAS15, whatever the archive was made with. ValueError, in a
     sentence, for a file that is no archive, a particle that is not there, or particles that come or go. Source: Rein &
-    Tamayo 2017, MNRAS 467, 2377. Checked by tests/unit/test_orbit_archive.py.
+    Tamayo 2017, MNRAS 467, 2377. Checked by tests/unit/orbits/test_rebound_archive.py.
 
     >>> import tempfile
     >>> bodies = rebound.Simulation()

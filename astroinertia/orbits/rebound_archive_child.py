@@ -2,7 +2,7 @@
 
 REBOUND trusts what an archive says of its lengths, and its memory with it; a flipped bit crashes it in one of four
 cases. Written to the standard output: a line of JSON, then m, x, y, z, vx, vy, vz of each particle of each snapshot,
-float64. It stands alone, so that it starts in a tenth of a second. Tests: tests/unit/test_orbit_archive.py.
+float64. It stands alone, so that it starts in a tenth of a second. Tests: tests/unit/orbits/test_rebound_archive.py.
 """
 
 import json

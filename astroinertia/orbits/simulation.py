@@ -15,7 +15,7 @@ BODY = "body"
 BARYCENTRE = "barycentre"
 """What a companion may go around: the centre of mass of the body and of all companions listed before it."""
 
-STEPS_PER_PERIOD = 40.0  # of WHFast where no time step is given; tests/unit/test_ephemeris.py has the error
+STEPS_PER_PERIOD = 40.0  # of WHFast where no time step is given; tests/unit/rotation/test_ephemeris.py has the error
 _CORRECTOR = 17  # the highest order of symplectic corrector that WHFast has
 _VECTORS = ("position", "velocity")
 _DIMENSIONS = {
@@ -94,7 +94,7 @@ def simulation(
     The integrator is "ias15" (adaptive, to round-off) or "whfast" (symplectic; timestep is the longest of its steps,
     a fortieth of the shortest period where none is given, which needs elements). ValueError where names contradict.
     Sources: Rein & Liu 2012, A&A 537, A128; Rein & Spiegel 2015, MNRAS 446, 1424 (IAS15); Rein & Tamayo 2015, MNRAS
-    452, 376 (WHFast). Checked by tests/unit/test_orbits.py.
+    452, 376 (WHFast). Checked by tests/unit/orbits/test_simulation.py.
 
     >>> moon = Companion(name="moon", mass=0.0123, position=(60.3, 0.0, 0.0), velocity=(0.0, 0.13, 0.0))
     >>> print(simulation(1.0, [moon]).N)
@@ -120,7 +120,8 @@ def companions(bodies: rebound.Simulation, around: dict[str, str] | None = None)
     """The other particles of a simulation as companions of particle 0, by osculating elements.
 
     around gives the name of what each of them goes around; BODY where it does not say. ValueError for an orbit that is
-    not bound. Particles without a name are called "particle 1" and so on. Checked by tests/unit/test_orbits.py.
+    not bound. Particles without a name are called "particle 1" and so on. Checked by
+    tests/unit/orbits/test_simulation.py.
 
     >>> moon = Companion(name="moon", mass=0.0123, semi_major_axis=60.3, eccentricity=0.055)
     >>> print(f"{companions(simulation(1.0, [moon]))[0].eccentricity:.6f}")  # to a simulation and back

@@ -45,7 +45,7 @@ _REPEATED = ("model", "engine", "precision", "kernel", "neighbours", "seed", "ap
 def write_report(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) -> int:
     """Write the report; how many pictures are in it. ArchiveError where it cannot be written.
 
-    Tests: tests/unit/test_pages.py.
+    Tests: tests/unit/pages/test_pages.py.
     """
     pictures = [_figure(name, figure) for name, figure in plots.figures(dataset, snapshots)]
     attrs, summary = dataset.attrs, tables(dataset)

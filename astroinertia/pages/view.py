@@ -27,7 +27,7 @@ _LASTS, _LONGEST = 6.0, 0.25  # seconds of a film, and of one picture
 def write_view(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) -> int:
     """Write the page; how many times it shows. ArchiveError where it cannot be written.
 
-    Tests: tests/unit/test_pages.py.
+    Tests: tests/unit/pages/test_pages.py.
     """
     numbers = film.chosen(dataset, snapshots)
     numbers = numbers[np.linspace(0, len(numbers) - 1, min(len(numbers), MOST_FRAMES)).round().astype(int)]

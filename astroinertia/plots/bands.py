@@ -16,7 +16,7 @@ Band = tuple[np.ndarray, np.ndarray | None, str]
 def error_of(dataset: xr.Dataset, name: str, scale: float = 1.0, **labels: Any) -> np.ndarray | None:
     """The error bar of a series over `scale`, of a vector without labels that of its length; None where there is none.
 
-    Test: tests/unit/test_error_bars.py.
+    Test: tests/unit/accuracy/test_error_bars.py.
     """
     if f"{name}_error" not in dataset:
         return None

@@ -28,7 +28,7 @@ def figure_sequences(points: int = 40) -> Figure:
     """Maclaurin, Jacobi, Dedekind and Riemann S figures, with their stability to second harmonics.
 
     points: the number of figures along each line, and of axis ratios of the map in both directions; ValueError below 8.
-    Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium. Test: tests/unit/test_figure_sequences.py.
+    Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium. Test: tests/unit/plots/test_figure_sequences.py.
 
     >>> print(figure_sequences(10).axes[6].get_title(loc="left"))
     Where Riemann ellipsoids exist

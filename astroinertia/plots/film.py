@@ -60,7 +60,7 @@ def frames(
 ) -> Iterator[np.ndarray]:
     """Pictures (height, width, 3) in bytes, all of one size, with one scale of colours and one frame of axes.
 
-    numbers: as `chosen` gives them. ArchiveError for a body that has no shape. Tests: tests/unit/test_film.py.
+    numbers: as `chosen` gives them. ArchiveError for a body that has no shape. Tests: tests/unit/plots/test_film.py.
     """
     subject = _ellipsoid(dataset, numbers) if snapshots is None else _fluid(snapshots, numbers)
     widths = camera(subject.extents)

@@ -42,7 +42,7 @@ def write_movie(
 
     path: ends in .mp4 or .gif. fps: pictures a second; without it the film lasts some 8 s. every: take every so many
     snapshots. listener: called with the pictures that are done and their number. ArchiveError for what cannot be filmed
-    or written; nothing is left behind then, nor after Ctrl-C. Tests: tests/unit/test_film.py.
+    or written; nothing is left behind then, nor after Ctrl-C. Tests: tests/unit/plots/test_film.py.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:

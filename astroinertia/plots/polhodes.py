@@ -12,7 +12,7 @@ def polhode(moments: np.ndarray, share: float, around: int, points: int = 241) -
     of the least or of the greatest moment; the other moments must differ from its own. share: from 0, the axis itself,
     to 1, the separatrix through the intermediate axis.
     Along a polhode |I x|^2 = D = L^2 / (2 T) is constant, so that two of the x_k^2 follow from the third: Poinsot
-    (1834); Landau & Lifshitz, Mechanics, section 37. Checked by tests/unit/test_inertia_plots.py.
+    (1834); Landau & Lifshitz, Mechanics, section 37. Checked by tests/unit/plots/test_inertia.py.
     """
     lone, middle, other = next(family for family in _FAMILIES if family[0] == around)
     lone_moment, middle_moment, other_moment = moments[lone], moments[middle], moments[other]

@@ -27,7 +27,7 @@ def density_slice(
 
     position (N, 3) relative to the middle of the picture, mass (N,), smoothing_length (N,); `reach` is half the width.
     sum_j m_j W(|x - x_j|, h_j) with the cubic spline (Monaghan 1992, ARA&A 30, 543), h_j at least the width of a pixel.
-    Tests: tests/unit/test_render.py.
+    Tests: tests/unit/plots/test_render.py.
     """
     centres, size, u, v, w = _seen(position, smoothing_length, plane, reach, pixels)
     near = abs(w) < KERNEL.support * size
@@ -49,7 +49,7 @@ def column_density(
 
     Arguments as for `density_slice`. A particle's mass is shared out over the pixels that its column reaches, inside
     the picture or not, in proportion to the column through its kernel at their centres: so the sum over all pixels is
-    the mass of what is seen, to rounding, at any resolution. Tests: tests/unit/test_render.py.
+    the mass of what is seen, to rounding, at any resolution. Tests: tests/unit/plots/test_render.py.
     """
     centres, size, u, v, _ = _seen(position, smoothing_length, plane, reach, pixels)
     image = np.zeros((pixels, pixels))

@@ -11,7 +11,7 @@ def check() -> None:
     """Look once at what is installed; InstallationError names the first package that is missing or of a wrong version.
 
     The one list is `dependencies` in pyproject.toml, which an installed package knows. A checkout that is imported
-    without having been installed knows none, and is not checked. Tests: tests/unit/test_requirements.py.
+    without having been installed knows none, and is not checked. Tests: tests/unit/process/test_requirements.py.
     """
     from packaging.requirements import Requirement
 

@@ -1,6 +1,6 @@
 """Spin-up by accretion: where the field holds the disc off, the period in balance with it, and how long that takes.
 
-SI throughout: kg, m, s, and the field at the magnetic equator in T. Tests: tests/unit/test_accretion.py.
+SI throughout: kg, m, s, and the field at the magnetic equator in T. Tests: tests/unit/rotation/test_accretion.py.
 """
 
 import math

@@ -3,7 +3,8 @@
 An attitude A (..., 3, 3) has the body's axes as rows, in inertial axes, so that x_body = A x_inertial. A rotation R
 (..., 3, 3) turns vectors, x -> R x. The rotation that turned the inertial axes into the body's is R = A^T; quaternions
 (..., 4), scalar first, and Euler angles are those of this R. Angles in radians.
-Source: Goldstein, Poole & Safko (2002), Classical Mechanics, chapter 4. Checked by tests/unit/test_attitude.py.
+Source: Goldstein, Poole & Safko (2002), Classical Mechanics, chapter 4. Checked by
+tests/unit/rotation/test_attitude.py.
 """
 
 from typing import Any
@@ -18,7 +19,7 @@ _AXES = "xyz"
 def cross_matrix(vector: Array) -> Array:
     """The antisymmetric matrix (..., 3, 3) with [v] x = v cross x, of vectors (..., 3).
 
-    Test: tests/unit/test_attitude.py.
+    Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(cross_matrix(np.array([0.0, 0.0, 1.0])) @ [1.0, 0.0, 0.0])  # z cross x
     [0. 1. 0.]
@@ -34,7 +35,7 @@ def rotation(vector: Array) -> Array:
     """The rotation (..., 3, 3) about a rotation vector (..., 3): its direction is the axis, its length the angle.
 
     To round-off for any angle, with derivatives at 0. Source: Rodrigues' formula, Goldstein et al. eq. 4.62.
-    Test: tests/unit/test_attitude.py.
+    Test: tests/unit/rotation/test_attitude.py.
 
     >>> print((rotation(np.array([0.0, 0.0, np.pi / 2])) @ [1.0, 0.0, 0.0]).round(12))  # a quarter turn about z
     [0. 1. 0.]
@@ -54,7 +55,7 @@ def rotation(vector: Array) -> Array:
 def rotation_vector(rotation: Array) -> Array:
     """The rotation vector (..., 3) of a rotation (..., 3, 3), of length 0 to pi; the inverse of `rotation`.
 
-    To round-off for any angle: at pi either of the two directions. Test: tests/unit/test_attitude.py.
+    To round-off for any angle: at pi either of the two directions. Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(rotation_vector(rotation(np.array([0.1, 0.2, 0.3]))).round(12))  # the inverse
     [0.1 0.2 0.3]
@@ -72,7 +73,7 @@ def quaternion(attitude: Array) -> Array:
     """The unit quaternion (..., 4), scalar first and not negative, of an attitude (..., 3, 3).
 
     Source: Shepperd (1978), Journal of Guidance and Control 1, 223: the largest of the four components is taken from
-    the diagonal, so that no digits are lost at any angle. Test: tests/unit/test_attitude.py.
+    the diagonal, so that no digits are lost at any angle. Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(quaternion(rotation(np.array([0.0, 0.0, np.pi / 2])).T).round(6))  # of a body turned about z
     [0.707107 0.       0.       0.707107]
@@ -98,7 +99,7 @@ def quaternion(attitude: Array) -> Array:
 def attitude_of_quaternion(quaternion: Array) -> Array:
     """The attitude (..., 3, 3) of a quaternion (..., 4), scalar first, of any length but 0.
 
-    Source: Goldstein et al. eq. 4.47'. Test: tests/unit/test_attitude.py.
+    Source: Goldstein et al. eq. 4.47'. Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(np.diag(attitude_of_quaternion(np.array([0.0, 0.0, 0.0, 1.0]))))  # half a turn about z
     [-1. -1.  1.]
@@ -117,7 +118,7 @@ def attitude_of_quaternion(quaternion: Array) -> Array:
 def quaternion_product(left: Array, right: Array) -> Array:
     """The quaternion (..., 4) of the rotation `right` followed by the rotation `left`, both in inertial axes.
 
-    Source: Hamilton's product. Test: tests/unit/test_attitude.py.
+    Source: Hamilton's product. Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(quaternion_product(np.array([0.0, 1, 0, 0]), np.array([0.0, 0, 1, 0])))  # i j = k
     [0. 0. 0. 1.]
@@ -135,7 +136,7 @@ def attitude_of_euler_angles(angles: Array, sequence: str = "zxz") -> Array:
     R = R_i(first) R_j(second) R_k(third), each about an axis of the body as it stands then (intrinsic). "zxz" is that
     of mechanics and of astronomy, angles (precession, nutation, spin); "zyx" is yaw, pitch and roll. ValueError for
     another sequence than two or three different axes. Source: Goldstein et al. section 4.4 and appendix A.
-    Test: tests/unit/test_attitude.py.
+    Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(attitude_of_euler_angles(np.array([0.0, np.pi / 2, 0.0]))[2].round(12) + 0.0)  # its axis, tilted
     [ 0. -1.  0.]
@@ -154,7 +155,7 @@ def euler_angles(attitude: Array, sequence: str = "zxz") -> Array:
     The inverse of `attitude_of_euler_angles`: first and third from -pi to pi; second from 0 to pi where the sequence
     begins and ends with the same axis, else from -pi/2 to pi/2. The angles give the attitude back to round-off
     everywhere; where the second is at an end of its range only a sum of the others is defined. ValueError for another
-    sequence than two or three different axes. Test: tests/unit/test_attitude.py.
+    sequence than two or three different axes. Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(euler_angles(attitude_of_euler_angles(np.array([0.3, 0.4, 0.5]))).round(12))  # the inverse
     [0.3 0.4 0.5]
@@ -185,7 +186,7 @@ def nearest_rotation(matrix: Array) -> Array:
     """The rotation nearest to a matrix (..., 3, 3) in the sum of squares; an attitude as much as a rotation.
 
     Source: Horn, Hilden & Negahdaripour (1988), J. Opt. Soc. Am. A 5, 1127, by singular values.
-    Test: tests/unit/test_attitude.py.
+    Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(np.diag(nearest_rotation(1.1 * np.eye(3))).round(12))
     [1. 1. 1.]
@@ -200,7 +201,7 @@ def nearest_rotation(matrix: Array) -> Array:
 def angle_between(one: Array, other: Array) -> Array:
     """The angle (...,), 0 to pi, of the rotation between two attitudes (..., 3, 3), to 1e-15 of a radian.
 
-    Test: tests/unit/test_attitude.py.
+    Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(f"{angle_between(np.eye(3), rotation(np.array([0.0, 0.0, 0.25]))):.6f}")
     0.250000
@@ -212,7 +213,7 @@ def angle_between(one: Array, other: Array) -> Array:
 def attitude_rate(attitude: Array, body_angular_velocity: Array) -> Array:
     """dA/dt = -[omega] A, (..., 3, 3), of an attitude and the angular velocity (..., 3) in body axes, in rad per time.
 
-    Source: Goldstein et al. section 4.9. Test: tests/unit/test_attitude.py.
+    Source: Goldstein et al. section 4.9. Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(attitude_rate(np.eye(3), np.array([0.0, 0.0, 2.0]))[0])  # where body axis 1 goes: to +y
     [0. 2. 0.]
@@ -223,7 +224,7 @@ def attitude_rate(attitude: Array, body_angular_velocity: Array) -> Array:
 def body_angular_velocity(attitude: Array, attitude_rate: Array) -> Array:
     """The angular velocity (..., 3) in body axes of an attitude and its rate (..., 3, 3); undoes `attitude_rate`.
 
-    Test: tests/unit/test_attitude.py.
+    Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(body_angular_velocity(np.eye(3), attitude_rate(np.eye(3), np.array([0.0, 0.0, 2.0]))))
     [0. 0. 2.]

@@ -8,7 +8,7 @@ orbit as well. With the obliquity theta, from n to s, positive towards k and bey
 
 States are numbered as by Peale: 1, 2, 3 are stable and 4 is not; 1 and 4 end together where the node is fast.
 Sources: Colombo 1966, AJ 71, 891; Peale 1969, AJ 74, 483; Ward 1975, AJ 80, 64; Henrard & Murigande 1987, Celest. Mech.
-40, 345. Tests: tests/unit/test_cassini.py.
+40, 345. Tests: tests/unit/rotation/test_cassini.py.
 """
 
 from typing import Any, NamedTuple
@@ -41,7 +41,7 @@ def hansen_coefficient(eccentricity: float, p: float) -> float:
 
     The mean of (a/r)^3 cos(2 f - 2 p M) over an orbit: H(1) = 1 - 5 e^2/2 + ..., H(3/2) = 7 e/2 - ...; ValueError for
     2p that is no integer and for e outside 0 <= e < 1. Source: Goldreich & Peale 1966, AJ 71, 425; Cayley 1861.
-    Checked by tests/unit/test_cassini.py.
+    Checked by tests/unit/rotation/test_cassini.py.
 
     >>> print(f"{hansen_coefficient(0.2056, 1.5):.4f}")  # 7 e/2 - ..., of Mercury
     0.6542
@@ -68,7 +68,7 @@ def critical_node_rate(precession_constant: float, inclination: float) -> float:
     """|node rate| above which states 1 and 4 are gone, alpha/(sin^(2/3) i + cos^(2/3) i)^(3/2), rad s-1.
 
     For free spin. Source: Henrard & Murigande 1987; Ward & Hamilton 2004, AJ 128, 2501, (4).
-    Checked by tests/unit/test_cassini.py.
+    Checked by tests/unit/rotation/test_cassini.py.
 
     >>> print(f"{critical_node_rate(1.0, np.radians(5.0)):.3f}")
     0.766
@@ -81,7 +81,7 @@ def cassini_states(precession_constant: float, node_rate: float, inclination: fl
 
     precession_constant: alpha, above 0; node_rate: of the orbit about k, negative where the node regresses. ValueError
     for a node rate or inclination of zero, where s may stand anywhere. Source: Colombo 1966; Ward 1975.
-    Checked by tests/unit/test_cassini.py and by the motion in tests/unit/test_secular_spin.py.
+    Checked by tests/unit/rotation/test_cassini.py and by the motion in tests/unit/rotation/test_secular_spin.py.
 
     >>> print(len(cassini_states(1.0, -0.1, 0.05)), len(cassini_states(1.0, -2.0, 0.05)))  # slow node, fast node
     4 2
@@ -117,7 +117,7 @@ def resonant_obliquity(
     moment_ratio: C/(M R^2) for the radius of J2 and C22; inclination to the pole of the orbit's precession; node_rate
     negative for a regressing node; primary_share: GM of the primary over n^2 a^3, 0.988 for the Moon. It is state 2
     where there is no state 1, as for the Moon, and state 1 otherwise, as for Mercury. ValueError for what has no such
-    state. Source: Peale 1969, (18); Peale 1981, Icarus 48, 143. Checked by tests/unit/test_cassini.py.
+    state. Source: Peale 1969, (18); Peale 1981, Icarus 48, 143. Checked by tests/unit/rotation/test_cassini.py.
 
     >>> month, node = 27.3217 * 86400, 18.6 * 3.15576e7  # the Moon, locked, in state 2
     >>> rates = 2 * np.pi / month, -2 * np.pi / node
@@ -149,7 +149,7 @@ def moment_ratio_from_obliquity(
 
     The inverse of `resonant_obliquity`, with its arguments; the obliquity is positive towards the pole and beyond.
     ValueError where the node does not move or s lies in line with k. Source: Peale 1981; Margot et al. 2012, JGR
-    Planets 117, E00L09. Checked by tests/unit/test_cassini.py.
+    Planets 117, E00L09. Checked by tests/unit/rotation/test_cassini.py.
 
     >>> month, node = 27.3217 * 86400, 18.6 * 3.15576e7
     >>> known = 2.033e-4, 2.24e-5, 2 * np.pi / month, -2 * np.pi / node, np.radians(5.145)

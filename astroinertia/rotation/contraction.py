@@ -1,7 +1,8 @@
 """Slow contraction: how fast planets and young stars shrink as they radiate, for the spin-up that follows.
 
 A body of polytropic structure in equilibrium has the energy -w G M^2/R with w = (3 gamma - 4)/((gamma - 1)(5 - n)), and
-loses it at its luminosity. SI, or any consistent units with the G given. Tests: tests/unit/test_contraction.py.
+loses it at its luminosity. SI, or any consistent units with the G given. Tests:
+tests/unit/rotation/test_contraction.py.
 """
 
 import math

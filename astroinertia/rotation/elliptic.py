@@ -6,7 +6,7 @@ arrays, within an eighth of a period of a multiple of a quarter: there nothing c
 all their digits. Series in the nome of the modulus serve up to k^2 = 1/2, beyond it those in the nome of the
 complementary modulus k' (Jacobi's imaginary transformation), which get shorter as k goes to 1.
 
-Source: DLMF chapters 19, 20 and 22 (https://dlmf.nist.gov). Tests: tests/unit/test_elliptic.py.
+Source: DLMF chapters 19, 20 and 22 (https://dlmf.nist.gov). Tests: tests/unit/rotation/test_elliptic.py.
 """
 
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ def digits(count: int = _DIGITS):
 def exact(value: Number) -> Fraction:
     """The exact value of a number; a decimal string is that decimal, and a float what its bits say.
 
-    ValueError where it is not a finite number. Test: tests/unit/test_elliptic.py.
+    ValueError where it is not a finite number. Test: tests/unit/rotation/test_elliptic.py.
     """
     if isinstance(value, np.generic) or (isinstance(value, np.ndarray) and value.ndim == 0):
         value = value.item()
@@ -54,7 +54,7 @@ def decimal(value: Fraction) -> Decimal:
 
 
 def sine_and_cosine(angle: Fraction) -> tuple[Decimal, Decimal]:
-    """Sine and cosine of an angle of a few radians, to all digits of `digits()`. Test: test_elliptic.py."""
+    """Sine and cosine of an angle of a few radians, to all digits of `digits()`."""
     size, term, sums, n = decimal(angle), Decimal(1), [Decimal(0), Decimal(0)], 0
     while n < 2 or (term and term.adjusted() > sums[1].adjusted() - getcontext().prec):
         sums[n % 2] += term if n % 4 < 2 else -term
@@ -64,7 +64,7 @@ def sine_and_cosine(angle: Fraction) -> tuple[Decimal, Decimal]:
 
 
 def arithmetic_geometric_mean(one: Decimal, other: Decimal) -> Decimal:
-    """Gauss's mean of two positive numbers; within `digits()`. Source: DLMF 19.8.1. Test: test_elliptic.py."""
+    """Gauss's mean of two positive numbers; within `digits()`. Source: DLMF 19.8.1."""
     while True:
         mean, one_before = (one + other) / 2, one
         if abs(one - other) <= _HALF_CONVERGED * mean:
@@ -75,7 +75,7 @@ def arithmetic_geometric_mean(one: Decimal, other: Decimal) -> Decimal:
 def carlson_rf(x: Decimal, y: Decimal, z: Decimal) -> Decimal:
     """Carlson's R_F of numbers that are not negative, at most one of them zero; within `digits()`.
 
-    Source: Carlson (1995), Numer. Algorithms 10, 13, by duplication. Test: tests/unit/test_elliptic.py.
+    Source: Carlson (1995), Numer. Algorithms 10, 13, by duplication. Test: tests/unit/rotation/test_elliptic.py.
     """
     while True:
         mean = (x + y + z) / 3
@@ -95,7 +95,7 @@ def complete_integral(complement: Decimal, weight: Decimal, cosine_part: Decimal
 
     The integral from 0 to pi/2 of (a cos^2 + b sin^2)/((cos^2 + p sin^2) sqrt(cos^2 + k'^2 sin^2)); without
     cancellation where a and b have one sign. Source: Bulirsch (1969), Numer. Math. 13, 305; DLMF 19.2.11.
-    Test: tests/unit/test_elliptic.py.
+    Test: tests/unit/rotation/test_elliptic.py.
     """
     k, product, m, p = complement, complement, Decimal(1), weight.sqrt()
     a, b = cosine_part, sine_part / p
@@ -112,7 +112,7 @@ def complete_integral(complement: Decimal, weight: Decimal, cosine_part: Decimal
 class Modulus:
     """A modulus k by its square and the square of its complement k', which keeps the digits next to k = 1.
 
-    Both of 60 digits, from 0 to 1; k' is not 0. Source: DLMF 22.2. Test: tests/unit/test_elliptic.py.
+    Both of 60 digits, from 0 to 1; k' is not 0. Source: DLMF 22.2. Test: tests/unit/rotation/test_elliptic.py.
     """
 
     square: Decimal
@@ -164,7 +164,7 @@ class Modulus:
     def incomplete(self, sine: Decimal, cosine_square: Decimal, delta_square: Decimal, ahead: bool) -> Decimal:
         """The u of given sn, cn^2, dn^2, all in 60 digits, from -2K to 2K; `ahead` says that cn is not negative.
 
-        Source: DLMF 19.25.5 and 22.15. Test: tests/unit/test_elliptic.py.
+        Source: DLMF 19.25.5 and 22.15. Test: tests/unit/rotation/test_elliptic.py.
         """
         with digits():
             argument = sine * carlson_rf(cosine_square, delta_square, Decimal(1))
@@ -190,7 +190,7 @@ def jacobi(modulus: Modulus, quarters: np.ndarray, rest: np.ndarray) -> tuple[np
     """sn, cn and dn, each (...,), at u = 4K (quarters/4 + rest), with whole quarters and |rest| up to an eighth.
 
     Relative error below 3e-15 + 1e-15 K|rest|, also where a function is next to 0. Source: DLMF 22.2.4 to 22.2.6,
-    20.2 and 20.7(viii). Test: tests/unit/test_elliptic.py.
+    20.2 and 20.7(viii). Test: tests/unit/rotation/test_elliptic.py.
     """
     odd, even = _first_terms(modulus.log_nome, True), _first_terms(modulus.log_nome, False)
     root, other_root = modulus._roots
@@ -228,7 +228,7 @@ class Clock:
     def turns(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Quarters of a turn (...,), whole numbers from -2 to 2, and the rest (...,) of a turn, up to an eighth.
 
-        The error of the rest is 1e-16 of itself and 1e-32 of all turns. Test: tests/unit/test_elliptic.py.
+        The error of the rest is 1e-16 of itself and 1e-32 of all turns. Test: tests/unit/rotation/test_elliptic.py.
         """
         with digits():
             start = self.start - self.start.to_integral_value()
@@ -244,7 +244,7 @@ class Clock:
 def hyperbolic(rate: Decimal, start: Decimal, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """sech u and tanh u (...,) at u = start + rate x time, sech to round-off of itself; Jacobi's functions for k = 1.
 
-    Test: tests/unit/test_free_top.py.
+    Test: tests/unit/rotation/test_free_top.py.
     """
     with digits():
         high, low = two_parts(rate, start, times)
@@ -256,7 +256,7 @@ def hyperbolic(rate: Decimal, start: Decimal, times: np.ndarray) -> tuple[np.nda
 def unit(quarters: np.ndarray, rest: np.ndarray) -> np.ndarray:
     """exp(2 pi i (quarters/4 + rest)), (...,): a Clock's turns as a point of the circle, exact in the quarters.
 
-    Test: tests/unit/test_elliptic.py.
+    Test: tests/unit/rotation/test_elliptic.py.
     """
     return np.array([1.0, 1.0j, -1.0, -1.0j])[quarters % 4] * np.exp(2.0j * np.pi * rest)
 
@@ -264,7 +264,7 @@ def unit(quarters: np.ndarray, rest: np.ndarray) -> np.ndarray:
 def two_parts(rate: Decimal, start: Decimal, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """start + rate x times as a double (...,) and what it lacks (...,), to 1e-32; within `digits()`.
 
-    Source: Dekker (1971), Numer. Math. 18, 224. Test: tests/unit/test_elliptic.py.
+    Source: Dekker (1971), Numer. Math. 18, 224. Test: tests/unit/rotation/test_elliptic.py.
     """
     (rate_high, rate_low), (start_high, start_low) = _pair(rate), _pair(start)
     high, low = _product(rate_high, times)

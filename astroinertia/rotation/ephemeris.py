@@ -89,7 +89,7 @@ def ephemeris(bodies: Any, end: float, tolerance: float | None = None) -> Epheme
     The simulation stays as it is, and forces that a user added to it are left out. tolerance is the error allowed at
     the points of the check, over the distance: 1e-13 where none is given, and 1e-8 with WHFast, whose orbits are less
     smooth. ValueError where there is no companion or no time; NumericalError where the tolerance is not reached, or
-    where the table would outgrow the memory. Checked by tests/unit/test_ephemeris.py.
+    where the table would outgrow the memory. Checked by tests/unit/rotation/test_ephemeris.py.
     """
     start, span = float(bodies.t), float(end) - float(bodies.t)
     if bodies.N < 2:
@@ -109,7 +109,7 @@ def archive_ephemeris(
     body and units are those of `orbits.rebound_archive.snapshots`. From each snapshot REBOUND goes on to the next;
     there both must meet within the tolerance, over the distance: so forces that the archive does not know are noticed.
     ValueError for what is no such archive or ends before `end`; NumericalError where snapshots do not meet. Checked by
-    tests/unit/test_orbit_archive.py.
+    tests/unit/orbits/test_rebound_archive.py.
     """
     from astroinertia.orbits import rebound_archive, states
 

@@ -1,6 +1,6 @@
 """A long record taken apart into a rate, a slow change of it and periodic terms of known frequencies.
 
-Tests: tests/unit/test_harmonic_fit.py.
+Tests: tests/unit/rotation/test_harmonic_fit.py.
 """
 
 from typing import Any, NamedTuple
@@ -28,7 +28,7 @@ class HarmonicFit(NamedTuple):
     residual: float
 
     def steady(self, times: Array) -> np.ndarray:
-        """The values at times (...,) without the periodic terms. Checked by tests/unit/test_harmonic_fit.py."""
+        """The values at times (...,) without the periodic terms."""
         t = np.asarray(times, dtype=float)
         return self.offset + t * (self.rate + 0.5 * self.acceleration * t)
 
@@ -37,7 +37,7 @@ def harmonic_fit(times: Array, values: Array, frequencies: Array = (), phases: A
     """Least squares of values (N,) at times (N,) by terms of frequencies f (J,) and phases p (J,), 0 unless given.
 
     The rate is that at time 0: put 0 in the middle. ValueError for fewer values than numbers to find; NumericalError
-    where the record is too short to tell terms apart. Checked by tests/unit/test_harmonic_fit.py.
+    where the record is too short to tell terms apart. Checked by tests/unit/rotation/test_harmonic_fit.py.
 
     >>> t = np.linspace(-10.0, 10.0, 201)
     >>> fit = harmonic_fit(t, 0.5 * t + 2.0 * np.sin(3.0 * t), np.array([3.0]))

@@ -1,4 +1,4 @@
-"""Observed pulsars: `data/pulsars.csv`, with the source of each number. Tests: tests/unit/test_pulsars.py."""
+"""Observed pulsars: `data/pulsars.csv`, with the source of each number. Tests: tests/unit/rotation/test_pulsars.py."""
 
 import csv
 import math

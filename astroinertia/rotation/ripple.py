@@ -6,7 +6,7 @@ is the place of the pole. The residues of tops are +-i/2, whatever their moments
 As a phase it is known to round-off, also where the pole is next to the real axis and the angle goes in steps.
 
 Source: Whittaker (1937), Analytical Dynamics, section 69; DLMF 20.2 and 20.7(viii). Tests:
-tests/unit/test_free_attitude.py, tests/unit/test_heavy_top.py.
+tests/unit/rotation/test_free_attitude.py, tests/unit/rotation/test_heavy_top.py.
 """
 
 import math
@@ -23,7 +23,7 @@ def phase_ripple(modulus: Modulus, weight: Decimal, quarters: np.ndarray, rest: 
     """exp(i (angle - mean)) (...,) of an angle whose rate is its greatest at sn = 0, as 1/(cn^2 + weight sn^2).
 
     weight: 1 or more; at u = 4K (quarters/4 + rest), |rest| up to an eighth. The phase is that of the conjugate of
-    -i theta_1(w + ih), less w. Test: tests/unit/test_free_attitude.py.
+    -i theta_1(w + ih), less w. Test: tests/unit/rotation/test_free_attitude.py.
     """
     with digits():
         if weight <= 1:
@@ -45,7 +45,7 @@ def phase_ripple(modulus: Modulus, weight: Decimal, quarters: np.ndarray, rest: 
 def limit_ripple(weight: Decimal, tanh: np.ndarray) -> np.ndarray:
     """The same for k = 1, where the mean rate is that of both ends, from tanh u (...,).
 
-    Test: tests/unit/test_free_attitude.py.
+    Test: tests/unit/rotation/test_free_attitude.py.
     """
     with digits():
         sine, cosine = float((1 / weight).sqrt()), float((1 - 1 / weight).sqrt())

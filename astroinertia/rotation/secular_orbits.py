@@ -3,7 +3,7 @@
 With zeta_j = sin(I_j/2) exp(i node_j) of each planet, d zeta/dt = i B zeta, and each plane is a sum of as many steady
 turns as there are planets, one of which stands still. Eccentricities and higher orders, which change the rates by a few
 per cent and let them wander over 1e8 years, are left out. Source: Murray & Dermott 1999, Solar System Dynamics, chapter
-7. Tests: tests/unit/test_secular_orbits.py.
+7. Tests: tests/unit/rotation/test_secular_orbits.py.
 """
 
 from typing import Any, NamedTuple
@@ -29,7 +29,7 @@ def laplace_coefficient(s: float, j: int, ratio: float) -> float:
     """b_s^(j)(ratio) = (1/pi) int_0^(2 pi) cos(j psi)/(1 - 2 ratio cos psi + ratio^2)^s dpsi, to round-off.
 
     ValueError for a ratio outside 0 <= ratio < 1. Source: Murray & Dermott 1999, (6.67). Checked by
-    tests/unit/test_secular_orbits.py.
+    tests/unit/rotation/test_secular_orbits.py.
 
     >>> print(laplace_coefficient(0.5, 0, 0.0))  # 2, of a vanishing ratio
     2.0
@@ -53,7 +53,7 @@ def node_modes(
 
     sin(I/2) exp(i node) of planet j is the sum over modes of amplitudes[j] exp(i (rates t + phases[j])), as
     `secular_spin.orbit_normal` takes it. ValueError for lengths that differ or values that are not above 0.
-    Source: Murray & Dermott 1999, (7.10), (7.11) and (7.27). Checked by tests/unit/test_secular_orbits.py.
+    Source: Murray & Dermott 1999, (7.10), (7.11) and (7.27). Checked by tests/unit/rotation/test_secular_orbits.py.
 
     >>> masses, axes = np.array([1.267e17, 3.793e16]), np.array([7.785e11, 1.433e12])  # Jupiter and Saturn
     >>> modes = node_modes(1.327e20, masses, axes, np.array([0.01, 0.02]), np.array([0.0, 1.0]))

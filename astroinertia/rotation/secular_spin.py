@@ -5,7 +5,7 @@
 A step turns s about the n of its middle by the exact angle, so |s| = 1 to round-off for ever and the step need only
 resolve the orbit, not the precession; steps are composed to order 4 by Suzuki's fractal, all of it reversible in time.
 Sources: Ward 1973, Science 181, 260; Laskar & Robutel 1993, Nature 361, 608; Suzuki 1990, Phys. Lett. A 146, 319.
-Tests: tests/unit/test_secular_spin.py; a billion years: tests/hard/test_secular_spin_hard.py.
+Tests: tests/unit/rotation/test_secular_spin.py; a billion years: tests/hard/test_secular_spin_hard.py.
 """
 
 from typing import Any, NamedTuple
@@ -35,7 +35,7 @@ def orbit_normal(times: Array, amplitudes: Array, rates: Array, phases: Array) -
     """Normals (..., 3) of an orbit whose sin(I/2) exp(i node) is a sum of terms (J,): rad, rad s-1, rad.
 
     The reference plane is x-y and nodes are from x. ValueError where the terms add up beyond sin(I/2) = 1.
-    Source: Laskar 1988, A&A 198, 341. Checked by tests/unit/test_secular_spin.py.
+    Source: Laskar 1988, A&A 198, 341. Checked by tests/unit/rotation/test_secular_spin.py.
 
     >>> print(orbit_normal(0.0, np.array([np.sin(0.05)]), np.array([0.0]), np.array([0.0])).round(4))  # tilted by 0.1
     [ 0.     -0.0998  0.995 ]
@@ -57,7 +57,7 @@ def spin_history(
     planet change it. steps_per_radian: of the fastest of the orbit's rates and a tenth of alpha. ValueError for times
     that do not increase, an axis of zero length, and a span of more than 2e9 steps.
     A billion years take 0.3 s with one term and 5 s with the eight of the planets.
-    Checked by tests/unit/test_secular_spin.py.
+    Checked by tests/unit/rotation/test_secular_spin.py.
     """
     times, start = np.asarray(times, dtype=float), np.asarray(axis, dtype=float)
     terms = _terms(amplitudes, rates, phases)

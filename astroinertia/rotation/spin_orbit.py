@@ -6,7 +6,7 @@ A body that turns about its axis of C, normal to its orbit, by the angle theta o
 
 Near theta' = p n, gamma = theta - p M swings as a pendulum of strength H(p, e) (`cassini.hansen_coefficient`).
 Sources: Goldreich & Peale 1966, AJ 71, 425; Wisdom, Peale & Mignard 1984, Icarus 58, 137.
-Tests: tests/unit/test_spin_orbit.py.
+Tests: tests/unit/rotation/test_spin_orbit.py.
 """
 
 from functools import partial
@@ -38,7 +38,7 @@ class Section(NamedTuple):
 def asphericity(moments: Array) -> Array:
     """omega_0 = (3 (B - A)/C)^(1/2) of principal moments (..., 3) in any order; ValueError where one is not above 0.
 
-    Source: Wisdom, Peale & Mignard 1984. Checked by tests/unit/test_spin_orbit.py.
+    Source: Wisdom, Peale & Mignard 1984. Checked by tests/unit/rotation/test_spin_orbit.py.
 
     >>> print(f"{asphericity(np.array([1.0, 1.5, 2.0])):.4f}")  # sqrt(3 (B - A) / C)
     0.8660
@@ -53,7 +53,7 @@ def resonance_half_width(p: float, eccentricity: float, asphericity: float) -> f
     """The largest |theta' - p n|/n inside the resonance of p turns an orbit, omega_0 |H(p, e)|^(1/2).
 
     It is also the rate of small swings over n. Source: Wisdom, Peale & Mignard 1984, (5). Checked by
-    tests/unit/test_spin_orbit.py.
+    tests/unit/rotation/test_spin_orbit.py.
 
     >>> print(f"{resonance_half_width(1.5, 0.2056, 0.018):.2e}")  # of Mercury's 3:2, in mean motions
     1.46e-02
@@ -65,7 +65,7 @@ def overlap_asphericity(eccentricity: float) -> float:
     """The omega_0 above which the resonances 1:1 and 3:2 touch and chaos is wide, by Chirikov's criterion.
 
     1/(2 + (14 e)^(1/2)) to first order in e; Hyperion's 0.31 is far below its own omega_0. Source: Wisdom, Peale &
-    Mignard 1984, (8). Checked by tests/unit/test_spin_orbit.py.
+    Mignard 1984, (8). Checked by tests/unit/rotation/test_spin_orbit.py.
 
     >>> print(f"{overlap_asphericity(0.1):.2f}")  # Hyperion has 0.89: chaos
     0.32
@@ -77,7 +77,7 @@ def tidal_equilibrium_rate(eccentricity: float) -> float:
     """theta'/n at which a tide that grows with its frequency (constant time lag) has no mean torque.
 
     1 + 6 e^2 + ... Source: Goldreich & Peale 1966; Hut 1981, A&A 99, 126, (45). Checked by
-    tests/unit/test_spin_orbit.py.
+    tests/unit/rotation/test_spin_orbit.py.
 
     >>> print(f"{tidal_equilibrium_rate(0.2056):.3f}")  # Mercury's, in mean motions, if tides alone decided
     1.256
@@ -96,7 +96,7 @@ def capture_probability(
     2/(1 + pi V/(2 nu)): V = p - equilibrium_rate, where the torque vanishes (theta'/n; that of `tidal_equilibrium_rate`
     unless given), and nu the resonance's half width; 1 where that is above 1, 0 where the resonance has no strength.
     ValueError where V < 0: the spin is then driven away from the resonance. Source: Goldreich & Peale 1966, (28).
-    Checked by tests/unit/test_spin_orbit.py, and by the motion itself.
+    Checked by tests/unit/rotation/test_spin_orbit.py, and by the motion itself.
 
     >>> print(f"{capture_probability(1.5, 0.2056, 0.018):.2f}")
     0.07
@@ -116,7 +116,8 @@ def surface_of_section(
 
     steps: an orbit; they are symplectic. damping: of theta' towards equilibrium_rate, over n, taken exactly at each
     pericentre. ValueError for an eccentricity outside 0 <= e < 1 or counts below 1.
-    Source: Wisdom, Peale & Mignard 1984, figure 2; Blanes & Moan 2002. Checked by tests/unit/test_spin_orbit.py.
+    Source: Wisdom, Peale & Mignard 1984, figure 2; Blanes & Moan 2002. Checked by
+    tests/unit/rotation/test_spin_orbit.py.
 
     >>> section = surface_of_section(0.0, 0.2, np.array([0.1]), np.array([1.0]), 20)
     >>> print(f"{abs(section.rate - 1).max():.3f}")  # a pendulum: at most asphericity times angle

@@ -4,7 +4,7 @@ Euler's equations with the torque of a point mass on a Kepler orbit, to the quad
 along a small difference, which is scaled back once an orbit; time is in units of 1/n. The same motion, without the
 difference, is that of the `rigid` model with the effect gravity_gradient.
 Sources: Wisdom, Peale & Mignard 1984, Icarus 58, 137; Benettin et al. 1980, Meccanica 15, 9.
-Tests: tests/unit/test_tumbling.py.
+Tests: tests/unit/rotation/test_tumbling.py.
 """
 
 from typing import Any, NamedTuple
@@ -48,7 +48,7 @@ def divergence(
     (3,), in inertial axes and the units of mean_motion. The orbit is in the x-y plane, its pericentre towards x.
     ValueError for moments that are no body's, an eccentricity outside 0 <= e < 1 or fewer than two orbits;
     NumericalError where the integration fails. Source: Wisdom, Peale & Mignard 1984, section 6; Benettin et al. 1980.
-    Checked by tests/unit/test_tumbling.py.
+    Checked by tests/unit/rotation/test_tumbling.py.
     """
     inertia, axes = np.asarray(moments, dtype=float), np.asarray(attitude, dtype=float)
     largest = inertia.max()

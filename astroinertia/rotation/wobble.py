@@ -8,7 +8,7 @@ to first order in the flattening; A_m is the moment of what takes part (mantle a
 k how far the body yields to the change of its centrifugal force and k_s the k that a fluid of this flattening would
 have. A complex k, of negative imaginary part, damps. No k is fitted to the observed period: each share has its cause.
 Sources: Munk & MacDonald 1960, The Rotation of the Earth; Smith & Dahlen 1981, GJRAS 64, 223; Sasao, Okubo & Saito
-1980, IAU Symp. 78, 165. Tests: tests/unit/test_wobble.py.
+1980, IAU Symp. 78, 165. Tests: tests/unit/rotation/test_wobble.py.
 """
 
 from functools import lru_cache
@@ -66,7 +66,7 @@ def euler_frequency(dynamical_ellipticity: Array, spin_rate: Array) -> Array:
     """The rate at which the pole of a rigid body goes round, omega (C - A)/A, rad s-1, from H = (C - A)/C.
 
     For small wobbles about the axis of C; ValueError for H >= 1. Source: Landau & Lifshitz 1976, Mechanics, section 33.
-    Checked by tests/unit/test_wobble.py.
+    Checked by tests/unit/rotation/test_wobble.py.
 
     >>> days = 2 * np.pi / euler_frequency(1 / 304.5, 7.292115e-5) / 86400
     >>> print(f"{days:.1f} d")  # of a rigid Earth
@@ -81,7 +81,7 @@ def euler_frequency(dynamical_ellipticity: Array, spin_rate: Array) -> Array:
 def secular_love_number(j2: Array, gravitational_parameter: Array, radius: Array, spin_rate: Array) -> Array:
     """k_s = 3 J2 GM/(omega^2 a^3): the k2 of a fluid that this spin gives this J2 (radius a is that of J2).
 
-    Source: Munk & MacDonald 1960, section 5.3. Checked by tests/unit/test_wobble.py.
+    Source: Munk & MacDonald 1960, section 5.3. Checked by tests/unit/rotation/test_wobble.py.
 
     >>> print(f"{secular_love_number(1.0826e-3, 3.986e14, 6.378e6, 7.292e-5):.3f}")  # of the Earth
     0.938
@@ -98,7 +98,7 @@ def chandler_frequency(
     secular is k_s; mantle_share A_m/A is 1 without a fluid core. To first order in the flattening: a wholly elastic
     Earth that is integrated, with the inertia of its own bulge, has a period 0.1 % longer. ValueError for k >= k_s,
     where there is no wobble, and for a share that is not above 0 and at most 1.
-    Source: Smith & Dahlen 1981; Sasao, Okubo & Saito 1980. Checked by tests/unit/test_wobble.py.
+    Source: Smith & Dahlen 1981; Sasao, Okubo & Saito 1980. Checked by tests/unit/rotation/test_wobble.py.
 
     >>> rigid = chandler_frequency(1 / 304.5, 7.292115e-5)  # nothing yields
     >>> print(f"{2 * np.pi / rigid / 86400:.1f} d")
@@ -115,7 +115,7 @@ def chandler_frequency(
 def quality(frequency: Array) -> Array:
     """Q = Re sigma/(2 Im sigma) of a complex frequency: the amplitude falls by e in Q/pi periods; inf without damping.
 
-    Source: Munk & MacDonald 1960, section 10.1. Checked by tests/unit/test_wobble.py.
+    Source: Munk & MacDonald 1960, section 10.1. Checked by tests/unit/rotation/test_wobble.py.
 
     >>> print(quality(1.0 + 0.01j))  # Re/(2 Im)
     50.0
@@ -129,7 +129,8 @@ def ocean_love_number(love_number: float = ELASTIC_LOVE_NUMBER) -> float:
 
     Its surface follows (1 + k - h) of the potential, its own load and the yielding to it included; that of an ocean
     over the whole globe is taken times the share of the surface that oceans cover, which stands for their true shores.
-    Source: Dahlen 1976, GJRAS 46, 363 (true shores: 27.6 d on the period). Checked by tests/unit/test_wobble.py.
+    Source: Dahlen 1976, GJRAS 46, 363 (true shores: 27.6 d on the period). Checked by
+    tests/unit/rotation/test_wobble.py.
 
     >>> print(f"{ocean_love_number():.3f}")
     0.047
@@ -146,7 +147,7 @@ def anelastic_love_number(period: Array) -> Array:
 
     From seismic periods, where k2 is elastic, Q falls as period^-0.15. ValueError for a period of zero or below.
     Source: Wahr & Bergen 1986, GJRAS 87, 633; Petit & Luzum 2010, IERS TN 36, (6.12). Checked by
-    tests/unit/test_wobble.py.
+    tests/unit/rotation/test_wobble.py.
 
     >>> print(f"{anelastic_love_number(433 * 86400.0):.4f}")
     0.0125-0.0036j
@@ -162,7 +163,7 @@ def anelastic_love_number(period: Array) -> Array:
 def mantle_share() -> float:
     """The share of the Earth's moment that is not of its fluid core, A_m/A, by PREM: about 0.887.
 
-    Checked by tests/unit/test_wobble.py.
+    Checked by tests/unit/rotation/test_wobble.py.
 
     >>> print(f"{mantle_share():.4f}")  # of the polar moment
     0.8870
@@ -178,7 +179,8 @@ def chandler_wobble(love_number: float = ELASTIC_LOVE_NUMBER) -> Chandler:
 
     love_number: k2 of the wholly elastic Earth. Observed: 433 days (430 to 435), Q of tens to above 100. Not in it: the
     coupling of core and mantle, the true shores of the oceans and their departure from equilibrium, the triaxiality.
-    NumericalError where the period does not settle. Source: Smith & Dahlen 1981. Checked by tests/unit/test_wobble.py.
+    NumericalError where the period does not settle. Source: Smith & Dahlen 1981. Checked by
+    tests/unit/rotation/test_wobble.py.
 
     >>> print(f"{chandler_wobble().period / 86400:.1f} d")  # observed: 433
     435.0 d
@@ -223,7 +225,8 @@ def wobble(times: Array, frequency: complex, start: complex = 0.0, excitation: A
 
     excitation: chi (N,) at the times, straight between them, for which the answer is exact; none without it. ValueError
     for times that do not increase, for lengths that differ, and for a frequency of zero or that grows (Im sigma < 0).
-    Source: Munk & MacDonald 1960, (6.1.4); Wilson & Haubrich 1976, GJRAS 46, 707. Checked by tests/unit/test_wobble.py.
+    Source: Munk & MacDonald 1960, (6.1.4); Wilson & Haubrich 1976, GJRAS 46, 707. Checked by
+    tests/unit/rotation/test_wobble.py.
 
     >>> print(abs(wobble(np.array([0.0, 100.0]), 1e-3 + 0j, 1e-6)))  # a free wobble keeps its size
     [1.e-06 1.e-06]
@@ -253,7 +256,7 @@ def forced_wobble(frequency: complex, forcing_rate: Array, excitation: Array) ->
     """The pole's amplitude (complex, rad) under chi = excitation exp(i forcing_rate t), prograde for a rate above 0.
 
     chi sigma/(sigma - rate): the annual wobble is a forced one. Source: Munk & MacDonald 1960, section 6.3.
-    Checked by tests/unit/test_wobble.py.
+    Checked by tests/unit/rotation/test_wobble.py.
 
     >>> print(forced_wobble(1.0 + 0j, 0.5, 1e-6))  # chi sigma/(sigma - rate)
     (2e-06+0j)

@@ -1,7 +1,7 @@
 """`effects = "auto"`: those effects are on whose absence would cost the accuracy that is asked for, each with a reason.
 
-Considered are what the model has that needs no numbers, and the scene's [candidates]. Tests: tests/unit/test_sizes.py,
-tests/physics/test_effects_auto.py.
+Considered are what the model has that needs no numbers, and the scene's [candidates]. Tests:
+tests/unit/effects/test_sizes.py, tests/physics/test_effects_auto.py.
 """
 
 import math

@@ -1,6 +1,6 @@
 """Characteristic numbers of a scene, from the scene alone and before anything is built; rough, and None if unknown.
 
-Tests: tests/unit/test_sizes.py.
+Tests: tests/unit/effects/test_sizes.py.
 """
 
 import math

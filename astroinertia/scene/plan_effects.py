@@ -1,6 +1,6 @@
 """What the plan tells of every effect of a scene's model: how large it is here, and what leaving it out would cost.
 
-Tests: tests/unit/test_sizes.py.
+Tests: tests/unit/effects/test_sizes.py.
 """
 
 import math

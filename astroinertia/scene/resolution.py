@@ -1,6 +1,6 @@
 """How well the particles of a scene resolve its body, before it is run: lines of the plan, and warnings.
 
-Tests: tests/unit/test_resolution.py.
+Tests: tests/unit/dataset/test_resolution.py.
 """
 
 import math

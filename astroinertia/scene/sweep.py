@@ -12,7 +12,7 @@
     [sweep]                                              a list, in which several keys vary together
     members = [{"body.mass" = "1 Msun", "body.radius" = "12 km"}, {"body.mass" = "2 Msun", "body.radius" = "11 km"}]
 
-Tests: tests/unit/test_sweep_scenes.py.
+Tests: tests/unit/scene/test_sweep.py.
 """
 
 import itertools

@@ -1,6 +1,6 @@
 """Values of one parameter of a [sweep]: a list, a range, or a distribution that samples are drawn from.
 
-Tests: tests/unit/test_sweep_scenes.py.
+Tests: tests/unit/scene/test_sweep.py.
 """
 
 import difflib

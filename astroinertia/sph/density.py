@@ -75,7 +75,7 @@ def density(
     too dense with Wendland's C2 on 74 neighbours, whatever the number of particles. `tolerance` is in h; zeta only with
     `softening`. targets: indices of the particles that are asked about, one row each; all without. length: h of all
     particles where it is given; then rho is the sum as it stands, and Omega is 1.
-    Tests: tests/unit/test_density.py, and the error of the Dyson ellipsoid against N.
+    Tests: tests/unit/sph/test_density.py, and the error of the Dyson ellipsoid against N.
     """
     chosen = {} if targets is None else {"targets": targets}
     if length is not None:

@@ -2,7 +2,7 @@
 
 It is -(phi + q dphi) = 4 pi int_q^support w s ds, and so made of the same truncated powers as the kernel, with no
 cancellation and no division. The functions are plain, as those of kernels.py.
-tests/unit/test_kernels.py holds them to the integral.
+tests/unit/sph/test_kernels.py holds them to the integral.
 """
 
 

@@ -14,7 +14,7 @@ Forms are chosen for accuracy. Near the origin the potentials are polynomials in
 products of truncated powers with positive coefficients, which vanish at the support and beyond, so that nothing large
 is ever subtracted. The outer form is guarded at half its lower knot, not at the knot, where a maximum has no
 derivative.
-`tests/unit/test_kernels.py` holds every function to the mass integral and to exact rationals.
+`tests/unit/sph/test_kernels.py` holds every function to the mass integral and to exact rationals.
 
 The functions are plain: arithmetic and xp.where, xp.maximum only, literals only, so that an engine can compile their
 source as it stands.

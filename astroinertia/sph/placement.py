@@ -7,7 +7,7 @@
     random    independent points, for tests of noise only
 
 All give exactly the number asked for, centred, with the second moment of the profile along every axis to round-off.
-Tests: tests/unit/test_initial.py.
+Tests: tests/unit/sph/test_initial_particles.py.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """Radial mass profiles of the unit sphere of unit mass, by which particles are placed.
 
 s is the distance from the centre over the radius; the mass inside s is `enclosed(s)`. Stretched into an ellipsoid, s
-labels the similar surfaces. Tests: tests/unit/test_initial.py.
+labels the similar surfaces. Tests: tests/unit/sph/test_initial_particles.py.
 """
 
 import math

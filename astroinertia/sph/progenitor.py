@@ -10,7 +10,8 @@ Three formats are recognized by what the file holds:
             (rad/s)"; rows either way round
 
 Radius and enclosed mass are those of the outer edge of a shell, as these codes have them; the density of a shell is its
-mass over its volume, and a column of densities is what that is checked against. Tests: tests/unit/test_progenitor.py.
+mass over its volume, and a column of densities is what that is checked against. Tests:
+tests/unit/sph/test_progenitor.py.
 """
 
 import itertools

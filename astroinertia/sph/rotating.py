@@ -3,7 +3,7 @@
 A point of the unit ball at mass fraction f of a spherical profile, in direction mu = cos(angle from the axis), goes to
 the direction below which the star has as much of its mass as the ball has below mu, and there to the radius that
 encloses the fraction f of the mass along that direction (the map of Knothe 1957, Michigan Math. J. 4, 39). Surfaces go
-to surfaces, every piece keeps its mass, and no noise is added. Tests: tests/unit/test_rotating.py.
+to surfaces, every piece keeps its mass, and no noise is added. Tests: tests/unit/sph/test_rotating.py.
 """
 
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ class ColdLaw:
     """The cold part of an equation of state (entropy function 0) as a barotrope, up to about max_density.
 
     ValueError where it has no pressure, or where its enthalpy does not vanish with the density (an isothermal gas).
-    Test: tests/unit/test_rotating.py.
+    Test: tests/unit/sph/test_rotating.py.
     """
 
     fluid: Any
@@ -81,7 +81,7 @@ def mapped(star: RotatingStar, fraction: np.ndarray, direction: np.ndarray) -> n
     """Return positions (N, 3) in the star of points at mass fractions (N,) in directions (N, 3) of a sphere.
 
     The centre of mass is put at the origin and the second moments are made the star's own, by a small linear map, with
-    the axis along z. ValueError for a ring, which no ball can be mapped to. Test: tests/unit/test_rotating.py.
+    the axis along z. ValueError for a ring, which no ball can be mapped to. Test: tests/unit/sph/test_rotating.py.
     """
     if star.inner_radius > 0:
         raise ValueError("a ring cannot be placed as particles: the map is from a ball")

@@ -2,7 +2,8 @@
 
 The laws are those of bodies/rotation_laws.py, rigid, j_constant and v_constant, and any that answers like them.
 
-All functions take arrays in code units with the centre of mass at the origin. Tests: tests/unit/test_initial.py.
+All functions take arrays in code units with the centre of mass at the origin. Tests:
+tests/unit/sph/test_initial_particles.py.
 """
 
 import math

@@ -2,7 +2,7 @@
 
 Layout: the groups Header and PartType0 to 6; units are attributes of Units, Parameters or Header, by the names of each
 code. Only the particles of one type are a body: a file with several is refused, as are one part of a snapshot and
-comoving coordinates. Tests: tests/unit/test_exports.py, tests/unit/test_snapshot_tables.py.
+comoving coordinates. Tests: tests/unit/interop/test_export.py, tests/unit/sph/test_table_of_snapshots.py.
 """
 
 from collections.abc import Mapping

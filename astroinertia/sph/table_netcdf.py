@@ -2,7 +2,7 @@
 
 Files of netCDF-4 are HDF5, and are looked at before netCDF opens them. Those of the classic format are read by scipy,
 in Python: netCDF's own reader believes what their headers say, and damaged ones have crashed it.
-Tests: tests/unit/test_initial.py, tests/hard/test_malformed_files.py.
+Tests: tests/unit/sph/test_initial_particles.py, tests/hard/test_malformed_files.py.
 """
 
 from collections.abc import Callable

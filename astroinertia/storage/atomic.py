@@ -1,7 +1,7 @@
 """Files that are either whole or absent: written aside, synced to disk, renamed, and known by their hash.
 
 Folders may come from anywhere: what is read is bounded, and no link out of a folder is followed, to read or to write.
-Tests: tests/unit/test_archive.py, tests/hard/test_crafted_files.py.
+Tests: tests/unit/storage/test_archive.py, tests/hard/test_crafted_results.py.
 """
 
 import hashlib

@@ -1,6 +1,6 @@
 """How much a file from anywhere may become in memory, and npz files within that: nothing large is made on its word.
 
-Tests: tests/hard/test_malformed_files.py, tests/hard/test_crafted_files.py.
+Tests: tests/hard/test_malformed_files.py, tests/hard/test_crafted_results.py.
 """
 
 import functools

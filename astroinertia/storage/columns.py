@@ -1,7 +1,7 @@
 """Columns of numbers in a file that may come from anywhere: CSV, npz and HDF5, read within limits.
 
 A CSV file names its columns in the first line that is not a comment (#); an npz file holds one array a column, never
-pickled objects; of h5 and hdf5 files, table_hdf5.py tells. Tests: tests/unit/test_initial.py.
+pickled objects; of h5 and hdf5 files, table_hdf5.py tells. Tests: tests/unit/sph/test_initial_particles.py.
 """
 
 import csv

@@ -1,7 +1,7 @@
 """What belongs to a run: its description and its saved files, in two copies that know their own hash.
 
 The copy is written first, so that at any instant one of the two is whole and tells a consistent state of the run;
-where a disk damages one, the other is used. Tests: tests/unit/test_archive.py, tests/crash/test_faults.py.
+where a disk damages one, the other is used. Tests: tests/unit/storage/test_archive.py, tests/crash/test_faults.py.
 """
 
 import hashlib

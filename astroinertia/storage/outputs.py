@@ -1,4 +1,7 @@
-"""What files of a run folder hold: records as one table, snapshots as arrays. Tests: tests/unit/test_archive.py."""
+"""What files of a run folder hold: records as one table, snapshots as arrays.
+
+Tests: tests/unit/storage/test_archive.py.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """Which files may be written over: none that is being read, and only such as are of the kind that is written.
 
-Tests: tests/unit/test_overwriting.py.
+Tests: tests/unit/storage/test_overwriting.py.
 """
 
 import stat

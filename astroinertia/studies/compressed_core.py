@@ -5,7 +5,7 @@ iron and of forsterite, and uncompressed densities that are found, together with
 moment and the assumed mean density. This takes away what makes uniform cores of large bodies too large. Phase changes
 and temperature are left out, which the found uncompressed densities take up in part: a body as large as the Earth, with
 its dense lower mantle, is beyond this model.
-Tests: tests/unit/test_compressed_core.py.
+Tests: tests/unit/studies/test_compressed_core.py.
 """
 
 from dataclasses import dataclass, replace
@@ -48,7 +48,7 @@ def compressed_core(
     ratio_row: which ratio, in the order of `moment_ratio_rows`. The materials are taken with other reference densities;
     core_density and mantle_density are means. Errors of ratio, assumed density and crust are carried to first order.
     SceneError for a body for which nothing is assumed, NumericalError where no such body is found.
-    Checked by tests/unit/test_compressed_core.py.
+    Checked by tests/unit/studies/test_compressed_core.py.
     """
     uniform = core_inversion(one, ratio_row, draws=1000)
     if not uniform.assumed:

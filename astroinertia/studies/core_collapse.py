@@ -5,7 +5,7 @@ A name such as "A1B3G3" is one of the grid of Zwerger & Mueller (1997, A&A 320, 
 cgs, in rotational equilibrium under the law j_constant with scale A and T/|W| = B. It falls because below nuclear
 density the exponent is then gamma_1 = G at the same K. Mass and radius follow from K, the density and the rotation.
 The scales A2 to A4 and the values of B have not been checked against the paper's own table yet.
-Tests: tests/unit/test_core_collapse.py, tests/physics/test_core_collapse.py.
+Tests: tests/unit/studies/test_core_collapse.py, tests/physics/test_core_collapse.py.
 """
 
 import math

@@ -5,7 +5,7 @@ that matter is compressed with depth: that makes the core of a large planet come
 3480 km, of Mars about 1980 km for 1830 km), and a mantle density assumed for one would be worse; `compressed_core`
 takes compression into account. For the Moon, which is hardly compressed but has a light crust, three layers agree with
 seismology and laser ranging.
-Tests: tests/unit/test_two_layers.py.
+Tests: tests/unit/studies/test_two_layers.py.
 """
 
 from dataclasses import dataclass
@@ -47,7 +47,8 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
     """Return the core of a body from its published moment ratio and what the table assumes for it.
 
     ratio_row: which of the published ratios, in the order of `moment_ratio_rows`; 0 is the adopted one. Draws have a
-    fixed seed. Numbers without a published uncertainty count as exact. Checked by tests/unit/test_two_layers.py.
+    fixed seed. Numbers without a published uncertainty count as exact. Checked by
+    tests/unit/studies/test_two_layers.py.
 
     >>> from astroinertia.bodies.planets import body
     >>> print(f"{core_inversion(body('Mars')).core_radius / 1e3:.0f} km")

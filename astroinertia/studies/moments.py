@@ -1,6 +1,6 @@
 """The inertia of what a file holds - particles, a mesh, a snapshot of a run - in one call: a file in, xarray out.
 
-Tests: tests/unit/test_moments.py.
+Tests: tests/unit/studies/test_moments.py.
 """
 
 from collections.abc import Sequence

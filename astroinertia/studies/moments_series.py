@@ -1,6 +1,6 @@
 """Inertia tensors of a long series of snapshots, a few at a time: the file may be far larger than the memory.
 
-Tests: tests/unit/test_moments_series.py; tests/benchmarks/inertia_tensors.py measures it.
+Tests: tests/unit/studies/test_moments_series.py; tests/benchmarks/inertia_tensors.py measures it.
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,7 @@
 """Obliquities of planets over ages, on orbits whose planes turn each other, in one call: a Dataset out.
 
 Planes by Laplace and Lagrange's modes from the orbits of J2000, spin by its secular equation (`rotation.secular_spin`).
-Tests: tests/unit/test_secular_orbits.py, a billion years in tests/hard/test_secular_spin_hard.py.
+Tests: tests/unit/rotation/test_secular_orbits.py, a billion years in tests/hard/test_secular_spin_hard.py.
 """
 
 import numpy as np
@@ -44,7 +44,7 @@ def obliquity_history(
     constant; that of today's moon, spin and figure unless given. The rates of the planes are constant too, so this is
     the motion that those of today give: the real ones wander, and with them Mars's obliquity is chaotic within 0 and
     60 degrees (Laskar & Robutel 1993, Nature 361, 608). SceneError for another planet, for a time that is not above 0
-    and for fewer than two samples. Checked by tests/unit/test_secular_orbits.py.
+    and for fewer than two samples. Checked by tests/unit/rotation/test_secular_orbits.py.
     """
     if name not in _POLES:
         raise SceneError(f"the obliquity of {name} over ages is not known here; take {' or '.join(_POLES)}")

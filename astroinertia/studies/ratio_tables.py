@@ -1,6 +1,6 @@
 """Moment ratios as text: the table of the solar system, one body in detail, and the guide's table in Markdown.
 
-Tests: tests/unit/test_ratios_cli.py.
+Tests: tests/unit/cli/test_ratios.py.
 """
 
 import math

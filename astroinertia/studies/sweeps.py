@@ -1,6 +1,6 @@
 """Sweeps: a model over every combination of parameter values, as a Dataset with a dimension for each parameter.
 
-Tests: tests/unit/test_sweeps.py.
+Tests: tests/unit/studies/test_sweeps.py.
 """
 
 import math

@@ -1,7 +1,7 @@
 """Many bodies of a uniform core, mantle and perhaps a crust at once: arrays in, arrays out, NaN where none can be.
 
 The exact inversions are those of `bodies.inversion`; a core must be denser than its mantle, and that than its crust.
-Tests: tests/unit/test_two_layers.py.
+Tests: tests/unit/studies/test_two_layers.py.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ def two_layers(mean_density, **parameters) -> TwoLayers:
 
     Numbers or arrays that broadcast. moment_ratio: I/(M R^2) of the mean moment and the mean radius R;
     core_radius_ratio: r_core/R. ValueError for other names, or not two of them. Checked by
-    tests/unit/test_two_layers.py.
+    tests/unit/studies/test_two_layers.py.
 
     >>> print(f"{two_layers(3933.0, moment_ratio=0.3637, mantle_density=3500.0).core_radius_ratio:.4f}")  # of Mars
     0.4192
@@ -47,7 +47,8 @@ def two_layers(mean_density, **parameters) -> TwoLayers:
 def three_layers(mean_density, moment_ratio, crust_share, crust_density, **parameter) -> ThreeLayers:
     """Return the bodies below a crust (thickness over R, density) with core_density or mantle_density as given.
 
-    Or with core_radius_ratio, over R. Numbers or arrays that broadcast. Checked by tests/unit/test_two_layers.py.
+    Or with core_radius_ratio, over R. Numbers or arrays that broadcast. Checked by
+    tests/unit/studies/test_two_layers.py.
 
     >>> mars = three_layers(3933.0, 0.3637, 0.015, 2900.0, core_density=6000.0)  # with a crust of 50 km
     >>> print(f"{mars.core_radius_ratio:.4f}")
@@ -72,7 +73,9 @@ def moment_ratio_of(mean_density, layers: TwoLayers):
 
 
 def love_numbers(layers: TwoLayers | ThreeLayers):
-    """Return the fluid k_2 of each body, exact; NaN where there is none. Checked by tests/unit/test_two_layers.py.
+    """Return the fluid k_2 of each body, exact; NaN where there is none.
+
+    Checked by tests/unit/studies/test_two_layers.py.
 
     >>> print(f"{love_numbers(two_layers(3933.0, moment_ratio=0.3637, core_density=6000.0)):.3f}")
     1.181

@@ -1,6 +1,6 @@
 """Members of a sweep run by the workers of a cluster of dask, which its user has started and keeps safe.
 
-Tests: tests/unit/test_sweeps_of_scenes.py.
+Tests: tests/unit/sweeps/test_ensemble.py.
 """
 
 import importlib.util

@@ -1,7 +1,7 @@
 """The result of a sweep: the headline series of all members in one netCDF file, swept parameters as its dimensions.
 
 A grid has a dimension for each parameter, which is its coordinate; other sweeps have the dimension `member`, with the
-parameters along it. Members are read one at a time. Tests: tests/unit/test_sweeps_of_scenes.py.
+parameters along it. Members are read one at a time. Tests: tests/unit/sweeps/test_ensemble.py.
 """
 
 from collections.abc import Iterable, Mapping

@@ -1,6 +1,6 @@
 """A sweep from its scene to one dataset: members given out, failures kept apart, gone on with after an interruption.
 
-Tests: tests/unit/test_sweeps_of_scenes.py.
+Tests: tests/unit/sweeps/test_ensemble.py.
 """
 
 import math

@@ -6,7 +6,7 @@
     <name>.nc             the result, once all members are finished or have failed
     lock                  held by the one process that gives out members
 
-Tests: tests/unit/test_sweeps_of_scenes.py.
+Tests: tests/unit/sweeps/test_ensemble.py.
 """
 
 import itertools

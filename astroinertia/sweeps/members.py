@@ -1,6 +1,6 @@
 """One member of a sweep, run, gone on with or found finished, wherever it is called: here or in a worker.
 
-Tests: tests/unit/test_sweeps_of_scenes.py.
+Tests: tests/unit/sweeps/test_ensemble.py.
 """
 
 import functools

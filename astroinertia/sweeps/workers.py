@@ -3,7 +3,7 @@
 No port is opened. A worker sees no signal, which terminals and `timeout` send to all processes of a command; the
 process of the sweep says what is to be stopped.
 
-Tests: tests/unit/test_sweeps_of_scenes.py, tests/crash/test_sweep_signals.py.
+Tests: tests/unit/sweeps/test_ensemble.py, tests/crash/test_sweep_signals.py.
 """
 
 import math

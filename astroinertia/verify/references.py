@@ -33,7 +33,7 @@ class Reference:
 
 @lru_cache(maxsize=1)
 def references() -> dict[str, tuple[Reference, ...]]:
-    """All references by section, in the order of data/verify.csv. Checked by tests/unit/test_verify.py."""
+    """All references by section, in the order of data/verify.csv. Checked by tests/unit/verify/test_comparison.py."""
     with data_path("verify.csv").open(encoding="utf-8", newline="") as stream:
         lines = [line for line in stream if not line.startswith("#")]
     sections: dict[str, list[Reference]] = {}

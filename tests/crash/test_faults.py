@@ -1,6 +1,6 @@
 """Disks that are full, tear what they write or flip bits of it: all is noticed, and little is lost.
 
-Run folders are made of small arrays, two segments to a checkpoint, as tests/unit/test_archive.py makes them.
+Run folders are made of small arrays, two segments to a checkpoint, as tests/unit/storage/test_archive.py makes them.
 """
 
 import errno
@@ -17,7 +17,7 @@ import pytest
 
 from astroinertia.errors import ArchiveError, ArchiveWarning
 from astroinertia.storage.archive import Archive
-from tests.unit.test_archive import METADATA, assert_consistent, record, snapshot, state, write_on
+from tests.unit.storage.test_archive import METADATA, assert_consistent, record, snapshot, state, write_on
 
 INTERVAL = 4  # outputs from one checkpoint to the next
 OUTPUTS = 12

@@ -15,7 +15,7 @@ import numpy as np
 from astroinertia.engines import devices
 from astroinertia.engines.xla import Engine
 from astroinertia.gravity import multipole_xla
-from tests.unit.test_xla_engine import FLOW, NEIGHBOURS
+from tests.unit.engines.test_xla import FLOW, NEIGHBOURS
 
 COUNT = 700
 

@@ -54,6 +54,19 @@ def test_a_passed_test_is_done_and_its_figures_are_kept(item):
     assert seconds(item) == 1.2
 
 
+def test_a_result_of_a_test_of_the_same_name_in_another_folder_is_none(item, tmp_path):
+    FullResult(item).write(report("passed"))
+    elsewhere = TEST.replace("physics", "unit")
+    other = SimpleNamespace(**vars(item) | {"nodeid": item.nodeid.replace(TEST, elsewhere)})
+    assert result_path(other) == result_path(item)
+    assert not is_done(other)
+    assert seconds(other) == float("inf")
+    assert listed([other])[0].startswith("stale: there is no such test")
+    (tmp_path / elsewhere).parent.mkdir()
+    (tmp_path / TEST).rename(tmp_path / elsewhere)  # moved: its result has to be moved, too, or it is run again
+    assert state(content_of(item)) == "stale: there is no such test"
+
+
 def test_a_failed_test_is_kept_but_not_done(item):
     FullResult(item).write(report("failed"))
     assert content_of(item)["failure"] == "assert 1 == 2"

@@ -97,8 +97,12 @@ def test_named_inputs_stand_for_names_with_gaps(tree):
 
 
 CHANGED = "astroinertia/gravity/tree.py"
-DEPEND = {"tests/unit/test_multipole.py", "tests/physics/test_fast_runs.py"}  # itself; by names in a scene
-DO_NOT = {"tests/physics/test_hydrostatic.py", "tests/unit/test_clairaut.py", "tests/unit/test_break_up.py"}
+DEPEND = {"tests/unit/gravity/test_multipole.py", "tests/physics/test_fast_runs.py"}  # itself; by names in a scene
+DO_NOT = {
+    "tests/physics/test_hydrostatic.py",
+    "tests/unit/bodies/test_clairaut.py",
+    "tests/unit/rotation/test_break_up.py",
+}
 
 
 def test_a_line_in_gravity_makes_results_stale_that_depend_on_it_and_no_others():
@@ -111,7 +115,7 @@ def test_a_line_in_gravity_makes_results_stale_that_depend_on_it_and_no_others()
 
     before, changed = (digests(DEPEND | DO_NOT, more) for more in (b"", b"\nTWO = 2\n"))
     assert {name for name in before if changed[name] != before[name]} == DEPEND
-    only_said = digests(["tests/unit/test_multipole.py"], b"\n# Only said.\n")
+    only_said = digests(["tests/unit/gravity/test_multipole.py"], b"\n# Only said.\n")
     assert only_said.items() <= before.items()
 
 

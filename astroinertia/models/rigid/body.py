@@ -7,7 +7,8 @@ which the body's axes turn beyond it (internal dissipation),
     dL/dt = sum of torques,   dm/dt = m x (omega + s) + torques in the body's axes,   dq/dt = q (0, omega + s) / 2.
 
 That L and not omega is evolved puts the term dI/dt omega of a body that changes its size where it belongs. About the
-centre of mass, or about a fixed point where the scene has a pivot. Code units. Checked by tests/unit/test_rigid.py.
+centre of mass, or about a fixed point where the scene has a pivot. Code units. Checked by
+tests/unit/models/rigid/test_evolution.py.
 """
 
 from dataclasses import dataclass

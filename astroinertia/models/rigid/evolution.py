@@ -52,7 +52,7 @@ class Settings:
 class RigidBody:
     """A rigid body under way (models.protocol.Evolution), from a quaternion (4,) and L in its principal axes (3,).
 
-    Runs under jax.enable_x64. Checked by tests/unit/test_rigid.py.
+    Runs under jax.enable_x64. Checked by tests/unit/models/rigid/test_evolution.py.
     """
 
     absent: ClassVar[Mapping[str, str]] = {}
@@ -153,7 +153,7 @@ class RigidBody:
     def resume(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from a checkpoint, bit for bit as if the run had never stopped; ValueError where it is of another body.
 
-        Tests: tests/unit/test_checkpoint.py.
+        Tests: tests/unit/models/test_checkpoint.py.
         """
         limits = dict.fromkeys(("time", "timestep", "pace"), checkpoint.SIZE) | {"steps": checkpoint.COUNT}
         checkpoint.check(arrays, checkpoint.described(RigidBody.arrays(self)), limits)

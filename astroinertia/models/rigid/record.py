@@ -3,7 +3,7 @@
 The matter moves as x' = omega cross x + (what a change of shape adds), so Q, P and K follow from the attitude, the
 angular momentum and the size; dP/dt is differentiated along the equations of motion. What the torques of effects leave
 of dP/dt - K is the virial tensor of the internal forces, the row "rigidity". All about the centre of mass, also for a
-body on a pivot. Checked by tests/unit/test_rigid_record.py.
+body on a pivot. Checked by tests/unit/models/rigid/test_record.py.
 """
 
 from functools import partial

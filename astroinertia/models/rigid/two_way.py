@@ -56,7 +56,8 @@ class CoupledRigidBody(RigidBody):
     `bodies` is a `rebound.Simulation` with G = 1 whose particle 0 is the body. Its integrator drifts; steps are those
     of `settings.steps_per_rotation` in a turn of the body, of the companions at their pericentres, or in the swing of
     one about the other, whichever is fastest. Other effects than gravity_gradient act on the body alone. Measured over
-    1000 orbits in tests/physics/test_rebound.py. Runs under jax.enable_x64. Checked by tests/unit/test_two_way.py.
+    1000 orbits in tests/physics/test_rebound.py. Runs under jax.enable_x64. Checked by
+    tests/unit/models/rigid/test_two_way.py.
     """
 
     def __init__(self, body: Rigid, quaternion: Array, momentum: Array, settings: Settings, bodies: Any) -> None:

@@ -7,7 +7,8 @@ at scale 1 (suffix 0), n the axis and T the energy of the rotation,
     Q = s^2 Q_0,   P = s s' Q_0 + L x /2,   K = s'^2 Q_0 + T (1 - n n),   dP/dt = (s'^2 + s s'') Q_0 + N x /2,
 
 with (v x)_jk = eps_ijk v_i. What the listed effects do not bring about of dP/dt is the row "rigidity" of the ledger: it
-keeps the shape, and the size too where this is prescribed. Units with G = 1. Tests: tests/unit/test_scaling.py.
+keeps the shape, and the size too where this is prescribed. Units with G = 1. Tests:
+tests/unit/models/scaling/test_evolution.py.
 """
 
 import math

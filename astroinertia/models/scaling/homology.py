@@ -5,7 +5,8 @@ With x = s(t) x_0 for all matter, d2(tr Q)/dt2 / 2 = 2T + W + 3 Pi becomes
     tr Q_0 s s'' = 2T_0/s^2 + W_0/s + 3 Pi(s),    Pi = volume integral of the pressure,
 
 Kepler's problem where Pi goes as s^-1 or s^-2 (exponents 4/3 and 5/3, or no pressure at all), solved here in closed
-form; else it is integrated, once for a period of the pulsation. Units with G = 1. Tests: tests/unit/test_homology.py.
+form; else it is integrated, once for a period of the pulsation. Units with G = 1. Tests:
+tests/unit/models/scaling/test_homology.py.
 """
 
 import math

@@ -13,7 +13,7 @@ order exponential Rosenbrock scheme, Hochbruck & Ostermann 2010, Acta Numerica 1
 Where u is not linear in A, A' is what u(rho, A') = u(rho, A) + q is solved for at fixed density, with q the heat that
 all effects bring within the kick: what friction takes from the motion is what matter has, to rounding. Where A' is held
 by a limit, what is missed of q is taken from the effects' heat in proportion to its size: the ledger has what matter
-was given. Tests: tests/unit/test_exchange.py, tests/unit/test_heat_update.py.
+was given. Tests: tests/unit/models/sph/test_heat.py, tests/unit/models/sph/test_heat_update.py.
 """
 
 from collections.abc import Sequence

@@ -4,7 +4,7 @@ A particle of rung k has the interval base/2^k. A pair is kicked over the longer
 once, at fixed positions that belong to one time: so every kick conserves momentum, and between kicks all particles
 drift freely. The scheme is the HOLD of Pelupessy, Janes & Portegies Zwart (2012, New Astronomy 17, 711), carried over
 to gas as in Springel, Pakmor, Zier & Reinecke (2021, MNRAS 506, 2871, section 4.3); neighbours' intervals differ by a
-factor of two at most (Saitoh & Makino 2009, ApJ 697, L99). Tests: tests/unit/test_hierarchical.py.
+factor of two at most (Saitoh & Makino 2009, ApJ 697, L99). Tests: tests/unit/models/sph/test_intervals.py.
 """
 
 from dataclasses import dataclass

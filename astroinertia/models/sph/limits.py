@@ -99,7 +99,7 @@ def contact_limit(
 
     A pair of groups whose kernels, of `support` smoothing lengths, leave a gap and that close in at the rate w may step
     by (gap + DEPTH h)/w. position, velocity (N, 3), smoothing_length (N,), sorted; step is what all else allows: where
-    that takes nothing so deep, numpy looks no further. Test: tests/unit/test_contact.py.
+    that takes nothing so deep, numpy looks no further. Test: tests/unit/models/sph/test_limits.py.
     """
     relative = velocity - velocity.mean(axis=0)
     if xp is np:  # the reach of what follows is a matter of speed alone

@@ -1,6 +1,6 @@
 """Which particles a region holds: the innermost mass, what is dense, or what is bound (numpy, code units).
 
-Each function returns (N,), 1.0 for members and 0.0 for the others. Tests: tests/unit/test_regions.py.
+Each function returns (N,), 1.0 for members and 0.0 for the others. Tests: tests/unit/ledger/test_regions.py.
 """
 
 from collections.abc import Callable

@@ -1,7 +1,7 @@
 """Regions of a particle body under way: whose matter is whose, and one row of the headline series for each.
 
 Membership is judged when a row is recorded; between two records a region is the matter that it then held, and its
-ledger follow that. Only scenes with regions import this. Tests: tests/unit/test_regions.py,
+ledger follow that. Only scenes with regions import this. Tests: tests/unit/ledger/test_regions.py,
 tests/physics/test_regions.py.
 """
 

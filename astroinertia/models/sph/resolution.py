@@ -1,6 +1,6 @@
 """How well particles resolve a body: numbers for the records of a run (numpy, code units, G = 1).
 
-Tests: tests/unit/test_resolution.py.
+Tests: tests/unit/dataset/test_resolution.py.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
 """Hard cases of particles: each states what stable means, and all are held to the same figures.
 
-Tests: tests/hard/test_particles_hard.py, tests/unit/test_hard_cases.py.
+Tests: tests/hard/test_particles_hard.py, tests/unit/verify/hard/test_hard.py.
 """
 
 from astroinertia.verify.hard.arrangements import PLACES

@@ -1,0 +1,186 @@
+"""The command line: what each command prints, writes and returns."""
+
+import os
+import re
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from astroinertia.cli.main import main
+from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture
+def elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    return tmp_path
+
+
+def test_help_teaches_with_examples(capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(["--help"])
+    assert caught.value.code == 0
+    printed = capsys.readouterr().out
+    for command in ("new", "plan", "run", "resume", "show", "movie", "tradeoff", "moments", "ratios"):
+        assert f"astroinertia {command} " in printed
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["new", "plan", "run", "resume", "show", "movie", "report", "view", "tradeoff", "moments", "ratios", "guide"],
+)
+def test_every_command_has_an_example_that_parses(command, capsys):
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    assert f"example: astroinertia {command} " in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [[], ["foo"], ["plan"], ["run", "a", "b"], ["plan", "a", "--set"], ["plan", "--bogus", "a"], ["show"], ["resume"]],
+)
+def test_wrong_arguments_get_one_sentence(arguments, capsys):
+    assert main(arguments) == 2
+    caught = capsys.readouterr()
+    assert caught.out == ""
+    assert caught.err.count("\n") == 1
+    assert caught.err.endswith(".\n")
+
+
+def test_new_writes_a_scene_that_plans(elsewhere, capsys):
+    assert main(["new", "star.toml"]) == 0
+    assert main(["plan", "star.toml"]) == 0
+    printed = capsys.readouterr().out
+    assert "gravity" in printed
+    assert "not listed" in printed
+
+
+def test_new_leaves_an_existing_file_alone(elsewhere, capsys):
+    (elsewhere / "star.toml").write_text("mine")
+    assert main(["new", "star.toml"]) == 2
+    assert (elsewhere / "star.toml").read_text() == "mine"
+
+
+def test_new_without_a_file_prints_what_it_would_write(elsewhere, capsys):
+    assert main(["new"]) == 0
+    printed = capsys.readouterr().out
+    assert main(["new", "star.toml"]) == 0
+    assert (elsewhere / "star.toml").read_text() == printed
+
+
+def test_plan_follows_overrides(elsewhere, capsys):
+    main(["new", "star.toml"])
+    assert main(["plan", "star.toml", "--set", "body.particles=4321", "--set", "effects.conduction={}"]) == 0
+    printed = capsys.readouterr().out
+    assert "4321" in printed
+    assert re.search(r"^  conduction +artificial", printed, re.MULTILINE)
+
+
+def test_plan_writes_nothing_and_shows_markup_as_it_is(elsewhere, capsys):
+    main(["new", "star.toml"])
+    assert main(["plan", "star.toml", "--set", "description=[bold]not markup[/red]"]) == 0
+    assert "[bold]not markup[/red]" in capsys.readouterr().out
+    assert [path.name for path in elsewhere.iterdir()] == ["star.toml"]
+
+
+def test_show_does_not_wait_for_a_pipe(elsewhere, capsys):
+    os.mkfifo("pipe")
+    assert main(["show", "pipe"]) == 2
+    assert "neither a file nor a run folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (
+            NumericalError("the state is no longer finite", "gravity", 0.25, 7),
+            1,
+            "effect gravity, time 0.25, particle 7",
+        ),
+        (ArchiveError("the folder holds another run."), 2, "another run"),
+        (RunInterrupted("runs/x", 1.0, 4.0), 130, "25.0%"),
+        (MemoryError(), 1, "memory"),
+        (OSError(28, "No space left on device", "runs/x"), 1, "no space left"),
+    ],
+)
+def test_what_goes_wrong_in_a_run_gets_one_sentence(error, code, words, elsewhere, capsys, monkeypatch):
+    import astroinertia.run.loop
+
+    def run_scene(*_, **__):
+        raise error
+
+    monkeypatch.setattr(astroinertia.run.loop, "run_scene", run_scene)
+    main(["new", "star.toml"])
+    capsys.readouterr()
+    assert main(["run", "star.toml"]) == code
+    printed = capsys.readouterr().err
+    assert words in printed
+    assert printed.count("\n") == 1
+
+
+def test_a_closed_pipe_is_no_error(elsewhere):
+    main(["new", "star.toml"])
+    command = f"{sys.executable} -m astroinertia plan star.toml | true; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(
+        ["bash", "-c", command],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        check=False,
+    )
+    assert done.returncode == 0
+    assert done.stderr == ""
+
+
+@pytest.mark.slow
+def test_a_scene_runs_resumes_and_shows(elsewhere, capsys, monkeypatch):
+    import xarray
+
+    from astroinertia import plots
+
+    monkeypatch.setattr(plots, "FIGURES", {"inertia": plots.FIGURES["inertia"]})  # all are drawn in test_plots.py
+    settings = ["body.particles=64", "body.relax=false", "body.placement=lattice", "time.max_steps=3"]
+    main(["new", "star.toml"])
+    overrides = [part for setting in settings for part in ("--set", setting)]
+    assert main(["run", "star.toml", *overrides]) == 0
+    file = elsewhere / "runs" / "rotating_star" / "rotating_star.nc"
+    with xarray.open_dataset(file) as opened:
+        assert {"inertia_tensor", "virial_tensor"} <= set(opened.variables)
+        assert list(opened["effect"].values) == ["gravity", "pressure", "viscosity"]
+    before = file.read_bytes()
+    assert main(["resume", "runs/rotating_star"]) == 0
+    assert file.read_bytes() == before
+    assert main(["run", "star.toml", *overrides]) == 2
+    assert file.read_bytes() == before
+    capsys.readouterr()
+    assert main(["show", "runs/rotating_star", "--output", "pictures"]) == 0
+    assert "rotating_star" in capsys.readouterr().out
+    assert list((elsewhere / "pictures").glob("*.png"))
+
+
+def test_a_wheel_holds_the_package(tmp_path):
+    subprocess.run(
+        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)], check=True, cwd=ROOT
+    )
+    (wheel,) = tmp_path.glob("astroinertia-*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+        entry = next(name for name in names if name.endswith("entry_points.txt"))
+        assert "astroinertia = astroinertia.__main__:main" in archive.read(entry).decode()
+    every = (path for kind in ("py", "html", "js", "md") for path in (ROOT / "astroinertia").rglob(f"*.{kind}"))
+    sources = {str(path.relative_to(ROOT)) for path in every}
+    assert sources <= names
+    assert not any(name.startswith(("tests/", "sims/")) for name in names)
+
+
+def test_imports_run_downward_only():
+    done = subprocess.run(
+        [str(Path(sys.executable).parent / "lint-imports")], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout

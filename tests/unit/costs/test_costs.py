@@ -1,0 +1,362 @@
+"""What a run is predicted to take, and the calibration that it stands on."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from astroinertia.costs import course, experience, machine, piloted, plan_lines, smooth
+from astroinertia.costs.machine import Machine, Seconds
+from astroinertia.costs.piloted import Pilot
+from astroinertia.costs.prediction import predict
+from astroinertia.scene import load
+from tests.sims import single_scenes
+
+ROOT = Path(__file__).parents[3]
+SIMS = single_scenes()
+STAR = """
+name = "star"
+units = "code"
+[body]
+kind = "polytrope"
+index = 1.5
+particles = 1000
+mass = 1.0
+radius = 1.0
+[equation_of_state]
+kind = "ideal"
+gamma = 1.6666666666666667
+[effects.gravity]
+[effects.pressure]
+[effects.viscosity]
+[time]
+end = 4.0
+"""
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("ASTROINERTIA_CACHE", str(tmp_path / "cache"))
+
+
+def predicted(*settings: str, text: str = STAR):
+    found = predict(load.loads(text, settings), machine.shipped())
+    assert found is not None
+    return found
+
+
+def measured() -> Machine:
+    """A calibration twice as fast as the figures of the package."""
+    known = machine.shipped()
+    return Machine({name: 0.5 * each for name, each in known.seconds.items()}, known.memory, True, machine.described())
+
+
+# The calibration's file
+
+
+def test_a_calibration_is_kept_and_known_again():
+    assert not machine.current().calibrated
+    path = machine.keep(measured())
+    assert path is not None and path.parent == Path(os.environ["ASTROINERTIA_CACHE"])
+    assert machine.current() == measured()
+
+
+def test_a_calibration_of_another_machine_or_version_counts_as_none():
+    kept = json.loads(machine.keep(measured()).read_text())
+    for name in ("processor", "cores", "numba", "threads"):
+        other = {**kept, "machine": {**kept["machine"], name: "another"}}
+        (machine.cache_directory() / machine.FILE).write_text(json.dumps(other))
+        assert machine.current() == machine.shipped(), name
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        lambda text: "",
+        lambda text: "[" * 100_000,
+        lambda text: text[: len(text) // 2],
+        lambda text: "[1, 2]",
+        lambda text: text.replace('"rest": [', '"rest": [1.0, '),
+        lambda text: text.replace('"rest"', '"unrest"'),
+        lambda text: text.replace("0.0015", "-0.0015"),
+        lambda text: text.replace("0.0015", "NaN"),
+        lambda text: text.replace("0.0015", "1e300"),
+        lambda text: text.replace("0.0015", "true"),
+        lambda text: text.replace("0.0015", '"0.0015"'),
+        lambda text: text.replace('"format": 1', '"format": 2'),
+    ],
+)
+def test_a_broken_calibration_counts_as_none(broken):
+    costs = {**measured().seconds, "record": Seconds(0.0015, 0.0015)}
+    path = machine.keep(replace(measured(), seconds=costs))
+    assert machine.current().calibrated
+    text = path.read_text()
+    assert broken(text) != text
+    path.write_text(broken(text))
+    assert machine.current() == machine.shipped()
+
+
+def test_a_cache_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("ASTROINERTIA_CACHE", str(tmp_path / "file"))
+    assert machine.keep(measured()) is None
+    assert not machine.current().calibrated
+
+
+def test_a_cost_is_split_into_what_is_fixed_and_what_a_particle_adds():
+    from astroinertia.costs import probes
+
+    def taken(count: int, power: int) -> Seconds:
+        return Seconds(0.25 + 3e-6 * count**power, 0.5 + 5e-6 * count**power)
+
+    for power in (1, 2):
+        fixed, slope = probes.line(taken(probes.FEW, power), taken(probes.MANY, power), power)
+        assert (fixed.wall, fixed.processor) == pytest.approx((0.25, 0.5))
+        assert (slope.wall, slope.processor) == pytest.approx((3e-6, 5e-6))
+    fixed, slope = probes.line(Seconds(2.0, 2.0), Seconds(1.0, 1.0))  # noise must not make a cost negative
+    assert slope == Seconds(0.0, 0.0) and fixed == Seconds(2.0, 2.0)
+
+
+# Predictions
+
+
+@pytest.mark.parametrize("file", SIMS, ids=lambda path: path.stem)
+def test_every_scene_is_predicted_or_says_why_not(file):
+    scene = load.load_file(file)
+    found = predict(scene, machine.shipped())
+    lines = plan_lines.lines(scene, found)
+    assert all(line.name and line.value for line in lines)
+    if found is None:
+        assert lines[0].value == "not known" and lines[0].why
+    else:
+        numbers = (found.wall_time, found.time.processor, found.memory, found.files)
+        assert all(math.isfinite(number) and number > 0.0 for number in numbers)
+        assert found.steps >= 0.0
+
+
+def test_parts_add_up_and_each_effect_has_its_own():
+    found = predicted()
+    assert found.wall_time == pytest.approx(math.fsum(part.wall for part in found.parts.values()))
+    assert {f"steps: {kind}" for kind in ("gravity", "pressure", "viscosity")} <= set(found.parts)
+    after = [
+        part.wall for name, part in found.parts.items() if name.startswith("steps") or name in ("records", "writing")
+    ]
+    assert found.evolution.wall == pytest.approx(math.fsum(after))
+
+
+@pytest.mark.parametrize("steps", ["global", "individual"])
+@pytest.mark.parametrize("precision", ["mixed", "float64"])
+def test_more_particles_cost_more_of_everything(steps, precision):
+    given = f'numerics.timesteps="{steps}"', f'numerics.precision="{precision}"'
+    costs = [predicted(f"body.particles={count}", *given) for count in (500, 2000, 8000, 100_000, 1_000_000)]
+    for name in ("wall_time", "memory", "files", "steps"):
+        values = [getattr(each, name) for each in costs]
+        assert values == sorted(values) and len(set(values)) == len(values), name
+
+
+def test_a_calibrated_machine_takes_what_was_measured():
+    slow, fast = (predict(load.loads(STAR), each) for each in (machine.shipped(), measured()))
+    assert fast.wall_time == pytest.approx(0.5 * slow.wall_time, rel=0.01)
+    assert fast.calibrated and not slow.calibrated
+    assert "calibrate" in plan_lines.lines(load.loads(STAR), slow)[0].why
+    assert "this machine" in plan_lines.lines(load.loads(STAR), fast)[0].why
+
+
+def test_units_do_not_matter():
+    star = STAR.replace("mass = 1.0", 'mass = "1 Msun"').replace("radius = 1.0", 'radius = "1 Rsun"')
+    # The unit of time is 1593.8 s: sqrt(R^3/(G M)).
+    star = star.replace('units = "code"\n', "").replace("end = 4.0", 'end = "6375.2 s"')
+    assert predicted(text=star).steps == pytest.approx(predicted().steps, rel=1e-3)
+
+
+def test_what_was_done_before_is_not_done_again():
+    scene = load.loads(STAR)
+    first = predict(scene, machine.shipped())
+    assert {"compiling", "placing", "settling"} <= set(first.parts)
+    experience.note(scene)
+    again = predict(scene, machine.shipped())
+    assert not {"compiling", "placing", "settling"} & set(again.parts)
+    assert "placing" in predicted("body.seed=7").parts and "compiling" not in predicted("body.seed=7").parts
+    assert "compiling" in predicted('effects.viscosity.limiter="none"').parts
+    assert "compiling" in predicted("effects.conduction={}").parts
+
+
+def test_a_run_that_is_cut_short_is_predicted_short():
+    whole, cut = predicted(), predicted("time.max_steps=10")
+    assert cut.steps == 10.0
+    assert cut.evolution.wall < 0.2 * whole.evolution.wall
+
+
+def test_predicting_imports_no_engine_and_takes_no_time(tmp_path):
+    (tmp_path / "star.toml").write_text(STAR)
+    program = (
+        "import sys, time\n"
+        "from astroinertia.scene import load\n"
+        "from astroinertia.costs import machine, plan_lines\n"
+        "from astroinertia.costs.prediction import predict\n"
+        f"scene = load.load_file({str(tmp_path / 'star.toml')!r})\n"
+        "begin = time.process_time()\n"
+        "plan_lines.lines(scene, predict(scene, machine.current()))\n"
+        "print(time.process_time() - begin)\n"
+        "heavy = ('jax', 'numba', 'astroinertia.engines', 'astroinertia.models', 'astroinertia.gravity')\n"
+        "print([name for name in sys.modules if name in heavy])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
+    taken, imported = done.stdout.split("\n")[:2]
+    assert imported == "[]"
+    assert float(taken) < 1.0
+
+
+# Steps
+
+
+def pilot(limits: dict[str, list[float]], reached: float = 1.0, evaluations: float = 1.0) -> Pilot:
+    table = np.array(list(limits.values())).T
+    ones = np.ones(len(table))
+    return Pilot(100, table.min(axis=1), tuple(limits), table, evaluations * ones, ones, reached, 1.0)
+
+
+def test_sound_asks_for_more_steps_with_more_particles_and_free_fall_does_not():
+    sound = pilot({"pressure": [1.0] * 4, "gravity": [99.0] * 4})
+    fall = pilot({"pressure": [99.0] * 4, "gravity": [1.0] * 4})
+    assert sound.counts(800).steps == pytest.approx(8.0)
+    assert fall.counts(800).steps == pytest.approx(4.0)
+    # Where the two are a factor 1.25 apart, eight times the particles change which of them counts.
+    assert pilot({"pressure": [1.25] * 4, "gravity": [1.0] * 4}).counts(800).steps == pytest.approx(4.0 * 2.0 / 1.25)
+
+
+def test_what_a_pilot_did_not_reach_goes_on_as_it_was_last():
+    steps = {"pressure": [4.0, 4.0, 1.0, 1.0, 1.0, 1.0]}  # 12 in time, the last quarter in steps of 1
+    assert pilot(steps, reached=0.5).counts(100).steps == pytest.approx(6.0 + 12.0)
+
+
+def test_evaluations_of_individual_steps_are_those_of_the_pilot():
+    found = pilot({"pressure": [1.0] * 4}, evaluations=3.0).counts(800)
+    assert (found.steps, found.evaluations, found.ends) == pytest.approx((8.0, 24.0, 8.0))
+    cut = found.at_most(4.0)
+    assert (cut.steps, cut.evaluations, cut.ends) == pytest.approx((4.0, 12.0, 4.0))
+
+
+def test_a_pilot_is_kept_for_every_number_of_particles_and_a_broken_one_is_none():
+    from astroinertia.storage import cache
+
+    scene, other = load.loads(STAR), load.loads(STAR, ["body.particles=5000", "output.series_every=1.0"])
+    assert piloted.kept(scene) is None
+    kept = pilot({"pressure": [1e-3] * 4})
+    arrays = {name: np.asarray(value) for name, value in vars(kept).items()}
+    cache.save("pilot", piloted.key(scene), arrays)
+    assert piloted.kept(other).counts(100).steps == pytest.approx(4.0)
+    assert predict(other, machine.shipped()).steps_by == "a pilot run"
+    assert piloted.kept(load.loads(STAR, ["numerics.courant=0.2"])) is None
+    for broken in ({"length": -kept.length}, {"limits": kept.limits[:2]}, {"reached": np.array(np.nan)}):
+        cache.save("pilot", piloted.key(scene), arrays | broken)
+        assert piloted.kept(scene) is None, broken
+
+
+def test_steps_at_rest_are_those_of_sound_at_the_centre():
+    scene = load.loads(STAR)
+    sphere = course.sphere_of(scene)
+    # Chandrasekhar (1939): rho_c/mean = 5.99 and P_c = 0.770 G M^2/R^4 for n = 1.5.
+    assert sphere.densest == pytest.approx(5.99 * 3.0 / (4.0 * math.pi), rel=0.25)  # over a kernel, less than central
+    assert sphere.sound**2 == pytest.approx(5.0 / 3.0 * 0.770 / (5.99 * 3.0 / (4.0 * math.pi)), rel=0.02)
+    length = 1.3 * (1e-3 / sphere.densest) ** (1.0 / 3.0)
+    assert course.steps(scene) == pytest.approx(4.0 / (0.3 * length / sphere.sound), rel=0.02)
+
+
+def test_a_sphere_falls_in_the_free_fall_time():
+    text = STAR.replace('kind = "polytrope"\nindex = 1.5', 'kind = "uniform"').replace("[effects.pressure]", "")
+    sphere = course.sphere_of(load.loads(text))
+    times, sizes = course.course(sphere, 2.0)
+    fallen = times[np.argmax(sizes < 0.1)]
+    # cos^2 of an angle b is the size, and b + sin(2 b)/2 = t sqrt(2 W) (Spitzer 1978).
+    angle = math.acos(math.sqrt(0.1))
+    assert fallen == pytest.approx((angle + 0.5 * math.sin(2.0 * angle)) / math.sqrt(2.0), rel=0.03)
+
+
+def test_a_top_is_fastest_where_its_polhode_says():
+    text = """
+name = "top"
+model = "rigid"
+units = "code"
+[body]
+kind = "rigid"
+mass = 1.0
+moments = [1.0, 2.0, 2.5]
+[body.rotation]
+rate = 1.0
+axis = [0.1, 1.0, 0.1]
+[effects]
+[time]
+end = 10.0
+"""
+    inertia, spin = np.array([1.0, 2.0, 2.5]), np.array([0.1, 1.0, 0.1]) / math.sqrt(1.02)
+    fastest = 0.0
+    for _ in range(40_000):  # Euler's equations, by a step of the midpoint
+        middle = spin + 5e-4 * np.cross(inertia * spin, spin) / inertia
+        spin = spin + 1e-3 * np.cross(inertia * middle, middle) / inertia
+        fastest = max(fastest, float(np.linalg.norm(spin)))
+    assert smooth.fastest_spin(load.loads(text)) == pytest.approx(fastest, rel=1e-3)
+
+
+# Runs
+
+
+def test_a_run_tells_what_it_took_and_its_prediction_changes_nothing(tmp_path, capsys):
+    import xarray
+
+    from astroinertia.cli.main import main
+
+    scene = ROOT / "sims" / "core_to_pulsar_scaling.toml"
+    opened = []
+    for name in ("first", "second"):
+        assert main(["run", str(scene), "--output", str(tmp_path / name)]) == 0
+        opened.append(xarray.load_dataset(tmp_path / name / "core_to_pulsar_scaling.nc"))
+        assert "took" in capsys.readouterr().out
+        machine.keep(measured())
+    first, second = opened
+    assert second.attrs["predicted_wall_time"] == pytest.approx(0.5 * first.attrs["predicted_wall_time"], rel=0.01)
+    assert first.attrs["measured_wall_time"] > 0.0
+    assert 1e7 < first.attrs["measured_memory"] < 1e11
+    xarray.testing.assert_equal(first.drop_vars("wall_time"), second.drop_vars("wall_time"))
+
+
+def test_plan_tells_costs(tmp_path, capsys):
+    from astroinertia.cli.main import main
+
+    (tmp_path / "star.toml").write_text(STAR)
+    assert main(["plan", str(tmp_path / "star.toml")]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "cost" in out and "wall time" in out and "in the run's folder" in out
+    assert out.count(" memory ") == 1
+
+
+def test_drag_and_diffusion_limit_the_steps_that_are_planned() -> None:
+    """Steps are then as many as these limits of the effects ask for, whatever sound does."""
+    damped = predicted(text=f"{STAR}\n[effects.damping]\ntime_scale = 1e-9\n")
+    assert damped.steps == pytest.approx(4.0 / (0.3 * 1e-9), rel=1e-3)
+    thick = [
+        predicted(text=f"{STAR}\n[effects.shear_viscosity]\nkinematic_viscosity = {nu}\n").steps for nu in (1e3, 1e4)
+    ]
+    assert thick[1] == pytest.approx(10.0 * thick[0], rel=1e-3)
+
+
+def test_no_number_of_steps_is_claimed_of_a_collapse_that_nothing_stops() -> None:
+    text = STAR.replace('kind = "ideal"\ngamma = 1.6666666666666667', 'kind = "isothermal"\nsound_speed = 0.05')
+    scene = load.loads(text.replace('kind = "polytrope"\nindex = 1.5', 'kind = "uniform"\npressure_fraction = 0.01'))
+    assert predict(scene, machine.shipped()) is None
+    assert plan_lines.lines(scene, None)[0].value == "not known"
+
+
+def test_a_body_that_flies_apart_at_once_has_a_course_all_the_same():
+    """A step of its own pace is then too short for the time to change by it."""
+    evrard = next(path for path in SIMS if path.stem == "evrard")
+    hot = load.load_file(evrard, ["body.specific_internal_energy=1e10"])
+    times, _ = course.course(course.sphere_of(hot), hot.time.end)
+    assert (np.diff(times) > 0.0).all() and times[-1] == hot.time.end
+    assert course.steps(hot) > 0.0

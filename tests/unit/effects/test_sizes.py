@@ -1,0 +1,236 @@
+"""Sizes of effects against independent numbers, what `effects = "auto"` makes of them, and how it is refused."""
+
+import math
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
+from astroinertia.effects.one_zone import Zone, braked, difference, motion
+from astroinertia.effects.sizes import effect_size, inspiral_time, nearest_approach
+from astroinertia.effects.torque_sizes import gradient_turn, tidal_spin_down
+from astroinertia.errors import SceneError
+from astroinertia.scene.characteristic import characteristic
+from astroinertia.scene.load import load_file, loads
+from astroinertia.scene.plan import plan
+
+ROOT = Path(__file__).parents[3]
+SCENES = ROOT / "tests" / "data" / "effects_auto"
+EXPECTED = tomllib.loads((SCENES / "expected.toml").read_text())
+YEAR, ARCSECOND = 3.15576e7, math.pi / 648000.0
+G, C = 6.6743e-11, 299792458.0
+SIZES = {kind: entry.size for kind, entry in CATALOGUE.items()}
+SUN, EARTH = 1.98841e30, 5.97217e24
+
+
+def earth(end: float) -> Characteristic:
+    return replace(characteristic(load_file(SCENES / "earth_in_a_century.toml")), end=end)
+
+
+def test_every_effect_has_a_size():
+    assert all(SIZES.values())
+
+
+def test_sun_and_moon_precess_the_earth_by_fifty_arc_seconds_a_year():
+    body = earth(YEAR)
+    # the axis moves by sin(obliquity) of what it goes round by: 50.4 arc seconds, 15.9 of the Sun and 34.5 of the Moon
+    # on orbits in the ecliptic; what the Moon's is inclined by takes 1 % off in the mean over its node
+    flat = [replace(other, normal=(0.0, 0.0, 1.0)) for other in body.neighbours]
+    turns = {other.name: gradient_turn(body, other) / math.sin(math.radians(23.4393)) for other in flat}
+    assert turns["Sun"] / ARCSECOND == pytest.approx(15.9, rel=0.02)
+    assert turns["Moon"] / ARCSECOND == pytest.approx(34.5, rel=0.02)
+    assert sum(turns.values()) / ARCSECOND == pytest.approx(50.3, rel=0.1)
+
+
+def test_the_moon_brakes_the_earth_by_two_milliseconds_a_day_in_a_century():
+    body = earth(100.0 * YEAR)
+    options = {"love_number": 0.3, "radius": 6378136.6, "quality": 12.0, "time_lag": None}
+    share = tidal_spin_down(body, next(each for each in body.neighbours if each.name == "Moon"), options)
+    assert 86400e3 * share == pytest.approx(2.3, rel=0.6)  # ms
+
+
+def test_the_tide_of_the_moon_on_the_earth():
+    body = Characteristic(end=1.0, gravitational_constant=G, mass=EARTH, radius=6.371e6)
+    assert tidal_parameter(body, 7.3458e22, 3.84399e8) == pytest.approx(5.6e-8, rel=0.01)
+
+
+def test_the_crab_slows_down_as_its_age_says():
+    body = characteristic(load_file(SCENES / "crab_in_a_century.toml"))
+    options = load_file(SCENES / "crab_in_a_century.toml").effects["dipole_braking"]
+    later = 33.3924123e-3 * (1.0 + 1.51 * 4.20972e-13 / 33.3924123e-3 * 100.0 * YEAR) ** (1.0 / 1.51)
+    assert effect_size(SIZES["dipole_braking"], body, options).change == pytest.approx(
+        1.0 - 33.3924123e-3 / later, rel=1e-3
+    )
+
+
+def test_compactness_of_a_white_dwarf_and_of_a_neutron_star():
+    dwarf = Characteristic(end=1.0, gravitational_constant=G, speed_of_light=C, mass=0.6 * SUN, radius=8.9e6)
+    assert dwarf.compactness == pytest.approx(1.0e-4, rel=0.02)  # a gravitational redshift of 30 km/s
+    assert replace(dwarf, mass=1.4 * SUN, radius=12e3).compactness == pytest.approx(0.172, rel=0.01)
+
+
+def test_two_neutron_stars_on_a_circle_meet_when_peters_says():
+    # PSR B1913+16 if its orbit were round: 1.67 billion years (Peters 1964; 0.3 with its eccentricity of 0.617)
+    assert inspiral_time(G, C, (1.44 * SUN, 1.387 * SUN), 1.950e9) / (1e9 * YEAR) == pytest.approx(1.66, rel=0.03)
+
+
+def test_one_zone_falls_in_the_free_fall_time_and_expands_as_dysons_gas():
+    # x'' = -1/x^2 from rest is at the centre at pi/(2 sqrt 2); gas of 5/3 alone has s^2 = 1 + p t^2
+    fall = motion(Zone(1.0, 0.0, 0.0, 5 / 3), 2.0)
+    assert fall.time[-1] == pytest.approx(math.pi / math.sqrt(8.0), abs=2.0 / 400)
+    assert motion(Zone(0.0, 3.0, 0.0, 5 / 3), 2.0).size[-1] ** 2 == pytest.approx(13.0, rel=1e-6)
+
+
+def test_little_pressure_means_nothing_before_the_end_of_a_fall_and_all_after_it():
+    cold = Zone(1.0, 1e-4, 0.0, 5 / 3)
+    early, late = (difference(cold, end, pressure=0.0) for end in (0.6, 1.3))
+    assert early < 3e-4 and late == 1.0
+    assert braked(cold, 0.6) == 0.0 and braked(cold, 1.3) > 1.0
+
+
+def test_small_pressures_count_in_proportion():
+    changes = [difference(Zone(1.0, p, 0.0, 5 / 3), 0.5, pressure=0.0) for p in (1e-6, 1e-5)]
+    assert changes[1] / changes[0] == pytest.approx(10.0, rel=0.01)
+
+
+def test_what_is_in_balance_needs_both_forces():
+    star = Zone(1.0, 1.0, 0.0, 5 / 3)
+    assert difference(star, 1e9, pressure=0.0) == difference(star, 1e9, weight=0.0) == 1.0
+
+
+def test_viscosity_decays_a_flow_in_the_viscous_time():
+    # the quadrupole mode of a liquid sphere decays at 5 nu/R^2 (Lamb)
+    body = characteristic(load_file(SCENES / "thick_liquid_for_long.toml"))
+    assert body.shear > 0.1
+    found = effect_size(SIZES["shear_viscosity"], body, {"kinematic_viscosity": 1e-4})
+    assert found.change == pytest.approx(5e-4 * body.end, rel=1e-3)
+
+
+def test_rigid_rotation_has_no_friction():
+    text = (SCENES / "star_that_cools_slowly.toml").read_text()
+    body = characteristic(loads(text))
+    assert effect_size(SIZES["shear_viscosity"], body, {"kinematic_viscosity": 1.0}).change < 1e-6
+
+
+def test_a_compact_body_that_is_round_about_its_axis_sends_no_waves_and_one_that_is_not_does():
+    body = characteristic(load_file(SCENES / "liquid_at_a_large_reynolds_number.toml"))
+    loud = effect_size(SIZES["radiation_reaction"], body, {"speed_of_light": 2.0}).change
+    assert body.moments is not None
+    least, _, largest = body.moments
+    steady = replace(body, moments=(least, least, largest), triple_pressure=body.gravitational - 2 * body.rotational)
+    assert loud > 1e-2 and effect_size(SIZES["radiation_reaction"], steady, {"speed_of_light": 2.0}).change < 1e-20
+
+
+def test_a_perturber_is_nearest_at_its_pericentre_only_if_the_run_gets_there():
+    orbit = {"position": (1.0, 0.0, 0.0), "eccentricity": 0.5, "period": 10.0, "mean_anomaly": -1.0}
+    assert nearest_approach(5.0, orbit) == 1.0
+    # eccentric anomaly -0.9 at the end: r = a (1 - e cos E) with a = 2
+    end = (1.0 - 0.9 + 0.5 * math.sin(0.9)) * 10.0 / (2.0 * math.pi)
+    assert nearest_approach(end, orbit) == pytest.approx(2.0 - math.cos(0.9), rel=1e-12)
+
+
+def test_a_spinning_earth_has_its_numbers():
+    body = earth(YEAR)
+    assert body.rotation_over_break_up == pytest.approx(0.0588, rel=0.01)
+    assert body.wobble == 0.0 and body.dynamical_time == pytest.approx(806.8, rel=1e-3)
+
+
+def test_what_a_scene_does_not_tell_is_kept_on_with_that_reason(tmp_path):
+    text = 'name = "a"\neffects = "auto"\nunits = "code"\n[body]\nkind = "table"\nfile = "a.csv"\n'
+    text += '[equation_of_state]\nkind = "ideal"\n[time]\nend = 1.0\n'
+    scene = loads(text, origin=str(tmp_path))
+    assert set(scene.effects) == {"gravity", "pressure", "viscosity"}
+    assert all("not known" in reason for reason in scene.reasons.values())
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_the_list_is_chosen_exactly_and_with_its_orders_of_magnitude(name):
+    scene = load_file(SCENES / f"{name}.toml")
+    wanted = EXPECTED[name]
+    assert set(scene.effects) == set(wanted["on"])
+    assert set(scene.reasons) == set(wanted["on"]) | set(wanted["off"])
+    body = characteristic(scene)
+    for kind, entry in {**wanted["on"], **wanted["off"]}.items():
+        given = {**scene.candidates, **scene.effects}.get(kind, {})
+        change = effect_size(SIZES[kind], body, given).change
+        if entry["change"] > 1e-9 and kind not in ("gravity", "pressure"):
+            assert 0.1 < change / entry["change"] < 10.0 or kind == "shear_viscosity", kind
+
+
+def test_enough_of_the_list_looks_small_and_must_be_on():
+    small = {name: each["small_looking"] for name, each in EXPECTED.items() if "small_looking" in each}
+    assert len(small) >= 4
+    for name, kinds in small.items():
+        assert set(kinds) <= set(EXPECTED[name]["on"])
+        asked = load_file(SCENES / f"{name}.toml").accuracy
+        assert all(EXPECTED[name]["on"][kind]["looks"] < asked for kind in kinds)
+
+
+def test_a_finer_accuracy_calls_for_more():
+    file = SCENES / "hot_cloud_let_go.toml"
+    assert "gravity" not in load_file(file).effects
+    assert {"gravity", "pressure"} <= set(load_file(file, ["accuracy=1e-6"]).effects)
+
+
+def test_companions_of_particles_go_with_their_effect():
+    before, _, after = (ROOT / "sims" / "star_and_companion.toml").read_text().partition("[effects.gravity]")
+    text = f'effects = "auto"\n{before}[time]{after.partition("[time]")[2]}'
+    near = loads(text)
+    far = loads(text, ["companions.0.semi_major_axis=4000.0", "companions.0.mass=1e-3"])
+    assert "companions" in near.effects and near.companions
+    assert "companions" not in far.effects and not far.companions and "companions" in far.reasons
+
+
+def test_the_plan_tells_reasons_and_keeps_them_for_the_dataset():
+    scene = load_file(SCENES / "crab_in_a_century.toml")
+    planned = plan(scene)
+    sizes = {line.kind: line.size for line in planned.effects}
+    assert sizes["dipole_braking"].startswith("on: ") and sizes["constant_torque"].startswith("off: ")
+    assert scene.reasons["dipole_braking"] in planned.text() and scene.reasons["constant_torque"] in planned.text()
+    assert "relativity" in {line.name for line in planned.sections["characteristic numbers"]}  # G M/(R c^2) = 0.17
+
+
+def test_the_plan_points_out_what_is_negligible_and_warns_of_what_is_missing():
+    file = ROOT / "sims" / "cold_spheroid.toml"
+    thin = ["body.specific_internal_energy=1e-9", "effects.pressure={}"]
+    sizes = {line.kind: line.size for line in plan(load_file(file, thin)).effects}
+    assert sizes["pressure"].startswith("NEGLIGIBLE") and "WARNING" not in sizes["gravity"]
+    sizes = {line.kind: line.size for line in plan(load_file(file, ["body.specific_internal_energy=0.3"])).effects}
+    assert sizes["pressure"].startswith("WARNING, large and not listed")
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ('effects = "atuo"', "effects: 'atuo' is not known; did you mean 'auto'"),
+        (
+            'effects = "auto"\n[candidates.colling]',
+            "[candidates] colling is not a known effect; did you mean 'cooling'",
+        ),
+        ('effects = "auto"\n[candidates.pivot]\ngravity = 1', "[candidates.pivot] gravity: must be a list"),
+        ("[effects.gravity]\n[candidates.cooling]", '[candidates] are for effects = "auto"'),
+        ('effects = "auto"\naccuracy = 2.0', "accuracy: must be at most 0.3"),
+        ('effects = "auto"\n[candidates.gravity_gradient]', "belongs to the model rigid"),
+    ],
+)
+def test_what_is_wrong_is_said_in_a_sentence(text, sentence):
+    rest = '[body]\nkind = "uniform"\nparticles = 64\nmass = 1.0\nradius = 1.0\n[equation_of_state]\nkind = "ideal"\n'
+    with pytest.raises(SceneError) as refused:
+        loads(f'name = "a"\nunits = "code"\n{text}\n{rest}[time]\nend = 1.0\n')
+    assert sentence in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_explicit_effects_stay_as_they_are():
+    scene = load_file(ROOT / "sims" / "evrard.toml")
+    assert list(scene.effects) == ["gravity", "pressure", "viscosity"] and not scene.reasons
+
+
+def test_neighbours_on_given_orbits_are_where_they_are():
+    body = characteristic(load_file(ROOT / "sims" / "earth_precession.toml"))
+    moon = next(each for each in body.neighbours if each.name == "Moon")
+    assert isinstance(moon, Neighbour) and moon.distance == pytest.approx(3.844e8, rel=0.02)
+    tilt = math.degrees(math.acos(moon.normal[2]))
+    assert tilt == pytest.approx(5.145, abs=0.3) and moon.rate == pytest.approx(2.66e-6, rel=0.02)

@@ -1,0 +1,244 @@
+"""Bodies made to a wanted tensor have it, to round-off, and what no body has is refused with its numbers."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+from astroinertia.inertia import realise
+from astroinertia.inertia.tensor import inertia_from_second_moment, inertia_tensor
+
+REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "inverse.json").read_text())
+TWO_LAYERS = [case for case in REFERENCE if case["name"] == "inverse_two_layer"]
+decades = st.floats(-6, 6).map(lambda exponent: 10.0**exponent)
+
+
+def turned(second, seed):
+    axes = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    return inertia_from_second_moment(axes @ np.diag(second) @ axes.T)
+
+
+def relative(found, wanted):
+    return abs(found - wanted).max() / abs(wanted).max()
+
+
+# Point masses
+
+
+@given(st.integers(0, 10**6), st.lists(st.floats(1e-3, 1), min_size=1, max_size=3), decades, decades)
+def test_the_fewest_points_have_the_tensor_and_lie_equally_far(seed, second, mass, length):
+    """Rods, laminae and solids over twelve decades of mass and length."""
+    inertia = turned(np.array(second + [0.0] * (3 - len(second))) * mass * length**2, seed)
+    masses, places = realise.point_masses(inertia, mass=mass)
+    assert len(masses) == len(second) + 1
+    assert (masses > 0).all()
+    assert masses.sum() == pytest.approx(mass, rel=1e-14)
+    radius = np.sqrt(sum(second)) * length
+    assert np.linalg.norm(masses @ places) < 1e-14 * mass * radius
+    np.testing.assert_allclose(np.linalg.norm(places, axis=1), radius, rtol=1e-13)
+    assert relative(inertia_tensor(masses, places, np.zeros(3)), inertia) < 1e-13
+    again = realise.point_masses(inertia, radius=radius)
+    np.testing.assert_allclose(again[0], masses, rtol=1e-12)
+    np.testing.assert_allclose(again[1], places, atol=1e-12 * radius)
+
+
+def test_fewer_points_cannot_do_it():
+    """n points about their centre span n - 1 dimensions at most, which is the rank of Q."""
+    for count in (2, 3, 4):
+        random = np.random.default_rng(count)
+        masses, places = random.uniform(1, 2, count), random.normal(size=(count, 3))
+        inertia = inertia_tensor(masses, places)
+        found, _ = realise.point_masses(inertia, mass=masses.sum())
+        assert len(found) == count
+
+
+def test_mass_left_over_lies_at_the_centre():
+    inertia = turned([3.0, 2.0, 1.0], 5)
+    masses, places = realise.point_masses(inertia, mass=10.0, radius=2.0)
+    np.testing.assert_allclose(masses, [0.375] * 4 + [8.5])
+    np.testing.assert_allclose(np.linalg.norm(places, axis=1), [2.0] * 4 + [0.0])
+    assert relative(inertia_tensor(masses, places), inertia) < 1e-13
+    assert len(realise.point_masses(inertia, mass=1.5, radius=2.0)[0]) == 4
+    masses, places = realise.point_masses(np.zeros((3, 3)), mass=2.0)
+    assert masses.tolist() == [2.0] and (places == 0).all()
+
+
+# Ellipsoids
+
+
+@given(st.integers(0, 10**6), st.tuples(*[st.floats(0.01, 1)] * 3), decades, decades)
+def test_homogeneous_ellipsoids(seed, axes, length, density):
+    semi_axes = np.sort(np.array(axes))[::-1] * length
+    mass = density * 4 / 3 * np.pi * semi_axes.prod()
+    inertia = turned(mass * semi_axes**2 / 5, seed)
+    for found in (
+        realise.homogeneous_ellipsoid(inertia, mass=mass),
+        realise.homogeneous_ellipsoid(inertia, density=density),
+    ):
+        # The least second moment is a difference of moments.
+        np.testing.assert_allclose(found.semi_axes[0], semi_axes, rtol=1e-15 * (semi_axes[0] / semi_axes[2]) ** 2 * 10)
+        assert found.mass == pytest.approx(mass, rel=1e-10)
+        assert found.densities[0] == pytest.approx(density, rel=1e-10)
+        assert relative(found.inertia, inertia) < 1e-12
+
+
+def layered(fractions, densities, seed, size=(1.3, 1.0, 0.7)):
+    """Mass and tensor of layers, each integrated by itself: a full ellipsoid less the one within."""
+    mass, second, inner = 0.0, np.zeros(3), 0.0
+    axes = np.array(size)
+    for x, density in zip([*fractions, 1.0], densities, strict=True):
+        volume = 4 / 3 * np.pi * axes.prod()
+        mass += density * volume * (x**3 - inner**3)
+        second += density * volume * axes**2 / 5 * (x**5 - inner**5)
+        inner = x
+    return mass, turned(second, seed)
+
+
+@pytest.mark.parametrize(
+    ("fractions", "densities"),
+    [
+        ((0.4,), (9.0, 3.0)),
+        ((0.8,), (2.0, 3.0)),
+        ((0.25, 0.5, 0.75), (13.0, 11.0, 5.0, 2.5)),
+        ((0.2, 0.5, 0.9), (1.0, 9.0, 4.0, 2.5)),
+        ((0.02,), (5000.0, 1.0)),
+        ((0.3, 0.6), (4.0, 4.0, 1.0)),
+        ((0.45, 0.9), (1.0, 9.0, 4.0)),  # near x = 0.918, from where on larger cores do the opposite
+    ],
+    ids=str,
+)
+def test_layers_are_found_again(fractions, densities):
+    mass, inertia = layered(fractions, densities, 6)
+    found = realise.layered_ellipsoid(inertia, mass, densities, boundaries=fractions)
+    assert found.mass == pytest.approx(mass, rel=1e-12)
+    assert relative(found.inertia, inertia) < 1e-12
+    np.testing.assert_allclose(found.semi_axes[-1], [1.3, 1.0, 0.7], rtol=1e-11)
+    np.testing.assert_allclose(found.semi_axes[:, 0] / 1.3, [*fractions, 1.0], rtol=1e-9)
+    if fractions in ((0.4,), (0.8,), (0.25, 0.5, 0.75)):
+        again = realise.layered_ellipsoid(inertia, mass, densities)
+        np.testing.assert_allclose(again.semi_axes, found.semi_axes, rtol=1e-14)
+
+
+def test_layers_that_are_all_core_or_all_mantle():
+    mass, inertia = layered((), (3.0,), 1)
+    for densities, share in (((7.0, 3.0), 0.0), ((3.0, 1.0), 1.0)):
+        found = realise.layered_ellipsoid(inertia, mass, densities)
+        np.testing.assert_allclose(found.semi_axes, np.outer([share, 1.0], [1.3, 1.0, 0.7]), rtol=1e-12)
+
+
+@pytest.mark.parametrize("case", TWO_LAYERS, ids=["Earth", "Mars"])
+def test_published_cores(case):
+    given, value = case["inputs"], case["value"]
+    radius = 6.4e6
+    mass = given["rho_mean"] * 4 / 3 * np.pi * radius**3
+    found = realise.two_layer_ellipsoid(
+        float(given["k"]) * mass * radius**2 * np.eye(3), mass, given["rho_mean"], given["rho_mantle"]
+    )
+    np.testing.assert_allclose(found.semi_axes[1], radius, rtol=1e-14)
+    np.testing.assert_allclose(found.semi_axes[0] / radius, float(value["rc_over_R"]), rtol=1e-12)
+    assert found.densities[0] == pytest.approx(float(value["rho_core"]), rel=1e-12)
+    assert found.mass == pytest.approx(mass, rel=1e-12)
+
+
+def test_a_flattened_body_of_two_layers():
+    mass, inertia = layered((0.45,), (11.0, 4.0), 3)
+    mean = mass / (4 / 3 * np.pi * 1.3 * 1.0 * 0.7)
+    found = realise.two_layer_ellipsoid(inertia, mass, mean, 4.0)
+    np.testing.assert_allclose(found.semi_axes, np.outer([0.45, 1.0], [1.3, 1.0, 0.7]), rtol=1e-12)
+    np.testing.assert_allclose(found.densities, [11.0, 4.0], rtol=1e-12)
+
+
+# Refusals
+
+FLAT, SOLID = np.diag([1.0, 1.0, 2.0]), np.diag([1.0, 1.2, 1.4])
+IMPOSSIBLE = np.diag(next(case for case in REFERENCE if case["name"] == "inverse_infeasible")["inputs"]["I_principal"])
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda inertia: realise.point_masses(inertia, mass=1.0),
+        lambda inertia: realise.homogeneous_ellipsoid(inertia, mass=1.0),
+        lambda inertia: realise.layered_ellipsoid(inertia, 1.0, (2.0, 1.0)),
+        lambda inertia: realise.two_layer_ellipsoid(inertia, 1.0, 2.0, 1.0),
+        lambda inertia: realise.fit_to_tensor(lambda p: p, np.eye(3), inertia),
+    ],
+    ids=["points", "ellipsoid", "layers", "two layers", "fit"],
+)
+def test_impossible_tensors_are_refused_with_the_inequality(make):
+    with pytest.raises(ValueError, match=r"1 \+ 1 < 2\.1"):
+        make(IMPOSSIBLE)
+    with pytest.raises(ValueError, match="not negative, and this tensor has -1"):
+        make(np.diag([-1.0, 1.0, 1.0]))
+    with pytest.raises(ValueError, match="symmetric"):
+        make(np.eye(3) + np.diag([0.1, 0.1], 1))
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: realise.point_masses(SOLID, mass=2.0, radius=0.5), r"0\.5 < 1\.8"),
+        (lambda: realise.point_masses(SOLID), "need a total mass, a radius or both"),
+        (lambda: realise.point_masses(np.zeros((3, 3)), radius=1.0), "mass must be given"),
+        (lambda: realise.point_masses(SOLID, mass=-1.0), "mass must be positive"),
+        (lambda: realise.homogeneous_ellipsoid(FLAT, mass=1.0), r"1 \+ 1 > 2 fails"),
+        (lambda: realise.homogeneous_ellipsoid(SOLID, mass=1.0, density=1.0), "and not both"),
+        (lambda: realise.homogeneous_ellipsoid(SOLID, density=0.0), "density must be positive"),
+        (lambda: realise.layered_ellipsoid(SOLID, 1.0, (2.0,)), "two densities or more"),
+        (lambda: realise.layered_ellipsoid(SOLID, 1.0, (2.0, 1.0, 0.5), (0.5, 0.2)), "must be positive and ascend"),
+        (lambda: realise.two_layer_ellipsoid(SOLID, 1.0, 1.0, 1.0), "no core to be found"),
+        (lambda: realise.two_layer_ellipsoid(np.eye(3) * 0.6, 1.0, 3 / (4 * np.pi), 0.1), r"0 < x\^2 < 1 fails"),
+        (lambda: realise.two_layer_ellipsoid(np.eye(3) * 0.48, 1.0, 3 / (4 * np.pi), 0.3), r"density > 0 fails"),
+    ],
+)
+def test_what_cannot_be_made_is_refused(make, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        make()
+
+
+def test_layers_out_of_reach_name_the_density_that_would_be_needed():
+    mass, inertia = layered((), (3.0,), 1)
+    with pytest.raises(ValueError, match=r"has the density 3, and 4 <= 3 <= 7 fails"):
+        realise.layered_ellipsoid(inertia, mass, (7.0, 4.0))
+
+
+# Fits
+
+
+def test_a_fit_by_gradients_finds_an_ellipsoid_by_its_axes_and_tilt():
+    import jax
+    import jax.numpy as jnp
+
+    def inertia_of(parameters):
+        tilt = parameters["tilt"]
+        turn = jnp.array([[jnp.cos(tilt), -jnp.sin(tilt), 0.0], [jnp.sin(tilt), jnp.cos(tilt), 0.0], [0.0, 0.0, 1.0]])
+        return inertia_from_second_moment(turn @ jnp.diag(parameters["axes"] ** 2) @ turn.T) / 5.0
+
+    true = {"axes": np.array([1.5, 1.1, 0.7]), "tilt": np.array(0.3)}
+    with jax.enable_x64(True):
+        wanted = np.asarray(inertia_of(true))
+    start = {"axes": np.array([1.2, 1.0, 1.0]), "tilt": np.array(0.1)}
+    found = realise.fit_to_tensor(inertia_of, start, wanted)
+    assert found.misfit < 1e-12
+    np.testing.assert_allclose(found.parameters["axes"], true["axes"], rtol=1e-9)
+    np.testing.assert_allclose(found.parameters["tilt"], 0.3, rtol=1e-9)
+    assert relative(found.inertia, wanted) < 1e-12
+    assert found.evaluations < 15
+    bounds = ({"axes": np.zeros(3), "tilt": np.array(-1.0)}, {"axes": np.array([1.4, 2.0, 2.0]), "tilt": np.array(0.2)})
+    held = realise.fit_to_tensor(inertia_of, start, wanted, bounds)
+    assert held.parameters["axes"][0] == pytest.approx(1.4, rel=1e-6)
+    assert held.misfit > 1e-2
+    assert held.misfit == pytest.approx(np.linalg.norm(held.inertia - wanted) / np.linalg.norm(wanted), rel=1e-12)
+
+
+def test_a_fit_moves_every_particle():
+    """More parameters than a tensor has elements: gradients by reverse mode."""
+    import jax.numpy as jnp
+
+    mass, places = np.ones(30), np.random.default_rng(2).normal(size=(30, 3))
+    wanted = turned([30.0, 20.0, 12.0], 4)
+    found = realise.fit_to_tensor(lambda x: inertia_tensor(jnp.asarray(mass), x), places, wanted)
+    assert found.misfit < 1e-12
+    assert relative(inertia_tensor(mass, found.parameters), wanted) < 1e-12

@@ -1,0 +1,70 @@
+"""Limits of the step: by matter that is still apart, against pairs of bodies; by energy, for as long as it lasts."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from astroinertia.models.sph.limits import DEPTH, GROUPS, contact_limit, energy_limit
+
+SUPPORT = 2.0
+
+
+def limit(position, velocity, h, step=1e9, xp=np):
+    position, velocity = np.asarray(position, dtype=float), np.asarray(velocity, dtype=float)
+    h = np.broadcast_to(np.asarray(h, dtype=float), len(position))
+    with jax.enable_x64(True):
+        return float(contact_limit(xp, *(xp.asarray(a) for a in (position, velocity, h)), SUPPORT, step))
+
+
+@pytest.mark.parametrize("xp", [np, jnp], ids=["numpy", "jax"])
+def test_two_particles_may_step_until_they_are_half_a_smoothing_length_deep(xp):
+    gap = 10.0 - SUPPORT * 0.2
+    found = limit([[0, 0, 0], [10, 0, 0]], [[3, 0, 0], [-1, 0, 0]], [0.1, 0.2], xp=xp)
+    assert found == pytest.approx((gap + DEPTH * 0.2) / 4.0, rel=1e-14)
+    assert limit([[0, 0, 0], [10, 0, 0]], [[-3, 0, 0], [1, 0, 0]], 0.1, xp=xp) == np.inf  # they part
+    # What is within reach already has its signal velocity to limit it, and goes no deeper.
+    assert limit([[0, 0, 0], [0.1, 0, 0]], [[1, 0, 0], [-1, 0, 0]], 0.2, xp=xp) == pytest.approx(DEPTH * 0.2 / 2.0)
+
+
+def test_nothing_is_looked_for_where_the_step_takes_nothing_deep():
+    position, velocity = [[0, 0, 0], [0.3, 0, 0]], [[1, 0, 0], [-1, 0, 0]]
+    assert limit(position, velocity, 0.1, step=0.024) == np.inf
+    assert limit(position, velocity, 0.1, step=0.026) == pytest.approx((0.1 + DEPTH * 0.1) / 2.0)
+
+
+def test_many_particles_in_groups_never_step_past_the_first_contact_of_all_pairs():
+    # Sorted along the line between two bodies, as leaves would have them.
+    generator = np.random.default_rng(2)
+    count, speed, apart, h = 4 * GROUPS, 50.0, 6.0, 0.05
+    first = (np.arange(count) < count // 2)[:, None]
+    position = generator.uniform(-1.0, 1.0, (count, 3)) + np.where(first, 0.0, apart) * [1.0, 0.0, 0.0]
+    velocity = np.where(first, speed, -speed) * [1.0, 0.0, 0.0]
+    order = np.argsort(position[:, 0])
+    found = limit(position[order], velocity[order], h)
+    between = position[count // 2 :, None] - position[None, : count // 2]
+    across, along = np.linalg.norm(between[..., 1:], axis=2), between[..., 0]
+    reach = SUPPORT * h
+    touching = along - np.sqrt(np.maximum(reach**2 - across**2, 0.0))
+    meet = touching[across < reach].min() / (2.0 * speed)
+    assert 0.25 * meet < found < meet + DEPTH * h / (2.0 * speed)
+
+
+def test_it_does_not_depend_on_the_frame_nor_on_the_origin():
+    position, velocity = np.random.default_rng(4).normal(size=(2, 100, 3))
+    here = limit(position, velocity, 0.01)
+    assert limit(position + 100.0, velocity - 1000.0, 0.01) == pytest.approx(here, rel=1e-9)
+
+
+@pytest.mark.parametrize("xp", [np, jnp], ids=["numpy", "jax"])
+def test_matter_without_energy_does_not_limit_the_step(xp: Any) -> None:
+    """A cold solid's energy is zero but for the error of its table, of either sign: no step may be negative by that."""
+    energy = xp.asarray([2.0, 2.0, -1e-5, 0.0, -1e-5])
+    heating = xp.asarray([-0.5, 0.5, -1e-99, -0.5, 0.5])
+    pull = xp.asarray(np.outer([0.0, 3.0, 3.0, 3.0, 3.0], [0.0, 0.6, 0.8]))
+    fluid: Any = SimpleNamespace(internal_energy=energy, smoothing_length=xp.asarray(np.full(5, 0.5)))
+    found = np.asarray(energy_limit(xp, fluid, heating, pull, 0.25))
+    assert np.allclose(found, [1.0, 0.25 * (2.0 + 1.5) / 0.5, np.inf, np.inf, 0.25 * (1.5 - 1e-5) / 0.5], rtol=1e-6)

@@ -1,0 +1,92 @@
+"""Parabolas and hyperbolas of a perturber: Kepler's equation, and the equation of motion itself."""
+
+import math
+from itertools import product
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from astroinertia.effects import catalogue
+from astroinertia.orbits.kepler import eccentric_anomaly, place_on_open_orbit
+from tests.unit.points import at
+
+TIMES = np.concatenate([-np.logspace(-8, 6, 57), [0.0], np.logspace(-8, 6, 57)])
+
+
+def test_keplers_equation_is_solved_for_every_eccentricity() -> None:
+    mean = np.linspace(-20.0, 20.0, 4001)
+    near = 10.0 ** np.arange(-12.0, 0.0)
+    mean = np.concatenate([mean, near, -near])
+    for e in (0.0, 0.1, 0.5, 0.9, 0.99, 0.9999, 1.0 - 1e-9):
+        anomaly = eccentric_anomaly(np, mean, e)
+        wanted = np.remainder(mean + math.pi, 2 * math.pi) - math.pi
+        error = np.remainder(anomaly - e * np.sin(anomaly) - wanted + math.pi, 2 * math.pi) - math.pi
+        assert np.abs(error).max() < 2e-14, e
+
+
+@pytest.mark.parametrize("eccentricity", [1.0, 1.0 + 1e-9, 1.001, 1.3, 5.0, 100.0])
+def test_places_are_on_the_conic_and_have_swept_the_area_of_their_time(eccentricity: float) -> None:
+    """r = p/(1 + e cos f), and Kepler's second law: the area between orbit and focus is time times h/2."""
+    e = eccentricity
+    x, y = place_on_open_orbit(np, TIMES, np.float64(e))
+    radius = np.hypot(x, y)
+    np.testing.assert_allclose(
+        radius + e * x, (1 + e) * np.ones_like(x), rtol=1e-13 * (1 + e), atol=3e-16 * e * radius.max()
+    )
+    np.testing.assert_array_equal(np.sign(y), np.sign(TIMES))
+    # From the true anomaly, by Barker's equation or the hyperbola's own, where these do not cancel.
+    half = y / (radius + x)  # tan(f/2)
+    if e == 1.0:
+        time = math.sqrt(2.0) * (half + half**3 / 3.0)
+        np.testing.assert_allclose(time, TIMES, rtol=2e-13)
+    elif e > 1.0001:
+        anomaly = np.arcsinh(y * math.sqrt(e - 1.0) / math.sqrt(e + 1.0))
+        time = (e * np.sinh(anomaly) - anomaly) / (e - 1.0) ** 1.5
+        late = np.abs(anomaly) > 0.5
+        np.testing.assert_allclose(time[late], TIMES[late], rtol=1e-12)
+
+
+def test_the_motion_is_that_of_the_attraction() -> None:
+    """The second derivative of the place by time is -x/r^3, by exact differentiation."""
+    with jax.enable_x64(True):
+        pairs = product([1.0, 1.0 + 1e-9, 1.3, 20.0], [-4.0, 0.0, 0.3, 1.1, 30.0])
+        eccentricity, time = jnp.asarray(list(pairs)).T
+        one = jnp.ones_like(time)  # each place by its own time
+
+        def place(t: jax.Array) -> jax.Array:
+            return jnp.stack(place_on_open_orbit(jnp, t, eccentricity))
+
+        def velocity(t: jax.Array) -> jax.Array:
+            return jax.jvp(place, (t,), (one,))[1]
+
+        x, acceleration = np.asarray(place(time)), np.asarray(jax.jvp(velocity, (time,), (one,))[1])
+    np.testing.assert_allclose(acceleration, -x / np.linalg.norm(x, axis=0) ** 3, rtol=1e-11, atol=1e-13)
+
+
+def test_a_passage_of_the_tide_is_on_its_orbit_in_any_units() -> None:
+    """Pericentre at the right time and place, and the energy of the orbit from places a little apart in time."""
+    options = {"mass": 8.0, "position": (0.0, 2.0, 0.0), "normal": (0.0, 0.0, 3.0)}
+    effect = catalogue.build("tide", {**options, "eccentricity": 1.5, "pericentre_time": 4.0})
+    np.testing.assert_allclose(effect.place(np, at(np.zeros((1, 3)), time=4.0)), [0.0, 2.0, 0.0], atol=1e-15)
+    step = 1e-4
+    before, now, after = (effect.place(np, at(np.zeros((1, 3)), time=5.0 + k * step)) for k in (-1, 0, 1))
+    speed = (after - before) / (2 * step)
+    energy = 0.5 * speed @ speed - 8.0 / np.linalg.norm(now)
+    assert energy == pytest.approx(8.0 * 0.5 / (2 * 2.0), rel=1e-7)
+    assert np.cross(now, speed)[2] == pytest.approx(math.sqrt(8.0 * 2.0 * 2.5), rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"eccentricity": 0.9, "pericentre_time": 1.0}, "at least 1"),
+        ({"eccentricity": 1.0, "period": 1.0}, "at most 0.99"),
+        ({"eccentricity": 1.0, "period": 1.0, "pericentre_time": 1.0}, "not both"),
+        ({"eccentricity": 1.0, "pericentre_time": 1.0, "normal": (1.0, 0.0, 0.0)}, "perpendicular"),
+    ],
+)
+def test_orbits_that_contradict_themselves_are_refused(options: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        catalogue.build("tide", {"mass": 1.0, "position": (1.0, 0.0, 0.0), **options})

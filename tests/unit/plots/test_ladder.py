@@ -1,0 +1,132 @@
+"""Runs beside each other: differences, order, labels, the table, the picture and the command."""
+
+import numpy as np
+import pytest
+
+from astroinertia.cli.main import main
+from astroinertia.plots import ladder
+from tests.unit.affine_body import METADATA, affine_run
+from tests.unit.affine_datasets import headline
+from tests.unit.plots.test_plots import assert_legible
+from tests.unit.rigid_body import RIGID, rigid_run
+
+
+@pytest.fixture(scope="module")
+def fine():
+    return headline(affine_run()[0])
+
+
+@pytest.fixture(scope="module")
+def particles():
+    """The same run as if by particles, 1 % larger, and seen less often."""
+    records = [{**each, "inertia_tensor": 1.01 * each["inertia_tensor"]} for each in affine_run()[0][::2]]
+    scene = 'name = "affine star"\n[body]\nkind = "uniform"\nparticles = 5000\n'
+    return headline(records, {**METADATA, "model": "sph", "scene": scene})
+
+
+def quantity(found, name):
+    (one,) = (each for each in found if each.name == name)
+    return one
+
+
+def test_differences_are_from_the_finest_at_the_times_of_each(fine, particles):
+    """The particles are the finest: I of the other, at its own times, is 1/1.01 of it but for the spline."""
+    found = ladder.compared([fine, particles])
+    one = quantity(found, "moment_of_inertia")
+    assert not one.lines[1].difference.any()
+    assert len(one.lines[0].times) == fine.sizes["time"]
+    direct = fine.inertia.about_axis("spin").values
+    bounce = int(np.argmax(fine["density_max"].values))
+    smooth = abs(np.arange(len(direct)) - bounce) > 20  # elsewhere, 61 outputs do not follow the bounce
+    np.testing.assert_allclose(one.lines[0].difference[smooth], -0.01 * direct[smooth], rtol=0.02)
+    assert one.size == pytest.approx(1.01 * direct.max())
+    # the other way round, the times are those of the particles
+    other = quantity(ladder.compared([fine, particles], finest=0), "moment_of_inertia")
+    np.testing.assert_allclose(other.lines[1].difference, 0.01 * direct[::2], rtol=1e-12)
+
+
+def test_beyond_the_times_of_the_finest_nothing_is_said(fine, particles):
+    short = particles.isel(time=slice(0, 20))
+    line = quantity(ladder.compared([fine, short]), "mean_radius").lines[0]
+    beyond = line.times > float(short["time"][-1])
+    assert beyond.any() and np.isnan(line.difference[beyond]).all() and np.isfinite(line.difference[~beyond]).all()
+
+
+def test_models_are_in_order_and_have_labels(fine, particles):
+    scaling = headline(affine_run()[0][::4], {**METADATA, "model": "scaling"})
+    more = particles.assign_attrs(scene=particles.attrs["scene"].replace("5000", "20000"))
+    runs = sorted([more, particles, fine, scaling], key=ladder.fineness)
+    assert ladder.labels(runs) == ["scaling", "ellipsoid", "sph, 5000 particles", "sph, 20000 particles"]
+    named = [fine, fine.assign_attrs(name="another")]
+    assert ladder.labels(named) == ["ellipsoid (affine star)", "ellipsoid (another)"]
+    assert ladder.labels([fine, fine]) == ["ellipsoid [1]", "ellipsoid [2]"]
+
+
+def test_what_one_model_lacks_is_reported_of_the_others(fine):
+    rigid = headline(rigid_run()[::10], RIGID)
+    found = ladder.compared([rigid, fine])
+    assert "density_max" not in [one.name for one in found]  # the rigid body has none
+    (one,) = ladder.compared([rigid, fine], ["angular_momentum"])
+    sizes = np.linalg.norm(fine["angular_momentum"].transpose("time", "i").values, axis=1)
+    np.testing.assert_allclose(one.lines[1].values, sizes)
+    assert one.long_name.startswith("size of: ")
+
+
+def test_what_cannot_be_compared_is_refused(fine, particles):
+    code = headline(affine_run()[0][:5], {**METADATA, "dimensionless": True})
+    for runs, names, words in (
+        ([fine], (), "two to 7 runs"),
+        ([fine] * 8, (), "two to 7 runs"),
+        ([fine, code], (), "without dimension"),
+        ([fine, particles], ["colour"], "quantity 'colour'"),
+        ([fine, particles], ["principal_axes_of_nothing"], "no two of the runs"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            ladder.compared(runs, names)
+
+
+def test_the_picture_is_legible_and_the_table_tells_the_numbers(fine, particles):
+    runs = [fine, particles]
+    found = ladder.compared(runs)
+    assert_legible(ladder.ladder_figure(runs, found, 1))
+    text = ladder.ladder_table(runs, found, 1)
+    assert "nan" not in text
+    assert max(map(len, text.splitlines())) <= 120
+    lines = text.splitlines()
+    after = lines[lines.index(next(line for line in lines if line.startswith("moment of inertia"))) :]
+    cells = next(line for line in after if line.startswith("ellipsoid")).split()
+    one = quantity(found, "moment_of_inertia")
+    assert float(cells[-1]) == pytest.approx(abs(one.lines[0].difference).max() / one.size, rel=1e-2)
+    assert "differences are from 'sph, 5000 particles'" in text
+
+
+def test_the_command(fine, particles, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    fine.to_netcdf("fine.nc", engine="netcdf4")
+    particles.to_netcdf("particles.nc", engine="netcdf4")
+    assert main(["compare", "particles.nc", "fine.nc", "--quantity", "mean_radius"]) == 0
+    printed = capsys.readouterr().out
+    assert "mean radius (km)" in printed and "picture: compare.png" in printed
+    assert printed.index("ellipsoid") < printed.index(
+        "sph, 5000"
+    )  # the cheaper first, in whatever order they are named
+    assert (tmp_path / "compare.png").read_bytes()[:4] == b"\x89PNG"
+    assert main(["compare", "particles.nc", "fine.nc", "--quantity", "mean_radius", "--against", "fine.nc"]) == 0
+    assert "differences are from 'ellipsoid'" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["one.nc"], "does not exist"),
+        (["one.nc", "two.nc", "--plot", "x.pdf"], "must be a .png file"),
+        (["one.nc", "two.nc", "--against", "three.nc"], "none of the runs"),
+        ([], "required"),
+    ],
+)
+def test_what_the_command_refuses(arguments, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["compare", *arguments]) == 2
+    caught = capsys.readouterr()
+    assert words in caught.err and caught.err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,90 @@
+"""Limits of rotation: orbits, mass shedding of exact figures, bars."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from astroinertia.bodies import maclaurin
+from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.errors import NumericalError
+from astroinertia.rotation.break_up import (
+    DYNAMICAL,
+    SECULAR,
+    break_up,
+    polytropic_limit,
+    shedding_share,
+    spun_up_polytrope,
+)
+
+REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "spin_up.json").read_text())
+
+
+def test_shares_of_the_orbital_rate():
+    (limits,) = (entry for entry in REFERENCE if entry["name"] == "collapse_rotation_limits")
+    assert "(2/3)^{3/2}=0.544" in limits["value"]
+    assert shedding_share() == pytest.approx(0.544, abs=5e-4)
+    # 1.08 and 1.045 kHz of Haensel et al. and of Lattimer & Prakash, against 1833.5 Hz of 1 Msun and 10 km.
+    assert shedding_share("haensel_2009") == pytest.approx(1080 / 1833.5, rel=1e-4)
+    assert shedding_share("lattimer_prakash_2004") == pytest.approx(1045 / 1833.5, rel=1e-4)
+    assert shedding_share("polytrope 1") == polytropic_limit(1.0).rate
+    for wrong in ("no such", "polytrope 3", "polytrope much", ""):
+        with pytest.raises(ValueError, match="there is no limit of rotation"):
+            shedding_share(wrong)
+
+
+def test_flags_turn_where_they_should():
+    star = Polytrope(1.0)
+    kepler = 2 * math.pi
+    periods = np.array([math.inf, 10 * kepler, kepler / 0.54, kepler / 0.55, 0.99 * kepler, -0.99 * kepler])
+    found = break_up(1.0, 1.0, periods, star.moment_of_inertia, star.gravitational_energy, gravitational_constant=1.0)
+    np.testing.assert_allclose(found.kepler_fraction, [0, 0.1, 0.54, 0.55, 1 / 0.99, 1 / 0.99])
+    np.testing.assert_array_equal(found.sheds_mass, [False, False, False, True, True, True])
+    np.testing.assert_array_equal(found.beyond_kepler, [False, False, False, False, True, True])
+    # T/|W| of the sphere at the orbital rate: k/2 over 3/(5 - n) of G M^2/R.
+    ratio = 0.5 * star.moment_of_inertia / 0.75
+    np.testing.assert_allclose(found.rotational_to_gravitational, ratio * found.kepler_fraction**2, rtol=1e-12)
+    np.testing.assert_array_equal(found.secularly_unstable, ratio * found.kepler_fraction**2 > SECULAR)
+    assert not found.dynamically_unstable.any()
+    assert np.isnan(break_up(1.0, 1.0, 10.0).rotational_to_gravitational)
+
+
+def test_bars_grow_where_maclaurin_spheroids_bifurcate():
+    assert maclaurin.bifurcation().rotational_to_gravitational == pytest.approx(SECULAR, abs=5e-5)
+    assert maclaurin.dynamical_limit().rotational_to_gravitational == pytest.approx(DYNAMICAL, abs=5e-5)
+
+
+@pytest.mark.slow
+def test_fastest_polytropes_against_published_figures():
+    # Hachisu 1986, table of rigid polytropes (n = 1.5: T/|W| 0.0595 at axis ratio 0.615), and James 1964 for n = 1:
+    # Omega^2/(4 pi G rho_c at rest) rises to its end; here only what both print is held.
+    limit = polytropic_limit(1.5)
+    assert limit.rotational_to_gravitational == pytest.approx(0.0595, abs=2e-4)
+    assert 1.5 < limit.swelling < 1.6 and limit.moment_growth > 1.5
+    # The more condensed a body is, the less angular momentum and the lower a rate it bears: the docstring's shares.
+    rates = [polytropic_limit(index).rate for index in (0.5, 1.0, 1.5, 2.5)]
+    np.testing.assert_allclose(rates, [0.565, 0.550, 0.529, 0.454], atol=6e-4)
+    assert polytropic_limit(1.0).angular_momentum > limit.angular_momentum
+    assert (
+        polytropic_limit(0.5).rotational_to_gravitational > SECULAR > polytropic_limit(1.0).rotational_to_gravitational
+    )
+
+
+@pytest.mark.full
+def test_a_spun_up_polytrope_swells_and_turns_more_slowly_than_its_sphere():
+    mass, radius, momentum = 2.0, 3.0, 0.1 * math.sqrt(6.0 * 2.0**3 * 3.0)
+    star = spun_up_polytrope(1.0, mass, radius, momentum, gravitational_constant=6.0)
+    assert star.mass == mass and star.angular_momentum == pytest.approx(momentum, rel=1e-10)
+    sphere = Polytrope(1.0, mass, radius, 6.0)
+    assert star.equatorial_radius > radius > star.polar_radius
+    assert star.angular_velocity < momentum / sphere.moment_of_inertia
+    assert star.max_pressure / star.max_density**2 == pytest.approx(sphere.constant, rel=1e-6)  # the same K
+    slow = spun_up_polytrope(1.0, mass, radius, 1e-3 * momentum, gravitational_constant=6.0)
+    assert slow.angular_velocity == pytest.approx(1e-3 * momentum / sphere.moment_of_inertia, rel=1e-5)
+    with pytest.raises(NumericalError, match="sheds mass at"):
+        spun_up_polytrope(1.0, mass, radius, 3 * momentum, gravitational_constant=6.0)
+    for index in (0.0, 3.0):
+        with pytest.raises(ValueError, match="0 < n < 3"):
+            spun_up_polytrope(index, mass, radius, momentum)

@@ -1,0 +1,114 @@
+"""Pulsars: the Crab's numbers, conventions of the field, ages and histories for any braking index."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from astroinertia.rotation import pulsars
+from astroinertia.rotation.pulsar_table import KINDS, pulsar, pulsars as table
+
+REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "spin_up.json").read_text())
+PULSARS = [entry for entry in REFERENCE if entry["name"] == "pulsar_braking"]
+P, DOT = 0.0333924123, 4.20972e-13
+YEAR = 365.25 * 86400
+
+
+@pytest.mark.parametrize("entry", PULSARS, ids=lambda entry: entry["inputs"]["name"])
+def test_reference_values(entry):
+    inputs, value = entry["inputs"], {name: float(text) for name, text in entry["value"].items()}
+    period, slowing, moment, radius = inputs["P"], inputs["Pdot"], inputs["I"] * 1e-7, inputs["R"] * 1e-2
+    found = {
+        "Edot_erg_s": 1e7 * pulsars.spin_down_luminosity(period, slowing, moment),
+        "tau_char_yr": pulsars.characteristic_age(period, slowing) / YEAR,
+        "B_eq_G": 1e4 * pulsars.dipole_field(period, slowing, moment, radius),
+        "Erot_erg": 1e7 * pulsars.rotational_energy(period, moment),
+    }
+    assert set(found) == set(value)
+    for name, number in found.items():
+        assert float(number) == pytest.approx(value[name], rel=1e-9), name
+
+
+def test_the_crab_of_the_literature():
+    (entry,) = (entry for entry in REFERENCE if entry["name"] == "crab_pulsar")
+    assert entry["inputs"] == {"P": P, "Pdot": DOT}
+    assert pulsars.spin_down_luminosity(P, DOT) == pytest.approx(4.5e31, rel=0.01)
+    assert pulsars.characteristic_age(P, DOT) / YEAR == pytest.approx(entry["value"]["tau_char_yr"], abs=0.05)
+    # Born in 1054, timed in mid-1991, with the index 2.51 (Lyne, Pritchard & Graham-Smith 1993): 19 ms.
+    assert pulsars.period_at_birth(P, DOT, 937 * YEAR, 2.51) == pytest.approx(0.019, abs=0.0005)
+
+
+def test_conventions_of_the_field():
+    equator = pulsars.dipole_field(P, DOT)
+    assert equator == pytest.approx(3.2e15 * math.sqrt(P * DOT), rel=1e-3)  # tesla
+    assert pulsars.dipole_field(P, DOT, place="pole") == pytest.approx(2 * equator)
+    tilted = pulsars.dipole_field(P, DOT, inclination=math.radians(30))
+    assert tilted == pytest.approx(2 * equator)
+    # A conducting magnetosphere takes 1 + sin^2 where vacuum takes (2/3) sin^2: three times the loss at right angles.
+    assert pulsars.dipole_field(P, DOT, magnetosphere="force_free") == pytest.approx(equator / math.sqrt(3))
+    aligned = pulsars.dipole_field(P, DOT, magnetosphere="force_free", inclination=0.0)
+    assert aligned == pytest.approx(equator * math.sqrt(2 / 3))
+    for options in ({}, {"place": "pole", "inclination": 0.4}, {"magnetosphere": "force_free", "inclination": 1.0}):
+        field = pulsars.dipole_field(P, DOT, 1.3e38, 1.2e4, **options)
+        assert pulsars.dipole_period_derivative(P, field, 1.3e38, 1.2e4, **options) == pytest.approx(DOT, rel=1e-13)
+    for wrong in ({"place": "middle"}, {"magnetosphere": "plasma"}, {"inclination": 0.0}):
+        with pytest.raises(ValueError, match=r"a field is|a magnetosphere is|loses nothing"):
+            pulsars.dipole_field(P, DOT, **wrong)
+    cylinder = pulsars.light_cylinder_radius(P)
+    assert cylinder == pytest.approx(1.593e6, rel=1e-3)
+    assert pulsars.light_cylinder_field(equator, P) == pytest.approx(equator * (1e4 / cylinder) ** 3)
+
+
+@pytest.mark.parametrize("n", [-1.0, 0.0, 0.9, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 1.5, 2.51, 3.0, 5.0, 7.0])
+def test_history_obeys_its_law_for_any_index(n):
+    later = 300 * YEAR
+    period = pulsars.period_history(later, P, DOT, n)
+    slowing = pulsars.period_derivative_history(later, P, DOT, n)
+    # Omega' = -K Omega^n, that is P^(n - 2) P' stays.
+    assert period ** (n - 2) * slowing == pytest.approx(P ** (n - 2) * DOT, rel=1e-12)
+    step = 1e-3 * YEAR
+    rise = pulsars.period_history(later + step, P, DOT, n) - pulsars.period_history(later - step, P, DOT, n)
+    assert rise / (2 * step) == pytest.approx(slowing, rel=1e-7)
+    # There and back, and the age from both ends.
+    assert pulsars.period_at_birth(period, slowing, later, n) == pytest.approx(P, rel=1e-13)
+    assert pulsars.true_age(period, slowing, P, n) == pytest.approx(later, rel=1e-11)
+    # n again, from the two ends alone.
+    found = pulsars.braking_index_between(later, 1 / P, -DOT / P**2, 1 / period, -slowing / period**2)
+    assert found == pytest.approx(n, abs=1e-11)
+
+
+def test_measured_indices():
+    n = 2.84
+    second = (2 - n) * DOT**2 / P
+    assert pulsars.braking_index(P, DOT, second) == pytest.approx(n, rel=1e-14)
+    nu, nu1 = 1 / P, -DOT / P**2
+    nu2, nu3 = n * nu1**2 / nu, n * (2 * n - 1) * nu1**3 / nu**2
+    assert pulsars.frequency_braking_index(nu, nu1, nu2) == pytest.approx(n, rel=1e-14)
+    assert pulsars.second_braking_index(nu, nu1, nu3) == pytest.approx(n * (2 * n - 1), rel=1e-14)
+
+
+def test_before_infinite_spin_and_after_rest_there_is_nothing():
+    age = pulsars.characteristic_age(P, DOT)
+    assert np.isnan(pulsars.period_history(-1.001 * age, P, DOT))
+    assert pulsars.period_history(-0.999 * age, P, DOT) == pytest.approx(P * math.sqrt(0.001), rel=1e-9)
+    assert np.isnan(pulsars.period_history(3 * P / DOT, P, DOT, 0.0))  # P (1 - t P'/P)^-1 ends at rest
+    assert pulsars.characteristic_age(P, DOT, 1.0) == math.inf
+
+
+def test_the_table_of_pulsars():
+    crab = pulsar("crab")
+    assert (crab.jname, crab.period, crab.period_derivative) == ("J0534+2200", P, DOT)
+    assert crab.braking_index == 2.51 and "1993" in crab.braking_index_source
+    everyone = table()
+    assert {each.kind for each in everyone} == set(KINDS)
+    assert all(each.period > 0 and each.period_derivative > 0 and each.source for each in everyone)
+    assert len({each.jname for each in everyone}) == len(everyone) > 50
+    # Kinds by what they are known for: magnetars above 1e14 G, recycled pulsars below 1e11 G.
+    for each in everyone:
+        gauss = 1e4 * pulsars.dipole_field(each.period, each.period_derivative)
+        assert each.kind != "recycled" or gauss < 1e11, each.name
+        assert each.kind != "magnetar" or gauss > 2e13, each.name
+    with pytest.raises(KeyError, match="no pulsar"):
+        pulsar("J0000+0000")

@@ -1,0 +1,104 @@
+"""The free wobble: periods by name, damping and excitation, against independent values and direct integration."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from astroinertia.bodies.planets import body
+from astroinertia.rotation import wobble
+from astroinertia.rotation.wobble import DAY
+
+KNOWN = {
+    entry["name"]: entry
+    for entry in json.loads((Path(__file__).parents[2] / "reference" / "precession.json").read_text())
+}
+
+
+def test_periods_of_the_rigid_and_the_wholly_elastic_earth():
+    known, earth = KNOWN["chandler"]["value"], body("Earth")
+    ellipticity, spin = earth.value("dynamical_ellipticity"), earth.angular_velocity
+    rigid = wobble.euler_frequency(ellipticity, spin)
+    assert spin / rigid == pytest.approx(known["euler_sidereal_d"], rel=1e-9)
+    assert 2 * np.pi / rigid / DAY == pytest.approx(known["euler_d"], rel=1e-7)
+    j2 = earth.adopted("j2")
+    secular = wobble.secular_love_number(j2.value, earth.gravitational_parameter, j2.radius, spin)
+    assert secular == pytest.approx(known["secular_love_number"], rel=3e-6)
+
+    def days(*arguments):
+        return 2 * np.pi / wobble.chandler_frequency(ellipticity, spin, *arguments) / DAY
+
+    assert days(0.298, secular) == pytest.approx(known["elastic_d"], rel=1e-6)
+    assert days(0.298, secular, 0.886) == pytest.approx(known["decoupled_core_0.886_d"], rel=1e-6)
+    assert days(known["love_number_of_433_d"], secular) == pytest.approx(433.0, rel=1e-6)
+
+
+def test_each_cause_has_its_share_of_the_observed_period():
+    found, observed = wobble.chandler_wobble(), KNOWN["chandler_wobble"]["value"]
+    assert [share.name for share in found.shares] == ["rigid", "elasticity", "fluid core", "oceans", "anelasticity"]
+    change = {share.name: share.change / DAY for share in found.shares}
+    assert found.shares[1].period / DAY == pytest.approx(KNOWN["chandler"]["value"]["elastic_d"], rel=1e-6)
+    # Smith & Dahlen 1981: about 395 d with a fluid core, oceans + 30 d (27.6 with their shores), anelasticity + 8.5 d.
+    assert found.shares[2].period / DAY == pytest.approx(395.0, abs=1.5)
+    assert change["oceans"] == pytest.approx(30.0, abs=2.5)
+    assert change["anelasticity"] == pytest.approx(8.5, abs=1.0)
+    assert observed["least_d"] < found.period / DAY < observed["most_d"]
+    assert 50 < found.quality < 150
+    assert sum(share.change for share in found.shares) == pytest.approx(found.period, rel=1e-14)
+    assert 0.885 < found.mantle_share < 0.888  # 1 - 9.1e36 kg m2 of the core over 8.0e37
+
+
+def test_anelasticity_at_its_reference_and_at_the_chandler_period():
+    assert wobble.anelastic_love_number(200.0) == pytest.approx(-5.796e-4j, abs=1e-18)
+    year = wobble.anelastic_love_number(365.25 * DAY)
+    # IERS TN 36, table 6.5b: k of the annual zonal tide Sa, 0.30775 with the elastic 0.29525 taken off.
+    assert year.real == pytest.approx(0.0121, abs=3e-4) and year.imag == pytest.approx(-0.0035, abs=1e-4)
+    with pytest.raises(ValueError, match="above 0"):
+        wobble.anelastic_love_number(0.0)
+
+
+def test_the_wobble_under_any_excitation():
+    frequency = 2 * np.pi / 433 * (1 + 1j / 160)
+    times = np.concatenate([np.linspace(0, 300, 40), np.linspace(301, 2000, 60)])
+    drive = 1e-7 * (np.sin(times / 50) + 1j * np.cos(times / 37) + times / 500)
+    found = wobble.wobble(times, frequency, 3e-7 + 1e-7j, drive)
+
+    def rate(time, pole):
+        chi = np.interp(time, times, drive.real) + 1j * np.interp(time, times, drive.imag)
+        return 1j * frequency * (pole - chi)
+
+    state, worst = np.array([3e-7 + 1e-7j]), 0.0
+    for k in range(len(times) - 1):
+        state = solve_ivp(rate, (times[k], times[k + 1]), state, rtol=1e-11, atol=1e-18).y[:, -1]
+        worst = max(worst, abs(state[0] - found[k + 1]))
+    assert worst < 1e-15
+
+
+def test_the_free_wobble_decays_by_its_quality_and_a_forced_one_does_not():
+    frequency = 2 * np.pi / 433 * (1 + 1j / 160)
+    assert wobble.quality(frequency) == pytest.approx(80.0, rel=1e-13)
+    end = 433 * 80 / np.pi * np.array([0.0, 1.0])
+    assert abs(wobble.wobble(end, frequency, 1.0)[1]) == pytest.approx(np.exp(-1), rel=1e-12)
+    np.testing.assert_allclose(
+        wobble.wobble(np.array([0.0, 1e7]), frequency, 1.0, np.array([0.5j, 0.5j]))[1], 0.5j, rtol=1e-14
+    )
+    annual = 2 * np.pi / 365.25
+    times = np.linspace(0.0, 4000.0, 40001)
+    amplitude = wobble.forced_wobble(frequency, annual, 1.0)
+    found = wobble.wobble(times, frequency, amplitude, np.exp(1j * annual * times))
+    np.testing.assert_allclose(found, amplitude * np.exp(1j * annual * times), atol=2e-6)
+
+
+def test_what_has_no_wobble_is_refused():
+    for call, message in (
+        (lambda: wobble.euler_frequency(1.0, 1.0), "below 1"),
+        (lambda: wobble.chandler_frequency(0.003, 1.0, 0.94, 0.938), "no free wobble"),
+        (lambda: wobble.chandler_frequency(0.003, 1.0, 0.3, 0.94, 0.0), "share of the moment"),
+        (lambda: wobble.wobble([0.0, 0.0], 1.0), "increase"),
+        (lambda: wobble.wobble([0.0, 1.0], 1.0 - 0.1j), "damps"),
+        (lambda: wobble.wobble([0.0, 1.0], 1.0, 0.0, [1.0]), "one value"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            call()

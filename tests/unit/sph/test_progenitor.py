@@ -1,0 +1,234 @@
+"""Stellar profiles: what is read from each format, and the particles placed by them, against sums over the table."""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.build.placing import particles
+from astroinertia.build.sph import problem_of
+from astroinertia.errors import SceneError
+from astroinertia.scene import load
+from astroinertia.scene.plan import code_units, plan
+from astroinertia.sph.progenitor import read_progenitor
+from astroinertia.units import ATOMIC_MASS, BOLTZMANN_CONSTANT, GRAVITATIONAL_CONSTANT, SOLAR_MASS
+
+ROOT = Path(__file__).parents[3]
+MESA, KEPLER = ROOT / "data" / "example_mesa_profile.data", ROOT / "data" / "example_kepler_presn"
+STAR = Polytrope(3.0, 2.0 * SOLAR_MASS, 3.0e6, GRAVITATIONAL_CONSTANT)
+SCENE = """
+name = "progenitor"
+[units]
+mass = "1 Msun"
+length = "1000 km"
+[body]
+kind = "profile"
+file = "FILE"
+particles = 1500
+inner_mass = "1.4 Msun"
+[equation_of_state]
+kind = "ideal"
+gamma = 1.3333333333333333
+[effects.gravity]
+[effects.pressure]
+[time]
+end = "1 ms"
+"""
+
+
+def scene_of(file, *settings):
+    return load.loads(SCENE.replace("FILE", str(file)), settings)
+
+
+def placed(scene):
+    units = code_units(scene)
+    problem, ball = problem_of(scene, units)
+    return particles(scene, units, ball, problem), units, ball
+
+
+@pytest.mark.parametrize("file", [MESA, KEPLER], ids=["mesa", "kepler"])
+def test_a_table_is_the_star_that_it_was_made_of(file):
+    """Shells of even density have a little more inertia than the star; the error falls with their number squared."""
+    star = read_progenitor(file)
+    assert star.mass[-1] == pytest.approx(STAR.mass, rel=1e-12)
+    assert star.radius[-1] == pytest.approx(STAR.radius, rel=1e-12)
+    assert star.moment_of_inertia == pytest.approx(STAR.moment_of_inertia, rel=4e-4)
+    assert star.density[0] == pytest.approx(STAR.central_density, rel=5e-3)
+    assert star.pressure is not None and star.pressure[0] == pytest.approx(STAR.central_pressure, rel=5e-3)
+    assert star.internal_energy is not None
+    assert np.allclose(star.internal_energy, 3.0 * star.pressure / star.density, rtol=1e-9)
+    assert np.allclose(star.angular_velocity, 4.0 / (1.0 + (star.radius / 1e6) ** 2), rtol=1e-9)
+    profile = star.profile()
+    energy = STAR.gravitational_energy / (GRAVITATIONAL_CONSTANT * STAR.mass**2 / STAR.radius)
+    assert profile.gravitational_energy == pytest.approx(energy, rel=2e-4)
+    share = np.linspace(0.0, 1.0, 50)
+    assert np.allclose(profile.enclosed(profile.radius(share)), share, atol=1e-14)
+
+
+def test_committed_files_are_what_the_program_writes(tmp_path):
+    runpy.run_path(str(ROOT / "sims" / "progenitor_tables.py"))["main"](tmp_path)
+    for file in (MESA, KEPLER):
+        for one, two in zip(file.read_text().split(), (tmp_path / file.name).read_text().split(), strict=True):
+            assert one == two or float(one) == pytest.approx(float(two), rel=1e-9)
+
+
+def test_masses_are_read_and_not_made_of_densities(tmp_path):
+    """Of a file whose densities are 5% too high."""
+    head, rows = KEPLER.read_text().splitlines()[:2], [line.split() for line in KEPLER.read_text().splitlines()[2:]]
+    for row in rows:
+        row[4] = repr(1.05 * float(row[4]))
+    file = tmp_path / "high"
+    file.write_text("\n".join([*head, *(" ".join(row) for row in rows)]))
+    assert read_progenitor(file).mass[-1] == pytest.approx(STAR.mass, rel=1e-12)
+
+
+@pytest.mark.parametrize("file", [MESA, KEPLER], ids=["mesa", "kepler"])
+def test_particles_have_mass_inertia_and_spin_of_the_table(file):
+    """Mass and I to round-off; L to the noise of a glass; where they stand and their entropy, as the table has it."""
+    shells = read_progenitor(file).inner(1.4 * SOLAR_MASS)
+    scene = scene_of(file)
+    body, units, ball = placed(scene)
+    assert units.to_si(body.mass.sum(), "mass") == pytest.approx(1.4 * SOLAR_MASS, rel=1e-12)
+    moment = 2 * (body.mass @ body.position[:, 0] ** 2)
+    assert units.to_si(moment, "moment_of_inertia") == pytest.approx(shells.moment_of_inertia, rel=1e-10)
+    spin = body.mass @ np.cross(body.position, body.velocity)
+    assert units.to_si(spin[2], "angular_momentum") == pytest.approx(shells.angular_momentum, rel=5e-3)
+    assert np.abs(spin[:2]).max() < 1e-2 * spin[2]
+    pressure, density = ball.densest()
+    assert units.to_si(density, "density") == pytest.approx(STAR.central_density, rel=5e-3)
+    assert units.to_si(pressure, "pressure") == pytest.approx(STAR.central_pressure, rel=5e-3)
+    # A polytrope of index 3 has one entropy function for gamma = 4/3 throughout.
+    assert body.entropy is not None
+    assert np.ptp(body.entropy) < 1e-2 * body.entropy.mean()
+    # Half of the mass within the radius that the table says.
+    away = np.linalg.norm(body.position, axis=1)
+    half = np.interp(0.7 * SOLAR_MASS, shells.mass, shells.radius)
+    assert units.to_si(np.median(away), "length") == pytest.approx(half, rel=0.01)
+
+
+def test_shells_turn_as_fast_as_asked():
+    body, units, _ = placed(scene_of(KEPLER))
+    double, *_ = placed(scene_of(KEPLER, "body.rotation_factor=2.0"))
+    still, *_ = placed(scene_of(KEPLER, "body.rotation_factor=0.0"))
+    assert np.allclose(double.velocity, 2 * body.velocity, rtol=1e-14) and not still.velocity.any()
+    rigid, *_ = placed(scene_of(KEPLER, 'body.rotation.rate="3 rad/s"'))
+    rate = units.to_code(3.0, "angular_velocity")
+    assert np.allclose(rigid.velocity, np.cross([0, 0, rate], rigid.position), rtol=1e-12)
+
+
+def test_csv_takes_any_units_and_either_order(tmp_path):
+    star = read_progenitor(KEPLER)
+    j = 2 / 3 * star.angular_velocity * star.radius**2
+    rows = np.array([star.radius / 1e3, star.mass / SOLAR_MASS, star.pressure * 10, j * 1e4]).T
+    for name, ordered in (("out", rows), ("in", rows[::-1])):
+        file = tmp_path / f"{name}.csv"
+        text = "\n".join(",".join(map(repr, map(float, row))) for row in ordered)
+        file.write_text(f"# a star\nradius (km), mass (Msun), pressure (dyn/cm2), j (cm2/s)\n{text}\n")
+        found = read_progenitor(file)
+        for column in ("mass", "radius", "pressure", "angular_velocity"):
+            assert np.allclose(getattr(found, column), getattr(star, column), rtol=1e-12), column
+
+
+def test_density_alone_gives_masses_and_temperature_a_pressure(tmp_path):
+    star = read_progenitor(KEPLER)
+    temperature = star.pressure / star.density * 2.0 * ATOMIC_MASS / BOLTZMANN_CONSTANT
+    file = tmp_path / "warm.csv"
+    rows = "\n".join(
+        f"{r!r},{d!r},{t!r}"
+        for r, d, t in zip(*map(np.ndarray.tolist, (star.radius, star.density, temperature)), strict=True)
+    )
+    file.write_text(f"radius (m), density (kg/m3), temperature (K)\n{rows}\n")
+    found = read_progenitor(file, 2.0)
+    assert np.allclose(found.mass, star.mass, rtol=1e-10)
+    assert np.allclose(found.pressure, star.pressure, rtol=1e-10)
+    assert read_progenitor(file).pressure is None
+
+
+def test_a_profile_without_pressure_is_put_into_equilibrium(tmp_path):
+    star = read_progenitor(KEPLER)
+    file = tmp_path / "cold.csv"
+    rows = "\n".join(f"{r!r},{m!r}" for r, m in zip(star.radius.tolist(), star.mass.tolist(), strict=True))
+    file.write_text(f"radius (m), mass (kg)\n{rows}\n")
+    scene = load.loads(SCENE.replace("FILE", str(file)).replace('inner_mass = "1.4 Msun"\n', ""))
+    _, units, ball = placed(scene)
+    assert units.to_si(ball.densest()[0], "pressure") == pytest.approx(STAR.central_pressure, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "it is empty"),
+        ("radius (km), mass\n1,2\n", "must be a name and a unit"),
+        ("radius (km), colour (m)\n1,2\n", "not one of radius"),
+        ("radius (furlongs per hour), mass (kg)\n" + "1,2\n" * 9, "furlongs"),
+        ("radius (m), mass (kg)\n" + "".join(f"{k + 1},{k + 1}\n" for k in range(5)), "5 shells"),
+        ("radius (m), mass (kg)\n" + "".join(f"{k + 1},{9 - k}\n" for k in range(9)), "mass does not rise"),
+        (
+            "radius (m), mass (kg)\n" + "".join(f"{k // 2 + 1},{k + 1}\n" for k in range(9)),
+            "radius does not rise at row 2",
+        ),
+        ("radius (m), mass (kg)\n" + "".join(f"{k + 1},nan\n" for k in range(9)), "not finite"),
+        ("radius (m), mass (kg)\n1,2\n__import__('os'),3\n", "is not a number but '__import__('os')'"),
+        ("radius (m), mass (kg)\n1,2\n3\n", "another length"),
+        ("pressure (Pa), mass (kg)\n" + "".join(f"{k + 1},{k + 1}\n" for k in range(9)), "needs a column of radius"),
+        (
+            "radius (m), mass (kg), density (g/cm3)\n"
+            + "".join(f"{k + 1},{(k + 1) ** 3 * 4188.79},1000\n" for k in range(9)),
+            "1e+03 times off",
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_reported(tmp_path, text, message):
+    file = tmp_path / "bad.csv"
+    file.write_text(text)
+    with pytest.raises(SceneError) as refused:
+        read_progenitor(file)
+    assert message in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_limits_and_unknown_formats_are_reported(tmp_path):
+    file = tmp_path / "strange"
+    file.write_text("hello\n")
+    with pytest.raises(SceneError, match="none of the known formats"):
+        read_progenitor(file)
+    file.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(SceneError, match="not text"):
+        read_progenitor(file)
+    file.write_text("1 " * 40_000)
+    with pytest.raises(SceneError, match="a line of more than"):
+        read_progenitor(file)
+    file.write_text("1\n" * 300_000)
+    with pytest.raises(SceneError, match="more than 200000 shells"):
+        read_progenitor(file)
+    with pytest.raises(SceneError, match="not there"):
+        read_progenitor(tmp_path / "nowhere")
+    with pytest.raises(SceneError, match="is a directory"):
+        read_progenitor(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ('body.inner_mass = "3 Msun"', "inner_mass: the profile has 3.97"),
+        ("body.relax = true", "placed as the file has it"),
+        ('units = "code"', "needed for a body of kind profile"),
+        ('model = "ellipsoid"', "is for the model sph"),
+    ],
+)
+def test_scenes_that_cannot_be_are_refused(change, message):
+    text = SCENE.replace("FILE", str(KEPLER))
+    if change.startswith("units"):
+        text = text.replace('[units]\nmass = "1 Msun"\nlength = "1000 km"\n', "")
+        text = text.replace('name = "progenitor"', 'name = "progenitor"\nunits = "code"')
+        text = text.replace('"1.4 Msun"', "1.4").replace('"1 ms"', "1.0")
+        change = "name = other"
+    with pytest.raises(SceneError) as refused:
+        placed(load.loads(text, [change]))
+    assert message in str(refused.value)
+
+
+def test_the_plan_tells_of_the_profile():
+    text = plan(scene_of(KEPLER)).text()
+    assert "the inner 2.78377e+30 kg" in text and "1 times as fast as the file says" in text
