@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from astroinertia.engines.terms import argument_names, arguments
+from astroinertia.engines.terms import Density, argument_names, arguments
 from astroinertia.sph.kernels import KERNELS
 
 
@@ -41,6 +41,7 @@ def pair_sums(terms, fields, kernel, all_pairs=False, virial=False, scale=False)
         scalars |= {
             f"W_{side}": lambda q=q, length=length: kernel.w(np, q) / length**3,
             f"dW_{side}": lambda q=q, length=length: kernel.dw(np, q) / length**4,
+            f"d2W_{side}": lambda q=q, length=length: kernel.d2w(np, q) / length**5,
             f"phi_{side}": lambda q=q, length=length: kernel.phi(np, q) / length,
             f"dphi_{side}": lambda q=q, length=length: kernel.dphi(np, q) / length**2,
         }
@@ -89,7 +90,7 @@ def density(kernel, position, mass, eta, softening=True):
     slope = -(mass * (3 * kernel.w(np, q) + q * kernel.dw(np, q))).sum(axis=1) / h**4
     potential_slope = -(mass * (kernel.phi(np, q) + q * kernel.dphi(np, q))).sum(axis=1) / h**2
     zeta = -h / (3 * rho) * potential_slope if softening else None
-    return SimpleNamespace(smoothing_length=h, density=rho, grad_h=1 + h / (3 * rho) * slope, zeta=zeta)
+    return Density(smoothing_length=h, density=rho, grad_h=1 + h / (3 * rho) * slope, zeta=zeta)
 
 
 class BruteEngine:

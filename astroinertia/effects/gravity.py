@@ -7,10 +7,13 @@ from typing import Any, ClassVar, Literal
 from astroinertia.bodies import affine
 from astroinertia.effects.effect import Effect
 from astroinertia.effects.entries import FORCE_ERROR, FREE_FALL_PART
+from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.gravity.clamped_points import POINTS, SOFTENED_LESS_POINT
 from astroinertia.gravity.direct import DIRECT_GRAVITY
+from astroinertia.sph.fourth_order import smoothed
+from astroinertia.sph.kernels import KERNELS
 
 
 def softening_pair(xp, dW_i, dW_j, zeta_over_omega_i, zeta_over_omega_j):
@@ -33,14 +36,27 @@ class Gravity(Effect):
     (build/effects.py), and else is direct; points: as multipole, its points summed pair by pair; force_error: wanted
     rms of |da|/|a| by multipoles. softening: the smoothing length of all particles, which then stays as it is and needs
     no neighbours; the second sum is nil. None: lengths follow the density.
+
+    order "fourth" adds -pi sum_i m_i s h_i^2 rho_i to the potential energy, s h^2 the kernel's second moment along an
+    axis, and what follows from it to zeta, -2/3 pi s h^2. That is what softening takes from the binding energy in
+    leading order: a potential softened by W is Phi + (s h^2/2) lap Phi, lap Phi = 4 pi rho (Dehnen 2001, MNRAS 324,
+    273, section 2.2).
     """
 
     method: Literal["auto", "direct", "multipole", "points"] = field(default="auto", metadata={"static": True})
     force_error: float = FORCE_ERROR
     softening: Any = None
+    order: Literal["second", "fourth"] = field(default="second", metadata={"static": True})
 
     kind: ClassVar[str] = "gravity"
     central: ClassVar[bool] = True
+
+    @classmethod
+    def from_options(cls, options):
+        """Refuses a fourth order with softening that does not adapt."""
+        if options["order"] == "fourth" and options["softening"] is not None:
+            raise ValueError('order = "fourth" is for softening that follows the density; leave softening away.')
+        return cls(**options)
 
     @property
     def needs_zeta(self):
@@ -70,7 +86,12 @@ class Gravity(Effect):
 
     def fields(self, xp, fluid):
         """zeta/Omega, where the softening adapts."""
-        return {"zeta_over_omega": fluid.zeta / fluid.grad_h} if self.softening is None else {}
+        if self.softening is not None:
+            return {}
+        unbiased = fluid.zeta
+        if self.order == "fourth":
+            unbiased = unbiased - 2.0 / 3.0 * math.pi * KERNELS[fluid.kernel].variance * fluid.smoothing_length**2
+        return {"zeta_over_omega": unbiased / fluid.grad_h}
 
     def arranged(self, engine, arrangement, state):
         """The tree that expansions are made on, and in the xla engine all interactions."""
@@ -107,7 +128,14 @@ class Gravity(Effect):
 
     def potential_energy(self, xp, fluid):
         """1/2 sum m Phi, with the particle's own softened potential in it."""
-        return 0.5 * xp.sum(fluid.mass * fluid.sums["gravity"]["potential"])
+        potential = fluid.sums["gravity"]["potential"]
+        if self.order == "fourth":
+            density = fluid.density
+            if fluid.contrast is not None:
+                (density,) = elementwise(xp, smoothed, density, fluid.contrast)
+            second_moment = KERNELS[fluid.kernel].variance * fluid.smoothing_length**2
+            potential = potential - 2.0 * math.pi * second_moment * density
+        return 0.5 * xp.sum(fluid.mass * potential)
 
     def timestep(self, xp, fluid):
         """A part of the free-fall time sqrt(3 pi/(32 rho)), for cold gas, which has no sound."""

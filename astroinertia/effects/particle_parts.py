@@ -17,7 +17,8 @@ class ParticleParts:
         -> acceleration, drag, exchange, potential_energy, virial, timestep
 
     `fluid` is a sph.fluid.Fluid: time, mass (N,), position (N, 3), velocity (N, 3), entropy (N,), smoothing_length
-    (N,), density (N,), grad_h (N,), zeta (N,) where softening is adaptive, pressure (N,), sound_speed (N,),
+    (N,), density (N,), grad_h (N,), zeta (N,) where softening is adaptive, contrast (N,) where the density is of fourth
+    order, pressure (N,), sound_speed (N,),
     internal_energy (N,) (of unit mass), thermal_energy (N,) (its part above the cold curve), acceleration (N, 3) (total
     of the previous evaluation, zero on the first), gradients and sums {kind: {output: array}}, memory {name: array},
     points {kind: point masses beside the fluid}, kernel (a name), centre (3,) and centre_velocity (3,) of mass. Pair
@@ -37,6 +38,11 @@ class ParticleParts:
     @property
     def needs_zeta(self) -> bool:
         """Whether it needs fluid.zeta, the response of the softened potential to the smoothing length."""
+        return False
+
+    @property
+    def needs_contrast(self) -> bool:
+        """Whether it needs a density of fourth order in the smoothing length (sph.fourth_order)."""
         return False
 
     @property

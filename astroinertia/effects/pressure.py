@@ -1,7 +1,7 @@
 """Pressure of the fluid on itself."""
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import jax.numpy as jnp
 
@@ -10,11 +10,34 @@ from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.sph.fourth_order import weights
+
+
+class Side(NamedTuple):
+    """What a particle of a pair brings with it where densities are of fourth order."""
+
+    dW: Any
+    d2W: Any
+    slope_weight: Any
+    curvature_weight: Any
+    sound_speed: Any
 
 
 def pressure_pair(xp, v_r, dW_i, dW_j, pressure_weight_i, pressure_weight_j, sound_speed_i, sound_speed_j):
     """The two sides of the pressure gradient, and how fast the pair learns of each other or changes."""
     return pressure_weight_i * dW_i + pressure_weight_j * dW_j, 0.5 * (sound_speed_i + sound_speed_j) + xp.abs(v_r)
+
+
+def curved_pair(xp, r, v_r, i: Side, j: Side):
+    """The same for densities of fourth order."""
+    mine = i.slope_weight * i.dW + i.curvature_weight * r * i.d2W
+    other = j.slope_weight * j.dW + j.curvature_weight * r * j.d2W
+    return mine + other, 0.5 * (i.sound_speed + j.sound_speed) + xp.abs(v_r)
+
+
+def curvature_pair(xp, r, d2W_i):
+    """C of sph.fourth_order."""
+    return (r * r * d2W_i,)
 
 
 def weight(xp, pressure, grad_h, density):
@@ -28,6 +51,8 @@ def crossing_time(xp, h, signal, sound_speed):
 
 
 PRESSURE = PairTerm("pressure", pressure_pair, (Output("acceleration", "central"), Output("signal", "max")))
+CURVED = PairTerm("pressure", curved_pair, PRESSURE.outputs)
+CURVATURE = PairTerm("pressure", curvature_pair, (Output("curvature", "sum"),))
 
 
 @pytree
@@ -36,19 +61,38 @@ class Pressure(Effect):
     """a_i = -sum_j m_j [P_i/(Omega_i rho_i^2) dW_i + P_j/(Omega_j rho_j^2) dW_j] rhat.
 
     Springel & Hernquist (2002, MNRAS 333, 649), eq. 18. It follows from the Lagrangian with u(rho, A): its potential is
-    the internal energy, which the model keeps.
+    the internal energy, which the model keeps. order: of the error of the density in the smoothing length; "fourth"
+    leaves out what smoothing adds to the density, and its force follows from that (sph.fourth_order).
     """
+
+    order: Literal["second", "fourth"] = field(default="second", metadata={"static": True})
 
     kind: ClassVar[str] = "pressure"
     central: ClassVar[bool] = True
 
     @property
+    def needs_contrast(self):
+        """Where densities are of fourth order."""
+        return self.order == "fourth"
+
+    @property
+    def gradient_terms(self):
+        """The curvature of the kernel's sum, where densities are of fourth order."""
+        return (CURVATURE,) if self.order == "fourth" else ()
+
+    @property
     def neighbour_terms(self):
         """The pressure gradient, and the signal of the time step."""
-        return (PRESSURE,)
+        return (CURVED,) if self.order == "fourth" else (PRESSURE,)
 
     def fields(self, xp, fluid):
-        """P/(Omega rho^2) and the speed of sound."""
+        """P/(Omega rho^2), or the two weights of sph.fourth_order, and the speed of sound."""
+        if self.order == "fourth":
+            slope, curvature = elementwise(
+                xp, weights, fluid.pressure, fluid.density, fluid.contrast, fluid.grad_h,
+                fluid.gradients[self.kind]["curvature"],
+            )  # fmt: skip
+            return {"slope_weight": slope, "curvature_weight": curvature, "sound_speed": fluid.sound_speed}
         return {
             "pressure_weight": elementwise(xp, weight, fluid.pressure, fluid.grad_h, fluid.density)[0],
             "sound_speed": fluid.sound_speed,

@@ -155,8 +155,10 @@ def _powers(needs: Needs, side: str) -> list[str]:
         lines.append(f"inverse_h2_{side} = inverse_h_{side} * inverse_h_{side}")
     if "W" in needs.kernels[side]:
         lines.append(f"inverse_h3_{side} = inverse_h2_{side} * inverse_h_{side}")
-    if "dW" in needs.kernels[side]:
+    if {"dW", "d2W"} & set(needs.kernels[side]):
         lines.append(f"inverse_h4_{side} = inverse_h2_{side} * inverse_h2_{side}")
+    if "d2W" in needs.kernels[side]:
+        lines.append(f"inverse_h5_{side} = inverse_h4_{side} * inverse_h_{side}")
     return lines
 
 

@@ -17,7 +17,7 @@ from astroinertia.engines.terms import PairTerm, argument_names
 AXES = "xyz"
 INTERVALS = ("closing", "opening")
 SEPARATION = ("x_ij", "y_ij", "z_ij")
-KERNEL_NAMES = {"W": ("w", 3), "dW": ("dw", 4), "phi": ("phi", 1), "dphi": ("dphi", 2)}
+KERNEL_NAMES = {"W": ("w", 3), "dW": ("dw", 4), "d2W": ("d2w", 5), "phi": ("phi", 1), "dphi": ("dphi", 2)}
 VIRIAL_AXES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 

@@ -28,7 +28,7 @@ class Output:
 class PairTerm:
     """A pair function, written once for every engine, and its outputs.
 
-    `pair(xp, ...)` names its scalars: `r`, `h_i`, `W_i`, `dW_i`, `phi_i`, `dphi_i` (and `_j`), `v_r` = v_ij.x_ij/r,
+    `pair(xp, ...)` names its scalars: `r`, `h_i`, `W_i`, `dW_i`, `d2W_i`, `phi_i`, `dphi_i` (and `_j`), `v_r` = v_ij.x_ij/r,
     `x_ij`, `y_ij`, `z_ij` = x_i - x_j, or any per-particle field with the suffix `_i` or `_j`. It is branch-free and
     finite at r = 0, uses only arithmetic and xp.where, maximum, minimum, abs and sqrt, and returns one scalar for each
     output, without the factor m_j. Scalars that belong together may come as one argument, annotated with a NamedTuple
@@ -71,10 +71,12 @@ class Density:
     """What an engine's density pass gives, all (N,): h with rho = m (eta/h)^3, rho, Omega and, if asked for, zeta.
 
     grad_h = Omega = 1 + h/(3 rho) drho/dh; zeta = dh/drho sum_j m_j dphi(r, h_i)/dh, the particle itself included
-    (Price & Monaghan 2007, MNRAS 374, 1347).
+    (Price & Monaghan 2007, MNRAS 374, 1347). contrast: of a density of fourth order (sph.fourth_order), which
+    density then is; None where it is the kernel's sum.
     """
 
     smoothing_length: Any
     density: Any
     grad_h: Any
     zeta: Any | None
+    contrast: Any | None = None

@@ -69,10 +69,10 @@ class Pairs:
         stem, side = name[:-2], name[-1]
         if stem == "h":
             return self._field("smoothing_length", side)
-        if stem in ("W", "dW", "phi", "dphi"):
+        if stem in ("W", "dW", "d2W", "phi", "dphi"):
             inverse = self.inverse_length(side)
             value = getattr(self.kernel, stem.lower())(jnp, self["r"] * inverse)
-            power = {"W": 3, "dW": 4, "phi": 1, "dphi": 2}[stem]
+            power = {"W": 3, "dW": 4, "d2W": 5, "phi": 1, "dphi": 2}[stem]
             return value * self.inverse_length(side, power)
         return self._field(stem, side)
 

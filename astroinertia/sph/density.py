@@ -7,7 +7,8 @@ import numpy as np
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.terms import Density, Output, PairTerm
 from astroinertia.errors import NumericalError
-from astroinertia.sph.kernels import KERNELS, self_excess
+from astroinertia.sph.fourth_order import smoothed
+from astroinertia.sph.kernels import KERNELS, OWN_SHARE_NEIGHBOURS, neighbour_number, self_excess
 
 
 def weight_pair(xp, W_i):
@@ -35,6 +36,12 @@ def wanted(kernel: str, eta: float) -> float:
     return eta**3 + self_excess(KERNELS[kernel], eta)
 
 
+def own_share(kernel: str, eta: float) -> float:
+    """What is taken off the contrast of a density of fourth order for the particle itself (sph.fourth_order)."""
+    neighbours = np.log(neighbour_number(KERNELS[kernel], eta))
+    return float(np.interp(neighbours, np.log(OWN_SHARE_NEIGHBOURS), KERNELS[kernel].own_share))
+
+
 def refuse_without_length(kernel: str, eta: float, mass: np.ndarray, spread: float) -> None:
     """NumericalError where particles of masses (N,) and that rms distance cannot all have a smoothing length.
 
@@ -55,7 +62,10 @@ def refuse_without_length(kernel: str, eta: float, mass: np.ndarray, spread: flo
 
 def refuse_unsolved(kernel: str, eta: float, mass: np.ndarray, solved: Density, identity: np.ndarray) -> None:
     """NumericalError that names a particle whose density is not that of its smoothing length: too many in one place."""
-    content = np.asarray(solved.density) * np.asarray(solved.smoothing_length) ** 3 / mass
+    density = np.asarray(solved.density)
+    if solved.contrast is not None:
+        (density,) = smoothed(np, density, np.asarray(solved.contrast))
+    content = density * np.asarray(solved.smoothing_length) ** 3 / mass
     far = np.flatnonzero(~(np.abs(content / eta**3 - 1.0) < 1e-3))
     if len(far):
         raise NumericalError(

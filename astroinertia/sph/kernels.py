@@ -1,8 +1,9 @@
 """Smoothing kernels and the gravitational potentials that they soften, as functions of q = r/h.
 
-Each kernel has four functions of (xp, q), dimensionless, for three dimensions:
+Each kernel has five functions of (xp, q), dimensionless, for three dimensions:
 
     W(r, h)   = w(q) / h^3      dW/dr   = dw(q) / h^4       dW/dh   = -(3 w + q dw) / h^4
+                                d2W/dr2 = d2w(q) / h^5
     phi(r, h) = phi(q) / h      dphi/dr = dphi(q) / h^2     dphi/dh = -(phi + q dphi) / h^2
 
 phi is the potential of a unit mass spread as W: dphi = M(q)/q^2 with M(q) = 4 pi int_0^q w s^2 ds, and
@@ -36,13 +37,20 @@ from astroinertia.sph.kernel_softening import (
 )
 
 
+OWN_SHARE_NEIGHBOURS = (45.0, 60.0, 74.0, 100.0, 137.0, 200.0, 300.0)
+"""Mean numbers of neighbours that own_share of a kernel is for."""
+
+
 @dataclass(frozen=True)
 class Kernel:
-    """A smoothing kernel: `support` is its radius in units of h; w, dw, phi, dphi are functions of (xp, q).
+    """A smoothing kernel: `support` is its radius in units of h; w, dw, d2w, phi, dphi are functions of (xp, q).
 
+    variance: the second moment along an axis, in units of h^2: 4 pi/3 int_0^support w q^4 dq.
     softening: h^2 dphi/dh = -(phi + q dphi) = 4 pi int_q^support w s ds, which has no cancellation.
     eta: the recommended h / (m/rho)^(1/3), the defaults of the code of Price et al. 2018 (PASA 35, e031): 58, 87 and
     113 neighbours for the splines and 74, 113 and 137 for the Wendland kernels.
+    own_share: what is taken off the contrast of sph.fourth_order, at OWN_SHARE_NEIGHBOURS
+    (tests/benchmarks/own_share.py).
     self_excess: (epsilon_100, alpha) of the function `self_excess`, where it is not 0.
     """
 
@@ -51,9 +59,12 @@ class Kernel:
     eta: float
     w: Callable
     dw: Callable
+    d2w: Callable
     phi: Callable
     dphi: Callable
+    variance: float
     softening: Callable
+    own_share: tuple[float, ...]
     self_excess: tuple[float, float] | None = None
 
 
@@ -94,6 +105,13 @@ def cubic_dw(xp, q):
     a = xp.maximum(0.0, 2.0 - q)
     b = xp.maximum(0.0, 1.0 - q)
     return -0.238732414637843 * (a * a - 4.0 * (b * b))
+
+
+def cubic_d2w(xp, q):
+    """M4 second derivative."""
+    a = xp.maximum(0.0, 2.0 - q)
+    b = xp.maximum(0.0, 1.0 - q)
+    return 0.477464829275686 * (a - 4.0 * b)
 
 
 def cubic_phi(xp, q):
@@ -140,6 +158,14 @@ def quartic_dw(xp, q):
     outer = -0.06366197723675814 * (a * a * a - 5.0 * (b * b * b))
     inner = 0.38197186342054884 * q * (q * q - 1.25)
     return xp.where(q < 0.5, inner, outer)
+
+
+def quartic_d2w(xp, q):
+    """M5 second derivative."""
+    a = xp.maximum(0.0, 2.5 - q)
+    b = xp.maximum(0.0, 1.5 - q)
+    c = xp.maximum(0.0, 0.5 - q)
+    return 0.1909859317102744 * (a * a - 5.0 * (b * b) + 10.0 * (c * c))
 
 
 def quartic_phi(xp, q):
@@ -200,6 +226,14 @@ def quintic_dw(xp, q):
     return xp.where(q < 1.0, inner, outer)
 
 
+def quintic_d2w(xp, q):
+    """M6 second derivative."""
+    a = xp.maximum(0.0, 3.0 - q)
+    b = xp.maximum(0.0, 2.0 - q)
+    c = xp.maximum(0.0, 1.0 - q)
+    return 0.05305164769729845 * (a * a * a - 6.0 * (b * b * b) + 15.0 * (c * c * c))
+
+
 def quintic_phi(xp, q):
     """M6 potential."""
     s = q * q
@@ -248,6 +282,12 @@ def wendland_c2_dw(xp, q):
     return -2.088908628081126 * q * (t * t * t)
 
 
+def wendland_c2_d2w(xp, q):
+    """Wendland C2 second derivative."""
+    t = xp.maximum(0.0, 1.0 - 0.5 * q)
+    return 2.088908628081126 * (t * t * (2.0 * q - 1.0))
+
+
 def wendland_c2_phi(xp, q):
     """Wendland C2 potential."""
     x = 0.5 * q
@@ -288,6 +328,14 @@ def wendland_c4_dw(xp, q):
     t = xp.maximum(0.0, 1.0 - x)
     t2 = t * t
     return -5.744498727223098 * x * (t2 * t2 * t * (1.0 + 5.0 * x))
+
+
+def wendland_c4_d2w(xp, q):
+    """Wendland C4 second derivative."""
+    x = 0.5 * q
+    t = xp.maximum(0.0, 1.0 - x)
+    t2 = t * t
+    return 2.872249363611549 * (t2 * t2 * (x * (35.0 * x - 4.0) - 1.0))
 
 
 def wendland_c4_phi(xp, q):
@@ -336,6 +384,14 @@ def wendland_c6_dw(xp, q):
     return -9.334810431737534 * x * (t2 * t2 * t2 * t * (1.0 + x * (7.0 + 16.0 * x)))
 
 
+def wendland_c6_d2w(xp, q):
+    """Wendland C6 second derivative."""
+    x = 0.5 * q
+    t = xp.maximum(0.0, 1.0 - x)
+    t2 = t * t
+    return 4.667405215868767 * (t2 * t2 * t2 * (x * (x * (15.0 + 160.0 * x) - 6.0) - 1.0))
+
+
 def wendland_c6_phi(xp, q):
     """Wendland C6 potential."""
     x = 0.5 * q
@@ -368,20 +424,32 @@ def wendland_c6_dphi(xp, q):
 
 # fmt: off
 _ALL = (
-    Kernel("cubic", 2.0, 1.2, cubic_w, cubic_dw, cubic_phi, cubic_dphi, cubic_softening),
-    Kernel("quartic", 2.5, 1.1, quartic_w, quartic_dw, quartic_phi, quartic_dphi, quartic_softening),
-    Kernel("quintic", 3.0, 1.0, quintic_w, quintic_dw, quintic_phi, quintic_dphi, quintic_softening),
     Kernel(
-        "wendland_c2", 2.0, 1.3, wendland_c2_w, wendland_c2_dw, wendland_c2_phi, wendland_c2_dphi,
-        wendland_c2_softening, (0.0294, 0.977),
+        "cubic", 2.0, 1.2, cubic_w, cubic_dw, cubic_d2w, cubic_phi, cubic_dphi, 3 / 10, cubic_softening,
+        (-0.0075, -0.0058, -0.0016, 0.0008, 0.0026, 0.0035, 0.0006),
     ),
     Kernel(
-        "wendland_c4", 2.0, 1.5, wendland_c4_w, wendland_c4_dw, wendland_c4_phi, wendland_c4_dphi,
-        wendland_c4_softening, (0.01342, 1.579),
+        "quartic", 2.5, 1.1, quartic_w, quartic_dw, quartic_d2w, quartic_phi, quartic_dphi, 23 / 60, quartic_softening,
+        (0.0224, 0.0027, 0.0014, 0.0017, 0.0003, 0.0002, -0.0004),
     ),
     Kernel(
-        "wendland_c6", 2.0, 1.6, wendland_c6_w, wendland_c6_dw, wendland_c6_phi, wendland_c6_dphi,
-        wendland_c6_softening, (0.0116, 2.236),
+        "quintic", 3.0, 1.0, quintic_w, quintic_dw, quintic_d2w, quintic_phi, quintic_dphi, 7 / 15, quintic_softening,
+        (0.1141, 0.0319, 0.0105, 0.0015, 0.0, -0.0001, 0.0001),
+    ),
+    Kernel(
+        "wendland_c2", 2.0, 1.3, wendland_c2_w, wendland_c2_dw, wendland_c2_d2w, wendland_c2_phi, wendland_c2_dphi,
+        4 / 15, wendland_c2_softening,
+        (0.0339, 0.0242, 0.0190, 0.0108, 0.0038, 0.0023, 0.0011), (0.0294, 0.977),
+    ),
+    Kernel(
+        "wendland_c4", 2.0, 1.5, wendland_c4_w, wendland_c4_dw, wendland_c4_d2w, wendland_c4_phi, wendland_c4_dphi,
+        8 / 39, wendland_c4_softening,
+        (0.1053, 0.0423, 0.0230, 0.0118, 0.0062, 0.0019, 0.0008), (0.01342, 1.579),
+    ),
+    Kernel(
+        "wendland_c6", 2.0, 1.6, wendland_c6_w, wendland_c6_dw, wendland_c6_d2w, wendland_c6_phi, wendland_c6_dphi,
+        1 / 6, wendland_c6_softening,
+        (0.3107, 0.1329, 0.0664, 0.0230, 0.0083, 0.0029, 0.0008), (0.0116, 2.236),
     ),
 )
 # fmt: on

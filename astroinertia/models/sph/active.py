@@ -25,8 +25,9 @@ Array = Any
 THERMAL = ("pressure", "sound_speed", "internal_energy", "thermal_energy", "entropy_per_heat")
 OF_A_FLUID = (
     "mass", "position", "entropy", "smoothing_length", "density", "grad_h", "zeta", "pressure", "sound_speed",
-    "internal_energy", "thermal_energy", "acceleration",
+    "internal_energy", "thermal_energy", "acceleration", "contrast",
 )  # fmt: skip
+OPTIONAL = ("zeta", "contrast")  # of these
 PER_PARTICLE = (
     "identity", "mass", "position", "remainder", "velocity", "entropy", "smoothing_length", "material",
 )  # fmt: skip
@@ -246,7 +247,7 @@ def find_densities(block: BlockStep, active: Array) -> None:
         now = elementwise(np, advanced, entropy, rate, since)[0]
     values = dict(zip(THERMAL, eos.state(np, solved.density, now), strict=True))
     values |= {"smoothing_length": solved.smoothing_length, "density": solved.density, "grad_h": solved.grad_h}
-    values |= {} if solved.zeta is None else {"zeta": solved.zeta}
+    values |= {name: array for name in OPTIONAL if (array := getattr(solved, name)) is not None}
     for name, array in values.items():
         block.put(name, active, array)
 
@@ -254,12 +255,12 @@ def find_densities(block: BlockStep, active: Array) -> None:
 def fluid_of(block: BlockStep, active: Array | None = None) -> Fluid:
     """What the effects see of active particles, or of all as they are known."""
     chosen, more = block.chosen(active), block.more
-    names = [name for name in OF_A_FLUID if name in more or name != "zeta"]
+    names = [name for name in OF_A_FLUID if name in more or name not in OPTIONAL]
     arrays = {name: rows(block.array(name), chosen) for name in names}
     memory = {name: rows(array, chosen) for name, array in block.state.memory.items()}
     return Fluid(
         time=np.float64(block.time), velocity=rows(more["predicted"], chosen), memory=memory,
-        kernel=block.problem.kernel, points=block.state.points, body=block.body, **{"zeta": None, **arrays},
+        kernel=block.problem.kernel, points=block.state.points, body=block.body, **dict.fromkeys(OPTIONAL) | arrays,
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import reduce
 from typing import Any
 
-from astroinertia.engines.elementwise import added
+from astroinertia.engines.elementwise import added, elementwise
 from astroinertia.engines.terms import Density, PairTerm
 from astroinertia.ledger.moments import after_heating
 from astroinertia.models.sph import points
@@ -18,8 +18,9 @@ from astroinertia.models.sph.heat import Exchange, compression, entropy_gain, ex
 from astroinertia.models.sph.kick_drift import predicted
 from astroinertia.models.sph.limits import shortest, timestep_limits, total_acceleration
 from astroinertia.models.sph.state import Arrangement, Problem, Rates, State
-from astroinertia.sph.density import density
+from astroinertia.sph.density import density, own_share
 from astroinertia.sph.fluid import Fluid
+from astroinertia.sph.fourth_order import sharpened
 
 Array = Any
 Sums = dict[str, dict[str, Array]]
@@ -44,6 +45,7 @@ def evaluated(problem: Problem, arrangement: Arrangement, state: State, dt: Arra
         density=solved.density,
         grad_h=solved.grad_h,
         zeta=solved.zeta,
+        contrast=solved.contrast,
         pressure=pressure,
         sound_speed=sound_speed,
         internal_energy=internal_energy,
@@ -83,12 +85,17 @@ def listed(problem: Problem, pairs: Any, state: State, targets: Array | None = N
 
 
 def densities(problem: Problem, pairs: Any, state: State, targets: Array | None = None) -> Density:
-    """Smoothing lengths, densities and their gradient factors."""
+    """Smoothing lengths, densities and their gradient factors; densities of fourth order where an effect needs them."""
     softening = any(effect.needs_zeta for effect in problem.effects)
-    return density(
+    solved = density(
         problem.engine, pairs, problem.kernel, state.position, state.mass, state.smoothing_length,
         problem.eta, problem.smoothing_tolerance, softening, targets, problem.fixed_length,
     )  # fmt: skip
+    if not any(effect.needs_contrast for effect in problem.effects):
+        return solved
+    share = own_share(problem.kernel, problem.eta)
+    sharper, contrast = elementwise(problem.engine.xp, sharpened, solved.density, solved.grad_h, share)
+    return replace(solved, density=sharper, contrast=contrast)
 
 
 def with_first_memories(problem: Problem, fluid: Fluid) -> Fluid:

@@ -73,10 +73,12 @@ def test_value_is_the_textbook_kernel(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_mass_is_one(name):
+def test_mass_is_one_and_the_second_moment_is_what_is_stated(name):
     kernel = KERNELS[name]
     mass = integral(lambda s: 4 * np.pi * s**2 * kernel.w(np, s), name, 0.0, kernel.support)
     assert mass == pytest.approx(1.0, abs=4e-15)
+    variance = integral(lambda s: 4 / 3 * np.pi * s**4 * kernel.w(np, s), name, 0.0, kernel.support)
+    assert kernel.variance == pytest.approx(variance, rel=1e-13)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -98,12 +100,15 @@ def test_derivatives_match_automatic_differentiation(name):
     with jax.enable_x64(True):
         q = jnp.linspace(0.0, 1.2 * kernel.support, 1201)
         slope = jax.vmap(jax.grad(lambda x: kernel.w(jnp, x)))(q)
+        curvature = jax.vmap(jax.grad(lambda x: kernel.dw(jnp, x)))(q)
         gradient = jax.vmap(jax.grad(lambda x: kernel.phi(jnp, x)))(q)
         second = jax.vmap(jax.grad(lambda x: kernel.dphi(jnp, x)))(q)
         # Poisson's equation: (q^2 phi')' = 4 pi q^2 w, so phi'' = 4 pi w - 2 phi'/q
         safe = jnp.maximum(q, 1e-6)
         poisson = 4 * jnp.pi * kernel.w(jnp, q) - 2 * kernel.dphi(jnp, q) / safe
         assert np.max(np.abs(slope - kernel.dw(jnp, q))) < 1e-13
+        smooth = np.min(np.abs(np.asarray(q)[:, None] - np.array([float(knot) for knot in KNOTS[name]])), axis=1) > 1e-9
+        assert np.max(np.abs(curvature - kernel.d2w(jnp, q))[smooth]) < 1e-13
         assert np.max(np.abs(gradient - kernel.dphi(jnp, q))) < 1e-13
         assert np.max(np.abs(second - poisson)[q > 0.01]) < 1e-12
 
@@ -127,7 +132,7 @@ def test_newtonian_outside_and_continuous_at_the_support(name):
     assert np.all(kernel.dw(np, outside) == 0.0)
     assert np.max(np.abs(kernel.phi(np, outside) * outside + 1.0)) < 1e-15
     assert np.max(np.abs(kernel.dphi(np, outside) * outside**2 - 1.0)) < 1e-15
-    for function in (kernel.w, kernel.dw, kernel.phi, kernel.dphi):
+    for function in (kernel.w, kernel.dw, kernel.d2w, kernel.phi, kernel.dphi):
         for edge in (*KNOTS[name][1:], Fraction(3, 5)):
             below, above = float(edge) * (1 - 1e-15), float(edge) * (1 + 1e-15)
             assert abs(function(np, below) - function(np, above)) < 2e-14
@@ -141,7 +146,7 @@ def test_finite_and_flat_at_the_origin(name):
     depth = integral(lambda s: 4 * np.pi * s * kernel.w(np, s), name, 0.0, kernel.support)
     assert kernel.phi(np, 0.0) == pytest.approx(-depth, rel=1e-14)
     with jax.enable_x64(True):
-        for function in (kernel.w, kernel.dw, kernel.phi, kernel.dphi):
+        for function in (kernel.w, kernel.dw, kernel.d2w, kernel.phi, kernel.dphi):
             for derivative in (jax.grad, lambda f: jax.grad(jax.grad(f))):
                 assert np.isfinite(derivative(lambda x, f=function: f(jnp, x))(jnp.float64(0.0)))
 
@@ -151,7 +156,7 @@ def test_single_precision_stays_single_and_accurate(name):
     kernel = KERNELS[name]
     with jax.enable_x64(True):
         q = jnp.linspace(0.0, 1.1 * kernel.support, 501)
-        for function in (kernel.w, kernel.dw, kernel.phi, kernel.dphi):
+        for function in (kernel.w, kernel.dw, kernel.d2w, kernel.phi, kernel.dphi):
             single = function(jnp, q.astype(jnp.float32))
             assert single.dtype == jnp.float32
             scale = float(jnp.max(jnp.abs(function(jnp, q))))
@@ -161,7 +166,7 @@ def test_single_precision_stays_single_and_accurate(name):
 def test_functions_can_be_compiled_from_their_source():
     """Only literals, arithmetic and the agreed functions of xp: no globals, no powers."""
     for kernel in KERNELS.values():
-        for function in (kernel.w, kernel.dw, kernel.phi, kernel.dphi):
+        for function in (kernel.w, kernel.dw, kernel.d2w, kernel.phi, kernel.dphi):
             tree = ast.parse(inspect.getsource(function))
             assert not any(isinstance(node, ast.Pow | ast.If | ast.IfExp) for node in ast.walk(tree))
             local = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
