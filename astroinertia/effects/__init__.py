@@ -15,10 +15,9 @@ if TYPE_CHECKING:
     from astroinertia.effects.measure import Measure
     from astroinertia.effects.particle_parts import ParticleParts
     from astroinertia.effects.rigid_parts import RigidParts
-    from astroinertia.engines.options import REQUIRED, Option, not_negative, positive
     from astroinertia.engines.pytree import pytree
     from astroinertia.engines.terms import Output, PairTerm
-    from astroinertia.units import Dimension
+    from astroinertia.units import REQUIRED, Dimension, Option, not_negative, positive
 
 __all__ = [
     "REQUIRED", "AffineParts", "Dimension", "Effect", "Measure", "Option", "Output", "PairTerm", "ParticleParts",
@@ -26,14 +25,13 @@ __all__ = [
 ]  # fmt: skip
 
 _MODULES = {
-    "effects.effect": ("Effect",),
-    "effects.particle_parts": ("ParticleParts",),
-    "effects.affine_parts": ("AffineParts",),
-    "effects.rigid_parts": ("RigidParts",),
-    "engines.options": ("REQUIRED", "Option", "not_negative", "positive"),
-    "effects.measure": ("Measure",),
-    "engines.terms": ("Output", "PairTerm"),
-    "engines.pytree": ("pytree",),
-    "units": ("Dimension",),
+    "astroinertia.effects.effect": ("Effect",),
+    "astroinertia.effects.particle_parts": ("ParticleParts",),
+    "astroinertia.effects.affine_parts": ("AffineParts",),
+    "astroinertia.effects.rigid_parts": ("RigidParts",),
+    "astroinertia.units": ("REQUIRED", "Dimension", "Option", "not_negative", "positive"),
+    "astroinertia.effects.measure": ("Measure",),
+    "astroinertia.engines.terms": ("Output", "PairTerm"),
+    "astroinertia.engines.pytree": ("pytree",),
 }
 __getattr__ = exported(__name__, _MODULES)

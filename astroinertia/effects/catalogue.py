@@ -11,7 +11,7 @@ from astroinertia.effects import sizes
 from astroinertia.effects.entries import AXIS as AXIS, FORCE_ERROR as FORCE_ERROR, Entry as Entry
 from astroinertia.effects.heat_entries import HEAT
 from astroinertia.effects.rigid_entries import RIGID
-from astroinertia.engines.options import (
+from astroinertia.units import (
     ALL_MODELS as ALL_MODELS,
     LIGHT as LIGHT,
     REQUIRED as REQUIRED,

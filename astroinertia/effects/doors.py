@@ -13,9 +13,8 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from astroinertia.effects.entries import Entry
-from astroinertia.engines.options import Option
 from astroinertia.errors import SceneError
-from astroinertia.units import shown, si_unit
+from astroinertia.units import Option, shown, si_unit
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from astroinertia.effects.affine_parts import AffineParts
 from astroinertia.effects.measure import Measure
 from astroinertia.effects.particle_parts import ParticleParts
 from astroinertia.effects.rigid_parts import RigidParts
-from astroinertia.engines.options import Option
+from astroinertia.units import Option
 
 PARTS = tuple(
     name

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from astroinertia.effects.measure import Measure
-from astroinertia.engines.options import Option
+from astroinertia.units import Option
 
 Cost = Literal["particles", "neighbours", "all pairs", "body"]
 Pace = Callable[[Mapping[str, Any]], tuple[float, float | None]]

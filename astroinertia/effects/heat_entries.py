@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from astroinertia.effects import sizes
 from astroinertia.effects.entries import Entry
-from astroinertia.engines.options import Option, not_negative, positive
+from astroinertia.units import Option, not_negative, positive
 
 HEAT: Mapping[str, Entry] = {
     "cooling": Entry(

@@ -15,8 +15,8 @@ from typing import Any
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import Door, made_of
 from astroinertia.effects.entries import Cost, Entry
-from astroinertia.engines.options import ALL_MODELS
 from astroinertia.errors import SceneError
+from astroinertia.units import ALL_MODELS
 
 TAKEN = ("common", "motion", "rigidity")  # names of what belongs to no effect, in audits, ledgers and figures
 EFFECTS = Door(

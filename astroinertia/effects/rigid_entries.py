@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from astroinertia.effects import torque_sizes
 from astroinertia.effects.entries import Entry
-from astroinertia.engines.options import LIGHT, REQUIRED, Option, not_negative, positive
+from astroinertia.units import LIGHT, REQUIRED, Option, not_negative, positive
 
 _FRAME = Option("choice", "inertial", "the axes that it is given in", choices=("inertial", "body"))
 

@@ -10,15 +10,13 @@ from typing import TYPE_CHECKING
 from astroinertia.process.lazy import exported
 
 if TYPE_CHECKING:
-    from astroinertia.engines.options import REQUIRED, Option, not_negative, positive
     from astroinertia.initial.placed import Body
-    from astroinertia.units import Dimension
+    from astroinertia.units import REQUIRED, Dimension, Option, not_negative, positive
 
 __all__ = ["REQUIRED", "Body", "Dimension", "Option", "not_negative", "positive"]
 
 _MODULES = {
-    "initial.placed": ("Body",),
-    "engines.options": ("REQUIRED", "Option", "not_negative", "positive"),
-    "units": ("Dimension",),
+    "astroinertia.initial.placed": ("Body",),
+    "astroinertia.units": ("REQUIRED", "Dimension", "Option", "not_negative", "positive"),
 }
 __getattr__ = exported(__name__, _MODULES)

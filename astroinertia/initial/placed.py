@@ -8,8 +8,8 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from astroinertia.engines.options import Option
 from astroinertia.sph.cells import centres
+from astroinertia.units import Option
 
 SHAPES = {"mass": (), "position": (3,), "velocity": (3,), "internal_energy": ()}
 """What `particles` returns, and the shape that one particle has of it."""

@@ -10,17 +10,15 @@ from typing import TYPE_CHECKING
 from astroinertia.process.lazy import exported
 
 if TYPE_CHECKING:
-    from astroinertia.engines.options import REQUIRED, Option, not_negative, positive
     from astroinertia.engines.pytree import pytree
     from astroinertia.matter.equation import Matter
-    from astroinertia.units import Dimension
+    from astroinertia.units import REQUIRED, Dimension, Option, not_negative, positive
 
 __all__ = ["REQUIRED", "Dimension", "Matter", "Option", "not_negative", "positive", "pytree"]
 
 _MODULES = {
-    "matter.equation": ("Matter",),
-    "engines.options": ("REQUIRED", "Option", "not_negative", "positive"),
-    "engines.pytree": ("pytree",),
-    "units": ("Dimension",),
+    "astroinertia.matter.equation": ("Matter",),
+    "astroinertia.units": ("REQUIRED", "Dimension", "Option", "not_negative", "positive"),
+    "astroinertia.engines.pytree": ("pytree",),
 }
 __getattr__ = exported(__name__, _MODULES)

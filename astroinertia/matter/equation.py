@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from astroinertia.engines.options import Option
+from astroinertia.units import Option
 
 Array = Any
 AROUND = (0.8, 0.9, 1.0, 1.1, 1.25)  # of the body's mean density, where functions are compared

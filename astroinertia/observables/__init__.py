@@ -10,17 +10,15 @@ from typing import TYPE_CHECKING
 from astroinertia.process.lazy import exported
 
 if TYPE_CHECKING:
-    from astroinertia.engines.options import REQUIRED, Option, not_negative, positive
     from astroinertia.observables.observable import Observable
     from astroinertia.observables.quantities import BodyState
-    from astroinertia.units import Dimension
+    from astroinertia.units import REQUIRED, Dimension, Option, not_negative, positive
 
 __all__ = ["REQUIRED", "BodyState", "Dimension", "Observable", "Option", "not_negative", "positive"]
 
 _MODULES = {
-    "observables.observable": ("Observable",),
-    "observables.quantities": ("BodyState",),
-    "engines.options": ("REQUIRED", "Option", "not_negative", "positive"),
-    "units": ("Dimension",),
+    "astroinertia.observables.observable": ("Observable",),
+    "astroinertia.observables.quantities": ("BodyState",),
+    "astroinertia.units": ("REQUIRED", "Dimension", "Option", "not_negative", "positive"),
 }
 __getattr__ = exported(__name__, _MODULES)

@@ -4,9 +4,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from astroinertia.engines.options import ALL_MODELS, Option
 from astroinertia.observables.quantities import BodyState
-from astroinertia.units import Dimension
+from astroinertia.units import ALL_MODELS, Dimension, Option
 
 
 class Observable(ABC):

@@ -16,11 +16,10 @@ import numpy as np
 
 from astroinertia.effects.doors import Door, made_of
 from astroinertia.effects.entries import Entry
-from astroinertia.engines.options import ALL_MODELS
 from astroinertia.errors import SceneError
 from astroinertia.observables.observable import Observable
 from astroinertia.observables.quantities import DERIVED, LABELS, OF_EFFECTS, RECORDED, SAID, BodyState, Quantity
-from astroinertia.units import DIMENSIONS, Dimension, shown, si_unit
+from astroinertia.units import ALL_MODELS, DIMENSIONS, Dimension, shown, si_unit
 
 SIZES = {name: len(LABELS[name][0]) for name in ("i", "j", "principal", "mode")}
 PARTICLES = ("sph",)  # models of an observable that is given the particles

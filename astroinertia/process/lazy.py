@@ -6,12 +6,12 @@ from typing import Any
 
 
 def exported(package: str, modules: Mapping[str, tuple[str, ...]]) -> Callable[[str], Any]:
-    """The `__getattr__` of a package; modules: of astroinertia, with the names that come from each."""
+    """The `__getattr__` of a package; modules: with the names that come from each."""
 
     def attribute(name: str) -> Any:
         for module, names in modules.items():
             if name in names:
-                return getattr(import_module(f"astroinertia.{module}"), name)
+                return getattr(import_module(module), name)
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 
     return attribute

@@ -13,9 +13,8 @@ import numpy as np
 from pydantic import BeforeValidator, ValidationInfo
 from pydantic.fields import FieldInfo
 
-from astroinertia.engines.options import Option
 from astroinertia.errors import SceneError
-from astroinertia.units import CodeUnits, Dimension, plain_number_hint, quantity, shown
+from astroinertia.units import CodeUnits, Dimension, Option, plain_number_hint, quantity, shown
 
 LARGEST_NUMBER = 1e100  # squares of products of such numbers must not overflow; scales.py is stricter on quantities
 LARGEST_CONSTANT = 1e200  # of quantities in odd units, as K of P = K rho^gamma

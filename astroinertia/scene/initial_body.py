@@ -12,7 +12,6 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from astroinertia.effects.characteristic import Vector as Triple
-from astroinertia.engines.options import ALL_MODELS
 from astroinertia.scene.dimensional import (
     AngularMomentum,
     AngularVelocity,
@@ -27,7 +26,7 @@ from astroinertia.scene.dimensional import (
 )
 from astroinertia.scene.fluids import Part, as_tuple
 from astroinertia.scene.places import Position, Velocity
-from astroinertia.units import Dimension, pressure_constant_dimension
+from astroinertia.units import ALL_MODELS, Dimension, pressure_constant_dimension
 
 MOST_PARTICLES = 50_000_000
 Count = Annotated[int, Field(ge=16, le=MOST_PARTICLES)]

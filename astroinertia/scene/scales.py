@@ -10,12 +10,11 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from astroinertia.engines.options import Option
 from astroinertia.scene.dimensional import quantity_of
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.problems import Problem
 from astroinertia.scene.schema import Scene, Units
-from astroinertia.units import DIMENSIONLESS, DIMENSIONS, CodeUnits, Dimension, pressure_constant_dimension
+from astroinertia.units import DIMENSIONLESS, DIMENSIONS, CodeUnits, Dimension, Option, pressure_constant_dimension
 
 LARGEST = 1e35  # of a number in code units
 SMALLEST = 1e-35  # of one that must be positive: others may be zero, so that what is as good as zero does no harm

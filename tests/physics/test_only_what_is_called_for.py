@@ -174,6 +174,7 @@ PLAIN = (
     "entries",
     "heat_entries",
     "own",
+    "own_matter",
     "particle_parts",
     "rigid_entries",
     "rigid_parts",

@@ -1,6 +1,7 @@
 """Run folders: what survives a crash, a damaged file and a second writer."""
 
 import json
+import math
 import os
 import random
 import shutil
@@ -149,19 +150,24 @@ WRITER = """
 def test_kill_9_at_random_instants_leaves_a_consistent_folder_that_goes_on(tmp_path):
     instants, more = random.Random(5), random.Random(6)  # how often a folder is looked at depends on the machine
     outputs = []
-    for least in [0] * 7 + [12]:  # a kill may take back what the manifest does not list yet, up to three files
+    for last in [False] * 7 + [True]:
         writer = run_script(WRITER, str(tmp_path))
         assert writer.stdout is not None
         assert writer.stdout.readline() == "writing\n", writer.communicate()[1]
-        enough = max(least, newest_checkpoint(tmp_path) + more.randint(0, 8))
-        while newest_checkpoint(tmp_path) < enough and writer.poll() is None:
+        begun = newest = newest_checkpoint(tmp_path)
+        # What a kill takes back is what the manifest does not list yet: before a second checkpoint, it lists the first.
+        enough = math.inf if last else begun + more.randint(0, 8)
+        while newest < enough and writer.poll() is None:
             time.sleep(instants.uniform(0.0, 0.005))
+            newest = newest_checkpoint(tmp_path)
+            if last and enough == math.inf and newest > begun:
+                enough = max(newest + 3, 12)  # every third file
         writer.send_signal(signal.SIGKILL)
         writer.communicate()
         outputs.append(assert_consistent(tmp_path))
     assert sorted(outputs) == outputs
-    assert newest_checkpoint(tmp_path) > 6  # of every third file: the manifest lists those before the newest
-    assert outputs[-1] > 0
+    assert outputs[-1] > outputs[-2]
+    assert newest_checkpoint(tmp_path) > 6
 
 
 def newest_checkpoint(folder) -> int:
