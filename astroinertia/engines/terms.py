@@ -28,11 +28,12 @@ class Output:
 class PairTerm:
     """A pair function, written once for every engine, and its outputs.
 
-    `pair(xp, ...)` names its scalars: `r`, `h_i`, `W_i`, `dW_i`, `d2W_i`, `phi_i`, `dphi_i` (and `_j`), `v_r` = v_ij.x_ij/r,
-    `x_ij`, `y_ij`, `z_ij` = x_i - x_j, or any per-particle field with the suffix `_i` or `_j`. It is branch-free and
-    finite at r = 0, uses only arithmetic and xp.where, maximum, minimum, abs and sqrt, and returns one scalar for each
-    output, without the factor m_j. Scalars that belong together may come as one argument, annotated with a NamedTuple
-    of theirs: `i: Gas` with the fields density and u is `density_i` and `u_i`, `strain_j: Tensor` is `strain_xx_j` ...
+    `pair(xp, ...)` names its scalars: `r`, `h_i`, `W_i`, `dW_i`, `d2W_i`, `phi_i`, `dphi_i` (and `_j`),
+    `v_r` = v_ij.x_ij/r, `x_ij`, `y_ij`, `z_ij` = x_i - x_j, or any per-particle field with the suffix `_i` or `_j`. It
+    is branch-free and finite at r = 0, uses only arithmetic and xp.where, maximum, minimum, abs and sqrt, and returns
+    one scalar for each output, without the factor m_j. Scalars that belong together may come as one argument, annotated
+    with a NamedTuple of theirs: `i: Gas` with the fields density and u is `density_i` and `u_i`, `strain_j: Tensor` is
+    `strain_xx_j` ...
     `far`, for sums over all pairs, is what `pair` becomes beyond the support of both kernels.
     """
 

@@ -15,9 +15,9 @@ class Fluid:
     """The fluid at one instant, in code units, one row a particle.
 
     velocity is the one predicted for this instant where a step is under way. grad_h is Omega and zeta the softening
-    correction of Price & Monaghan (2007, MNRAS 374, 1347), None where nothing is softened. contrast: of the density, where
-    that is of fourth order (sph.fourth_order). acceleration is the total of
-    the evaluation before. internal_energy is specific, thermal_energy its part above the cold curve. gradients and sums
+    correction of Price & Monaghan (2007, MNRAS 374, 1347), None where nothing is softened. contrast is that of a
+    density of fourth order (sph.fourth_order), None where it is the kernel's. acceleration is the total of the
+    evaluation before. internal_energy is specific, thermal_energy its part above the cold curve. gradients and sums
     hold {effect: {output: array}} of the passes made so far; memory holds what effects evolve for themselves; points
     {effect: point masses} are beside the fluid (gravity.point_masses.PointMasses, rotation.on_orbits.OnOrbits). body is
     the whole body where these are some of its particles, None where they are all.

@@ -36,7 +36,6 @@ from astroinertia.sph.kernel_softening import (
     wendland_c6_softening,
 )
 
-
 OWN_SHARE_NEIGHBOURS = (45.0, 60.0, 74.0, 100.0, 137.0, 200.0, 300.0)
 """Mean numbers of neighbours that own_share of a kernel is for."""
 

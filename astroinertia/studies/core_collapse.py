@@ -146,12 +146,15 @@ nuclear_density = "{CORE_COLLAPSE["nuclear_density"]!r} kg m-3"
 constant = "{constant!r} kg({1 - gamma:.6g}) m({3 * gamma - 1:.6g}) s-2"
 
 [effects.gravity]
+order = "fourth" # smoothing would take part of the binding, and add to the pressure
 [effects.pressure]
+order = "fourth"
 [effects.viscosity]
 
 [numerics]
 precision = "mixed"
 timesteps = "individual"
+neighbours = 150 # with densities of fourth order more of them cost time alone, and particles keep better order
 free_fall_factor = 0.1 # records after base steps: every 4 ms at first, and every 0.02 ms at the bounce
 
 [time]
