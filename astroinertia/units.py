@@ -402,10 +402,18 @@ class Option:
 
 
 def positive(dimension: str | Dimension, default: Any, text: str) -> Option:
-    """An option that must be above zero."""
+    """An option that must be above zero.
+
+    >>> positive("length", None, "radius of the torus").minimum, positive("length", None, "radius").exclusive
+    (0.0, True)
+    """
     return Option(dimension, default, text, minimum=0.0, exclusive=True)
 
 
 def not_negative(dimension: str | Dimension, default: Any, text: str) -> Option:
-    """An option that must not be below zero."""
+    """An option that must not be below zero.
+
+    >>> not_negative("time", 0.0, "when it begins").exclusive
+    False
+    """
     return Option(dimension, default, text, minimum=0.0)

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from astroinertia.engines.terms import Density, argument_names, arguments
+from astroinertia.engines.terms import argument_names, arguments
 from astroinertia.sph.kernels import KERNELS
 
 
@@ -90,7 +90,7 @@ def density(kernel, position, mass, eta, softening=True):
     slope = -(mass * (3 * kernel.w(np, q) + q * kernel.dw(np, q))).sum(axis=1) / h**4
     potential_slope = -(mass * (kernel.phi(np, q) + q * kernel.dphi(np, q))).sum(axis=1) / h**2
     zeta = -h / (3 * rho) * potential_slope if softening else None
-    return Density(smoothing_length=h, density=rho, grad_h=1 + h / (3 * rho) * slope, zeta=zeta)
+    return SimpleNamespace(smoothing_length=h, density=rho, grad_h=1 + h / (3 * rho) * slope, zeta=zeta)
 
 
 class BruteEngine:

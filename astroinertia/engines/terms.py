@@ -72,12 +72,10 @@ class Density:
     """What an engine's density pass gives, all (N,): h with rho = m (eta/h)^3, rho, Omega and, if asked for, zeta.
 
     grad_h = Omega = 1 + h/(3 rho) drho/dh; zeta = dh/drho sum_j m_j dphi(r, h_i)/dh, the particle itself included
-    (Price & Monaghan 2007, MNRAS 374, 1347). contrast: of a density of fourth order (sph.fourth_order), which
-    density then is; None where it is the kernel's sum.
+    (Price & Monaghan 2007, MNRAS 374, 1347).
     """
 
     smoothing_length: Any
     density: Any
     grad_h: Any
     zeta: Any | None
-    contrast: Any | None = None

@@ -1,14 +1,29 @@
 """Densities and smoothing lengths of particles, without what a kernel counts too much of the particle itself."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from astroinertia.engines.elementwise import elementwise
-from astroinertia.engines.terms import Density, Output, PairTerm
+from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.errors import NumericalError
 from astroinertia.sph.fourth_order import smoothed
 from astroinertia.sph.kernels import KERNELS, OWN_SHARE_NEIGHBOURS, neighbour_number, self_excess
+
+
+@dataclass(frozen=True)
+class Density:
+    """The fluid's, all (N,): smoothing lengths, rho and the factors of their gradients (engines.terms.Density).
+
+    zeta where softening adapts; contrast where rho is of fourth order (sph.fourth_order).
+    """
+
+    smoothing_length: Any
+    density: Any
+    grad_h: Any
+    zeta: Any | None = None
+    contrast: Any | None = None
 
 
 def weight_pair(xp, W_i):
@@ -91,9 +106,10 @@ def density(
     if length is not None:
         xp, fields = engine.xp, {"mass": mass, "position": position, "smoothing_length": 0.0 * guess + length}
         rho = engine.neighbour_sums(arrangement, kernel, (WEIGHT,), fields, **chosen)["density"]["density"]
-        return Density(xp.zeros_like(rho) + length, rho, xp.ones_like(rho), None)
+        return Density(xp.zeros_like(rho) + length, rho, xp.ones_like(rho))
     if not KERNELS[kernel].self_excess:
-        return engine.density(arrangement, kernel, position, mass, guess, eta, tolerance, softening, **chosen)
+        plain = engine.density(arrangement, kernel, position, mass, guess, eta, tolerance, softening, **chosen)
+        return Density(plain.smoothing_length, plain.density, plain.grad_h, plain.zeta)
     excess = self_excess(KERNELS[kernel], eta)
     solved = engine.density(
         arrangement, kernel, position, mass, guess, wanted(kernel, eta) ** (1.0 / 3.0), tolerance, softening, **chosen
@@ -102,6 +118,6 @@ def density(
     quantities = (mass, solved.smoothing_length, solved.density, solved.grad_h)
     if solved.zeta is None:
         rho, grad_h = elementwise(xp, without_excess, *quantities, excess)
-        return Density(solved.smoothing_length, rho, grad_h, None)
+        return Density(solved.smoothing_length, rho, grad_h)
     rho, grad_h, zeta = elementwise(xp, without_excess_softened, *quantities, solved.zeta, excess)
     return Density(solved.smoothing_length, rho, grad_h, zeta)

@@ -2,8 +2,8 @@
 
 Reference: tests/lagrangian_core.py. Measured, G3 at rest, individual steps: the bounce is late by 2.7 % with 500
 particles, 0.1 % with 1000, -0.03 % with 3000 and 0.9 % with 10000; its density, that of the one densest particle, is
-4.8, 3.0, 2.5 and 1.4 % too low. With densities and gravity of second order and 74 neighbours it is 11, 6.7 and 3.0 % late, and 16, 12 and 11 %
-too dense.
+4.8, 3.0, 2.5 and 1.4 % too low. With densities and gravity of second order and 74 neighbours it is 11, 6.7 and 3.0 %
+late, and 16, 12 and 11 % too dense.
 """
 
 import json

@@ -72,7 +72,7 @@ PARTICLE_EFFECTS = tuple(kind for kind, entry in CATALOGUE.items() if "sph" in e
 TRACES = {
     "gravity": r"gravity|direct_pair|direct_far|point_pair|less_point|softening_pair|zeta_over_omega|"
     r"\bd?phi_[ij]\b|_phi\b|_dphi\b",
-    "pressure": r"pressure_pair|pressure_weight|out_pressure",
+    "pressure": r"pressure_pair|pressure_weight|out_pressure|curved_pair|curvature",
     "viscosity": r"(?<!shear_)(?<!kinematic_)viscosity|gradient_pair|trend_pair|reconstructed_pair|guarded_pair|"
     r"strain_",
     "conduction": r"conduction|relative_velocity_pair|pressure_jump_pair",

@@ -260,7 +260,7 @@ def fluid_of(block: BlockStep, active: Array | None = None) -> Fluid:
     memory = {name: rows(array, chosen) for name, array in block.state.memory.items()}
     return Fluid(
         time=np.float64(block.time), velocity=rows(more["predicted"], chosen), memory=memory,
-        kernel=block.problem.kernel, points=block.state.points, body=block.body, **dict.fromkeys(OPTIONAL) | arrays,
+        kernel=block.problem.kernel, points=block.state.points, body=block.body, **{"zeta": None, **arrays},
     )  # fmt: skip
 
 

@@ -11,14 +11,14 @@ from functools import reduce
 from typing import Any
 
 from astroinertia.engines.elementwise import added, elementwise
-from astroinertia.engines.terms import Density, PairTerm
+from astroinertia.engines.terms import PairTerm
 from astroinertia.ledger.moments import after_heating
 from astroinertia.models.sph import points
 from astroinertia.models.sph.heat import Exchange, compression, entropy_gain, exchange_of
 from astroinertia.models.sph.kick_drift import predicted
 from astroinertia.models.sph.limits import shortest, timestep_limits, total_acceleration
 from astroinertia.models.sph.state import Arrangement, Problem, Rates, State
-from astroinertia.sph.density import density, own_share
+from astroinertia.sph.density import Density, density, own_share
 from astroinertia.sph.fluid import Fluid
 from astroinertia.sph.fourth_order import sharpened
 
