@@ -48,7 +48,8 @@ def main() -> None:
     for folder in ("data/pictures", "tests/benchmarks/results"):
         for picture in (ROOT / folder).glob("*.png"):
             write(f"pictures/{picture.name}", picture.read_bytes())
-    write("iframe-worker.js", (ROOT / ".ci/docs/iframe-worker.js").read_bytes())
+    for name in ("iframe-worker.js", "site.css"):
+        write(name, (ROOT / ".ci/docs" / name).read_bytes())
     write("index.md", page((ROOT / "README.md").read_text(), "README.md"))
     for topic in pages.TOPICS:
         write(f"guide/{topic}.md", page(pages.page(topic), f"astroinertia/guide/{topic}.md"))

@@ -3,7 +3,7 @@
 u is the specific internal energy, and may be called specific_internal_energy. An nc file is the result of an earlier
 run, or has the columns as variables; of csv, npz, h5 and hdf5 files, columns.py tells, of snapshots of other codes
 table_gadget.py and table_phantom.py. Density, smoothing_length and pressure may be columns, too, and are passed over.
-Tests: tests/unit/sph/test_initial_particles.py, tests/unit/sph/test_table_hdf5.py,
+Tests: tests/unit/sph/test_initial_particles.py, tests/unit/storage/test_table_hdf5.py,
 tests/unit/sph/test_table_of_snapshots.py, tests/unit/sph/test_table_phantom.py.
 """
 

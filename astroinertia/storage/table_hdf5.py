@@ -4,7 +4,7 @@ The columns, such as mass, x, y, z of particles, stand at the root, or in the on
 those names, or with position and velocity of shape (N, 3) instead; or as the fields of one structured dataset, as
 astropy and PyTables write them. Other datasets are passed over. Links to other files
 are not followed.
-Tests: tests/unit/sph/test_table_hdf5.py.
+Tests: tests/unit/storage/test_table_hdf5.py.
 """
 
 from collections.abc import Iterator, Mapping
