@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from astroinertia.effects.entries import FORCE_ERROR
 from astroinertia.errors import SceneError
 from astroinertia.scene import load
 from astroinertia.scene.plan import gravity_method
@@ -20,7 +19,7 @@ _FEWEST_PARTICLES = 200  # three times the neighbours of one
 _LADDER = (1 / 27, 1 / 9, 1 / 3, 3.0)  # of the number of particles, over the scene's
 _TIMESTEP_FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
 _STEP_FACTORS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)  # of the steps in a rotation
-_FORCE_ERRORS = (1e-2, 2e-3, FORCE_ERROR, 2e-5)
+_FORCE_ERRORS = (1e-2, 2e-3, 2e-4, 2e-5)
 _TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14)
 _SMOOTHING_TOLERANCES = (1e-2, 1e-3, 1e-5, 1e-8)
 _NEIGHBOUR_FACTORS = (0.7, 1.0, 1.6)

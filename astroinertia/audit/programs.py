@@ -8,7 +8,6 @@ import jax.numpy as jnp
 
 from astroinertia.build.sph import engine_of
 from astroinertia.scene.schema import Scene
-from astroinertia.sph.kernels import KERNELS
 
 
 def traced(scene: Scene, evolution: Any) -> Any:
@@ -28,7 +27,7 @@ def _particles(evolution: Any) -> Any:
     from astroinertia.models.sph.step import step
 
     problem, state = evolution.problem, jax.tree.map(jnp.asarray, evolution.state)
-    engine = engine_of("xla", "float64", KERNELS[problem.kernel])
+    engine = engine_of("xla", "float64", problem.kernel)
     problem = replace(problem, engine=engine)
     pairs = engine.arrange(state.position, state.smoothing_length)[1]
     arrangement = arranged(problem, pairs, state)

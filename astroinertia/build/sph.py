@@ -22,7 +22,7 @@ from astroinertia.models.sph.sorting import arranged
 from astroinertia.models.sph.state import Problem, State, member_key
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
-from astroinertia.sph.kernels import KERNELS, Kernel
+from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.table import MAX_PARTICLES
 from astroinertia.units import CodeUnits
 
@@ -136,18 +136,18 @@ def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tupl
         acceleration_factor=numerics.acceleration_factor,
         energy_factor=numerics.energy_factor,
         max_timestep=longest,
-        engine=_in_box(scene, units, engine_of(numerics.engine, numerics.precision, KERNELS[numerics.kernel])),
+        engine=_in_box(scene, units, engine_of(numerics.engine, numerics.precision, numerics.kernel)),
         kernel=numerics.kernel,
         smoothing_tolerance=numerics.smoothing_tolerance,
     )
     return problem, initial
 
 
-def engine_of(name: str, precision: str, kernel: Kernel) -> Any:
+def engine_of(name: str, precision: str, kernel: str) -> Any:
     """The engine of that name, importing no other; the one that lists neighbours is given the reach of the kernel."""
     module = importlib.import_module(f"astroinertia.engines.{name}")
     if name == "xla":
-        return module.Engine(precision=precision, support=kernel.support)
+        return module.Engine(precision=precision, support=KERNELS[kernel].support)
     return module.Engine(precision=precision)
 
 
