@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.heat_exchange import changing_time
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
 
@@ -118,11 +119,3 @@ class Cooling(Effect):
             return None
         gain, decay = self.exchange(xp, fluid)
         return elementwise(xp, changing_time, fluid.smoothing_length, fluid.thermal_energy, gain, decay)[0]
-
-
-def changing_time(xp, h, energy, gain, decay):
-    """u/|du/dt| of matter that cools; of matter that is heated, the time in which that moves it by h, besides."""
-    rate = gain - decay * energy
-    size = xp.maximum(xp.abs(rate), 1e-100)
-    spread = xp.where(rate > 0.0, xp.power(h * h / size, 1.0 / 3.0), 0.0)
-    return (energy / size + spread,)

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from astroinertia.effects.cooling import changing_time
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.heat_exchange import changing_time
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
 

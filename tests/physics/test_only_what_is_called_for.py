@@ -165,6 +165,8 @@ ALONGSIDE = {
     "companions": {"astroinertia.gravity.point_masses"},
     "sinks": {"astroinertia.gravity.point_masses", "astroinertia.gravity.sinks"},
     "viscosity": {"astroinertia.effects.gradients"},
+    "cooling": {"astroinertia.effects.heat_exchange"},
+    "neutrino_loss": {"astroinertia.effects.heat_exchange"},
 }
 PLAIN = (
     "affine_parts",
