@@ -93,9 +93,18 @@ def damped(xp, inward, approach, i: Side, j: Side):
     """Push, heat and signal velocity of a pair that comes together at `inward` <= 0, `approach` of which is damped."""
     quadratic = (i.viscosity_quadratic + j.viscosity_quadratic) * approach
     drag = 0.5 * (i.viscosity_linear + j.viscosity_linear - quadratic)
-    # Pi_ij times the mean slope of the kernels: both factors are <= 0, so that the push is outwards, the heat positive.
-    push = drag * approach * (i.dW + j.dW) / (i.density + j.density)
-    return -push, 0.5 * push * -inward, 0.5 * (i.sound_speed + j.sound_speed) - inward + drag
+    inverse = 1.0 / (i.density + j.density)
+    mine = share(xp, i.density * inverse, j.density * inverse)
+    other = share(xp, j.density * inverse, i.density * inverse)
+    # Pi_ij times the slope of the kernel: both factors are <= 0, so that the push is outwards, the heat positive.
+    push = 2.0 * drag * approach * inverse * (mine * i.dW + other * j.dW)
+    return -push, other * push * -inward, 0.5 * (i.sound_speed + j.sound_speed) - inward + drag
+
+
+def share(xp, mine, other):
+    """a^2/(a^2 + b^2) where a + b = 1, so that the squares neither overflow nor vanish together."""
+    square = mine * mine
+    return square / (square + other * other)
 
 
 def gradient_pair(xp, dW_i):
@@ -197,12 +206,16 @@ def crossing_time(xp, h, signal):
 @pytree
 @dataclass(frozen=True, eq=False)
 class Viscosity(Effect):
-    """a_i = -sum_j m_j Pi_ij (dW_i + dW_j)/2 rhat, du_i/dt = 1/2 sum_j m_j Pi_ij v_r (dW_i + dW_j)/2 >= 0.
+    """a_i = -sum_j m_j Pi_ij dW_ij rhat, du_i/dt = q_j sum_j m_j Pi_ij v_r dW_ij >= 0, dW_ij = q_i dW_i + q_j dW_j.
 
     Pi_ij = (-[alpha c] w + [beta alpha] w^2)/[rho] where w = v_r < 0, else 0, with [.] the mean over the pair
     (Monaghan 1997, JCP 136, 298, in signal-velocity form; beta is in units of alpha, and 4 by default: with 2 the
     particles behind the strong shock of Evrard's collapse keep a fifth of the kinetic energy as noise). Work and
     heating cancel exactly for the velocities that the pair is evaluated with.
+
+    q_i = rho_i^2/(rho_i^2 + rho_j^2): the kernel is mostly that of the denser side and the heat mostly that of the
+    other, which falls into the shock. With q = 1/2, Monaghan's means, gas ahead of a shock feels it through its own
+    wide kernel, long before it arrives: a shock is wider, and where the flow converges it heats too much by as much.
 
     switch "cullen_dehnen": alpha follows Cullen & Dehnen (2010, MNRAS 408, 669). Where the flow begins to converge it
     jumps to min(alpha_max, s/c^2), s = (2 h)^2 xi max(0, -d(div v)/dt) (their eqs. 13 and 18; the minimum is that of
