@@ -123,12 +123,19 @@ def test_an_ellipsoid_converges_at_full_size(family: str, result) -> None:
     assert order(counts, [errors[count]["I_zz"] for count in counts]) >= 1.0
 
 
+def test_shocks_of_evrards_cloud_do_not_heat_the_gas_ahead_of_them() -> None:
+    """1000 particles: the peaks were 17.3 and 21.5 % low when measured, 20.4 and 24.7 % low with Monaghan's means."""
+    peaks = evrard_peaks(1000)
+    assert abs(peaks["kinetic_energy_error"]) < 0.185, peaks
+    assert abs(peaks["internal_energy_error"]) < 0.230, peaks
+
+
 @pytest.mark.full
 def test_evrards_cloud_collapses_and_bounces() -> None:
-    """3000 particles: the kinetic peak was 13.5 % low and the thermal one 16.4 % low when measured."""
+    """3000 particles: the kinetic peak was 12.1 % low and the thermal one 14.9 % low when measured."""
     peaks = evrard_peaks(3000)
-    assert abs(peaks["kinetic_energy_error"]) < 0.17, peaks
-    assert -0.20 < peaks["internal_energy_error"] < 0.0, peaks
+    assert abs(peaks["kinetic_energy_error"]) < 0.14, peaks
+    assert -0.17 < peaks["internal_energy_error"] < 0.0, peaks
     assert abs(peaks["kinetic_energy_time_error"]) < 0.04, peaks
     assert abs(peaks["internal_energy_time_error"]) < 0.03, peaks
     assert peaks["energy_error"] < 0.01, peaks
