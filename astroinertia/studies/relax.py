@@ -18,7 +18,7 @@ from astroinertia.models.sph.evaluate import potential_energies
 from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.state import Problem, State
 from astroinertia.sph import profiles
-from astroinertia.sph.kernels import KERNELS
+from astroinertia.sph.kernels import KERNELS, eta_for_neighbours
 from astroinertia.sph.placement import place
 
 _STABLE_GAMMA = 5 / 3
@@ -42,12 +42,19 @@ def gas_of_polytrope(index: float, count: int) -> tuple[gases.Ideal, np.ndarray]
     return gases.ideal(gamma), star.entropy_function((np.arange(count) + 0.5) / count, gamma)
 
 
-def polytrope_problem(index: float, count: int, kernel: str = "quintic", precision: str = "float64") -> Problem:
-    """The physics of a polytrope on its own: gravity and the pressure of the gas that holds it up."""
+def polytrope_problem(
+    index: float, count: int, kernel: str = "quintic", precision: str = "float64", order: str = "second",
+    neighbours: float | None = None,
+) -> Problem:  # fmt: skip
+    """The physics of a polytrope on its own: gravity and the pressure of the gas that holds it up.
+
+    order: of the errors of density and gravity in the smoothing length; neighbours: their number, the kernel's own if
+    not given.
+    """
     return Problem(
-        effects=(catalogue.build("gravity"), catalogue.build("pressure")),
+        effects=tuple(catalogue.build(kind, {"order": order}) for kind in ("gravity", "pressure")),
         equation_of_state=gas_of_polytrope(index, count)[0],
-        eta=KERNELS[kernel].eta,
+        eta=KERNELS[kernel].eta if neighbours is None else eta_for_neighbours(KERNELS[kernel], neighbours),
         engine=numba_cpu.Engine(precision=precision),
         kernel=kernel,
         smoothing_tolerance=1e-6,
@@ -63,6 +70,8 @@ def relaxed_polytrope(
     placement: str = "glass",
     seed: int = 1,
     precision: str = "float64",
+    order: str = "second",
+    neighbours: float | None = None,
     **options: Any,
 ) -> xr.Dataset:
     """Return a polytrope of so many particles at equilibrium, at rest or in rotation, and what it is worth.
@@ -73,7 +82,7 @@ def relaxed_polytrope(
     NumericalError where no equilibrium is reached.
     """
     star, profile = Polytrope(index), profiles.polytrope(index)
-    problem = polytrope_problem(index, particles, kernel, precision)
+    problem = polytrope_problem(index, particles, kernel, precision, order, neighbours)
     position, mass = place(profile, particles, placement, seed), np.full(particles, 1 / particles)
     entropy = np.empty(particles)
     entropy[np.argsort(np.linalg.norm(position, axis=1), kind="stable")] = gas_of_polytrope(index, particles)[1]
