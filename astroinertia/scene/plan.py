@@ -14,7 +14,7 @@ from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.resolution import resolved
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
-from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number
+from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number, rising_neighbours
 from astroinertia.units import Dimension, si_unit
 
 UNCHOSEN = (
@@ -104,7 +104,10 @@ def smoothing(scene: Scene) -> tuple[float, float]:
     """Smoothing length over particle spacing (eta), and the mean neighbour number that goes with it."""
     numerics, kernel = scene.numerics, KERNELS[scene.numerics.kernel]
     eta = kernel.eta if numerics.eta is None else numerics.eta
-    if numerics.neighbours is not None:
+    if numerics.neighbours == "rising":
+        assert scene.particles is not None  # the schema asks for it
+        eta = eta_for_neighbours(kernel, rising_neighbours(kernel, scene.particles))
+    elif numerics.neighbours is not None:
         eta = eta_for_neighbours(kernel, numerics.neighbours)
     return eta, neighbour_number(kernel, eta)
 

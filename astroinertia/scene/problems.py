@@ -10,6 +10,7 @@ from astroinertia.scene.dimensional import described
 from astroinertia.units import shown
 
 Path = tuple[str | int, ...]
+NUMBER_OR_WORD = ("constrained-float", "literal['rising']")  # how pydantic names what a value may be
 
 
 class Problem(Exception):
@@ -142,7 +143,7 @@ def _without_tags(loc: tuple[str | int, ...], kinds: dict[str, Any]) -> tuple[Pa
         return (*loc[:tag], *loc[tag + 1 :]), names[1]
     if len(loc) > 1 and loc[0] == "units":
         return (loc[0], *(part for part in loc[1:] if part != "Units")), None
-    return loc, None
+    return tuple(part for part in loc if part not in NUMBER_OR_WORD), None
 
 
 def _model_at(model: type[BaseModel], loc: Path, kind: str | None, kinds: dict[str, Any]) -> type[BaseModel] | None:

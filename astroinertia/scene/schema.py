@@ -15,15 +15,22 @@ from astroinertia.effects.entries import Entry
 from astroinertia.scene.bodies import KINDS, AnyBody
 from astroinertia.scene.box import Box
 from astroinertia.scene.companions import MOST_COMPANIONS, Companion, Orbits, check_names
-from astroinertia.scene.dimensional import Duration, Length, Mass
+from astroinertia.scene.dimensional import Duration, Length, Mass, described
 from astroinertia.scene.fluids import AnyEquationOfState, Part, as_tuple
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.places import MOST_BODIES, Orbit
 from astroinertia.scene.regions import MOST_REGIONS, REGION_NAME, Region
+from astroinertia.sph.kernels import KERNELS, rising_neighbours
 
 MOST_RECORDS = 1e6  # a record holds some hundreds of numbers
 MOST_SNAPSHOTS = 1e5
 MOST_STEPS = 1e10
+
+
+def _number_or_rising(value: Any) -> Any:
+    if isinstance(value, str) and value != "rising":
+        raise ValueError(f'must be a number, or "rising", not {described(value)}.')
+    return value
 
 
 class Numerics(Part):
@@ -45,8 +52,12 @@ class Numerics(Part):
         default=None,
         description="smoothing length over particle spacing; without it, what is recommended for the kernel",
     )
-    neighbours: Annotated[float, Field(ge=20.0, le=1000.0)] | None = Field(
-        default=None, description="mean number of neighbours, another way to give eta"
+    neighbours: Annotated[
+        Annotated[float, Field(ge=20.0, le=1000.0)] | Literal["rising"] | None, BeforeValidator(_number_or_rising)
+    ] = Field(
+        default=None,
+        description="mean number of neighbours, another way to give eta; rising: the kernel's own times the square root "
+        "of the number of particles over 1000, with which sums over neighbours converge, too",
     )
     smoothing_tolerance: Annotated[float, Field(ge=1e-15, le=1e-2)] = Field(
         default=1e-8, description="relative tolerance of the smoothing lengths"
@@ -239,8 +250,13 @@ class Scene(Part):
         return self.accuracy is not None and self.settings == "chosen" and self.model != "scaling"
 
     def alone(self) -> tuple[Self, ...]:
-        """The scene of each body as if there were no other."""
-        return tuple(self.model_copy(update={"body": body, "bodies": ()}) for body in self.bodies) or (self,)
+        """The scene of each body as if there were no other, with as many neighbours as all together have."""
+        numerics = self.numerics
+        if self.bodies and numerics.neighbours == "rising" and self.particles is not None:
+            neighbours = rising_neighbours(KERNELS[numerics.kernel], self.particles)
+            numerics = numerics.model_copy(update={"neighbours": neighbours})
+        update = {"bodies": (), "numerics": numerics}
+        return tuple(self.model_copy(update=update | {"body": body}) for body in self.bodies) or (self,)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -253,6 +269,8 @@ class Scene(Part):
             if value is not None and self.time.end > most * value:
                 raise ValueError(f"[{table}] {key} divides the run into more than {most:.0e} parts; make it longer.")
         check_names(self.companions)
+        if self.numerics.neighbours == "rising" and self.particles is None:
+            raise ValueError('[numerics] neighbours = "rising" needs bodies with a number of particles; give one here.')
         for alone in self.alone():
             alone._has_what_its_model_needs(self)
         self._has_bodies_in_their_places()

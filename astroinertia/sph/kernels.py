@@ -36,6 +36,8 @@ from astroinertia.sph.kernel_softening import (
     wendland_c6_softening,
 )
 
+PARTICLES_OF_OWN_NUMBER = 1000.0  # from which on numbers of neighbours may rise
+MOST_NEIGHBOURS = 1000.0  # to which they may
 OWN_SHARE_NEIGHBOURS = (45.0, 60.0, 74.0, 100.0, 137.0, 200.0, 300.0)
 """Mean numbers of neighbours that own_share of a kernel is for."""
 
@@ -75,6 +77,16 @@ def neighbour_number(kernel: Kernel, eta: float) -> float:
 def eta_for_neighbours(kernel: Kernel, neighbours: float) -> float:
     """The eta that gives a mean neighbour number: the inverse of `neighbour_number`."""
     return (3.0 * neighbours / (4.0 * math.pi)) ** (1.0 / 3.0) / kernel.support
+
+
+def rising_neighbours(kernel: Kernel, particles: int) -> float:
+    """The neighbour number with which sums over neighbours converge as particles do, from 1000 particles on.
+
+    The kernel's own times (N/1000)^(1/2), at most 1000: the smoothing length falls as N^(-1/6), so that smoothing and
+    the noise of the sums fall together (Zhu, Hernquist & Li 2015, ApJ 800, 6).
+    """
+    growth = max(1.0, particles / PARTICLES_OF_OWN_NUMBER) ** 0.5
+    return min(MOST_NEIGHBOURS, growth * neighbour_number(kernel, kernel.eta))
 
 
 def self_excess(kernel: Kernel, eta: float) -> float:

@@ -277,6 +277,18 @@ def test_neighbours_and_eta_are_two_ways_to_say_one_thing():
     assert "keep one" in refusal("numerics={eta=1.2, neighbours=60}")
 
 
+def test_neighbours_rise_with_the_root_of_the_number_of_particles():
+    """Four times the particles have twice the neighbours; bodies of one scene share its number, few keep the kernel's."""
+    numbers = [
+        smoothing(loads(SCENE, ["numerics.neighbours=rising", f"body.particles={count}"]))[1]
+        for count in (400, 1000, 4000, 16_000, 10_000_000)
+    ]
+    own = smoothing(loads(SCENE))[1]
+    assert numbers == pytest.approx([own, own, 2 * own, 4 * own, 1000.0])
+    assert "rising" in refusal("numerics.neighbours=growing")
+    assert "20" in refusal("numerics.neighbours=5")
+
+
 def test_entropy_has_the_dimension_of_its_equation_of_state():
     ideal = ["equation_of_state={kind='ideal', gamma=2}"]
     scene = loads(SCENE, [*ideal, "body.entropy=3 m5 kg-1 s-2"])
