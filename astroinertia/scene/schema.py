@@ -56,8 +56,8 @@ class Numerics(Part):
         Annotated[float, Field(ge=20.0, le=1000.0)] | Literal["rising"] | None, BeforeValidator(_number_or_rising)
     ] = Field(
         default=None,
-        description="mean number of neighbours, another way to give eta; rising: the kernel's own times the square root "
-        "of the number of particles over 1000, with which sums over neighbours converge, too",
+        description="mean number of neighbours, another way to give eta; rising: the kernel's own times the square "
+        "root of the number of particles over 1000, with which sums over neighbours converge, too",
     )
     smoothing_tolerance: Annotated[float, Field(ge=1e-15, le=1e-2)] = Field(
         default=1e-8, description="relative tolerance of the smoothing lengths"

@@ -127,7 +127,7 @@ UNBIASED = ('effects.pressure.order="fourth"', 'numerics.neighbours="rising"')
 
 
 def test_a_toy_star_converges_with_rising_neighbours() -> None:
-    """Measured at 1000 and 3000 particles: I_zz 0.0089 and 0.0059, axes 0.036 and 0.020, where second order has 0.036."""
+    """Measured at 1000 and 3000 particles: I_zz 0.0089 and 0.0059, axes 0.036 and 0.020; second order: I_zz 0.036."""
     coarse, fine = (ellipsoid_errors("toy_star", count, *UNBIASED) for count in (1000, 3000))
     assert coarse["I_zz"] < 0.013
     assert fine["I_zz"] < 0.009

@@ -8,7 +8,8 @@ gravity and by 2e-5 with multipoles, and the share of L in the inner half of the
 Differential rotation is evened out: shear stirs the particles, whose disorder carries angular momentum outwards. The
 inner half of a star with j constant outside one radius loses 14 % of its share of L in 2.7 turns with 1000 particles
 (15 % with 500), and just as much without viscosity. More neighbours keep it: with 3000 particles it loses 13 % with 74
-neighbours, 6.4 % with 150 and 3.1 % with 300. Densities of fourth order, whose sums are noisier, lose half as much again.
+neighbours, 6.4 % with 150 and 3.1 % with 300. Densities of fourth order, whose sums are noisier, lose half as much
+again.
 """
 
 from pathlib import Path
@@ -111,7 +112,7 @@ def test_a_star_at_rest_stays_and_rings_when_kicked() -> None:
 
 
 def test_neighbours_keep_the_angular_momentum_of_a_star_in_differential_rotation_in_its_place() -> None:
-    """500 particles for 20 dynamical times: the inner half lost 5.3 % with 300 neighbours when measured, 15 % with 74."""
+    """500 particles for 20 dynamical times: the inner half lost 5.3 % with 300 neighbours, 15 % with 74."""
     stay = stayed(20.0, "body.particles=500", "numerics.neighbours=300", *DIFFERENTIAL)
     assert stay.angular_momentum < 1e-13
     assert 0 < 1 - stay.inner_share[1] / stay.inner_share[0] < 0.08

@@ -278,7 +278,7 @@ def test_neighbours_and_eta_are_two_ways_to_say_one_thing():
 
 
 def test_neighbours_rise_with_the_root_of_the_number_of_particles():
-    """Four times the particles have twice the neighbours; bodies of one scene share its number, few keep the kernel's."""
+    """Four times the particles have twice the neighbours; few particles keep the kernel's own number."""
     numbers = [
         smoothing(loads(SCENE, ["numerics.neighbours=rising", f"body.particles={count}"]))[1]
         for count in (400, 1000, 4000, 16_000, 10_000_000)
