@@ -143,7 +143,8 @@ def _fluid(
         heat = 0.0
     else:
         # The pressure of equilibrium has the integral -W/3 over the volume of the sphere (the virial theorem).
-        heat = -(body.pressure_fraction or 1.0) * _sphere_energy(scene, initial) / (3 * (gamma - 1))
+        share = (body.pressure_fraction or 1.0) * body.support
+        heat = -share * _sphere_energy(scene, initial) / (3 * (gamma - 1))
     thermal = Matter(mass, density, None if chosen.kind == "ideal" else fluid, gamma)
     return (
         (replace(thermal, shell_mass=mass[:1], shell_density=density[:1]) if thermal.cold is None else thermal),

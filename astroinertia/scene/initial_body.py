@@ -193,6 +193,8 @@ class Body(Part):
     """Whether it can fill a periodic box."""
     laid_out: ClassVar[bool] = True
     """Whether particles are laid out by its `placement`."""
+    homologous: ClassVar[bool] = False
+    """Whether it falls homologously, with a flow and a pressure of its own."""
     rotates_itself: ClassVar[bool] = False
     """Whether it turns without a table `rotation`."""
 
@@ -288,6 +290,15 @@ class Body(Part):
     def central(self, mass: float, radius: float) -> tuple[float, float] | None:
         """Pressure and density at the centre where they have a closed form (G = 1)."""
         return None
+
+    def expansion(self, mass: float, radius: float, gravitational_constant: float = 1.0) -> float:
+        """The rate of a flow away from its centre that it has by itself, v/r."""
+        return 0.0
+
+    @property
+    def support(self) -> float:
+        """Its pressure over that of equilibrium, before any pressure_fraction."""
+        return 1.0
 
     def own_timestep(self, scene: Any, eta: float) -> float | None:
         """The step of the whole run, where the problem alone says it."""
