@@ -188,6 +188,9 @@ def _approximation(scene: Scene) -> str:
     fluid: Any = scene.equation_of_state
     law = None if body.rotation is None else body.rotation.law
     reasons = []
+    falls = body.homologous and listed == {"gravity", PRESSURE} and law is None and set(body.axes) == {1.0}
+    if falls and fluid.kind in ("ideal", "polytropic") and abs(fluid.gamma - 4.0 / 3.0) < 1e-12:
+        return "exact: pressure and gravity leave an acceleration that is linear in position"
     if "gravity" in listed and not body.homogeneous:
         reasons.append("the density is not uniform")
     if PRESSURE in listed:

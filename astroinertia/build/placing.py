@@ -27,6 +27,7 @@ from astroinertia.units import CodeUnits
 # Smoothing and the surface leave this much of the density at 4000 particles; the error falls as N^-1/3.
 _DENSITY_ERROR = 0.12
 _LAYERED_DENSITY_ERROR = 0.2  # more where the density jumps, which smoothing spreads over a few layers of particles
+_FALLING_DENSITY_ERROR = 0.2  # a gas of exponent 4/3 yields to what smoothing does
 _FALLING_RESIDUAL = 5e-4  # of gravity, in a collapse, which lets what is left of the noise grow
 _STABLE_GAMMA = 5.0 / 3.0  # of the gas in which bodies settle, at least
 
@@ -172,7 +173,7 @@ def _settled_core(
         np.full_like(mass, core.constant),
         lambda enclosed: initial.density(initial.profile.radius(enclosed / initial.mass)),
         tolerances=relaxation.Tolerances(
-            residual=_FALLING_RESIDUAL, density_error=_density_error(_DENSITY_ERROR, len(mass))
+            residual=_FALLING_RESIDUAL, density_error=_density_error(_FALLING_DENSITY_ERROR, len(mass))
         ),
         infall=core.deceleration,
     )  # fmt: skip

@@ -162,6 +162,15 @@ class HomologousCoreBody(_Sized):
         core = self.core(1.0, 1.0)
         return -core.internal_energy / core.gravitational_energy
 
+    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+        """With the end of its collapse."""
+        core = self.core(self.mass, self.radius, gravitational_constant)
+        lines = super().describe(scene, gravitational_constant, shown)
+        rate = (
+            "nothing draws it in" if math.isinf(core.collapse_time) else f"over at {shown(core.collapse_time, 'time')}"
+        )
+        return [*lines, ("collapse", f"starts {'from ' * (self.start == 'rest')}{self.start}", rate)]
+
     def check(self, scene: Any) -> None:
         """Particles settle to its flow with entropies of their own."""
         super().check(scene)

@@ -33,6 +33,7 @@ def characteristic(scene: Scene) -> Characteristic:
         "bodies": max(1, len(scene.bodies)),
         "touching": bool(scene.bodies) or body.composite,
         "rate_needs_gravity": scene.model == "rigid" and getattr(body.rotation, "t_over_w", None) is not None,
+        "homologous": body.homologous,
         "gamma": MONATOMIC if fluid is None else fluid.first_gamma,
         "expansion": _expansion(body) + (body.expansion(body.mass, body.radius, constant) if body.homologous else 0.0),
     }

@@ -353,6 +353,7 @@ class Body(Part):
         ]
         if scene.model == "sph":
             settles = self.relax and {"gravity", "pressure"} <= set(scene.effects)
-            why = "settled to equilibrium first" if settles else "not settled first"
+            to = "its collapse" if self.homologous else "equilibrium"
+            why = f"settled to {to} first" if settles else "not settled first"
             lines.append(("placement", self.placement, f"seed {self.seed}, {why}"))
         return lines

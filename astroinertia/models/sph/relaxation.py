@@ -10,10 +10,10 @@ about critically at ten thousand particles, and the motion is quenched whenever 
 time step of its own, so that a dense centre does not hold up the envelope. The centre of mass is held, for steps that
 differ push on it.
 
-A homologous collapse (bodies.homologous_core), x'' = -k x at first, is an equilibrium of f a_pressure + a_gravity + k x.
-Its gas of exponent 4/3 has no size of its own: the descent keeps the rms radius, and at every step takes the factor f of
-all pressures at which the virial sum m x . a of that vanishes. Particles that are let go with entropies f A then
-collapse as the exact body does, as long as their noise allows.
+A homologous collapse (bodies.homologous_core), x'' = -k x at first, is an equilibrium of f a_pressure + a_gravity +
+k x. Its gas of exponent 4/3 has no size of its own: the descent keeps the rms radius, and at every step takes the
+factor f of all pressures at which the virial sum m x . a of that vanishes. Particles that are let go with entropies f A
+then collapse as the exact body does, as long as their noise allows.
 """
 
 import math
@@ -121,9 +121,9 @@ def relax(
     """Return the body at equilibrium under the problem's pressure and gravity; NumericalError where there is none.
 
     mass (N,), position (N, 3), entropy (N,), in code units; target_density(m) is the density on the shell that encloses
-    the mass m; material (N,), where the equation of state has several; infall: the k of a homologous collapse, for which
-    the report has the factor of the entropies. Entropies stay with their particles. The outcome is kept in the user's
-    cache.
+    the mass m; material (N,), where the equation of state has several; infall: the k of a homologous collapse, for
+    which the report has the factor of the entropies. Entropies stay with their particles. The outcome is kept in the
+    user's cache.
     """
     key = cache.content_key(
         mass=mass, position=position, entropy=entropy, rotation=None if rotation is None else asdict(rotation),
