@@ -1,8 +1,9 @@
 """The exact answer to a scene, where there is one: recognised from the scene itself, by another route than its models.
 
-Ellipsoids with a linear velocity (affine_exact), the frequency of a polytrope's radial pulsation (a Rayleigh-Ritz
-calculation of its modes), free tops (Jacobi's closed form), a body under the torques of companions (REBOUND's
-Gragg-Bulirsch-Stoer method, on equations of its own). Tests: tests/unit/accuracy/test_exact.py.
+Ellipsoids with a linear velocity (affine_exact), a homologous collapse (bodies.homologous_core), the frequency of a
+polytrope's radial pulsation (a Rayleigh-Ritz calculation of its modes), free tops (Jacobi's closed form), a body under
+the torques of companions (REBOUND's Gragg-Bulirsch-Stoer method, on equations of its own). Tests:
+tests/unit/accuracy/test_exact.py.
 """
 
 from collections.abc import Mapping
@@ -17,6 +18,7 @@ from astroinertia.build.spheres import Sphere, sphere, stretch
 from astroinertia.build.spin import rigid_moments, rotation_amount, rotation_axis
 from astroinertia.rotation import free_attitude, free_top
 from astroinertia.rotation.attitude import attitude_of_quaternion, nearest_rotation, quaternion
+from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.profiles import ellipsoid_gravitational_energy
@@ -31,6 +33,7 @@ _DIMENSIONS = {
     "frequency of inertia_tensor": "angular_velocity",
 }
 _CLOSED = 1e-14  # what rounding leaves of a closed form
+_PROFILE = 1e-11  # error of the profile of a homologous collapse, and of its rate
 _ROUNDED = 2.0**-52  # of the rate of a figure, whose angle then errs by so much for every radian
 _SMALL_PULSATION = 0.05  # departure from equilibrium up to which a pulsation is taken for a linear one
 _LOOSER = 10.0  # factor of REBOUND's tolerance by which its own error is found
@@ -75,7 +78,11 @@ def _physical(scene: Scene) -> set[str]:
 
 def _fluid(scene: Scene, units: CodeUnits) -> Exact | None:
     body = scene.body
-    if not (body.homogeneous or body.isentropic or body.polytropic_index) or scene.companions:
+    if scene.companions:
+        return None
+    if body.homologous:
+        return _collapse(scene, units)
+    if not (body.homogeneous or body.isentropic or body.polytropic_index):
         return None
     initial = sphere(scene, units)
     return _ellipsoid(scene, units, initial) or _pulsation(scene, initial)
@@ -187,6 +194,34 @@ def _flow(scene: Scene, units: CodeUnits, initial: Sphere, start: np.ndarray) ->
         assert energy is not None  # rotation_amount has seen to it
         value = np.sqrt(2.0 * value * abs(energy) / about)
     return gradient + value * np.cross(np.eye(3), axis)  # rows: e_k x n, so that v = (n x) x
+
+
+def _collapse(scene: Scene, units: CodeUnits) -> Exact | None:
+    """Goldreich and Weber's collapse, while there is a body left."""
+    body: Any = scene.body
+    fluid: Any = scene.equation_of_state
+    if _physical(scene) != {"gravity", "pressure"} or fluid is None or fluid.kind not in ("ideal", "polytropic"):
+        return None
+    others = (
+        "pressure_fraction",
+        "entropy",
+        "specific_internal_energy",
+        "velocity_gradient",
+        "rotation",
+        "perturbation",
+    )
+    if any(getattr(body, name) is not None for name in others) or set(body.axes) != {1.0}:
+        return None
+    if abs(fluid.gamma - 4.0 / 3.0) > _CLOSED or getattr(fluid, "constant", FROM_BODY) != FROM_BODY:
+        return None
+    core = body.core(units.to_code(body.mass, "mass"), units.to_code(body.radius, "length"))
+    end = units.to_code(scene.time.end, "time")
+    if end >= core.collapse_time:
+        return None
+    tensor = float(core.moment_at(end)) * np.eye(3)
+    source = "homologous collapse of Goldreich and Weber in closed form in time (bodies.homologous_core)"
+    accuracy = _PROFILE / (1.0 - end / core.collapse_time)
+    return Exact({"inertia_tensor": tensor, "second_moment": 0.5 * tensor}, source, accuracy)
 
 
 def _pulsation(scene: Scene, initial: Sphere) -> Exact | None:

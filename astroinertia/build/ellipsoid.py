@@ -143,7 +143,8 @@ def _fluid(
         heat = 0.0
     else:
         # The pressure of equilibrium has the integral -W/3 over the volume of the sphere (the virial theorem).
-        heat = -(body.pressure_fraction or 1.0) * _sphere_energy(scene, initial) / (3 * (gamma - 1))
+        share = (body.pressure_fraction or 1.0) * body.support
+        heat = -share * _sphere_energy(scene, initial) / (3 * (gamma - 1))
     thermal = Matter(mass, density, None if chosen.kind == "ideal" else fluid, gamma)
     return (
         (replace(thermal, shell_mass=mass[:1], shell_density=density[:1]) if thermal.cold is None else thermal),
@@ -187,6 +188,9 @@ def _approximation(scene: Scene) -> str:
     fluid: Any = scene.equation_of_state
     law = None if body.rotation is None else body.rotation.law
     reasons = []
+    falls = body.homologous and listed == {"gravity", PRESSURE} and law is None and set(body.axes) == {1.0}
+    if falls and fluid.kind in ("ideal", "polytropic") and abs(fluid.gamma - 4.0 / 3.0) < 1e-12:
+        return "exact: pressure and gravity leave an acceleration that is linear in position"
     if "gravity" in listed and not body.homogeneous:
         reasons.append("the density is not uniform")
     if PRESSURE in listed:

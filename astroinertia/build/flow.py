@@ -20,12 +20,20 @@ def initial_velocity(
     return linear_flow(scene, units, position) + rotation_flow(scene, units, initial, mass, position)
 
 
+def own_expansion(scene: Scene, units: CodeUnits) -> float:
+    """The rate v/r of a body's own flow, negative where it collapses; nothing for most."""
+    body: Any = scene.body
+    if not body.homologous:
+        return 0.0
+    return body.expansion(units.to_code(body.mass, "mass"), units.to_code(body.radius, "length"))
+
+
 def linear_flow(scene: Scene, units: CodeUnits, position: np.ndarray) -> np.ndarray:
-    """Velocities (N, 3) of the scene's velocity_gradient at positions (N, 3)."""
-    gradient = scene.body.velocity_gradient
+    """Velocities (N, 3) of the scene's velocity_gradient, and of a collapse, at positions (N, 3)."""
+    own, gradient = own_expansion(scene, units) * position, scene.body.velocity_gradient
     if gradient is None:
-        return np.zeros_like(position)
-    return linear_velocity(position, units.to_code(np.array(gradient), "velocity_gradient"))
+        return own
+    return own + linear_velocity(position, units.to_code(np.array(gradient), "velocity_gradient"))
 
 
 def rotation_flow(

@@ -1,6 +1,7 @@
 """The body of a scene as particles: placed, at its temperature, turning, settled where it is asked for (code units)."""
 
 import importlib
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,8 @@ from astroinertia.units import CodeUnits
 # Smoothing and the surface leave this much of the density at 4000 particles; the error falls as N^-1/3.
 _DENSITY_ERROR = 0.12
 _LAYERED_DENSITY_ERROR = 0.2  # more where the density jumps, which smoothing spreads over a few layers of particles
+_FALLING_DENSITY_ERROR = 0.2  # a gas of exponent 4/3 yields to what smoothing does
+_FALLING_RESIDUAL = 5e-4  # of gravity, in a collapse, which lets what is left of the noise grow
 _STABLE_GAMMA = 5.0 / 3.0  # of the gas in which bodies settle, at least
 
 
@@ -63,6 +66,7 @@ def of_sphere(scene: Scene, units: CodeUnits, initial: Any, problem: Problem) ->
     mass = np.full(body.particles, initial.mass / body.particles)
     unit_sphere = place(initial.profile, body.particles, body.placement, body.seed)
     settles = body.relax and {"gravity", "pressure"} <= set(scene.effects)
+    factor = 1.0  # of the entropies
     if isinstance(initial, Star):
         where, position, velocity = _placed_star(body, initial, problem, mass, unit_sphere, settles)
     else:
@@ -70,7 +74,10 @@ def of_sphere(scene: Scene, units: CodeUnits, initial: Any, problem: Problem) ->
         settles = settles and body.settles
         stretched = stretch(body)
         if settles:
-            position, velocity = _settled_sphere(scene, units, initial, problem, mass, unit_sphere)
+            if body.homologous:
+                position, velocity, factor = _settled_core(scene, initial, problem, mass, unit_sphere)
+            else:
+                position, velocity = _settled_sphere(scene, units, initial, problem, mass, unit_sphere)
             position, velocity = position @ stretched, velocity @ stretched
         else:
             position = unit_sphere * initial.radius @ stretched
@@ -90,7 +97,7 @@ def of_sphere(scene: Scene, units: CodeUnits, initial: Any, problem: Problem) ->
         if energy is not None and body.entropy is None and body.pressure_fraction is None:
             energy = initial.shells.at(units.to_code(energy, "specific_energy"), where)
             return Particles(mass, position, velocity, None, energy)
-    return Particles(mass, position, velocity, entropies(scene, units, initial, fluid, where), None)
+    return Particles(mass, position, velocity, factor * entropies(scene, units, initial, fluid, where), None)
 
 
 def _placed_star(
@@ -150,6 +157,27 @@ def _settled_sphere(
         problem, mass, unit_sphere * initial.radius, gamma, entropy, _rotation(scene, units),
         lambda enclosed: initial.density(initial.profile.radius(enclosed / initial.mass)),
     )  # fmt: skip
+
+
+def _settled_core(
+    scene: Scene, initial: Sphere, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Positions and velocities of a homologous collapse seen from its flow, and the factor of its entropies."""
+    body: Any = scene.body
+    core = body.core(initial.mass, initial.radius)
+    exact = initial.mass * initial.radius**2 * 3 * initial.profile.second_moment
+    at = unit_sphere - unit_sphere.mean(axis=0)
+    at = at * math.sqrt(exact / np.einsum("i,ij,ij->", mass, at, at))
+    relaxed = relaxation.relax(
+        replace(_still(problem), equation_of_state=gases.ideal(4.0 / 3.0)), mass, at,
+        np.full_like(mass, core.constant),
+        lambda enclosed: initial.density(initial.profile.radius(enclosed / initial.mass)),
+        tolerances=relaxation.Tolerances(
+            residual=_FALLING_RESIDUAL, density_error=_density_error(_FALLING_DENSITY_ERROR, len(mass))
+        ),
+        infall=core.deceleration,
+    )  # fmt: skip
+    return relaxed.position, relaxed.velocity, relaxed.report.pressure
 
 
 def _settled(

@@ -12,6 +12,7 @@ from scipy.optimize import root_scalar
 from astroinertia.bodies.ellipsoid_gravity import potential_energy_tensor
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.build.effects import effects_of
+from astroinertia.build.flow import own_expansion
 from astroinertia.build.fluids import entropies, equation_of_state
 from astroinertia.build.spheres import Sphere, Star, sphere
 from astroinertia.build.spin import rigid_moments, rotation_amount, rotation_axis
@@ -141,16 +142,16 @@ def _acting(effects: tuple[Any, ...]) -> list[Any]:
 
 
 def _expansion(scene: Scene, units: CodeUnits) -> float:
-    gradient = scene.body.velocity_gradient
+    own, gradient = own_expansion(scene, units), scene.body.velocity_gradient
     if gradient is None:
-        return 0.0
+        return own
     matrix = np.asarray(gradient, dtype=float)
     rate = matrix.trace() / 3
     if np.abs(matrix - rate * np.eye(3)).max() > 1e-12 * np.abs(matrix).max():
         raise SceneError(
             "[body] velocity_gradient must be a multiple of the unit matrix for the model scaling, which keeps shapes."
         )
-    return float(units.to_code(rate, "velocity_gradient"))
+    return own + float(units.to_code(rate, "velocity_gradient"))
 
 
 def _body(scene: Scene, units: CodeUnits) -> tuple[Homologous, float]:
@@ -229,7 +230,7 @@ def _ball(scene: Scene, units: CodeUnits, initial: Sphere) -> tuple[Homologous, 
     pressure: Pressure | None = None
     if "pressure" in scene.effects and _gaseous(scene):
         density = np.maximum(profile.density(s) * initial.mass / (volume * initial.radius**3), _LEAST_DENSITY)
-        pressure = _gas(scene, units, initial, mass * initial.mass, density, s, -energy)
+        pressure = _gas(scene, units, initial, mass * initial.mass, density, s, -energy * body.support)
     scale, spin, constant = _settled(scene, units, initial, second, energy, axis)
     if "pressure" in scene.effects and pressure is None:
         if gravity is None:
@@ -293,7 +294,7 @@ def _settled(
 
     settles = body.relax and {"gravity", "pressure"} <= set(scene.effects) and _gaseous(scene) and body.change is None
     scale = 1.0
-    if settles and body.settles:
+    if settles and body.settles and body.polytropic_index:
         # As particles do: in the polytrope's own gas, or one of exponent 5/3 where its index has no stable equilibrium.
         gas = PowerLawPressure(-energy / 3, max(1 + 1 / body.index, 5 / 3))
 

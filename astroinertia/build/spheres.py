@@ -33,7 +33,7 @@ class Sphere:
     shells: Progenitor | None = None
     """Those of a stellar profile, in SI."""
     tabulated: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]] | None = None
-    """Pressure and density at s of a stellar profile that tells pressures."""
+    """Pressure and density at s of a stellar profile that tells pressures, or of a collapse."""
     radius_convention = "radius of the initial body before its axes stretch it"
 
     def density(self, s: np.ndarray) -> np.ndarray:
@@ -52,7 +52,7 @@ class Sphere:
         return np.interp(inside, nodes, above) * self.mass**2 / self.radius**4
 
     def hydrostatic(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Pressure and density at s: those of a stellar profile, or of equilibrium."""
+        """Pressure and density at s: those of a stellar profile or a collapse, or of equilibrium."""
         return (self.pressure(s), self.density(s)) if self.tabulated is None else self.tabulated(s)
 
     def densest(self) -> tuple[float, float]:
@@ -116,6 +116,19 @@ def stretched(scene: Scene, units: CodeUnits) -> Sphere:
     """The sphere of the profile that the body states."""
     body: Any = scene.body
     return Sphere(body.profile(), units.to_code(body.mass, "mass"), units.to_code(body.radius, "length"))
+
+
+def homologous(scene: Scene, units: CodeUnits) -> Sphere:
+    """The sphere of a homologous collapse, whose pressure is less than that of equilibrium."""
+    body: Any = scene.body
+    initial = stretched(scene, units)
+    core = body.core(initial.mass, initial.radius)
+
+    def tabulated(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        density = initial.density(s)
+        return core.constant * density ** (4.0 / 3.0), density
+
+    return replace(initial, tabulated=tabulated)
 
 
 def rotating(scene: Scene, units: CodeUnits) -> Star:

@@ -32,7 +32,8 @@ SHAKEN = 0.35  # of the size: to which a sphere that collapses settles after its
 class Sphere:
     """What of a body sets its course, in code units with W, H and S as above.
 
-    densest: density that particles see at the centre; sound: its speed there; gamma: of the pressure.
+    densest: density that particles see at the centre; sound: its speed there; gamma: of the pressure. speed: a' at the
+    start; smooth: whether it stays similar to itself without any shock.
     """
 
     gravity: float
@@ -43,6 +44,8 @@ class Sphere:
     sound: float
     particle_mass: float
     size: float
+    speed: float = 0.0
+    smooth: bool = False
 
 
 def steps(scene: Scene) -> float | None:
@@ -71,7 +74,7 @@ def _steps_of(scene: Scene) -> float | None:
     except AstroinertiaError:
         return None
     times, sizes = course(sphere, end)
-    if sphere.pressure > 0.0 and sphere.gamma < STABLE and sizes[-1] <= SHAKEN:
+    if sphere.pressure > 0.0 and sphere.gamma < STABLE and sizes[-1] <= SHAKEN and not sphere.smooth:
         return None  # no shock stops such a collapse: where it ends is not in this picture
     rates = np.abs(np.gradient(sizes, times)) / sizes
     step = np.minimum(longest, _steps_at(scene, sphere, sizes, rates))
@@ -110,10 +113,10 @@ def sphere_of(scene: Scene) -> Sphere:
         heat = 3.0 * body.entropy * _mean_power(profile, mass / size**3, gamma - 1.0) / square
     else:
         fraction = body.pressure_fraction or 1.0
-        heat = fraction * (weight - spin) if has_gravity else fraction * weight
+        heat = fraction * body.support * (weight - spin) if has_gravity else fraction * weight
         sound = math.sqrt(fraction * _central_sound(profile, mass / size, gamma))
     return Sphere(weight if has_gravity else 0.0, max(heat, 0.0), spin, gamma, densest, sound,
-                  mass / body.particles, size)  # fmt: skip
+                  mass / body.particles, size, body.expansion(mass, size), body.homologous)  # fmt: skip
 
 
 def _spin(scene: Scene) -> float:
@@ -150,12 +153,12 @@ def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
         return -sphere.gravity / a**2 + sphere.pressure / a**exponent + sphere.spin / a**3
 
     pace = math.sqrt(max(sphere.gravity, sphere.pressure, sphere.spin, 1e-30))
-    settled = abs(push(1.0)) < 0.02 * pace**2
+    settled = abs(push(1.0)) < 0.02 * pace**2 and not sphere.smooth
     if settled:
         return np.array([0.0, end]), np.ones(2)
     times, sizes = [0.0], [1.0]
-    time, a, speed = 0.0, 1.0, 0.0
-    least = SHAKEN if sphere.pressure > 0.0 else SMALLEST
+    time, a, speed = 0.0, 1.0, sphere.speed
+    least = SHAKEN if sphere.pressure > 0.0 and not sphere.smooth else SMALLEST
     while time < end and len(times) < MOMENTS:
         dt = min(end - time, max(0.02 * a**1.5 / pace, 1.0 / MOMENTS * end if a > least else 0.0))
         speed += 0.5 * dt * push(a)
@@ -204,7 +207,9 @@ def _steps_at(scene: Scene, sphere: Sphere, sizes: np.ndarray, rates: np.ndarray
         sound = sphere.sound * sizes ** (-1.5 * (sphere.gamma - 1.0))
         # What falls in is heated until it is as fast as it fell.
         fallen = STIRRED * np.maximum(sound, np.sqrt(sphere.gravity * sphere.size**2 / sizes))
-        signal = np.where(sizes <= SHAKEN, fallen, sound + rates * KERNELS[numerics.kernel].support * length)
+        signal = np.where(
+            (sizes <= SHAKEN) & (not sphere.smooth), fallen, sound + rates * KERNELS[numerics.kernel].support * length
+        )
         limits.append(numerics.courant * length / signal)
     pull = np.maximum(sphere.gravity, sphere.pressure) * sphere.size / sizes**2
     limits.append(numerics.acceleration_factor * np.sqrt(length / np.maximum(pull, 1e-300)))

@@ -42,7 +42,8 @@ class Characteristic:
     motion that neither swells nor shrinks the body; shear: size of the rate of strain of that motion. triple_pressure:
     3 times the volume integral of the pressure. expansion: rate at which the size grows. fallen: share of the mass that
     would be in the centre at the end if nothing held it up. deforms: the model lets the body change its size; held: the
-    pressure keeps its volume, whatever happens. bodies: how many; touching: materials meet in it, or bodies can.
+    pressure keeps its volume, whatever happens; homologous: it falls without one part passing another. bodies: how
+    many; touching: materials meet in it, or bodies can.
     weighs, presses: whether gravity and pressure act, as far as that is settled.
     """
 
@@ -72,6 +73,7 @@ class Characteristic:
     wobble: float = 0.0
     central_density: float | None = None
     fallen: float = 0.0
+    homologous: bool = False
     neighbours: tuple[Neighbour, ...] | None = ()
     pair: Pair | None = None
 

@@ -96,7 +96,7 @@ def _viscosity(body: Characteristic, options: Options) -> Found:
     mach = braked(zone, body.end) / sound if sound > 0.0 else 0.0
     periods = max(1.0, body.end * zone.frequency / (2.0 * math.pi))
     heat = min(1.0, mach) ** 2 * min(1.0, mach * periods)  # waves of Mach number m steepen within 1/m periods
-    return mach, max(within_all(heat), body.falling)
+    return mach, max(within_all(heat), 0.0 if body.homologous else body.falling)
 
 
 def _conduction(body: Characteristic, options: Options) -> Found:

@@ -19,8 +19,8 @@ from astroinertia.errors import SceneError
 
 # Kinds that are built in (scene.bodies), and `own`, which stands there for all that are not.
 TAKEN = (
-    "polytrope", "uniform", "power_law", "dyson", "rotating_star", "layered", "rigid", "table", "profile", "standard",
-    "own",
+    "polytrope", "homologous_core", "uniform", "power_law", "dyson", "rotating_star", "layered", "rigid", "table",
+    "profile", "standard", "own",
 )  # fmt: skip
 BODIES = Door(
     "astroinertia.bodies", "initial body", "astroinertia.initial.Body", "@dataclass(frozen=True)", TAKEN, traced=False

@@ -33,8 +33,9 @@ def characteristic(scene: Scene) -> Characteristic:
         "bodies": max(1, len(scene.bodies)),
         "touching": bool(scene.bodies) or body.composite,
         "rate_needs_gravity": scene.model == "rigid" and getattr(body.rotation, "t_over_w", None) is not None,
+        "homologous": body.homologous,
         "gamma": MONATOMIC if fluid is None else fluid.first_gamma,
-        "expansion": _expansion(body),
+        "expansion": _expansion(body) + (body.expansion(body.mass, body.radius, constant) if body.homologous else 0.0),
     }
     numbers |= body.characteristic() if body.profile() is None else _sphere(scene, constant)
     if body.mass is None:
@@ -129,7 +130,7 @@ def _heat(scene: Scene, numbers: dict[str, Any], density: np.ndarray, weights: n
         turning = body.spin is body or settled or (scene.model == "scaling" and fluid is None)
         turning = turning or (fluid is not None and fluid.kind == "incompressible")
         triple = max(weight - (2.0 * numbers.get("rotational", 0.0) if turning else 0.0), 0.0)
-        triple *= body.pressure_fraction or 1.0
+        triple *= (body.pressure_fraction or 1.0) * body.support
     return {"triple_pressure": triple, "thermal_energy": triple / (3.0 * max(gamma - 1.0, 1e-3))}
 
 

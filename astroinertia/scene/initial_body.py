@@ -193,6 +193,8 @@ class Body(Part):
     """Whether it can fill a periodic box."""
     laid_out: ClassVar[bool] = True
     """Whether particles are laid out by its `placement`."""
+    homologous: ClassVar[bool] = False
+    """Whether it falls homologously, with a flow and a pressure of its own."""
     rotates_itself: ClassVar[bool] = False
     """Whether it turns without a table `rotation`."""
 
@@ -289,6 +291,15 @@ class Body(Part):
         """Pressure and density at the centre where they have a closed form (G = 1)."""
         return None
 
+    def expansion(self, mass: float, radius: float, gravitational_constant: float = 1.0) -> float:
+        """The rate of a flow away from its centre that it has by itself, v/r."""
+        return 0.0
+
+    @property
+    def support(self) -> float:
+        """Its pressure over that of equilibrium, before any pressure_fraction."""
+        return 1.0
+
     def own_timestep(self, scene: Any, eta: float) -> float | None:
         """The step of the whole run, where the problem alone says it."""
         return None
@@ -342,6 +353,7 @@ class Body(Part):
         ]
         if scene.model == "sph":
             settles = self.relax and {"gravity", "pressure"} <= set(scene.effects)
-            why = "settled to equilibrium first" if settles else "not settled first"
+            to = "its collapse" if self.homologous else "equilibrium"
+            why = f"settled to {to} first" if settles else "not settled first"
             lines.append(("placement", self.placement, f"seed {self.seed}, {why}"))
         return lines

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import betainc, betaincinv, elliprf, roots_jacobi
 
+from astroinertia.bodies.homologous_core import HomologousCore
 from astroinertia.bodies.polytrope import Polytrope
 
 CORE = 0.1  # of the largest density: what is denser is the core
@@ -37,6 +38,19 @@ def polytrope(index: float) -> Profile:
     body = Polytrope(float(index))
     return Profile(
         name=f"polytrope {body.index!r}",
+        enclosed=body.enclosed_mass,
+        radius=body.radius_enclosing,
+        density=body.density,
+        second_moment=body.moment_of_inertia / 2,
+        gravitational_energy=body.gravitational_energy,
+    )
+
+
+def homologous_core(share: float) -> Profile:
+    """Return that of a homologous collapse at `share` of the critical rate; ValueError outside 0 <= share <= 1."""
+    body = HomologousCore(float(share))
+    return Profile(
+        name=f"homologous_core {body.share!r}",
         enclosed=body.enclosed_mass,
         radius=body.radius_enclosing,
         density=body.density,

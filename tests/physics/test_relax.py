@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from astroinertia.bodies.homologous_core import HomologousCore
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.errors import NumericalError
 from astroinertia.matter import gases
@@ -120,6 +121,27 @@ def test_imposed_entropies_bring_a_body_of_the_wrong_size_back():
     body = relaxation.relax(polytrope_problem(3.0, 500), mass, position, entropy, **target)
     moment = mass @ ((body.position - mass @ body.position) ** 2).sum(axis=1) / 3
     assert moment == pytest.approx(profiles.polytrope(3.0).second_moment, rel=0.15)
+
+
+def test_a_collapse_keeps_its_size_and_finds_its_pressure():
+    """The gas of exponent 4/3 alone would swell or fall in; entropies that are 5 % off come to the same pressures."""
+    core, profile = HomologousCore(1.0), profiles.homologous_core(1.0)
+    mass, position = np.full(300, 1 / 300), place(profile, 300, seed=2)
+    problem = replace(polytrope_problem(3.0, 300), equation_of_state=gases.ideal(4 / 3))
+    bodies = [
+        relaxation.relax(
+            problem, mass, position, np.full(300, factor * core.constant), infall=core.deceleration,
+            tolerances=Tolerances(residual=4e-3), use_cache=False,
+        ) for factor in (1.0, 1.05)
+    ]  # fmt: skip
+    size = [(mass @ ((x - mass @ x) ** 2).sum(axis=1)) for x in (position, *(body.position for body in bodies))]
+    assert size[1:] == pytest.approx([size[0]] * 2, rel=1e-12)
+    one, other = (body.report for body in bodies)
+    assert one.residual < 4e-3 and other.residual < 4e-3
+    assert 1.05 * other.pressure == pytest.approx(one.pressure, rel=1e-3)
+    assert 0.8 < one.pressure < 1.2 and one.pressure != 1.0
+    # Pressure, gravity and what draws the body in are in balance, by virials of their own.
+    assert one.virial < 0.02
 
 
 def test_a_body_that_turns_too_fast_is_said_to_shed_mass():

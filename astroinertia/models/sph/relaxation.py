@@ -9,6 +9,11 @@ It is found by damped motion with inertia. The inertia builds up as in accelerat
 about critically at ten thousand particles, and the motion is quenched whenever it points uphill. Every particle has a
 time step of its own, so that a dense centre does not hold up the envelope. The centre of mass is held, for steps that
 differ push on it.
+
+A homologous collapse (bodies.homologous_core), x'' = -k x at first, is an equilibrium of f a_pressure + a_gravity +
+k x. Its gas of exponent 4/3 has no size of its own: the descent keeps the rms radius, and at every step takes the
+factor f of all pressures at which the virial sum m x . a of that vanishes. Particles that are let go with entropies f A
+then collapse as the exact body does, as long as their noise allows.
 """
 
 import math
@@ -32,7 +37,7 @@ _COURANT_FOURTH = 0.65  # the same with densities of fourth order, whose kernel 
 _MOST_INERTIA = 0.9  # share of a move that is kept for the next
 _LARGEST_MOVE = 0.15  # of a smoothing length a step
 _STEPS_BETWEEN_SORTS = 16
-_VERSION = 2  # part of the cache key: raise it when the outcome changes
+_VERSION = 3  # part of the cache key: raise it when the outcome changes
 
 
 @dataclass(frozen=True)
@@ -57,7 +62,8 @@ class Report:
 
     residual: rms net acceleration over rms gravity; density_error: rms relative difference from the target density over
     the inner half of the mass (NaN without a target); centre_shift: of the centre of mass, over the rms radius; virial:
-    |2T + W + 3 sum m P/rho| / |W|; rate: the rotation rate on the axis; growth: of the rms radius since the start.
+    |2T + W + 3 sum m P/rho + k sum m r^2| / |W|; rate: the rotation rate on the axis; growth: of the rms radius since
+    the start; pressure: the factor f of the entropies of a collapse.
     """
 
     steps: int
@@ -67,6 +73,7 @@ class Report:
     virial: float
     rate: float
     growth: float = 1.0
+    pressure: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -110,19 +117,21 @@ def relax(
     listener: Listener | None = None,
     use_cache: bool = True,
     material: np.ndarray | None = None,
+    infall: float | None = None,
 ) -> Relaxed:
     """Return the body at equilibrium under the problem's pressure and gravity; NumericalError where there is none.
 
     mass (N,), position (N, 3), entropy (N,), in code units; target_density(m) is the density on the shell that encloses
-    the mass m; material (N,), where the equation of state has several. Entropies stay with their particles. The outcome
-    is kept in the user's cache.
+    the mass m; material (N,), where the equation of state has several; infall: the k of a homologous collapse, for
+    which the report has the factor of the entropies. Entropies stay with their particles. The outcome is kept in the
+    user's cache.
     """
     key = cache.content_key(
         mass=mass, position=position, entropy=entropy, rotation=None if rotation is None else asdict(rotation),
         equation=repr(problem.equation_of_state), kernel=problem.kernel, eta=float(problem.eta),
         smoothing=problem.smoothing_tolerance, engine=[problem.engine.name, problem.engine.precision],
         effects=[repr(effect) for effect in problem.effects], residual=tolerances.residual, version=_VERSION,
-        **({} if material is None else {"material": material}),
+        **({} if material is None else {"material": material}), **({} if infall is None else {"infall": infall}),
     )  # fmt: skip
     stored = cache.load("relaxed", key) if use_cache else None
     if stored is not None and stored["position"].shape == position.shape:
@@ -131,7 +140,7 @@ def relax(
         relaxed = Relaxed(stored["position"], stored["velocity"], report, cached=True)
     else:
         start = initial_state(problem, mass, position, np.zeros_like(position), entropy, material=material)  # at rest
-        relaxed = _descend(problem, *start, target_density, rotation, tolerances, max_steps, listener)
+        relaxed = _descend(problem, *start, target_density, rotation, tolerances, max_steps, listener, infall)
     complaint = verdict(relaxed.report, tolerances, len(mass), _rotational_share(mass, relaxed))
     if complaint:
         raise NumericalError(f"the body was not brought to equilibrium: {complaint}")
@@ -161,16 +170,18 @@ def verdict(report: Report, tolerances: Tolerances, count: int, rotational_share
     return " and ".join(wrong) + (f" after {report.steps} steps" if wrong else "")
 
 
-def _descend(problem, state, arrangement, target_density, rotation, tolerances, max_steps, listener) -> Relaxed:
+def _descend(
+    problem, state, arrangement, target_density, rotation, tolerances, max_steps, listener, infall
+) -> Relaxed:  # fmt: skip
     order = np.asarray(state.identity)
     centre = _centre(state)
     size = _size(state)
     move, since = np.zeros_like(state.position), 0
     report = None
     for step in range(max_steps + 1):
-        forces = _forces(problem, state, centre, rotation)
+        forces = _forces(problem, state, centre, rotation, infall)
         moved = np.linalg.norm(_centre(state) - centre) / size
-        report = _report(step, problem, state, forces, target_density, float(moved), _size(state) / size)
+        report = _report(step, problem, state, forces, target_density, float(moved), _size(state) / size, infall or 0.0)
         if listener is not None:
             listener(report)
         if report.residual < tolerances.residual or not math.isfinite(report.residual) or step == max_steps:
@@ -182,6 +193,8 @@ def _descend(problem, state, arrangement, target_density, rotation, tolerances, 
         since += 1
         move = _next_move(state, forces, move, min(since / (since + 3), _MOST_INERTIA))
         state = replace(state, position=state.position + move)
+        if infall is not None:
+            state = replace(state, position=centre + (state.position - centre) * (size / _size(state)))
         if step % _STEPS_BETWEEN_SORTS == 0 or stale(problem, arrangement, state):
             before = np.asarray(state.identity)
             state, arrangement = rearranged(problem, state)
@@ -203,6 +216,7 @@ class _Forces:
     gravity: np.ndarray
     velocity: np.ndarray
     rate: float
+    pressure: float
 
 
 def _centre(state: State) -> np.ndarray:
@@ -215,17 +229,25 @@ def _size(state: State) -> float:
     return math.sqrt(state.mass @ squared / state.mass.sum())
 
 
-def _forces(problem: Problem, state: State, centre: np.ndarray, rotation: Rotation | None) -> _Forces:
+def _forces(
+    problem: Problem, state: State, centre: np.ndarray, rotation: Rotation | None, infall: float | None = None
+) -> _Forces:
     parts = dict(zip(problem.effect_names, state.rates.acceleration, strict=True))
     gravity = np.asarray(parts.get("gravity", np.zeros_like(state.position)))
     net = np.zeros_like(gravity)
     for part in state.rates.acceleration:
         net = net if part is None else net + np.asarray(part)
+    factor = 1.0
+    if infall is not None:
+        x, push = np.asarray(state.position) - centre, np.asarray(parts["pressure"])
+        others = net - push + infall * x
+        factor = -np.einsum("i,ij,ij->", state.mass, x, others) / np.einsum("i,ij,ij->", state.mass, x, push)
+        net = factor * push + others
     velocity, rate = np.zeros_like(net), 0.0
     if rotation is not None:
         velocity, rate, centrifugal = _rotation(problem, state, centre, rotation)
         net = net + centrifugal
-    return _Forces(net, gravity, velocity, rate)
+    return _Forces(net, gravity, velocity, rate, float(factor))
 
 
 def _rotation(problem: Problem, state: State, centre: np.ndarray, rotation: Rotation):
@@ -259,7 +281,7 @@ def _next_move(state: State, forces: _Forces, move: np.ndarray, inertia: float) 
     return move - state.mass @ move / state.mass.sum()
 
 
-def _report(step, problem, state, forces, target_density, moved, growth) -> Report:
+def _report(step, problem, state, forces, target_density, moved, growth, infall) -> Report:
     mass, fluid = np.asarray(state.mass), state.rates.fluid
     rms = [math.sqrt(mass @ (a**2).sum(axis=1)) for a in (forces.net, forces.gravity)]
     error = math.nan
@@ -273,15 +295,17 @@ def _report(step, problem, state, forces, target_density, moved, growth) -> Repo
         error = math.sqrt(mass[chosen] @ (ratio - 1) ** 2 / mass[chosen].sum())
     kinetic = 0.5 * mass @ (forces.velocity**2).sum(axis=1)
     weight = mass @ np.einsum("ij,ij->i", forces.gravity, np.asarray(state.position) - _centre(state))
-    pressure = 3 * mass @ (np.asarray(fluid.pressure) / np.asarray(fluid.density))
+    pressure = 3 * forces.pressure * mass @ (np.asarray(fluid.pressure) / np.asarray(fluid.density))
+    left = infall * mass.sum() * _size(state) ** 2
     return Report(
         steps=step,
         residual=rms[0] / rms[1],
         density_error=error,
         centre_shift=moved,
-        virial=abs(2 * kinetic + weight + pressure) / abs(weight),
+        virial=abs(2 * kinetic + weight + pressure + left) / abs(weight),
         rate=forces.rate,
         growth=growth,
+        pressure=forces.pressure,
     )
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from astroinertia.accuracy.exact import exact
 from astroinertia.bodies import riemann
@@ -85,6 +86,22 @@ def test_a_pulsation_has_the_frequency_of_the_mode():
     assert float(found.values["frequency of inertia_tensor"]) ** 2 == pytest.approx(float(mode["value"]), rel=1e-10)
 
 
+COLLAPSE = (SIMS / "homologous_collapse.toml").read_text()
+
+
+@pytest.mark.parametrize("model", ["sph", "ellipsoid", "scaling"])
+def test_a_homologous_collapse_has_fallen_as_an_integration_says(model):
+    """a'' = -k/a^2 with k = G M/R^3 at the critical rate, of which I goes as a^2."""
+    found = exact(load.loads(COLLAPSE, [f"model={model}", "time.end=0.4"]))
+    assert found is not None
+    size = solve_ivp(lambda _, y: [y[1], -1 / y[0] ** 2], (0, 0.4), [1.0, -math.sqrt(2)], rtol=1e-12, atol=1e-14).y[
+        0, -1
+    ]
+    at_first = exact(load.loads(COLLAPSE, ["time.end=1e-12"])).values["inertia_tensor"]
+    np.testing.assert_allclose(found.values["inertia_tensor"], at_first * size**2, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(found.values["second_moment"], 0.5 * found.values["inertia_tensor"], rtol=1e-15)
+
+
 @pytest.mark.parametrize(
     ("text", "settings"),
     [
@@ -95,6 +112,12 @@ def test_a_pulsation_has_the_frequency_of_the_mode():
         (PULSATION, ("body.pressure_fraction=0.7",)),
         ((SIMS / "cold_spheroid.toml").read_text(), ("time.max_steps=5",)),
         ((SIMS / "gyroscope.toml").read_text(), ()),
+        (COLLAPSE, ("equation_of_state.gamma=1.4", "body.relax=false")),  # not the exponent of the collapse
+        (COLLAPSE, ("body.pressure_fraction=0.99",)),
+        (COLLAPSE, ("body.velocity_gradient=[[0.1,0,0],[0,0.1,0],[0,0,0.1]]",)),
+        (COLLAPSE, ("body.axes=[1,1,0.9]",)),
+        (COLLAPSE, ("time.end=0.4715",)),  # there is no body any more
+        (COLLAPSE, ("equation_of_state.kind=polytropic", "equation_of_state.constant=0.3", "body.relax=false")),
     ],
 )
 def test_what_is_not_exact_is_not_called_so(text, settings):

@@ -279,6 +279,16 @@ def test_a_sphere_falls_in_the_free_fall_time():
     assert fallen == pytest.approx((angle + 0.5 * math.sin(2.0 * angle)) / math.sqrt(2.0), rel=0.03)
 
 
+@pytest.mark.parametrize(("start", "end"), [("parabolic", 0.45649740094), ("rest", 1.0953407700317674)])
+def test_a_homologous_core_is_followed_to_a_tenth_of_its_size(start, end):
+    """The run takes 205 steps, and 316 from rest with 300 particles."""
+    scene = load.load_file(ROOT / "sims" / "homologous_collapse.toml", [f"body.start={start}", f"time.end={end}"])
+    times, sizes = course.course(course.sphere_of(scene), 0.98 * end)
+    exact = scene.body.core(1.0, 1.0)
+    assert sizes[-1] == pytest.approx(float(exact.scale_factor(times[-1])), rel=0.05)
+    assert course.steps(scene) == pytest.approx({"parabolic": 205, "rest": 319}[start], rel=0.1)
+
+
 def test_a_top_is_fastest_where_its_polhode_says():
     text = """
 name = "top"

@@ -302,3 +302,33 @@ def test_constants_of_equations_of_state():
     scene = loads(SCENE, ["equation_of_state={kind='polytropic', gamma=2, constant='3 m5 kg-1 s-2'}"])
     assert scene.equation_of_state.constant == 3.0
     assert loads(SCENE).equation_of_state.constant == FROM_BODY
+
+
+COLLAPSE = (SIMS / "homologous_collapse.toml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("override", "why"),
+    [
+        ("body.collapse_rate=1.01", "must be at most 1"),
+        ("equation_of_state.gamma=1.4", "has another equation_of_state"),
+        ("body.entropy=0.3", "has entropy: change that"),
+        ("body.rotation.rate=0.1", "settles without rotation"),
+    ],
+)
+def test_a_homologous_core_is_refused_what_it_cannot_settle_with(override, why):
+    assert why in refusal(override, text=COLLAPSE)
+    if "rate=1.01" not in override:
+        loads(COLLAPSE, [override, "body.relax=false"])
+
+
+def test_a_plan_tells_when_a_homologous_core_has_collapsed():
+    text = COLLAPSE.replace('units = "code"\n', "").replace("mass = 1.0", 'mass = "1.4 Msun"')
+    text = text.replace("radius = 1.0", 'radius = "1500 km"').replace("end = 0.45649740094", 'end = "0.06 s"')
+    scene = loads(text.replace("every = 0.01", 'every = "1 ms"').replace("every = 0.1", 'every = "0.1 s"'))
+    units = math.sqrt(1.5e6**3 / (GRAVITATIONAL_CONSTANT * 1.4 * SOLAR_MASS))
+    assert scene.body.expansion(scene.body.mass, scene.body.radius, GRAVITATIONAL_CONSTANT) == pytest.approx(
+        -math.sqrt(2.0) / units, rel=1e-9
+    )
+    (line,) = (line for lines in plan(scene).sections.values() for line in lines if line.name == "collapse")
+    assert line.why == f"over at {math.sqrt(2.0) / 3.0 * units:.6g} s"

@@ -19,6 +19,7 @@ PROFILES = {
     "uniform": profiles.uniform(),
     "polytrope-1.5": profiles.polytrope(1.5),
     "polytrope-3": profiles.polytrope(3.0),
+    "homologous-core": profiles.homologous_core(0.9),
     "evrard": profiles.power_law(1.0),
     "dyson": profiles.dyson(5 / 3),
 }
