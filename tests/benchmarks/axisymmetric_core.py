@@ -134,6 +134,22 @@ def _upwind(before, behind, ahead, share):
     return behind + 0.5 * (1 - share) * slope
 
 
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def _heat(a, m, density, i, j, energy, matter):
+    """What matter about the edge i lost of its kinetic energy as it mixed goes to the cells on both sides."""
+    power = matter.gamma_thermal - 1
+    both = m[i - 1, j] + (m[i, j] if i < len(m) else 0.0)
+    for k in range(i - 1, min(i + 1, len(m))):
+        a[k, j] += energy / both * power / density[k, j] ** power
+
+
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def _kept(a, i, j, energy, density, matter):
+    """No less specific energy than what came together had."""
+    power = matter.gamma_thermal - 1
+    a[i, j] += max(energy - _energy(density, a[i, j], matter), 0.0) * power / density**power
+
+
 @numba.njit(cache=True, error_model="numpy")
 def _gravity(r, density, cells, harmonic, radial, inner, outer):
     """For each degree above 0, at edges: I/r^(l+1) and E r^l of the potential, and their slopes along r, in 4 pi G."""
@@ -181,6 +197,7 @@ def _evolve(r, m, a, h, matter, cells, end, every, damping, t_over_w, until_boun
     side = np.zeros((shells, count + 1))
     halves, path = np.zeros((shells + 1, count)), np.zeros(max(shells, count) + 2)
     w, within, square = np.zeros(shells + 1), np.zeros(shells + 1), np.zeros(shells)
+    faces, kept, swept = np.zeros((shells + 1, count)), np.zeros((shells, count)), np.zeros(count + 1)
     degrees, harmonic = len(cells.means), np.zeros(shells)
     radial, inner, outer = (
         np.zeros((degrees, shells + 1)),
@@ -256,9 +273,9 @@ def _evolve(r, m, a, h, matter, cells, end, every, damping, t_over_w, until_boun
                     longest = min(
                         longest, COURANT * middle * theta / (sound[i, j] + fast + 4 * QUADRATIC * abs(squeeze))
                     )
-            swept = r[i + 1] ** 2 * w[i + 1] - r[i] ** 2 * w[i]
-            if swept != 0:
-                longest = min(longest, COMPRESSION * abs((r[i + 1] ** 3 - r[i] ** 3) / (3 * swept)))
+            squeezed = r[i + 1] ** 2 * w[i + 1] - r[i] ** 2 * w[i]
+            if squeezed != 0:
+                longest = min(longest, COMPRESSION * abs((r[i + 1] ** 3 - r[i] ** 3) / (3 * squeezed)))
         step = min(1.1 * step, longest)
         if not step > 1e-9 * every:
             break
@@ -334,16 +351,28 @@ def _evolve(r, m, a, h, matter, cells, end, every, damping, t_over_w, until_boun
                 back = max(k - 1, 0) if reach > 0 else min(k + 1, shells - 1)
                 ahead = i if reach > 0 else i - 1
                 share = abs(reach) * 3 / (r[k + 1] ** 3 - r[k] ** 3)
-                flux[i, j] = reach * solid[j] * _upwind(density[back, j], density[k, j], density[ahead, j], share)
+                faces[i, j] = _upwind(density[back, j], density[k, j], density[ahead, j], share)
+                flux[i, j] = reach * solid[j] * faces[i, j]
                 carried[i, j] = _upwind(a[back, j], a[k, j], a[ahead, j], share)
                 halves[i, j] = _upwind(rate[back, j], rate[k, j], rate[ahead, j], share) * r[i] ** 2 * squared[j]
         for j in range(count):
             for i in range(shells):
                 old[i, j] = m[i, j]
                 new = m[i, j] + flux[i, j] - flux[i + 1, j]
+                kept[i, j] = 0.0
+                if damping == 0 and viscous[i, j] > 0:  # in shocks mixing must not lose energy of the matter either
+                    own = ((r[i + 1] + u[i + 1, j] * step) ** 3 - (r[i] + u[i, j] * step) ** 3) / 3 * solid[j]
+                    kept[i, j] = m[i, j] * _energy(m[i, j] / own, a[i, j], matter)
+                    if i > 0:
+                        kept[i, j] += flux[i, j] * _energy(faces[i, j], carried[i, j], matter)
+                    if i + 1 < shells:
+                        kept[i, j] -= flux[i + 1, j] * _energy(faces[i + 1, j], carried[i + 1, j], matter)
                 a[i, j] = (m[i, j] * a[i, j] + flux[i, j] * carried[i, j] - flux[i + 1, j] * carried[i + 1, j]) / new
                 h[i, j] = (m[i, j] * h[i, j] + flux[i, j] * halves[i, j] - flux[i + 1, j] * halves[i + 1, j]) / new
                 m[i, j] = new
+                if kept[i, j] > 0:
+                    dense = new / (((r[i + 1] + w[i + 1] * step) ** 3 - (r[i] + w[i] * step) ** 3) / 3 * solid[j])
+                    _kept(a, i, j, kept[i, j] / new, dense, matter)
         for j in range(count):  # velocities of edges, through the middles of shells
             for i in range(1, shells + 1):
                 passing, value = 0.0, 0.0
@@ -356,6 +385,12 @@ def _evolve(r, m, a, h, matter, cells, end, every, damping, t_over_w, until_boun
             for i in range(1, shells + 1):
                 new = 0.5 * (m[i - 1, j] + (m[i, j] if i < shells else 0.0))
                 value = around[i, j] * u[i, j] + last - carried[i, j]
+                come = 0.5 * (flux[i - 1, j] + flux[i, j]) if i > 1 else 0.5 * flux[1, j]
+                go = 0.5 * (flux[i, j] + flux[i + 1, j]) if i < shells else 0.0
+                energy = around[i, j] * u[i, j] ** 2 - value**2 / new
+                energy += (last**2 / come if come != 0 else 0.0) - (carried[i, j] ** 2 / go if go != 0 else 0.0)
+                if damping == 0 and energy > 0:
+                    _heat(a, m, density, i, j, 0.5 * energy, matter)
                 last = carried[i, j]
                 u[i, j] = value / new
                 around[i, j] = new
@@ -374,12 +409,14 @@ def _evolve(r, m, a, h, matter, cells, end, every, damping, t_over_w, until_boun
             volume, width = (r[i + 1] ** 3 - r[i] ** 3) / 3, r[i + 1] - r[i]
             for j in range(1, count):
                 reach = 4 * np.pi * sine[j] * s[i, j] * width * step
+                swept[j] = reach
                 k = j - 1 if reach > 0 else j
                 back = max(k - 1, 0) if reach > 0 else min(k + 1, count - 1)
                 ahead = j if reach > 0 else j - 1
                 share = abs(reach) / (volume * solid[k])
                 one, two, three = (m[i, back] / solid[back], m[i, k] / solid[k], m[i, ahead] / solid[ahead])
-                side[i, j] = reach / volume * _upwind(one, two, three, share)
+                faces[i, j] = _upwind(one, two, three, share) / volume
+                side[i, j] = reach * faces[i, j]
                 rate[i, j] = _upwind(a[i, back], a[i, k], a[i, ahead], share)
                 spin = _upwind(h[i, back] / squared[back], h[i, k] / squared[k], h[i, ahead] / squared[ahead], share)
                 turned[i, j] = spin * sine[j] ** 2
@@ -390,7 +427,17 @@ def _evolve(r, m, a, h, matter, cells, end, every, damping, t_over_w, until_boun
                 spun, gone = (side[i, j] * turned[i, j] if j > 0 else 0.0), 0.0
                 if j + 1 < count:
                     go, gone = side[i, j + 1] * rate[i, j + 1], side[i, j + 1] * turned[i, j + 1]
+                shocked = damping == 0 and viscous[i, j] > 0
+                if shocked:
+                    room = volume * solid[j] + swept[j + 1] - swept[j]
+                    kept[i, j] = m[i, j] * _energy(m[i, j] / room, a[i, j], matter)
+                    if j > 0:
+                        kept[i, j] += side[i, j] * _energy(faces[i, j], rate[i, j], matter)
+                    if j + 1 < count:
+                        kept[i, j] -= side[i, j + 1] * _energy(faces[i, j + 1], rate[i, j + 1], matter)
                 a[i, j] = (m[i, j] * a[i, j] + come - go) / new
+                if shocked:
+                    _kept(a, i, j, kept[i, j] / new, new / (volume * solid[j]), matter)
                 h[i, j] = (m[i, j] * h[i, j] + spun - gone) / new
                 m[i, j] = new
             for j in range(count):  # s through the middles of cells
@@ -409,7 +456,13 @@ def _evolve(r, m, a, h, matter, cells, end, every, damping, t_over_w, until_boun
                 path[j] = passing * _upwind(u[i, back], u[i, k], u[i, ahead], 0.0)
             for j in range(count):
                 new = around[i, j] + (halves[i, j] if j > 0 else 0.0) - (halves[i, j + 1] if j + 1 < count else 0.0)
-                u[i, j] = (around[i, j] * u[i, j] + path[j] - path[j + 1]) / new
+                value = around[i, j] * u[i, j] + path[j] - path[j + 1]
+                energy = around[i, j] * u[i, j] ** 2 - value**2 / new
+                energy += path[j] ** 2 / halves[i, j] if j > 0 and halves[i, j] != 0 else 0.0
+                energy -= path[j + 1] ** 2 / halves[i, j + 1] if j + 1 < count and halves[i, j + 1] != 0 else 0.0
+                if damping == 0 and energy > 0:
+                    _heat(a, m, density, i, j, 0.5 * energy, matter)
+                u[i, j] = value / new
         for i in range(cells.core):
             total, heat, turn = 0.0, 0.0, 0.0
             lever = 0.0
