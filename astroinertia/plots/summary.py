@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
+from astroinertia.dataset import converged
 from astroinertia.dataset.resolution import resolution_message
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.ledger import bounds
@@ -57,12 +58,13 @@ def summary(dataset: xr.Dataset) -> str:
 
 
 def tables(dataset: xr.Dataset) -> list[Table]:
-    """The body, its regions, accuracy, error bars and effects, as far as the dataset tells of them.
+    """The body, its regions, accuracy, error bars, the distance to a converged answer and effects, as far as they go.
 
     >>> print([table.title for table in tables(ds)])
     ['The body', 'Accuracy and conservation', 'The ledger of effects']
     """
-    drawn = [_body(dataset), _own(dataset), _regions(dataset), _accuracy(dataset), _bars(dataset), _effects(dataset)]
+    drawn = [_body(dataset), _own(dataset), _regions(dataset), _accuracy(dataset), _bars(dataset), _converged(dataset),
+             _effects(dataset)]  # fmt: skip
     return [table for table in drawn if table is not None and table.rows]
 
 
@@ -186,6 +188,20 @@ def _bars(dataset: xr.Dataset) -> Table:
     bars = {name: bar for name, bar in known_bars(dataset).items() if np.isfinite(bar).any()}
     rows = tuple((words(name), f"{bar[-1]:.2e}", f"{_largest(bar):.2e}") for name, bar in bars.items())
     return Table("Error bars", ("error bar", "at the end", "greatest", "over the value"), rows, (_WIDTH, 14, 14))
+
+
+def _converged(dataset: xr.Dataset) -> Table | None:
+    answer = converged.reference(dataset)
+    if answer is None:
+        return None
+    lines = []
+    for row in converged.distances(dataset):
+        factor, unit = scale_of(row.unit, [row.converged])
+        name = row.name if unit == "1" else f"{row.name} ({unit})"
+        numbers = (f"{row.converged / factor:.4g}", f"{row.run / factor:.4g}", f"{100.0 * row.distance:+.2f} %")
+        lines.append((name, *numbers, f"{100.0 * row.error:.2g} %"))
+    head = ("distance to the converged answer", "converged", "this run", "distance", "known to")
+    return Table("Distance to the converged answer", head, tuple(lines), (_WIDTH, 14, 14, 14, 14), answer.source)
 
 
 def _effects(dataset: xr.Dataset) -> Table | None:

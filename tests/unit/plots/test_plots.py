@@ -9,6 +9,7 @@ from matplotlib.text import Text
 from astroinertia import plots
 from astroinertia.observables.quantities import RECORDED
 from astroinertia.plots import style
+from tests.sims import SIMS
 from tests.unit.affine_body import METADATA, affine_run
 from tests.unit.affine_datasets import headline, particles
 
@@ -200,3 +201,12 @@ def test_accessor_draws_the_same_figures(series, snapshots):
     assert series.inertia.plot_density(snapshots=snapshots.isel(snapshot_time=[0])).axes
     with pytest.raises(ValueError, match="no snapshots"):
         series.inertia.plot_density()
+
+
+def test_the_summary_of_a_problem_with_a_converged_answer_has_the_distance_to_it(series):
+    scene = (SIMS / "evrard.toml").read_text(encoding="utf-8")
+    longer = series.assign_coords(time=("time", 10.0 * series["time"].values))
+    shown = plots.summary(longer.assign_attrs(scene=scene))
+    assert "distance to the converged answer" in shown
+    assert "spherical grid" in shown, "where the numbers come from"
+    assert "converged answer" not in plots.summary(series)
