@@ -71,6 +71,7 @@ def test_three_thousand_particles_follow_it(settings, bar, result):
     assert abs(density) < 0.03
 
 
+@pytest.mark.full(inputs=["sims/homologous_collapse.toml"])
 def test_individual_steps_err_by_the_square_of_their_length():
     """30, 8.2 and 2.0 % with 1000 particles at courant 0.3, 0.15 and 0.075.
 
