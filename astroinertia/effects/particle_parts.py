@@ -46,6 +46,11 @@ class ParticleParts:
         return False
 
     @property
+    def needs_heat(self) -> bool:
+        """Whether its energy is only kept by matter that can be warm."""
+        return False
+
+    @property
     def fixed_length(self) -> Any | None:
         """The smoothing length that it asks all particles to keep; None where lengths follow the density."""
         return None
