@@ -7,7 +7,7 @@ import jax.numpy as jnp
 
 from astroinertia.bodies import affine, affine_motion
 from astroinertia.effects.effect import Effect
-from astroinertia.effects.gradients import Separation, Symmetric, along, scaled, symmetric_inverse
+from astroinertia.effects.gradients import Separation, Symmetric, along, symmetric_inverse
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
@@ -15,7 +15,7 @@ from astroinertia.sph.fourth_order import weights
 
 
 CONTACT = 0.05  # difference of densities over their sum, beyond that of pressures, that is a contact
-LEAST = 1e-5  # of h^2: the smallest second moment of neighbours that a matrix is inverted with
+LEAST = 1e-5  # smallest eigenvalue of a moment matrix that is inverted: all are 1 amid neighbours
 
 
 class Side(NamedTuple):
@@ -61,34 +61,34 @@ def contact(xp, density_i, density_j, pressure_i, pressure_j):
 
 
 def integral_pair(
-    xp, r, v_r, ij: Separation, W_i, W_j, dW_i, pressure_weight_i, i: Matter, j: Matter, push_i: Symmetric,
+    xp, r, v_r, ij: Separation, dW_i, dW_j, pressure_weight_i, i: Matter, j: Matter, push_i: Symmetric,
     push_j: Symmetric,
 ):  # fmt: skip
     """Push, heat and signal of a pair where gradients come from a matrix."""
     across = contact(xp, i.density, j.density, i.pressure, j.pressure)
     here, there = 1.0 / i.density, 1.0 / j.density
-    inverse = 1.0 / xp.maximum(r, 1e-30)
-    mine = -along(xp, ij, push_i) * inverse * W_i * (here + across * (there - here))
-    other = -along(xp, ij, push_j) * inverse * W_j * (there + across * (here - there))
-    # What the work of both has more than the change of the density at constant entropy does by itself.
-    heat = v_r * (mine - pressure_weight_i * dW_i)
-    return mine + other, heat, 0.5 * (i.sound_speed + j.sound_speed) + xp.abs(v_r)
+    inverse = 1.0 / xp.maximum(r, 1e-15)
+    squared = inverse * inverse
+    mine = (here + across * (there - here)) * squared * along(xp, ij, push_i)
+    other = (there + across * (here - there)) * squared * along(xp, ij, push_j)
+    # What the work has more than the change of the density at constant entropy accounts for.
+    heat = v_r * dW_i * (mine - pressure_weight_i)
+    return mine * dW_i + other * dW_j, heat, 0.5 * (i.sound_speed + j.sound_speed) + xp.abs(v_r)
 
 
-def moment_pair(xp, r, W_i, density_i, density_j, pressure_i, pressure_j):
+def moment_pair(xp, dW_i, density_i, density_j, pressure_i, pressure_j):
     """Weight of the moment matrix."""
     across = contact(xp, density_i, density_j, pressure_i, pressure_j)
     here, there = 1.0 / density_i, 1.0 / density_j
-    return (r * W_i * (here + across * (there - here)),)
+    return (-dW_i * (here + across * (there - here)),)
 
 
-def pushes(xp, moment, pressure, density, h):
-    """(P/rho) C^-1: xx, yy, zz, xy, xz, yz. Neighbours in one plane, or too close to each other, leave it finite."""
-    over = 1.0 / h**2
-    x, y, z = scaled(xp, over, moment[0]), scaled(xp, over, moment[1]), scaled(xp, over, moment[2])
+def pushes(xp, moment, pressure, density):
+    """(P/rho) C^-1: xx, yy, zz, xy, xz, yz. Neighbours in one plane leave it finite."""
+    x, y, z = moment
     regular = (x[0] + LEAST, x[1], x[2]), (y[0], y[1] + LEAST, y[2]), (z[0], z[1], z[2] + LEAST)
     xx, yy, zz, xy, xz, yz = symmetric_inverse(xp, regular)
-    size = pressure * over / density
+    size = pressure / density
     return size * xx, size * yy, size * zz, size * xy, size * xz, size * yz
 
 
@@ -121,19 +121,20 @@ class Pressure(Effect):
     the internal energy, which the model keeps. order: of the error of the density in the smoothing length; "fourth"
     leaves out what smoothing adds to the density, and its force follows from that (sph.fourth_order).
 
-    gradients "integral": in place of the kernel's slope dW_i/Omega_i there is
+    gradients "integral": in place of dW_i/Omega_i there is
 
-        -(rho_i/r) V_ij W_i x.C_i^-1.x,   C_i = sum_j m_j V_ij W_i x (x) x,   x = x_i - x_j,   V_ij = 1/rho_i,
+        rho_i V_ij dW_i rhat.C_i^-1.rhat,   C_i = -sum_j m_j V_ij (dW_i/r) x (x) x,   x = x_i - x_j,   V_ij = 1/rho_i,
 
     the integral approach to derivatives (Garcia-Senz, Cabezon & Escartin 2012, A&A 538, A9; Cabezon, Garcia-Senz &
-    Figueira 2017, A&A 606, A78), of which the part along the separation is kept: linear and angular momentum stay
-    exact. As sum_j m_j V_ij W_i x.C_i^-1.x = tr 1 = 3, the divergence of v = H x is 3 H however particles lie, that of
+    Figueira 2017, A&A 606, A78) with -dW/r as its kernel in place of W, which costs a star at rest five times the
+    entropy; of its force the part along the separation is kept, so that linear and angular momentum stay exact. As
+    -sum_j m_j V_ij (dW_i/r) x.C_i^-1.x = tr 1 = 3, the divergence of v = H x is 3 H however particles lie, that of
     other linear flows so on average over directions. Across a contact, where densities differ by more than pressures,
-    V_ij is 1/rho_j and with it P_i/(rho_i rho_j) stands for P_i/rho_i^2, which leaves no surface tension
+    V_ij is 1/rho_j, so that P_i/(rho_i rho_j) stands for P_i/rho_i^2, which leaves little surface tension
     (Garcia-Senz, Cabezon & Escartin 2022, A&A 659, A175, whose measure is that of densities alone). No Lagrangian has
     this force: what its work has more than the change of the density at constant entropy is heat of either sign,
 
-        du_i/dt = sum_j m_j v_r [-P_i V_ij W_i x.C_i^-1.x/(rho_i r) - P_i/(Omega_i rho_i^2) dW_i],
+        du_i/dt = (P_i/rho_i) sum_j m_j v_r dW_i [V_ij rhat.C_i^-1.rhat - 1/(Omega_i rho_i)],
 
     with which energy is exact. Tests: tests/unit/effects/test_pressure.py.
     """
@@ -193,7 +194,7 @@ class Pressure(Effect):
         }
         if self.gradients == "integral":
             moment = fluid.gradients[self.kind]["moment"]
-            push = elementwise(xp, pushes, moment, fluid.pressure, fluid.density, fluid.smoothing_length)
+            push = elementwise(xp, pushes, moment, fluid.pressure, fluid.density)
             own |= {"density": fluid.density, "pressure": fluid.pressure, **dict(zip(PUSH, push, strict=True))}
         return own
 
