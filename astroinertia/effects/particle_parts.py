@@ -61,6 +61,11 @@ class ParticleParts:
         return self
 
     @property
+    def settling(self) -> Self:
+        """The effect with forces that have a potential, with which a body settles."""
+        return self
+
+    @property
     def gradient_terms(self) -> tuple[PairTerm, ...]:
         """Pair terms of the pass before the forces, over neighbours."""
         return ()

@@ -1,6 +1,6 @@
 """Pressure of the fluid on itself."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import jax.numpy as jnp
@@ -104,9 +104,7 @@ def crossing_time(xp, h, signal, sound_speed):
 
 PRESSURE = PairTerm("pressure", pressure_pair, (Output("acceleration", "central"), Output("signal", "max")))
 CURVED = PairTerm("pressure", curved_pair, PRESSURE.outputs)
-INTEGRAL = PairTerm(
-    "pressure", integral_pair, (PRESSURE.outputs[0], Output("heating", "sum"), PRESSURE.outputs[1])
-)
+INTEGRAL = PairTerm("pressure", integral_pair, (PRESSURE.outputs[0], Output("heating", "sum"), PRESSURE.outputs[1]))
 MOMENT = PairTerm("pressure", moment_pair, (Output("moment", "outer", of="position"),))
 CURVATURE = PairTerm("pressure", curvature_pair, (Output("curvature", "sum"),))
 PUSH = tuple(f"push_{axes}" for axes in Symmetric._fields)
@@ -156,6 +154,11 @@ class Pressure(Effect):
     def needs_heat(self):
         """Where gradients come from a matrix, as their work is not that of a potential."""
         return self.gradients == "integral"
+
+    @property
+    def settling(self):
+        """The kernel's gradients: noise that a matrix leaves would keep a body from coming to rest."""
+        return replace(self, gradients="kernel")
 
     @property
     def needs_contrast(self):
