@@ -13,7 +13,6 @@ from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.sph.fourth_order import weights
 
-
 CONTACT = 0.05  # difference of densities over their sum, beyond that of pressures, that is a contact
 LEAST = 1e-5  # smallest eigenvalue of a moment matrix that is inverted: all are 1 amid neighbours
 

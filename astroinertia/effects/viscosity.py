@@ -5,8 +5,16 @@ from typing import Any, ClassVar, NamedTuple
 
 from astroinertia.effects.effect import Effect
 from astroinertia.effects.gradients import (
-    Separation, Symmetric, along, curl_size, linear_gradient, shear, strain, trace, trace_of_square,
-)  # fmt: skip
+    Separation,
+    Symmetric,
+    along,
+    curl_size,
+    linear_gradient,
+    shear,
+    strain,
+    trace,
+    trace_of_square,
+)
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm

@@ -1,6 +1,7 @@
 """Gradients of the pressure from a matrix: what they keep exactly, where they are right, and what refuses them."""
 
 from dataclasses import replace
+from typing import Any
 
 import jax
 import numpy as np
@@ -80,7 +81,7 @@ def test_energy_is_kept_to_the_order_of_the_step(effect):
     assert errors[0] < 1e-4 * total_energy(problem, first)
 
 
-def uniform_flow(effect, gradient):
+def uniform_flow(effect, gradient) -> Any:
     """Particles of a jittered lattice with a pressure 1 + gradient.x, which expand: state, and those inside."""
     position, pressure_at = ball(2500), lambda x: 1.0 + x @ gradient
     problem, state, _ = state_of(
@@ -142,12 +143,12 @@ def test_neighbours_that_leave_a_direction_out_give_no_infinite_push(shape):
     pairs = np.repeat(flat[:6], 2, axis=0)
     position = {"a pair": flat[:2], "a line": flat[:6], "a plane": flat, "pairs in one place": pairs}[shape]
     problem = Problem(
-        effects=(INTEGRAL,), equation_of_state=Ideal(5 / 3), eta=0.8 if len(position) == 2 else 0.9, courant=0.3, acceleration_factor=0.3,
-        energy_factor=0.3, max_timestep=0.1, engine=numba_cpu.Engine("float64"), kernel="cubic",
-        smoothing_tolerance=1e-10,
+        effects=(INTEGRAL,), equation_of_state=Ideal(5 / 3), eta=0.8 if len(position) == 2 else 0.9, courant=0.3,
+        acceleration_factor=0.3, energy_factor=0.3, max_timestep=0.1, engine=numba_cpu.Engine("float64"),
+        kernel="cubic", smoothing_tolerance=1e-10,
     )  # fmt: skip
     count = len(position)
-    state, _ = initial_state(problem, np.ones(count), position, 0 * position, np.ones(count))
+    state: Any = initial_state(problem, np.ones(count), position, 0 * position, np.ones(count))[0]
     assert np.isfinite(state.rates.total).all() and np.isfinite(state.rates.heating[0]).all()
     assert np.abs(state.rates.total.sum(axis=0)).max() <= 1e-12 * np.abs(state.rates.total).sum()
 
@@ -186,7 +187,7 @@ timesteps = "{steps}"
 """
 
 
-def body_of(kind="ideal", gradients="integral", order="second", steps="global"):
+def body_of(kind="ideal", gradients="integral", order="second", steps="global") -> Any:
     """The particles of a scene."""
     constant = 'constant = "from body"' if kind == "polytropic" else ""
     return prepare(
