@@ -205,7 +205,7 @@ def _settled(
 
 def _still(problem: Problem) -> Problem:
     """What bodies settle under: gravity and pressure alone, in 64 bits."""
-    effects = tuple(effect for effect in problem.effects if effect.kind in ("gravity", "pressure"))
+    effects = tuple(effect.settling for effect in problem.effects if effect.kind in ("gravity", "pressure"))
     return replace(problem, engine=numba_cpu.Engine(precision="float64"), effects=effects)
 
 

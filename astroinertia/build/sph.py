@@ -128,6 +128,10 @@ def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tupl
     for effect in effects:
         if "exchange" in vars(type(effect)) and not matter.thermal:
             raise SceneError(f"[effects.{effect.kind}] needs matter that can be warm, an ideal or hybrid gas.")
+        if effect.needs_heat and not matter.thermal:
+            raise SceneError(
+                f"[effects.{effect.kind}] as it is set needs matter that can be warm, an ideal or hybrid gas."
+            )
     problem = Problem(
         effects=effects,
         equation_of_state=matter,

@@ -23,7 +23,7 @@ from astroinertia.scene.text import toml_text
 from astroinertia.storage.data_tables import data_path
 
 _PLACING = {"particles", "placement", "seed", "relax"}  # of a body: how it is made of particles
-_SUMMING = {"method", "force_error", "softening", "order"}  # of an effect: how its sums are carried out
+_SUMMING = {"method", "force_error", "softening", "order", "gradients"}  # of an effect: how its sums are carried out
 _SAME = 1e-6  # relative: numbers of a scene that mean the same
 _SIZES = {"moment": "mean moment of inertia", "moment_z": "moment of inertia about z"}
 

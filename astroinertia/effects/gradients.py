@@ -6,9 +6,35 @@ Garcia-Senz, Cabezon & Escartin 2012, A&A 538, A9, for the matrix). Indices are 
 Functions of one particle take matrices as three rows (engines/elementwise.py).
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from astroinertia.engines.elementwise import elementwise
+
+
+class Separation(NamedTuple):
+    """x_i - x_j."""
+
+    x: Any
+    y: Any
+    z: Any
+
+
+class Symmetric(NamedTuple):
+    """A symmetric matrix, as pair functions are given it."""
+
+    xx: Any
+    yy: Any
+    zz: Any
+    xy: Any
+    xz: Any
+    yz: Any
+
+
+def along(xp, ij: Separation, matrix: Symmetric):
+    """x . M . x of a separation."""
+    x, y, z = ij.x, ij.y, ij.z
+    squares = matrix.xx * (x * x) + matrix.yy * (y * y) + matrix.zz * (z * z)
+    return squares + matrix.xy * (2.0 * x * y) + matrix.xz * (2.0 * x * z) + matrix.yz * (2.0 * y * z)
 
 
 def dot(xp, a, b):
@@ -42,6 +68,14 @@ def linear_gradient(xp, moment, sum_of_field):
         solved(xp, sum_of_field[1], over, plain, bc, ca, ab),
         solved(xp, sum_of_field[2], over, plain, bc, ca, ab),
     )
+
+
+def symmetric_inverse(xp, matrix):
+    """xx, yy, zz, xy, xz, yz of the inverse of a symmetric matrix that is not singular."""
+    a, b, c = matrix
+    bc, ca, ab = cross(xp, b, c), cross(xp, c, a), cross(xp, a, b)
+    over = 1.0 / dot(xp, a, bc)
+    return over * bc[0], over * ca[1], over * ab[2], over * bc[1], over * bc[2], over * ca[2]
 
 
 def scaled(xp, factor, a):

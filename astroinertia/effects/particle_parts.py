@@ -46,6 +46,11 @@ class ParticleParts:
         return False
 
     @property
+    def needs_heat(self) -> bool:
+        """Whether its energy is only kept by matter that can be warm."""
+        return False
+
+    @property
     def fixed_length(self) -> Any | None:
         """The smoothing length that it asks all particles to keep; None where lengths follow the density."""
         return None
@@ -53,6 +58,11 @@ class ParticleParts:
     @property
     def direct(self) -> Self:
         """The effect with plain sums over all pairs in place of sums of its own: for few particles."""
+        return self
+
+    @property
+    def settling(self) -> Self:
+        """The effect with forces that have a potential, with which a body settles."""
         return self
 
     @property

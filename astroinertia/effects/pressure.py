@@ -1,16 +1,20 @@
 """Pressure of the fluid on itself."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import jax.numpy as jnp
 
 from astroinertia.bodies import affine, affine_motion
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.gradients import Separation, Symmetric, along, symmetric_inverse
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.sph.fourth_order import weights
+
+CONTACT = 0.05  # difference of densities over their sum, beyond that of pressures, that is a contact
+LEAST = 1e-5  # smallest eigenvalue of a moment matrix that is inverted: all are 1 amid neighbours
 
 
 class Side(NamedTuple):
@@ -20,6 +24,14 @@ class Side(NamedTuple):
     d2W: Any
     slope_weight: Any
     curvature_weight: Any
+    sound_speed: Any
+
+
+class Matter(NamedTuple):
+    """What a particle of a pair brings with it where gradients come from a matrix."""
+
+    density: Any
+    pressure: Any
     sound_speed: Any
 
 
@@ -40,6 +52,45 @@ def curvature_pair(xp, r, d2W_i):
     return (r * r * d2W_i,)
 
 
+def contact(xp, density_i, density_j, pressure_i, pressure_j):
+    """0 where densities differ no more than pressures do, as in waves and shocks; 1 across a contact."""
+    thinner = xp.abs(density_i - density_j) / (density_i + density_j)
+    weaker = xp.abs(pressure_i - pressure_j) / (xp.abs(pressure_i) + xp.abs(pressure_j) + 1e-30)
+    return xp.minimum(xp.maximum((thinner - weaker) / CONTACT, 0.0), 1.0)
+
+
+def integral_pair(
+    xp, r, v_r, ij: Separation, dW_i, dW_j, pressure_weight_i, i: Matter, j: Matter, push_i: Symmetric,
+    push_j: Symmetric,
+):  # fmt: skip
+    """Push, heat and signal of a pair where gradients come from a matrix."""
+    across = contact(xp, i.density, j.density, i.pressure, j.pressure)
+    here, there = 1.0 / i.density, 1.0 / j.density
+    inverse = 1.0 / xp.maximum(r, 1e-15)
+    squared = inverse * inverse
+    mine = (here + across * (there - here)) * squared * along(xp, ij, push_i)
+    other = (there + across * (here - there)) * squared * along(xp, ij, push_j)
+    # What the work has more than the change of the density at constant entropy accounts for.
+    heat = v_r * dW_i * (mine - pressure_weight_i)
+    return mine * dW_i + other * dW_j, heat, 0.5 * (i.sound_speed + j.sound_speed) + xp.abs(v_r)
+
+
+def moment_pair(xp, dW_i, density_i, density_j, pressure_i, pressure_j):
+    """Weight of the moment matrix."""
+    across = contact(xp, density_i, density_j, pressure_i, pressure_j)
+    here, there = 1.0 / density_i, 1.0 / density_j
+    return (-dW_i * (here + across * (there - here)),)
+
+
+def pushes(xp, moment, pressure, density):
+    """(P/rho) C^-1: xx, yy, zz, xy, xz, yz. Neighbours in one plane leave it finite."""
+    x, y, z = moment
+    regular = (x[0] + LEAST, x[1], x[2]), (y[0], y[1] + LEAST, y[2]), (z[0], z[1], z[2] + LEAST)
+    xx, yy, zz, xy, xz, yz = symmetric_inverse(xp, regular)
+    size = pressure / density
+    return size * xx, size * yy, size * zz, size * xy, size * xz, size * yz
+
+
 def weight(xp, pressure, grad_h, density):
     """P/(Omega rho^2)."""
     return (pressure / (grad_h * density**2),)
@@ -52,7 +103,10 @@ def crossing_time(xp, h, signal, sound_speed):
 
 PRESSURE = PairTerm("pressure", pressure_pair, (Output("acceleration", "central"), Output("signal", "max")))
 CURVED = PairTerm("pressure", curved_pair, PRESSURE.outputs)
+INTEGRAL = PairTerm("pressure", integral_pair, (PRESSURE.outputs[0], Output("heating", "sum"), PRESSURE.outputs[1]))
+MOMENT = PairTerm("pressure", moment_pair, (Output("moment", "outer", of="position"),))
 CURVATURE = PairTerm("pressure", curvature_pair, (Output("curvature", "sum"),))
+PUSH = tuple(f"push_{axes}" for axes in Symmetric._fields)
 
 
 @pytree
@@ -63,12 +117,47 @@ class Pressure(Effect):
     Springel & Hernquist (2002, MNRAS 333, 649), eq. 18. It follows from the Lagrangian with u(rho, A): its potential is
     the internal energy, which the model keeps. order: of the error of the density in the smoothing length; "fourth"
     leaves out what smoothing adds to the density, and its force follows from that (sph.fourth_order).
+
+    gradients "integral": in place of dW_i/Omega_i there is
+
+        rho_i V_ij dW_i rhat.C_i^-1.rhat,   C_i = -sum_j m_j V_ij (dW_i/r) x (x) x,   x = x_i - x_j,   V_ij = 1/rho_i,
+
+    the integral approach to derivatives (Garcia-Senz, Cabezon & Escartin 2012, A&A 538, A9; Cabezon, Garcia-Senz &
+    Figueira 2017, A&A 606, A78) with -dW/r as its kernel in place of W, which costs a star at rest five times the
+    entropy; of its force the part along the separation is kept, so that linear and angular momentum stay exact. As
+    -sum_j m_j V_ij (dW_i/r) x.C_i^-1.x = tr 1 = 3, the divergence of v = H x is 3 H however particles lie, that of
+    other linear flows so on average over directions. Across a contact, where densities differ by more than pressures,
+    V_ij is 1/rho_j, so that P_i/(rho_i rho_j) stands for P_i/rho_i^2, which leaves little surface tension
+    (Garcia-Senz, Cabezon & Escartin 2022, A&A 659, A175, whose measure is that of densities alone). No Lagrangian has
+    this force: what its work has more than the change of the density at constant entropy is heat of either sign,
+
+        du_i/dt = (P_i/rho_i) sum_j m_j v_r dW_i [V_ij rhat.C_i^-1.rhat - 1/(Omega_i rho_i)],
+
+    with which energy is exact. Tests: tests/unit/effects/test_pressure.py.
     """
 
     order: Literal["second", "fourth"] = field(default="second", metadata={"static": True})
+    gradients: Literal["kernel", "integral"] = field(default="kernel", metadata={"static": True})
 
     kind: ClassVar[str] = "pressure"
     central: ClassVar[bool] = True
+
+    @classmethod
+    def from_options(cls, options):
+        """Refuses gradients that have no density of fourth order."""
+        if options["gradients"] == "integral" and options["order"] == "fourth":
+            raise ValueError('gradients = "integral" is for order = "second"; leave one of the two away.')
+        return cls(**options)
+
+    @property
+    def needs_heat(self):
+        """Where gradients come from a matrix, as their work is not that of a potential."""
+        return self.gradients == "integral"
+
+    @property
+    def settling(self):
+        """The kernel's gradients: noise that a matrix leaves would keep a body from coming to rest."""
+        return replace(self, gradients="kernel")
 
     @property
     def needs_contrast(self):
@@ -77,26 +166,39 @@ class Pressure(Effect):
 
     @property
     def gradient_terms(self):
-        """The curvature of the kernel's sum, where densities are of fourth order."""
+        """The curvature of the kernel's sum, where densities are of fourth order; or the moment matrix."""
+        if self.gradients == "integral":
+            return (MOMENT,)
         return (CURVATURE,) if self.order == "fourth" else ()
 
     @property
     def neighbour_terms(self):
         """The pressure gradient, and the signal of the time step."""
+        if self.gradients == "integral":
+            return (INTEGRAL,)
         return (CURVED,) if self.order == "fourth" else (PRESSURE,)
 
+    def gradient_fields(self, xp, fluid):
+        """What volumes are made of, for the moment matrix."""
+        return {"density": fluid.density, "pressure": fluid.pressure} if self.gradients == "integral" else {}
+
     def fields(self, xp, fluid):
-        """P/(Omega rho^2), or the two weights of sph.fourth_order, and the speed of sound."""
+        """P/(Omega rho^2), or the two weights of sph.fourth_order, or what the matrix makes; and the speed of sound."""
         if self.order == "fourth":
             slope, curvature = elementwise(
                 xp, weights, fluid.pressure, fluid.density, fluid.contrast, fluid.grad_h,
                 fluid.gradients[self.kind]["curvature"],
             )  # fmt: skip
             return {"slope_weight": slope, "curvature_weight": curvature, "sound_speed": fluid.sound_speed}
-        return {
+        own = {
             "pressure_weight": elementwise(xp, weight, fluid.pressure, fluid.grad_h, fluid.density)[0],
             "sound_speed": fluid.sound_speed,
         }
+        if self.gradients == "integral":
+            moment = fluid.gradients[self.kind]["moment"]
+            push = elementwise(xp, pushes, moment, fluid.pressure, fluid.density)
+            own |= {"density": fluid.density, "pressure": fluid.pressure, **dict(zip(PUSH, push, strict=True))}
+        return own
 
     def timestep(self, xp, fluid):
         """Sound crosses the smoothing length, and neighbours do not move far apart or together: h/v_signal."""

@@ -4,7 +4,17 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
 from astroinertia.effects.effect import Effect
-from astroinertia.effects.gradients import curl_size, linear_gradient, shear, strain, trace, trace_of_square
+from astroinertia.effects.gradients import (
+    Separation,
+    Symmetric,
+    along,
+    curl_size,
+    linear_gradient,
+    shear,
+    strain,
+    trace,
+    trace_of_square,
+)
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
@@ -20,32 +30,13 @@ class Side(NamedTuple):
     viscosity_quadratic: Any
 
 
-class Separation(NamedTuple):
-    """x_i - x_j."""
-
-    x: Any
-    y: Any
-    z: Any
-
-
-class Strain(NamedTuple):
-    """A particle's strain rate, the symmetric part of grad v."""
-
-    xx: Any
-    yy: Any
-    zz: Any
-    xy: Any
-    xz: Any
-    yz: Any
-
-
 def viscosity_pair(xp, v_r, i: Side, j: Side):
     """Push, heat and signal velocity of a pair (Monaghan 1997)."""
     inward = xp.minimum(v_r, 0.0)
     return damped(xp, inward, inward, i, j)
 
 
-def reconstructed_pair(xp, r, v_r, ij: Separation, i: Side, j: Side, strain_i: Strain, strain_j: Strain):
+def reconstructed_pair(xp, r, v_r, ij: Separation, i: Side, j: Side, strain_i: Symmetric, strain_j: Symmetric):
     """The same for the jump left where both sides' linear flows meet (Frontiere et al. 2017, eqs. 41 to 43)."""
     mine, other = along(xp, ij, strain_i), along(xp, ij, strain_j)
     approach = closing(xp, r, v_r, mine + other, agreement(xp, mine, other))
@@ -53,20 +44,13 @@ def reconstructed_pair(xp, r, v_r, ij: Separation, i: Side, j: Side, strain_i: S
 
 
 def guarded_pair(
-    xp, r, v_r, ij: Separation, i: Side, j: Side, strain_i: Strain, strain_j: Strain, spacing_i, spacing_j
+    xp, r, v_r, ij: Separation, i: Side, j: Side, strain_i: Symmetric, strain_j: Symmetric, spacing_i, spacing_j
 ):
     """The same, but the nearer a pair is than particles should be, the less of the linear flows is taken out."""
     mine, other = along(xp, ij, strain_i), along(xp, ij, strain_j)
     trusted = agreement(xp, mine, other) / crowding(xp, r / xp.maximum(spacing_i, spacing_j))
     approach = closing(xp, r, v_r, mine + other, trusted)
     return damped(xp, xp.minimum(v_r, 0.0), approach, i, j)
-
-
-def along(xp, ij: Separation, strain: Strain):
-    """x . strain . x of a separation."""
-    x, y, z = ij.x, ij.y, ij.z
-    squares = strain.xx * (x * x) + strain.yy * (y * y) + strain.zz * (z * z)
-    return squares + strain.xy * (2.0 * x * y) + strain.xz * (2.0 * x * z) + strain.yz * (2.0 * y * z)
 
 
 def agreement(xp, mine, other):
@@ -190,7 +174,7 @@ LIMITED = {
     "guarded_reconstruction": reconstructed_coefficients,
 }
 PAIRS = {"reconstruction": RECONSTRUCTED, "guarded_reconstruction": GUARDED}
-STRAIN = tuple(f"strain_{axes}" for axes in Strain._fields)
+STRAIN = tuple(f"strain_{axes}" for axes in Symmetric._fields)
 
 
 def spacing(xp, mass, density):
