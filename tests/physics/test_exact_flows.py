@@ -146,18 +146,21 @@ def test_a_toy_star_converges_with_rising_neighbours_to_ten_thousand(result) -> 
 
 
 def test_shocks_of_evrards_cloud_do_not_heat_the_gas_ahead_of_them() -> None:
-    """1000 particles: the peaks were 17.3 and 21.5 % low when measured, 20.4 and 24.7 % low with Monaghan's means."""
+    """1000 particles: the peaks were 16.4 and 17.4 % low when measured.
+
+    With Monaghan's means in the viscosity and second order they were 20.4 and 24.7 % low.
+    """
     peaks = evrard_peaks(1000)
-    assert abs(peaks["kinetic_energy_error"]) < 0.185, peaks
-    assert abs(peaks["internal_energy_error"]) < 0.230, peaks
+    assert abs(peaks["kinetic_energy_error"]) < 0.175, peaks
+    assert abs(peaks["internal_energy_error"]) < 0.185, peaks
 
 
 @pytest.mark.full
 def test_evrards_cloud_collapses_and_bounces() -> None:
-    """3000 particles: the kinetic peak was 12.1 % low and the thermal one 14.9 % low when measured."""
+    """3000 particles: the kinetic peak was 10.7 % low and the thermal one 11.6 % low when measured."""
     peaks = evrard_peaks(3000)
-    assert abs(peaks["kinetic_energy_error"]) < 0.14, peaks
-    assert -0.17 < peaks["internal_energy_error"] < 0.0, peaks
+    assert abs(peaks["kinetic_energy_error"]) < 0.125, peaks
+    assert -0.135 < peaks["internal_energy_error"] < 0.0, peaks
     assert abs(peaks["kinetic_energy_time_error"]) < 0.04, peaks
     assert abs(peaks["internal_energy_time_error"]) < 0.03, peaks
     assert peaks["energy_error"] < 0.01, peaks
