@@ -43,6 +43,7 @@ HEADLINE = {
 }
 # Three resolutions of each; of the disc fewer, whose two orbits are a thousand steps and more.
 PARTICLES = dict.fromkeys(HEADLINE, (1000, 3000, 10_000)) | {"keplerian_disc": (500, 1000, 2000)}
+INTEGRAL = 'effects.pressure.gradients="integral"'
 ROOM = {"sedov": 9.0}  # reaches of the kernel that SWIFT's box must have: those of the blown-out middle are wide
 SMALL = 1.0  # time until which the linear solution of the shear layers is compared with
 
@@ -135,7 +136,7 @@ HEADING = """# Standard tests of hydrodynamics
 L1 errors, mean |f - f_exact| over the largest |f_exact|; of kelvin_helmholtz that of the mode's amplitude against
 linear theory up to t = 1; of keplerian_disc the mean relative change of particles' angular momenta in two orbits.
 Quartic spline with 60 neighbours, viscosity with a constant alpha of 1 and guarded reconstruction, and else the
-defaults of viscosity and conduction, for all of them.
+defaults of viscosity and conduction, for all of them; "integral" has gradients = "integral" of the pressure besides.
 
 SWIFT: commit 8a8f0d794, scheme SPHENIX (density and energy, with conduction of its own), quartic spline with 60
 neighbours, its examples' Courant number, measured here from the same particles (standard_swift.py). In bold what a
@@ -144,24 +145,34 @@ velocities tell.
 """
 
 
+NAMES = ("problem", "figure", "particles", "L1 here", "order", "L1 integral", "order", "L1 SWIFT", "here / SWIFT",
+         "integral / SWIFT")  # fmt: skip
+
+
 def table(rows: dict[str, Any]) -> str:
     """Every row, with the order from the row before (error ~ N^(-order/3)) and the ratio to SWIFT at the same N."""
-    lines = [HEADING, "| problem | figure | particles | L1 here | order | L1 SWIFT | here / SWIFT |", "|---" * 7 + "|"]
+    lines = [HEADING, f"| {' | '.join(NAMES)} |", "|---" * len(NAMES) + "|"]
     for problem, headline in HEADLINE.items():
         mine = sorted((row for key, row in rows.items() if key.startswith(f"{problem}/here/")), key=_size)
-        others = {row["particles"]: row for key, row in rows.items() if key.startswith(f"{problem}/swift/")}
+        integral, others = (
+            {row["particles"]: row for key, row in rows.items() if key.startswith(f"{problem}/{who}/")}
+            for who in ("integral", "swift")
+        )
         for name in dict.fromkeys(("density", "velocity", "pressure", headline)):
             if not mine or name not in mine[0]:
                 continue
             before = None
             for row in mine:
-                order = "" if before is None else f"{_order(before, row, name):.2f}"
-                other = others.get(row["particles"], {}).get(name)
-                beside = ("", "") if other is None else (f"{other:.4g}", f"{row[name] / other:.2f}")
-                shown = f"**{name}**" if name == headline else name
-                cells = [problem, shown, row["particles"], f"{row[name]:.4g}", order, *beside]
+                own = (row, integral.get(row["particles"]))
+                there = others.get(row["particles"], {}).get(name)
+                cells = [problem, f"**{name}**" if name == headline else name, row["particles"]]
+                for now, last in zip(own, before or (None, None), strict=True):
+                    cells.append("" if now is None else f"{now[name]:.4g}")
+                    cells.append("" if now is None or last is None else f"{_order(last, now, name):.2f}")
+                cells.append("" if there is None else f"{there:.4g}")
+                cells += ["" if now is None or there is None else f"{now[name] / there:.2f}" for now in own]
                 lines.append(f"| {' | '.join(map(str, cells))} |")
-                before = row
+                before = own
     return "\n".join(lines) + "\n"
 
 
@@ -177,7 +188,11 @@ def picture(rows: dict[str, Any], path: Path) -> None:
     """The headline errors against the number of particles."""
     figure, axes = plt.subplots(2, 4, figsize=(12, 5.5), sharex=True, layout="constrained")
     for axis, (problem, name) in zip(axes.flat, HEADLINE.items(), strict=True):
-        for who, mark, label in (("here", "o-", "here"), ("swift", "s--", "SWIFT, SPHENIX")):
+        for who, mark, label in (
+            ("here", "o-", "here"),
+            ("integral", "^-", "here, integral gradients"),
+            ("swift", "s--", "SWIFT, SPHENIX"),
+        ):
             found = sorted((row for key, row in rows.items() if key.startswith(f"{problem}/{who}/")), key=_size)
             axis.loglog([row["particles"] for row in found], [row[name] for row in found], mark, label=label)
         axis.set_title(f"{problem.replace('_', ' ')}: {name.replace('_', ' ')}", fontsize=9)
@@ -199,7 +214,10 @@ def main() -> None:
     store = RESULTS.with_suffix(".json")
     for problem in options.problems:
         for particles in options.particles or PARTICLES[problem]:
-            jobs = {f"{problem}/here/{particles}": lambda p=problem, n=particles: measured(p, n)}
+            jobs = {
+                f"{problem}/here/{particles}": lambda p=problem, n=particles: measured(p, n),
+                f"{problem}/integral/{particles}": lambda p=problem, n=particles: measured(p, n, INTEGRAL),
+            }
             if options.swift:
                 jobs[f"{problem}/swift/{particles}"] = lambda p=problem, n=particles: measured_with_swift(
                     p, n, options.swift
