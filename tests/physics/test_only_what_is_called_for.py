@@ -164,6 +164,7 @@ ALONGSIDE = {
     "tide": {"astroinertia.gravity.point_masses"},
     "companions": {"astroinertia.gravity.point_masses"},
     "sinks": {"astroinertia.gravity.point_masses", "astroinertia.gravity.sinks"},
+    "pressure": {"astroinertia.effects.gradients"},
     "viscosity": {"astroinertia.effects.gradients"},
     "cooling": {"astroinertia.effects.heat_exchange"},
     "neutrino_loss": {"astroinertia.effects.heat_exchange"},

@@ -74,6 +74,14 @@ def test_a_vortex_converges_with_rising_neighbours_to_ten_thousand(tests: Any, r
     assert min(orders) >= 0.8
 
 
+@pytest.mark.parametrize("steps", ["global", "individual"])
+def test_gradients_from_a_matrix_wear_a_vortex_down_less(tests: Any, steps: str) -> None:
+    """0.180 with 800 particles in place of 0.2105, and a contact's square 0.048 in place of 0.073, with any steps."""
+    settings = 'effects.pressure.gradients="integral"', f'numerics.timesteps="{steps}"'
+    assert tests.measured("gresho", 1000, *settings)["velocity"] <= 0.19
+    assert tests.measured("square", 1000, *settings)["velocity"] <= 0.055
+
+
 @pytest.mark.full(inputs=["tests/benchmarks/standard_tests.py"])
 @pytest.mark.parametrize(
     "problem",
