@@ -33,7 +33,9 @@ from astroinertia.storage import cache
 
 APART = 10.0  # times its size at the start: a body that is larger does not come back
 _COURANT = 0.8  # of h/(c + sqrt(h |a|)); twice as much is unstable
-_COURANT_OF_FOURTH_ORDER = 0.55  # the same with densities of fourth order, which are stiffer: 0.65 is stable, 0.8 is not
+_COURANT_OF_FOURTH_ORDER = (
+    0.55  # the same with densities of fourth order, which are stiffer: 0.65 is stable, 0.8 is not
+)
 _MOST_INERTIA = 0.9  # share of a move that is kept for the next
 _LARGEST_MOVE = 0.15  # of a smoothing length a step
 _STEPS_BETWEEN_SORTS = 16
