@@ -1,7 +1,8 @@
 """Companion runs: a scene with one source of error made coarser, or finer, by a known ratio of its step.
 
 What two runs that differ in one knob differ by is that knob's error, and how much of it a run has follows from the
-ratio of the steps (accuracy.error_bars). Tests: tests/unit/accuracy/test_error_bars.py.
+ratio of the steps (accuracy.error_bars). What few neighbours do, the noise of sums over them, is seen where neighbours
+and particles are twice as many and the smoothing length is the same. Tests: tests/unit/accuracy/test_error_bars.py.
 """
 
 from collections.abc import Iterator
@@ -13,10 +14,14 @@ from astroinertia.errors import SceneError
 from astroinertia.scene.plan import RECORDS, cadence, records, smoothing
 from astroinertia.scene.schema import MOST_RECORDS, Scene
 
-PARTICLES = "particles"
+PARTICLES, NEIGHBOURS = "particles", "neighbours"
 _RATIO = 3.0  # in the number of particles from one run to the next
 _LEAST_RATIO = 2.0  # from which on three of them tell an order
 _NEIGHBOURHOODS = 2.0  # in a body of the coarsest run: with fewer particles no sphere of neighbours fits into it
+_MORE_NEIGHBOURS = 2.0  # and particles
+# Of the noise in the inverse of the number of neighbours: between 1/2 of particles in disorder and 1 (Zhu, Hernquist &
+# Li 2015, ApJ 800, 6). Where two runs alone tell of an error half of this is taken (error_bars).
+_NOISE_ORDER = 1.0
 _FINER = {"tolerance": 0.1, "steps_per_rotation": 0.5}  # of the step, in runs that cost so little
 _COARSER = {"timestep_factor": 2.0, "force_error": 10.0}
 
@@ -43,15 +48,15 @@ def companion_runs(scene: Scene) -> tuple[CompanionRun, ...]:
     """The companion runs that tell the error bars of a scene, the ones with more particles first.
 
     Without particles there is one, and it is finer: it costs as little as the run itself, and its difference from it is
-    the error of the run, of whatever order. Particles have coarser ones, at about a third of the run's particles times
-    steps: two with fewer particles, which also tell the order, and one with the fewest and longer steps, or coarser
-    gravity. A run with too few particles for that has one with more. SceneError for a scene whose resolution no knob
-    sets.
+    the error of the run, of whatever order. Particles have coarser ones, at about half of the run's particles times
+    steps: two with fewer particles, which also tell the order, and beside the one with the fewest one with longer
+    steps, one with coarser gravity, and one with twice the neighbours and particles. A run with too few particles for
+    that has one with more. SceneError for a scene whose resolution no knob sets.
 
     >>> from astroinertia.scene import load
     >>> scene = load.load_file("sims/evrard.toml", ["body.particles=9000"])
     >>> print([run.name for run in companion_runs(scene)])
-    ['particles-3000', 'particles-1000', 'timestep_factor-2', 'force_error-0.002']
+    ['particles-3000', 'particles-1000', 'timestep_factor-2', 'force_error-0.002', 'neighbours-89.2']
     """
     all_knobs = knobs(scene)
     if not all_knobs or all_knobs[0].step is None:
@@ -102,6 +107,21 @@ def _of_particles(scene: Scene, by_name: dict[str, Knob]) -> Iterator[CompanionR
         wanted = ratio * float(knob.default)
         value = wanted if wanted <= max(map(float, knob.values)) else float(knob.default) / ratio
         yield _run(knob, value, name, with_overrides(coarsest, knob.overrides(value)))
+    yield from _with_more_neighbours(coarsest, name)
+
+
+def _with_more_neighbours(coarsest: Scene, name: str) -> Iterator[CompanionRun]:
+    """Of the same smoothing length; none where so many neighbours are not allowed."""
+    by_name = {knob.name: knob for knob in knobs(coarsest)}
+    particles, neighbours = by_name[PARTICLES], by_name[NEIGHBOURS]
+    number = float(f"{_MORE_NEIGHBOURS * float(neighbours.default):.3g}")
+    more = (*particles.overrides(round(_MORE_NEIGHBOURS * float(particles.default))), *neighbours.overrides(number))
+    try:
+        turned = with_overrides(coarsest, more)
+    except SceneError:
+        return
+    step = 1.0 / _MORE_NEIGHBOURS
+    yield CompanionRun(f"{NEIGHBOURS}-{shown(number)}", NEIGHBOURS, name, step, _NOISE_ORDER, True, turned)
 
 
 def _fewest(scene: Scene) -> float:

@@ -114,7 +114,8 @@ def _of_particles(scene: Scene) -> tuple[Knob, ...]:
         knob
         for knob in (
             _particles(scene), _timestep(scene), _force_error(scene), _neighbours(scene), _kernel(scene),
-            _smoothing_tolerance(scene), _choice(scene, "precision", ("mixed", "float64")), _timesteps(scene),
+            _order(scene, "pressure"), _order(scene, "gravity"), _smoothing_tolerance(scene),
+            _choice(scene, "precision", ("mixed", "float64")), _timesteps(scene),
         )
         if knob is not None
     )  # fmt: skip
@@ -221,6 +222,17 @@ def _kernel(scene: Scene) -> Knob:
     return Knob(
         "kernel", "smoothing kernel, with its own number of neighbours", _KERNELS, scene.numerics.kernel,
         lambda value: (f"numerics.kernel='{value}'",),
+    )  # fmt: skip
+
+
+def _order(scene: Scene, effect: str) -> Knob | None:
+    options = scene.effects.get(effect, {})
+    if "order" not in options or options.get("gradients") == "integral":
+        return None
+    return Knob(
+        f"{effect}_order", f"order of the error of {effect} in the smoothing length", ("second", "fourth"),
+        options["order"],
+        lambda value: (f"effects.{effect}.order='{value}'",),
     )  # fmt: skip
 
 

@@ -188,12 +188,27 @@ def numbers(scene):
 
 def test_particles_have_two_runs_with_fewer_of_them_and_one_with_longer_steps():
     scene = BY_NAME["dyson"].scene("body.particles=2700")
-    first, second, slow = companion_runs(scene)
+    first, second, slow, _ = companion_runs(scene)
     assert [run.scene.particles for run in (first, second, slow)] == [900, 300, 300]
     assert (first.step, second.step) == pytest.approx((3 ** (1 / 3), 9 ** (1 / 3)))
     assert slow.against == second.name and slow.step == 2.0
     assert slow.scene.numerics.courant == 2.0 * scene.numerics.courant
     assert not any(run.scene.output.error_bars for run in (first, second, slow))
+
+
+@pytest.mark.parametrize("settings", [(), ("numerics.eta=1.1",), ("numerics.neighbours='rising'",)])
+def test_one_run_has_twice_the_neighbours_and_particles_at_one_smoothing_length(settings):
+    scene = BY_NAME["dyson"].scene("body.particles=18000", *settings)
+    noisy = companion_runs(scene)[-1]
+    coarsest = next(run for run in companion_runs(scene) if run.name == noisy.against)
+    assert (noisy.source, noisy.step, coarsest.scene.particles) == ("neighbours", 0.5, 2000)
+    lengths = [
+        smoothing(run.scene)[0] * (run.scene.body.mass / run.scene.particles) ** (1 / 3) for run in (noisy, coarsest)
+    ]
+    assert noisy.scene.particles == 4000
+    assert lengths[0] == pytest.approx(lengths[1], rel=2e-3)
+    most = BY_NAME["dyson"].scene("body.particles=20000", "numerics.neighbours=600")
+    assert "neighbours" not in {run.source for run in companion_runs(most)}, "1200 are not allowed"
 
 
 def test_few_particles_have_a_run_with_more_and_some_in_between_smaller_ratios():
@@ -214,7 +229,7 @@ def test_several_bodies_keep_their_shares_and_the_smallest_sets_how_few_there_ca
 
 def test_coarser_gravity_is_a_run_where_gravity_is_by_multipoles():
     far = BY_NAME["cold_spheroid"].scene("body.particles=50000", "effects.gravity.method='multipole'")
-    run = companion_runs(far)[-1]
+    run = companion_runs(far)[-2]
     assert (run.source, run.against, run.step) == ("force_error", "particles-5556", pytest.approx(10.0))
     assert run.scene.effects["gravity"]["method"] == "multipole"
     near = companion_runs(BY_NAME["cold_spheroid"].scene())
