@@ -3,9 +3,9 @@
     python tests/benchmarks/error_bars.py [--runs 45] [--seed 1]
 
 Each run is of a family with an exact answer (expanding Dyson ellipsoids, cold spheroids, toy stars), with random axes,
-spins, numbers of particles and neighbours, kernels and ends. Bars at the end are compared with errors, with the companion
-run of more neighbours and, from the same runs, without it. Each run is kept in results/error_bars.json as soon as it is
-finished and is not run again.
+spins, numbers of particles and neighbours, kernels and ends. Bars at the end are compared with errors, with the
+companion run of more neighbours and, from the same runs, without it. Each run is kept in results/error_bars.json as
+soon as it is finished and is not run again.
 """
 
 import argparse
