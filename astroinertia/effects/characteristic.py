@@ -138,13 +138,14 @@ class Characteristic:
 
     @property
     def zone(self) -> Zone | None:
-        """The body as one zone; None where the scene does not tell what that takes."""
+        """The body as one zone; None where the scene does not tell what that takes, or numbers do not reach so far."""
         needed = self.second_moment, self.gravitational, self.triple_pressure, self.rotational
         if any(value is None for value in needed) or not self.second_moment:
             return None
         weight, pressure, turning = (value / self.second_moment for value in needed[1:])  # type: ignore[operator]
         acting = weight if self.weighs else 0.0, pressure if self.presses else 0.0
-        return Zone(*acting, 2.0 * turning, self.gamma, self.expansion)
+        found = *acting, 2.0 * turning, self.expansion
+        return Zone(*found[:3], self.gamma, self.expansion) if all(map(math.isfinite, found)) else None
 
 
 def tidal_parameter(body: Characteristic, mass: float, distance: float) -> float:

@@ -76,7 +76,8 @@ def _sphere(scene: Scene, constant: float) -> dict[str, Any]:
     share = np.polynomial.legendre.leggauss(_NODES)
     nodes, weights = (share[0] + 1.0) / 2.0, share[1] / 2.0
     s = np.asarray(profile.radius(nodes), dtype=float)
-    density = np.asarray(profile.density(s), dtype=float) * mass / radius**3
+    with np.errstate(over="ignore"):
+        density = np.asarray(profile.density(s), dtype=float) * mass / radius**3
     numbers["central_density"] = float(density[0])
     numbers |= _heat(scene, numbers, density, weights)
     shells = s * radius

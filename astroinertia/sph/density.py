@@ -51,10 +51,10 @@ def wanted(kernel: str, eta: float) -> float:
     return eta**3 + self_excess(KERNELS[kernel], eta)
 
 
-def own_share(kernel: str, eta: float) -> float:
+def own_share(xp: Any, kernel: str, eta: Any) -> Any:
     """What is taken off the contrast of a density of fourth order for the particle itself (sph.fourth_order)."""
-    neighbours = np.log(neighbour_number(KERNELS[kernel], eta))
-    return float(np.interp(neighbours, np.log(OWN_SHARE_NEIGHBOURS), KERNELS[kernel].own_share))
+    neighbours = xp.log(neighbour_number(KERNELS[kernel], eta))
+    return xp.interp(neighbours, np.log(OWN_SHARE_NEIGHBOURS), np.asarray(KERNELS[kernel].own_share))
 
 
 def refuse_without_length(kernel: str, eta: float, mass: np.ndarray, spread: float) -> None:

@@ -76,7 +76,7 @@ def power_law(exponent: float) -> Profile:
         name=f"power_law {p!r}",
         enclosed=lambda s: np.clip(s, 0.0, 1.0) ** (3 - p),
         radius=lambda m: np.clip(m, 0.0, 1.0) ** (1 / (3 - p)),
-        density=lambda s: np.where(s <= 1.0, (3 - p) / (4 * math.pi) * np.maximum(s, 1e-300) ** -p, 0.0),
+        density=lambda s: np.where(s <= 1.0, (3 - p) / (4 * math.pi) * np.maximum(s, 1e-100) ** -p, 0.0),
         second_moment=(3 - p) / (3 * (5 - p)),
         gravitational_energy=-(3 - p) / (5 - 2 * p) if p < 2.5 else -math.inf,
     )

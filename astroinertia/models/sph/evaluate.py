@@ -93,8 +93,9 @@ def densities(problem: Problem, pairs: Any, state: State, targets: Array | None 
     )  # fmt: skip
     if not any(effect.needs_contrast for effect in problem.effects):
         return solved
-    share = own_share(problem.kernel, problem.eta)
-    sharper, contrast = elementwise(problem.engine.xp, sharpened, solved.density, solved.grad_h, share)
+    xp = problem.engine.xp
+    share = own_share(xp, problem.kernel, problem.eta)
+    sharper, contrast = elementwise(xp, sharpened, solved.density, solved.grad_h, share)
     return replace(solved, density=sharper, contrast=contrast)
 
 

@@ -101,6 +101,12 @@ def test_what_is_in_balance_needs_both_forces():
     assert difference(star, 1e9, pressure=0.0) == difference(star, 1e9, weight=0.0) == 1.0
 
 
+def test_forces_beyond_all_numbers_have_no_size_and_are_not_followed():
+    body = replace(characteristic(load_file(SCENES / "hot_cloud_let_go.toml")), triple_pressure=math.inf)
+    found = effect_size(SIZES["gravity"], body)
+    assert body.zone is None and found.change is None
+
+
 def test_viscosity_decays_a_flow_in_the_viscous_time():
     # the quadrupole mode of a liquid sphere decays at 5 nu/R^2 (Lamb)
     body = characteristic(load_file(SCENES / "thick_liquid_for_long.toml"))

@@ -64,7 +64,7 @@ def test_the_centre_of_a_polytrope_has_its_density():
     """n = 3, 1000 particles: 5 % too low with the kernel's sum, within 1 % with the fourth order, at 74 neighbours."""
     profile = profiles.polytrope(3.0)
     position, found, eta = solved("wendland_c2", place(profile, 1000), np.full(1000, 1e-3), 74.0)
-    fourth, _ = sharpened(np, found.density, found.grad_h, own_share("wendland_c2", eta))
+    fourth, _ = sharpened(np, found.density, found.grad_h, own_share(np, "wendland_c2", eta))
     radius = np.linalg.norm(position, axis=1)
     exact = profile.density(radius)
     centre = radius < 0.1
