@@ -15,6 +15,8 @@ from astroinertia.accuracy.knobs import Knob
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings
 from astroinertia.accuracy.words import duration
+from astroinertia.costs import machine
+from astroinertia.costs.prediction import predict
 from astroinertia.errors import SceneError
 
 FEWEST = 250  # particles of the first pilot: four times the neighbours of one
@@ -43,6 +45,7 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Set
     if "particles" not in by_name:
         raise SceneError('accuracy chooses the number of particles, and a table has its own: write settings = "given".')
     main, ladder = by_name["particles"], {}
+    _announce(pilots, main)
     count, estimate = FEWEST, None
     while True:
         pilot = pilots.run(f"{count} particles", main.overrides(float(count)))
@@ -65,6 +68,17 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Set
             if cost > seconds and _cost(ladder, GROWTH * count) > REFUSING * seconds:
                 return _refusal(ladder, estimate, wanted, cost, seconds)
         count = int(GROWTH * count)
+
+
+def _announce(pilots: Pilots, main: Knob) -> None:
+    """Say what the pilots will take that every search runs: three numbers of particles, and longer steps at one."""
+    counts = [FEWEST * GROWTH**rung for rung in (0, 1, 2, STEP_PILOT - 1)]
+    predictions = [
+        predict(knobs.with_overrides(pilots.scene, main.overrides(count)), machine.current()) for count in counts
+    ]
+    times = [prediction.wall_time for prediction in predictions if prediction is not None]
+    if len(times) == len(counts):
+        pilots.listener(f"{len(counts)} pilots or more before the run, of about {duration(sum(times))} in all")
 
 
 def _particles(estimate: Estimate, finest: int, error: float) -> float:

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.text import Text
 
+from astroinertia.process.activity import current
+
 if TYPE_CHECKING:
     from astroinertia.run.loop import Progress
 
 SECONDS_BETWEEN_LINES = 10.0  # where the output is no terminal
 LONGEST_SILENCE = 8.0  # seconds; then a line says that work goes on
-PREPARING = "preparing the body: placing and settling it, compiling"
+PREPARING = "preparing the body: placing and settling it"
 
 
 class Voice:
@@ -46,7 +48,7 @@ class Voice:
         while not self.ended.wait(max(0.1, self.spoken + LONGEST_SILENCE - time.monotonic())):
             now = time.monotonic()
             if now - self.spoken >= LONGEST_SILENCE:
-                self.say(f"{now - self.begun:.0f} s: {self.doing}")
+                self.say(f"{now - self.begun:.0f} s: {current() or self.doing}")
 
 
 class Meter:
@@ -62,10 +64,7 @@ class Meter:
         if not self.voice.console.is_terminal:
             self.voice.__enter__()
             return self
-        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
-
-        columns = BarColumn(24), TaskProgressColumn(), TimeElapsedColumn()
-        self.bar = Progress(*columns, TextColumn("{task.description}", markup=False), console=self.voice.console)
+        self.bar = _bar(self.voice.console)
         self.bar.add_task(self.voice.doing, total=1.0)
         self.bar.start()
         return self
@@ -106,3 +105,19 @@ class Meter:
         words = (f"{progress.to_go:.0f} s to go  " if math.isfinite(progress.to_go) else "") + figures
         self.show(share, words, f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {words}", progress.wall_time)
         self.voice.begin(f"after step {progress.step}")
+
+
+def _bar(console: Console) -> Any:
+    """A bar, the share, the time and words, of which only the words are shortened on a narrow terminal."""
+    from rich.progress import BarColumn, Progress, Task, TaskProgressColumn, TextColumn, TimeElapsedColumn
+    from rich.table import Column
+
+    class Words(TextColumn):
+        """What goes on now: what the process is busy with, or what was said last."""
+
+        def render(self, task: Task) -> Text:
+            return Text(current() or task.description)
+
+    whole, shortened = Column(no_wrap=True, min_width=7), Column(no_wrap=True, overflow="ellipsis", ratio=1)
+    columns = BarColumn(24), TaskProgressColumn(table_column=whole), TimeElapsedColumn(table_column=whole.copy())
+    return Progress(*columns, Words("", table_column=shortened), console=console, expand=True)

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
+from astroinertia.costs.evaluations import SHARES
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.errors import AstroinertiaError
 from astroinertia.scene.fluids import MONATOMIC
@@ -48,25 +50,28 @@ class Sphere:
     smooth: bool = False
 
 
-def steps(scene: Scene) -> float | None:
-    """The number of global steps; None where nothing is known of the body beforehand."""
-    most = scene.time.max_steps or math.inf
+def steps(scene: Scene) -> np.ndarray | None:
+    """How many global steps are done, (SHARES + 1,), when so many equal parts of the run's time are over.
+
+    Of several bodies those of the one that takes most; None where nothing is known of one beforehand.
+    """
     counts = [_steps_of(alone) for alone in scene.alone()]
     estimates = [count for count in counts if count is not None]
     if len(estimates) < len(counts):
         return None
-    return min(max(estimates), most)
+    return max(estimates, key=lambda count: count[-1])
 
 
-def _steps_of(scene: Scene) -> float | None:
+def _steps_of(scene: Scene) -> np.ndarray | None:
     units = code_units(scene)
+    shares = np.linspace(0.0, 1.0, SHARES + 1)
     end = float(units.to_code(scene.time.end, "time"))
     longest = end
     if scene.numerics.max_timestep is not None:
         longest = float(units.to_code(scene.numerics.max_timestep, "time"))
     body: Any = scene.body
     if (step := body.own_timestep(scene, smoothing(scene)[0])) is not None:
-        return end / min(longest, step)
+        return shares * (end / min(longest, step))
     if body.profile() is None or body.particles is None:
         return None
     try:
@@ -79,7 +84,8 @@ def _steps_of(scene: Scene) -> float | None:
     rates = np.abs(np.gradient(sizes, times)) / sizes
     step = np.minimum(longest, _steps_at(scene, sphere, sizes, rates))
     step = np.minimum(step, _limit_by_options(scene, times))
-    return float(np.trapezoid(1.0 / step, times)) + 1.0
+    done = cumulative_trapezoid(1.0 / step, times, initial=0.0)
+    return np.interp(shares * end, times, done + times / end)  # and the last, which the end cuts short
 
 
 def sphere_of(scene: Scene) -> Sphere:

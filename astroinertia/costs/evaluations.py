@@ -13,23 +13,29 @@ from astroinertia.scene.schema import Scene
 FORCE_SHARES = {"gravity": 0.25, "pressure": 0.4}
 BY_NEIGHBOURS = 0.6  # of a pass, what goes with the number of neighbours; lists and whole leaves do not
 FURTHER_SHARE = 0.35  # viscosity's, and that of any other effect between neighbours
+SHARES = 50  # equal parts of a run's time, after which it is known how much of its work is done
 EFFECTS_IN_REST = 3  # that the calibration's "rest" is of
 REST_OF_EFFECT = 0.15  # of that rest: each effect's accelerations and its ledger
 
 
 @dataclass(frozen=True)
 class Counts:
-    """Steps of a run; evaluations of particles over their number; ends of intervals. All alike with global steps."""
+    """Steps of a run; evaluations of particles over their number; ends of intervals. All alike with global steps.
+
+    done: share of them that is over after each part of the run's time, (SHARES + 1,) from 0 to 1.
+    """
 
     steps: float
     evaluations: float
     ends: float
     by: str
+    done: tuple[float, ...]
 
     def at_most(self, steps: float) -> "Counts":
         """The same run, ended after so many steps."""
         part = min(1.0, steps / self.steps)
-        return Counts(part * self.steps, part * self.evaluations, part * self.ends, self.by)
+        done = tuple(min(1.0, share / part) for share in self.done)
+        return Counts(part * self.steps, part * self.evaluations, part * self.ends, self.by, done)
 
 
 def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.costs.evaluations import Counts
+from astroinertia.costs.evaluations import SHARES, Counts
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.scene.schema import Scene
 from astroinertia.storage import cache
@@ -53,14 +53,16 @@ class Pilot:
         more = self.limits.min(axis=1) / scaled.min(axis=1)
         steps = np.ones_like(more)
         by_chunk = np.stack([steps, self.evaluations, self.ends]) * more
-        totals = by_chunk.sum(axis=1)
+        totals, passed = by_chunk.sum(axis=1), np.cumsum(self.length)
         if self.reached < 1.0:
-            passed = np.cumsum(self.length)
             last = passed > (1.0 - LAST) * passed[-1]
             pace = by_chunk[:, last].sum(axis=1) / self.length[last].sum()
             totals = totals + pace * passed[-1] * (1.0 / self.reached - 1.0)
         by = PILOT if self.reached >= 1.0 else f"{PILOT} of the first {self.reached:.0%}"
-        return Counts(*map(float, totals), by=by)
+        work = np.cumsum(by_chunk[1]) / totals[1]
+        over, done = np.array([0.0, *passed / passed[-1] * self.reached, 1.0]), np.array([0.0, *work, 1.0])
+        shares = np.interp(np.linspace(0.0, 1.0, SHARES + 1), over, done)
+        return Counts(*map(float, totals), by=by, done=tuple(map(float, shares)))
 
 
 def kept(scene: Scene) -> Pilot | None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.costs import course, experience, piloted, smooth
-from astroinertia.costs.evaluations import Counts, evaluation, run_of_steps, settling_steps
+from astroinertia.costs.evaluations import SHARES, Counts, evaluation, run_of_steps, settling_steps
 from astroinertia.costs.machine import Machine, Seconds, total
 from astroinertia.scene.plan import cadence, records
 from astroinertia.scene.schema import Scene
@@ -35,13 +35,14 @@ HEADER = 3.5e5  # bytes of the final file without any record, and of the manifes
 class Prediction:
     """What a run takes.
 
-    parts: {what: Seconds} of which the run time is the sum; steps: how many, and `steps_by` what says so; memory: the
-    most bytes of the process; files: bytes of the run's folder.
+    parts: {what: Seconds} of which the run time is the sum; steps: how many, and `steps_by` what says so; done: share
+    of their work by time, as of Counts; memory: the most bytes of the process; files: bytes of the run's folder.
     """
 
     parts: dict[str, Seconds]
     steps: float
     steps_by: str
+    done: tuple[float, ...]
     memory: float
     files: float
     calibrated: bool
@@ -98,7 +99,7 @@ def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
     parts |= {f"steps: {name}": cost for name, cost in steps.items()}
     parts |= {"records": written * one, "writing": _writing(scene, size, total(parts.values()).wall, machine)}
     memory = machine.memory["sph"] + particles * machine.memory[f"particle.{scene.numerics.precision}"]
-    return Prediction(parts, counts.steps, counts.by, memory, size, machine.calibrated)
+    return Prediction(parts, counts.steps, counts.by, counts.done, memory, size, machine.calibrated)
 
 
 def counted(scene: Scene) -> Counts | None:
@@ -108,12 +109,14 @@ def counted(scene: Scene) -> Counts | None:
     pilot = piloted.kept(scene)
     if pilot is not None:
         return pilot.counts(scene.particles).at_most(most)
-    steps = course.steps(scene)
-    if steps is None:
+    course_of_steps = course.steps(scene)
+    if course_of_steps is None:
         return None
+    steps = float(course_of_steps[-1])
+    done = tuple(map(float, course_of_steps / steps))
     if scene.numerics.timesteps == "individual":
-        return Counts(steps / STEPS_IN_A_BASE_STEP, steps * ACTIVE, steps, "an estimate").at_most(most)
-    return Counts(steps, steps, steps, "an estimate").at_most(most)
+        return Counts(steps / STEPS_IN_A_BASE_STEP, steps * ACTIVE, steps, "an estimate", done).at_most(most)
+    return Counts(steps, steps, steps, "an estimate", done).at_most(most)
 
 
 def _without_particles(scene: Scene, machine: Machine) -> Prediction:
@@ -128,7 +131,8 @@ def _without_particles(scene: Scene, machine: Machine) -> Prediction:
     size = files(scene, written, 0)
     parts |= {"records": written * costs[f"record.{kind}"]}
     parts |= {"writing": _writing(scene, size, total(parts.values()).wall, machine)}
-    return Prediction(parts, steps, "an estimate", machine.memory[kind], size, machine.calibrated)
+    done = tuple(share / SHARES for share in range(SHARES + 1))
+    return Prediction(parts, steps, "an estimate", done, machine.memory[kind], size, machine.calibrated)
 
 
 def _placing(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:

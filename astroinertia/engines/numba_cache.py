@@ -16,7 +16,27 @@ import tempfile
 from pathlib import Path
 from types import ModuleType
 
-from astroinertia.process import interrupts
+from numba.core.event import Event, Listener, register
+
+from astroinertia.process import activity, interrupts
+
+
+class _Announced(Listener):
+    """Says which function numba compiles; what it finds compiled is not an event."""
+
+    def on_start(self, event: Event) -> None:
+        activity.begin(_words(event))
+
+    def on_end(self, event: Event) -> None:
+        activity.end(_words(event))
+
+
+def _words(event: Event) -> str:
+    function = (event.data or {})["dispatcher"].py_func
+    return f"compiling {function.__name__.replace('_', ' ').strip()}"
+
+
+register("numba:compile", _Announced())
 
 
 def cache_directory() -> Path:

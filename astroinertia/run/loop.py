@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import jax
+import numpy as np
 import xarray as xr
 
 from astroinertia import dataset
@@ -62,6 +63,7 @@ class Progress:
     planned_steps: float = math.nan
 
 
+TRUSTED = 0.1  # share of the work from which on the pace that is seen says what is left, whatever was predicted
 OFF_PLAN = 10.0  # times the steps that were planned for the whole run, from which on a run says so
 Listener = Callable[[Progress], None]
 """What hears how a run goes; if it raises RunInterrupted, the run is saved and stops, as after a signal."""
@@ -108,8 +110,11 @@ def run_prepared(
         return _Run(prepared, archive, listener, begun, deadline).finish(completed)
 
 
-def _predicted(scene: Scene) -> dict[str, float]:
-    """What the run is expected to take, for its file: seconds, those of them after its preparation, bytes, steps."""
+def _predicted(scene: Scene) -> dict[str, Any]:
+    """What the run is expected to take, for its file: seconds, those of them after its preparation, bytes, steps.
+
+    And the share of its work that is done after equal parts of its time (costs.evaluations.SHARES).
+    """
     prediction = predict(scene, machine.current())
     if prediction is None:
         return {}
@@ -119,7 +124,9 @@ def _predicted(scene: Scene) -> dict[str, float]:
         "predicted_memory": prediction.memory,
         "predicted_steps": prediction.steps,
     }
-    return {name: value for name, value in figures.items() if math.isfinite(value)}
+    return {name: value for name, value in figures.items() if math.isfinite(value)} | {
+        "predicted_course": list(prediction.done)
+    }
 
 
 def resume(
@@ -156,7 +163,7 @@ class _Run:
         self.snapshots: list[dict[str, Any]] = []
         self.counters = dict(prepared.counters)
         self.opened = clock.monotonic()
-        self.from_share = self._share()
+        self.paced: tuple[float, float] | None = None
         self.reported_at = -1e9
         self.saved, self.saved_step = self.opened, self.body.steps
         self.could_stop, self.saving = self.opened, 0.0
@@ -187,6 +194,7 @@ class _Run:
                     raise self._stopped(cause)
             self._advance()
             self._record(force=self._ended())
+            self.paced = self.paced or (clock.monotonic(), self._done())
         if "measured" not in self.counters:  # a run that is resumed after its end leaves the same file
             taken = self.counters["wall_time"] + clock.monotonic() - self.begun
             self.counters["measured"] = {
@@ -319,19 +327,33 @@ class _Run:
         except RunInterrupted as stopped:
             self.stopping.append(stopped.by)
 
-    def _share(self) -> float:
-        return min(1.0, max(self.body.time / self.output.end, self.body.steps / self.output.max_steps))
+    def _done(self) -> float:
+        """The share of the run's work that is done, as it was predicted to go on with time."""
+        course = self.archive.metadata.get("predicted_course", [0.0, 1.0])
+        worked = np.interp(self.body.time / self.output.end, np.linspace(0.0, 1.0, len(course)), course)
+        return min(1.0, max(float(worked), self.body.steps / self.output.max_steps))
 
     def _off_plan(self) -> bool:
         planned = self.archive.metadata.get("predicted_steps", math.inf)
         return planned > 0.0 and self.body.steps > OFF_PLAN * planned
 
     def _to_go(self) -> float:
-        """Seconds left: at first as predicted, and the more as it went so far the more of it is done."""
-        share, predicted = self._share(), self.archive.metadata.get("predicted_evolution_time", math.nan)
-        done = share - self.from_share
-        if done <= 0.0:
-            return (1.0 - share) * predicted
-        seen = (self.reported_at - self.opened) / done
-        expected = predicted if math.isfinite(predicted) and not self._off_plan() else seen
-        return (1.0 - share) * (share * seen + (1.0 - share) * expected)
+        if "predicted_evolution_time" not in self.archive.metadata:
+            return math.nan  # most steps of a collapse lie in a small part of its time: its pace says little
+        done, predicted = self._done(), self.archive.metadata["predicted_evolution_time"]
+        begun, first = self.paced or (self.reported_at, done)
+        return seconds_left(
+            done - first, self.reported_at - begun, 1.0 - done, math.nan if self._off_plan() else predicted
+        )
+
+
+def seconds_left(worked: float, seconds: float, left: float, predicted: float) -> float:
+    """What is left of a run's work, a share of it, takes: at first as predicted, soon by the pace that is seen.
+
+    worked: the share that was done in those seconds; predicted: seconds of all of it, NaN where no longer counted on.
+    """
+    if worked <= 0.0:
+        return left * predicted
+    seen = seconds / worked
+    trusted = min(1.0, worked / TRUSTED) if math.isfinite(predicted) else 1.0
+    return left * (seen if trusted == 1.0 else trusted * seen + (1.0 - trusted) * predicted)

@@ -84,6 +84,7 @@ class _Metadata(_Plain):
     principal_gap_tolerance: float | None = None
     predicted_evolution_time: float = math.nan
     predicted_steps: float = math.inf
+    predicted_course: list[float] = [0.0, 1.0]
 
 
 class _Segment(_Plain):

@@ -1,0 +1,27 @@
+"""What a process is busy with for a while, such as compiling a pass: for whoever shows how far its run is.
+
+Tests: tests/unit/process/test_activity.py, tests/unit/cli/test_meter.py.
+"""
+
+_under_way: list[str] = []  # the outermost first; threads only add and remove
+
+
+def current() -> str:
+    """The outermost of what is being done, in words; empty if nothing is.
+
+    >>> begin("compiling a pass")
+    >>> print(current())
+    compiling a pass
+    >>> end("compiling a pass")
+    """
+    return next(iter(tuple(_under_way)), "")
+
+
+def begin(words: str) -> None:
+    """It is being done from now on, until `end`."""
+    _under_way.append(words)
+
+
+def end(words: str) -> None:
+    """It is over."""
+    _under_way.remove(words)

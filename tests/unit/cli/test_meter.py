@@ -1,0 +1,49 @@
+"""How far a run is, on a terminal that is narrow and where there is none."""
+
+import io
+import re
+
+from rich.console import Console
+
+from astroinertia.cli import meter as meters
+from astroinertia.cli.meter import Meter
+from astroinertia.process import activity
+from astroinertia.run import loop
+
+
+def lines(width, act):
+    """What a terminal of so many columns shows at the end, without what moves its cursor."""
+    text = io.StringIO()
+    with Meter(Console(file=text, force_terminal=True, width=width)) as meter:
+        act(meter)
+        meter.bar.refresh()
+    return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text.getvalue()).replace("\r", "\n").splitlines()
+
+
+def test_a_narrow_terminal_shortens_words_and_never_the_time():
+    progress = loop.Progress(0.5, 1.0, 230, 20.0, 1e-4, 1e-15, 1e3, limited_by="viscosity at radius 0.03", to_go=12.0)
+    shown = lines(72, lambda meter: meter.tell(progress))
+    last = [line for line in shown if "12 s to go" in line][-1]
+    assert " 50%" in last and "0:00:0" in last and last.rstrip().endswith("…")
+    assert max(map(len, shown)) <= 72
+
+
+def test_what_compiles_is_shown_while_it_does():
+    def compiling(meter):
+        activity.begin("compiling density pass")
+        meter.bar.refresh()
+        activity.end("compiling density pass")
+
+    shown = lines(90, compiling)
+    assert any("compiling density pass" in line for line in shown)
+    assert meters.PREPARING in shown[-1]
+
+
+def test_a_line_where_there_is_no_terminal_says_what_compiles(monkeypatch):
+    monkeypatch.setattr(meters, "LONGEST_SILENCE", 0.1)
+    text = io.StringIO()
+    activity.begin("compiling density pass")
+    with Meter(Console(file=text)) as meter:
+        meter.voice.ended.wait(0.5)
+    activity.end("compiling density pass")
+    assert "compiling density pass" in text.getvalue()
