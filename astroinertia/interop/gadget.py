@@ -1,11 +1,14 @@
-"""Snapshots as GADGET-2 and GADGET-4 write them in HDF5 ("snap_000.hdf5"), in SI units and float64.
+"""Snapshots as GADGET-2 and GADGET-4 write them in HDF5 ("snap_000.hdf5"), in GADGET's default units and float64.
 
 The layout is that of the GADGET-2 user guide (Springel 2005, section 6) with the groups Header and PartType0, and the
 unit system in Parameters and in the attributes of every field as in GADGET-4 (Springel, Pakmor, Zier & Reinecke 2021,
 MNRAS 506, 2871). GADGET's SmoothingLength is the radius at which the kernel vanishes; the h of this package, of which
-that is a multiple, stands beside it bit for bit as KernelScale. Tests: tests/unit/interop/test_export.py.
+that is a multiple, stands beside it as KernelScale. yt takes the default units (kpc, 10^10 solar masses, km/s) for
+granted, and pynbody finds the time in Time_GYR alone. Tests: tests/unit/interop/test_export.py,
+tests/physics/test_exports_elsewhere.py.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,34 +29,63 @@ NAMES = {
     "material": "MaterialIDs",
 }
 TYPES = 6  # of particles: gas is type 0
+_GRAVITY = Dimension(-1, 3, -2)  # of G
+GIGAYEAR = 3.15576e16  # s, of 365.25 days
+
+
+@dataclass(frozen=True)
+class FileUnits:
+    """Units of mass, length and velocity of a file, in those of the snapshot."""
+
+    mass: float
+    length: float
+    velocity: float
+
+    @property
+    def time(self) -> float:
+        """The unit of time."""
+        return self.length / self.velocity
+
+    def of(self, dimension: Dimension) -> float:
+        """The unit of a dimension."""
+        return self.mass**dimension.mass * self.length**dimension.length * self.time**dimension.time
+
+
+# GADGET-2's default units, with the solar mass and the parsec of yt (unyt 3), which does not read what a file says
+DEFAULT = FileUnits(mass=1e10 * 1.98841586e30, length=3.085677580962325e19, velocity=1e3)
+NONE = FileUnits(1.0, 1.0, 1.0)
 
 
 def write_gadget(snapshot: Snapshot, path: Path) -> None:
-    """Write one snapshot; the numbers are the dataset's own, bit for bit.
+    """Write one snapshot in GADGET's default units, or as it is where the run has none.
 
     >>> import h5py, tempfile
     >>> from astroinertia.interop.snapshots import snapshots_of
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     write_gadget(next(snapshots_of(Path("runs/star"), "last")), Path(folder, "snap_000.hdf5"))
     ...     with h5py.File(Path(folder, "snap_000.hdf5")) as file:
-    ...         print(file["Header"].attrs["NumPart_Total"][0], f"{file['PartType0/Masses'][:].sum():.4g} kg")
-    100 1.988e+30 kg
+    ...         print(file["Header"].attrs["NumPart_Total"][0], f"{file['PartType0/Masses'][:].sum():.5g} x 10^10 solar masses")
+    100 9.9999e-11 x 10^10 solar masses
     """
-    arrays = snapshot.arrays
-    columns = {"PartType0/ParticleIDs": Column(snapshot.identity, _scaling(Dimension(0, 0, 0)))}
+    arrays, units = snapshot.arrays, NONE if snapshot.dimensionless else DEFAULT
+
+    def column(values: np.ndarray, of: Dimension) -> Column:
+        return Column(values / units.of(of) if values.dtype.kind == "f" else values, _scaling(of, units))
+
+    columns = {"PartType0/ParticleIDs": column(snapshot.identity, Dimension(0, 0, 0))}
     for name, written in NAMES.items():
         if name in arrays:
-            columns[f"PartType0/{written}"] = Column(plain(name, arrays[name]), _scaling(dimension(name)))
+            columns[f"PartType0/{written}"] = column(plain(name, arrays[name]), dimension(name))
     if "smoothing_length" in arrays:
         scale = arrays["smoothing_length"]
-        columns["PartType0/KernelScale"] = Column(scale, _scaling(LENGTH))
+        columns["PartType0/KernelScale"] = column(scale, LENGTH)
         if snapshot.support is not None:
-            columns["PartType0/SmoothingLength"] = Column(snapshot.support * scale, _scaling(LENGTH))
-    groups = {"Header": _header(snapshot), "Parameters": _parameters(snapshot), "Astroinertia": origin(snapshot)}
-    write_hdf5(path, groups, columns)
+            columns["PartType0/SmoothingLength"] = column(snapshot.support * scale, LENGTH)
+    groups = {"Header": _header(snapshot, units), "Parameters": _parameters(snapshot, units)}
+    write_hdf5(path, groups | {"Astroinertia": origin(snapshot)}, columns)
 
 
-def _header(snapshot: Snapshot) -> dict[str, Any]:
+def _header(snapshot: Snapshot, units: FileUnits) -> dict[str, Any]:
     counts = np.zeros(TYPES, dtype=np.uint32)
     counts[0] = snapshot.identity.size
     flags = ("Sfr", "Cooling", "StellarAge", "Metals", "Feedback")
@@ -62,9 +94,9 @@ def _header(snapshot: Snapshot) -> dict[str, Any]:
         "NumPart_Total": counts,
         "NumPart_Total_HighWord": np.zeros(TYPES, dtype=np.uint32),
         "MassTable": np.zeros(TYPES),
-        "Time": snapshot.time,
+        "Time": snapshot.time / units.time,
         "Redshift": 0.0,
-        "BoxSize": _box_size(snapshot),
+        "BoxSize": _box_size(snapshot) / units.length,
         "NumFilesPerSnapshot": 1,
         "Omega0": 0.0,
         "OmegaLambda": 0.0,
@@ -75,17 +107,27 @@ def _header(snapshot: Snapshot) -> dict[str, Any]:
     }
 
 
-def _parameters(snapshot: Snapshot) -> dict[str, Any]:
+def _parameters(snapshot: Snapshot, units: FileUnits) -> dict[str, Any]:
+    time = {} if snapshot.dimensionless else {"Time_GYR": snapshot.time / GIGAYEAR}
     return {
-        "UnitLength_in_cm": CM,
-        "UnitMass_in_g": GRAM,
-        "UnitVelocity_in_cm_per_s": CM,
-        "GravityConstantInternal": snapshot.gravitational_constant,
+        **_cgs(units, snapshot.dimensionless),
+        **time,
+        "GravityConstantInternal": snapshot.gravitational_constant / units.of(_GRAVITY),
         "ComovingIntegrationOn": 0,
         "Omega0": 0.0,
         "OmegaLambda": 0.0,
         "HubbleParam": 1.0,
-        "BoxSize": _box_size(snapshot),
+        "BoxSize": _box_size(snapshot) / units.length,
+    }
+
+
+def _cgs(units: FileUnits, dimensionless: bool) -> dict[str, float]:
+    """The units in cgs; all of them 1, as files of other codes have them, where there are none."""
+    mass, length = (1.0, 1.0) if dimensionless else (GRAM, CM)
+    return {
+        "UnitLength_in_cm": units.length * length,
+        "UnitMass_in_g": units.mass * mass,
+        "UnitVelocity_in_cm_per_s": units.velocity * length,
     }
 
 
@@ -94,7 +136,7 @@ def _box_size(snapshot: Snapshot) -> float:
     return snapshot.box[0] if snapshot.box is not None and len(set(snapshot.box)) == 1 else 0.0
 
 
-def _scaling(of: Dimension) -> dict[str, float]:
+def _scaling(of: Dimension, units: FileUnits) -> dict[str, float]:
     # GADGET-4 counts in powers of length, mass and velocity
     return {
         "a_scaling": 0.0,
@@ -102,5 +144,5 @@ def _scaling(of: Dimension) -> dict[str, float]:
         "length_scaling": float(of.length + of.time),
         "mass_scaling": float(of.mass),
         "velocity_scaling": float(-of.time),
-        "to_cgs": in_cgs(of),
+        "to_cgs": 1.0 if units is NONE else units.of(of) * in_cgs(of),
     }
