@@ -64,8 +64,8 @@ def write_gadget(snapshot: Snapshot, path: Path) -> None:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     write_gadget(next(snapshots_of(Path("runs/star"), "last")), Path(folder, "snap_000.hdf5"))
     ...     with h5py.File(Path(folder, "snap_000.hdf5")) as file:
-    ...         print(file["Header"].attrs["NumPart_Total"][0], f"{file['PartType0/Masses'][:].sum():.5g} x 10^10 solar masses")
-    100 9.9999e-11 x 10^10 solar masses
+    ...         print(file["Header"].attrs["NumPart_Total"][0], f"{file['PartType0/Masses'][:].sum():.5g} x 10^10 suns")
+    100 9.9999e-11 x 10^10 suns
     """
     arrays, units = snapshot.arrays, NONE if snapshot.dimensionless else DEFAULT
 

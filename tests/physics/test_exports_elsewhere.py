@@ -1,6 +1,7 @@
 """Exported snapshots as other programs read them: mass, L and I of what they hand back are those of the dataset.
 
-Files are opened without any argument. Each program is in the extra interop-test, and its cases are skipped where it is not installed.
+Files are opened without any argument. Each program is in the extra interop-test, and its cases are skipped where it is
+not installed.
 """
 
 from pathlib import Path
