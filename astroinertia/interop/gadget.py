@@ -65,7 +65,7 @@ def write_gadget(snapshot: Snapshot, path: Path) -> None:
     ...     write_gadget(next(snapshots_of(Path("runs/star"), "last")), Path(folder, "snap_000.hdf5"))
     ...     with h5py.File(Path(folder, "snap_000.hdf5")) as file:
     ...         print(file["Header"].attrs["NumPart_Total"][0], f"{file['PartType0/Masses'][:].sum():.5g} x 10^10 suns")
-    100 9.9999e-11 x 10^10 suns
+    100 1e-10 x 10^10 suns
     """
     arrays, units = snapshot.arrays, NONE if snapshot.dimensionless else DEFAULT
 
