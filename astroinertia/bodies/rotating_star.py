@@ -27,6 +27,10 @@ _VIRIAL_ERROR = 1e-3  # the largest that is accepted, where matter has kinks or 
 _FLATTEST = 0.05  # axis ratio to which sequences are followed
 _CLOSEST = 1e-9  # of the axis ratio, to which mass shedding is found
 _BY_TRIAL = 1e-5  # the same for other ends
+_PROPERTIES = {
+    "spin": "angular_velocity", "period": "angular_velocity", "breakup_fraction": "keplerian_fraction",
+    "t_over_w": "rotational_to_gravitational", "angular_momentum": "angular_momentum",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +102,10 @@ class RotatingStar(EquilibriumFigure):
 
     @property
     def keplerian_fraction(self) -> float:
-        """Angular velocity of the equator over that of an orbit there, in the star's own field: 1 at mass shedding."""
+        """Angular velocity of the equator over that of an orbit there, in the star's own field: 1 at mass shedding.
+
+        W of Rivinius, Carciofi & Martayan 2013, A&ARv 21, 69; not Omega over that of the star that sheds mass.
+        """
         spin = self.field.rate_squared * float(self.field.law.rate(1.0)) ** 2
         return math.sqrt(spin / (spin - self.field.equatorial_gravity))
 
@@ -264,22 +271,37 @@ def rotating_star_with(
     quantity: str, value: float, matter: ScaledLaw, law: Law = RIGID, resolution: Resolution | None = None,
     **units: float,
 ) -> RotatingStar:  # fmt: skip
-    """Return the first star, from rest on, of which a property has a value, as ("rotational_to_gravitational", 0.1).
+    """Return the first star, from rest on, of which a property has a value, as ("t_over_w", 0.1) or ("spin", 0.5).
 
-    `quantity` names any number of RotatingStar that rotation makes larger, such as angular_velocity or
-    angular_momentum, in units of mass, equatorial_radius and gravitational_constant (`units`). ValueError for a value
-    below that at rest; NumericalError where the sequence ends before. Test: tests/unit/bodies/test_scf.py.
+    `quantity` is spin (the angular velocity on the axis), period (of that), breakup_fraction (keplerian_fraction, below
+    1), t_over_w, angular_momentum or axis_ratio, or the name of another number of RotatingStar that rotation makes
+    larger; in units of mass, equatorial_radius and gravitational_constant (`units`). ValueError for a value that none
+    can have and for another quantity; NumericalError, with the limit, where the sequence ends before.
+    Test: tests/unit/bodies/test_scf.py.
+
+    >>> from astroinertia.matter.barotropes import polytropic_matter
+    >>> print(f"{rotating_star_with('breakup_fraction', 0.8, polytropic_matter(1.5)).field.axis_ratio:.4f}")
+    0.7041
     """
+    if quantity == "axis_ratio":
+        return rotating_star(matter, value, law, resolution=resolution, **units)
+    at_rest = rotating_star(matter, 1.0, law, resolution=resolution, **units)
+    name = _PROPERTIES.get(quantity, quantity)
+    if not isinstance(getattr(at_rest, name, None), float):
+        raise ValueError(f"quantity must be one of axis_ratio, {', '.join(_PROPERTIES)}, not {quantity!r}")
+
+    shown = _period if quantity == "period" else float
+    wanted = shown(value)
 
     def excess(star: RotatingStar) -> float:
-        return getattr(star, quantity) - value
+        return getattr(star, name) - wanted
 
-    at_rest = rotating_star(matter, 1.0, law, resolution=resolution, **units)
-    if not math.isfinite(value) or excess(at_rest) > 1e-12 * max(abs(value), 1e-300):
-        raise ValueError(f"{quantity} must be finite and at least {getattr(at_rest, quantity):g}, not {value!r}")
+    if not math.isfinite(wanted) or excess(at_rest) > 1e-12 * max(abs(wanted), 1e-300):
+        limit = "positive" if quantity == "period" else f"finite and at least {getattr(at_rest, name):g}"
+        raise ValueError(f"{quantity} must be {limit}, not {value!r}")
     star, bracket, end = _march(excess, matter, law, resolution, units)
     if bracket is None:
-        most = f"down to axis ratio {star.field.axis_ratio:.5g} it reaches {getattr(star, quantity):.6g}"
+        most = f"down to axis ratio {star.field.axis_ratio:.5g} it reaches {shown(getattr(star, name)):.6g}"
         message = f"no {matter.name} with {law.kind} rotation was found with a {quantity} of {value:g}: {most}"
         raise NumericalError(f"{message}, and {end}" if end else message)
 
@@ -288,6 +310,11 @@ def rotating_star_with(
 
     root = float(root_scalar(at, bracket=bracket, method="brentq", xtol=1e-13, rtol=1e-12).root)
     return rotating_star(matter, root, law, resolution=resolution, **units)
+
+
+def _period(spin: float) -> float:
+    """The period of a spin, or the spin of a period."""
+    return 2 * math.pi / spin if spin else math.inf
 
 
 def _march(

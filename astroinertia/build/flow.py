@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.build.spheres import Sphere, Star
+from astroinertia.build.spin import breakup_rate
 from astroinertia.errors import SceneError
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
@@ -65,7 +66,9 @@ def shellular_rotation(
 
 
 def rotation_measure(scene: Scene, units: CodeUnits) -> dict[str, float]:
-    """The one measure of the amount of rotation that a scene gives, under its own name."""
+    """The one measure of the amount of rotation that a scene gives, under its own name; rate for break-up's share."""
+    if scene.body.rotation.breakup_fraction is not None:  # type: ignore[union-attr]
+        return {"rate": breakup_rate(scene, units)}
     measures = {"rate": "angular_velocity", "period": "time", "angular_momentum": "angular_momentum"}
     measures["t_over_w"] = "dimensionless"
     amounts = {name: getattr(scene.body.rotation, name) for name in measures}

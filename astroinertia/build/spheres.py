@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.bodies.maclaurin_momentum import MomentumLaw
-from astroinertia.bodies.rotating_star import RotatingStar, rotating_star, rotating_star_with
+from astroinertia.bodies.rotating_star import RotatingStar, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.matter.barotropes import polytropic_matter
@@ -167,8 +167,10 @@ def _rotating_star(body: Any, units: CodeUnits, mass: float, radius: float) -> R
     rate, spin = (mass / radius**3) ** 0.5, (mass**3 * radius) ** 0.5
     wanted = {
         "axis_ratio": body.axis_ratio,
-        "rotational_to_gravitational": body.t_over_w,
-        "angular_velocity": None if body.rate is None else units.to_code(body.rate, "angular_velocity") / rate,
+        "t_over_w": body.t_over_w,
+        "breakup_fraction": body.breakup_fraction,
+        "period": None if body.period is None else units.to_code(body.period, "time") * rate,
+        "spin": None if body.rate is None else units.to_code(body.rate, "angular_velocity") / rate,
         "angular_momentum": None
         if body.angular_momentum is None
         else units.to_code(body.angular_momentum, "angular_momentum") / spin,
@@ -178,7 +180,11 @@ def _rotating_star(body: Any, units: CodeUnits, mass: float, radius: float) -> R
     try:
         unit_star = _unit_star(body.index, body.law, scale, quantity, value)
     except (ValueError, NumericalError) as error:
-        units_note = " (in units of its mass, equatorial radius and G)" if quantity.startswith("angular") else ""
+        units_note = (
+            " (in units of its mass, equatorial radius and G)"
+            if quantity in ("spin", "period", "angular_momentum")
+            else ""
+        )
         raise SceneError(f"[body] {error}{units_note}.") from None
     return replace(unit_star, mass=mass, equatorial_radius=radius)
 
@@ -187,6 +193,4 @@ def _rotating_star(body: Any, units: CodeUnits, mass: float, radius: float) -> R
 def _unit_star(index: float, kind: str, scale: float | None, quantity: str, value: float) -> RotatingStar:
     matter = polytropic_matter(index)
     law = MomentumLaw() if kind == "maclaurin" else RotationLaw(kind, scale)
-    if quantity == "axis_ratio":
-        return rotating_star(matter, value, law)
     return rotating_star_with(quantity, value, matter, law)

@@ -18,7 +18,8 @@ def rotation_axis(scene: Scene) -> np.ndarray:
 
 
 def rotation_amount(scene: Scene, units: CodeUnits, energy: float | None) -> dict[str, float]:
-    """The one measure of the rotation that a scene gives: rate (also for a period), angular_momentum or t_over_w.
+    """The one measure of the rotation that a scene gives: rate (also for a period or a share of break-up),
+    angular_momentum or t_over_w.
 
     energy is that of self-gravity, None where the body has none. SceneError for t_over_w without it.
     """
@@ -33,9 +34,20 @@ def rotation_amount(scene: Scene, units: CodeUnits, energy: float | None) -> dic
         if energy is None:
             raise SceneError("[body.rotation] rotation t_over_w needs a self-gravitating body.")
         return {"t_over_w": spin.t_over_w}
+    if spin.breakup_fraction is not None:
+        return {"rate": breakup_rate(scene, units)}
     if spin.rate is not None:
         return {"rate": units.to_code(spin.rate, "angular_velocity")}
     return {"angular_momentum": units.to_code(spin.angular_momentum, "angular_momentum")}
+
+
+def breakup_rate(scene: Scene, units: CodeUnits) -> float:
+    """The rate of a polytrope that is to turn at a fraction of break-up."""
+    from astroinertia.rotation.break_up import polytropic_rate  # brings figures of stars along
+
+    body: Any = scene.body
+    mass, radius = units.to_code(body.mass, "mass"), units.to_code(body.radius, "length")
+    return polytropic_rate(body.polytropic_index, body.rotation.breakup_fraction) * (mass / radius**3) ** 0.5
 
 
 def rigid_moments(scene: Scene, units: CodeUnits) -> tuple[np.ndarray, np.ndarray]:

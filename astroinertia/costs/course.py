@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
+from astroinertia.build.spin import breakup_rate
 from astroinertia.costs.evaluations import SHARES
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.errors import AstroinertiaError
@@ -135,6 +136,8 @@ def _spin(scene: Scene) -> float:
         return 2.0 / 3.0 * float(units.to_code(rate, "angular_velocity")) ** 2
     if getattr(rotation, "period", None) is not None:
         return 2.0 / 3.0 * (2.0 * math.pi / float(units.to_code(rotation.period, "time"))) ** 2
+    if getattr(rotation, "breakup_fraction", None) is not None:
+        return 2.0 / 3.0 * breakup_rate(scene, units) ** 2
     return 0.0
 
 

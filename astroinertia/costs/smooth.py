@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.build.spin import breakup_rate
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
 
@@ -61,7 +62,7 @@ def _rate(scene: Scene) -> float:
         return abs(float(units.to_code(rotation.rate, "angular_velocity")))
     if rotation.period is not None:
         return 2.0 * math.pi / float(units.to_code(rotation.period, "time"))
-    return 1.0
+    return breakup_rate(scene, units) if rotation.breakup_fraction is not None else 1.0
 
 
 def fastest_spin(scene: Scene) -> float:

@@ -17,7 +17,7 @@ from scipy.optimize import root_scalar
 
 from astroinertia.bodies.neutron_star_fits import KEPLER_FACTORS, kepler_period, roche_shedding_period
 from astroinertia.bodies.polytrope import lane_emden, polytrope_radius
-from astroinertia.bodies.rotating_star import RotatingStar, end_of_sequence, rotating_star
+from astroinertia.bodies.rotating_star import RotatingStar, end_of_sequence, rotating_star, rotating_star_with
 from astroinertia.errors import NumericalError
 from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS
@@ -152,6 +152,20 @@ def polytropic_limit(index: float) -> PolytropicLimit:
         moment_growth=star.polar_moment / rest_moment,
         rotational_to_gravitational=star.rotational_to_gravitational,
     )
+
+
+@lru_cache(maxsize=32)
+def polytropic_rate(index: float, fraction: float) -> float:
+    """Return Omega/(G M/R^3)^(1/2) of the rigid polytrope whose equator turns at a fraction of an orbit there.
+
+    R is its radius at rest, with the same mass and constant K. ValueError unless 0 < n < 3 and 0 <= fraction < 1.
+
+    >>> print(f"{polytropic_rate(1.5, 0.8):.4f} {polytropic_limit(1.5).rate:.4f}")  # it swells on the way
+    0.5170 0.5287
+    """
+    _check(index)
+    star = rotating_star_with("breakup_fraction", fraction, polytropic_matter(index))
+    return star.angular_velocity * _radius_at_rest(star, index) ** 1.5
 
 
 def polytrope_moment_ratio(index: float) -> float:

@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from astroinertia.scene.dimensional import (
     AngularMomentum,
     AngularVelocity,
+    Duration,
     Length,
     Mass,
     Moment,
@@ -18,9 +19,11 @@ from astroinertia.scene.dimensional import (
 )
 from astroinertia.scene.fluids import Part, as_tuple
 from astroinertia.scene.initial_body import (
+    OF_BREAK_UP,
     UNIT_MATRIX,
     Body,
     Count,
+    Fraction,
     Matrix,
     Perturbation,
     PlanLine,
@@ -258,17 +261,19 @@ class RotatingStarBody(Body):
     scale: Length | None = Field(default=None, description="length over which a law that is not rigid falls off")
     perturbation: Perturbation | None = Field(default=None, description="a density that is uneven about the z axis")
     axis_ratio: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
-        default=None, description="polar over equatorial radius; or give t_over_w, rate or angular_momentum"
+        default=None, description="polar over equatorial radius; or another of breakup_fraction to angular_momentum"
     )
+    breakup_fraction: Fraction | None = Field(default=None, description=OF_BREAK_UP)
     t_over_w: Annotated[float, Field(ge=0.0, lt=0.5)] | None = Field(default=None, description="T/|W| of the star")
     rate: AngularVelocity | None = Field(default=None, description="angular velocity on the star's axis")
+    period: Duration | None = Field(default=None, description="rotation period on the star's axis")
     angular_momentum: AngularMomentum | None = Field(default=None, description="total angular momentum of the star")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.rotation is not None:
             raise ValueError("has a table rotation, but a rotating_star turns as its own law and axis_ratio say.")
-        exactly_one(self, "axis_ratio", "t_over_w", "rate", "angular_momentum")
+        exactly_one(self, "axis_ratio", "breakup_fraction", "t_over_w", "rate", "period", "angular_momentum")
         law_with_scale(self)
         return self
 
@@ -294,6 +299,11 @@ class RotatingStarBody(Body):
             ratio = self.t_over_w
         elif self.rate is not None:
             ratio = 0.5 * moment * self.rate**2 / gravitational
+        elif self.period is not None:
+            ratio = 0.5 * moment * (2.0 * math.pi / self.period) ** 2 / gravitational
+        elif self.breakup_fraction is not None:
+            orbit = (5.0 - self.index) / (3.0 * self.mass * self.radius**2)  # over |W|, as of the polytrope at rest
+            ratio = 0.5 * moment * self.breakup_fraction**2 * orbit
         elif self.angular_momentum is not None:
             ratio = 0.5 * self.angular_momentum**2 / moment / gravitational
         else:

@@ -81,6 +81,7 @@ SUGGESTED: dict[str, Any] = {
     "pressure_fraction": 0.9,
     "t_over_w": 0.02,
     "axis_ratio": 0.8,
+    "breakup_fraction": 0.8,
     "moments": ["8.0e37 kg m2", "8.0e37 kg m2", "8.1e37 kg m2"],
     "moment_ratios": [0.33, 0.33, 0.3307],
     "times": ["1 h", "2 h"],

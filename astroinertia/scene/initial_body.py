@@ -43,6 +43,8 @@ GradientMatrix = Annotated[tuple[_Row, _Row, _Row], BeforeValidator(as_tuple)]
 Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]
 Law = Literal["rigid", "j_constant", "v_constant"]
 _SCALED = ("j_constant", "v_constant")
+Fraction = Annotated[float, Field(ge=0.0, lt=1.0)]
+OF_BREAK_UP = "angular velocity of the equator over that of an orbit there, 1 where mass is shed"
 
 
 def exactly_one(part: Part, *names: str) -> None:
@@ -106,7 +108,7 @@ def unit_rows(rows: Any) -> np.ndarray:
 
 
 class Rotation(Part):
-    """How the body turns at the start; exactly one of rate, period, angular_momentum and t_over_w."""
+    """How the body turns at the start; exactly one of rate, period, angular_momentum, t_over_w and breakup_fraction."""
 
     law: Law = Field(
         default="rigid",
@@ -119,13 +121,16 @@ class Rotation(Part):
     t_over_w: Annotated[float, Field(ge=0.0, lt=0.5)] | None = Field(
         default=None, description="rotational kinetic over absolute gravitational energy, T/|W|"
     )
+    breakup_fraction: Fraction | None = Field(default=None, description=f"of a polytrope in equilibrium: {OF_BREAK_UP}")
     axis: Vector = Field(default=(0.0, 0.0, 1.0), description="direction of the rotation axis, any length")
     scale: Length | None = Field(default=None, description="length over which a law that is not rigid falls off")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        exactly_one(self, "rate", "period", "angular_momentum", "t_over_w")
+        exactly_one(self, "rate", "period", "angular_momentum", "t_over_w", "breakup_fraction")
         law_with_scale(self)
+        if self.breakup_fraction is not None and self.law != "rigid":
+            raise ValueError(f"has a breakup_fraction, which is of the law rigid, not of {self.law}.")
         if not any(self.axis):
             raise ValueError("has an axis of zero length.")
         return self
@@ -241,6 +246,16 @@ class Body(Part):
             raise ValueError(f"may have only one of {', '.join(names)}, but has {' and '.join(keys)}.")
         return self
 
+    @model_validator(mode="after")
+    def _can_break_up(self) -> Self:
+        spin, index = self.rotation, self.polytropic_index
+        if spin is not None and spin.breakup_fraction is not None and not (index and index < 3.0):
+            raise ValueError(
+                "has rotation.breakup_fraction, which is of polytropes of an index between 0 and 3 (others: a body of "
+                "the kind rotating_star, or rotation.rate)."
+            )
+        return self
+
     @property
     def title(self) -> str:
         """What its kind is called."""
@@ -327,11 +342,22 @@ class Body(Part):
         along = np.array(axis)
         moment = float(along @ tensor @ along)
         spin = 0.0 if self.rotation is None else self.rotation.spin(moment, gravitational)
+        if self.rotation is not None and self.rotation.breakup_fraction is not None:
+            spin = self._spin_of_fraction(self.rotation.breakup_fraction, gravitational)
         values, vectors = np.linalg.eigh(tensor)
         largest = vectors[:, values > values[2] * (1.0 - 1e-9)]
         wobble = math.sqrt(max(0.0, 1.0 - float(np.sum((along @ largest) ** 2))))
         turning = {"spin": spin, "spin_axis": axis, "wobble": wobble if spin and wobble > 1e-8 else 0.0}
         return turning if spin is None else {**turning, "rotational": 0.5 * moment * spin**2}
+
+    def _spin_of_fraction(self, fraction: float, gravitational: float | None) -> float:
+        from astroinertia.rotation.break_up import polytropic_rate
+
+        me: Any = self
+        assert me.polytropic_index is not None and gravitational is not None  # _can_break_up has seen to it
+        # |W| = 3/(5 - n) G M^2/R of a polytrope says G
+        orbit = gravitational * (5.0 - me.polytropic_index) / (3.0 * me.mass * me.radius**2)
+        return polytropic_rate(me.polytropic_index, fraction) * math.sqrt(orbit)
 
     def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
         """What it is, as lines of the plan."""

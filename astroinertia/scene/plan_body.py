@@ -46,6 +46,7 @@ def _motion(scene: Scene, shown: Shown) -> list[PlanLine]:
         "angular_momentum": "angular_momentum",
         "t_over_w": "dimensionless",
         "axis_ratio": "dimensionless",
+        "breakup_fraction": "dimensionless",
     }
     name = next(name for name in dimensions if getattr(spin, name, None) is not None)
     value = shown(getattr(spin, name), dimensions[name])

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.special import eval_legendre
 
 from astroinertia.bodies import maclaurin, spectral_polytrope
 from astroinertia.bodies.polytrope import Polytrope
@@ -168,6 +169,33 @@ def test_a_star_may_be_asked_for_by_what_it_has(quantity, value):
     star = rotating_star_with(quantity, value, polytropic_matter(1.5), **units)
     assert getattr(star, quantity) == pytest.approx(value, rel=1e-10)
     assert star.mass == 2.0
+
+
+def test_a_star_may_be_asked_for_by_its_share_of_break_up_its_spin_or_its_period():
+    units = {"mass": 2.0, "equatorial_radius": 3.0, "gravitational_constant": 2.0}
+    matter = polytropic_matter(1.5)
+    star = rotating_star_with("breakup_fraction", 0.8, matter, **units)
+    degrees = 2 * np.arange(1, len(star.zonal_harmonics) + 1)  # gravity at the equator by the harmonics outside
+    gravity = 2.0 * 2.0 / 3.0**2 * (1 - (degrees + 1) * star.zonal_harmonics @ eval_legendre(degrees, 0.0))
+    assert star.angular_velocity / math.sqrt(gravity / 3.0) == pytest.approx(0.8, rel=1e-6)
+    for quantity, value in (
+        ("spin", star.angular_velocity),
+        ("period", 2 * math.pi / star.angular_velocity),
+        ("t_over_w", star.rotational_to_gravitational),
+        ("axis_ratio", star.polar_radius / star.equatorial_radius),
+    ):
+        again = rotating_star_with(quantity, value, matter, **units)
+        assert again.angular_momentum == pytest.approx(star.angular_momentum, rel=1e-9), quantity
+    with pytest.raises(NumericalError, match=r"with a period of 1: .* it reaches 15\.97.*, and"):
+        rotating_star_with("period", 1.0, matter, **units)
+    with pytest.raises(NumericalError, match=r"with a breakup_fraction of 1\.1: .* it reaches 1, and"):
+        rotating_star_with("breakup_fraction", 1.1, matter, **units)
+    for value in (0.0, -3.0, math.nan):
+        with pytest.raises(ValueError, match="period must be positive"):
+            rotating_star_with("period", value, matter)
+    for name in ("omega", "field", "density"):
+        with pytest.raises(ValueError, match=f"one of axis_ratio, spin, period, .* not '{name}'"):
+            rotating_star_with(name, 0.1, matter)
 
 
 @pytest.mark.slow

@@ -6,8 +6,10 @@ import pytest
 
 from astroinertia.build import rigid as start_rigid
 from astroinertia.errors import SceneError
+from astroinertia.rotation.break_up import polytropic_rate
+from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.load import loads
-from astroinertia.scene.plan import code_units
+from astroinertia.scene.plan import code_units, plan
 
 HEAD = 'name = "it"\nmodel = "rigid"\nunits = "code"\n[time]\nend = 1.0\n'
 BODY = '[body]\nkind = "rigid"\nmass = 2.0\nmoments = [3.0, 1.0, 2.5]\n'
@@ -45,6 +47,33 @@ def test_every_measure_of_rotation(given, rate):
 def test_a_polytrope_may_be_rigid():
     text = '[body]\nkind = "uniform"\nmass = 5.0\nradius = 1.0\naxes = [1.0, 1.0, 0.5]\nrotation = { rate = 1.0 }\n'
     assert record(text + NONE)["angular_momentum"][2] == pytest.approx(2.0)
+
+
+POLYTROPE = '[body]\nkind = "polytrope"\nindex = 1.0\nmass = 5.0\nradius = 2.0\n'
+
+
+def test_a_polytrope_turns_at_its_share_of_break_up():
+    found = record(POLYTROPE + "rotation = { breakup_fraction = 0.8 }\n" + NONE)
+    rate = found["angular_momentum"][2] / found["inertia_tensor"][2, 2]
+    assert rate == pytest.approx(polytropic_rate(1.0, 0.8) * (5.0 / 2.0**3) ** 0.5, rel=1e-12)
+    scene = loads(HEAD + POLYTROPE + "rotation = { breakup_fraction = 0.8 }\n" + NONE)
+    assert characteristic(scene).spin == pytest.approx(rate, rel=1e-6)  # the plan's
+    assert "breakup_fraction 0.8" in plan(scene).text()
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        (POLYTROPE + "rotation = { breakup_fraction = 1.0 }\n", "less than 1"),
+        (POLYTROPE + "rotation = { breakup_fraction = 0.5, rate = 1.0 }\n", "exactly one of"),
+        (POLYTROPE + 'rotation = { breakup_fraction = 0.5, law = "j_constant", scale = 1.0 }\n', "is of the law rigid"),
+        (POLYTROPE.replace("1.0", "3.0", 1) + "rotation = { breakup_fraction = 0.5 }\n", "between 0 and 3"),
+        (BODY + "rotation = { breakup_fraction = 0.5 }\n", "between 0 and 3"),
+    ],
+)
+def test_a_share_of_break_up_that_is_none_is_refused(text, problem):
+    with pytest.raises(SceneError, match=problem):
+        loads(HEAD + text + NONE)
 
 
 def test_a_pivot_takes_the_moments_to_the_fixed_point():

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import root_scalar
 
 from astroinertia.bodies import maclaurin
 from astroinertia.bodies.polytrope import Polytrope
@@ -15,6 +16,7 @@ from astroinertia.rotation.break_up import (
     SECULAR,
     break_up,
     polytropic_limit,
+    polytropic_rate,
     shedding_share,
     spun_up_polytrope,
 )
@@ -54,6 +56,23 @@ def test_flags_turn_where_they_should():
 def test_bars_grow_where_maclaurin_spheroids_bifurcate():
     assert maclaurin.bifurcation().rotational_to_gravitational == pytest.approx(SECULAR, abs=5e-5)
     assert maclaurin.dynamical_limit().rotational_to_gravitational == pytest.approx(DYNAMICAL, abs=5e-5)
+
+
+def test_a_polytrope_at_a_share_of_break_up_is_one_that_was_spun_up():
+    mass, radius, constant = 2.0, 3.0, 0.5
+    rate = polytropic_rate(1.5, 0.8) * math.sqrt(constant * mass / radius**3)
+
+    def spin(momentum: float) -> float:
+        return spun_up_polytrope(1.5, mass, radius, momentum, constant).angular_velocity - rate
+
+    unswollen = 0.2046 * mass * radius**2 * rate
+    momentum = float(root_scalar(spin, bracket=(unswollen, 1.55 * unswollen)).root)
+    star = spun_up_polytrope(1.5, mass, radius, momentum, constant)
+    assert star.keplerian_fraction == pytest.approx(0.8, rel=1e-6)
+    assert 0.8 * polytropic_limit(1.5).rate < polytropic_rate(1.5, 0.8) < polytropic_limit(1.5).rate
+    for index in (0.0, 3.0):
+        with pytest.raises(ValueError, match="0 < n < 3"):
+            polytropic_rate(index, 0.5)
 
 
 @pytest.mark.slow

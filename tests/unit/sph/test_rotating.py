@@ -112,13 +112,17 @@ def test_a_scene_turns_as_its_star_does():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("setting", "value"), [("t_over_w", 0.03), ("rate", 0.12), ("angular_momentum", 0.5)], ids=lambda part: str(part)
+    ("setting", "value"),
+    [("t_over_w", 0.03), ("rate", 0.12), ("angular_momentum", 0.5), ("breakup_fraction", 0.4), ("period", 52.0)],
+    ids=lambda part: str(part),
 )
 def test_a_scene_gives_one_measure_of_its_own(setting, value):
     scene = loads(SCENE.replace("axis_ratio = 0.7", f"{setting} = {value}"))
     star = sphere(scene, code_units(scene)).star
-    names = {"t_over_w": "rotational_to_gravitational", "rate": "angular_velocity"}
-    assert getattr(star, names.get(setting, setting)) == pytest.approx(value, rel=1e-9)
+    names = {"t_over_w": "rotational_to_gravitational", "rate": "angular_velocity", "period": "angular_velocity"}
+    names["breakup_fraction"] = "keplerian_fraction"
+    wanted = 2 * np.pi / value if setting == "period" else value
+    assert getattr(star, names.get(setting, setting)) == pytest.approx(wanted, rel=1e-9)
 
 
 def test_a_pressure_deficit_and_the_hybrid_equation_start_from_the_star():
@@ -136,7 +140,7 @@ def test_a_pressure_deficit_and_the_hybrid_equation_start_from_the_star():
 
 def test_scenes_that_contradict_themselves_are_reported():
     for setting, message in (
-        ("body.t_over_w=0.02", "exactly one of axis_ratio, t_over_w, rate and angular_momentum"),
+        ("body.t_over_w=0.02", "exactly one of axis_ratio, breakup_fraction, t_over_w, rate, period and angular_momentum"),
         ("body.rotation.t_over_w=0.02", "turns as its own law"),
         ('body.law="j_constant"', "needs a scale"),
         ("body.scale=1.0", "only the laws j_constant and v_constant"),
