@@ -1,6 +1,7 @@
 """Rotating, self-gravitating fluid bodies and the evolution of their inertia tensor.
 
-    astroinertia.run_scene(scene, folder, effects=[...])  run a scene file or a Scene, with effects of your own
+    astroinertia.Scene(body=..., effects=[...], time=...)  a scene from Python, validated as a file is
+    astroinertia.run_scene(scene, folder, effects=[...])  run a Scene, a scene file or a dict, with effects of your own
                                            (and matter=..., observables=[...] and an initial body, body=...)
     astroinertia.resume(folder)            go on with an interrupted run
     astroinertia.load(path, settings)      a scene from a TOML file, validated
@@ -8,13 +9,15 @@
     astroinertia.open_tree(path)           the same with the snapshots, an xarray DataTree
     astroinertia.open_sweep(path)          all members of a sweep, an xarray DataTree; open(path): in one Dataset
 
-Nothing is imported or set until one of them is called.
+Nothing is imported or set until one of them is used.
 """
 
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from astroinertia.process.lazy import exported
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +29,8 @@ if TYPE_CHECKING:
     from astroinertia.run.loop import Listener
     from astroinertia.scene.schema import Scene
 
-__all__ = ["load", "open", "open_sweep", "open_tree", "resume", "run_scene"]
+__getattr__ = exported(__name__, {"astroinertia.scene.schema": ("Scene",)})
+__all__ = ["Scene", "load", "open", "open_sweep", "open_tree", "resume", "run_scene"]
 
 
 def load(path: str | PathLike[str], settings: Sequence[str] = ()) -> "Scene":
@@ -45,7 +49,7 @@ def load(path: str | PathLike[str], settings: Sequence[str] = ()) -> "Scene":
 
 
 def run_scene(
-    scene: "Scene | str | PathLike[str]",
+    scene: "Scene | Mapping[str, Any] | str | PathLike[str]",
     folder: str | PathLike[str],
     listener: "Listener | None" = None,
     workers: int = 1,
@@ -55,7 +59,7 @@ def run_scene(
     observables: "Sequence[Observable | type[Observable]]" = (),
     body: "Body | type[Body] | None" = None,
 ) -> Path:
-    """Run a scene, or the scene in a file, in a new folder; returns the netCDF file that it leaves.
+    """Run a scene, that of a file or of a dict as Scene takes it, in a new folder; returns the netCDF file that it leaves.
 
     Where the scene asks for an accuracy, its settings are chosen first, by pilot runs in a folder beside. The members
     of a file with [sweep] are run in so many worker processes (more than one are for scripts that are guarded by
@@ -81,16 +85,15 @@ def run_scene(
     from astroinertia.effects.own_matter import with_matter
     from astroinertia.initial.own import with_body
     from astroinertia.observables.own import with_observables
-    from astroinertia.scene.load import load_file as load_scene, with_effects
+    from astroinertia.scene import load as scenes, sweep as sweeps
     from astroinertia.scene.schema import Scene
-    from astroinertia.scene.sweep import load_file
 
     own = with_body(with_observables(with_matter(effects, matter), observables), body)
-    if not own and not isinstance(scene, Scene) and (sweep := load_file(scene)) is not None:
+    if not own and not isinstance(scene, Scene) and (sweep := sweeps.of(scene)) is not None:
         from astroinertia.sweeps.ensemble import run_sweep
 
         return run_sweep(sweep, Path(folder), workers, cluster).file
-    chosen = with_effects(scene, own) if isinstance(scene, Scene) else load_scene(scene, effects=own)
+    chosen = scenes.with_effects(scene, own) if isinstance(scene, Scene) else scenes.of(scene, own)
     if chosen.wants_choice:
         from astroinertia.accuracy.choice import choose, pilots_beside
 

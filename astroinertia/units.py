@@ -7,7 +7,7 @@ The only importer of astropy.units and astropy.constants.
 import math
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -36,6 +36,7 @@ BOLTZMANN_CONSTANT = _constant("k_B")  # J K-1, exact
 STEFAN_BOLTZMANN_CONSTANT = _constant("sigma_sb")  # W m-2 K-4, exact
 
 LONGEST_QUANTITY = 80  # characters; no honest quantity is longer, and the unit parser need not see more
+LONGEST_UNIT = 40  # characters, in such a text
 LARGEST_EXPONENT = 99  # astropy takes m**1000000, and numbers far beyond
 
 
@@ -252,6 +253,54 @@ def astropy_quantity(values: Any, unit: str) -> Any:
     1.0 h
     """
     return astropy_units.Quantity(values, "" if unit == "1" else unit)
+
+
+def with_unit(value: Any) -> Any:
+    """What has a unit, as an astropy Quantity: one, an array of unyt or a series of a dataset; None for all else.
+
+    SceneError for what has a unit that is none of astropy's, so that none is ever left out.
+
+    >>> print(with_unit(astropy_units.Quantity(3.0, "km")), with_unit(3.0))
+    3.0 km None
+    """
+    if isinstance(value, astropy_units.Quantity):
+        return value
+    if isinstance(value, astropy_units.UnitBase):
+        return 1.0 * value
+    if callable(getattr(value, "to_astropy", None)):
+        return value.to_astropy()
+    attrs = getattr(value, "attrs", None)
+    if isinstance(attrs, Mapping):
+        try:
+            return astropy_quantity(value.values, str(attrs["units"])) if "units" in attrs else None
+        except ValueError:
+            raise SceneError(f"its unit '{shown(str(attrs['units']))}' is not known here.") from None
+    if hasattr(value, "units") and (hasattr(value, "magnitude") or hasattr(value, "__array__")):
+        raise SceneError(f"its unit is one of {shown(type(value).__module__)}; give an astropy Quantity.")
+    return None
+
+
+def written_quantity(value: Any) -> Any:
+    """An astropy Quantity as a scene has it: "1.4 solMass", or lists of such; plain numbers without dimension.
+
+    >>> print(written_quantity(astropy_units.Quantity([3.0, 4.0], "km")))
+    ['3.0 km', '4.0 km']
+    """
+    if not value.unit.decompose().bases:
+        return value.to_value("").tolist()
+    text = value.unit.to_string()
+    try:
+        readable_unit = len(text) <= LONGEST_UNIT and astropy_units.Unit(text) == value.unit
+    except ValueError:  # it has a name that was made up for it
+        readable_unit = False
+    if not readable_unit:
+        value = value.decompose()
+        text = value.unit.to_string()
+
+    def written(numbers: Any) -> Any:
+        return [written(item) for item in numbers] if isinstance(numbers, list) else f"{numbers!r} {text}"
+
+    return written(value.value.tolist())
 
 
 @lru_cache(maxsize=512)

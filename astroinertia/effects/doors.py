@@ -14,7 +14,7 @@ from typing import Any
 
 from astroinertia.effects.entries import Entry
 from astroinertia.errors import SceneError
-from astroinertia.units import Option, shown, si_unit
+from astroinertia.units import Option, shown, si_unit, with_unit, written_quantity
 
 
 @dataclass(frozen=True)
@@ -121,21 +121,26 @@ def made_of(thing: Any) -> Any:
 def as_written(own: Any, code: bool) -> dict[str, Any]:
     """The options of an effect, or other such thing, as a scene would have them: {name: value}, without those of None.
 
-    Numbers are in SI, or in code units where `code`; text with a unit stays as it is.
+    Numbers are in SI, or in code units where `code`; text with a unit stays as it is, and quantities become such text.
     """
     return {
-        name: _written(value, option, code)
+        name: _written(value, option, code, f"{own.kind} {name}")
         for name, option in own.options.items()
         if (value := getattr(own, name)) is not None
     }
 
 
-def _written(value: Any, option: Option, code: bool) -> Any:
+def _written(value: Any, option: Option, code: bool, name: str) -> Any:
     if isinstance(value, str | bool):
         return value
+    if (quantity := with_unit(value)) is not None:
+        return written_quantity(quantity)
     if getattr(value, "ndim", 0) or isinstance(value, list | tuple):
-        return [_written(item, option, code) for item in value]
-    number = float(value)
+        return [_written(item, option, code, name) for item in value]
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise SceneError(f"{name} must be a number or a quantity, not a {shown(type(value).__name__)}.") from None
     if code or option.dimension == "dimensionless":
         return number
     unit = "rad" if option.dimension == "angle" else si_unit(option.dimension)

@@ -15,6 +15,7 @@ from astroinertia.scene.dimensional import (
     Moment,
     NumberNotNegative,
     PositiveNumber,
+    Real,
     SpecificEnergy,
 )
 from astroinertia.scene.fluids import Part, as_tuple
@@ -92,7 +93,7 @@ class PolytropeBody(_Sized):
     """A polytrope (Lane-Emden), stretched along its axes."""
 
     kind: Literal["polytrope"]
-    index: Annotated[float, Field(ge=0.0, lt=5.0)] = Field(description="polytropic index n: P ~ rho^(1 + 1/n)")
+    index: Annotated[Real, Field(ge=0.0, lt=5.0)] = Field(description="polytropic index n: P ~ rho^(1 + 1/n)")
     shape: ClassVar[str] = "index"
     has_core: ClassVar[bool] = True
 
@@ -127,7 +128,7 @@ class HomologousCoreBody(_Sized):
     """The core of a star that collapses homologously, of a gas of exponent 4/3 (Goldreich & Weber 1980)."""
 
     kind: Literal["homologous_core"]
-    collapse_rate: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
+    collapse_rate: Annotated[Real, Field(ge=0.0, le=1.0)] = Field(
         default=1.0, description="how fast it falls: lambda of Goldreich & Weber over the largest that there is"
     )
     start: Literal["parabolic", "rest"] = Field(
@@ -214,7 +215,7 @@ class PowerLawBody(_Sized):
     """A sphere or ellipsoid with rho ~ r^-exponent (Evrard's cloud has 1)."""
 
     kind: Literal["power_law"]
-    exponent: Annotated[float, Field(ge=0.0, lt=3.0)] = Field(description="exponent of rho ~ r^-exponent")
+    exponent: Annotated[Real, Field(ge=0.0, lt=3.0)] = Field(description="exponent of rho ~ r^-exponent")
     shape: ClassVar[str] = "exponent"
 
     @property
@@ -231,7 +232,7 @@ class DysonBody(_Sized):
     """Dyson's isentropic gas ellipsoid: rho ~ (1 - s^2)^(1/(gamma-1)), s^2 = sum (x/a)^2."""
 
     kind: Literal["dyson"]
-    gamma: Annotated[float, Field(ge=1.001, le=10.0)] = Field(description="adiabatic exponent of the profile")
+    gamma: Annotated[Real, Field(ge=1.001, le=10.0)] = Field(description="adiabatic exponent of the profile")
     shape: ClassVar[str] = "gamma"
     has_core: ClassVar[bool] = True
     isentropic: ClassVar[bool] = True
@@ -252,7 +253,7 @@ class RotatingStarBody(Body):
     particles: Count | None = Field(default=None, description="number of particles (model sph)")
     mass: Mass = Field(description="total mass")
     radius: Length = Field(description="equatorial radius of a rotating_star")
-    index: Annotated[float, Field(gt=0.0, le=4.5)] = Field(description="polytropic index n: P ~ rho^(1 + 1/n)")
+    index: Annotated[Real, Field(gt=0.0, le=4.5)] = Field(description="polytropic index n: P ~ rho^(1 + 1/n)")
     law: StarLaw = Field(
         default="rigid",
         description="rotation law, as in body.rotation; or maclaurin: rings of equal mass have the angular momentum "
@@ -260,11 +261,11 @@ class RotatingStarBody(Body):
     )
     scale: Length | None = Field(default=None, description="length over which a law that is not rigid falls off")
     perturbation: Perturbation | None = Field(default=None, description="a density that is uneven about the z axis")
-    axis_ratio: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
+    axis_ratio: Annotated[Real, Field(gt=0.0, le=1.0)] | None = Field(
         default=None, description="polar over equatorial radius; or another of breakup_fraction to angular_momentum"
     )
     breakup_fraction: Fraction | None = Field(default=None, description=OF_BREAK_UP)
-    t_over_w: Annotated[float, Field(ge=0.0, lt=0.5)] | None = Field(default=None, description="T/|W| of the star")
+    t_over_w: Annotated[Real, Field(ge=0.0, lt=0.5)] | None = Field(default=None, description="T/|W| of the star")
     rate: AngularVelocity | None = Field(default=None, description="angular velocity on the star's axis")
     period: Duration | None = Field(default=None, description="rotation period on the star's axis")
     angular_momentum: AngularMomentum | None = Field(default=None, description="total angular momentum of the star")
@@ -496,10 +497,10 @@ class ProfileBody(_Unknown, _Stretched):
         "units"
     )
     inner_mass: Mass | None = Field(default=None, description="take only what lies within this enclosed mass")
-    rotation_factor: Annotated[float, Field(ge=-1e6, le=1e6)] = Field(
+    rotation_factor: Annotated[Real, Field(ge=-1e6, le=1e6)] = Field(
         default=1.0, description="shells turn about z at this many times the file's rate, where it tells one"
     )
-    mean_molecular_weight: Annotated[float, Field(gt=0.1, le=300.0)] | None = Field(
+    mean_molecular_weight: Annotated[Real, Field(gt=0.1, le=300.0)] | None = Field(
         default=None, description="of the ideal gas whose pressure is taken where a file has temperatures but none"
     )
     relax: bool = Field(default=False, description="must be false: a profile is placed as it is")

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from astroinertia.scene.dimensional import Angle, Duration, Length, Mass
+from astroinertia.scene.dimensional import Angle, Duration, Length, Mass, Real
 from astroinertia.scene.fluids import Part
 from astroinertia.scene.places import Position, Velocity
 
@@ -26,7 +26,7 @@ class Companion(Part):
     velocity: Velocity | None = Field(default=None, description="velocity relative to that, with position")
     semi_major_axis: Length | None = Field(default=None, description="semi-major axis; or give the period")
     period: Duration | None = Field(default=None, description="orbital period, from which the semi-major axis follows")
-    eccentricity: Annotated[float, Field(ge=0.0, lt=1.0)] = Field(default=0.0, description="eccentricity")
+    eccentricity: Annotated[Real, Field(ge=0.0, lt=1.0)] = Field(default=0.0, description="eccentricity")
     inclination: Angle = Field(default=0.0, description="inclination to the x-y plane")
     node: Angle = Field(default=0.0, description="longitude of the ascending node, from x")
     pericentre: Angle = Field(default=0.0, description="argument of the pericentre, from the node")

@@ -5,6 +5,7 @@ scene says `units = "code"`, a plain number. The validation context carries that
 """
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, get_args
@@ -18,10 +19,23 @@ from astroinertia.units import CodeUnits, Dimension, Option, plain_number_hint, 
 
 LARGEST_NUMBER = 1e100  # squares of products of such numbers must not overflow; scales.py is stricter on quantities
 LARGEST_CONSTANT = 1e200  # of quantities in odd units, as K of P = K rho^gamma
+_FRACTION = re.compile(r"\s*([+-]?\d{1,15})\s*/\s*(\d{1,15})\s*", re.ASCII)
+
+
+def fraction(value: Any) -> Any:
+    """A text such as "5/3" as the number that it is; everything else as it is."""
+    parts = _FRACTION.fullmatch(value) if isinstance(value, str) else None
+    return int(parts[1]) / int(parts[2]) if parts and int(parts[2]) else value
+
+
+def whole(value: Any) -> Any:
+    """A number without a fractional part, such as 1e5, as an int; everything else as it is."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def number(value: Any, largest: float = LARGEST_NUMBER) -> float:
-    """A finite plain number; ValueError says what else it is."""
+    """A finite plain number, or a fraction such as "5/3"; ValueError says what else it is."""
+    value = fraction(value)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ValueError(f"must be a number, not {described(value)}.")
     if not -largest <= value <= largest:  # false for nan too; an int may be too large for a float
@@ -32,6 +46,8 @@ def number(value: Any, largest: float = LARGEST_NUMBER) -> float:
 def dimensional(value: Any, dimension: str | Dimension, code: bool) -> float:
     """The value of a dimensional quantity: SI from a string, or a plain number in code units."""
     largest = LARGEST_CONSTANT if isinstance(dimension, Dimension) else LARGEST_NUMBER
+    if dimension == "dimensionless":
+        value = fraction(value)
     if isinstance(value, str):
         if code:
             raise ValueError(
@@ -141,6 +157,8 @@ SpeedComponent = Annotated[float, BeforeValidator(_validator("velocity", _ANY)),
 Moment = Annotated[
     float, BeforeValidator(_validator("moment_of_inertia", _NOT_NEGATIVE)), Quantity("moment_of_inertia", _NOT_NEGATIVE)
 ]
+Real = Annotated[float, BeforeValidator(fraction)]
+Whole = Annotated[int, BeforeValidator(whole)]
 Number = Annotated[float, BeforeValidator(number), Quantity("dimensionless", _ANY)]
 NumberNotNegative = Annotated[
     float,

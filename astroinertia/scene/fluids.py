@@ -4,7 +4,15 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
-from astroinertia.scene.dimensional import Density, SpecificEnergy, Speed, checked, dimensional, options_in_code_units
+from astroinertia.scene.dimensional import (
+    Density,
+    Real,
+    SpecificEnergy,
+    Speed,
+    checked,
+    dimensional,
+    options_in_code_units,
+)
 from astroinertia.units import DIMENSIONLESS, CodeUnits, pressure_constant_dimension, shown
 
 MONATOMIC = 5.0 / 3.0  # adiabatic exponent
@@ -22,7 +30,7 @@ def as_tuple(value: Any) -> Any:
     return tuple(as_tuple(item) for item in value) if isinstance(value, list) else value
 
 
-Gamma = Annotated[float, Field(gt=1.0, le=10.0)]
+Gamma = Annotated[Real, Field(gt=1.0, le=10.0)]
 
 
 def _pressure_constant(value: Any, gamma: float | None, info: ValidationInfo) -> float | str:

@@ -19,8 +19,10 @@ from astroinertia.scene.dimensional import (
     Length,
     Number,
     PositiveNumber,
+    Real,
     SpecificEnergy,
     VelocityGradient,
+    Whole,
     checked,
     dimensional,
 )
@@ -29,7 +31,7 @@ from astroinertia.scene.places import Position, Velocity
 from astroinertia.units import ALL_MODELS, Dimension, pressure_constant_dimension
 
 MOST_PARTICLES = 50_000_000
-Count = Annotated[int, Field(ge=16, le=MOST_PARTICLES)]
+Count = Annotated[Whole, Field(ge=16, le=MOST_PARTICLES)]
 PlanLine = tuple[str, ...]
 Shown = Callable[[float, str], str]
 """How a quantity of a dimension is written."""
@@ -40,7 +42,7 @@ Times = Annotated[tuple[Duration, ...], BeforeValidator(as_tuple), Field(min_len
 Factors = Annotated[tuple[PositiveNumber, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=1000)]
 _Row = tuple[VelocityGradient, VelocityGradient, VelocityGradient]
 GradientMatrix = Annotated[tuple[_Row, _Row, _Row], BeforeValidator(as_tuple)]
-Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]
+Seed = Annotated[Whole, Field(ge=0, le=2**32 - 1)]
 Law = Literal["rigid", "j_constant", "v_constant"]
 _SCALED = ("j_constant", "v_constant")
 Fraction = Annotated[float, Field(ge=0.0, lt=1.0)]
@@ -118,7 +120,7 @@ class Rotation(Part):
     rate: AngularVelocity | None = Field(default=None, description="angular velocity on the axis")
     period: Duration | None = Field(default=None, description="rotation period on the axis")
     angular_momentum: AngularMomentum | None = Field(default=None, description="total angular momentum")
-    t_over_w: Annotated[float, Field(ge=0.0, lt=0.5)] | None = Field(
+    t_over_w: Annotated[Real, Field(ge=0.0, lt=0.5)] | None = Field(
         default=None, description="rotational kinetic over absolute gravitational energy, T/|W|"
     )
     breakup_fraction: Fraction | None = Field(default=None, description=f"of a polytrope in equilibrium: {OF_BREAK_UP}")
@@ -169,8 +171,8 @@ class Change(Part):
 class Perturbation(Part):
     """A density that goes round the z axis as 1 + amplitude cos(mode phi), as that of clouds that break up."""
 
-    mode: Annotated[int, Field(ge=2, le=16)] = Field(description="number of dense sides about the z axis")
-    amplitude: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(description="of the density, over its mean")
+    mode: Annotated[Whole, Field(ge=2, le=16)] = Field(description="number of dense sides about the z axis")
+    amplitude: Annotated[Real, Field(gt=0.0, lt=1.0)] = Field(description="of the density, over its mean")
 
 
 class Body(Part):
@@ -216,7 +218,7 @@ class Body(Part):
         default=None,
         description="entropy function A = P / rho^gamma (thermal part), uniform, instead of that of equilibrium",
     )
-    pressure_fraction: Annotated[float, Field(gt=0.0, le=100.0)] | None = Field(
+    pressure_fraction: Annotated[Real, Field(gt=0.0, le=100.0)] | None = Field(
         default=None, description="pressure as a fraction of that of equilibrium; below 1 the body collapses"
     )
     velocity_gradient: GradientMatrix | None = Field(

@@ -18,8 +18,9 @@ from astroinertia.observables.observable import Observable
 from astroinertia.observables.own import OBSERVABLES
 from astroinertia.scene import bodies, schema
 from astroinertia.scene.auto import AUTO, Choice, choose
-from astroinertia.scene.dimensional import described
+from astroinertia.scene.dimensional import described, fraction
 from astroinertia.scene.fluids import AnyEquationOfState, OwnFluid
+from astroinertia.scene.from_python import kind_of, text_of
 from astroinertia.scene.options import effect_options, options_of
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.problems import Problem, first_problem, nearest, place, unknown_key, wrong_choice
@@ -31,7 +32,7 @@ from astroinertia.units import shown
 SWEEP = "sweep"
 """The table that makes several runs of a scene: scene.sweep."""
 # Fields of a Scene that say where it came from and why it is so; no keys of a scene.
-RECORD = ("source", "overrides", "origin", "reasons", "choice", "own", "observed")
+RECORD = (*schema.ORIGIN, "reasons", "choice", "own", "observed")
 
 
 def _by_kind(union: Any) -> dict[str, type[BaseModel]]:
@@ -58,19 +59,36 @@ def load_file(path: str | os.PathLike[str], overrides: Sequence[str] = (), effec
 
 def read_file(path: str | os.PathLike[str]) -> tuple[str, str, str]:
     """The text of a scene file, how the file is named in messages, and its folder; SceneError if it is no such text."""
+    if not isinstance(path, str | os.PathLike):
+        raise SceneError(f"a scene must be a Scene, a table (a dict) or the path of a file, not {kind_of(path)}.")
     file = Path(path)
     name = shown(str(file), 200)
     return decode(read_regular_file(file, LARGEST_FILE, "a scene"), name), name, str(file.absolute().parent)
 
 
+def of(scene: Any, effects: Sequence[Any] = ()) -> schema.Scene:
+    """The scene in a file, or of tables that are written in Python; effects: of the user's own, as for `loads`."""
+    return of_tables(scene, effects) if isinstance(scene, Mapping) else load_file(scene, effects=effects)
+
+
+def of_tables(tables: Any, effects: Sequence[Any] = ()) -> schema.Scene:
+    """The scene of tables that are written in Python (from_python.text_of); SceneError as for a file, without a line.
+
+    File names in it are relative to the current folder. effects: of the user's own, as for `loads`, besides those that
+    stand in the tables.
+    """
+    text, own = text_of(tables)
+    return loads(text, origin=str(Path.cwd()), effects=(*own, *effects), numbered=False)
+
+
 def loads(
     text: str, overrides: Sequence[str] = (), origin: str | None = None, name: str = "the scene",
-    effects: Sequence[Any] = (),
+    effects: Sequence[Any] = (), numbered: bool = True,
 ) -> schema.Scene:  # fmt: skip
     """The scene in a TOML text; raises SceneError.
 
-    origin: the folder that file names in it are relative to. name: what messages call the text. effects: of the user's
-    own; a class stands for what the text names, an effect is listed besides, as if by overrides. An equation of state
+    origin: the folder that file names in it are relative to. name: what messages call the text; numbered: whether its
+    lines are those that its author wrote, so that messages name them. effects: of the user's own; a class stands for what the text names, an effect is listed besides, as if by overrides. An equation of state
     may be among them, and takes the place of [equation_of_state]; an initial body, of what is of its kind in [body];
     and observables, which are listed likewise.
     """
@@ -85,7 +103,8 @@ def loads(
         return _validated(tables, text, tuple(overrides), origin, kinds, fluid, body, observed)
     except Problem as problem:
         path = tuple(part for part in problem.path if isinstance(part, str))
-        raise SceneError(f"{where(text, overrides, path, name)}: {_message(problem)}") from None
+        at = where(text if numbered else "", overrides, path, name)
+        raise SceneError(f"{at}: {_message(problem)}") from None
 
 
 def with_effects(scene: schema.Scene, effects: Sequence[Any]) -> schema.Scene:
@@ -157,7 +176,7 @@ def _in_place(tables: Mapping[str, Any], written: dict[str, Any]) -> dict[str, A
 
 def resolved_text(scene: schema.Scene) -> str:
     """One TOML text that gives the scene back: its source with the overrides put in."""
-    return with_overrides(scene.source, scene.overrides)
+    return scene.to_toml()
 
 
 def _message(problem: Problem) -> str:
@@ -351,6 +370,6 @@ def _thermal_exponent(table: Any) -> float | None:
     if not isinstance(table, dict) or table.get("kind") not in ("ideal", "hybrid"):
         return None
     key = "gamma" if table["kind"] == "ideal" else "gamma_thermal"
-    value = table.get(key, KINDS["equation_of_state"][table["kind"]].model_fields[key].default)
+    value = fraction(table.get(key, KINDS["equation_of_state"][table["kind"]].model_fields[key].default))
     right = isinstance(value, int | float) and not isinstance(value, bool) and 1.0 < value <= 10.0
     return float(value) if right else None

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from astroinertia.scene.dimensional import Length, Place, SpeedComponent
+from astroinertia.scene.dimensional import Length, Place, Real, SpeedComponent
 from astroinertia.scene.fluids import Part, as_tuple
 
 MOST_BODIES = 20
@@ -20,7 +20,7 @@ class Orbit(Part):
     pericentre: Length = Field(
         description="least distance of the centres, towards +x from the first body to the second"
     )
-    eccentricity: Annotated[float, Field(ge=0.0, le=1e6)] = Field(
+    eccentricity: Annotated[Real, Field(ge=0.0, le=1e6)] = Field(
         default=0.0, description="eccentricity: below 1 an ellipse, 1 a parabola, above 1 a hyperbola"
     )
     separation: Length | None = Field(

@@ -6,28 +6,33 @@ data of effects/catalogue.py, so that no effect that a scene does not list is im
 """
 
 from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.entries import Entry
 from astroinertia.scene.bodies import KINDS, AnyBody
 from astroinertia.scene.box import Box
 from astroinertia.scene.companions import MOST_COMPANIONS, Companion, Orbits, check_names
-from astroinertia.scene.dimensional import Duration, Length, Mass, described
+from astroinertia.scene.dimensional import Duration, Length, Mass, Real, Whole, described, fraction
 from astroinertia.scene.fluids import AnyEquationOfState, Part, as_tuple
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.places import MOST_BODIES, Orbit
 from astroinertia.scene.regions import MOST_REGIONS, REGION_NAME, Region
+from astroinertia.scene.text import with_overrides
 from astroinertia.sph.kernels import KERNELS, rising_neighbours
 
 MOST_RECORDS = 1e6  # a record holds some hundreds of numbers
 MOST_SNAPSHOTS = 1e5
 MOST_STEPS = 1e10
+ORIGIN = ("source", "overrides", "origin")  # fields of a Scene that say where it came from
 
 
 def _number_or_rising(value: Any) -> Any:
+    value = fraction(value)
     if isinstance(value, str) and value != "rising":
         raise ValueError(f'must be a number, or "rising", not {described(value)}.')
     return value
@@ -42,33 +47,33 @@ class Numerics(Part):
     precision: Literal["float64", "mixed"] = Field(
         default="float64", description="mixed: pair sums in float32, state in float64"
     )
-    devices: Annotated[int, Field(ge=1, le=65536)] = Field(
+    devices: Annotated[Whole, Field(ge=1, le=65536)] = Field(
         default=1, description="devices that the engine xla shares its pair sums out over"
     )
     kernel: Literal["cubic", "quartic", "quintic", "wendland_c2", "wendland_c4", "wendland_c6"] = Field(
         default="wendland_c2", description="smoothing kernel"
     )
-    eta: Annotated[float, Field(ge=0.8, le=3.0)] | None = Field(
+    eta: Annotated[Real, Field(ge=0.8, le=3.0)] | None = Field(
         default=None,
         description="smoothing length over particle spacing; without it, what is recommended for the kernel",
     )
     neighbours: Annotated[
-        Annotated[float, Field(ge=20.0, le=1000.0)] | Literal["rising"] | None, BeforeValidator(_number_or_rising)
+        Annotated[Real, Field(ge=20.0, le=1000.0)] | Literal["rising"] | None, BeforeValidator(_number_or_rising)
     ] = Field(
         default=None,
         description="mean number of neighbours, another way to give eta; rising: the kernel's own times the square "
         "root of the number of particles over 1000, with which sums over neighbours converge, too",
     )
-    smoothing_tolerance: Annotated[float, Field(ge=1e-15, le=1e-2)] = Field(
+    smoothing_tolerance: Annotated[Real, Field(ge=1e-15, le=1e-2)] = Field(
         default=1e-8, description="relative tolerance of the smoothing lengths"
     )
-    courant: Annotated[float, Field(gt=0.0, le=1.0)] = Field(
+    courant: Annotated[Real, Field(gt=0.0, le=1.0)] = Field(
         default=0.3, description="time step over smoothing length / signal speed (Monaghan 1992: 0.3)"
     )
-    acceleration_factor: Annotated[float, Field(gt=0.0, le=2.0)] = Field(
+    acceleration_factor: Annotated[Real, Field(gt=0.0, le=2.0)] = Field(
         default=0.25, description="time step over sqrt(smoothing length / acceleration) (Monaghan 1989: 0.25)"
     )
-    energy_factor: Annotated[float, Field(gt=0.0, le=2.0)] = Field(
+    energy_factor: Annotated[Real, Field(gt=0.0, le=2.0)] = Field(
         default=0.25, description="time step over internal energy / its rate of change"
     )
     timesteps: Literal["global", "individual"] = Field(
@@ -76,7 +81,7 @@ class Numerics(Part):
         description="individual: every particle has a step of its own, a power of two of the shortest (numba_cpu)",
     )
     max_timestep: Duration | None = Field(default=None, description="the time step never exceeds this")
-    free_fall_factor: Annotated[float, Field(gt=0.0, le=100.0)] | None = Field(
+    free_fall_factor: Annotated[Real, Field(gt=0.0, le=100.0)] | None = Field(
         default=None,
         description="the time step, with individual ones the base step that records are taken after, never exceeds "
         "this times (G density)^(-1/2) of the densest matter (model sph)",
@@ -86,10 +91,10 @@ class Numerics(Part):
         description="of the models without particles: adaptive, to a tolerance; splitting (rigid), which keeps the "
         "angular momentum for ever",
     )
-    tolerance: Annotated[float, Field(ge=1e-14, le=1e-2)] = Field(
+    tolerance: Annotated[Real, Field(ge=1e-14, le=1e-2)] = Field(
         default=1e-12, description="relative error of a step that adaptive allows"
     )
-    steps_per_rotation: Annotated[float, Field(ge=4.0, le=1e5)] = Field(
+    steps_per_rotation: Annotated[Real, Field(ge=4.0, le=1e5)] = Field(
         default=40.0, description="steps of splitting in a rotation of the body"
     )
     order: Literal[2, 4, 6, 8] = Field(default=8, description="order of splitting")
@@ -109,14 +114,16 @@ class TimeSpan(Part):
     """From time 0 to the end."""
 
     end: Duration = Field(description="the run ends here")
-    max_steps: Annotated[int, Field(ge=1, le=10**12)] | None = Field(default=None, description="or after so many steps")
+    max_steps: Annotated[Whole, Field(ge=1, le=10**12)] | None = Field(
+        default=None, description="or after so many steps"
+    )
 
 
 class Output(Part):
     """What is written and how often; without any of them, 200 records and 10 snapshots a run."""
 
     series_every: Duration | None = Field(default=None, description="time between records of the series")
-    series_steps: Annotated[int, Field(ge=1, le=10**9)] | None = Field(
+    series_steps: Annotated[Whole, Field(ge=1, le=10**9)] | None = Field(
         default=None, description="steps between records, instead of series_every"
     )
     snapshot_every: Duration | None = Field(default=None, description="time between snapshots of all particles")
@@ -124,7 +131,7 @@ class Output(Part):
         default=False,
         description="shorten time steps to meet each record; otherwise the first step past its time is recorded",
     )
-    checkpoint_seconds: Annotated[float, Field(ge=0.0, le=1e6)] = Field(
+    checkpoint_seconds: Annotated[Real, Field(ge=0.0, le=1e6)] = Field(
         default=60.0, description="seconds of wall time between checkpoints"
     )
     error_bars: bool = Field(
@@ -147,10 +154,29 @@ class Units(Part):
     length: Length = Field(description="unit of length")
 
 
-class Scene(Part):
-    """A whole scene. `source` and `overrides` are the text it came from and the --set arguments, for the record.
+class _Called(type(BaseModel)):
+    """What Scene(...) does: the tables of a scene are read as those of a file are."""
 
-    `reasons`: with effects = "auto", why each effect that was considered is on or off. `choice`: where settings were
+    def __call__(cls, tables: Any = MappingProxyType({}), /, **keys: Any) -> Any:
+        from astroinertia.scene.load import of_tables  # which imports this module
+
+        return of_tables({**tables, **keys} if isinstance(tables, Mapping) else tables)
+
+
+class Scene(Part, metaclass=_Called):
+    """A scene, from its tables in Python: values are text with units, quantities of astropy, NumPy's numbers, arrays.
+
+    `effects` is a list of kinds, of tables with their kind, and of effects of your own, or a table of tables; `time`
+    may be the end alone. All else is as in a file (`astroinertia guide scene`), and so is what is refused: SceneError.
+
+    >>> scene = Scene(
+    ...     name="star", model="scaling", effects=["gravity", {"kind": "dipole_braking", "field": "1e12 G"}],
+    ...     body={"kind": "polytrope", "index": "3/2", "mass": "1 Msun", "radius": "1 Rsun"}, time="1 yr",
+    ... )
+    >>> print(scene.body.index, scene == Scene.from_toml(scene.to_toml()))
+    1.5 True
+
+    `source` and `overrides` are the text it came from and the --set arguments, for the record. `reasons`: with effects = "auto", why each effect that was considered is on or off. `choice`: where settings were
     chosen for an accuracy, what is expected of them and why they are so. `own`: of the effects that it lists, those
     that are not of this package, by kind (effects.own). `observed`: of the observables that it lists (observables.own).
     """
@@ -184,7 +210,7 @@ class Scene(Part):
     candidates: dict[str, dict[str, Any]] = Field(
         default_factory=dict, description='with effects = "auto": effects to choose from that need numbers'
     )
-    accuracy: Annotated[float, Field(ge=1e-12, le=0.3)] | None = Field(
+    accuracy: Annotated[Real, Field(ge=1e-12, le=0.3)] | None = Field(
         default=None,
         description="wanted relative accuracy of the observables: I_zz and the angular velocity at the end",
     )
@@ -214,6 +240,28 @@ class Scene(Part):
     origin: str | None = None
     own: dict[str, Any] = Field(default_factory=dict, exclude=True)
     observed: dict[str, Any] = Field(default_factory=dict, exclude=True)
+
+    @classmethod
+    def from_toml(cls, text: str) -> Self:
+        """The scene in a TOML text, in which files are relative to the current folder; SceneError."""
+        from astroinertia.scene.load import loads
+
+        return loads(text, origin=str(Path.cwd()))  # type: ignore[return-value]
+
+    def to_toml(self) -> str:
+        """One TOML text that gives the scene back: what it came from, with what was set since in its place."""
+        return with_overrides(self.source, self.overrides)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the same is to be run, whatever text it came from."""
+        if not isinstance(other, Scene):
+            return NotImplemented
+        return all(getattr(self, name) == getattr(other, name) for name in Scene.model_fields if name not in ORIGIN)
+
+    def __repr__(self) -> str:
+        return f"Scene(name={self.name!r}, model={self.model!r}, effects={list(self.effects)})"
+
+    __str__ = __repr__
 
     @property
     def entries(self) -> Mapping[str, Entry]:

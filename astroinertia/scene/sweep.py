@@ -20,6 +20,7 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ import numpy as np
 from astroinertia.errors import SceneError
 from astroinertia.scene import load
 from astroinertia.scene.dimensional import described
+from astroinertia.scene.from_python import text_of
 from astroinertia.scene.problems import nearest
 from astroinertia.scene.schema import Scene
 from astroinertia.scene.source import KEY, override, parse
@@ -100,6 +102,14 @@ def load_file(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Sw
     """The sweep in a scene file, every member validated; None for a scene of one run. SceneError says what is wrong."""
     text, name, origin = load.read_file(path)
     return loads(text, overrides, origin, name)
+
+
+def of(scene: Any) -> Sweep | None:
+    """The sweep in a scene file, or in tables that are written in Python (load.of); None for a scene of one run."""
+    if not isinstance(scene, Mapping):
+        return load_file(scene)
+    text, own = text_of(scene)
+    return None if own else loads(text, origin=str(Path.cwd()))
 
 
 def loads(text: str, overrides: Sequence[str] = (), origin: str | None = None, name: str = "the scene") -> Sweep | None:

@@ -44,12 +44,28 @@ def _escaped(character: str) -> str:
     return f"\\u{ord(character):04x}" if ord(character) < 0x10000 else f"\\U{ord(character):08x}"
 
 
-def toml_text(tables: dict[str, Any], path: tuple[str, ...] = ()) -> str:
-    """A TOML document: plain keys first, then a section for each table."""
-    plain = [f"{toml_key(key)} = {_broken(item)}" for key, item in tables.items() if not isinstance(item, dict)]
-    header = [f"[{'.'.join(toml_key(part) for part in path)}]"] if path and (plain or not tables) else []
-    sections = [toml_text(item, (*path, key)) for key, item in tables.items() if isinstance(item, dict)]
+def toml_text(tables: dict[str, Any], path: tuple[str, ...] = (), listed: bool = False) -> str:
+    """A TOML document: plain keys first, then a section for each table, and for each of several in a list.
+
+    listed: whether the table at the path is one of several.
+    """
+    several = {key: item for key, item in tables.items() if _are_tables(item)}
+    inner = {key: item for key, item in tables.items() if isinstance(item, dict)}
+    others = [key for key in tables if key not in several and key not in inner]
+    plain = [f"{toml_key(key)} = {_broken(tables[key])}" for key in others]
+    header = [f"[{_dotted(path)}]"] if path and not listed and (plain or not tables) else []
+    header += [f"[[{_dotted(path)}]]"] if listed else []
+    sections = [toml_text(inner[key], (*path, key)) for key in inner]
+    sections += [toml_text(item, (*path, key), listed=True) for key in several for item in several[key]]
     return "\n\n".join(part for part in ("\n".join(header + plain), *sections) if part)
+
+
+def _dotted(path: tuple[str, ...]) -> str:
+    return ".".join(toml_key(part) for part in path)
+
+
+def _are_tables(value: Any) -> bool:
+    return isinstance(value, list | tuple) and bool(value) and all(isinstance(item, dict) for item in value)
 
 
 def _broken(value: Any) -> str:
