@@ -59,7 +59,7 @@ def run_scene(
     observables: "Sequence[Observable | type[Observable]]" = (),
     body: "Body | type[Body] | None" = None,
 ) -> Path:
-    """Run a scene, that of a file or of a dict as Scene takes it, in a new folder; returns the netCDF file that it leaves.
+    """Run a scene, that of a file or of a dict (as Scene takes it), in a new folder; returns the netCDF file of it.
 
     Where the scene asks for an accuracy, its settings are chosen first, by pilot runs in a folder beside. The members
     of a file with [sweep] are run in so many worker processes (more than one are for scripts that are guarded by

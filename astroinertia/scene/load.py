@@ -88,9 +88,10 @@ def loads(
     """The scene in a TOML text; raises SceneError.
 
     origin: the folder that file names in it are relative to. name: what messages call the text; numbered: whether its
-    lines are those that its author wrote, so that messages name them. effects: of the user's own; a class stands for what the text names, an effect is listed besides, as if by overrides. An equation of state
-    may be among them, and takes the place of [equation_of_state]; an initial body, of what is of its kind in [body];
-    and observables, which are listed likewise.
+    lines are those that its author wrote, so that messages name them. effects: of the user's own; a class stands for
+    what the text names, an effect is listed besides, as if by overrides. An equation of state may be among them, and
+    takes the place of [equation_of_state]; an initial body, of what is of its kind in [body]; and observables, which
+    are listed likewise.
     """
     observed, others = own_observables.apart(effects)
     kinds, fluid, body = own_bodies.entries(others)

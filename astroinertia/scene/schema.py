@@ -170,15 +170,16 @@ class Scene(Part, metaclass=_Called):
     may be the end alone. All else is as in a file (`astroinertia guide scene`), and so is what is refused: SceneError.
 
     >>> scene = Scene(
-    ...     name="star", model="scaling", effects=["gravity", {"kind": "dipole_braking", "field": "1e12 G"}],
-    ...     body={"kind": "polytrope", "index": "3/2", "mass": "1 Msun", "radius": "1 Rsun"}, time="1 yr",
+    ...     body={"kind": "polytrope", "index": "3/2", "mass": "1 Msun", "radius": "1 Rsun"}, model="scaling", time="1 yr",
+    ...     effects=["gravity", {"kind": "dipole_braking", "field": "1 kG", "radius": "1 Rsun"}],
     ... )
     >>> print(scene.body.index, scene == Scene.from_toml(scene.to_toml()))
     1.5 True
 
-    `source` and `overrides` are the text it came from and the --set arguments, for the record. `reasons`: with effects = "auto", why each effect that was considered is on or off. `choice`: where settings were
-    chosen for an accuracy, what is expected of them and why they are so. `own`: of the effects that it lists, those
-    that are not of this package, by kind (effects.own). `observed`: of the observables that it lists (observables.own).
+    `source` and `overrides` are the text it came from and the --set arguments, for the record. `reasons`: with
+    effects = "auto", why each effect that was considered is on or off. `choice`: where settings were chosen for an
+    accuracy, what is expected of them and why they are so. `own`: of the effects that it lists, those that are not of
+    this package, by kind (effects.own). `observed`: of the observables that it lists (observables.own).
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_\-]{0,63}$")] = Field(

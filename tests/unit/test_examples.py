@@ -20,7 +20,7 @@ PACKAGE = Path(__file__).parents[2] / "astroinertia"
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 ROOMS = [
     *("__init__", "accuracy", "dataset/accessor", "inertia", "interop", "plots", "rotation", "sweeps"),
-    *("studies", "units"),
+    *("scene/schema", "studies", "units"),
     *(
         "orbits/rebound_archive",
         "orbits/dense",

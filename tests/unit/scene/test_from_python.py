@@ -215,13 +215,14 @@ def test_a_scene_has_no_room_for_what_is_neither_path_nor_table() -> None:
             astroinertia.run_scene(scene, "nowhere")  # pyright: ignore[reportArgumentType]
 
 
+STAR = {"kind": "polytrope", "index": "3/2", "mass": 1 * u.Msun, "radius": 1 * u.Rsun, "rotation": {"period": "1 d"}}
 QUICK = {
     "model": "scaling",
-    "body": {"kind": "polytrope", "index": "3/2", "mass": 1 * u.Msun, "radius": 1 * u.Rsun, "rotation": {"period": "1 d"}},
+    "body": STAR,
     "effects": [],
     "time": 1 * u.day,
     "output": {"series_every": 0.5 * u.day},
-}  # fmt: skip
+}
 
 
 def test_a_dict_is_run_and_its_file_holds_the_text(tmp_path: Path) -> None:
