@@ -45,7 +45,7 @@ GradientMatrix = Annotated[tuple[_Row, _Row, _Row], BeforeValidator(as_tuple)]
 Seed = Annotated[Whole, Field(ge=0, le=2**32 - 1)]
 Law = Literal["rigid", "j_constant", "v_constant"]
 _SCALED = ("j_constant", "v_constant")
-Fraction = Annotated[float, Field(ge=0.0, lt=1.0)]
+Fraction = Annotated[Real, Field(ge=0.0, lt=1.0)]
 OF_BREAK_UP = "angular velocity of the equator over that of an orbit there, 1 where mass is shed"
 
 

@@ -170,8 +170,8 @@ class Scene(Part, metaclass=_Called):
     may be the end alone. All else is as in a file (`astroinertia guide scene`), and so is what is refused: SceneError.
 
     >>> scene = Scene(
-    ...     body={"kind": "polytrope", "index": "3/2", "mass": "1 Msun", "radius": "1 Rsun"}, model="scaling", time="1 yr",
-    ...     effects=["gravity", {"kind": "dipole_braking", "field": "1 kG", "radius": "1 Rsun"}],
+    ...     body={"kind": "polytrope", "index": "3/2", "mass": "1 Msun", "radius": "1 Rsun"}, model="scaling",
+    ...     effects=["gravity", {"kind": "dipole_braking", "field": "1 kG", "radius": "1 Rsun"}], time="1 yr",
     ... )
     >>> print(scene.body.index, scene == Scene.from_toml(scene.to_toml()))
     1.5 True

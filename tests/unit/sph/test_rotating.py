@@ -140,7 +140,10 @@ def test_a_pressure_deficit_and_the_hybrid_equation_start_from_the_star():
 
 def test_scenes_that_contradict_themselves_are_reported():
     for setting, message in (
-        ("body.t_over_w=0.02", "exactly one of axis_ratio, breakup_fraction, t_over_w, rate, period and angular_momentum"),
+        (
+            "body.t_over_w=0.02",
+            "exactly one of axis_ratio, breakup_fraction, t_over_w, rate, period and angular_momentum",
+        ),
         ("body.rotation.t_over_w=0.02", "turns as its own law"),
         ('body.law="j_constant"', "needs a scale"),
         ("body.scale=1.0", "only the laws j_constant and v_constant"),
