@@ -1,7 +1,7 @@
 """What the run loop, the archive and the progress line need of a model: one body under way, whatever evolves it."""
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -80,4 +80,18 @@ class Evolution(Protocol):
 
     def figures(self) -> Figures:
         """What the progress line shows."""
+        ...
+
+
+@runtime_checkable
+class Through(Protocol):
+    """What an evolution may offer besides: many records in one call, where each takes little time."""
+
+    def through(self, times: Sequence[float], opening_potential: float | None, most: float) -> list[Record]:
+        """Go through output times, ascending, and give the record of each of the first of them that were met.
+
+        For about a second at most, and not past the time at which there are `most` steps. What is done on the way
+        follows from the state and the times alone, so that it is the same wherever a call begins. No records where
+        `advance` must see to something first.
+        """
         ...

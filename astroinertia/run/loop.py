@@ -2,7 +2,8 @@
 
 import math
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ from astroinertia.costs.prediction import predict
 from astroinertia.engines import hosts
 from astroinertia.engines.devices import shared_out
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
+from astroinertia.models.protocol import Through
 from astroinertia.observables.own import recorded
 from astroinertia.process import interrupts
 from astroinertia.process.interrupts import LIMIT
@@ -36,6 +38,7 @@ from astroinertia.storage.outputs import Unwritten
 from astroinertia.units import DIMENSIONLESS
 
 CAUSES = (None, LIMIT, interrupts.CTRL_C, *(number.name for number in interrupts.SIGNALS[1:]))
+OUTPUTS_AT_ONCE = 256  # that a model is asked for in one call, if it can do so
 MARGIN = 1.5  # steps and saves take their time unevenly: so much of what the last ones took is left for the next
 
 
@@ -192,8 +195,9 @@ class _Run:
                     self._checkpoint()
                 if cause:
                     raise self._stopped(cause)
-            self._advance()
-            self._record(force=self._ended())
+            if not self._through():
+                self._advance()
+                self._record(force=self._ended())
             self.paced = self.paced or (clock.monotonic(), self._done())
         if "measured" not in self.counters:  # a run that is resumed after its end leaves the same file
             taken = self.counters["wall_time"] + clock.monotonic() - self.begun
@@ -239,8 +243,32 @@ class _Run:
         until = self.output.end
         if self.output.align or self.body.meets_times:
             until = min(until, self._next("series"))
-        try:
+        with self._said_in_si():
             self.body.advance(until)
+
+    def _through(self) -> bool:
+        """Go through the next outputs in one call, where the model offers it; whether that came on."""
+        body, output, number = self.body, self.output, self.counters["series"]
+        if not isinstance(body, Through) or output.series_every is None or output.series_steps is not None:
+            return False
+        at_once = OUTPUTS_AT_ONCE if output.checkpoint_seconds > 0.0 else 1
+        begun, times = body.time, output.series_every * np.arange(number, number + at_once)
+        before = times < output.end * (1.0 - 1e-14)
+        times = np.append(times[before], np.minimum(times[~before], output.end)[:1])
+        with self._said_in_si():
+            records = body.through(times, self.counters["opening_potential"], output.max_steps)
+        for record in records:
+            self._keep(record)
+        self._count("series")
+        if self._ended() and not (records and records[-1]["time"] == body.time):
+            self._record(force=True)
+        self._tell(force=False)
+        return body.time > begun
+
+    @contextmanager
+    def _said_in_si(self) -> Iterator[None]:
+        try:
+            yield
         except NumericalError as error:
             self._keep_what_there_is()
             raise self._in_si(error) from None
@@ -273,15 +301,18 @@ class _Run:
             if opening is None:
                 self.counters["opening_potential"] = record.get("potential_energy", 0.0)
                 self.counters["opening_energy"] = record.get("total_energy", 0.0)
-            record |= self._observed(record)
-            record["wall_time"] = self.counters["wall_time"] + clock.monotonic() - self.opened
-            self.records.append(record)
+            self._keep(record)
             self._count("series")
         if force or self._due("snapshot"):
             snapshot = self.body.snapshot()
             self.snapshots += [] if snapshot is None else [snapshot]
             self._count("snapshot")
         self._tell(force=False)
+
+    def _keep(self, record: dict[str, Any]) -> None:
+        record |= self._observed(record)
+        record["wall_time"] = self.counters["wall_time"] + clock.monotonic() - self.opened
+        self.records.append(record)
 
     def _observed(self, record: dict[str, Any]) -> dict[str, Any]:
         try:

@@ -132,7 +132,7 @@ class Output(Part):
         description="shorten time steps to meet each record; otherwise the first step past its time is recorded",
     )
     checkpoint_seconds: Annotated[Real, Field(ge=0.0, le=1e6)] = Field(
-        default=60.0, description="seconds of wall time between checkpoints"
+        default=60.0, description="seconds of wall time between checkpoints; with 0, one after each step or record"
     )
     error_bars: bool = Field(
         default=False,

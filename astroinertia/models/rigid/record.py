@@ -49,8 +49,22 @@ class Ledger(NamedTuple):
 
 
 @jax.jit
-def ledger(body: Rigid, time: Array, turning: Array, momentum: Array) -> Ledger:
-    """What the record says of one state."""
+def ledgers(body: Rigid, time: Array, turning: Array, momentum: Array, count: Array) -> Ledger:
+    """What the record says of the first `count` of states (N,), (N, 7), (N, 3); number leading, zeros after them.
+
+    One after the other, so that the numbers of each are the same whichever it is.
+    """
+
+    def of(number: Array) -> Ledger:
+        return _ledger(body, time[number], turning[number], momentum[number])
+
+    empty = jax.tree.map(lambda one: jnp.zeros((len(time), *one.shape), one.dtype), jax.eval_shape(of, 0))
+    return jax.lax.fori_loop(
+        0, count, lambda number, rows: jax.tree.map(lambda all, one: all.at[number].set(one), rows, of(number)), empty
+    )
+
+
+def _ledger(body: Rigid, time: Array, turning: Array, momentum: Array) -> Ledger:
     moments, rates = _moments_and_rates(body, time, turning, momentum)
     seen = rigid.view(body, time, turning[:4], turning[4:], momentum)
     # From torques about the pivot to tensors about the centre of mass: the reaction acts at -place.

@@ -6,7 +6,8 @@ kick, a drift and half a kick, composed as in `integrate.rigid_splitting`, keep 
 kick does, and the energy without drift (Touma & Wisdom 1994, Astronomical Journal 107, 1189, section 4). Code units.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,12 +17,14 @@ import numpy as np
 
 from astroinertia.effects.gravity_gradient import quadrupole_attraction
 from astroinertia.engines.pytree import pytree
+from astroinertia.errors import NumericalError
 from astroinertia.integrate import rigid_splitting
 from astroinertia.integrate.rigid_splitting import COMPOSITIONS, Rotor
 from astroinertia.models import checkpoint
 from astroinertia.models.rigid import body as rigid
 from astroinertia.models.rigid.body import Rigid
-from astroinertia.models.rigid.evolution import RigidBody, Settings
+from astroinertia.models.rigid.evolution import RigidBody, Settings, too_fast
+from astroinertia.models.rigid.passage import MOST_STEPS, Met, planned, whole
 from astroinertia.orbits import states
 
 Array = Any
@@ -71,8 +74,8 @@ class CoupledRigidBody(RigidBody):
 
     def total_energy(self) -> float:
         """Of orbits, spin and the quadrupole in the companions' field."""
-        kinetic, potential = self._energies(self._ledger())
-        return self.bodies.energy() + kinetic + potential
+        kinetic, potential = self._energies(self._ledgers(self._present()))
+        return self.bodies.energy() + kinetic[0] + potential[0]
 
     def arrays(self) -> dict[str, np.ndarray]:
         """The state, with that of REBOUND to the last bit, for a checkpoint."""
@@ -88,9 +91,15 @@ class CoupledRigidBody(RigidBody):
         self._carry = carry["carry"].copy()
         self.body = replace(self.body, companions=_here(self.bodies))
 
-    def _split(self, body: Rigid, until: float) -> None:
-        steps = self._steps_to(replace(body, companions=_at_pericentres(self.bodies)), until)
-        step, stages = (until - self._time) / steps, COMPOSITIONS[self.settings.order]
+    def _go(self, body: Rigid, times: Sequence[float] | np.ndarray, most: float = math.inf) -> Met:
+        """To the first of the times, or as far towards it as so many steps go."""
+        until, stages = times[0], COMPOSITIONS[self.settings.order]
+        at_pericentres = replace(body, companions=_at_pericentres(self.bodies))
+        pace, wanted = planned(at_pericentres, self._course(), until, self.settings.steps_per_rotation)
+        if not wanted < MOST_STEPS:
+            raise too_fast(float(wanted), self._time)
+        self._pace, steps = float(pace), int(whole(wanted))
+        step = (until - self._time) / steps
         if steps > _STEPS_AT_ONCE:
             steps, until = _STEPS_AT_ONCE, self._time + _STEPS_AT_ONCE * step
         self._kick(body, 0.0, 0.5 * step * stages[0])
@@ -103,7 +112,11 @@ class CoupledRigidBody(RigidBody):
                 # The kick that ends a stage is also the one that begins the next.
                 self._kick(body, step * share, 0.5 * step * (share if last else share + following))
         self.body = replace(self.body, companions=_here(self.bodies))
-        self._time, self._timestep, self._steps = until, step, self._steps + steps
+        self._time, self._timestep, self._steps = float(until), step, self._steps + steps
+        if not np.isfinite(np.asarray(self.state.turning.value)).all():
+            raise NumericalError("the attitude is no longer finite", time=self._time)
+        met = self._present()
+        return met if until == times[0] else Met(*(rows[:0] for rows in met))
 
     def _kick(self, body: Rigid, drift: float, interval: float) -> None:
         present = replace(body, companions=_here(self.bodies))
