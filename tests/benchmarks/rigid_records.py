@@ -74,8 +74,8 @@ def by_solve_ivp(with_sun: bool) -> tuple[float, float]:
     def rate(now: float, state: np.ndarray) -> np.ndarray:
         q, m = state[:4], state[4:]
         omega = m / moments
-        slip = np.cross(m, omega) / (100.0 * DAY * (m @ m) * excess)
-        turn = omega + slip
+        beyond = np.cross(m, omega) / (100.0 * DAY * (m @ m) * excess)
+        turn = omega + beyond
         w, v = q[0], q[1:]
         torque = np.zeros(3)
         if with_sun:
