@@ -32,7 +32,8 @@ SUFFIX = "_error"
 HEADLINE = (
     "second_moment", "inertia_tensor", "principal_moments", "attitude", "angular_momentum", "angular_velocity",
     "kinetic_energy", "rotational_energy", "internal_energy", "gravitational_energy", "total_energy",
-    "rotational_to_gravitational", "mean_radius", "equatorial_radius", "polar_radius", "flattening", "moment_ratio",
+    "rotational_to_gravitational", "mean_radius", "equatorial_radius", "polar_radius", "ellipsoid_flattening",
+    "surface_mean_radius", "surface_flattening", "moment_ratio", "zonal_harmonic_2",
     "density_max",
 )  # fmt: skip
 """The series that have error bars, where the run has a number for them."""

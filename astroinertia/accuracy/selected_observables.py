@@ -1,6 +1,6 @@
 """What a run is judged by: numbers of its observables at the end, or the frequency of one of their series.
 
-They are written as a person says it: "inertia_tensor z z", "flattening", "angular_velocity" (all components),
+They are written as a person says it: "inertia_tensor z z", "moment_ratio", "angular_velocity" (all components),
 "attitude 3" (the third axis of a rigid body), "frequency of inertia_tensor z z". Tests:
 tests/unit/accuracy/test_selected_observables.py.
 """
@@ -16,7 +16,7 @@ from scipy.optimize import minimize_scalar
 
 from astroinertia.dataset.regions import QUANTITIES as REGIONAL
 from astroinertia.errors import NumericalError, SceneError
-from astroinertia.observables.quantities import DERIVED, RECORDED
+from astroinertia.observables.quantities import DERIVED, RECORDED, present_name
 from astroinertia.scene.schema import Scene
 from astroinertia.units import shown
 
@@ -57,9 +57,14 @@ def parsed(name: str, own: Collection[str] = ()) -> SelectedObservable:
     words = normalized.removeprefix(_OF_SERIES).split()
     if not words:
         raise SceneError("an observable is a variable of the dataset and its labels, such as inertia_tensor z z.")
+    if words[0] not in own:
+        before, words[0] = words[0], present_name(words[0])
+        normalized = normalized.replace(before, words[0], 1)
     if words[0] not in _KNOWN and words[0] not in own:
         near = difflib.get_close_matches(words[0], _KNOWN, 1)
-        hint = f"; did you mean {near[0]}?" if near else ", such as inertia_tensor z z, angular_velocity or flattening."
+        hint = (
+            f"; did you mean {near[0]}?" if near else ", such as inertia_tensor z z, angular_velocity or moment_ratio."
+        )
         raise SceneError(f"'{shown(words[0])}' is no series of the dataset{hint}")
     return SelectedObservable(normalized, words[0], tuple(words[1:]), of_series)
 

@@ -197,6 +197,15 @@ class RotatingStar(EquilibriumFigure):
         above = np.cumsum(mass[order]) - 0.5 * mass[order]
         return float(np.interp(fraction * mass.sum(), above, field.level.ravel()[order]))
 
+    def mean_radius_enclosing(self, fraction: float) -> float:
+        """Radius of the sphere as large as what lies above `level_enclosing`, to the volume of a quadrature node."""
+        field = self.field
+        volume = (field.mesh.volume_weight[:, None] * field.weight).ravel()
+        order = np.argsort(-field.level.ravel())
+        above = np.cumsum(volume[order]) - 0.5 * volume[order]
+        size = np.interp(-self.level_enclosing(fraction), -field.level.ravel()[order], above)
+        return self.equatorial_radius * float(3 * size) ** (1 / 3)
+
     @property
     def _energy_unit(self) -> float:
         return self.gravitational_constant * self.max_density**2 * self.equatorial_radius**5

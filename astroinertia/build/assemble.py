@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from astroinertia.build.effects import effects_of
 from astroinertia.build.spheres import Sphere, Star, sphere
+from astroinertia.build.structure import structure
 from astroinertia.effects import own_matter
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import made_of
@@ -184,6 +185,7 @@ def metadata(scene: Scene) -> dict[str, Any]:
         "code_units": {"mass": units.mass, "length": units.length, "G": units.gravitational_constant},
         "reference_radius": _reference_radius(scene, units, initial),
         "reference_radius_convention": "radius that the scene gives" if initial is None else initial.radius_convention,
+        "structure": structure(scene, units, initial),
         "model": scene.model,
         **_numerics(scene),
         "effects": [kind for kind in scene.entries if kind in scene.effects],

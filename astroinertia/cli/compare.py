@@ -10,8 +10,8 @@ HELP = """\
 One scene can be answered by several models (scaling, rigid, ellipsoid, sph), or by one at several costs. The finest run
 is the one whose model leaves least out; among particles, the one with most of them; --against names another.
 
-Quantities are moment_of_inertia and mean_spin, about the axis of the angular momentum, and every variable of the
-dataset with a time, such as kinetic_energy; vectors and tensors are compared by their size.
+Quantities are moment_of_inertia and mean_angular_velocity, about the axis of the angular momentum, and every variable
+of the dataset with a time, such as kinetic_energy; vectors and tensors are compared by their size.
 
 example: astroinertia run sims/one_star_three_models.toml --set model=\\"scaling\\" --output runs/scaling
          astroinertia run sims/one_star_three_models.toml --set model=\\"ellipsoid\\" --output runs/ellipsoid

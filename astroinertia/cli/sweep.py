@@ -166,7 +166,7 @@ def summary(folder: Path) -> list[str]:
     spin = np.sqrt((end["angular_velocity"] ** 2).sum("i", skipna=False))
     columns = {
         "I_zz (kg m2)": end["inertia_tensor"].sel(i="z", j="z"),
-        "mean spin (rad s-1)": spin,
+        "mean angular velocity (rad s-1)": spin,
         "T/|W|": end["rotational_to_gravitational"],
         "I/(M R^2)": end["moment_ratio"],
     }

@@ -168,7 +168,7 @@ class InertiaAccessor:
         return share.rename("torque").assign_attrs(torque.attrs | {"long_name": f"torque along {_axis_text(axis)}"})
 
     def spin_rate(self) -> xr.DataArray:
-        """The mean spin along the direction of the angular momentum at the start: L.n / n.I.n, n fixed.
+        """The mean angular velocity along the direction of the angular momentum at the start: L.n / n.I.n, n fixed.
 
         >>> print(f"{float(ds.inertia.spin_rate()[0]):.1e} rad/s")  # as the scene has it
         1.0e-04 rad/s
@@ -204,7 +204,8 @@ class InertiaAccessor:
     def rotation_limits(self, shedding: str = "roche") -> xr.Dataset:
         """Period, radius, periods of an orbit at the equator and of mass shedding, and flags of break-up, along time.
 
-        The radius of these limits is the body's own at the start, scaled with its mean radius by second moments.
+        The radius of these limits is the mean radius of the surface, or in older files that of the start, scaled with
+        the mean radius by second moments.
         shedding: "roche", "polytrope n" or a published fit, as rotation.break_up.shedding_share has them; ValueError
         for another. The last two flags say whether T/|W| lets friction make a bar, and whether it makes one by itself.
 
@@ -216,12 +217,14 @@ class InertiaAccessor:
         data = self.dataset
         size, spin = data["mean_radius"].values, np.linalg.norm(data["angular_velocity"].transpose("time", "i"), axis=1)
         radius = float(data["moment_ratio"].attrs.get("reference_radius", size[0])) * size / size[0]
+        if "surface_mean_radius" in data and data["surface_mean_radius"].notnull().all():
+            radius = data["surface_mean_radius"].values
         period = np.divide(2 * np.pi, spin, out=np.full_like(spin, np.inf), where=spin > 0)
         gravity, ratio = float(data.attrs["gravitational_constant"]), data["rotational_to_gravitational"].values
         limits = break_up(data["mass"].values, radius, period, shedding=shedding, gravitational_constant=gravity)
         series = {
-            "radius": (radius, "m", "radius at the start, scaled with the mean radius by second moments"),
-            "period": (period, "s", "period of the mean spin"),
+            "radius": (radius, "m", "radius"),
+            "period": (period, "s", "period of the mean angular velocity"),
             "kepler_period": (limits.kepler_period, "s", "period of an orbit at the equator of the sphere"),
             "shedding_period": (limits.shedding_period, "s", f"shortest period without loss of mass ({shedding})"),
             "kepler_fraction": (limits.kepler_fraction, "1", "rate over that of an orbit at the equator"),

@@ -129,11 +129,11 @@ def _distance(dataset: xr.Dataset, value: Mapping[str, Any]) -> Distance | None:
 
 
 def _when(dataset: xr.Dataset, at: str | float) -> float | None:
-    """The time of "greatest density_max", "least moment", or a time itself; None for an extreme that is not over."""
+    """The time of "maximum density_max", "minimum moment", or a time itself; None for an extreme that is not over."""
     if not isinstance(at, str):
         return float(at)
     extreme, name = at.split()
-    series = _series(dataset, name)[0] * (-1.0 if extreme == "least" else 1.0)
+    series = _series(dataset, name)[0] * (-1.0 if extreme == "minimum" else 1.0)
     if not np.isfinite(series).any():
         return None
     place, times = int(np.nanargmax(series)), dataset["time"].values

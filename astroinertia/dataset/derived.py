@@ -1,10 +1,12 @@
 """Quantities that follow from the recorded ones: pure functions of arrays with time leading, in consistent units."""
 
 from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
 from astroinertia.bodies.bar_analysis import bar
+from astroinertia.dataset import radii
 from astroinertia.inertia import principal, tensor
 from astroinertia.inertia.evolution import second_moment_acceleration
 from astroinertia.inertia.spin import angular_velocity
@@ -19,11 +21,14 @@ SPINLESS = 1e-9
 PARTICLE_GAP_TOLERANCE = 1e-3
 
 
-def derived_quantities(series: Series, tolerance: float, reference_radius: float | None) -> dict[str, np.ndarray]:
+def derived_quantities(
+    series: Series, tolerance: float, reference_radius: float | None, structure: radii.Structure = MappingProxyType({})
+) -> dict[str, np.ndarray]:
     """All of the schema's derived quantities but those of gravitational waves, in the units of `series`.
 
-    tolerance: principal moments nearer than this share of the largest count as equal. Quantities whose ingredients
-    were not recorded are left out.
+    tolerance: principal moments nearer than this share of the largest count as equal. reference_radius: what the moment
+    ratio refers to in records that tell nothing of the surface; structure: of the body at the start (radii.Structure).
+    Quantities whose ingredients were not recorded are left out.
     """
     derived: dict[str, np.ndarray] = {}
     if _has(series, "mixed_moment"):
@@ -61,11 +66,15 @@ def derived_quantities(series: Series, tolerance: float, reference_radius: float
         "mean_radius": tensor.equivalent_semi_axes(mass, moments).prod(-1) ** (1 / 3),
         "equatorial_radius": equatorial,
         "polar_radius": polar,
-        "flattening": 1.0 - _ratio(polar, equatorial),
+        "ellipsoid_flattening": 1.0 - _ratio(polar, equatorial),
     }
-    if reference_radius is not None:
-        derived["moment_ratio"] = tensor.moment_about(inertia, axis) / (mass * reference_radius**2)
-    return derived
+    now, moment = radii.surface(series, second, axis, structure), tensor.moment_about(inertia, axis)
+    if now is not None:
+        derived |= radii.with_radii(series, now, structure)
+        derived |= radii.moment_ratios(moment, mass, derived)
+    elif reference_radius is not None:
+        derived["moment_ratio"] = moment / (mass * reference_radius**2)
+    return derived | radii.degree_two(inertia, moments, mass, derived[radii.reference_radius(derived)])
 
 
 def spin_axis(series: Series, otherwise: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ import xarray as xr
 
 from astroinertia.dataset.schema import FORMAT
 from astroinertia.errors import ArchiveError, AstroinertiaError
+from astroinertia.observables.quantities import RENAMED
 from astroinertia.storage import hdf5_structure, trailer
 from astroinertia.storage.bounded import check_proportion, plain_text
 
@@ -43,6 +44,9 @@ def headline(path: Path) -> xr.Dataset:
     if version > FORMAT:
         raise ArchiveError(f"{path} has format {version} of a newer version; this one reads up to {FORMAT}.")
     with archive_errors(path):
+        dataset = dataset.assign(
+            {now: dataset[before] for before, now in RENAMED.items() if before in dataset and now not in dataset}
+        )
         labels = [name for name, coord in dataset.coords.items() if coord.dtype.kind == "O"]
         dataset = dataset.assign_coords({name: dataset[name].astype(str) for name in labels})
     return dataset

@@ -82,9 +82,11 @@ DERIVED: dict[str, Quantity] = {
         ("time", "region", "principal"), MOMENT, "kg m2", "principal moments of inertia of each region"
     ),
     "region_angular_velocity": Quantity(
-        _RI, PER_TIME, "rad s-1", "mean spin of each region", "Tisserand's I^-1 L of its matter"
+        _RI, PER_TIME, "rad s-1", "mean angular velocity of each region", "Tisserand's I^-1 L of its matter"
     ),
-    "region_rotational_energy": Quantity(_R, ENERGY, "J", "energy of the mean spin of each region", "L . I^-1 L / 2"),
+    "region_rotational_energy": Quantity(
+        _R, ENERGY, "J", "energy of the mean rotation of each region", "L . I^-1 L / 2"
+    ),
     "region_rotational_to_gravitational": Quantity(
         _R, NUMBER, "1", "T/|W| of each region", "region_rotational_energy / |region_gravitational_energy|"
     ),

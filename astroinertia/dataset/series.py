@@ -13,7 +13,7 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
-from astroinertia.dataset import files as dataset_files
+from astroinertia.dataset import files as dataset_files, radii
 from astroinertia.dataset.derived import PARTICLE_GAP_TOLERANCE, derived_quantities
 from astroinertia.dataset.regions import QUANTITIES as REGIONAL, regional_quantities
 from astroinertia.dataset.resolution import resolution_warnings
@@ -141,7 +141,7 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     absent, skipped = metadata.get("absent", {}), metadata.get("skipped_effects", {})
     values = {name: np.asarray(array) for name, array in series.items()}
     unclosed = ledger_warnings(values, effects)
-    values |= derived_quantities(values, tolerance, radius)
+    values |= derived_quantities(values, tolerance, radius, metadata.get("structure", {}))
     regions = metadata.get("regions", {})
     if regions:
         values |= regional_quantities(values, tolerance)
@@ -191,7 +191,7 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
             array,
             {"long_name": name.replace("_", " "), "comment": "not in the schema; code units"},
         )
-    _annotate(variables, tolerance, radius, metadata)
+    _annotate(variables, tolerance, metadata)
     # No standard_name: CF's "time" is a date, in units "since" an epoch, and this is not.
     seconds = time * units.unit("time")
     shown = {} if dimensionless else {"display_unit": display_unit("s", seconds)}
@@ -222,6 +222,7 @@ def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str)
     """What the file says of where it came from: enough to repeat the run. Lists and tables are JSON text."""
     elsewhere = (
         "effects", "companions", "regions", "skipped_effects", "absent", "code_units", "dimensionless", "observables",
+        "structure",
     )  # fmt: skip
     described = {name: value for name, value in metadata.items() if name not in elsewhere}
     plain = {
@@ -260,13 +261,11 @@ def gap_tolerance(metadata: Mapping[str, Any]) -> float:
     return float(metadata.get("principal_gap_tolerance") or usual)
 
 
-def _annotate(variables: dict, tolerance: float, radius: float | None, metadata: Mapping[str, Any]) -> None:
+def _annotate(variables: dict, tolerance: float, metadata: Mapping[str, Any]) -> None:
     for name in ("principal_moments", "principal_axes", "principal_gap", "figure_rotation_rate"):
         variables[name][2]["tolerance"] = tolerance
-    ratio = variables["moment_ratio"][2]
-    if radius is not None:
-        ratio["reference_radius"] = radius * code_units(metadata).length
-        ratio["radius_convention"] = metadata.get("reference_radius_convention", "reference radius of the initial body")
+    for name, attrs in radii.conventions(variables, metadata).items():
+        variables[name][2].update(attrs)
     limits = [*metadata.get("effects", []), *TIMESTEP_CRITERIA]
     if "reason" not in variables["timestep_limit"][2]:
         flags = {"flag_values": np.arange(float(len(limits))), "flag_meanings": " ".join(limits)}

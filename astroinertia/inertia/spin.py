@@ -1,4 +1,4 @@
-"""How a body spins: angular momentum, mean spin, energy, the load on its bearings and the flow that is not rotation.
+"""How a body spins: angular momentum, mean angular velocity, energy, load on its bearings, flow that is no rotation.
 
 Pure functions of arrays, numpy or jax, any consistent units; particles are mass (..., N), position and velocity
 (..., N, 3), tensors (..., 3, 3), all in the same inertial axes unless said otherwise. Sections are those of Goldstein,
@@ -38,7 +38,7 @@ def angular_momentum(
 
 
 def angular_velocity(inertia: Array, angular_momentum: Array) -> Array:
-    """The Tisserand mean spin I^-1 L, (..., 3), of inertia and angular momentum about the same point.
+    """The Tisserand mean angular velocity I^-1 L, (..., 3), of inertia and angular momentum about the same point.
 
     It is the rigid rotation that carries the body's angular momentum; NaN where I has no inverse to double precision,
     as for a rod. Source: Munk & MacDonald (1960), The Rotation of the Earth.
@@ -81,10 +81,11 @@ def bearing_torque(inertia: Array, angular_velocity: Array) -> Array:
 
 
 def residual_flow(mass: Array, position: Array, velocity: Array, weights: Array | None = None) -> Array:
-    """Velocities (..., N, 3) left when the motion of the centre of mass and the mean spin are taken out.
+    """Velocities (..., N, 3) left when the motion of the centre of mass and the mean angular velocity are taken out.
 
     It has neither momentum nor angular momentum; weights (..., N), which multiply mass, say whose mean motion. NaN
-    where the mean spin is. Source: Tisserand's mean axes, Munk & MacDonald (1960), The Rotation of the Earth.
+    where the mean angular velocity is. Source: Tisserand's mean axes, Munk & MacDonald (1960), The Rotation of the
+    Earth.
 
     >>> x = np.array([[1.0, 0, 0], [-1.0, 0, 0], [0, 1.0, 0], [0, -1.0, 0]])
     >>> flow = np.cross([0.0, 0.0, 2.0], x) + [5.0, 0, 0]  # a rotation and a drift

@@ -4,6 +4,7 @@ A model says what it knows of its body (BodyState) and what it has of its own; a
 worked out here, for all models alike. Tests: tests/unit/observables/test_quantities.py.
 """
 
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
@@ -114,13 +115,17 @@ MASS, LENGTH, TIME = Dimension(1, 0, 0), Dimension(0, 1, 0), Dimension(0, 0, 1)
 SPEED, PER_TIME, DENSITY = Dimension(0, 1, -1), Dimension(0, 0, -1), Dimension(1, -3, 0)
 MOMENTUM, FORCE, ENERGY = Dimension(1, 1, -1), Dimension(1, 1, -2), Dimension(1, 2, -2)
 MASS_RATE = Dimension(1, 0, -1)
-MOMENT, ANGULAR_MOMENTUM = Dimension(1, 2, 0), Dimension(1, 2, -1)
+MOMENT, ANGULAR_MOMENTUM, AREA = Dimension(1, 2, 0), Dimension(1, 2, -1), Dimension(0, 2, 0)
 SPECIFIC_ANGULAR_MOMENTUM, SPECIFIC_ENERGY, PRESSURE = Dimension(0, 2, -1), Dimension(0, 2, -2), Dimension(1, -1, -2)
 
 _T, _TI, _TIJ = ("time",), ("time", "i"), ("time", "i", "j")
 _TE, _TEI, _TEIJ = ("time", "effect"), ("time", "effect", "i"), ("time", "effect", "i", "j")
 _TR, _TP, _TM = ("time", "radius_bin"), ("time", "principal"), ("time", "mode")
 _CENTRE = "about the centre of mass"
+_SPHERE = "of a sphere about the centre of mass; mean radius of a similar ellipsoid where the profile is kept"
+
+ENCLOSED = 0.99
+"""Share of the mass of particles that the ellipsoid of their surface encloses."""
 
 UNRECORDED = "this model does not record it"
 _NO_STEPS = "the model goes from record to record without steps"
@@ -133,6 +138,7 @@ _NO_LIMIT: dict[str, str] = dict.fromkeys(("ellipsoid", "rigid", "scaling"), "no
 _NO_PARTICLES: dict[str, str] = dict.fromkeys(("ellipsoid", "rigid", "scaling"), "there are no particles")
 _NO_AXES: dict[str, str] = dict.fromkeys(("sph", "ellipsoid", "scaling"), "only a rigid body has axes of its own")
 _NO_SHELLS = {"ellipsoid": "the shells of an affine body are similar ellipsoids, not spheres", "rigid": _FEW}
+_NO_PROFILE: dict[str, str] = dict.fromkeys(("ellipsoid", "rigid", "scaling"), "the profile of the body is not known")
 _OF_PARTICLES = {"ellipsoid": UNRECORDED, "rigid": _FEW, "scaling": UNRECORDED}
 
 RECORDED: dict[str, Quantity] = {
@@ -248,6 +254,12 @@ RECORDED: dict[str, Quantity] = {
         _TR, SPECIFIC_ANGULAR_MOMENTUM, "m2 s-1", "mean specific angular momentum of each shell about z",
         absent=_NO_SHELLS,
     ),
+    "half_mass_radius": Quantity(_T, LENGTH, "m", "radius that encloses half of the mass", _SPHERE, _NO_PROFILE),
+    "radius_enclosing_99": Quantity(_T, LENGTH, "m", "radius that encloses 99 % of the mass", _SPHERE, _NO_PROFILE),
+    "enclosing_ellipsoid": Quantity(
+        _TIJ, AREA, "m2", "matrix A of the ellipsoid x A^-1 x = 1 that encloses 99 % of the mass",
+        "shaped as the outermost tenth of the mass is", _NO_PARTICLES,
+    ),
     "mode_amplitude": Quantity(
         _TM, NUMBER, "1", "amplitude of azimuthal modes about z", "|sum m exp(i k phi)| / M for k = 1 to 4",
         {"rigid": _FEW},
@@ -272,6 +284,7 @@ RECORDED: dict[str, Quantity] = {
 }  # fmt: skip
 """What a run records, in code units, under the same names."""
 
+_RATIO = "moment of inertia about the spin axis over M R^2"
 DERIVED: dict[str, Quantity] = {
     "inertia_rate": Quantity(
         _TIJ, ANGULAR_MOMENTUM, "kg m2 s-1", "rate of change of the inertia tensor",
@@ -294,7 +307,8 @@ DERIVED: dict[str, Quantity] = {
         "about the relative difference of the semi-axes; 0 where the axis is undefined",
     ),
     "angular_velocity": Quantity(
-        _TI, PER_TIME, "rad s-1", "mean spin", "Tisserand's I^-1 L: the rigid rotation with this angular momentum"
+        _TI, PER_TIME, "rad s-1", "mean angular velocity",
+        "Tisserand's I^-1 L: the rigid rotation with this angular momentum",
     ),
     "figure_rotation_rate": Quantity(
         _TP, PER_TIME, "rad s-1", "rate at which the principal axes turn, about each of themselves",
@@ -303,7 +317,7 @@ DERIVED: dict[str, Quantity] = {
         {"scaling": _SYMMETRIC},
     ),
     "rotational_energy": Quantity(
-        _T, ENERGY, "J", "energy of the mean spin", "L . I^-1 L / 2; a rotation that is not rigid has more energy"
+        _T, ENERGY, "J", "energy of the mean rotation", "L . I^-1 L / 2; a rotation that is not rigid has more energy"
     ),
     "rotational_to_gravitational": Quantity(_T, NUMBER, "1", "T/|W|", "rotational_energy / |gravitational_energy|"),
     "spin_axis": Quantity(_TI, NUMBER, "1", "axis that radii and flattening refer to", SPIN_AXIS),
@@ -312,9 +326,36 @@ DERIVED: dict[str, Quantity] = {
         _T, LENGTH, "m", f"equatorial radius {EQUIVALENT}", f"sqrt(5 (tr Q - n.Q.n) / (2 M)); {SPIN_AXIS}"
     ),
     "polar_radius": Quantity(_T, LENGTH, "m", f"polar radius {EQUIVALENT}", f"sqrt(5 n.Q.n / M); {SPIN_AXIS}"),
-    "flattening": Quantity(_T, NUMBER, "1", "flattening", "1 - polar_radius / equatorial_radius"),
+    "ellipsoid_flattening": Quantity(
+        _T, NUMBER, "1", f"flattening {EQUIVALENT}", "1 - polar_radius / equatorial_radius"
+    ),
+    "surface_mean_radius": Quantity(_T, LENGTH, "m", "mean radius of the surface", "(a b c)^(1/3)"),
+    "surface_equatorial_radius": Quantity(
+        _T, LENGTH, "m", "equatorial radius of the surface", f"across the axis n; {SPIN_AXIS}"
+    ),
+    "surface_polar_radius": Quantity(_T, LENGTH, "m", "polar radius of the surface", f"along the axis n; {SPIN_AXIS}"),
+    "surface_flattening": Quantity(
+        _T, NUMBER, "1", "flattening of the surface", "1 - surface_polar_radius / surface_equatorial_radius"
+    ),
     "moment_ratio": Quantity(
-        _T, NUMBER, "1", "moment of inertia about the spin axis over M R^2", f"n.I.n / (M R^2); {SPIN_AXIS}"
+        _T, NUMBER, "1", f"{_RATIO}, R the mean radius of the surface now", f"n.I.n / (M R^2); {SPIN_AXIS}"
+    ),
+    "moment_ratio_equatorial": Quantity(
+        _T, NUMBER, "1", f"{_RATIO}, R the equatorial radius of the surface now", f"n.I.n / (M R^2); {SPIN_AXIS}"
+    ),
+    "moment_ratio_half_mass": Quantity(
+        _T, NUMBER, "1", f"{_RATIO}, R the radius that encloses half of the mass now", f"n.I.n / (M R^2); {SPIN_AXIS}"
+    ),
+    "moment_ratio_enclosing_99": Quantity(
+        _T, NUMBER, "1", f"{_RATIO}, R the radius that encloses 99 % of the mass now", f"n.I.n / (M R^2); {SPIN_AXIS}"
+    ),
+    "zonal_harmonic_2": Quantity(
+        _T, NUMBER, "1", "J2", "(C - (A + B)/2) / (M R^2), A, B and C the principal moments, C the largest"
+    ),
+    "gravity_coefficient": Quantity(
+        ("time", "coefficient"), NUMBER, "1", "coefficient of degree 2 of the gravity field, not normalised",
+        "over M R^2: C20 = Q_zz - (Q_xx + Q_yy)/2, C21 = Q_xz, S21 = Q_yz, C22 = (Q_xx - Q_yy)/4, S22 = Q_xy/2, in the "
+        "axes x, y and z of the dataset (Hofmann-Wellenhof & Moritz 2006, Physical Geodesy, eq. 2-85)",
     ),
     "bar_strength": Quantity(
         _T, NUMBER, "1", "quadrupole distortion about z",
@@ -352,6 +393,17 @@ DERIVED: dict[str, Quantity] = {
     ),
 }  # fmt: skip
 """What follows from the recorded quantities; computed in code units, but for the waves, which are in SI already."""
+
+RENAMED = {"flattening": "ellipsoid_flattening", "mean_spin": "mean_angular_velocity"}
+"""Series of before by their names of now: older files have them by both, and commands take both for a release."""
+
+
+def present_name(name: str) -> str:
+    """The name of a series, with a FutureWarning where it has another one now."""
+    if name in RENAMED:
+        warnings.warn(f"the series {name} is now {RENAMED[name]}.", FutureWarning, stacklevel=3)
+    return RENAMED.get(name, name)
+
 
 _TS, _TSI = ("time", "sink"), ("time", "sink", "i")
 _SHIFTED = "the shift of the centre of mass is included"
@@ -400,5 +452,6 @@ LABELS: dict[str, tuple[list, str]] = {
     "j": (["x", "y", "z"], "Cartesian component"),
     "principal": ([1, 2, 3], "number of the principal axis"),
     "mode": ([1, 2, 3, 4], "azimuthal wave number"),
+    "coefficient": (["C20", "C21", "S21", "C22", "S22"], "coefficient of degree 2 of the gravity field"),
     "observer": (["polar", "equatorial"], "direction that a gravitational wave is seen from"),
 }

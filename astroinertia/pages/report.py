@@ -37,7 +37,7 @@ CAPTIONS = {
     "exact": "Beside the exact flow",
 }
 RESOLUTION = 110  # dots an inch of the pictures
-_CARDS = ("moment of inertia", "mean spin", "ledger closure", "change of the total energy")
+_CARDS = ("moment of inertia", "mean angular velocity", "ledger closure", "change of the total energy")
 _REPEATED = ("model", "engine", "precision", "kernel", "neighbours", "seed", "approximation", "frame", "units_system",
              "measured_wall_time", "measured_memory", "Conventions", "astroinertia_format")  # fmt: skip
 

@@ -107,7 +107,7 @@ def _captions(dataset: xr.Dataset, snapshots: xr.Dataset | None, numbers: np.nda
     times = time[numbers] if snapshots is None else snapshots["snapshot_time"].values[numbers]
     shown = [("time", dataset["time"], times), ("I_zz", dataset.inertia.about_axis("z"), None)]
     if angular_momentum_scale(dataset)[1]:
-        shown.append(("mean spin", dataset.inertia.spin_rate(), None))
+        shown.append(("mean angular velocity", dataset.inertia.spin_rate(), None))
     columns = []
     for name, series, values in shown:
         factor, unit = style.scale_of(style.unit_of(series), series.values)

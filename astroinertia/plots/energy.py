@@ -10,7 +10,7 @@ from astroinertia.plots.bands import Band, error_of, shade
 
 _KINDS = (
     ("kinetic_energy", "kinetic", style.ORANGE, "-"),
-    ("rotational_energy", "of the mean spin", style.ORANGE, (0, (1.2, 1.6))),
+    ("rotational_energy", "of the mean angular velocity", style.ORANGE, (0, (1.2, 1.6))),
     ("internal_energy", "internal", style.VERMILLION, "-"),
     ("gravitational_energy", "self-gravity", style.BLUE, "-"),
 )
@@ -42,7 +42,7 @@ def _energies(axes, dataset: xr.Dataset) -> None:
         if name == "rotational_energy" and size < 1e-6 * scale:
             continue
         if name == "rotational_energy" and float(abs(dataset["kinetic_energy"] - dataset[name]).max()) < 1e-6 * size:
-            continue  # all of the motion is the mean spin, so the two would lie on each other
+            continue  # all of the motion is the mean angular velocity, so the two would lie on each other
         axes.plot(times, dataset[name] / scale, color=colour, linestyle=dashes, label=text)
         bands.append((dataset[name].values / scale, error_of(dataset, name, scale), colour))
     others = dataset["potential_energy"] - dataset["gravitational_energy"].fillna(0.0)

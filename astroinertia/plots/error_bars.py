@@ -14,7 +14,7 @@ _SHOWN = {
     "angular_momentum": (style.GREY, "-"),
     "angular_velocity": (style.VERMILLION, "-"),
     "mean_radius": (style.GREEN, "-"),
-    "flattening": (style.PURPLE, "-"),
+    "ellipsoid_flattening": (style.PURPLE, "-"),
     "moment_ratio": (style.SKY, (0, (4, 2))),
     "kinetic_energy": (style.ORANGE, "-"),
     "internal_energy": (style.YELLOW, "-"),

@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from scipy.interpolate import CubicSpline
 
+from astroinertia.observables.quantities import present_name
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale
 
@@ -17,9 +18,12 @@ MODELS = ("scaling", "rigid", "ellipsoid", "sph")  # from the cheapest to the on
 COLOURS = (style.BLUE, style.VERMILLION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.YELLOW)
 DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.6)), (0, (6, 2, 1, 2)))
 MOST_RUNS = len(COLOURS)
-USUAL = ("moment_of_inertia", "mean_spin", "mean_radius", "flattening", "rotational_to_gravitational", "density_max")
+USUAL = (
+    "moment_of_inertia", "mean_angular_velocity", "mean_radius", "ellipsoid_flattening", "rotational_to_gravitational",
+    "density_max",
+)  # fmt: skip
 """What is compared unless something else is asked for, as far as the runs have it."""
-_DERIVED = ("moment_of_inertia", "mean_spin")  # of the accessor, about the axis of the angular momentum
+_DERIVED = ("moment_of_inertia", "mean_angular_velocity")  # of the accessor, about the axis of the angular momentum
 _COLUMN = 15
 _ROUND_OFF = 1e-13  # of the largest value: less is shown as 0
 
@@ -79,9 +83,9 @@ def labels(datasets: Sequence[xr.Dataset]) -> list[str]:
 def compared(datasets: Sequence[xr.Dataset], names: Sequence[str] = (), finest: int | None = None) -> list[Compared]:
     """Quantities of several runs on their own times, and their differences from the finest run's.
 
-    names: variables of the schema, "moment_of_inertia" or "mean_spin" (both about the axis of the angular momentum);
-    the usual ones without. Vectors and tensors are shown by their size. finest: number of the run that the others are
-    measured against, the finest by `fineness` without. ValueError for fewer than two runs, more than can be
+    names: variables of the schema, "moment_of_inertia" or "mean_angular_velocity" (both about the axis of the angular
+    momentum); the usual ones without. Vectors and tensors are shown by their size. finest: number of the run that the
+    others are measured against, the finest by `fineness` without. ValueError for fewer than two runs, more than can be
     distinguished, a quantity that no two runs have, or runs of which some have units and some have not.
 
     >>> runs = [ds, ds.assign(inertia_tensor=1.01 * ds.inertia_tensor)]
@@ -95,6 +99,7 @@ def compared(datasets: Sequence[xr.Dataset], names: Sequence[str] = (), finest: 
         raise ValueError("runs in SI and runs without dimension cannot be compared")
     if finest is None:
         finest = max(range(len(datasets)), key=lambda number: fineness(datasets[number]))
+    names = [present_name(name) for name in names]
     comparisons = [_compared(datasets, name, finest) for name in names or USUAL]
     missing = [name for name, one in zip(names, comparisons, strict=False) if one is None]
     if missing:
@@ -151,7 +156,7 @@ def ladder_table(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared],
         factor, unit = style.scale_of(style.unit_of(dataset["time"]), dataset["time"].values)
         end = f"{float(dataset['time'][-1]) / factor:.4g} {unit}".removesuffix(" 1")
         lines.append(f"{name:{width}}{took:>{_COLUMN}}{outputs:>{_COLUMN}}{end:>{_COLUMN}}")
-    heads = ("start", "least", "greatest", "end", "rms diff.", "largest diff.")
+    heads = ("start", "minimum", "maximum", "end", "rms diff.", "largest diff.")
     for one in quantities:
         factor, unit = style.scale_of(one.unit, *(line.values for line in one.lines.values()))
         title = one.long_name if unit == "1" else f"{one.long_name} ({unit})"
@@ -192,7 +197,7 @@ def _series(dataset: xr.Dataset, name: str) -> xr.DataArray | None:
         if not angular_momentum_scale(dataset)[1]:
             return None
         series = dataset.inertia.about_axis("spin") if name == "moment_of_inertia" else dataset.inertia.spin_rate()
-        text = "moment of inertia about the spin axis" if name == "moment_of_inertia" else "mean spin"
+        text = "moment of inertia about the spin axis" if name == "moment_of_inertia" else "mean angular velocity"
         series = series.assign_attrs(long_name=text)
     elif name in dataset and "time" in dataset[name].dims and dataset[name].dtype.kind == "f":
         variable = dataset[name]

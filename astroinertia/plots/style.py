@@ -202,7 +202,7 @@ def mark_compression(axes: Any, dataset: xr.Dataset, factor: float, named: bool 
     if named:
         late = index > 0.6 * dataset.sizes["time"] or at > 0.6 * float(dataset["time"][-1]) / factor
         axes.annotate(
-            "greatest density", (at, 1.0), xycoords=("data", "axes fraction"), xytext=(-4 if late else 4, -2),
+            "maximum density", (at, 1.0), xycoords=("data", "axes fraction"), xytext=(-4 if late else 4, -2),
             textcoords="offset points", fontsize=8, color=GREY, va="top", ha="right" if late else "left",
         )  # fmt: skip
 

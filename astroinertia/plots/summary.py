@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.dataset import converged
+from astroinertia.dataset.radii import RATIOS
 from astroinertia.dataset.resolution import resolution_message
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.ledger import bounds
@@ -15,6 +16,7 @@ from astroinertia.plots.error_bars import known_bars
 from astroinertia.plots.style import scale_of, unit_of, words
 
 _WIDTH = 34
+_SHAPES = ("surface_flattening", "ellipsoid_flattening")
 
 
 @dataclass(frozen=True)
@@ -91,18 +93,23 @@ def _body(dataset: xr.Dataset) -> Table:
     rows = [
         ("moment of inertia about z", inertia.about_axis("z")),
         ("mean radius, equivalent ellipsoid", dataset["mean_radius"]),
-        ("greatest density", dataset["density_max"]),
-        ("flattening", dataset["flattening"]),
-        ("moment ratio I/(M R^2)", dataset["moment_ratio"]),
+        ("maximum density", dataset["density_max"]),
+        *((words(name), dataset[name]) for name in _SHAPES if name in dataset),
+        *((_ratio_text(dataset[name]), dataset[name]) for name in RATIOS if name in dataset),
+        *(("J2", dataset[name]) for name in ("zonal_harmonic_2",) if name in dataset),
     ]
     if angular_momentum_scale(dataset)[1]:
         rows += [
-            ("mean spin", inertia.spin_rate()),
+            ("mean angular velocity", inertia.spin_rate()),
             ("  if it went as 1/I", inertia.spin_scaling("inertia")),
             ("  if it went as 1/R^2", inertia.spin_scaling("radius")),
             ("T/|W|", dataset["rotational_to_gravitational"]),
         ]
     return _course("The body", [(name, unit_of(series), series.values) for name, series in rows])
+
+
+def _ratio_text(series: xr.DataArray) -> str:
+    return f"I/(M R^2), {words(series.attrs.get('radius', 'reference_radius'))}"
 
 
 def _own(dataset: xr.Dataset) -> Table:
@@ -119,7 +126,7 @@ def _own(dataset: xr.Dataset) -> Table:
 
 
 def _course(title: str, rows: list[tuple[str, str, np.ndarray]]) -> Table:
-    """Numbers through time, of which name, unit and values are given, at the start, least, greatest and at the end."""
+    """Numbers through time, of which name, unit and values are given, at the start, minimum, maximum and at the end."""
     lines = []
     for name, unit, values in rows:
         if not np.isfinite(values).any() or (name.startswith("  if") and not np.nan_to_num(values).any()):
@@ -128,7 +135,7 @@ def _course(title: str, rows: list[tuple[str, str, np.ndarray]]) -> Table:
         shown = [values[0], np.nanmin(values), np.nanmax(values), values[-1]]
         text = name if scaled_unit == "1" else f"{name} ({scaled_unit})"
         lines.append((text, *(f"{value / factor:.5g}" for value in shown)))
-    return Table(title, ("", "start", "least", "greatest", "end"), tuple(lines), (_WIDTH, 14, 14, 14, 14))
+    return Table(title, ("", "start", "minimum", "maximum", "end"), tuple(lines), (_WIDTH, 14, 14, 14, 14))
 
 
 def _regions(dataset: xr.Dataset) -> Table | None:
@@ -149,7 +156,7 @@ def _regions(dataset: xr.Dataset) -> Table | None:
     )
     units = " and ".join(unit for _, unit in factors if unit != "1")
     below = f"masses and densities in {units}" if units else ""
-    head = ("region", "mass at end", "greatest T/|W|", "density at end", "ledger closure")
+    head = ("region", "mass at end", "maximum T/|W|", "density at end", "ledger closure")
     return Table("Regions", head, rows, (_WIDTH, 14, 16, 16, 16), below)
 
 
@@ -187,7 +194,7 @@ def _accuracy(dataset: xr.Dataset) -> Table:
 def _bars(dataset: xr.Dataset) -> Table:
     bars = {name: bar for name, bar in known_bars(dataset).items() if np.isfinite(bar).any()}
     rows = tuple((words(name), f"{bar[-1]:.2e}", f"{_largest(bar):.2e}") for name, bar in bars.items())
-    return Table("Error bars", ("error bar", "at the end", "greatest", "over the value"), rows, (_WIDTH, 14, 14))
+    return Table("Error bars", ("error bar", "at the end", "maximum", "over the value"), rows, (_WIDTH, 14, 14))
 
 
 def _converged(dataset: xr.Dataset) -> Table | None:

@@ -80,6 +80,7 @@ class _Metadata(_Plain):
     observables: dict[_Key, _Quantity] = {}
     own_bodies: dict[str, str] = {}
     reference_radius: float | None = None
+    structure: dict[str, float] = {}
     neighbours: float | None = None
     principal_gap_tolerance: float | None = None
     predicted_evolution_time: float = math.nan

@@ -197,11 +197,11 @@ def with_bounce(dataset: xr.Dataset) -> xr.Dataset:
     rotational_share: T/|W| with T of the rotation shell by shell, which for cores that turn differentially is more than
     rotational_to_gravitational. gw_amplitude: A20 in m, the axisymmetric part of the strain,
     h_plus = sqrt(15/pi) sin^2(theta) A20/(8 D) (Zwerger & Mueller 1997; Dimmelmeier et al. 2002). Attributes:
-    bounce_time, bounce_density, bounce_rotational_share, bounce_mean_spin, bounce_inner_spin and bounce_inner_radius
-    (of the innermost 0.5 solar masses, where the run has that region), bounce_core_mass (kg, of what is denser than a
-    tenth of nuclear density, likewise); about the bounce largest_rotational_share, which is less noisy than the share
-    when the one densest particle is densest, least_gw_amplitude and largest_gw_amplitude; and dynamics, "no bounce",
-    "multiple bounce", "rapid" or "regular" (see `dynamics`).
+    bounce_time, bounce_density, bounce_rotational_share, bounce_mean_angular_velocity, bounce_inner_spin and
+    bounce_inner_radius (of the innermost 0.5 solar masses, where the run has that region), bounce_core_mass (kg, of
+    what is denser than a tenth of nuclear density, likewise); about the bounce largest_rotational_share, which is
+    less noisy than the share when the one densest particle is densest, least_gw_amplitude and largest_gw_amplitude;
+    and dynamics, "no bounce", "multiple bounce", "rapid" or "regular" (see `dynamics`).
     """
     time, density = dataset["time"].values, dataset["density_max"].values
     share = rotational_share(dataset)
@@ -219,7 +219,7 @@ def with_bounce(dataset: xr.Dataset) -> xr.Dataset:
             "bounce_density": float(density[at]),
             "bounce_rotational_share": float(share[at]),
             "largest_rotational_share": float(share[near].max()),
-            "bounce_mean_spin": float(dataset.inertia.spin_rate().values[at]),
+            "bounce_mean_angular_velocity": float(dataset.inertia.spin_rate().values[at]),
             "least_gw_amplitude": float(amplitude[near].min()),
             "largest_gw_amplitude": float(amplitude[near].max()),
         }

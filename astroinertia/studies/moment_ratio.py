@@ -41,10 +41,10 @@ TWO_LAYERS = Model(
         "core_radius": ("m", "radius of the core"),
     },
     {
-        "moment_ratio_found": ("1", "I/(M R^2), mean moment and mean radius"),
-        "core_radius_found": ("m", "radius of the core"),
-        "core_density_found": ("kg m-3", "density of the core"),
-        "mantle_density_found": ("kg m-3", "density of the mantle"),
+        "moment_ratio": ("1", "I/(M R^2), mean moment and mean radius"),
+        "core_radius": ("m", "radius of the core"),
+        "core_density": ("kg m-3", "density of the core"),
+        "mantle_density": ("kg m-3", "density of the mantle"),
         "core_mass_fraction": ("1", "mass of the core over that of the body"),
         "central_condensation": ("1", "central over mean density"),
         "love_number": ("1", "fluid Love number k2"),
@@ -59,10 +59,10 @@ def _two_layer_outputs(mass, radius, **parameters):
     mean_density = 3 * mass / (4 * np.pi * radius**3)
     layers = two_layers(mean_density, **parameters)
     return {
-        "moment_ratio_found": moment_ratio_of(mean_density, layers),
-        "core_radius_found": layers.core_radius_ratio * radius,
-        "core_density_found": layers.core_density,
-        "mantle_density_found": layers.mantle_density,
+        "moment_ratio": moment_ratio_of(mean_density, layers),
+        "core_radius": layers.core_radius_ratio * radius,
+        "core_density": layers.core_density,
+        "mantle_density": layers.mantle_density,
         "core_mass_fraction": layers.core_mass_fraction,
         "central_condensation": layers.core_density / mean_density,
         "love_number": love_numbers(layers),
@@ -76,7 +76,7 @@ def two_layer_sweep(name: str, values: dict, fixed: dict | None = None, dask: bo
     densities and the core radius is given, the ratio is the measured one. SceneError as there, and for three of them.
 
     >>> family = two_layer_sweep("Mars", {"core_density": [6000.0, 7000.0]})
-    >>> print((family.core_radius_found / 1e3).values.round())  # km: a denser core is smaller
+    >>> print((family.core_radius / 1e3).values.round())  # km: a denser core is smaller
     [2007. 1737.]
     """
     one = _body(name)

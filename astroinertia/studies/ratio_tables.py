@@ -113,17 +113,17 @@ def sweep_text(dataset: xr.Dataset) -> str:
     >>> print(sweep_text(two_layer_sweep("Mars", {"core_density": [6000.0, 7000.0]})).splitlines()[0])
     two-layer models of Mars: 2 core_density, 2 of 2 possible
     """
-    possible = dataset["core_radius_found"].notnull()
+    possible = dataset["core_mass_fraction"].notnull()
     lines = [
         f"{dataset.attrs['title']}: {' x '.join(f'{size} {name}' for name, size in dataset.sizes.items())}, "
         f"{int(possible.sum())} of {possible.size} possible"
     ]
-    for name in ("moment_ratio_found", "core_radius_found", "core_density_found", "mantle_density_found"):
+    for name in ("moment_ratio", "core_radius", "core_density", "mantle_density"):
         if bool(possible.any()):
             scale, unit = (1e3, "km") if name.startswith("core_radius") else (1.0, dataset[name].attrs["units"])
             low, high = float(dataset[name].min()) / scale, float(dataset[name].max()) / scale
             lines.append(
-                f"  {name[:-6].replace('_', ' '):<16} {low:.6g} to {high:.6g} {'' if unit == '1' else unit}".rstrip()
+                f"  {name.replace('_', ' '):<16} {low:.6g} to {high:.6g} {'' if unit == '1' else unit}".rstrip()
             )
     return "\n".join(lines)
 
@@ -224,19 +224,19 @@ def _layer_lines(one: SolarSystemBody, parameters: Mapping[str, float]) -> list[
         for name, value in TWO_LAYERS.function(mass=one.mass, radius=one.mean_radius, **inputs).items()
     }
     ratio = one.moment_ratio()
-    off = outputs["moment_ratio_found"] - ratio.value
+    off = outputs["moment_ratio"] - ratio.value
     sigmas = f", {abs(off) / ratio.uncertainty:.1f} standard deviations" if math.isfinite(ratio.uncertainty) else ""
     comparison = f"{off:+.5f} of the published{sigmas}" if predicted or "moment_ratio" in parameters else "as published"
     j2 = one.small_m * outputs["love_number"] / 3
     measured = f" (measured {one.zonal_harmonic(one.mean_radius):.4g})" if one.has("j2") else ""
     return [
         f"two uniform layers with {' and '.join(_quantity_text(name, value) for name, value in parameters.items())}",
-        f"  I/(M R^2)            {outputs['moment_ratio_found']:.5f}, {comparison}",
-        f"  core radius          {outputs['core_radius_found'] / 1e3:.0f} km, "
-        f"{outputs['core_radius_found'] / one.mean_radius:.4f} of the body's",
-        f"  core density         {outputs['core_density_found']:.0f} kg/m3, "
+        f"  I/(M R^2)            {outputs['moment_ratio']:.5f}, {comparison}",
+        f"  core radius          {outputs['core_radius'] / 1e3:.0f} km, "
+        f"{outputs['core_radius'] / one.mean_radius:.4f} of the body's",
+        f"  core density         {outputs['core_density']:.0f} kg/m3, "
         f"{100 * outputs['core_mass_fraction']:.1f} % of the mass",
-        f"  mantle density       {outputs['mantle_density_found']:.0f} kg/m3",
+        f"  mantle density       {outputs['mantle_density']:.0f} kg/m3",
         f"  fluid k2             {outputs['love_number']:.4f}",
         *([] if "synchronous" in one.adopted("rotation_rate").note or one.name == "Moon"
           else [f"  hydrostatic J2       {j2:.4g}{measured}, to first order"]),

@@ -21,7 +21,8 @@ LARGEST = 50_000_000  # members; more than that in memory at once is a mistake m
 class Model:
     """A function of arrays of one shape (members,), by name, that returns arrays of that shape, by name.
 
-    inputs and outputs: unit and a few words for each name. A member that is impossible is NaN in every output.
+    inputs and outputs: unit and a few words for each name. A member that is impossible is NaN in every output. A name
+    may be in both, for what follows where it is not given.
     """
 
     function: Callable[..., Mapping[str, Any]]
@@ -37,6 +38,8 @@ def sweep(
     chunk: int = CHUNK,
 ) -> xr.Dataset:
     """Return the model's outputs over all combinations of `values`, one dimension for each name in them.
+
+    An output that `values` gives is the coordinate of that name, and no variable.
 
     fixed: inputs that stay as they are. dask: the arrays are lazy and computed in chunks of about `chunk` members, in
     parallel by the scheduler that dask is set to, when they are asked for (needs the extra astroinertia[dask]).
@@ -59,7 +62,7 @@ def sweep(
         raise SceneError(f"{members} combinations are more than the {LARGEST} that a sweep may have")
     if not axes:
         raise SceneError("a sweep needs at least one parameter with its values")
-    names = list(axes)
+    names, wanted = list(axes), [name for name in model.outputs if name not in axes]
     points = [xr.DataArray(axis, dims=[name], coords={name: axis}) for name, axis in axes.items()]
     if dask:
         points = _chunked(points, members, chunk)
@@ -67,18 +70,19 @@ def sweep(
     def columns(*inputs: np.ndarray) -> tuple[np.ndarray, ...]:
         same = np.broadcast_arrays(*inputs)
         outputs = model.function(**{name: axis.ravel() for name, axis in zip(names, same, strict=True)}, **fixed)
-        return tuple(np.asarray(outputs[name], dtype=float).reshape(same[0].shape) for name in model.outputs)
+        return tuple(np.asarray(outputs[name], dtype=float).reshape(same[0].shape) for name in wanted)
 
     outputs = xr.apply_ufunc(
         columns,
         *points,
-        output_core_dims=[[] for _ in model.outputs],
-        output_dtypes=[float] * len(model.outputs),
+        output_core_dims=[[] for _ in wanted],
+        output_dtypes=[float] * len(wanted),
         dask="parallelized" if dask else "forbidden",
     )
-    outputs = (outputs,) if len(model.outputs) == 1 else outputs
-    dataset = xr.Dataset(dict(zip(model.outputs, outputs, strict=True)))
-    for name, (unit, text) in {**model.outputs, **{name: model.inputs[name] for name in names}}.items():
+    outputs = (outputs,) if len(wanted) == 1 else outputs
+    dataset = xr.Dataset(dict(zip(wanted, outputs, strict=True)))
+    described = {name: model.outputs[name] for name in wanted} | {name: model.inputs[name] for name in names}
+    for name, (unit, text) in described.items():
         dataset[name].attrs = {"units": unit, "long_name": text}
     dataset.attrs = {name: float(value) for name, value in fixed.items()}
     return dataset

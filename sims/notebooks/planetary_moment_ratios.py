@@ -88,15 +88,15 @@ print(f"PREM: {prem_ratio:.5f}, from gravity and precession: {ratio['Earth']:.5f
 # %%
 mars = body("Mars")
 family = study.two_layer_sweep("Mars", {"core_density": np.linspace(5200.0, 8000.0, 57)})
-x = family.core_radius_found / mars.mean_radius
-left = family.mantle_density_found * (1 - x**5) + family.core_density_found * x**5
+x = family.core_radius / mars.mean_radius
+left = family.mantle_density * (1 - x**5) + family.core_density * x**5
 identity = float(abs(0.4 * left / mars.mean_density / ratio["Mars"] - 1).max())
 print(f"the second equation holds to {identity:.0e}")
 
 # %%
 published = [row for row in mars.published["core_radius"] if np.isfinite(row.uncertainty)]
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
-left.plot(family.core_density, family.core_radius_found / 1e3, lw=2, color="k", label="same mass and moment as Mars")
+left.plot(family.core_density, family.core_radius / 1e3, lw=2, color="k", label="same mass and moment as Mars")
 for colour, row in zip(("C0", "C1", "C2", "C3"), published, strict=False):
     low, high = ((row.value + sign * row.uncertainty) / 1e3 for sign in (-1, 1))
     left.axhspan(low, high, alpha=0.25, color=colour, lw=0, label=" ".join(row.source.split()[:4]))
@@ -104,7 +104,7 @@ left.set(
     xlabel=r"density of the core (kg m$^{-3}$)", ylabel="radius of the core (km)", title="Cores that Mars may have"
 )
 left.legend(fontsize=8)
-right.plot(family.core_density, family.mantle_density_found, lw=2, color="C3")
+right.plot(family.core_density, family.mantle_density, lw=2, color="C3")
 right.set(
     xlabel=r"density of the core (kg m$^{-3}$)",
     ylabel=r"density of the mantle (kg m$^{-3}$)",
@@ -117,10 +117,8 @@ plt.show()
 # then says how dense that core is: read backwards, `interp` along the radius.
 
 # %%
-by_radius = family.swap_dims(core_density="core_radius_found").sortby("core_radius_found")
-core_density = {
-    row.source: float(by_radius.core_density_found.interp(core_radius_found=row.value)) for row in published
-}
+by_radius = family.swap_dims(core_density="core_radius").sortby("core_radius")
+core_density = {row.source: float(by_radius.core_density.interp(core_radius=row.value)) for row in published}
 for row in published:
     print(
         f"{row.value / 1e3:.0f} +- {row.uncertainty / 1e3:.0f} km ({row.source}): {core_density[row.source]:.0f} kg/m3"

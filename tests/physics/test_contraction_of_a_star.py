@@ -1,7 +1,7 @@
 """A cooling star contracts homologously: its spin goes as 1/I, and leaves R^-2 by what happens to I/(M R^2).
 
 Measured with 500 particles, the scene as it stands, down to 1/51 of the radius: |L| to 1e-15, what is missing from R^-2
-8.8 %, equal to the change of I/(M R^2) to 1e-5 for the mean spin and to 1e-3 for the spin of shells.
+8.8 %, equal to the change of I/(M R^2) to 1e-5 for the mean angular velocity and to 1e-3 for the spin of shells.
 """
 
 from pathlib import Path

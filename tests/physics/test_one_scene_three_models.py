@@ -65,15 +65,15 @@ def test_the_first_rebound_is_the_same_to_a_few_percent(runs):
     depth = {model: float(series.min() / series[0]) for model, series in least.items()}
     assert 0.28 < depth["scaling"] < depth["ellipsoid"] < 0.32
     assert depth["sph"] == pytest.approx(depth["ellipsoid"], rel=0.1)
-    assert float(abs(runs["scaling"]["flattening"]).max()) < 1e-12
-    assert 0.02 < float(runs["ellipsoid"]["flattening"].max()) < 0.04
+    assert float(abs(runs["scaling"]["ellipsoid_flattening"]).max()) < 1e-12
+    assert 0.02 < float(runs["ellipsoid"]["ellipsoid_flattening"].max()) < 0.04
 
 
 def test_the_command_lays_them_over_each_other(runs, folder, tmp_path, capsys):
     picture = tmp_path / "three.png"
     assert main(["compare", *(str(folder / model) for model in MODELS), "--plot", str(picture)]) == 0
     printed = capsys.readouterr().out
-    for name in ("moment of inertia about the spin axis", "mean spin", "flattening", "largest density"):
+    for name in ("moment of inertia about the spin axis", "mean angular velocity", "flattening", "largest density"):
         assert name in printed
     assert "differences are from 'sph, 500 particles'" in printed
     assert picture.stat().st_size > 50_000

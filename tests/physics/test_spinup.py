@@ -43,7 +43,7 @@ def test_spin_goes_as_one_over_the_moment(answers, model):
     found = answers[model]
     moment = found["inertia_tensor"].sel(i="z", j="z").values
     period = found["period"].values
-    # Particles are 200 points: their moment is off by their noise, and turns a little under the mean spin.
+    # Particles are 200 points: their moment is off by their noise, and turns a little under the mean angular velocity.
     np.testing.assert_allclose(period / period[0], moment / moment[0], rtol=1e-12 if model != "sph" else 2e-3)
     assert period[-1] < 0.6 * period[0]
     np.testing.assert_allclose(found["kepler_fraction"], found["kepler_period"] / period, rtol=1e-12)

@@ -8,6 +8,7 @@ from astroinertia.effects.effect import Effect
 from astroinertia.ledger.moments import centre_of_mass, moments, weighted_outer
 from astroinertia.models.protocol import TIMESTEP_CRITERIA
 from astroinertia.models.sph.evaluate import effect_accelerations, internal_energy, potential_energies, virial_tensors
+from astroinertia.models.sph.extent import extent
 from astroinertia.models.sph.limits import limiting, timestep_limits
 from astroinertia.models.sph.points import system_record
 from astroinertia.models.sph.resolution import resolution
@@ -70,6 +71,7 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
         **timestep_limit(problem, state),
         **_profiles(mass, relative, velocity - drift, np.asarray(fluid.density)),
         **_modes(mass, relative, velocity - drift),
+        **extent(mass, relative),
         **resolution(
             mass,
             np.asarray(fluid.density),

@@ -18,14 +18,14 @@ def dataset():
     tensor = (("time", "i", "j"), TENSOR)
     missing = ("time", np.full(len(TIMES), np.nan), {"reason": "the scene lists no gravity"})
     return xr.Dataset(
-        {"inertia_tensor": tensor, "flattening": ("time", RINGING), "gravitational_energy": missing},
+        {"inertia_tensor": tensor, "ellipsoid_flattening": ("time", RINGING), "gravitational_energy": missing},
         coords={"time": TIMES, **axes},
     )
 
 
 def test_labels_choose_a_number_at_the_end(dataset):
     assert value(dataset, parsed("inertia_tensor y z")).tolist() == [25.0]
-    assert value(dataset, parsed(" flattening ")) == pytest.approx(RINGING[-1:])
+    assert value(dataset, parsed(" ellipsoid_flattening ")) == pytest.approx(RINGING[-1:])
 
 
 def test_fewer_labels_give_all_components_in_the_order_of_their_names(dataset):
@@ -36,7 +36,7 @@ def test_fewer_labels_give_all_components_in_the_order_of_their_names(dataset):
 
 
 def test_a_frequency_is_found_beside_a_drift(dataset):
-    assert value(dataset, parsed("frequency of flattening")) == pytest.approx([1.7], rel=1e-7)
+    assert value(dataset, parsed("frequency of ellipsoid_flattening")) == pytest.approx([1.7], rel=1e-7)
     noisy = RINGING + 0.01 * np.random.default_rng(0).normal(size=len(TIMES))
     assert frequency(TIMES, noisy) == pytest.approx(1.7, rel=3e-3)
 
@@ -48,7 +48,7 @@ def test_a_frequency_is_found_beside_a_drift(dataset):
         ("nonsense", "no series"),
         ("angular_velocty", "did you mean angular_velocity"),
         ("angular_velocity", "not in the dataset"),
-        ("flattening x", "more labels"),
+        ("ellipsoid_flattening x", "more labels"),
         ("inertia_tensor w z", "one of x, y, z"),
         ("frequency of inertia_tensor z", "add labels"),
     ],

@@ -117,8 +117,8 @@ def test_a_sweep_goes_to_netcdf(dask, elsewhere, capsys):
     assert "8 of 12 possible" in capsys.readouterr().out
     with xr.open_dataset(elsewhere / "x.nc") as found:
         assert dict(found.sizes) == {"core_density": 4, "moment_ratio": 3}
-        assert np.isnan(found["core_radius_found"].sel(moment_ratio=0.41)).all()
-        radius = found["core_radius_found"].sel(moment_ratio=0.38)
+        assert np.isnan(found["core_radius"].sel(moment_ratio=0.41)).all()
+        radius = found["core_radius"].sel(moment_ratio=0.38)
         assert (radius.diff("core_density") < 0).all()
         assert found.attrs["body"] == "Mars"
 

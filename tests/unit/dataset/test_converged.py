@@ -96,8 +96,8 @@ def test_a_bounce_is_that_of_the_densest_record():
     assert result["time of bounce"].run == pytest.approx(82e-3, rel=1e-12)
     assert result["density at bounce"].run == pytest.approx(4e17, rel=1e-12)
     assert result["I_zz at bounce"].run == pytest.approx(1.36e41 + 3.64e41 * (4 / 86) ** 2, rel=1e-12)
-    assert result["fall of I_zz, start over least"].run == pytest.approx(5.0 / 1.36, rel=1e-12)
-    assert result["fall of I_zz, start over least"].unit == "1"
+    assert result["fall of I_zz, start over minimum"].run == pytest.approx(5.0 / 1.36, rel=1e-12)
+    assert result["fall of I_zz, start over minimum"].unit == "1"
 
 
 def test_an_effect_more_is_other_physics_and_a_numerical_device_is_not():
@@ -115,24 +115,24 @@ def test_a_result_without_a_readable_scene_has_no_answer():
 
 def test_extremes_between_records_are_those_of_the_parabola():
     result = rows(evrard(count=34))
-    assert result["greatest kinetic energy"].run == pytest.approx(0.46, rel=1e-12)
-    assert result["greatest kinetic energy"].distance == pytest.approx(0.46 / 0.4520 - 1.0, rel=1e-12)
+    assert result["maximum kinetic energy"].run == pytest.approx(0.46, rel=1e-12)
+    assert result["maximum kinetic energy"].distance == pytest.approx(0.46 / 0.4520 - 1.0, rel=1e-12)
     assert result["time"].run == pytest.approx(0.871, rel=1e-12)
-    assert result["least gravitational energy"].run == pytest.approx(-2.5, rel=1e-12)
-    assert result["least gravitational energy"].distance < 0.0, "a well that is too shallow is nearer to zero"
+    assert result["minimum gravitational energy"].run == pytest.approx(-2.5, rel=1e-12)
+    assert result["minimum gravitational energy"].distance < 0.0, "a well that is too shallow is nearer to zero"
     assert result["mean moment of inertia at t = 1.5"].run == pytest.approx(0.04 + 0.16, rel=1e-12)
 
 
 def test_what_a_run_has_not_come_to_is_left_out():
-    """It ends at t = 1.04: before its internal energy is largest, before t = 1.5, and with its least moment ahead."""
+    """It ends at t = 1.04: before its internal energy is largest, before t = 1.5, and with its minimum moment ahead."""
     names = set(rows(evrard(1.04)))
-    assert {"greatest kinetic energy", "mean moment of inertia at t = 1"} <= names
+    assert {"maximum kinetic energy", "mean moment of inertia at t = 1"} <= names
     assert not any("internal" in name or "1.5" in name or "least mean" in name for name in names)
     rising = evrard().assign(kinetic_energy=("time", np.linspace(0.0, 1.0, 101)))
-    assert "greatest kinetic energy" not in rows(rising), "an extreme in the last record may not be one"
+    assert "maximum kinetic energy" not in rows(rising), "an extreme in the last record may not be one"
 
 
 def test_a_quantity_that_the_model_does_not_have_is_left_out():
     names = rows(evrard().assign(kinetic_energy=("time", np.full(101, np.nan))))
-    assert "greatest kinetic energy" not in names
-    assert "greatest internal energy" in names
+    assert "maximum kinetic energy" not in names
+    assert "maximum internal energy" in names

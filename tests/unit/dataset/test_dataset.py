@@ -236,7 +236,7 @@ def test_radii_of_a_spheroid_are_its_semi_axes():
     found = dataset.headline(stacked([record]), CODE).isel(time=0)
     assert found["equatorial_radius"] == pytest.approx(2.0, rel=1e-14)
     assert found["polar_radius"] == pytest.approx(1.0, rel=1e-14)
-    assert found["flattening"] == pytest.approx(0.5, rel=1e-14)
+    assert found["ellipsoid_flattening"] == pytest.approx(0.5, rel=1e-14)
     assert found["mean_radius"] == pytest.approx(4.0 ** (1 / 3), rel=1e-14)
 
 

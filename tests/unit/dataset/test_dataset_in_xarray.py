@@ -91,7 +91,7 @@ def test_quantities_have_astropy_units(opened):
     momentum = found.quantity("angular_momentum")
     np.testing.assert_allclose(momentum.to_value("erg s"), opened["angular_momentum"] * 1e7, rtol=1e-14)
     assert found.quantity(found.about_axis("z")).unit == units.kg * units.m**2
-    assert found.quantity("flattening").unit == units.dimensionless_unscaled
+    assert found.quantity("ellipsoid_flattening").unit == units.dimensionless_unscaled
     for name, variable in opened.data_vars.items():
         if variable.dtype.kind == "f":  # every unit of the schema is one that astropy reads
             found.quantity(str(name))

@@ -1,4 +1,4 @@
-"""Angular momentum, mean spin, energy and bearing torque, against sums over points and closed forms."""
+"""Angular momentum, mean angular velocity, energy and bearing torque, against sums over points and closed forms."""
 
 import numpy as np
 import pytest

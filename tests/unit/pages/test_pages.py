@@ -156,7 +156,10 @@ def test_a_view_shows_what_strangers_wrote_and_runs_one_script(series, tmp_path)
 
 def test_powers_of_units_are_raised():
     assert page.raised("moment (10^41 kg m2)") == "moment (10⁴¹ kg m²)"
-    assert page.raised("mean spin (rad s-1), 1/R^2, m 2, sum2") == "mean spin (rad s⁻¹), 1/R², m 2, sum2"
+    assert (
+        page.raised("mean angular velocity (rad s-1), 1/R^2, m 2, sum2")
+        == "mean angular velocity (rad s⁻¹), 1/R², m 2, sum2"
+    )
 
 
 @pytest.fixture(scope="module")

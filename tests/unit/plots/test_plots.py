@@ -142,7 +142,7 @@ def test_the_summary_tells_the_numbers(series):
     assert text.startswith("affine star: a homogeneous ellipsoid collapses and bounces")
     rows = {line[:34].strip(): line[34:].split() for line in text.splitlines() if len(line) > 34}
     spin = series.inertia.spin_rate()
-    assert [float(cell) for cell in rows["mean spin (rad s-1)"]] == pytest.approx(
+    assert [float(cell) for cell in rows["mean angular velocity (rad s-1)"]] == pytest.approx(
         [spin.values[0], spin.values.min(), spin.values.max(), spin.values[-1]], rel=1e-4
     )
     largest = float(abs(series["gravitational_energy"]).max())

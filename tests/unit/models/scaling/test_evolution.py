@@ -101,7 +101,7 @@ def test_differential_rotation_keeps_its_profile():
     opening, later = record(body, 0.0), record(body, 1.5)
     assert np.all(np.diff(opening["rotation_profile"]) < 0) and opening["rotation_profile"][0] < 0.8
     np.testing.assert_allclose(later["rotation_profile"], 100 * opening["rotation_profile"], rtol=1e-12)
-    # Sum over shells of the j profile is L; and the energy exceeds that of the mean spin.
+    # Sum over shells of the j profile is L; and the energy exceeds that of the mean angular velocity.
     momentum = float(opening["angular_momentum"][2])
     assert opening["specific_angular_momentum_profile"].mean() == pytest.approx(momentum, rel=1e-5)
     mean_spin = 0.5 * momentum**2 / opening["inertia_tensor"][2, 2]
