@@ -1,6 +1,6 @@
 """What a run's description has of the body at the start, from which its radii follow later (dataset.radii).
 
-Tests: tests/unit/build/test_structure.py.
+Tests: tests/unit/dataset/test_radii.py.
 """
 
 from typing import Any

@@ -53,8 +53,8 @@ def reason_for_absence(name: str, effects: list[str], dimensionless: bool, frame
         if frame != "inertial":
             return "the frame is not inertial"
         return "too few records, or not all that the waves follow from is known"
-    if name == "moment_ratio":
-        return "the body has no reference radius"
+    if name.startswith(("moment_ratio", "surface_")):
+        return "the surface of the body is not known"
     if name.startswith("region_"):
         return "the region is empty throughout" if "gravity" in effects else "the scene lists no gravity"
     if name == "figure_rotation_rate":

@@ -14,9 +14,11 @@ from astropy import units
 from astroinertia import dataset
 from astroinertia.dataset import accessor
 from astroinertia.dataset.derived import BAR
+from astroinertia.dataset.radii import RATIOS
 from astroinertia.dataset.schema import SNAPSHOT, SNAPSHOT_TIME, TIME_QUANTITY
 from astroinertia.errors import ArchiveError
 from astroinertia.observables.quantities import DERIVED, RECORDED
+from astroinertia.plots.summary import summary
 from astroinertia.storage.archive import Archive
 from tests.unit.affine_body import EFFECTS, METADATA, SOLAR_MASS, AffineBody, G, affine_run
 
@@ -299,7 +301,12 @@ def test_absent_quantities_are_nan_and_say_why():
         "ring_mode_phase": "this model does not record it",
         **dict.fromkeys((name for name in found if str(name).startswith("gw_")), "the frame is not inertial"),
         "attitude": "only a rigid body has axes of its own",
-        "moment_ratio": "the body has no reference radius",
+        **dict.fromkeys(
+            (name for name in found if str(name).startswith(("moment_ratio", "surface_"))),
+            "the surface of the body is not known",
+        ),
+        **dict.fromkeys(("half_mass_radius", "radius_enclosing_99"), "the profile of the body is not known"),
+        "enclosing_ellipsoid": "there are no particles",
     }
     assert all(found[name].isnull().all() for name in reasons)
     assert "rotating" in found.attrs["frame"]
@@ -483,9 +490,20 @@ def test_old_files_still_open(name):
     old = dataset.open(DATA / name)
     younger = {"attitude", "timestep_limit", "timestep_limit_radius", "timestep_limit_density"}  # came later
     younger |= {*RESOLUTION, "mode_pattern_speed", "ring_mode_amplitude", "ring_mode_phase", *BAR}
+    younger |= {
+        *list(RATIOS)[1:],
+        *RATIOS.values(),
+        "surface_polar_radius",
+        "surface_flattening",
+        "enclosing_ellipsoid",
+    }
+    younger |= {"zonal_harmonic_2", "gravity_coefficient"}
     younger |= {"gw_luminosity", "gw_energy", "gw_angular_momentum", "gw_energy_spectrum", "gw_characteristic_strain"}
     assert set(RECORDED) | set(DERIVED) <= set(old.variables) | younger
     assert old.sizes["time"] == 3
+    assert "flattening" in summary(old)
+    if name == "format_1.nc":
+        np.testing.assert_array_equal(old["ellipsoid_flattening"], old["flattening"])
     squares = np.array([1.0, 0.94, 0.84]) ** 2
     moments = 1.4 * 1.988409870698051e30 * 1.5e6**2 / 5 * (squares.sum() - squares)
     np.testing.assert_allclose(np.diag(old["inertia_tensor"][0]), moments, rtol=1e-12)
