@@ -18,7 +18,9 @@ from astroinertia.storage.data_tables import data_path
 from astroinertia.units import GRAVITATIONAL_CONSTANT, quantity
 
 STATUSES = ("measured", "hydrostatic", "model", "convention", "assumed")
+OWN = "own"  # status of a number that is not of the table
 _RATIOS = ("polar_moment_ratio", "mean_moment_ratio")
+_ERROR = "_uncertainty"
 _TURN_PER_DAY = 2.0 * math.pi / 86400.0
 
 
@@ -152,6 +154,28 @@ class SolarSystemBody:
             turn = moment_ratios.mean_from_polar if kind == "mean" else moment_ratios.polar_from_mean
             value = turn(value, self.zonal_harmonic(radius))
         return MomentRatio(value, uncertainty, kind, radius, row.status, row.source)
+
+
+def own_body(name: str, mass: float, mean_radius: float, **quantities: float) -> SolarSystemBody:
+    """Return a body that is not in the table, from its mass (kg), mean radius (m) and other quantities of the table.
+
+    quantities: mean_moment_ratio, of that radius, core_density, mantle_density, crust_thickness, crust_density, ...
+    in SI, each with name_uncertainty beside it where it has one; densities and crust count as assumed.
+
+    >>> planet = own_body("mine", 6e24, 6.4e6, mean_moment_ratio=0.33, mean_moment_ratio_uncertainty=0.001)
+    >>> print(planet.moment_ratio().value, planet.has("core_density"))
+    0.33 False
+    """
+    values = {"gm": GRAVITATIONAL_CONSTANT * mass, "mean_radius": mean_radius, **quantities}
+
+    def row(key: str) -> Published:
+        status = "assumed" if key.startswith(("core_", "mantle_", "crust_")) else OWN
+        radius = mean_radius if key in _RATIOS else math.nan
+        error = values.get(f"{key}{_ERROR}", math.nan)
+        return Published(values[key], error, "", status, True, radius, name, "")
+
+    rows = {key: (row(key),) for key in values if not key.endswith(_ERROR)}
+    return SolarSystemBody(name, MappingProxyType(rows))
 
 
 @lru_cache(maxsize=1)

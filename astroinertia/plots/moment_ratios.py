@@ -9,16 +9,18 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from astroinertia.bodies.moment_ratios import UNIFORM
+from astroinertia.bodies.planets import OWN
 from astroinertia.plots import style
 
 MARKED_INDICES = (0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5)
 STATUS_COLOURS = {
-    "measured": style.BLUE, "hydrostatic": style.GREEN, "model": style.ORANGE,
+    "measured": style.BLUE, "hydrostatic": style.GREEN, "model": style.ORANGE, OWN: style.PURPLE,
 }  # fmt: skip
 STATUS_WORDS = {
     "measured": "ratio measured",
     "hydrostatic": "from gravity, if hydrostatic",
     "model": "model, not measured",
+    OWN: "your own",
 }
 CONDENSATION_MARKERS = {"published": "o", "two layers": "s", "polytrope": "D"}
 CONDENSATION_WORDS = {

@@ -1,7 +1,7 @@
 """The core of a body from its moment ratio, with core and mantle compressed by their own weight.
 
 The layers of `core_inversion` with densities that follow from pressure: core and mantle have the bulk moduli of liquid
-iron and of forsterite, and uncompressed densities that are found, together with the radius of the core, from mass,
+iron, forsterite or ice, and uncompressed densities that are found, together with the radius of the core, from mass,
 moment and the assumed mean density. This takes away what makes uniform cores of large bodies too large. Phase changes
 and temperature are left out, which the found uncompressed densities take up in part: a body as large as the Earth, with
 its dense lower mantle, is beyond this model.
@@ -18,8 +18,8 @@ from astroinertia.bodies.clairaut import love_number
 from astroinertia.bodies.hydrostatic import HydrostaticPlanet, planet_from_radii
 from astroinertia.bodies.planets import SolarSystemBody
 from astroinertia.errors import NumericalError, SceneError
-from astroinertia.matter.planetary import FORSTERITE, IRON_LIQUID
 from astroinertia.studies.core_inversion import core_inversion
+from astroinertia.studies.core_model_error import matter_as_dense
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 _TOLERANCE = 1e-10  # relative, of mass, moment and assumed density
@@ -41,11 +41,12 @@ class CompressedCore:
 
 
 def compressed_core(
-    one: SolarSystemBody, ratio_row: int = 0, core_material: Any = IRON_LIQUID, mantle_material: Any = FORSTERITE
+    one: SolarSystemBody, ratio_row: int = 0, core_material: Any = None, mantle_material: Any = None
 ) -> CompressedCore:
     """Return the core of a body for which the table assumes something, from its published moment ratio.
 
-    ratio_row: which ratio, in the order of `moment_ratio_rows`. The materials are taken with other reference densities;
+    ratio_row: which ratio, in the order of `moment_ratio_rows`. The materials are taken with other reference densities,
+    and follow from the densities of uniform layers unless given (core_model_error.matter_as_dense);
     core_density and mantle_density are means. Errors of ratio, assumed density and crust are carried to first order.
     SceneError for a body for which nothing is assumed, NumericalError where no such body is found.
     Checked by tests/unit/studies/test_compressed_core.py.
@@ -63,7 +64,11 @@ def compressed_core(
             deviations.append(one.adopted(name).uncertainty)
     data, spread = np.array(values), np.nan_to_num(deviations)
     guess = np.array([uniform.core_radius / one.mean_radius, uniform.core_density, uniform.mantle_density])
-    model = _Model(one, by_core, core_material, mantle_material)
+    materials = (
+        core_material or matter_as_dense(uniform.core_density)[1],
+        mantle_material or matter_as_dense(uniform.mantle_density)[1],
+    )
+    model = _Model(one, by_core, *materials)
     fit = model.solve(data, guess)
     steps = np.diag(_STEP * spread)[spread > 0]
     slopes = [(model.solve(data + step, fit) - model.solve(data - step, fit))[0] / (2 * _STEP) for step in steps]

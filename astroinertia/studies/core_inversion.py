@@ -54,14 +54,10 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
     >>> print(f"{core_inversion(body('Mars')).core_radius / 1e3:.0f} km")
     1982 km
     """
-    name = next(
-        (name for name in _ASSUMABLE if one.has(name) and one.adopted(name).status == "assumed"),
-        None,
-    )
-    if name is None:
+    assumed = assumed_layers(one)
+    if assumed is None:
         return NOTHING
-    density = one.adopted(name)
-    crust = (one.adopted("crust_thickness"), one.adopted("crust_density")) if one.has("crust_density") else None
+    name, density, crust = assumed
     generator = np.random.default_rng(_SEED)
     normal = generator.normal(size=(5, draws))
     radius = _drawn(one.adopted("mean_radius"), normal[0])
@@ -94,6 +90,15 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
         possible_share=float(good.mean()),
         assumed=_layer_text(name, density) + ("" if crust is None else "; " + _crust_text(*crust)),
     )
+
+
+def assumed_layers(one: SolarSystemBody) -> tuple[str, Published, tuple[Published, Published] | None] | None:
+    """Return which density the table assumes for a body, that density, and thickness and density of a crust, if any."""
+    for name in _ASSUMABLE:
+        if one.has(name) and one.adopted(name).status == "assumed":
+            crust = (one.adopted("crust_thickness"), one.adopted("crust_density")) if one.has("crust_density") else None
+            return name, one.adopted(name), crust
+    return None
 
 
 def _solved(mean_density, ratio, crust, **layer_parameters):

@@ -16,10 +16,11 @@ from scipy.interpolate import CubicSpline
 from astroinertia.bodies import apsidal
 from astroinertia.bodies.clairaut import radau_darwin_moment_ratio
 from astroinertia.bodies.moment_ratios import UNIFORM
-from astroinertia.bodies.planets import SolarSystemBody, body, solar_system
+from astroinertia.bodies.planets import OWN, MomentRatio, Published, SolarSystemBody, body, solar_system
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.errors import SceneError
 from astroinertia.studies.core_inversion import core_inversion
+from astroinertia.studies.core_model_error import model_error_of
 from astroinertia.studies.sweeps import Model, sweep
 from astroinertia.studies.two_layers import love_numbers, moment_ratio_of, two_layers
 
@@ -69,11 +70,14 @@ def _two_layer_outputs(mass, radius, **parameters):
     }
 
 
-def two_layer_sweep(name: str, values: dict, fixed: dict | None = None, dask: bool = False) -> xr.Dataset:
-    """Return two-layer models of a body over all combinations of `values`, as `studies.sweeps.sweep` does.
+def two_layer_sweep(
+    name: str | SolarSystemBody, values: dict, fixed: dict | None = None, dask: bool = False
+) -> xr.Dataset:
+    """Return two-layer models of a body, named or as `own_body` makes it, over all combinations of `values`.
 
-    values and fixed: of TWO_LAYERS' inputs in SI. Mass and radius are the body's unless given; where only one of the
-    densities and the core radius is given, the ratio is the measured one. SceneError as there, and for three of them.
+    As `studies.sweeps.sweep` does; values and fixed: of TWO_LAYERS' inputs in SI. Mass and radius are the body's unless
+    given; where only one of the densities and the core radius is given, the ratio is the measured one. SceneError as
+    there, and for three of them.
 
     >>> family = two_layer_sweep("Mars", {"core_density": [6000.0, 7000.0]})
     >>> print((family.core_radius / 1e3).values.round())  # km: a denser core is smaller
@@ -96,6 +100,9 @@ def two_layer_sweep(name: str, values: dict, fixed: dict | None = None, dask: bo
         )
     family = sweep(TWO_LAYERS, values, fixed, dask)
     family.attrs |= {"body": one.name, "title": f"two-layer models of {one.name}"}
+    if one.has("core_radius"):
+        core = one.adopted("core_radius")
+        family.attrs |= {"published_core_radius": core.value, "published_core_radius_uncertainty": core.uncertainty}
     return family
 
 
@@ -192,8 +199,10 @@ def synchronous_share(one: SolarSystemBody) -> float:
     return 2.5 if one.name in SYNCHRONOUS else 1.0
 
 
-def moment_ratio(names: Iterable[str] | None = None) -> xr.Dataset:
+def moment_ratio(names: Iterable[str | SolarSystemBody] | None = None) -> xr.Dataset:
     """Return published moment ratios of bodies (all of the table unless named) beside those of models, along `body`.
+
+    A name may be a body itself, as `own_body` makes one.
 
     All ratios are of the mean moment for the mean radius; `published_*` is what the source says, for its own radius and
     moment. SI units. Lows and highs are the 16th and 84th percentile of the errors carried through the inversion.
@@ -235,6 +244,9 @@ _VARIABLES = {
     "core_radius": ("m", "radius of a uniform core in a uniform mantle"),
     "core_radius_low": ("m", "16th percentile of it"),
     "core_radius_high": ("m", "84th percentile of it"),
+    "core_radius_model_error": ("m", "change of it by compression and a third layer, which uniform layers leave out"),
+    "core_radius_compression": ("m", "change of it by compression alone"),
+    "core_radius_third_layer": ("m", "change of it by a third layer alone"),
     "core_density": ("kg m-3", "density of the core"),
     "mantle_density": ("kg m-3", "density of the mantle"),
     "assumed": ("", "what the inversion to a core assumes"),
@@ -246,12 +258,15 @@ _VARIABLES = {
 }
 
 
+_NO_RATIO = Published(np.nan, np.nan, "1", OWN, True, np.nan, "", "")
+
+
 def _column(one: SolarSystemBody) -> dict:
     rows = [row for name in ("polar_moment_ratio", "mean_moment_ratio") for row in one.published.get(name, ())]
-    row = next(published for published in rows if published.adopted)
-    ratio = one.moment_ratio()
+    row = next((published for published in rows if published.adopted), _NO_RATIO)
+    ratio = one.moment_ratio() if rows else MomentRatio(np.nan, np.nan, "mean", one.mean_radius, OWN, "")
     love = fluid_love_number(one)
-    inversion = core_inversion(one)
+    inversion, beyond = core_inversion(one), model_error_of(one)
     index = float(polytropic_index(ratio.value))
     core = one.adopted("core_radius") if one.has("core_radius") else None
     inverted = np.isfinite(inversion.core_density)
@@ -267,8 +282,8 @@ def _column(one: SolarSystemBody) -> dict:
         "mass": one.mass,
         "mean_radius": one.mean_radius,
         "mean_density": one.mean_density,
-        "angular_velocity": one.angular_velocity,
-        "small_m": one.small_m,
+        "angular_velocity": one.value("rotation_rate"),
+        "small_m": one.small_m if one.has("rotation_rate") else np.nan,
         "zonal_harmonic_2": one.zonal_harmonic(one.mean_radius) if one.has("j2") else np.nan,
         "published_moment_ratio": row.value,
         "published_radius": row.radius,
@@ -283,6 +298,9 @@ def _column(one: SolarSystemBody) -> dict:
         "core_radius": inversion.core_radius,
         "core_radius_low": inversion.core_radius_low,
         "core_radius_high": inversion.core_radius_high,
+        "core_radius_model_error": beyond.both,
+        "core_radius_compression": beyond.compression,
+        "core_radius_third_layer": beyond.third_layer,
         "core_density": inversion.core_density,
         "mantle_density": inversion.mantle_density,
         "assumed": inversion.assumed,
@@ -294,7 +312,9 @@ def _column(one: SolarSystemBody) -> dict:
     }
 
 
-def _body(name: str) -> SolarSystemBody:
+def _body(name: str | SolarSystemBody) -> SolarSystemBody:
+    if isinstance(name, SolarSystemBody):
+        return name
     try:
         return body(name)
     except KeyError as error:

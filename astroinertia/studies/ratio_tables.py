@@ -10,17 +10,35 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.bodies.moment_ratios import UNIFORM
-from astroinertia.bodies.planets import SolarSystemBody, body
+from astroinertia.bodies.planets import OWN, SolarSystemBody, body
 from astroinertia.errors import SceneError
 from astroinertia.studies.core_inversion import core_inversion
+from astroinertia.studies.core_model_error import (
+    NO_MODEL_ERROR,
+    CoreModelError,
+    core_model_error,
+    matter_as_dense,
+    model_error_of,
+)
 from astroinertia.studies.moment_ratio import TWO_LAYERS, fluid_love_number, polytropic_index
 from astroinertia.studies.two_layers import impossible
 
 NOTHING = "-"
-_COLUMNS = ("body", "I/(M R^2)", "known how", "hydrostatic", "polytrope", "core", "published core", "rho_c/mean")
+_COLUMNS = (
+    "body",
+    "I/(M R^2)",
+    "known how",
+    "hydrostatic",
+    "polytrope",
+    "core",
+    "model error",
+    "published core",
+    "rho_c/mean",
+)
 _UNDER = (
     "I: mean moment; R: mean radius. hydrostatic: what J2 (C22) and the spin say for a fluid; - where it is none.\n"
-    "polytrope: index n with this ratio. core: of uniform layers with this ratio, in km, 16th to 84th percentile.\n"
+    "polytrope: index n with this ratio. core: of uniform layers with this ratio, in km, with the errors of the\n"
+    "inputs (16th to 84th percentile). model error: what compression and a third layer, left out, change of it.\n"
     f"A uniform sphere has {UNIFORM:g}; `--body NAME` shows sources, radii and what is assumed."
 )
 _MARKDOWN_COLUMNS = ("body", "mean radius (km)", "I/(M R²)", "published as", "known how", "hydrostatic", "n", "source")
@@ -65,16 +83,19 @@ def markdown(dataset: xr.Dataset) -> str:
     return "\n".join(lines)
 
 
-def body_text(dataset: xr.Dataset, parameters: Mapping[str, float], compressed: bool = False) -> str:
+def body_text(
+    dataset: xr.Dataset, parameters: Mapping[str, float], compressed: bool = False, one: SolarSystemBody | None = None
+) -> str:
     """Return one body in detail; parameters: of two layers in SI, by name. SceneError for layers that cannot be.
 
+    one: the body itself where it is not in the table.
     compressed: with the core of compressed layers as well, which takes seconds.
 
     >>> from astroinertia.studies.moment_ratio import moment_ratio
     >>> print(body_text(moment_ratio(["Mars"]), {}).splitlines()[0])
     Mars: mass 6.41691e+23 kg, mean radius 3389.5 km, mean density 3934 kg/m3
     """
-    one = body(str(dataset["body"].values[0]))
+    one = one or body(str(dataset["body"].values[0]))
     lines = [
         f"{one.name}: mass {one.mass:.6g} kg, mean radius {one.mean_radius / 1e3:.6g} km, "
         f"mean density {one.mean_density:.5g} kg/m3",
@@ -83,17 +104,18 @@ def body_text(dataset: xr.Dataset, parameters: Mapping[str, float], compressed: 
         *_published_lines(one),
         f"  {UNIFORM:<21g} uniform sphere",
     ]
-    ratio = one.moment_ratio()
+    ratio = float(dataset["moment_ratio"][0])
     love = fluid_love_number(one)
     if math.isfinite(love):
         hydrostatic = float(dataset["hydrostatic_moment_ratio"][0])
         lines.append(
             f"  {hydrostatic:<21.5f} hydrostatic: fluid k2 = {love:.4f} from gravity and spin, "
-            f"{100 * (hydrostatic / ratio.value - 1):+.1f} % of the published"
+            f"{100 * (hydrostatic / ratio - 1):+.1f} % of the published"
         )
-    else:
+    elif one.has("rotation_rate"):
         lines.append("  no hydrostatic value: gravity and spin are not those of a fluid, or not known")
-    lines.append(f"  polytrope with this ratio: n = {_plain(float(polytropic_index(ratio.value)), '.3f')}")
+    if math.isfinite(ratio):
+        lines.append(f"  polytrope with this ratio: n = {_plain(float(polytropic_index(ratio)), '.3f')}")
     lines += ["", *(_layer_lines(one, parameters) if parameters else _assumed_lines(one))]
     if compressed:
         lines += ["", *_compressed_lines(one)]
@@ -149,12 +171,15 @@ def _row(one: xr.Dataset) -> tuple[str, ...]:
         _plain(value("hydrostatic_moment_ratio"), ".4f"),
         _plain(value("polytropic_index"), ".2f"),
         core,
+        _change(value("core_radius_model_error")) if core != NOTHING else NOTHING,
         published,
         _plain(value("central_condensation"), ".3g"),
     )
 
 
 def _published_lines(one: SolarSystemBody) -> list[str]:
+    if not any(one.has(f"{kind}_moment_ratio") for kind in ("polar", "mean")):
+        return []
     published = sorted(
         (
             (name[:-13], row)
@@ -166,6 +191,9 @@ def _published_lines(one: SolarSystemBody) -> list[str]:
     lines = []
     for ratio, (kind, row) in zip(one.moment_ratio_rows(), published, strict=True):
         letter = "C" if kind == "polar" else "I"
+        if row.status == OWN:
+            lines.append(f"  {_with_error(ratio.value, ratio.uncertainty, ' +- '):<21} as stated")
+            continue
         lines.append(
             f"  {_with_error(ratio.value, ratio.uncertainty, ' +- '):<21} {ratio.status}, {ratio.source}: "
             f"{letter}/(M R^2) = {row.value:.7g} for {row.radius / 1e3:.7g} km" + (f" ({row.note})" if row.note else "")
@@ -177,10 +205,14 @@ def _assumed_lines(one: SolarSystemBody) -> list[str]:
     layers = core_inversion(one)
     if not layers.assumed:
         return ["no core is inverted: nothing is assumed for its layers; give --core-density or --mantle-density"]
+    if not math.isfinite(layers.core_radius):
+        _refuse(one, layers.assumed)
     lines = [
-        f"uniform layers with the published ratio, assumed: {layers.assumed}",
+        f"{'three' if one.has('crust_density') else 'two'} uniform layers with the {_whose(one)} ratio, assumed: "
+        f"{layers.assumed}",
         f"  core radius          {layers.core_radius / 1e3:.0f} km, between {layers.core_radius_low / 1e3:.0f} and "
-        f"{layers.core_radius_high / 1e3:.0f} km (16th and 84th percentile)",
+        f"{layers.core_radius_high / 1e3:.0f} km by the errors of the inputs (16th and 84th percentile)",
+        *_model_error_lines(model_error_of(one)),
         f"  core density         {layers.core_density:.0f} +- {layers.core_density_deviation:.0f} kg/m3",
         f"  mantle density       {layers.mantle_density:.0f} +- {layers.mantle_density_deviation:.0f} kg/m3",
         f"  fluid k2             {layers.love_number:.4f}",
@@ -194,13 +226,40 @@ def _compressed_lines(one: SolarSystemBody) -> list[str]:
     from astroinertia.studies.compressed_core import compressed_core
 
     core = compressed_core(one)
+    matter = " and of ".join(matter_as_dense(density)[0] for density in (core.core_density, core.mantle_density))
     return [
-        "the same with layers compressed by their weight, bulk moduli of liquid iron and of forsterite",
+        f"the same with layers compressed by their weight, bulk moduli of {matter}",
         f"  core radius          {core.core_radius / 1e3:.0f} +- {core.core_radius_deviation / 1e3:.0f} km",
         f"  core density         {core.core_density:.0f} kg/m3, {core.central_density:.0f} at the centre",
         f"  mantle density       {core.mantle_density:.0f} kg/m3, {core.mantle_reference_density:.0f} uncompressed",
         f"  fluid k2             {core.love_number:.4f}",
     ]
+
+
+def _model_error_lines(beyond: CoreModelError) -> list[str]:
+    if not math.isfinite(beyond.both):
+        return []
+    return [
+        f"  model error          {_change(beyond.both)} km, by what uniform layers leave out:",
+        f"    compression        {_change(beyond.compression)} km alone, of layers compressed by their weight",
+        f"    a third layer      {_change(beyond.third_layer)} km alone, of a mantle a tenth denser in its lower half",
+    ]
+
+
+def _refuse(one: SolarSystemBody, assumed: str) -> None:
+    """SceneError for a body whose ratio no layers have with what is assumed of them."""
+    values = {name: one.value(name) for name in ("core_density", "mantle_density") if one.has(name)}
+    ratio = one.moment_ratio().value
+    why = None if one.has("crust_density") else impossible(one.mean_density, moment_ratio=ratio, **values)
+    raise SceneError(f"no uniform layers of {one.name} are like this: {why or f'I/(M R^2) {ratio:g} with {assumed}'}")
+
+
+def _whose(one: SolarSystemBody) -> str:
+    return "stated" if one.adopted("gm").status == OWN else "published"
+
+
+def _change(metres: float) -> str:
+    return f"{metres / 1e3:+.0f}"
 
 
 def _layer_lines(one: SolarSystemBody, parameters: Mapping[str, float]) -> list[str]:
@@ -223,24 +282,41 @@ def _layer_lines(one: SolarSystemBody, parameters: Mapping[str, float]) -> list[
         name: float(value)
         for name, value in TWO_LAYERS.function(mass=one.mass, radius=one.mean_radius, **inputs).items()
     }
-    ratio = one.moment_ratio()
-    off = outputs["moment_ratio"] - ratio.value
-    sigmas = f", {abs(off) / ratio.uncertainty:.1f} standard deviations" if math.isfinite(ratio.uncertainty) else ""
-    comparison = f"{off:+.5f} of the published{sigmas}" if predicted or "moment_ratio" in parameters else "as published"
-    j2 = one.small_m * outputs["love_number"] / 3
-    measured = f" (measured {one.zonal_harmonic(one.mean_radius):.4g})" if one.has("j2") else ""
+    compared = predicted or "moment_ratio" in parameters
+    comparison = _comparison(one, outputs["moment_ratio"]) if compared else f", as {_whose(one)}"
+    assumed = {name: value for name, value in inputs.items() if name in ("core_density", "mantle_density")}
+    beyond = NO_MODEL_ERROR
+    if "moment_ratio" in inputs and assumed:
+        beyond = core_model_error(one.mean_density, one.mean_radius, inputs["moment_ratio"], None, **assumed)
     return [
         f"two uniform layers with {' and '.join(_quantity_text(name, value) for name, value in parameters.items())}",
-        f"  I/(M R^2)            {outputs['moment_ratio']:.5f}, {comparison}",
+        f"  I/(M R^2)            {outputs['moment_ratio']:.5f}{comparison}",
         f"  core radius          {outputs['core_radius'] / 1e3:.0f} km, "
         f"{outputs['core_radius'] / one.mean_radius:.4f} of the body's",
+        *_model_error_lines(beyond),
         f"  core density         {outputs['core_density']:.0f} kg/m3, "
         f"{100 * outputs['core_mass_fraction']:.1f} % of the mass",
         f"  mantle density       {outputs['mantle_density']:.0f} kg/m3",
         f"  fluid k2             {outputs['love_number']:.4f}",
-        *([] if "synchronous" in one.adopted("rotation_rate").note or one.name == "Moon"
-          else [f"  hydrostatic J2       {j2:.4g}{measured}, to first order"]),
-    ]  # fmt: skip
+        *_hydrostatic_lines(one, outputs["love_number"]),
+    ]
+
+
+def _comparison(one: SolarSystemBody, ratio: float) -> str:
+    if not _published_lines(one):
+        return ""
+    known = one.moment_ratio()
+    off = ratio - known.value
+    sigmas = f", {abs(off) / known.uncertainty:.1f} standard deviations" if math.isfinite(known.uncertainty) else ""
+    return f", {off:+.5f} of the {_whose(one)}{sigmas}"
+
+
+def _hydrostatic_lines(one: SolarSystemBody, love_number: float) -> list[str]:
+    tidal = one.name == "Moon" or (one.has("rotation_rate") and "synchronous" in one.adopted("rotation_rate").note)
+    if tidal or not one.has("rotation_rate"):
+        return []
+    measured = f" (measured {one.zonal_harmonic(one.mean_radius):.4g})" if one.has("j2") else ""
+    return [f"  hydrostatic J2       {one.small_m * love_number / 3:.4g}{measured}, to first order"]
 
 
 def _quantity_text(name: str, value: float) -> str:

@@ -2,6 +2,9 @@
 
 import csv
 import re
+import resource
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -79,9 +82,52 @@ def test_two_densities_predict_a_ratio(capsys):
     assert "core radius          1500 km, 0.4425 of the body's" in by_radius
 
 
+OWN = ["--mass", "5.972e24 kg", "--radius", "6371 km"]
+
+
+def test_a_planet_of_ones_own_has_a_core_with_both_its_errors(elsewhere, capsys):
+    earth = [*OWN, "--moment-ratio", "0.3307", "--core-density", "10.99 g/cm3", "--core-density-error", "100"]
+    assert main(["ratios", *earth, "--csv", "own.csv", "--netcdf", "own.nc"]) == 0
+    printed = capsys.readouterr().out
+    for words in (
+        "own planet: mass 5.972e+24 kg", "as stated", "core density 10990(100) kg/m3", "by the errors of the inputs",
+        "core radius          3807 km", "model error          -321 km", "compression        -232 km",
+        "a third layer      -60 km",
+    ):  # fmt: skip
+        assert words in printed
+    with xr.open_dataset(elsewhere / "own.nc") as written:
+        assert float(written["core_radius_model_error"][0]) == pytest.approx(-321e3, abs=1e3)
+    crust = ["--crust-thickness", "30", "--crust-density", "2800"]
+    assert main(["ratios", *earth, *crust]) == 0
+    assert "three uniform layers with the stated ratio" in capsys.readouterr().out
+
+
+def test_a_planet_of_ones_own_may_state_layers_instead(capsys):
+    assert main(["ratios", *OWN, "--core-density", "10990", "--mantle-density", "4450"]) == 0
+    assert re.search(r"I/\(M R\^2\) +0\.3\d+\n", capsys.readouterr().out)
+    assert main(["ratios", *OWN, "--moment-ratio", "0.3307", "--core-radius", "3480 km"]) == 0
+    assert "0.33070, as stated" in capsys.readouterr().out
+    assert main(["ratios", *OWN, "--moment-ratio", "0.3307"]) == 0
+    assert "give --core-density or --mantle-density" in capsys.readouterr().out
+
+
+def test_the_table_says_what_the_model_leaves_out(capsys):
+    assert main(["ratios", "--body", "Earth", "--core-density", "10990"]) == 0
+    assert "model error          -321 km" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        (["--mass", "6e24 kg", "--core-density", "8000"], "needs --mass and --radius"),
+        ([*OWN, "--body", "Mars"], "leave --body away"),
+        ([*OWN, "--core-density-error", "100"], "--core-density-error needs --core-density"),
+        ([*OWN, "--crust-density", "2800"], "needs --crust-thickness and --crust-density"),
+        ([*OWN, "--crust-density", "2800", "--crust-thickness", "30"], "a crust is of three layers"),
+        ([*OWN, "--moment-ratio", "0.45", "--core-density", "9000"], "0.45 is not below 0.4"),
+        ([*OWN, "--moment-ratio", "0.2", "--core-density", "9000"], "no mantle at all"),
+        ([*OWN, "--moment-ratio", "-1", "--core-density", "9000"], "positive number"),
+        (["--mass", "6e24 km", "--radius", "6371"], "is not a mass"),
         (["--body", "Pluto"], "no body 'Pluto'"),
         (["--body", "Mars", "--core-density", "3000"], "below the mean density"),
         (["--body", "Mars", "--moment-ratio", "0.45", "--mantle-density", "3500"], "0.45 is not below 0.4"),
@@ -90,7 +136,7 @@ def test_two_densities_predict_a_ratio(capsys):
         (["--body", "Mars", "--core-density", "7 km"], "is not a density"),
         (["--body", "Mars", "--moment-ratio", "0.36"], "two layers follow from"),
         (["--core-density", "7000"], "name it with --body"),
-        (["--body", "Mars", "--sweep", "core_density=6000:9000:7"], "needs a file"),
+        (["--body", "Mars", "--sweep", "core_density=6000:9000:7"], "needs a file to go to"),
         (["--body", "Mars", "--sweep", "colour=1:2:3", "--netcdf", "x.nc"], "no parameter 'colour'"),
         (["--body", "Mars", "--sweep", "core_density=1:2", "--netcdf", "x.nc"], "NAME=START:STOP:COUNT"),
         (["--body", "Mars", "--sweep", "core_density=1:2:0", "--netcdf", "x.nc"], "1 to 100000 values"),
@@ -121,6 +167,23 @@ def test_a_sweep_goes_to_netcdf(dask, elsewhere, capsys):
         radius = found["core_radius"].sel(moment_ratio=0.38)
         assert (radius.diff("core_density") < 0).all()
         assert found.attrs["body"] == "Mars"
+
+
+def test_a_sweep_of_ones_own_planet_is_drawn_over_what_was_swept(elsewhere, capsys):
+    sweep = ["--sweep", "core_density=9000:12000:4", "--plot", "sweep.png"]
+    assert main(["ratios", *OWN, "--moment-ratio", "0.3307", *sweep]) == 0
+    assert "two-layer models of own planet: 4 core_density, 4 of 4 possible" in capsys.readouterr().out
+    assert (elsewhere / "sweep.png").stat().st_size > 20_000
+
+
+@pytest.mark.slow
+def test_a_sweep_of_26_takes_less_than_three_seconds_of_a_processor(elsewhere):
+    command = [sys.executable, "-m", "astroinertia", "ratios", "--body", "Mars", "--sweep", "core_density=5500:8000:26"]
+    for file in ("cold.csv", "warm.csv"):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([*command, "--csv", file], check=True, capture_output=True, timeout=120)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    assert after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime < 3.0
 
 
 @pytest.mark.slow
