@@ -50,7 +50,9 @@ def rotation_flow(
         binding = profiles.ellipsoid_gravitational_energy(initial.profile, initial.mass, semi_axes)
     scale = None if spin.scale is None else units.to_code(spin.scale, "length")
     try:
-        return rotation_velocity(mass, position, spin.law, spin.axis, scale, binding, **rotation_measure(scene, units))
+        return rotation_velocity(
+            mass, position, spin.law, spin.direction, scale, binding, **rotation_measure(scene, units)
+        )
     except ValueError as error:
         raise SceneError(f"[body.rotation] {error}.") from None
 

@@ -143,7 +143,7 @@ def _rotation(scene: Scene, units: CodeUnits) -> relaxation.Rotation | None:
         return None
     ((measure, value),) = rotation_measure(scene, units).items()
     scale = None if spin.scale is None else units.to_code(spin.scale, "length")
-    return relaxation.Rotation(measure, value, spin.axis, scale, spin.law)
+    return relaxation.Rotation(measure, value, spin.direction, scale, spin.law)
 
 
 def _settled_sphere(

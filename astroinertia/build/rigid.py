@@ -1,5 +1,6 @@
 """The rigid model of a scene: moments and axes of its body, how it turns, what acts on it and what goes round it."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,8 @@ from astroinertia.inertia.spin import angular_momentum
 from astroinertia.inertia.tensor import about_point, inertia_from_second_moment, inertia_tensor
 from astroinertia.models.rigid import body as rigid
 from astroinertia.models.rigid.evolution import RigidBody, Settings
-from astroinertia.rotation.attitude import nearest_rotation, quaternion
+from astroinertia.rotation.attitude import nearest_rotation, quaternion, rotation
+from astroinertia.scene.initial_body import wobbling
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
 from astroinertia.sph.table import read_body
@@ -68,8 +70,12 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
         change=_change(scene, units),
         arm=None if arm is None else axes @ arm,
     )
+    along = rotation_axis(scene)
+    if scene.body.rotation is not None and scene.body.rotation.wobble is not None:
+        swollen = principal + (0.0 if deformability is None else 2.0 / 3.0 * deformability * _rate(scene, units) ** 2)
+        rows, along = _wobbling(scene, swollen, axes, rows, along)
     attitude = nearest_rotation(axes @ rows)
-    spin = _spin(scene, units, rows.T @ tensor @ rows, energy)
+    spin = _spin(scene, units, rows.T @ tensor @ rows, energy, along)
     stiffening = 0.0 if deformability is None else 2.0 / 3.0 * deformability * spin @ spin
     # In the principal axes, in which a small moment keeps its digits.
     momentum = (body.moments + stiffening) * (attitude @ spin) if spun is None else attitude @ spun
@@ -118,7 +124,8 @@ def of_sphere(scene: Scene, units: CodeUnits) -> Moments:
     axes = initial.radius * np.asarray(body.axes, dtype=float)
     second = np.diag(initial.profile.second_moment * initial.mass * axes**2)
     energy = profiles.ellipsoid_gravitational_energy(initial.profile, initial.mass, axes)
-    return initial.mass, np.diag(inertia_from_second_moment(second)), np.eye(3), energy, None
+    rows = body.rows_at_start * np.array([[1.0], [1.0], [np.sign(np.linalg.det(body.rows_at_start))]])
+    return initial.mass, np.diag(inertia_from_second_moment(second)), rows, energy, None
 
 
 def of_table(scene: Scene, units: CodeUnits) -> Moments:
@@ -149,9 +156,38 @@ def _at_rest(tensor: np.ndarray, deformability: float, rate: float) -> np.ndarra
     return tensor - deformability * rate**2 * (np.outer(about, about) - np.eye(3) / 3.0)
 
 
-def _spin(scene: Scene, units: CodeUnits, inertia: np.ndarray, energy: float | None) -> np.ndarray:
-    """The angular velocity that the scene gives to a body of that tensor, both in inertial axes."""
-    along = rotation_axis(scene)
+def _rate(scene: Scene, units: CodeUnits) -> float:
+    return rotation_amount(scene, units, None).get("rate", 0.0)
+
+
+def _wobbling(
+    scene: Scene, moments: np.ndarray, axes: np.ndarray, rows: np.ndarray, along: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """The body's rows turned so that L is along an axis and wobbles as the scene says, and the direction of omega.
+
+    moments (3,) and axes (3, 3), one a row, are the principal ones in the scene's axes of the body.
+    """
+    chosen = scene.body.rotation
+    assert chosen is not None and chosen.wobble is not None
+    momentum, spin = (rows.T @ axes.T @ vector for vector in wobbling(moments, chosen.wobble))
+    turn = _least_rotation(momentum, along)
+    return rows @ turn.T, turn @ spin
+
+
+def _least_rotation(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The rotation (3, 3) of one unit vector to another by the least angle."""
+    about = np.cross(one, other)
+    sine, cosine = float(np.linalg.norm(about)), float(one @ other)
+    if sine < 1e-9 and cosine < 0.0:
+        about, sine = np.cross(one, np.eye(3)[np.argmin(abs(one))]), 0.0
+    size = np.linalg.norm(about)
+    return rotation(about * (math.atan2(sine, cosine) / size)) if size else np.eye(3)
+
+
+def _spin(
+    scene: Scene, units: CodeUnits, inertia: np.ndarray, energy: float | None, along: np.ndarray
+) -> np.ndarray:  # fmt: skip
+    """The angular velocity about an axis that the scene gives to a body of that tensor, all in inertial axes."""
     amount = rotation_amount(scene, units, energy if "gravity" in scene.effects else None)
     per_rate = float(np.linalg.norm(inertia @ along))
     if not amount:

@@ -213,14 +213,15 @@ def _star(scene: Scene, units: CodeUnits, initial: Star) -> Homologous:
 def _ball(scene: Scene, units: CodeUnits, initial: Sphere) -> tuple[Homologous, float]:
     body: Any = scene.body
     profile, axes = initial.profile, np.asarray(body.axes, dtype=float)
-    second = np.diag(profile.second_moment * initial.mass * (initial.radius * axes) ** 2)
+    rows = body.rows_at_start
+    second = rows.T @ np.diag(profile.second_moment * initial.mass * (initial.radius * axes) ** 2) @ rows
     energy = profiles.ellipsoid_gravitational_energy(profile, initial.mass, initial.radius * axes)
     gravity = None
     if "gravity" in scene.effects:
         if not math.isfinite(energy):
             raise SceneError("[body] has an infinite gravitational energy, from which no scaling law follows.")
         tensor = potential_energy_tensor(initial.radius * axes, 1.0)
-        gravity = np.diag(tensor) * energy / tensor.sum()
+        gravity = rows.T @ np.diag(tensor) @ rows * energy / tensor.sum()
     axis = rotation_axis(scene)
     if scene.body.rotation is not None:
         _symmetric_about(axis, second)

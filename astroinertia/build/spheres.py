@@ -94,8 +94,7 @@ class Star:
 
 def stretch(body: Any) -> np.ndarray:
     """The symmetric matrix (3, 3) that makes the sphere an ellipsoid: `axes` along `axes_at_start`."""
-    rows = np.asarray(body.axes_at_start, dtype=float)
-    left, _, right = np.linalg.svd(rows / np.linalg.norm(rows, axis=1, keepdims=True))
+    left, _, right = np.linalg.svd(body.rows_at_start)
     nearest = left @ right  # at right angles to round-off
     return nearest.T @ np.diag(np.asarray(body.axes, dtype=float)) @ nearest
 

@@ -13,7 +13,7 @@ from astroinertia.units import CodeUnits
 def rotation_axis(scene: Scene) -> np.ndarray:
     """The axis of the rotation, a unit vector (3,); z where the body does not turn."""
     rotation = scene.body.rotation
-    along = np.array([0.0, 0.0, 1.0] if rotation is None else rotation.axis, dtype=float)
+    along = np.array([0.0, 0.0, 1.0] if rotation is None else rotation.direction, dtype=float)
     return along / np.linalg.norm(along)
 
 
@@ -58,5 +58,4 @@ def rigid_moments(scene: Scene, units: CodeUnits) -> tuple[np.ndarray, np.ndarra
     else:
         moments = np.array(body.moment_ratios) * units.to_code(body.mass, "mass")
         moments = moments * units.to_code(body.radius, "length") ** 2
-    rows = np.asarray(body.axes_at_start, dtype=float)
-    return moments, rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    return moments, body.rows_at_start

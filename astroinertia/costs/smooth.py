@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.build.spin import breakup_rate
+from astroinertia.scene.initial_body import unit, wobbling
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
 
@@ -72,10 +73,12 @@ def fastest_spin(scene: Scene) -> float:
     moments = getattr(body, "moments", None) or getattr(body, "moment_ratios", None)
     if moments is None or rate == 0.0 or min(moments) <= 0.0:
         return rate
-    axes = np.asarray(body.axes_at_start, float)
-    axis = np.asarray(body.rotation.axis, float)
-    spin = rate * (axes / np.linalg.norm(axes, axis=1, keepdims=True)) @ (axis / np.linalg.norm(axis))
     inertia = np.asarray(moments, float)
+    if body.rotation.wobble is None:
+        spin = rate * body.rows_at_start @ unit(body.rotation.direction)
+    else:
+        inertia = np.sort(inertia)
+        spin = rate * wobbling(inertia, body.rotation.wobble)[1]
     energy, momentum = inertia @ spin**2, (inertia**2) @ spin**2
     # At the ends of the polhode one component of the spin vanishes.
     fastest = spin @ spin

@@ -38,7 +38,8 @@ class Characteristic:
     """A body, its run and its surroundings.
 
     moments: principal moments, ascending. spin: the rate of rotation, about spin_axis; wobble: sine of the angle
-    between it and the axis of the largest moment. second_moment: trace of Q. gravitational: |W|. rotational: T, of all
+    between it and the axis of the largest moment. momentum_axis: the direction of L, where it is known, and
+    momentum_wobble: its angle from that axis. second_moment: trace of Q. gravitational: |W|. rotational: T, of all
     motion that neither swells nor shrinks the body; shear: size of the rate of strain of that motion. triple_pressure:
     3 times the volume integral of the pressure. expansion: rate at which the size grows. fallen: share of the mass that
     would be in the centre at the end if nothing held it up. deforms: the model lets the body change its size; held: the
@@ -71,6 +72,8 @@ class Characteristic:
     spin: float | None = None
     spin_axis: Vector = (0.0, 0.0, 1.0)
     wobble: float = 0.0
+    momentum_axis: Vector | None = None
+    momentum_wobble: float = 0.0
     central_density: float | None = None
     fallen: float = 0.0
     homologous: bool = False

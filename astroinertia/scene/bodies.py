@@ -34,7 +34,6 @@ from astroinertia.scene.initial_body import (
     exactly_one,
     law_with_scale,
     numbers,
-    unit_rows,
 )
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.units import shown
@@ -78,7 +77,7 @@ class _Stretched(Body):
 
     @model_validator(mode="after")
     def _uneven_about_its_axis(self) -> Self:
-        tilted = self.rotation is not None and (self.rotation.axis[0] != 0.0 or self.rotation.axis[1] != 0.0)
+        tilted = self.rotation is not None and any(self.rotation.direction[:2])
         if self.perturbation is not None and tilted:
             raise ValueError("has a perturbation about z, but a rotation about another axis.")
         return self
@@ -440,7 +439,7 @@ class RigidBody(Body):
         else:
             assert self.radius is not None
             moments = np.asarray(self.moment_ratios, dtype=float) * self.mass * self.radius**2
-        rows = unit_rows(self.axes_at_start)
+        rows = self.rows_at_start
         radius = math.sqrt(moments.max() / self.mass / _HOMOGENEOUS) if self.radius is None else self.radius
         turning = self.turning(rows.T @ np.diag(moments) @ rows, None)
         return {"mass": self.mass, "radius": radius, "moments": ascending(moments), **turning}
@@ -465,6 +464,7 @@ class TableBody(_Unknown, Body):
     structure: ClassVar[str] = ""
     placing: ClassVar[str] = "placing.of_table"
     moments_from: ClassVar[str] = "rigid.of_table"
+    turns_with_axis: ClassVar[bool] = False
     boxed: ClassVar[bool] = True
     without_heat: ClassVar[str] = "a table without a column u"
     particles: ClassVar[None] = None

@@ -11,7 +11,7 @@ import numpy as np
 from astroinertia.effects.characteristic import Characteristic, Neighbour, Pair
 from astroinertia.scene.companions import Companion
 from astroinertia.scene.fluids import FROM_BODY, MONATOMIC
-from astroinertia.scene.initial_body import ascending, unit, unit_rows
+from astroinertia.scene.initial_body import ascending, unit
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SPEED_OF_LIGHT
@@ -60,7 +60,7 @@ def _sphere(scene: Scene, constant: float) -> dict[str, Any]:
     profile = body.profile()
     axes = body.radius * np.asarray(getattr(body, "axes", (1.0, 1.0, 1.0)), dtype=float)
     mass, radius = body.mass, float(np.prod(axes)) ** (1.0 / 3.0)
-    rows = unit_rows(getattr(body, "axes_at_start", np.eye(3)))
+    rows = body.rows_at_start
     second = rows.T @ np.diag(profile.second_moment * mass * axes**2) @ rows
     tensor = np.trace(second) * np.eye(3) - second
     gravitational = -constant * profiles.ellipsoid_gravitational_energy(profile, mass, axes)

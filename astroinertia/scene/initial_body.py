@@ -12,7 +12,9 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from astroinertia.effects.characteristic import Vector as Triple
+from astroinertia.errors import SceneError
 from astroinertia.scene.dimensional import (
+    Angle,
     AngularMomentum,
     AngularVelocity,
     Duration,
@@ -109,6 +111,20 @@ def unit_rows(rows: Any) -> np.ndarray:
     return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
 
+def wobbling(moments: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """Directions (3,) of L and of omega in the principal axes, moments (3,) ascending, at that angle of wobble.
+
+    L lies between the axes of the largest and of the least moment. SceneError where there is no axis of the largest.
+    """
+    if not moments[2] > moments[1] * (1.0 + 1e-9):
+        raise SceneError("[body.rotation] wobble needs one moment that is larger than the others.")
+    if moments[0] <= 0.0:
+        raise SceneError("[body.rotation] wobble needs moments that are all positive.")
+    momentum = np.array([math.sin(angle), 0.0, math.cos(angle)])
+    spin = momentum / moments * moments[2]
+    return momentum, spin / np.linalg.norm(spin)
+
+
 class Rotation(Part):
     """How the body turns at the start; exactly one of rate, period, angular_momentum, t_over_w and breakup_fraction."""
 
@@ -124,7 +140,21 @@ class Rotation(Part):
         default=None, description="rotational kinetic over absolute gravitational energy, T/|W|"
     )
     breakup_fraction: Fraction | None = Field(default=None, description=f"of a polytrope in equilibrium: {OF_BREAK_UP}")
-    axis: Vector = Field(default=(0.0, 0.0, 1.0), description="direction of the rotation axis, any length")
+    axis: Vector = Field(
+        default=(0.0, 0.0, 1.0),
+        description="direction of the rotation axis, any length; the body stays as it is, so that a rigid one wobbles "
+        "about an axis that is none of its principal ones",
+    )
+    obliquity: Annotated[Angle, Field(ge=0.0, le=math.pi)] | None = Field(
+        default=None,
+        description="turns the body and its axis together by so much about x, from z (the pole of the x-y plane, in "
+        "which orbits without inclination lie) towards y: then x is the equinox",
+    )
+    wobble: Annotated[Angle, Field(ge=0.0, le=0.5 * math.pi)] | None = Field(
+        default=None,
+        description="angle between the angular momentum and the axis of the largest moment, towards that of the least: "
+        "the body is turned so, and the angular momentum is along `axis` (model rigid)",
+    )
     scale: Length | None = Field(default=None, description="length over which a law that is not rigid falls off")
 
     @model_validator(mode="after")
@@ -136,6 +166,20 @@ class Rotation(Part):
         if not any(self.axis):
             raise ValueError("has an axis of zero length.")
         return self
+
+    @property
+    def tilt(self) -> np.ndarray:
+        """The rotation (3, 3) by its obliquity."""
+        sine, cosine = math.sin(self.obliquity or 0.0), math.cos(self.obliquity or 0.0)
+        return np.array([[1.0, 0.0, 0.0], [0.0, cosine, sine], [0.0, -sine, cosine]])
+
+    @property
+    def direction(self) -> Triple:
+        """The axis, turned by the obliquity, any length."""
+        if self.obliquity is None:
+            return self.axis
+        x, y, z = (float(component) for component in self.tilt @ self.axis)
+        return x, y, z
 
     def spin(self, moment: float, gravitational: float | None) -> float | None:
         """The rate about an axis of that moment in a body of that |W|; None where it does not follow."""
@@ -202,6 +246,8 @@ class Body(Part):
     """Whether particles are laid out by its `placement`."""
     homologous: ClassVar[bool] = False
     """Whether it falls homologously, with a flow and a pressure of its own."""
+    turns_with_axis: ClassVar[bool] = True
+    """Whether an obliquity can turn it: particles that are the user's own are where they are."""
     rotates_itself: ClassVar[bool] = False
     """Whether it turns without a table `rotation`."""
 
@@ -291,6 +337,12 @@ class Body(Part):
         return self.rotation
 
     @property
+    def rows_at_start(self) -> np.ndarray:
+        """Directions of its own axes, unit vectors, one a row (3, 3), turned by an obliquity."""
+        rows = unit_rows(getattr(self, "axes_at_start", np.eye(3)))
+        return rows if self.rotation is None or self.rotation.obliquity is None else rows @ self.rotation.tilt.T
+
+    @property
     def volume_ratio(self) -> float:
         """Its volume over that of a sphere of its radius, about."""
         return math.prod(getattr(self, "axes", (1.0,)))
@@ -323,6 +375,16 @@ class Body(Part):
 
     def check(self, scene: Any) -> None:
         """ValueError, in a sentence, where its scene does not go with it."""
+        if self._wobble is not None and scene.model != "rigid":
+            raise ValueError(
+                f"[body.rotation] wobble is for the model rigid, not for {scene.model}: only a rigid body turns about "
+                "another axis than a principal one and keeps its shape."
+            )
+        if self.rotation is not None and self.rotation.obliquity is not None and not self.turns_with_axis:
+            raise ValueError(
+                f"[body.rotation] obliquity would turn the body, and one of the kind {self.title} stays where its "
+                "particles are: turn these, and give rotation.axis."
+            )
         if scene.model not in self.models:
             raise ValueError(
                 f"[body] of the kind {self.title} is for the model{'s' * (len(self.models) > 1)} "
@@ -340,17 +402,37 @@ class Body(Part):
         """How it turns with that inertia tensor and |W|: the rate, the axis and how far that is from the axis of the
         largest moment.
         """
-        axis = unit((0.0, 0.0, 1.0) if self.rotation is None else self.rotation.axis)
+        axis = unit((0.0, 0.0, 1.0) if self.rotation is None else self.rotation.direction)
         along = np.array(axis)
+        values, vectors = np.linalg.eigh(tensor)
+        if self._wobble is not None:
+            # In the axes that the body has before it is turned to its angular momentum.
+            along = vectors @ wobbling(values, self._wobble)[1]
         moment = float(along @ tensor @ along)
         spin = 0.0 if self.rotation is None else self.rotation.spin(moment, gravitational)
         if self.rotation is not None and self.rotation.breakup_fraction is not None:
             spin = self._spin_of_fraction(self.rotation.breakup_fraction, gravitational)
-        values, vectors = np.linalg.eigh(tensor)
         largest = vectors[:, values > values[2] * (1.0 - 1e-9)]
         wobble = math.sqrt(max(0.0, 1.0 - float(np.sum((along @ largest) ** 2))))
         turning = {"spin": spin, "spin_axis": axis, "wobble": wobble if spin and wobble > 1e-8 else 0.0}
+        momentum = tensor @ along
+        if spin and moment > 0.0:
+            turning["momentum_axis"] = unit(self._sense * (momentum if self._wobble is None else np.array(axis)))
+            share = float(np.linalg.norm(momentum @ largest) / np.linalg.norm(momentum))
+            across = np.linalg.norm(momentum - largest @ (largest.T @ momentum)) / np.linalg.norm(momentum)
+            turning["momentum_wobble"] = math.atan2(float(across), share)
         return turning if spin is None else {**turning, "rotational": 0.5 * moment * spin**2}
+
+    @property
+    def _wobble(self) -> float | None:
+        return None if self.rotation is None else self.rotation.wobble
+
+    @property
+    def _sense(self) -> float:
+        """-1 where it turns the other way about its axis."""
+        spin = self.rotation
+        backwards = spin is not None and min(spin.rate or 0.0, spin.period or 0.0, spin.angular_momentum or 0.0) < 0.0
+        return -1.0 if backwards else 1.0
 
     def _spin_of_fraction(self, fraction: float, gravitational: float | None) -> float:
         from astroinertia.rotation.break_up import polytropic_rate

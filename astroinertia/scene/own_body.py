@@ -32,6 +32,7 @@ class OwnBody(Body):
     structure: ClassVar[str] = ""
     placing: ClassVar[str] = "placing.of_class"
     moments_from: ClassVar[str] = "rigid.of_class"
+    turns_with_axis: ClassVar[bool] = False
     laid_out: ClassVar[bool] = False
     rotates_itself: ClassVar[bool] = True
 

@@ -1,8 +1,12 @@
 """What the plan tells of a scene's body: its kind, size, temperature, rotation and prescribed size, in words."""
 
+import math
 from typing import Any
 
+import numpy as np
+
 from astroinertia.scene.bodies import PlanLine, Shown, numbers
+from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.places import place_lines
 from astroinertia.scene.schema import Scene
 
@@ -50,5 +54,20 @@ def _motion(scene: Scene, shown: Shown) -> list[PlanLine]:
     }
     name = next(name for name in dimensions if getattr(spin, name, None) is not None)
     value = shown(getattr(spin, name), dimensions[name])
-    about = "in equilibrium, about z" if spin is body else f"about {numbers(spin.axis)}"
-    return [*lines, ("rotation", f"{spin.law}, {name} {value}", about)]
+    along = (0.0, 0.0, 1.0) if spin is body else tuple(np.round(spin.direction, 12) + 0.0)
+    about = "in equilibrium, about z" if spin is body else f"about {numbers(along)}"
+    return [*lines, ("rotation", f"{spin.law}, {name} {value}", about), *_attitude(scene)]
+
+
+def _attitude(scene: Scene) -> list[PlanLine]:
+    """Of a rigid body that turns, how far its angular momentum is from z and from the axis of its largest moment."""
+    numbers_of = characteristic(scene) if scene.model == "rigid" else None
+    if numbers_of is None or numbers_of.momentum_axis is None:
+        return []
+    x, y, z = numbers_of.momentum_axis
+    obliquity, wobble = math.atan2(math.hypot(x, y), z), numbers_of.momentum_wobble
+    shown = [f"{0.0 if angle < 1e-9 else math.degrees(angle):.6g} deg" for angle in (obliquity, wobble)]
+    return [
+        ("obliquity", shown[0], "of the angular momentum, from z"),
+        ("wobble", shown[1], "of the angular momentum, from the axis of the largest moment"),
+    ]

@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 from astroinertia.build import rigid as start_rigid
+from astroinertia.build.assemble import prepare
 from astroinertia.errors import SceneError
+from astroinertia.rotation.attitude import rotation
 from astroinertia.rotation.break_up import polytropic_rate
 from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.load import loads
@@ -100,3 +102,95 @@ def test_a_pivot_takes_the_moments_to_the_fixed_point():
 def test_what_a_rigid_body_cannot_do_is_refused(text, message):
     with pytest.raises(SceneError, match=message):
         made(text)
+
+
+ASTEROID = '[body]\nkind = "rigid"\nmass = 2.0\nmoments = [2.5, 3.0, 1.0]\n'  # the largest about y, the least about z
+
+
+def angles(row):
+    """Of L from z, and from the axis of the largest moment, in degrees."""
+    momentum = row["angular_momentum"] / np.linalg.norm(row["angular_momentum"])
+    return np.degrees(np.arccos(momentum[2])), np.degrees(np.arccos(abs(row["attitude"][1] @ momentum)))
+
+
+@pytest.mark.parametrize(("obliquity", "wobble"), [(0.0, 30.0), (25.0, 0.0), (140.0, 75.0), (90.0, 90.0)])
+def test_obliquity_and_wobble_are_angles_of_the_angular_momentum(obliquity, wobble):
+    keys = f"obliquity = {np.radians(obliquity)}, wobble = {np.radians(wobble)}"
+    scene = loads(HEAD + ASTEROID + f"rotation = {{ period = 4.0, {keys} }}\n" + NONE)
+    row = record(ASTEROID + f"rotation = {{ period = 4.0, {keys} }}\n" + NONE)
+    assert angles(row) == pytest.approx((obliquity, wobble), abs=1e-6)
+    momentum, inertia = row["angular_momentum"], row["inertia_tensor"]
+    assert np.linalg.norm(np.linalg.solve(inertia, momentum)) == pytest.approx(np.pi / 2.0)
+    assert momentum[0] == pytest.approx(0.0, abs=1e-12) and momentum[1] >= -1e-12  # x is the equinox
+    assert abs(row["attitude"][0] @ momentum) < 1e-12  # between the axes of the largest and of the least moment
+    text = plan(scene).text()
+    assert f"{obliquity:.6g} deg" in text and f"{wobble:.6g} deg" in text
+
+
+def test_an_obliquity_turns_the_body_with_its_axis():
+    """The Earth of sims/earth_precession.toml, which gives the directions of its axes; a stretched sphere, too."""
+    directions = "axes_at_start = [[1, 0, 0], [0, 0.8, -0.6], [0, 0.6, 0.8]]\n"
+    earth = '[body]\nkind = "rigid"\nmass = 2.0\nmoments = [2.0, 2.2, 2.5]\n'
+    turned = "obliquity = 0.6435011087932844"
+    by_key = record(earth + f"rotation = {{ rate = 1.0, {turned} }}\n" + NONE)
+    by_axes = record(earth + directions + "rotation = { rate = 1.0, axis = [0, 0.6, 0.8] }\n" + NONE)
+    for name in ("attitude", "angular_momentum", "inertia_tensor"):
+        assert by_key[name] == pytest.approx(by_axes[name], abs=1e-14)
+    sphere = '[body]\nkind = "uniform"\nmass = 5.0\nradius = 1.0\naxes = [1.0, 1.0, 0.5]\n'
+    found = record(sphere + f"rotation = {{ rate = 1.0, {turned} }}\n" + NONE)
+    assert found["angular_momentum"] == pytest.approx([0.0, 1.2, 1.6], abs=1e-14)
+    assert found["inertia_tensor"] @ [0.0, 0.6, 0.8] == pytest.approx(2.0 * np.array([0.0, 0.6, 0.8]), abs=1e-14)
+
+
+def test_a_tilted_axis_alone_is_a_wobble_of_which_the_plan_says_how_much():
+    tilted = BODY + "rotation = { rate = 1.0, axis = [0.3, 0.0, 1.0] }\n" + NONE
+    momentum = np.array([0.9, 0.0, 2.5])
+    degrees = np.degrees(np.arccos(momentum[0] / np.linalg.norm(momentum)))  # from x, of the largest moment
+    assert f"{degrees:.6g} deg" in plan(loads(HEAD + tilted)).text()
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        (
+            BODY.replace("2.5", "3.0") + "rotation = { rate = 1.0, wobble = 0.08726646259971647 }\n",
+            "one moment that is larger",
+        ),
+        (BODY + "rotation = { rate = 1.0, wobble = 1.6580627893946132 }\n", "wobble"),
+        (BODY + "rotation = { rate = 1.0, obliquity = -0.08726646259971647 }\n", "obliquity"),
+    ],
+)
+def test_an_angle_that_is_none_is_refused(text, problem):
+    with pytest.raises(SceneError, match=problem):
+        plan(loads(HEAD + text + NONE))
+
+
+@pytest.mark.parametrize(("model", "key"), [("ellipsoid", "wobble"), ("scaling", "wobble"), ("sph", "wobble")])
+def test_a_wobble_of_other_models_is_refused(model, key):
+    sphere = '[body]\nkind = "uniform"\nmass = 5.0\nradius = 1.0\n' + "particles = 100\n" * (model == "sph")
+    rest = '[equation_of_state]\nkind = "polytropic"\ngamma = 2.0\nconstant = 1.0\n' * (model != "rigid")
+    with pytest.raises(SceneError, match="wobble is for the model rigid"):
+        loads(
+            HEAD.replace("rigid", model)
+            + sphere
+            + f"rotation = {{ rate = 1.0, {key} = 0.08726646259971647 }}\n"
+            + rest
+            + NONE
+        )
+
+
+@pytest.mark.parametrize("model", ["ellipsoid", "sph"])
+def test_an_obliquity_turns_a_fluid_with_its_axis(model):
+    sphere = '[body]\nkind = "uniform"\nmass = 5.0\nradius = 1.0\naxes = [1.0, 1.0, 0.5]\n'
+    sphere += "particles = 100\n" * (model == "sph")
+    rest = '[equation_of_state]\nkind = "ideal"\ngamma = 2.0\n[effects.gravity]\n[effects.pressure]\n'
+    rows = []
+    for keys in ("obliquity = 0.6981317007977318", "axis = [0.0, 0.0, 1.0]"):
+        scene = loads(HEAD.replace("rigid", model) + sphere + f"rotation = {{ rate = 0.1, {keys} }}\n" + rest)
+        with jax.enable_x64(True):
+            rows.append(prepare(scene).evolution.record(None))
+    turn = rotation(np.array([-np.radians(40.0), 0.0, 0.0]))
+    tilted, upright = rows
+    assert tilted["angular_momentum"] == pytest.approx(turn @ upright["angular_momentum"], rel=1e-6, abs=1e-8)
+    expected = turn @ upright["inertia_tensor"] @ turn.T
+    assert tilted["inertia_tensor"] == pytest.approx(expected, rel=0.05, abs=0.05 if model == "sph" else 1e-12)
