@@ -138,15 +138,18 @@ def resume(
 def open(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -> "xr.Dataset":
     """The headline series of a netCDF file or a run folder, with the accessor `.inertia`; with chunks, for dask.
 
+    What the run does not have is left out, and `.inertia.absent` says why; in the file itself it is NaN.
+
     >>> momentum = open("runs/star").angular_momentum.sel(i="z")
     >>> print(bool(abs(momentum / momentum[0] - 1).max() < 1e-12))  # it stays
     True
     """
     from astroinertia import dataset
     from astroinertia.dataset import accessor
+    from astroinertia.dataset.absent import without_absent
 
     assert accessor  # importing it registers it
-    return dataset.open(Path(path), chunks=chunks)
+    return without_absent(dataset.open(Path(path), chunks=chunks))
 
 
 def open_tree(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -> "xr.DataTree":
@@ -157,9 +160,12 @@ def open_tree(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = No
     """
     from astroinertia import dataset
     from astroinertia.dataset import accessor
+    from astroinertia.dataset.absent import without_absent
 
     assert accessor
-    return dataset.open_tree(Path(path), chunks=chunks)
+    tree = dataset.open_tree(Path(path), chunks=chunks)
+    tree.dataset = without_absent(tree.to_dataset())
+    return tree
 
 
 def open_sweep(path: str | PathLike[str]) -> "xr.DataTree":
@@ -169,7 +175,8 @@ def open_sweep(path: str | PathLike[str]) -> "xr.DataTree":
     2
     """
     from astroinertia.dataset import accessor
+    from astroinertia.dataset.absent import without_absent
     from astroinertia.sweeps.combined import open_members
 
     assert accessor
-    return open_members(Path(path))
+    return open_members(Path(path)).map_over_datasets(without_absent)

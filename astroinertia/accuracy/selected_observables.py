@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import minimize_scalar
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.regions import QUANTITIES as REGIONAL
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.observables.quantities import DERIVED, RECORDED, present_name
@@ -83,6 +84,7 @@ def default_names(scene: Scene) -> tuple[str, ...]:
     return tuple(name for name in names if not (turned and name == "angular_velocity"))
 
 
+@with_absent
 def value(dataset: xr.Dataset, observable: SelectedObservable) -> np.ndarray:
     """The numbers (K,) of an observable, in the dataset's units.
 

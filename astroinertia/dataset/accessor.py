@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.dataset import open_snapshots
+from astroinertia.dataset.absent import reasons, whole
 from astroinertia.dataset.derived import SPINLESS
 from astroinertia.errors import ArchiveError
 from astroinertia.inertia import growth, tensor
@@ -37,9 +38,18 @@ class InertiaAccessor:
 
     def __init__(self, opened: xr.Dataset | xr.DataTree) -> None:
         self._tree = opened if isinstance(opened, xr.DataTree) else None
-        self.dataset = opened.to_dataset() if isinstance(opened, xr.DataTree) else opened
+        self.dataset = whole(opened.to_dataset() if isinstance(opened, xr.DataTree) else opened)
         if "inertia_tensor" not in self.dataset:
             raise ValueError("this dataset has no inertia_tensor; the accessor is for datasets of astroinertia")
+
+    @property
+    def absent(self) -> dict[str, str]:
+        """The quantities that this run does not have, each with the reason: they are NaN in its file.
+
+        >>> print(ds.inertia.absent["attitude"])
+        only a rigid body has axes of its own
+        """
+        return reasons(self.dataset)
 
     @property
     def principal(self) -> xr.Dataset:

@@ -28,7 +28,7 @@ from astroinertia.dataset.schema import (
     reason_for_absence,
 )
 from astroinertia.dataset.snapshots import RunFolder, append_snapshots
-from astroinertia.dataset.waves import waves
+from astroinertia.dataset.waves import FAINT, too_faint, waves
 from astroinertia.errors import ArchiveError
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
 from astroinertia.inertia.principal import ROUND_OFF_GAP
@@ -155,6 +155,9 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
             values[name] = np.stack(pair, axis=-1)
         carried = waves(units.to_si(values["time"], "time"), acceleration, gravity)
         values |= {f"gw_{name}": array for name, array in carried._asdict().items()}
+        if too_faint(values["gw_strain_plus"], values["gw_strain_cross"]):
+            absent = absent | {name: FAINT for name in values if name.startswith("gw_")}
+            values = {name: array for name, array in values.items() if not name.startswith("gw_")}
     frequency = values.pop("gw_frequency", np.zeros(1))
     time = values.pop("time")
     sizes = _sizes(values, effects) | {"time": len(time), "region": len(regions), "frequency": len(frequency)}

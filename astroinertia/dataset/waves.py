@@ -18,6 +18,8 @@ from astroinertia.inertia.tensor import axial_vector
 from astroinertia.units import SPEED_OF_LIGHT
 
 FEWEST = 4  # records that a cubic spline goes through
+FAINTEST = 1e-20  # m, strain times distance: 3e-41 at 10 kpc; tops and asteroids stay far below it
+FAINT = f"the waves are too faint: their strain times distance stays below {FAINTEST:g} m"
 
 
 class Waves(NamedTuple):
@@ -32,6 +34,11 @@ class Waves(NamedTuple):
     frequency: np.ndarray
     energy_spectrum: np.ndarray
     characteristic_strain: np.ndarray
+
+
+def too_faint(*strains: np.ndarray) -> bool:
+    """Whether strains times distance, in m, are known and too small throughout to be of any use."""
+    return all(np.isfinite(strain).all() and np.abs(strain).max(initial=0.0) < FAINTEST for strain in strains)
 
 
 def waves(time: np.ndarray, acceleration: np.ndarray, gravitational_constant: float) -> Waves:

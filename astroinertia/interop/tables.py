@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.schema import SNAPSHOT
 from astroinertia.interop.snapshots import Snapshot
 from astroinertia.storage.atomic import write_whole
@@ -27,6 +28,7 @@ _COLUMNS = {
 }
 
 
+@with_absent
 def write_series(dataset: xr.Dataset, path: Path) -> None:
     """Write every quantity that has a time and is known: `inertia_tensor_x_y [kg m2]`, `torque_gravity_z [N m]`, ...
 

@@ -17,6 +17,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia import plots
+from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.resolution import resolution_message
 from astroinertia.pages.page import filled, name_of, policy, raised, text, write_page
 from astroinertia.plots import style
@@ -42,6 +43,7 @@ _REPEATED = ("model", "engine", "precision", "kernel", "neighbours", "seed", "ap
              "measured_wall_time", "measured_memory", "Conventions", "astroinertia_format")  # fmt: skip
 
 
+@with_absent
 def write_report(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) -> int:
     """Write the report; how many pictures are in it. ArchiveError where it cannot be written.
 

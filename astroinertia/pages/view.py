@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.colors import to_hex
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.pages.page import HERE, data_block, filled, name_of, policy, raised, text, write_page
 from astroinertia.plots import film, style
 from astroinertia.plots.axis_scales import angular_momentum_scale
@@ -24,6 +25,7 @@ _DOT = 0.7  # half widths, over the root of the number of particles
 _LASTS, _LONGEST = 6.0, 0.25  # seconds of a film, and of one picture
 
 
+@with_absent
 def write_view(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) -> int:
     """Write the page; how many times it shows. ArchiveError where it cannot be written.
 

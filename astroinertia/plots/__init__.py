@@ -7,6 +7,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`, which the figures use
+from astroinertia.dataset.absent import with_absent
+from astroinertia.dataset.waves import FAINTEST
 from astroinertia.plots.attitude import attitude_figure, has_attitude
 from astroinertia.plots.axis_scales import angular_momentum_scale, has_values, wave_scale
 from astroinertia.plots.density import density_figure, projection_figure
@@ -36,7 +38,6 @@ FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "error_bars": error_bars_figure,
 }
 """File names and the figures that need the headline series only."""
-FAINTEST_WAVE = 1e-20  # m, strain times distance: 3e-41 at 10 kpc; tops and asteroids stay far below it
 ROUND_OFF = 1e-13  # of the waves that all motion and all forces would send in one direction
 _NEEDED = {
     "waves": "gw_strain_plus",
@@ -46,6 +47,7 @@ _NEEDED = {
 }
 
 
+@with_absent
 def figures(dataset: xr.Dataset, snapshots: xr.Dataset | None = None) -> Iterator[tuple[str, Figure]]:
     """Every figure that the dataset has something for, by file name.
 
@@ -64,6 +66,7 @@ def figures(dataset: xr.Dataset, snapshots: xr.Dataset | None = None) -> Iterato
             yield "exact", figure
 
 
+@with_absent
 def write_all(dataset: xr.Dataset, folder: Path | str, snapshots: xr.Dataset | None = None) -> list[Path]:
     """Write every picture that the dataset has something for as a PNG into a folder, and return the paths.
 
@@ -86,6 +89,6 @@ def _has_something(dataset: xr.Dataset, name: str) -> bool:
         return False
     if name == "waves" and has_values(dataset, "gw_strain_plus"):
         largest = max(float(abs(dataset[f"gw_strain_{kind}"]).max()) for kind in ("plus", "cross"))
-        return largest > max(FAINTEST_WAVE, ROUND_OFF * wave_scale(dataset))
+        return largest > max(FAINTEST, ROUND_OFF * wave_scale(dataset))
     needed = _NEEDED.get(name)
     return needed is None or has_values(dataset, needed)

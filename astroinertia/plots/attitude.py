@@ -10,6 +10,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from mpl_toolkits.axes_grid1.inset_locator import inset_axes
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale
@@ -82,6 +83,7 @@ def _oriented(axes: np.ndarray, spin: np.ndarray) -> np.ndarray:
     return axes * signs[:, None]
 
 
+@with_absent
 def attitude_figure(dataset: xr.Dataset) -> Figure:
     """Body rates, nutation and precession, the polhode on the inertia ellipsoid, and conservation.
 

@@ -8,6 +8,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
 from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, draw_triad, matter, reach, triads
 from astroinertia.plots.render import column_density, density_slice, flow
@@ -21,6 +22,7 @@ FAINTEST = 8.0  # percentile of the picture that is drawn black
 SLICES, COLUMNS = ("meridional plane", "equatorial plane"), ("side-on", "pole-on")
 
 
+@with_absent
 def density_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure:
     """Meridional and equatorial slices with the flow, each column with its own width and its own scale of density.
 
@@ -31,6 +33,7 @@ def density_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure:
     return _figure(dataset, snapshots, "density and flow", SLICES)
 
 
+@with_absent
 def projection_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure:
     """Column density side-on and pole-on, with the principal axes as long as the tensor makes them.
 

@@ -8,6 +8,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
 from astroinertia.plots.polhodes import polhode
 
@@ -22,6 +23,7 @@ _LIGHT = np.array([-0.35, 0.55, 0.76])  # in the picture: rightwards, upwards, t
 BODY_COLOUR, INERTIA_COLOUR = "#d9c8a9", "#c3d3e6"
 
 
+@with_absent
 def ellipsoid_figure(dataset: xr.Dataset, points: np.ndarray | None = None, name: str = "") -> Figure:
     """The equivalent homogeneous ellipsoid and the inertia ellipsoid, from the same side.
 

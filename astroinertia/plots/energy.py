@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import energy_scale, has_values, known_effects, moved
 from astroinertia.plots.bands import Band, error_of, shade
@@ -16,6 +17,7 @@ _KINDS = (
 )
 
 
+@with_absent
 def energy_figure(dataset: xr.Dataset) -> Figure:
     """Energies, each effect's work and heating, and the errors of energy and of the ledger.
 

@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
 
 _SUFFIX = "_error"
@@ -43,6 +44,7 @@ def known_bars(dataset: xr.Dataset) -> dict[str, np.ndarray]:
     return bars
 
 
+@with_absent
 def error_bars_figure(dataset: xr.Dataset) -> Figure:
     """All error bars of a run in one panel.
 

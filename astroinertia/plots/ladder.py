@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from scipy.interpolate import CubicSpline
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.observables.quantities import present_name
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale
@@ -61,6 +62,7 @@ def fineness(dataset: xr.Dataset) -> tuple[int, float]:
     return rung, particles or float(np.nan_to_num(steps[-1])) / len(steps)
 
 
+@with_absent
 def labels(datasets: Sequence[xr.Dataset]) -> list[str]:
     """What tells the runs apart: model and particles, then the run's name, then a number.
 
@@ -80,6 +82,7 @@ def labels(datasets: Sequence[xr.Dataset]) -> list[str]:
     return names
 
 
+@with_absent
 def compared(datasets: Sequence[xr.Dataset], names: Sequence[str] = (), finest: int | None = None) -> list[Compared]:
     """Quantities of several runs on their own times, and their differences from the finest run's.
 
@@ -110,6 +113,7 @@ def compared(datasets: Sequence[xr.Dataset], names: Sequence[str] = (), finest: 
     return kept
 
 
+@with_absent
 def ladder_figure(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared], finest: int) -> Figure:
     """Each quantity of all runs in one panel, and beside it how far they are from the finest.
 
@@ -139,6 +143,7 @@ def ladder_figure(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared]
         return figure
 
 
+@with_absent
 def ladder_table(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared], finest: int) -> str:
     """The same in words: what each run costs, and start, extremes, end and differences of every quantity.
 

@@ -4,11 +4,13 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale
 
 
+@with_absent
 def ledger_figure(dataset: xr.Dataset) -> Figure:
     """Each effect's share in d2I_zz/dt2, absolute and relative, and the angular momentum that each has given.
 

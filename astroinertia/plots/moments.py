@@ -5,6 +5,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import has_values
 from astroinertia.plots.bands import error_of, shade
@@ -13,6 +14,7 @@ STEADY = 0.05  # a body whose moments change by less is shown by the change
 CLOSURE_BAR = 1e-12  # what double precision should keep, over the largest inertia tensor of the run
 
 
+@with_absent
 def inertia_figure(dataset: xr.Dataset) -> Figure:
     """Diagonal of I(t), its rate, and the difference between the evolved and the direct tensor.
 

@@ -7,6 +7,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale
 
@@ -18,6 +19,7 @@ _PROFILES = (
 )
 
 
+@with_absent
 def profiles_figure(dataset: xr.Dataset) -> Figure:
     """Density and, of a body that spins, rotation and specific angular momentum against the radius of equal shells.
 

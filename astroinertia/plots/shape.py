@@ -7,6 +7,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.inertia.tensor import equivalent_semi_axes, second_moment_from_inertia
 from astroinertia.plots import style
 
@@ -16,6 +17,7 @@ _NAMES = ("$a$, longest", "$b$", "$c$, shortest")
 _CIRCLE = np.stack([np.cos(np.linspace(0, 2 * np.pi, 181)), np.sin(np.linspace(0, 2 * np.pi, 181))])
 
 
+@with_absent
 def shape_figure(dataset: xr.Dataset) -> Figure:
     """Semi-axes and their ratios against time; outlines of the inertia ellipsoid seen along z and along y.
 

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale, has_values
 from astroinertia.plots.bands import error_of, shade
@@ -14,6 +15,7 @@ from astroinertia.rotation.break_up import DYNAMICAL, SECULAR
 UNBOUND = 1.0  # T/|W| of what is torn apart rather than unstable to a bar
 
 
+@with_absent
 def spin_figure(dataset: xr.Dataset) -> Figure:
     """Spin against the scalings with 1/I and R^-2, their ratio to it, and T/|W|.
 

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.errors import SceneError
 from astroinertia.plots import style
 from astroinertia.scene import load
@@ -15,6 +16,7 @@ ALONG = {"sod": "x", "strong_tube": "x", "square": "x", "sedov": "r", "noh": "r"
 LABELS = {"x": "x", "r": "distance from the centre", "s": "distance from the axis"}
 
 
+@with_absent
 def standard_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure | None:
     """Particles and the exact flow where they are, with the L1 errors; None for what has no exact flow.
 

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.dataset import converged
+from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.radii import RATIOS
 from astroinertia.dataset.resolution import resolution_message
 from astroinertia.inertia.tensor import axial_vector
@@ -48,6 +49,7 @@ class Table:
         return "".join([first, *others, *(f"  {cell}" for cell in cells[len(self.widths) :])])
 
 
+@with_absent
 def summary(dataset: xr.Dataset) -> str:
     """Size, spin, shape, accuracy and the effects' shares, one fact a line.
 
@@ -59,6 +61,7 @@ def summary(dataset: xr.Dataset) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
+@with_absent
 def tables(dataset: xr.Dataset) -> list[Table]:
     """The body, its regions, accuracy, error bars, the distance to a converged answer and effects, as far as they go.
 

@@ -6,11 +6,13 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
 
 _TEN_KILOPARSECS = 10 * 3.0856775814913673e19  # m, the usual distance of a galactic supernova
 
 
+@with_absent
 def waves_figure(dataset: xr.Dataset) -> Figure:
     """Strain times distance, plus and cross, from the pole and the equatorial plane, and the characteristic strain.
 

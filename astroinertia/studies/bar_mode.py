@@ -12,6 +12,7 @@ import xarray as xr
 from astroinertia.bodies import maclaurin
 from astroinertia.bodies.ellipsoid_stability import spectrum
 from astroinertia.bodies.rotating_star import RotatingStar
+from astroinertia.dataset.absent import with_absent
 from astroinertia.inertia import growth
 
 
@@ -24,6 +25,7 @@ class BarGrowth(NamedTuple):
     end: float
 
 
+@with_absent
 def bar_growth(dataset: xr.Dataset, low: float = 0.05, high: float = 0.15) -> BarGrowth:
     """Return how fast the bar_strength of a run grew from low to high, and its phase advanced, by straight lines.
 

@@ -26,6 +26,7 @@ from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.rotating_star import RotatingStar, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
+from astroinertia.dataset.absent import with_absent
 from astroinertia.errors import SceneError
 from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.matter.cold_matter import CORE_COLLAPSE
@@ -191,6 +192,7 @@ def core_collapse(
         return with_bounce(datasets.open(run_scene(scene, Path(place) / scene.name)).load())
 
 
+@with_absent
 def with_bounce(dataset: xr.Dataset) -> xr.Dataset:
     """Return a collapse's dataset with rotational_share and gw_amplitude along time, and the bounce as attributes.
 

@@ -22,6 +22,7 @@ from astroinertia.bodies.neutron_stars import NeutronStar, stable_branch, star, 
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.tov import structure
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
+from astroinertia.dataset.absent import with_absent
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope, read2009
 from astroinertia.matter.degenerate import degenerate_electrons
@@ -101,6 +102,7 @@ def spin_up(
         return with_limits(datasets.open(run_scene(chosen, Path(place) / chosen.name)), shedding)
 
 
+@with_absent
 def with_limits(dataset: xr.Dataset, shedding: str = "roche") -> xr.Dataset:
     """Return a run's dataset with its limits of rotation, as `dataset.inertia.rotation_limits` tells them.
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import astroinertia
+from astroinertia import dataset
 from astroinertia.scene import load
 from astroinertia.scene.sweep import load_file
 from tests.sims import SIMS
@@ -63,7 +64,7 @@ def test_a_scene_runs_from_the_command_line(name, particles, tmp_path, result):
     if load_file(path) is not None:
         assert all(member.sizes["time"] >= 2 for member in astroinertia.open_sweep(tmp_path / "run").values())
         return
-    found = astroinertia.open(tmp_path / "run")
+    found = dataset.open(tmp_path / "run")
     assert found.sizes["time"] >= 2
     for variable in ("second_moment", "mixed_moment", "kinetic_tensor", "virial_tensor", "total_energy"):
         values = found[variable].values

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import astroinertia
+from astroinertia import dataset
 from astroinertia.observables.quantities import DERIVED, RECORDED
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
@@ -28,7 +29,7 @@ def shortened(name: str) -> Scene:
 @pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in FEW else pytest.mark.full) for name in SCENES])
 def test_a_run_that_crashes_goes_on_bit_for_bit_and_has_the_whole_schema(name, tmp_path, monkeypatch):
     scene = shortened(name)
-    whole = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "whole"))
+    whole = dataset.open(astroinertia.run_scene(scene, tmp_path / "whole"))
     assert set(whole.data_vars) >= set(RECORDED) | set(DERIVED)
     for variable in whole.data_vars.values():
         if variable.dtype.kind == "f" and variable.size and np.isnan(variable.values).all():
@@ -47,7 +48,7 @@ def test_a_run_that_crashes_goes_on_bit_for_bit_and_has_the_whole_schema(name, t
     with pytest.raises(OSError, match="power"):
         astroinertia.run_scene(scene, tmp_path / "parts")
     monkeypatch.undo()
-    parts = astroinertia.open(astroinertia.resume(tmp_path / "parts"))
+    parts = dataset.open(astroinertia.resume(tmp_path / "parts"))
     assert parts.sizes == whole.sizes
     for variable in whole.data_vars:
         if variable != "wall_time":

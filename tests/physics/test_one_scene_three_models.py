@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia import open as open_run, run_scene
+from astroinertia import run_scene
 from astroinertia.cli.main import main
+from astroinertia.dataset import open as open_run
 from astroinertia.observables.quantities import DERIVED, RECORDED
 from astroinertia.scene import load
 
