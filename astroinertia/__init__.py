@@ -12,7 +12,7 @@
 Nothing is imported or set until one of them is used.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from astroinertia.matter import Matter
     from astroinertia.observables import Observable
     from astroinertia.run.loop import Listener
+    from astroinertia.run.state import RunState
     from astroinertia.scene.schema import Scene
 
 __getattr__ = exported(__name__, {"astroinertia.scene.schema": ("Scene",)})
@@ -58,6 +59,9 @@ def run_scene(
     matter: "Matter | type[Matter] | None" = None,
     observables: "Sequence[Observable | type[Observable]]" = (),
     body: "Body | type[Body] | None" = None,
+    callback: "Callable[[RunState], Any] | None" = None,
+    every: Any = None,
+    progress: bool | None = None,
 ) -> Path:
     """Run a scene, that of a file or of a dict (as Scene takes it), in a new folder; returns the netCDF file of it.
 
@@ -72,6 +76,16 @@ def run_scene(
     (astroinertia.observables), recorded besides, likewise. body: an initial body of your own (astroinertia.initial),
     likewise; of the scene's [body] stays what does not depend on its kind.
 
+    callback: a function that is called with the state (run.state.RunState: time, positions, inertia_tensor,
+    ledger_closure and so on, in SI with units) at the start, at the end, and at each record of the series, or `every`
+    so often: a time, such as "2 min" or 2 * u.min, or a whole number of steps. It comes at the first step at or past
+    each (of models without particles at the first record), and changes nothing in the run. Where it returns False the
+    run is saved and stopped, up to 15 steps later, its folder is returned, and `resume` goes on; what it raises comes
+    out when the run is saved.
+
+    progress: whether to show how far it is; without it, where stderr is a terminal or in a notebook, unless a listener
+    is given.
+
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     print(run_scene("sims/core_to_pulsar_scaling.toml", folder + "/run").name)
@@ -81,35 +95,44 @@ def run_scene(
 
     requirements.check()
     kept_programs.keep_apart()
-    from astroinertia.accuracy.running import run_scene as carry_out
+    from astroinertia.accuracy import running
     from astroinertia.effects.own_matter import with_matter
     from astroinertia.initial.own import with_body
     from astroinertia.observables.own import with_observables
+    from astroinertia.run.meter import watched
     from astroinertia.scene import load as scenes, sweep as sweeps
     from astroinertia.scene.schema import Scene
 
+    place = _folder(folder)
     own = with_body(with_observables(with_matter(effects, matter), observables), body)
     if not own and not isinstance(scene, Scene) and (sweep := sweeps.of(scene)) is not None:
         from astroinertia.sweeps.ensemble import run_sweep
 
-        return run_sweep(sweep, Path(folder), workers, cluster).file
+        _refuse_of_one_run(callback, every)
+        with watched(progress, listener, "members are at work") as meter:
+            return run_sweep(sweep, place, workers, cluster, listener=meter and meter.tell_members).file
     chosen = scenes.with_effects(scene, own) if isinstance(scene, Scene) else scenes.of(scene, own)
-    if chosen.wants_choice:
-        from astroinertia.accuracy.choice import choose, pilots_beside
+    called = running.callback_of(callback, every, chosen)
+    with watched(progress, listener) as meter:
+        if chosen.wants_choice:
+            from astroinertia.accuracy.choice import choose, pilots_beside
 
-        chosen = choose(chosen, pilots_beside(Path(folder))).scene
-    return carry_out(chosen, Path(folder), listener)
+            chosen = choose(chosen, pilots_beside(place)).scene
+        return running.unless_stopped(
+            place, lambda: running.run_scene(chosen, place, _both(listener, meter), callback=called)
+        )
 
 
 def resume(
     folder: str | PathLike[str], listener: "Listener | None" = None, workers: int = 1, cluster: str | None = None,
     effects: "Sequence[Effect | type[Effect]]" = (), matter: "Matter | type[Matter] | None" = None,
     observables: "Sequence[Observable | type[Observable]]" = (), body: "Body | type[Body] | None" = None,
+    callback: "Callable[[RunState], Any] | None" = None, every: Any = None, progress: bool | None = None,
 ) -> Path:  # fmt: skip
     """Go on with an interrupted run or sweep; returns its netCDF file.
 
     effects, matter, observables, body: those that the run was given, or their classes; ArchiveError names what is
-    missing.
+    missing. callback, every, progress: as of run_scene, and no part of the run: other ones will do, or none.
 
     >>> print(resume("runs/star").name)  # finished: it has nothing to do, and tells where the result is
     one_star_three_models.nc
@@ -118,21 +141,56 @@ def resume(
 
     requirements.check()
     kept_programs.keep_apart()
-    from astroinertia.accuracy.running import resume as go_on
+    from astroinertia.accuracy import running
     from astroinertia.effects.own_matter import with_matter
     from astroinertia.initial.own import with_body
     from astroinertia.observables.own import with_observables
+    from astroinertia.run.meter import watched
     from astroinertia.storage.archive import SWEEP
 
-    if (Path(folder) / SWEEP).exists():
+    place = _folder(folder)
+    if (place / SWEEP).exists():
         from astroinertia.errors import SceneError
         from astroinertia.sweeps.ensemble import resume as go_on_with_members
 
         if effects or matter is not None or observables or body is not None:
             raise SceneError("a sweep takes what is built in or installed, and nothing of your own from Python.")
-        return go_on_with_members(Path(folder), workers, cluster).file
+        _refuse_of_one_run(callback, every)
+        with watched(progress, listener, "members are at work") as meter:
+            return go_on_with_members(place, workers, cluster, listener=meter and meter.tell_members).file
     own = with_body(with_observables(with_matter(effects, matter), observables), body)
-    return go_on(Path(folder), listener, effects=own)
+    with watched(progress, listener, "the run is read") as meter:
+        return running.unless_stopped(
+            place,
+            lambda: running.resume(place, _both(listener, meter), effects=own, callback=callback, every=every),
+        )
+
+
+def _folder(folder: Any) -> Path:
+    if not isinstance(folder, str | PathLike):
+        from astroinertia.errors import SceneError
+
+        raise SceneError(f"folder must be the path of a folder, not {folder!r:.60}.")
+    return Path(folder)
+
+
+def _refuse_of_one_run(callback: Any, every: Any) -> None:
+    if callback is not None or every is not None:
+        from astroinertia.errors import SceneError
+
+        raise SceneError("callback and every are for one run, not for a sweep of several.")
+
+
+def _both(listener: "Listener | None", meter: Any) -> "Listener | None":
+    """What hears how a run goes: the user's own, and what shows it."""
+    if listener is None or meter is None:
+        return listener if meter is None else meter.tell
+
+    def tell(progress: Any) -> None:
+        meter.tell(progress)
+        listener(progress)
+
+    return tell
 
 
 def open(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -> "xr.Dataset":

@@ -9,6 +9,10 @@ class SceneError(AstroinertiaError):
     """A scene, or an argument that stands for part of one, is wrong: what, where, and what would be right."""
 
 
+class AbsentError(AstroinertiaError, AttributeError):
+    """What is wanted of a body is not there, by its model or by what acts on it; why, in one clear sentence."""
+
+
 class InstallationError(AstroinertiaError):
     """A package that this one stands on is missing, or of a version with which it does not work."""
 

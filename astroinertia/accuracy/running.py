@@ -19,6 +19,7 @@ from astroinertia.build.assemble import missing, scene_of
 from astroinertia.engines import hosts
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
 from astroinertia.run import loop
+from astroinertia.run.callback import STOPPED, Callback, callback_of
 from astroinertia.run.loop import Completion, Listener, Progress
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
@@ -34,10 +35,12 @@ def run_scene(
     listener: Listener | None = None,
     begun: float | None = None,
     deadline: float = math.inf,
+    callback: Callback | None = None,
 ) -> Path:
     """Run a scene in a new run folder, with its companion runs where it asks for error bars; returns the netCDF file.
 
-    Otherwise as run.run_scene; SceneError, too, for a scene that cannot have error bars.
+    callback: of the run itself, not of its companions. Otherwise as run.run_scene; SceneError, too, for a scene that
+    cannot have error bars.
 
     >>> import tempfile
     >>> scene = load.load_file("sims/tennis_racket.toml", ["time.end='1 s'", "output.error_bars=true"])
@@ -45,16 +48,36 @@ def run_scene(
     ...     print("angular_velocity_error" in dataset, dataset.attrs["error_bars_companion_runs"])
     True steps_per_rotation-80
     """
-    return loop.run_scene(scene, folder, listener, begun, _completion(scene, folder, listener, deadline), deadline)
+    completion = _completion(scene, folder, listener, deadline)
+    return loop.run_scene(scene, folder, listener, begun, completion, deadline, callback)
+
+
+def unless_stopped(folder: Path, run: Callable[[], Path]) -> Path:
+    """The file that a run leaves, or its folder where its callback stopped it.
+
+    >>> print(unless_stopped(Path("runs/star"), lambda: resume(Path("runs/star"))).name)
+    one_star_three_models.nc
+    """
+    try:
+        return run()
+    except RunInterrupted as stopped:
+        if stopped.by != STOPPED:
+            raise
+        return folder
 
 
 def resume(
-    folder: Path, listener: Listener | None = None, deadline: float = math.inf, effects: Sequence[Any] = ()
+    folder: Path,
+    listener: Listener | None = None,
+    deadline: float = math.inf,
+    effects: Sequence[Any] = (),
+    callback: Any = None,
+    every: Any = None,
 ) -> Path:
     """Go on with an interrupted run or its companion runs, bit for bit, and return the netCDF file.
 
     effects: those of the user's own that it was given from Python, or their classes, and its equation of state; a
-    finished run needs none.
+    finished run needs none. callback, every: as for run.callback.callback_of; companion runs call none.
 
     >>> print(resume(Path("runs/star")).name)  # finished: it has nothing to do
     one_star_three_models.nc
@@ -63,7 +86,8 @@ def resume(
     if archive.finished is not None and missing(archive, effects):
         return archive.finished  # nothing is left for them to do
     scene = scene_of(archive, effects)
-    return loop.resume(folder, listener, _completion(scene, folder, listener, deadline), deadline, effects)
+    called = callback_of(callback, every, scene)
+    return loop.resume(folder, listener, _completion(scene, folder, listener, deadline), deadline, effects, called)
 
 
 def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline: float) -> Completion | None:

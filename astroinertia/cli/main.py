@@ -35,11 +35,11 @@ from astroinertia.cli import (
     tradeoff as cli_tradeoff,
     verify as cli_verify,
 )
-from astroinertia.cli.meter import Meter, Voice
 from astroinertia.cli.parser import Add, Command, Options, add_scene, parser_of
 from astroinertia.cli.screen import visible
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 from astroinertia.process import interrupts, kept_programs, requirements
+from astroinertia.run.meter import Meter, Voice
 
 if TYPE_CHECKING:
     from astroinertia.accuracy.tradeoff import Standing

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from astroinertia.cli import result
-from astroinertia.cli.meter import Meter
 from astroinertia.cli.parser import Add, Options
 from astroinertia.errors import SceneError
+from astroinertia.run.meter import Meter
 
 FASTEST = 240  # pictures a second
 

@@ -1,17 +1,16 @@
 """What `run`, `resume`, `plan` and `show` do with a scene that has [sweep]. Printing is left to main.py."""
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from astroinertia.cli.meter import Meter
 from astroinertia.cli.parser import Add, Options, Say
+from astroinertia.run.meter import Meter
 
 if TYPE_CHECKING:
     from astroinertia.scene.plan import Plan
     from astroinertia.scene.sweep import Sweep
-    from astroinertia.sweeps.ensemble import Carried, Standing
+    from astroinertia.sweeps.ensemble import Carried
 
 MOST_ROWS = 20  # of a table of members
 
@@ -71,15 +70,8 @@ def carry_out(sweep: "Sweep", folder: Path, options: Options, deadline: float, m
         + (f"; {where}" if left else "")
     )
 
-    def tell(standing: "Standing") -> None:
-        failed = f", {standing.failed} failed" if standing.failed else ""
-        predictable = standing.done < standing.members and math.isfinite(standing.to_go)
-        to_go = f", {standing.to_go:.0f} s to go" if predictable else ""
-        words = f"{standing.done} of {standing.members} members{failed}{to_go}"
-        meter.show(standing.done / standing.members, words, f"{standing.seconds:7.1f} s  {words}", standing.seconds)
-
     minutes = getattr(options, "minutes", ensemble.DEFAULT_MINUTES)
-    return ensemble.run_sweep(sweep, folder, workers, cluster, minutes, tell, deadline)
+    return ensemble.run_sweep(sweep, folder, workers, cluster, minutes, meter.tell_members, deadline)
 
 
 def failures(sweep: "Sweep", outcome: "Carried") -> list[str]:

@@ -54,7 +54,9 @@ def whole(dataset: xr.Dataset) -> xr.Dataset:
         variables[name] = (quantity.dims, np.full(sizes, np.nan), attrs)
     dims = {dim for quantity in missing.values() for dim in quantity.dims if dim not in dataset.coords}
     labels = {dim: label(dim) if dim in LABELS else (dim, np.zeros(1)) for dim in dims - {"time", "effect", "region"}}
+    others = {name: reason for name, reason in absent.items() if name not in missing}
     kept = {name: value for name, value in dataset.attrs.items() if name != ATTRIBUTE}
+    kept |= {ATTRIBUTE: json.dumps(others)} if others else {}
     completed = dataset.merge(xr.Dataset(variables, coords=labels))
     completed.attrs, completed.encoding = kept, dict(dataset.encoding)
     return completed

@@ -70,6 +70,10 @@ class Evolution(Protocol):
         """
         ...
 
+    def look(self, opening_potential: float | None) -> Record:
+        """The same row for who only looks: it changes nothing of what is recorded later, and regions are not in it."""
+        ...
+
     def snapshot(self) -> Record | None:
         """The particles, if the model has any."""
         ...

@@ -1,6 +1,6 @@
 """What a process is busy with for a while, such as compiling a pass: for whoever shows how far its run is.
 
-Tests: tests/unit/process/test_activity.py, tests/unit/cli/test_meter.py.
+Tests: tests/unit/process/test_activity.py, tests/unit/run/test_meter.py.
 """
 
 _under_way: list[str] = []  # the outermost first; threads only add and remove

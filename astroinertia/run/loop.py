@@ -32,6 +32,8 @@ from astroinertia.models.protocol import Through
 from astroinertia.observables.own import recorded
 from astroinertia.process import interrupts
 from astroinertia.process.interrupts import LIMIT
+from astroinertia.run.callback import STOPPED, Callback
+from astroinertia.run.state import RunState
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import Archive, final_name, refuse_if_taken
 from astroinertia.storage.outputs import Unwritten
@@ -39,6 +41,7 @@ from astroinertia.units import DIMENSIONLESS
 
 CAUSES = (None, LIMIT, interrupts.CTRL_C, *(number.name for number in interrupts.SIGNALS[1:]))
 OUTPUTS_AT_ONCE = 256  # that a model is asked for in one call, if it can do so
+CAUSES = (None, LIMIT, STOPPED, interrupts.CTRL_C, *(number.name for number in interrupts.SIGNALS[1:]))
 MARGIN = 1.5  # steps and saves take their time unevenly: so much of what the last ones took is left for the next
 
 
@@ -81,13 +84,15 @@ def run_scene(
     begun: float | None = None,
     completed: Completion | None = None,
     deadline: float = math.inf,
+    callback: Callback | None = None,
 ) -> Path:
     """Run a scene in a new run folder and return the netCDF file that it leaves.
 
     begun: of time.monotonic(), from when on the run's time is counted; from now on without it. The scene's error bars
     are added by `completed`: accuracy.companion_runs. deadline: of time.monotonic(), too, by which the run is saved
-    and stopped if it has not ended. Raises SceneError, ArchiveError (the folder holds another run), NumericalError, and
-    RunInterrupted after a signal or for the deadline, with everything saved so that `resume` goes on.
+    and stopped if it has not ended. callback: what is called with the state as the run goes. Raises SceneError,
+    ArchiveError (the folder holds another run), NumericalError, and RunInterrupted after a signal, for the deadline or
+    by the callback, with everything saved so that `resume` goes on; and what the callback raises, likewise.
     """
     begun = clock.monotonic() if begun is None else begun
     refuse_contradictions(scene)
@@ -95,7 +100,7 @@ def run_scene(
     hosts.first_then_others(lambda: refuse_if_taken(folder, described), lambda: None)
     with jax.enable_x64(True), shared_out(scene.numerics.devices):
         # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
-        finished = run_prepared(described, prepare(scene), folder, listener, begun, completed, deadline)
+        finished = run_prepared(described, prepare(scene), folder, listener, begun, completed, deadline, callback)
     if hosts.is_first():
         experience.note(scene)
     return finished
@@ -103,14 +108,14 @@ def run_scene(
 
 def run_prepared(
     described: Mapping[str, Any], prepared: Prepared, folder: Path, listener: Listener | None, begun: float,
-    completed: Completion | None = None, deadline: float = math.inf,
+    completed: Completion | None = None, deadline: float = math.inf, callback: Callback | None = None,
 ) -> Path:  # fmt: skip
     """The same for a scene at time 0 that is prepared and described (build.metadata); under jax.enable_x64."""
     description = {**described, **model_description(prepared.evolution)}
     with hosts.first_then_others(
         lambda: Archive.create(folder, description), lambda: Unwritten(folder, description)
     ) as archive:
-        return _Run(prepared, archive, listener, begun, deadline).finish(completed)
+        return _Run(prepared, archive, listener, begun, deadline, callback).finish(completed)
 
 
 def _predicted(scene: Scene) -> dict[str, Any]:
@@ -138,6 +143,7 @@ def resume(
     completed: Completion | None = None,
     deadline: float = math.inf,
     effects: Sequence[Any] = (),
+    callback: Callback | None = None,
 ) -> Path:
     """Go on with an interrupted run, bit for bit as if it had never stopped, and return its netCDF file.
 
@@ -151,15 +157,16 @@ def resume(
         if hosts.is_first():
             note_versions(opened, scene)
         archive = opened if hosts.is_first() else Unwritten(folder, opened.metadata)
-        return _Run(restore(opened, scene), archive, listener, begun, deadline).finish(completed)
+        return _Run(restore(opened, scene), archive, listener, begun, deadline, callback).finish(completed)
 
 
 class _Run:
     """The loop over steps; what it holds beside the body is what the outputs still need."""
 
     def __init__(
-        self, prepared: Prepared, archive: Archive | Unwritten, listener: Listener | None, begun: float, deadline: float
-    ) -> None:
+        self, prepared: Prepared, archive: Archive | Unwritten, listener: Listener | None, begun: float,
+        deadline: float, callback: Callback | None,
+    ) -> None:  # fmt: skip
         self.archive, self.listener, self.begun, self.deadline = archive, listener, begun, deadline
         self.body, self.output, self.units = prepared.evolution, prepared.outputs, prepared.units
         self.records: list[dict[str, Any]] = []
@@ -171,7 +178,9 @@ class _Run:
         self.saved, self.saved_step = self.opened, self.body.steps
         self.could_stop, self.saving = self.opened, 0.0
         self.stopping: list[str] = []
-        self.several = hosts.several()
+        self.several, self.callback = hosts.several(), callback
+        if callback is not None and self.counters["series"]:
+            callback.begin(self.body.time, self.body.steps)
 
     def finish(self, completed: Completion | None) -> Path:
         with interrupts.under_way(self._stopped):
@@ -194,7 +203,7 @@ class _Run:
                 if (due or cause) and body.steps != self.saved_step:
                     self._checkpoint()
                 if cause:
-                    raise self._stopped(cause)
+                    raise self._failure() or self._stopped(cause)
             if not self._through():
                 self._advance()
                 self._record(force=self._ended())
@@ -206,7 +215,11 @@ class _Run:
             }  # fmt: skip
         self._checkpoint()
         if cause := self._agreed(self._asked()):  # in the last step
-            raise self._stopped(cause)
+            raise self._failure() or self._stopped(cause)
+
+    def _failure(self) -> BaseException | None:
+        """What the callback raised."""
+        return None if self.callback is None else self.callback.failure
 
     def _stopped(self, by: str) -> RunInterrupted:
         return RunInterrupted(self.archive.folder, self.body.time, self.output.end, by)
@@ -251,7 +264,7 @@ class _Run:
         body, output, number = self.body, self.output, self.counters["series"]
         if not isinstance(body, Through) or output.series_every is None or output.series_steps is not None:
             return False
-        at_once = OUTPUTS_AT_ONCE if output.checkpoint_seconds > 0.0 else 1
+        at_once = OUTPUTS_AT_ONCE if output.checkpoint_seconds > 0.0 and self.callback is None else 1
         begun, times = body.time, output.series_every * np.arange(number, number + at_once)
         before = times < output.end * (1.0 - 1e-14)
         times = np.append(times[before], np.minimum(times[~before], output.end)[:1])
@@ -259,6 +272,7 @@ class _Run:
             records = body.through(times, self.counters["opening_potential"], output.max_steps)
         for record in records:
             self._keep(record)
+            self._call_back(record, self._ended())
         self._count("series")
         if self._ended() and not (records and records[-1]["time"] == body.time):
             self._record(force=True)
@@ -295,6 +309,7 @@ class _Run:
     def _record(self, force: bool) -> None:
         steps = self.output.series_steps
         counted = steps is not None and self.body.steps % steps == 0
+        record = None
         if force or counted or self._due("series"):
             opening = self.counters["opening_potential"]
             record = self.body.record(opening)
@@ -307,12 +322,26 @@ class _Run:
             snapshot = self.body.snapshot()
             self.snapshots += [] if snapshot is None else [snapshot]
             self._count("snapshot")
+        self._call_back(record, force)
         self._tell(force=False)
 
     def _keep(self, record: dict[str, Any]) -> None:
         record |= self._observed(record)
         record["wall_time"] = self.counters["wall_time"] + clock.monotonic() - self.opened
         self.records.append(record)
+
+    def _call_back(self, record: Mapping[str, Any] | None, force: bool) -> None:
+        """Give the callback the state where it is due; `record` is that of now, if one was made."""
+        body, callback = self.body, self.callback
+        if callback is None or self.stopping:
+            return
+        if not (callback.due(body.time, body.steps, record is not None) or force):
+            return
+        record = body.look(self.counters["opening_potential"]) if record is None else record
+        state = RunState(body.time, body.steps, record, body.snapshot(), self.archive.metadata)
+        goes_on = callback.goes_on(state)
+        if callback.failure is not None or not (goes_on or self._ended()):
+            self.stopping.append(STOPPED)
 
     def _observed(self, record: dict[str, Any]) -> dict[str, Any]:
         try:

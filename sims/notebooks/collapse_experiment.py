@@ -90,7 +90,7 @@ def run(text):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scene.toml"
         path.write_text(text)
-        astroinertia.run_scene(path, Path(folder) / "run")
+        astroinertia.run_scene(path, Path(folder) / "run", progress=False)
         tree = astroinertia.open_tree(Path(folder) / "run").load()
         tree.close()
     return tree.to_dataset(), tree["snapshots"].to_dataset() if "snapshots" in tree.children else None

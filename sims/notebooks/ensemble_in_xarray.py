@@ -79,7 +79,7 @@ series_every = "0.15 s"
 with tempfile.TemporaryDirectory() as folder:
     path = Path(folder) / "scene.toml"
     path.write_text(scene)
-    astroinertia.run_scene(path, Path(folder) / "run")
+    astroinertia.run_scene(path, Path(folder) / "run", progress=False)
     with astroinertia.open(Path(folder) / "run") as opened:
         cores = opened.load()
 

@@ -10,13 +10,12 @@ from rich.console import Console
 
 from astroinertia.build.assemble import prepare
 from astroinertia.build.fluids import equation_of_state
-from astroinertia.cli import meter as cli_meter
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.integrate import adaptive
 from astroinertia.matter import cold_matter
 from astroinertia.models.ellipsoid import evolution as ellipsoid
 from astroinertia.models.scaling.homology import Kepler
-from astroinertia.run import loop
+from astroinertia.run import loop, meter as cli_meter
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 from astroinertia.sph.placement import isotropised, place

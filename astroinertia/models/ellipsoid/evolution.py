@@ -79,6 +79,8 @@ class Ellipsoid:
         with jax.enable_x64(True):
             return series_record(self, opening_potential)
 
+    look = record
+
     def snapshot(self) -> None:
         """There are no particles."""
         return

@@ -115,6 +115,8 @@ class RigidBody:
         """One row of the headline series."""
         return self._records(self._present())[0]
 
+    look = record
+
     def snapshot(self) -> None:
         """Nothing: there are no particles."""
 

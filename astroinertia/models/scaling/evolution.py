@@ -260,6 +260,8 @@ class Scaling:
             **self._profiles(scale, momentum),
         )
 
+    look = record
+
     def _state(self, time: float) -> tuple[Size, np.ndarray, dict[str, float]]:
         body = self.body
         if self.dynamics is None:

@@ -118,11 +118,15 @@ class Particles:
 
     def record(self, opening_potential: float | None) -> Record:
         """One row of the headline series; regions are judged again for it."""
-        record = series_record(self.problem, self.arrangement, self.state, opening_potential)
+        record = self.look(opening_potential)
         if self.regions is None:
             return record
         self.state = self.regions.updated(self.state)
         return record | self.regions.record(self.state)
+
+    def look(self, opening_potential: float | None) -> Record:
+        """The same without regions, who belongs to them being as it was judged last."""
+        return series_record(self.problem, self.arrangement, self.state, opening_potential)
 
     def snapshot(self) -> Record:
         """All particles."""

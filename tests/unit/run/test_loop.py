@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from astroinertia.cli.meter import Meter
 from astroinertia.run import loop
+from astroinertia.run.meter import Meter
 from astroinertia.scene.load import load_file
 from tests.sims import SIMS
 

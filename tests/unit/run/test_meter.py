@@ -5,10 +5,9 @@ import re
 
 from rich.console import Console
 
-from astroinertia.cli import meter as meters
-from astroinertia.cli.meter import Meter
 from astroinertia.process import activity
-from astroinertia.run import loop
+from astroinertia.run import loop, meter as meters
+from astroinertia.run.meter import Meter
 
 
 def lines(width, act):

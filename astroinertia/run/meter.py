@@ -1,17 +1,22 @@
-"""How far a run is, on a console that main.py gives."""
+"""How far a run is: on a terminal, below a cell of a notebook, or in lines. Tests: tests/unit/run/test_meter.py."""
 
+import html
 import math
+import sys
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.text import Text
 
+from astroinertia.errors import SceneError
 from astroinertia.process.activity import current
 
 if TYPE_CHECKING:
-    from astroinertia.run.loop import Progress
+    from astroinertia.run.loop import Listener, Progress
 
 SECONDS_BETWEEN_LINES = 10.0  # where the output is no terminal
 LONGEST_SILENCE = 8.0  # seconds; then a line says that work goes on
@@ -51,16 +56,38 @@ class Voice:
                 self.say(f"{now - self.begun:.0f} s: {current() or self.doing}")
 
 
+class Cell:
+    """A bar and words below a cell of a notebook, which change as it goes; other outputs of the cell stay."""
+
+    def __init__(self, words: str) -> None:
+        from IPython.display import display
+
+        self.handle: Any = display(self._shown(0.0, words), raw=True, display_id=True)
+
+    def show(self, share: float, words: str) -> None:
+        """Show another share, and other words."""
+        self.handle.update(self._shown(share, words), raw=True)
+
+    @staticmethod
+    def _shown(share: float, words: str) -> dict[str, str]:
+        text = f"{100.0 * share:3.0f} %  {words}"
+        return {"text/plain": text, "text/html": f'<progress value="{share:.4f}"></progress> {html.escape(text)}'}
+
+
 class Meter:
-    """Shows how far something is: a bar on a terminal; elsewhere a line now and then, and never long silence."""
+    """Shows how far something is: a bar on a terminal or in a notebook; elsewhere lines, and never long silence."""
 
     def __init__(self, console: Console, doing: str = PREPARING) -> None:
         self.voice = Voice(console, doing)
         self.bar: Any = None  # a rich Progress with one task, on a terminal
+        self.cell: Cell | None = None  # in a notebook
         self.last_line = float("-inf")
         self.part = ""
 
     def __enter__(self) -> "Meter":
+        if self.voice.console.is_jupyter:
+            self.cell = Cell(self.voice.doing)
+            return self
         if not self.voice.console.is_terminal:
             self.voice.__enter__()
             return self
@@ -70,7 +97,10 @@ class Meter:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.voice.__exit__() if self.bar is None else self.bar.stop()
+        if self.bar is not None:
+            self.bar.stop()
+        elif self.cell is None:
+            self.voice.__exit__()
 
     def show(self, share: float, words: str, line: str = "", seconds: float = math.nan) -> None:
         """Show how much is done, in words: beside the bar, or as a line.
@@ -78,7 +108,9 @@ class Meter:
         line: what is printed where there is no bar; seconds: since the beginning, where not every line is wanted.
         """
         self.voice.begin(words)
-        if self.bar is not None:
+        if self.cell is not None:
+            self.cell.show(share, words)
+        elif self.bar is not None:
             self.bar.update(self.bar.task_ids[0], completed=share, description=words)
         elif line and not (share < 1.0 and seconds - self.last_line < SECONDS_BETWEEN_LINES):
             self.last_line = seconds
@@ -106,6 +138,14 @@ class Meter:
         self.show(share, words, f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {words}", progress.wall_time)
         self.voice.begin(f"after step {progress.step}")
 
+    def tell_members(self, standing: Any) -> None:
+        """Show how far a sweep is (sweeps.ensemble.Standing)."""
+        failed = f", {standing.failed} failed" if standing.failed else ""
+        predictable = standing.done < standing.members and math.isfinite(standing.to_go)
+        to_go = f", {standing.to_go:.0f} s to go" if predictable else ""
+        words = f"{standing.done} of {standing.members} members{failed}{to_go}"
+        self.show(standing.done / standing.members, words, f"{standing.seconds:7.1f} s  {words}", standing.seconds)
+
 
 def _bar(console: Console) -> Any:
     """A bar, the share, the time and words, of which only the words are shortened on a narrow terminal."""
@@ -120,4 +160,24 @@ def _bar(console: Console) -> Any:
 
     whole, shortened = Column(no_wrap=True, min_width=7), Column(no_wrap=True, overflow="ellipsis", ratio=1)
     columns = BarColumn(24), TaskProgressColumn(table_column=whole), TimeElapsedColumn(table_column=whole.copy())
-    return Progress(*columns, Words("", table_column=shortened), console=console, expand=True)
+    words = Words("", table_column=shortened)
+    # what a callback prints goes above the bar, and where stdout goes elsewhere, there
+    return Progress(*columns, words, console=console, expand=True, redirect_stdout=sys.stdout.isatty())
+
+
+@contextmanager
+def watched(progress: Any, listener: "Listener | None", doing: str = PREPARING) -> Iterator[Meter | None]:
+    """A meter of what is done meanwhile, on stderr, where it is wanted; None elsewhere.
+
+    progress: whether it is; by default where stderr is a terminal, or in a notebook, and nothing else listens.
+    SceneError for anything else.
+    """
+    if not (progress is None or isinstance(progress, bool)):
+        raise SceneError(f"progress must be True, False or None, not {progress!r:.40}.")
+    console = Console(stderr=True, highlight=False)
+    by_itself = listener is None and (sys.stderr.isatty() or console.is_jupyter)
+    if not (by_itself if progress is None else progress):
+        yield None
+        return
+    with Meter(console, doing) as meter:
+        yield meter
