@@ -39,7 +39,6 @@ from astroinertia.storage.archive import Archive, final_name, refuse_if_taken
 from astroinertia.storage.outputs import Unwritten
 from astroinertia.units import DIMENSIONLESS
 
-CAUSES = (None, LIMIT, interrupts.CTRL_C, *(number.name for number in interrupts.SIGNALS[1:]))
 OUTPUTS_AT_ONCE = 256  # that a model is asked for in one call, if it can do so
 CAUSES = (None, LIMIT, STOPPED, interrupts.CTRL_C, *(number.name for number in interrupts.SIGNALS[1:]))
 MARGIN = 1.5  # steps and saves take their time unevenly: so much of what the last ones took is left for the next

@@ -95,10 +95,9 @@ class RunState:
     @cached_property
     def _derived(self) -> dict[str, np.ndarray]:
         single = {name: value[None] for name, value in self._series.items()}
-        radius = self._metadata.get("reference_radius")
-        return {
-            name: array[0] for name, array in derived_quantities(single, gap_tolerance(self._metadata), radius).items()
-        }
+        radius, structure = (self._metadata.get(name) for name in ("reference_radius", "structure"))
+        derived = derived_quantities(single, gap_tolerance(self._metadata), radius, structure or {})
+        return {name: array[0] for name, array in derived.items()}
 
     @property
     def _dimensionless(self) -> bool:
