@@ -99,6 +99,7 @@ def run_scene(
     from astroinertia.effects.own_matter import with_matter
     from astroinertia.initial.own import with_body
     from astroinertia.observables.own import with_observables
+    from astroinertia.run.loop import refuse_before
     from astroinertia.run.meter import watched
     from astroinertia.scene import load as scenes, sweep as sweeps
     from astroinertia.scene.schema import Scene
@@ -115,6 +116,7 @@ def run_scene(
     called = running.callback_of(callback, every, chosen)
     with watched(progress, listener) as meter:
         if chosen.wants_choice:
+            refuse_before(chosen, place)
             from astroinertia.accuracy.choice import choose, pilots_beside
 
             chosen = choose(chosen, pilots_beside(place)).scene

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from astroinertia.build.effects import effects_of
+from astroinertia.build.refusals import refuse_impossible
 from astroinertia.build.spheres import Sphere, Star, sphere
 from astroinertia.build.structure import structure
 from astroinertia.effects import own_matter
@@ -166,7 +167,8 @@ def outputs_of(scene: Scene, units: CodeUnits) -> Outputs:
 
 
 def refuse_contradictions(scene: Scene) -> None:
-    """SceneError where options of an effect contradict each other, before anything is prepared that takes long."""
+    """SceneError where options of an effect contradict each other, or the body cannot be, before any preparation."""
+    refuse_impossible(scene)
     effects_of(scene, code_units(scene))
 
 

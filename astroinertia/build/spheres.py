@@ -9,11 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.bodies.maclaurin_momentum import MomentumLaw
-from astroinertia.bodies.rotating_star import RotatingStar, rotating_star_with
-from astroinertia.bodies.rotation_laws import RotationLaw
-from astroinertia.errors import NumericalError, SceneError
-from astroinertia.matter.barotropes import polytropic_matter
+from astroinertia.bodies.rotating_star import RotatingStar
+from astroinertia.errors import SceneError
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.profiles import Profile
 from astroinertia.sph.progenitor import Progenitor, read_progenitor
@@ -134,7 +131,8 @@ def rotating(scene: Scene, units: CodeUnits) -> Star:
     """The star in rotating equilibrium."""
     body: Any = scene.body
     mass, radius = units.to_code(body.mass, "mass"), units.to_code(body.radius, "length")
-    return Star(_rotating_star(body, units, mass, radius), body.profile())
+    star = body.equilibrium(units.gravitational_constant)
+    return Star(replace(star, mass=mass, equatorial_radius=radius, gravitational_constant=1.0), body.profile())
 
 
 def progenitor(scene: Scene, units: CodeUnits) -> Sphere:
@@ -159,37 +157,3 @@ def progenitor(scene: Scene, units: CodeUnits) -> Sphere:
 @lru_cache(maxsize=4)
 def _read(path: Path, molecular_weight: float | None) -> Progenitor:
     return read_progenitor(path, molecular_weight)
-
-
-def _rotating_star(body: Any, units: CodeUnits, mass: float, radius: float) -> RotatingStar:
-    # In units of mass and equatorial radius, in which the law's scale is given to the solver.
-    rate, spin = (mass / radius**3) ** 0.5, (mass**3 * radius) ** 0.5
-    wanted = {
-        "axis_ratio": body.axis_ratio,
-        "t_over_w": body.t_over_w,
-        "breakup_fraction": body.breakup_fraction,
-        "period": None if body.period is None else units.to_code(body.period, "time") * rate,
-        "spin": None if body.rate is None else units.to_code(body.rate, "angular_velocity") / rate,
-        "angular_momentum": None
-        if body.angular_momentum is None
-        else units.to_code(body.angular_momentum, "angular_momentum") / spin,
-    }
-    ((quantity, value),) = ((name, value) for name, value in wanted.items() if value is not None)
-    scale = None if body.scale is None else units.to_code(body.scale, "length") / radius
-    try:
-        unit_star = _unit_star(body.index, body.law, scale, quantity, value)
-    except (ValueError, NumericalError) as error:
-        units_note = (
-            " (in units of its mass, equatorial radius and G)"
-            if quantity in ("spin", "period", "angular_momentum")
-            else ""
-        )
-        raise SceneError(f"[body] {error}{units_note}.") from None
-    return replace(unit_star, mass=mass, equatorial_radius=radius)
-
-
-@lru_cache(maxsize=8)
-def _unit_star(index: float, kind: str, scale: float | None, quantity: str, value: float) -> RotatingStar:
-    matter = polytropic_matter(index)
-    law = MomentumLaw() if kind == "maclaurin" else RotationLaw(kind, scale)
-    return rotating_star_with(quantity, value, matter, law)

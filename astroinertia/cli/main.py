@@ -244,6 +244,9 @@ def _plan(options: Options) -> int:
         _Console(highlight=False).print(*cli_plan.parts(cli_sweep.planned(sweep, options)), sep="\n")
         return GOOD
     scene = _load(options)
+    from astroinertia.build.refusals import refuse_impossible
+
+    refuse_impossible(scene)
     if options.pilot:
         scene = _chosen(scene, Path("runs") / scene.name, options)
     with _voice("the plan is worked out"):
@@ -271,7 +274,9 @@ def _run(options: Options) -> int:
     scene = _load(options)
     folder = options.output or Path("runs") / scene.name
     from astroinertia.accuracy.running import run_scene
+    from astroinertia.run.loop import refuse_before
 
+    refuse_before(scene, folder)
     scene = _chosen(scene, folder, options)
     _say(f"{scene.name}: model {scene.model}, effects {', '.join(scene.effects) or 'none'}; preparing the body")
     with Meter(_Console(highlight=False)) as meter:

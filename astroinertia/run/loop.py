@@ -94,15 +94,20 @@ def run_scene(
     by the callback, with everything saved so that `resume` goes on; and what the callback raises, likewise.
     """
     begun = clock.monotonic() if begun is None else begun
-    refuse_contradictions(scene)
+    refuse_before(scene, folder)
     described = metadata(scene) | _predicted(scene)
-    hosts.first_then_others(lambda: refuse_if_taken(folder, described), lambda: None)
     with jax.enable_x64(True), shared_out(scene.numerics.devices):
         # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
         finished = run_prepared(described, prepare(scene), folder, listener, begun, completed, deadline, callback)
     if hosts.is_first():
         experience.note(scene)
     return finished
+
+
+def refuse_before(scene: Scene, folder: Path) -> None:
+    """Refuse what would fail later: ArchiveError for a folder that holds another run, SceneError as for the scene."""
+    hosts.first_then_others(lambda: refuse_if_taken(folder, {"name": scene.name}), lambda: None)
+    refuse_contradictions(scene)
 
 
 def run_prepared(

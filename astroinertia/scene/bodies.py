@@ -1,11 +1,14 @@
 """The kinds of bodies that a scene may ask for, validated and frozen, in SI (or code units)."""
 
 import math
+from dataclasses import replace
+from functools import lru_cache
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
+from astroinertia.errors import NumericalError, SceneError
 from astroinertia.scene.dimensional import (
     AngularMomentum,
     AngularVelocity,
@@ -291,8 +294,35 @@ class RotatingStarBody(Body):
         """That of the polytrope at rest."""
         return _profiles().polytrope(self.index)
 
+    @property
+    def quickly_known(self) -> bool:
+        """Whether a plan can solve for the star: with the law maclaurin, that takes as long as some runs."""
+        return self.law != "maclaurin"
+
+    def equilibrium(self, gravitational_constant: float) -> Any:
+        """The RotatingStar that it is; SceneError, with the limit, where there is none."""
+        gravity = gravitational_constant * self.mass / self.radius**3
+        rate, spin = math.sqrt(gravity), self.mass * self.radius**2 * math.sqrt(gravity)
+        wanted = {
+            "axis_ratio": self.axis_ratio,
+            "rotational_to_gravitational": self.t_over_w,
+            "breakup_fraction": self.breakup_fraction,
+            "period": None if self.period is None else self.period * rate,
+            "spin": None if self.rate is None else self.rate / rate,
+            "angular_momentum": None if self.angular_momentum is None else self.angular_momentum / spin,
+        }
+        ((quantity, value),) = ((name, value) for name, value in wanted.items() if value is not None)
+        star = _unit_star(
+            self.index, self.law, None if self.scale is None else self.scale / self.radius, quantity, value
+        )
+        return replace(
+            star, mass=self.mass, equatorial_radius=self.radius, gravitational_constant=gravitational_constant
+        )
+
     def turning(self, tensor: np.ndarray, gravitational: float | None) -> dict[str, Any]:
-        """As the sphere of its radius, with the T/|W| that Maclaurin's spheroid has at its axis ratio."""
+        """An estimate for the law maclaurin, whose star takes long to solve for: as the sphere of its radius, with the
+        T/|W| that Maclaurin's spheroid has at its axis ratio.
+        """
         assert gravitational is not None  # it has a profile
         moment = float(tensor[2, 2])
         if self.t_over_w is not None:
@@ -317,6 +347,27 @@ class RotatingStarBody(Body):
         axis = (0.0, 0.0, -1.0 if backwards else 1.0)
         shear = 0.0 if self.law == "rigid" else spin
         return {"spin": spin, "spin_axis": axis, "wobble": 0.0, "rotational": rotational, "shear": shear}
+
+
+@lru_cache(maxsize=8)
+def _unit_star(index: float, kind: str, scale: float | None, quantity: str, value: float) -> Any:
+    """In units of its mass, equatorial radius and G."""
+    from astroinertia.bodies.maclaurin_momentum import MomentumLaw  # only scenes with stars solve for one
+    from astroinertia.bodies.rotating_star import end_of_sequence, rotating_star_with
+    from astroinertia.bodies.rotation_laws import RotationLaw
+    from astroinertia.matter.barotropes import polytropic_matter
+
+    matter = polytropic_matter(index)
+    law = MomentumLaw() if kind == "maclaurin" else RotationLaw(kind, scale)
+    try:
+        return rotating_star_with(quantity, value, matter, law)
+    except (ValueError, NumericalError) as error:
+        units_note = ""
+        if quantity in ("spin", "period", "angular_momentum"):
+            units_note = " (in units of its mass, equatorial radius and G)"
+        elif quantity == "axis_ratio" and isinstance(error, NumericalError):
+            units_note = f"; the least axis ratio is {end_of_sequence(matter, law).field.axis_ratio:.4g}"
+        raise SceneError(f"[body] {error}{units_note}.") from None
 
 
 class Layer(Part):

@@ -66,11 +66,15 @@ def _sphere(scene: Scene, constant: float) -> dict[str, Any]:
     gravitational = -constant * profiles.ellipsoid_gravitational_energy(profile, mass, axes)
     if not math.isfinite(gravitational):
         gravitational = constant * mass**2 / radius * 10.0
+    star = _forwards(body).equilibrium(constant) if body.quickly_known else None
+    if star is not None:
+        tensor, gravitational = np.diag([star.equatorial_moment] * 2 + [star.polar_moment]), -star.gravitational_energy
+        second = np.trace(tensor) / 2.0 * np.eye(3) - tensor
     numbers = {
         "mass": mass, "radius": radius, "moments": ascending(np.linalg.eigvalsh(tensor)),
         "second_moment": float(np.trace(second)), "gravitational": gravitational,
     }  # fmt: skip
-    numbers |= body.turning(tensor, gravitational)
+    numbers |= body.turning(tensor, gravitational) if star is None else _of_star(star, body)
     if numbers["spin"] is not None:
         numbers |= _flow(body, second, numbers)
     share = np.polynomial.legendre.leggauss(_NODES)
@@ -84,6 +88,21 @@ def _sphere(scene: Scene, constant: float) -> dict[str, Any]:
     falls = math.pi / 2.0 * np.sqrt(shells**3 / (2.0 * constant * mass * nodes))
     numbers["fallen"] = float(weights[falls <= scene.time.end].sum())
     return numbers
+
+
+def _forwards(star: Any) -> Any:
+    backwards = {
+        name: abs(value) for name in ("rate", "angular_momentum") if (value := getattr(star, name)) is not None
+    }
+    return star.model_copy(update=backwards)
+
+
+def _of_star(star: Any, body: Any) -> dict[str, Any]:
+    """How it turns; the mean rate has its angular momentum."""
+    spin = star.angular_momentum / star.polar_moment
+    axis = (0.0, 0.0, -1.0 if (body.rate or body.angular_momentum or 0.0) < 0.0 else 1.0)
+    shear = 0.0 if body.law == "rigid" else spin
+    return {"spin": spin, "spin_axis": axis, "wobble": 0.0, "rotational": star.kinetic_energy, "shear": shear}
 
 
 def _flow(body: Any, second: np.ndarray, numbers: dict[str, Any]) -> dict[str, Any]:

@@ -356,6 +356,15 @@ class Body(Part):
         """The profile of the sphere that it is before axes stretch it (sph.profiles.Profile); None: unknown here."""
         return None
 
+    @property
+    def quickly_known(self) -> bool:
+        """Whether a plan can tell at once how it turns in equilibrium."""
+        return False
+
+    def equilibrium(self, gravitational_constant: float) -> Any:
+        """The rotating star in equilibrium that it is (bodies.rotating_star); None for others."""
+        return None
+
     def central(self, mass: float, radius: float) -> tuple[float, float] | None:
         """Pressure and density at the centre where they have a closed form (G = 1)."""
         return None

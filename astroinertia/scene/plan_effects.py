@@ -4,6 +4,7 @@ Tests: tests/unit/effects/test_sizes.py.
 """
 
 import math
+from typing import Any
 
 from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
 from astroinertia.effects.sizes import MARGIN, effect_size
@@ -52,7 +53,7 @@ def number_lines(scene: Scene) -> list[PlanLine]:
     """The characteristic numbers that the scene tells, and what the program leaves out although it may count."""
     body = characteristic(scene)
     lines: list[PlanLine] = [
-        (label, f"{value:.3g}" if math.isfinite(value) else "beyond all bounds", "")
+        (label, f"{value:.3g}" if math.isfinite(value) else "beyond all bounds", _rotating(scene, name))
         for name, label in NUMBERS.items()
         if (value := getattr(body, name)) is not None
     ]
@@ -66,6 +67,21 @@ def number_lines(scene: Scene) -> list[PlanLine]:
         lines.append(("relativity", f"WARNING: {compact:.2g} of gravity is missing", why))
     origin = "" if scene.accuracy is not None else "where a scene asks for none"
     return [*lines, ("accuracy", f"{accuracy:g}, against which effects are judged", origin or f"within {MARGIN:g}")]
+
+
+def _rotating(scene: Scene, name: str) -> str:
+    """Of which body a measure of the rotation is, where that is not the body of the start."""
+    body: Any = scene.body
+    if name not in ("rotational_to_gravitational", "rotation_over_break_up") or body.spin is None:
+        return ""
+    if body.spin is body:
+        return "" if body.quickly_known else "estimate: as a Maclaurin spheroid's"
+    settles = scene.model in ("sph", "scaling") and body.relax and body.settles
+    return (
+        "estimate: of the body before it settles with its rotation"
+        if settles and body.rotation.t_over_w is None
+        else ""
+    )
 
 
 def _pulling(body: Characteristic) -> tuple[Neighbour, ...]:

@@ -1,0 +1,94 @@
+"""Bodies that cannot be, refused before anything is prepared: in one sentence, with the limit.
+
+Imports no engine, so that plans refuse them at once. Tests: tests/unit/build/test_refusals.py.
+"""
+
+import math
+from pathlib import Path
+from typing import Any
+
+from astroinertia.build.spheres import sphere
+from astroinertia.errors import SceneError
+from astroinertia.scene.scales import code_units
+from astroinertia.scene.schema import Scene
+from astroinertia.sph.table import read_body
+from astroinertia.units import CodeUnits
+
+# Up to an index, a rate, L and T/|W| (as of break_up.PolytropicLimit) that are below the limits, which fall with it.
+_SURELY_HELD = ((1.0, (0.55, 0.244, 0.102)), (1.5, (0.528, 0.168, 0.0594)), (2.5, (0.453, 0.0798, 0.0182)))
+_ORBIT = "of an orbit at its equator"
+
+
+def refuse_impossible(scene: Scene) -> None:
+    """SceneError for a star beyond its limits, a body that turns faster than break-up, and a table without its heat."""
+    units = code_units(scene)
+    for alone in scene.alone():
+        body: Any = alone.body
+        if body.quickly_known:
+            sphere(alone, units)
+        if scene.model == "sph":
+            _refuse_break_up(alone, units)
+            if body.placing == "placing.of_table":
+                _refuse_without_heat(alone)
+
+
+def _refuse_break_up(scene: Scene, units: CodeUnits) -> None:
+    """Of a body that settles with its rotation: a polytrope at mass shedding, another at an orbit at its equator."""
+    body: Any = scene.body
+    spin: Any = body.rotation
+    settles = body.relax and body.settles and not body.homologous and {"gravity", "pressure"} <= set(scene.effects)
+    if not settles or spin is None or spin.law != "rigid":
+        return
+    mass, radius = units.to_code(body.mass, "mass"), units.to_code(body.radius, "length")
+    if spin.t_over_w is not None:
+        measure, value = 2, spin.t_over_w
+    elif spin.angular_momentum is not None:
+        measure = 1
+        value = abs(units.to_code(spin.angular_momentum, "angular_momentum")) / math.sqrt(mass**3 * radius)
+    elif spin.rate is not None or spin.period:
+        rate = 2 * math.pi / units.to_code(spin.period, "time") if spin.rate is None else (
+            units.to_code(spin.rate, "angular_velocity"))  # fmt: skip
+        measure, value = 0, abs(rate) / math.sqrt(mass / radius**3)
+    else:
+        return
+    limit, of = _limit(body.polytropic_index, measure, value)
+    if value <= limit:
+        return
+    share = f"{value / limit:.3g} times as"
+    if measure == 0:
+        period = units.to_si(2 * math.pi / (limit * math.sqrt(mass / radius**3)), "time")
+        unit = "" if scene.dimensionless else " s"
+        raise SceneError(
+            f"[body.rotation] turns the body {share} fast as it can without breaking up: its period must be at least "
+            f"{period:.4g}{unit}, that {of}."
+        )
+    name = ("rate", "angular_momentum", "t_over_w")[measure]
+    least = limit if measure == 2 else units.to_si(limit * math.sqrt(mass**3 * radius), "angular_momentum")
+    unit = "" if measure == 2 or scene.dimensionless else " kg m2 s-1"
+    raise SceneError(
+        f"[body.rotation] {name} is {share} large as the body can have without breaking up: it must be at most "
+        f"{least:.4g}{unit}, that {of}."
+    )
+
+
+def _limit(index: float | None, measure: int, value: float) -> tuple[float, str]:
+    """The most of a measure that the body can have, as far as it is needed to judge a value, and whose it is."""
+    if index is None or not 0.0 < index < 3.0:  # whose radius at rest says no more than this
+        return (1.0 if measure == 0 else math.inf), _ORBIT
+    if any(index <= most and value <= held[measure] for most, held in _SURELY_HELD):
+        return math.inf, ""
+    from astroinertia.rotation.break_up import polytropic_limit  # takes seconds, and so only near the limit
+
+    limit = polytropic_limit(float(index))
+    most = (limit.rate, limit.angular_momentum, limit.rotational_to_gravitational)[measure]
+    return float(most), f"at which a polytrope of index {index:g} sheds mass"
+
+
+def _refuse_without_heat(scene: Scene) -> None:
+    """Of a table, which is read: its other columns and numbers are checked, too."""
+    body, fluid = scene.body, scene.equation_of_state
+    table = read_body(Path(scene.origin or ".") / body.file, scene.dimensionless)  # type: ignore[union-attr]
+    assert fluid is not None  # the schema asks for it
+    warm = fluid.thermal_gamma is not None and fluid.kind not in ("materials", "own")
+    if warm and table.internal_energy is None and body.specific_internal_energy is None and body.entropy is None:
+        raise SceneError(f"[body] {body.without_heat} needs specific_internal_energy or entropy.")

@@ -1,0 +1,102 @@
+"""Bodies that cannot be are refused by `plan`, and by a run before it does anything, with the limit."""
+
+import pytest
+
+import astroinertia
+from astroinertia.accuracy import choice
+from astroinertia.build import refusals
+from astroinertia.cli.main import main
+from astroinertia.errors import ArchiveError, SceneError
+from astroinertia.rotation.break_up import polytropic_limit
+from astroinertia.run import loop
+from astroinertia.scene.load import load_file, loads
+
+SCENE = """name = "fast"
+model = "sph"
+{units}[body]
+{body}
+[equation_of_state]
+kind = "ideal"
+[effects.gravity]
+[effects.pressure]
+[time]
+end = 1.0
+"""
+POLYTROPE = 'kind = "polytrope"\nindex = 1.5\nparticles = 100\nmass = 1.0\nradius = 1.0\n[body.rotation]\n'
+STAR = 'kind = "rotating_star"\nindex = 1.5\nparticles = 100\nmass = 1.0\nradius = 1.0\n'
+
+
+def scene(body: str, units: str = 'units = "code"\n'):
+    return loads(SCENE.format(body=body, units=units))
+
+
+@pytest.fixture
+def nothing_is_prepared(monkeypatch):
+    def prepared(*_):
+        raise AssertionError("the body was prepared")
+
+    monkeypatch.setattr(loop, "prepare", prepared)
+    monkeypatch.setattr(choice, "choose", prepared)
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        (STAR + "axis_ratio = 0.5", "mass shedding.*least axis ratio is 0.6151"),
+        (STAR + "t_over_w = 0.2", "rotational_to_gravitational of 0.2: .* it reaches 0.059"),
+        (POLYTROPE + "period = 11.0", r"1.08 times as fast .* at least 11.88, .*index 1.5 sheds mass"),
+        (POLYTROPE + "rate = -0.6", "1.13 times as fast"),
+        (POLYTROPE + "angular_momentum = 0.2", "angular_momentum is 1.19 times .* at most 0.168"),
+        (POLYTROPE + "t_over_w = 0.1", "t_over_w is 1.68 times .* at most 0.05947"),
+        (POLYTROPE.replace("1.5", "3.5") + "rate = 1.2", "1.2 times as fast .* an orbit at its equator"),
+    ],
+)
+def test_a_body_beyond_break_up_is_refused_with_its_limit_before_anything(body, words, tmp_path, nothing_is_prepared):
+    with pytest.raises(SceneError, match=words) as refused:
+        astroinertia.run_scene(scene(body), tmp_path / "run")
+    assert str(refused.value).count(". ") == 0
+    assert not (tmp_path / "run").exists()
+
+
+def test_what_can_be_is_not_refused_and_takes_no_figures_of_stars(monkeypatch) -> None:
+    for body in (POLYTROPE + "rate = 0.5", POLYTROPE + "t_over_w = 0.05", POLYTROPE + "angular_momentum = 0.16"):
+        monkeypatch.setattr("astroinertia.rotation.break_up.polytropic_limit", None)
+        refusals.refuse_impossible(scene(body))
+    # Without settling it may fly apart: that is what was wanted.
+    refusals.refuse_impossible(scene(POLYTROPE.replace("[body.rot", "relax = false\n[body.rot") + "rate = 2.0"))
+
+
+def test_what_counts_as_surely_held_is_below_the_limit() -> None:
+    limit = polytropic_limit(1.5)
+    held = dict(refusals._SURELY_HELD)[1.5]
+    for most, exact in zip(held, (limit.rate, limit.angular_momentum, limit.rotational_to_gravitational), strict=True):
+        assert exact * 0.99 < most < exact
+
+
+def test_plan_refuses_in_one_sentence_and_knows_the_star_that_will_be(tmp_path, capsys) -> None:
+    file = tmp_path / "star.toml"
+    file.write_text(SCENE.format(body=STAR + "axis_ratio = 0.8", units='units = "code"\n'))
+    assert main(["plan", str(file)]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["T/|W|", "0.0375"] in lines  # not 0.0587, of a Maclaurin spheroid
+    assert main(["plan", str(file), "--set", "body.axis_ratio=0.5"]) == 2
+    caught = capsys.readouterr()
+    assert "mass shedding" in caught.err and caught.err.count("\n") == 1 and not caught.out
+
+
+def test_a_table_without_heat_and_a_folder_that_is_taken_are_refused_first(tmp_path, nothing_is_prepared) -> None:
+    table = "mass,x,y,z\n" + "".join(f"1,{k % 2},{k % 3},{k % 5}\n" for k in range(8))
+    (tmp_path / "t.csv").write_text(table)
+    file = tmp_path / "table.toml"
+    file.write_text(SCENE.format(body='kind = "table"\nfile = "t.csv"', units='units = "code"\n'))
+    with pytest.raises(SceneError, match="a table without a column u needs specific_internal_energy or entropy"):
+        astroinertia.run_scene(file, tmp_path / "run")
+    (tmp_path / "t.csv").write_text(table.replace("mass", "weight"))
+    with pytest.raises(SceneError, match="mass"):
+        refusals.refuse_impossible(load_file(file))
+    taken = tmp_path / "taken"
+    taken.mkdir()
+    (taken / "fast.nc").write_text("of another run")
+    wanted = SCENE.format(body=STAR + "axis_ratio = 0.5", units='units = "code"\naccuracy = 1e-2\n')
+    with pytest.raises(ArchiveError, match="already holds a result"):
+        astroinertia.run_scene(loads(wanted), taken)
