@@ -87,6 +87,7 @@ def _finer(scene: Scene, knob: Knob) -> CompanionRun:
 def _of_particles(scene: Scene, by_name: dict[str, Knob]) -> Iterator[CompanionRun]:
     quiet = [
         "output.error_bars=false",
+        "output.align=false",  # their steps are to differ, whatever is recorded
         f"output.snapshot_every={duration(scene, scene.time.end)}",
     ]
     every = cadence(scene).series_every

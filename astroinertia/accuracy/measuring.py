@@ -79,11 +79,11 @@ class Clocked:
 def scene_of(scene: Scene, setting: Setting, observables: Sequence[SelectedObservable]) -> Scene:
     """The scene of a setting, recorded at its start and its end alone unless a series is asked for.
 
-    Records are outputs, not steps: models without particles would shorten steps to meet them, and so hide what the
-    tolerance does. SceneError where the scene does not allow the setting.
+    Steps that are shortened to meet records would hide what the tolerance or a factor does; models without particles
+    always shorten them. SceneError where the scene does not allow the setting.
     """
     quiet = () if any(observable.of_series for observable in observables) else _without_records(scene)
-    return with_overrides(scene, (*quiet, *setting.overrides))
+    return with_overrides(scene, ("output.align=false", *quiet, *setting.overrides))
 
 
 def folder_of(place: Path, scene: Scene, setting: Setting) -> Path:

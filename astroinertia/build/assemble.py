@@ -65,7 +65,7 @@ class Outputs:
     max_steps: float
     series_every: float | None
     series_steps: int | None
-    snapshot_every: float
+    snapshot_every: float | None
     align: bool
     checkpoint_seconds: float
     observables: tuple[Observable, ...] = ()
@@ -156,7 +156,7 @@ def outputs_of(scene: Scene, units: CodeUnits) -> Outputs:
         max_steps=scene.time.max_steps or float("inf"),
         series_every=None if when.series_every is None else units.to_code(when.series_every, "time"),
         series_steps=when.series_steps,
-        snapshot_every=units.to_code(when.snapshot_every, "time"),
+        snapshot_every=units.to_code(when.snapshot_every, "time") if scene.model == "sph" else None,
         align=scene.output.align,
         checkpoint_seconds=scene.output.checkpoint_seconds,
         observables=tuple(

@@ -13,6 +13,8 @@ is the one whose model leaves least out; among particles, the one with most of t
 Quantities are moment_of_inertia and mean_angular_velocity, about the axis of the angular momentum, and every variable
 of the dataset with a time, such as kinetic_energy; vectors and tensors are compared by their size.
 
+A sweep stands for its members, of which at most seven are compared.
+
 example: astroinertia run sims/one_star_three_models.toml --set model=\\"scaling\\" --output runs/scaling
          astroinertia run sims/one_star_three_models.toml --set model=\\"ellipsoid\\" --output runs/ellipsoid
          astroinertia run sims/one_star_three_models.toml --output runs/particles
@@ -22,7 +24,7 @@ example: astroinertia run sims/one_star_three_models.toml --set model=\\"scaling
 
 def add_arguments(add: Add) -> None:
     """Add the options of `compare`."""
-    add("runs", metavar="RUN", nargs="+", type=Path, help="netCDF files or folders of runs, two or more")
+    add("runs", metavar="RUN", nargs="+", type=Path, help="netCDF files or folders of runs, two or more, or of a sweep")
     add("--quantity", action="append", default=[], metavar="NAME", help="what to compare; may be repeated")
     add("--against", type=Path, metavar="RUN", help="the run that the others are measured against")
     add("--plot", type=Path, metavar="FILE.png", default=Path("compare.png"), help="the picture (default: compare.png)")
@@ -31,13 +33,19 @@ def add_arguments(add: Add) -> None:
 def report(options: Options) -> str:
     """What the command prints; the picture is written first. SceneError for what cannot be compared."""
     result.must_be_writable(options.plot, ".png")
-    if options.against is not None and options.against not in options.runs:
+    paths = [run for path in options.runs for run in _runs(path)]
+    if options.against is not None and options.against not in paths:
         raise SceneError(f"--against names {options.against}, which is none of the runs that are compared")
     from astroinertia import dataset
     from astroinertia.plots import ladder, style
 
-    runs = [(path, dataset.open(path)) for path in options.runs]
-    with result.shown(*options.runs):
+    if len(options.runs) < len(paths) > ladder.MOST_RUNS:
+        raise SceneError(
+            f"`compare` takes two to {ladder.MOST_RUNS} runs, and these are {len(paths)}: of a sweep name some "
+            f"members' folders, such as {paths[0]}."
+        )
+    runs = [(path, dataset.open(path)) for path in paths]
+    with result.shown(*paths):
         runs.sort(key=lambda run: ladder.fineness(run[1]))
         opened = [data for _, data in runs]
         finest = len(runs) - 1 if options.against is None else [path for path, _ in runs].index(options.against)
@@ -47,3 +55,17 @@ def report(options: Options) -> str:
             raise SceneError(str(error)) from None
         style.save(ladder.ladder_figure(opened, comparison, finest), options.plot)
         return f"{ladder.ladder_table(opened, comparison, finest)}\n\npicture: {options.plot}"
+
+
+def _runs(path: Path) -> list[Path]:
+    """The runs that are meant: of a sweep, its members that are finished."""
+    folder = result.folder_of_sweep(path)
+    if folder is None:
+        return [path]
+    from astroinertia.sweeps import folder as folders
+
+    return [
+        folders.place(folder, number)
+        for number in range(len(folders.read(folder).members))
+        if folders.finished(folder, number) is not None
+    ]

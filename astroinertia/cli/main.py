@@ -340,13 +340,14 @@ def _guide(options: Options) -> int:
 def _show(options: Options) -> int:
     from astroinertia import plots
 
-    if cli_sweep.is_folder(options.file):
-        _say("\n".join(cli_sweep.summary(options.file)))
+    sweep = cli_result.folder_of_sweep(options.file)
+    if sweep is not None and options.member is None:
+        _say("\n".join(cli_sweep.summary(sweep)))
         return GOOD
-    opened = cli_result.opened(options.file)
-    with cli_result.shown(options.file), _voice("pictures are drawn"):
+    file, opened = cli_result.of_one_run(options.file, options.member, "show")
+    with cli_result.shown(file), _voice("pictures are drawn"):
         _say(plots.summary(opened))
-        written = plots.write_all(opened, options.output or cli_result.beside(options.file))
+        written = plots.write_all(opened, options.output or cli_result.beside(file))
     _say("pictures:")
     for path in written:
         _say(f"  {path}")

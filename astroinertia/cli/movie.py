@@ -15,6 +15,7 @@ models without particles as the homogeneous ellipsoid that has their tensor. A f
 
 example: astroinertia movie runs/coarse
          astroinertia movie runs/coarse --output coarse.gif --fps 12 --every 2
+         astroinertia movie runs/sweep --member 3
 """
 
 
@@ -36,12 +37,12 @@ def carry_out(options: Options, meter: Meter) -> str:
         raise SceneError(f"--fps must be a number above 0, and at most {FASTEST}.")
     if options.every is not None and options.every < 1:
         raise SceneError("--every must be a whole number of at least 1.")
-    opened = result.opened(options.run)
-    path = options.output or result.beside(options.run) / ("film.mp4" if movie.ffmpeg() else "film.gif")
+    run, opened = result.of_one_run(options.run, options.member, "movie")
+    path = options.output or result.beside(run) / ("film.mp4" if movie.ffmpeg() else "film.gif")
 
     def tell(done: int, count: int) -> None:
         meter.show(done / count, f"{done} of {count} pictures")
 
-    with result.shown(options.run):
+    with result.shown(run):
         count = movie.write_movie(opened, opened.inertia.snapshots, path, options.fps, options.every, tell)
     return f"wrote {path}: {count} pictures"

@@ -31,7 +31,7 @@ def view(options: Options) -> str:
 
 
 def _written(options: Options, name: str, write: Callable[..., Any]) -> tuple[Path, int]:
-    opened = result.opened(options.run)
-    path = options.output or result.beside(options.run) / f"{name}.html"
-    with result.shown(options.run):
+    run, opened = result.of_one_run(options.run, options.member, name)
+    path = options.output or result.beside(run) / f"{name}.html"
+    with result.shown(run):
         return path, write(opened, opened.inertia.snapshots, path)

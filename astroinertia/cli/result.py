@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 def add_argument(add: Add, name: str = "run") -> None:
     """Add the result that a command looks at."""
     add(name, metavar=name.upper(), type=Path, help="netCDF file of a run, or the run's folder")
+    add("--member", type=int, metavar="N", help="of a sweep: the number of the member to look at, from 0")
 
 
 def opened(path: Path) -> "xr.Dataset":
@@ -24,6 +25,51 @@ def opened(path: Path) -> "xr.Dataset":
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise ArchiveError(f"{path} is neither a file nor a run folder.")  # a pipe would be waited for
     return dataset.open(path)
+
+
+def of_one_run(path: Path, number: int | None, command: str) -> "tuple[Path, xr.Dataset]":
+    """The result that a command looks at that is for one run, and its series; of a sweep, those of a member.
+
+    SceneError where no member of a sweep is chosen, or one of something else.
+    """
+    folder = folder_of_sweep(path)
+    if folder is not None:
+        path = member_of(folder, number, command)
+    elif number is not None:
+        raise SceneError(f"--member is for the result of a sweep, and {path} is that of one run.")
+    data = opened(path)
+    if "sweep" in data.attrs:
+        raise SceneError(
+            f"{path} is of a sweep, and `{command}` takes one run: give the sweep's folder and --member N."
+        )
+    return path, data
+
+
+def folder_of_sweep(path: Path) -> Path | None:
+    """The folder of the sweep whose folder or file is given; None where that is something else."""
+    from astroinertia.storage.archive import SWEEP, file_of_sweep
+
+    if (path / SWEEP).exists():
+        return path
+    if (path.parent / SWEEP).exists() and path.is_file() and path.samefile(file_of_sweep(path.parent)):
+        return path.parent
+    return None
+
+
+def member_of(folder: Path, number: int | None, command: str) -> Path:
+    """The folder of a member that is chosen by its number; SceneError where there is none of it."""
+    from astroinertia.scene.sweep import member
+    from astroinertia.sweeps import folder as folders
+
+    count = len(folders.read(folder).members)
+    if number is None:
+        raise SceneError(
+            f"{folder} holds a sweep of {count} members, of which `{command}` takes one: add --member N (0 to "
+            f"{count - 1}), or give a member's folder, such as {folder / member(0)}."
+        )
+    if not 0 <= number < count:
+        raise SceneError(f"--member must be the number of a member of {folder}, from 0 to {count - 1}, not {number}.")
+    return folders.place(folder, number)
 
 
 @contextmanager

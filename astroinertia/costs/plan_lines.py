@@ -10,6 +10,7 @@ from astroinertia.scene.schema import Scene
 
 STEP = "steps: "
 LONG = 20.0  # seconds, from which on a pilot pays
+MULTIPLIED = 2.0  # times the work of steps, from which on a plan says that outputs ask for them
 SMALL = 0.005  # share of the run time that is not worth a word
 
 
@@ -27,6 +28,9 @@ def lines(scene: Scene, cost: Prediction | None) -> tuple[Line, ...]:
     section = [Line("wall time", seconds(cost.wall_time), machine)]
     if cost.steps:
         section.append(Line("steps", f"about {cost.steps:.3g}", by))
+    if cost.for_outputs > MULTIPLIED:
+        often = f"{cost.for_outputs:.2g} times the work of the steps that the particles need by themselves"
+        section.append(Line("outputs", often, "to meet their times: record less often, or set [output] align = false"))
     whole = max(cost.wall_time, 1e-300)
     for name, part in cost.parts.items():
         if name in PREPARATION:

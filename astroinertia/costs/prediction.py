@@ -27,6 +27,7 @@ COMPRESSED = 0.75  # a snapshot in the final file
 # Of individual steps without a pilot: as in Evrard's collapse (tests/benchmarks/results/individual_steps.md).
 STEPS_IN_A_BASE_STEP = 16.0
 ACTIVE = 0.5
+FURTHER_BASE_STEP = (0.3, 2.0)  # evaluations of all particles and ends of intervals that a shorter one brings, there
 PREPARATION = ("start-up", "compiling", "placing", "settling")
 HEADER = 3.5e5  # bytes of the final file without any record, and of the manifest
 
@@ -36,7 +37,8 @@ class Prediction:
     """What a run takes.
 
     parts: {what: Seconds} of which the run time is the sum; steps: how many, and `steps_by` what says so; done: share
-    of their work by time, as of Counts; memory: the most bytes of the process; files: bytes of the run's folder.
+    of their work by time, as of Counts; memory: the most bytes of the process; files: bytes of the run's folder;
+    for_outputs: evaluations of particles, over those that they would take if steps met no times of outputs.
     """
 
     parts: dict[str, Seconds]
@@ -46,6 +48,7 @@ class Prediction:
     memory: float
     files: float
     calibrated: bool
+    for_outputs: float = 1.0
 
     @property
     def time(self) -> Seconds:
@@ -81,9 +84,12 @@ def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
     particles = scene.particles
     if particles is None or scene.numerics.engine != "numba_cpu":
         return None
-    counts = counted(scene)
-    if counts is None:
+    own = counted(scene)
+    if own is None:
         return None
+    more = (1.0, 1.0) if scene.numerics.timesteps == "global" else FURTHER_BASE_STEP
+    met = own.meeting(_times_to_meet(scene), *more) if scene.output.align else own
+    counts = met.at_most(scene.time.max_steps or math.inf)
     costs = machine.seconds
     parts = {"start-up": costs["start"] + costs["prepare.sph"]}
     if not experience.compiled(scene):
@@ -99,24 +105,37 @@ def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
     parts |= {f"steps: {name}": cost for name, cost in steps.items()}
     parts |= {"records": written * one, "writing": _writing(scene, size, total(parts.values()).wall, machine)}
     memory = machine.memory["sph"] + particles * machine.memory[f"particle.{scene.numerics.precision}"]
-    return Prediction(parts, counts.steps, counts.by, counts.done, memory, size, machine.calibrated)
+    shortened = met.evaluations / own.evaluations
+    return Prediction(parts, counts.steps, counts.by, counts.done, memory, size, machine.calibrated, shortened)
 
 
 def counted(scene: Scene) -> Counts | None:
-    """How many steps particles take: by a pilot where one was run, or else estimated; None where neither is known."""
+    """How many steps particles take to the end, if they meet no time but that; None where that is not known.
+
+    By a pilot where one was run, or else estimated.
+    """
     assert scene.particles is not None
-    most = scene.time.max_steps or math.inf
     pilot = piloted.kept(scene)
     if pilot is not None:
-        return pilot.counts(scene.particles).at_most(most)
+        return pilot.counts(scene.particles)
     course_of_steps = course.steps(scene)
     if course_of_steps is None:
         return None
     steps = float(course_of_steps[-1])
     done = tuple(map(float, course_of_steps / steps))
     if scene.numerics.timesteps == "individual":
-        return Counts(steps / STEPS_IN_A_BASE_STEP, steps * ACTIVE, steps, "an estimate", done).at_most(most)
-    return Counts(steps, steps, steps, "an estimate", done).at_most(most)
+        return Counts(steps / STEPS_IN_A_BASE_STEP, steps * ACTIVE, steps, "an estimate", done)
+    return Counts(steps, steps, steps, "an estimate", done)
+
+
+def _times_to_meet(scene: Scene) -> float:
+    """How many times of records and snapshots steps are shortened to meet; those that are the same count once."""
+    when, end = cadence(scene), scene.time.end
+    every = [when.snapshot_every] if when.series_every is None else [when.series_every, when.snapshot_every]
+    shortest, longest = min(every), max(every)
+    ratio = longest / shortest
+    times = records(end, shortest) - 1.0
+    return times if abs(ratio - round(ratio)) < 1e-9 * ratio else times + records(end, longest) - 1.0
 
 
 def _without_particles(scene: Scene, machine: Machine) -> Prediction:
@@ -166,8 +185,7 @@ def _records(scene: Scene, steps: float) -> float:
     when = cadence(scene)
     if when.series_every is None:
         return 1.0 + steps / (when.series_steps or 1)
-    planned = float(records(scene.time.end, when.series_every))
-    return planned if scene.output.align else min(planned, steps + 1.0)
+    return min(float(records(scene.time.end, when.series_every)), steps + 1.0)
 
 
 def files(scene: Scene, written: float, particles: int) -> float:

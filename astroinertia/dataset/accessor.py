@@ -12,10 +12,12 @@ import xarray as xr
 
 from astroinertia.dataset import open_snapshots
 from astroinertia.dataset.absent import reasons, whole
+from astroinertia.dataset.by_member import of_each_member, reached, swept
 from astroinertia.dataset.derived import SPINLESS
 from astroinertia.errors import ArchiveError
 from astroinertia.inertia import growth, tensor
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
+from astroinertia.storage.atomic import own_folder
 from astroinertia.units import astropy_quantity
 
 _THINNEST = 1e-12  # I_1 + I_2 - I_3 over I_3, which is the square of a thickness: round-off
@@ -26,6 +28,8 @@ MOTION = "motion"  # the share that is not an effect's: the kinetic tensor's
 @xr.register_datatree_accessor("inertia")
 class InertiaAccessor:
     """The inertia tensor of a dataset and what follows from it; every result keeps coordinates, units and meaning.
+
+    On the dataset of a sweep, results have the sweep's dimensions in front; pictures are of one member.
 
     In the examples, ds is the dataset of a star out of balance that begins to fall together.
 
@@ -38,9 +42,10 @@ class InertiaAccessor:
 
     def __init__(self, opened: xr.Dataset | xr.DataTree) -> None:
         self._tree = opened if isinstance(opened, xr.DataTree) else None
-        self.dataset = whole(opened.to_dataset() if isinstance(opened, xr.DataTree) else opened)
-        if "inertia_tensor" not in self.dataset:
+        dataset = whole(opened.to_dataset() if isinstance(opened, xr.DataTree) else opened)
+        if "inertia_tensor" not in dataset:
             raise ValueError("this dataset has no inertia_tensor; the accessor is for datasets of astroinertia")
+        self.dataset = dataset if swept(dataset) or "mass" not in dataset else reached(dataset)
 
     @property
     def absent(self) -> dict[str, str]:
@@ -71,9 +76,11 @@ class InertiaAccessor:
         if self._tree is not None:
             return self._tree["snapshots"].to_dataset() if "snapshots" in self._tree.children else None
         source = self.dataset.encoding.get("source")
-        if source is None or not Path(source).exists():
+        if source is None or not Path(source).exists() or swept(self.dataset):
             return None
         try:
+            if "member" in self.dataset.coords:  # chosen from a sweep, whose members have folders of their own
+                source = own_folder(Path(source).parent, f"member-{int(self.dataset['member']):04d}")
             return open_snapshots(source, chunks={} if self.dataset.chunks else None)
         except (ArchiveError, OSError):
             return None
@@ -87,6 +94,7 @@ class InertiaAccessor:
         values = self.dataset[series] if isinstance(series, str) else series
         return astropy_quantity(values.values, str(values.attrs.get("units", "1")))
 
+    @of_each_member
     def about_axis(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
         """Moment of inertia n.I.n about an axis: "x", "y", "z", a vector (3,), or one for each time, (time, i).
 
@@ -98,6 +106,7 @@ class InertiaAccessor:
         moment = tensor.moment_about(inertia.transpose("time", "i", "j").values, direction)
         return self._series(moment, f"moment of inertia about {_axis_text(axis)}", inertia.attrs["units"], "n.I.n")
 
+    @of_each_member
     def radius_of_gyration(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
         """sqrt(n.I.n / M) about an axis.
 
@@ -107,6 +116,7 @@ class InertiaAccessor:
         radius = np.sqrt(self.about_axis(axis).values / self.dataset["mass"].values)
         return self._series(radius, f"radius of gyration about {_axis_text(axis)}", self._unit("m"), "sqrt(n.I.n / M)")
 
+    @of_each_member
     def moment_ratio(
         self, radius: float | xr.DataArray, axis: str | Sequence[float] | xr.DataArray = "spin"
     ) -> xr.DataArray:
@@ -120,6 +130,7 @@ class InertiaAccessor:
         return self._series(ratio.values, f"moment of inertia about {_axis_text(axis)} over M R^2", "1", attrs)
 
     @property
+    @of_each_member
     def quadrupole(self) -> xr.DataArray:
         """The reduced quadrupole Q - tr(Q)/3 1, (time, i, j).
 
@@ -132,6 +143,7 @@ class InertiaAccessor:
         attrs = {"units": second.attrs["units"], "long_name": "reduced quadrupole", "comment": "Q - tr(Q) 1 / 3"}
         return second.transpose("time", "i", "j").copy(data=reduced).rename("quadrupole").assign_attrs(attrs)
 
+    @of_each_member
     def acceleration_shares(self, axis: str | Sequence[float] | xr.DataArray | None = None) -> xr.DataArray:
         """What motion and each effect contribute to d2I/dt2, (time, share[, i, j]); the shares add up to the whole.
 
@@ -151,6 +163,7 @@ class InertiaAccessor:
             shares, dims = np.einsum("ti,teij,tj->te", direction, shares, direction), ("time", "share")
         return self._shares(shares, dims, "share in the second time derivative of the inertia tensor", "kg m2 s-2")
 
+    @of_each_member
     def virial_shares(self) -> xr.DataArray:
         """The terms of the scalar virial, (time, share): tr K for motion, tr V for an effect.
 
@@ -165,6 +178,7 @@ class InertiaAccessor:
         shares = np.concatenate([motion, effects], axis=1)
         return self._shares(shares, ("time", "share"), "share in the scalar virial", "J")
 
+    @of_each_member
     def torque_shares(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
         """The torque of each effect along an axis, (time, effect).
 
@@ -177,6 +191,7 @@ class InertiaAccessor:
         share = xr.DataArray(along, self._coordinates("time", "effect"), ("time", "effect"))
         return share.rename("torque").assign_attrs(torque.attrs | {"long_name": f"torque along {_axis_text(axis)}"})
 
+    @of_each_member
     def spin_rate(self) -> xr.DataArray:
         """The mean angular velocity along the direction of the angular momentum at the start: L.n / n.I.n, n fixed.
 
@@ -188,6 +203,7 @@ class InertiaAccessor:
         rate = momentum / self.about_axis(axis.tolist()).values
         return self._series(rate, "spin about the axis of the angular momentum", self._unit("rad s-1"), "L.n / n.I.n")
 
+    @of_each_member
     def spin_scaling(self, law: str = "inertia") -> xr.DataArray:
         """The spin that a scaling law predicts from the first output on.
 
@@ -211,6 +227,7 @@ class InertiaAccessor:
         text = {"inertia": "spin if the angular momentum stays", "radius": "spin if the body also keeps its shape"}[law]
         return self._series(opening * size[0] / size, text, self._unit("rad s-1"), f"scaling with {law}")
 
+    @of_each_member
     def rotation_limits(self, shedding: str = "roche") -> xr.Dataset:
         """Period, radius, periods of an orbit at the equator and of mass shedding, and flags of break-up, along time.
 
@@ -247,6 +264,7 @@ class InertiaAccessor:
             {name: self._series(values, text, self._unit(unit), "") for name, (values, unit, text) in series.items()}
         )
 
+    @of_each_member
     def strain(self, polar_angle: float, azimuth: float = 0.0) -> xr.Dataset:
         """Gravitational-wave strain times distance for an observer at (theta, phi) in radians; variables plus, cross.
 
@@ -266,6 +284,7 @@ class InertiaAccessor:
         text = "gravitational-wave strain times distance"
         return xr.Dataset({name: self._series(values, f"{text}, {name}", "m", "") for name, values in names.items()})
 
+    @of_each_member
     def growth_rate(
         self, series: str | xr.DataArray = "bar_strength", start: float | None = None, end: float | None = None
     ) -> xr.Dataset:
@@ -281,6 +300,7 @@ class InertiaAccessor:
         fitted = growth.growth(values["time"].values, values.values)
         return self._line(fitted, "growth rate", "s-1")
 
+    @of_each_member
     def pattern_speed(self, mode: int = 2, start: float | None = None, end: float | None = None) -> xr.Dataset:
         """The mean rate at which an azimuthal mode turns between two times, the slope of its phase: rate and error.
 
@@ -338,6 +358,9 @@ class InertiaAccessor:
         return self._plot("profiles", "profiles_figure", **options)
 
     def _plot(self, module: str, function: str, **options: Any) -> Any:
+        if dims := swept(self.dataset):
+            one = ", ".join(f"{dim}=0" for dim in dims)
+            raise ValueError(f"a picture is of one member of a sweep: take one, such as ds.isel({one}).inertia")
         from importlib import import_module  # matplotlib is only loaded by who draws
 
         return getattr(import_module(f"astroinertia.plots.{module}"), function)(self.dataset, **options)

@@ -68,7 +68,7 @@ def snapshots_of(path: Path, which: str) -> Iterator[Snapshot]:
     """The chosen snapshots of a run's folder or file, read one after the other; SceneError where there is none.
 
     >>> print([f"{each.time:.0f} s" for each in snapshots_of(Path('runs/star'), 'all')])
-    ['0 s', '651 s', '1200 s']
+    ['0 s', '600 s', '1200 s']
     """
     headline = dataset.open(path)
     particles = dataset.open_snapshots(path)

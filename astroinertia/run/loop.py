@@ -68,6 +68,7 @@ class Progress:
     planned_steps: float = math.nan
 
 
+SAME_TIME = 1e-12  # share of a time by which two differ that are meant to be the same
 TRUSTED = 0.1  # share of the work from which on the pace that is seen says what is left, whatever was predicted
 OFF_PLAN = 10.0  # times the steps that were planned for the whole run, from which on a run says so
 Listener = Callable[[Progress], None]
@@ -257,11 +258,8 @@ class _Run:
         return now + MARGIN * (lately + self.saving) >= self.deadline
 
     def _advance(self) -> None:
-        until = self.output.end
-        if self.output.align or self.body.meets_times:
-            until = min(until, self._next("series"))
         with self._said_in_si():
-            self.body.advance(until)
+            self.body.advance(self._until())
 
     def _through(self) -> bool:
         """Go through the next outputs in one call, where the model offers it; whether that came on."""
@@ -291,6 +289,14 @@ class _Run:
             self._keep_what_there_is()
             raise self._in_si(error) from None
 
+    def _until(self) -> float:
+        """The next time to be met: that of a record or a snapshot, or the end."""
+        end = self.output.end
+        if not (self.output.align or self.body.meets_times):
+            return end
+        until = min(self._next("series"), self._next("snapshot"))
+        return until if until < end * (1.0 - SAME_TIME) else end
+
     def _keep_what_there_is(self) -> None:
         # What was recorded before a body left the numbers is what its user wants to look at.
         self.archive.write_segment(self.records, self.snapshots)
@@ -307,8 +313,9 @@ class _Run:
         return float("inf") if every is None else self.counters[kind] * every
 
     def _due(self, kind: str) -> bool:
-        # The first output is number 0 at time 0; after it, the first step at or past each multiple is recorded.
-        return self.body.time >= self._next(kind) * (1.0 - 1e-12)
+        # The first output is number 0 at time 0; after it, the first step at or past each multiple is recorded, which
+        # is at it where steps meet the times of outputs.
+        return self.body.time >= self._next(kind) * (1.0 - SAME_TIME)
 
     def _record(self, force: bool) -> None:
         steps = self.output.series_steps
@@ -356,7 +363,7 @@ class _Run:
 
     def _count(self, kind: str) -> None:
         every = getattr(self.output, f"{kind}_every")
-        passed = int(self.body.time / every * (1.0 + 1e-12)) + 1 if every else 1
+        passed = int(self.body.time / every * (1.0 + SAME_TIME)) + 1 if every else 1
         self.counters[kind] = max(passed, 1)
 
     def _checkpoint(self) -> None:

@@ -128,8 +128,9 @@ class Output(Part):
     )
     snapshot_every: Duration | None = Field(default=None, description="time between snapshots of all particles")
     align: bool = Field(
-        default=False,
-        description="shorten time steps to meet each record; otherwise the first step past its time is recorded",
+        default=True,
+        description="particles' time steps are shortened to meet the times of records and snapshots; false: the first "
+        "step past each is taken",
     )
     checkpoint_seconds: Annotated[Real, Field(ge=0.0, le=1e6)] = Field(
         default=60.0, description="seconds of wall time between checkpoints; with 0, one after each step or record"

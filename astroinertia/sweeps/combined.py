@@ -1,7 +1,8 @@
 """The result of a sweep: the headline series of all members in one netCDF file, swept parameters as its dimensions.
 
 A grid has a dimension for each parameter, which is its coordinate; other sweeps have the dimension `member`, with the
-parameters along it. Members are read one at a time. Tests: tests/unit/sweeps/test_ensemble.py.
+parameters along it. All members are on the same times (sweeps.common_times), NaN after their own end. Members are read
+one at a time. Tests: tests/unit/sweeps/test_ensemble.py.
 """
 
 from collections.abc import Iterable, Mapping
@@ -21,12 +22,12 @@ from astroinertia.scene.sweep_values import coordinate
 from astroinertia.storage import trailer
 from astroinertia.storage.archive import MANIFEST, final_name
 from astroinertia.storage.atomic import write_whole
-from astroinertia.sweeps import folder as folders
+from astroinertia.sweeps import common_times, folder as folders
 
 OUTPUT = "output"
-"""The dimension of records where members have other times."""
+"""The dimension of records in older files, where members had other times."""
 _KEPT = 256e6  # bytes of members that are kept in memory between the two times that they are looked at
-_ROUND_OFF = 1e-12  # by which times differ that members convert from units of their own
+_MOST_NAMED = 20  # members that are listed in an attribute
 _TAKEN = {
     "measured_wall_time": ("s", "wall time that the member took"),
     "measured_memory": ("B", "the most memory that the member's process held"),
@@ -64,20 +65,27 @@ def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
         taken[number] = [data.attrs.get(name, np.nan) for name in _TAKEN]
         warnings = str(data.attrs.get("ledger_warnings", "")).splitlines()
         unclosed += [f"{member(number)}: {sentence}" for sentence in warnings]
-    skeleton = _skeleton(sweep, failures, layout, taken)
+    times = common_times.common(layout.times) if files else np.zeros(0)
+    layout.sizes["time"] = len(times)
+    skeleton = _skeleton(sweep, failures, layout, taken, times)
     if unclosed:
         skeleton.attrs["ledger_warnings"] = "\n".join(unclosed)
 
     def fill(aside: Path) -> None:
+        between: list[int] = []
         skeleton.to_netcdf(aside, engine="netcdf4", format="NETCDF4")
         with netCDF4.Dataset(aside, "a") as target:
             made = {name: _variable(target, sweep, layout, name) for name in layout.variables}
             for number, file in files.items():
                 data = kept.pop(number) if number in kept else datasets.open(file)
+                data, interpolated = common_times.at_times(data, times)
+                between += [number] if interpolated else []
                 for name, variable in made.items():
                     if name in data.variables:
                         place = (*_place(sweep, number), *layout.places(data, name))
                         variable[place] = data.variables[name].values
+            if between:
+                target.setncattr("interpolated", _interpolated(between))
         trailer.append(aside, aside.stat().st_size)
 
     target = path(sweep, folder)
@@ -88,7 +96,7 @@ def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
 def at_end(data: xr.Dataset) -> xr.Dataset:
     """What each member ended with: the last record of every series that it has, without the dimension of records.
 
-    Where members have other numbers of records, the last of each is taken.
+    Of a member that ended before others, the last that it has.
 
     >>> with xr.open_dataset("runs/sweep/sweep.nc") as data:
     ...     print(at_end(data).inertia_tensor.dims, data.sizes["time"])
@@ -97,7 +105,8 @@ def at_end(data: xr.Dataset) -> xr.Dataset:
     records = OUTPUT if OUTPUT in data.dims else "time"
     series = data[[name for name, variable in data.data_vars.items() if records in variable.dims]]
     if records == "time":
-        return series.isel(time=-1)
+        reached = data["mass"].notnull()
+        return series.isel(time=data.sizes["time"] - 1 - reached.isel(time=slice(None, None, -1)).argmax("time"))
     return series.isel({OUTPUT: data["time"].notnull().sum(OUTPUT) - 1})  # of a member without any: of the padding
 
 
@@ -137,11 +146,13 @@ class _Layout:
     """What members have in common: labels of each dimension, variables, attributes.
 
     labels: of dimensions that are labelled by texts or whole numbers, those of all members; sizes: of the others, the
-    largest. shared: real coordinates that are the same in all members; differing: those that are not.
+    largest. times: of the records of each. shared: other real coordinates that are the same in all members; differing:
+    those that are not.
     """
 
     labels: dict[str, list[Any]] = field(default_factory=dict)
     sizes: dict[str, int] = field(default_factory=dict)
+    times: list[np.ndarray] = field(default_factory=list)
     shared: dict[str, xr.Variable] = field(default_factory=dict)
     differing: set[str] = field(default_factory=set)
     described: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -163,13 +174,16 @@ class _Layout:
         if coordinate is None:
             return
         self.described.setdefault(dim, dict(coordinate.attrs))
+        if dim == "time":
+            self.times.append(coordinate.values)
+            return
         if coordinate.dtype.kind != "f":
             labels = self.labels.setdefault(dim, [])
             labels += [item for item in coordinate.values.tolist() if item not in labels]
             self.sizes[dim] = len(labels)
             return
         first = self.shared.setdefault(dim, coordinate)
-        same = first.shape == coordinate.shape and np.allclose(first, coordinate, rtol=_ROUND_OFF, atol=0.0)
+        same = first.shape == coordinate.shape and np.allclose(first, coordinate, rtol=common_times.ROUND_OFF, atol=0.0)
         if not same:
             self.differing.add(dim)
         if dim in self.differing:
@@ -185,9 +199,7 @@ class _Layout:
 
     def dimension(self, dim: str) -> str:
         """The name of a dimension in the result."""
-        if dim not in self.differing:
-            return dim
-        return OUTPUT if dim == "time" else f"{dim}_index"
+        return f"{dim}_index" if dim in self.differing else dim
 
     def places(self, data: xr.Dataset, name: str) -> tuple[Any, ...]:
         """Where a member's variable stands in that of the result, after the dimensions of the sweep."""
@@ -205,7 +217,18 @@ def _agreed(one: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in one.items() if key in other and np.array_equal(value, other[key])}
 
 
-def _skeleton(sweep: Sweep, failures: Mapping[int, str], layout: _Layout, taken: np.ndarray) -> xr.Dataset:
+def _interpolated(members: list[int]) -> str:
+    names = [str(number) for number in members[:_MOST_NAMED]]
+    names += [f"{len(members) - _MOST_NAMED} more"] if len(members) > _MOST_NAMED else []
+    return (
+        f"recorded at other times: members {', '.join(names)}; between their records values are linear in time, "
+        "directions, phases and numbers those of the nearest record"
+    )
+
+
+def _skeleton(
+    sweep: Sweep, failures: Mapping[int, str], layout: _Layout, taken: np.ndarray, times: np.ndarray
+) -> xr.Dataset:
     """The result without what members recorded: its coordinates, what each member took, and what it says of itself."""
     coords: dict[str, Any] = {}
     dims, shape = ("member",), (len(sweep.members),)
@@ -219,6 +242,8 @@ def _skeleton(sweep: Sweep, failures: Mapping[int, str], layout: _Layout, taken:
         coords = _along_members(sweep, failures)
     for dim, labels in layout.labels.items():
         coords[dim] = (dim, np.array(labels), layout.described[dim])
+    if len(times):
+        coords["time"] = ("time", times, layout.described["time"])
     for dim, values in layout.shared.items():
         if dim not in layout.differing:
             coords[dim] = values

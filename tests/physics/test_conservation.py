@@ -194,3 +194,25 @@ def test_the_energy_error_falls_with_the_square_of_the_step() -> None:
     errors = [largest_energy_error(2.0**-k) for k in range(4)]
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert np.all(np.abs(orders[-2:] - 2.0) <= 0.1), (errors, orders)
+
+
+def met(factor: float, every: float) -> tuple[float, int]:
+    """The largest relative energy error up to t = 1, and the steps, where every multiple of `every` is met."""
+    body = prepared(SMOOTH, f"numerics.courant={0.4 * factor}", f"numerics.acceleration_factor={0.4 * factor}")
+    opening = energy_budget(body.problem, body.state)["total"]
+    worst = 0.0
+    for target in [*np.arange(every, 1.0 - 1e-9, every), 1.0]:
+        while body.time < target * (1.0 - 1e-14):
+            body.advance(target)
+            worst = max(worst, abs(energy_budget(body.problem, body.state)["total"] / opening - 1))
+    return worst, body.steps
+
+
+@pytest.mark.parametrize("every", [0.031, 0.11])
+def test_it_does_so_where_steps_are_shortened_to_meet_times(every: float) -> None:
+    """Times that no step divides: the same order in the steps that are taken, and no more error than without."""
+    runs = [met(2.0**-k, every) for k in (1, 2, 3)]
+    errors, steps = (np.array(column, dtype=float) for column in zip(*runs, strict=True))
+    orders = np.log(errors[:-1] / errors[1:]) / np.log(steps[1:] / steps[:-1])
+    assert np.all(np.abs(orders - 2.0) <= 0.2), (errors, steps, orders)
+    assert errors[-1] <= 1.05 * largest_energy_error(0.125)

@@ -27,7 +27,6 @@ gamma = 1.6666666666666667
 end = 0.6
 [output]
 series_every = 0.06
-align = true
 """
 
 

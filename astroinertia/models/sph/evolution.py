@@ -11,7 +11,7 @@ from astroinertia.errors import NumericalError
 from astroinertia.models.checkpoint import flattened
 from astroinertia.models.protocol import TIMESTEP_CRITERIA, Figures, Record
 from astroinertia.models.sph.evaluate import effect_accelerations
-from astroinertia.models.sph.limits import limiting, timestep_limits, total_acceleration
+from astroinertia.models.sph.limits import limiting, timestep_limits, total_acceleration, towards
 from astroinertia.models.sph.record import (
     energy_budget,
     ledger_closure,
@@ -87,9 +87,7 @@ class Particles:
         return self.base_step is not None or self.steps % STEPS_BETWEEN_SORTS == 0
 
     def advance(self, until: float) -> None:
-        """One step, or one base step of individual ones, as long as the state allows, but not past `until`."""
-        if self.free_fall_factor is not None:
-            until = min(until, self.time + self.free_fall_factor / math.sqrt(np.max(self.state.rates.fluid.density)))
+        """One step, or one base step of individual ones, as long as the state allows, on a way that meets `until`."""
         if self.resumable or self._stale():
             self.state, self.arrangement = rearranged(self.problem, self.state)
         dt = float(self.state.rates.timestep)
@@ -97,17 +95,18 @@ class Particles:
             if math.isnan(dt):
                 raise self._diagnosis("the time step is not a number, for the state is no longer finite")
             raise self._too_short(f"the time step fell to {dt:.2e} of a run of {self.end:.2e}")
+        longest = self._longest()
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             if self.base_step is not None:
                 try:
                     self.state, self.arrangement, taken = self.base_step(
-                        self.problem, self.arrangement, self.state, until
+                        self.problem, self.arrangement, self.state, self.time + towards(until - self.time, longest)
                     )
                 except NumericalError as error:
                     raise self._too_short(error.message) from None
                 self.note = str(taken)
             else:
-                dt = min(dt, until - self.time)
+                dt = towards(until - self.time, min(dt, longest))
                 self.state = self._step(self.problem, self.arrangement, self.state, np.float64(dt))
         if not np.isfinite(float(self.state.rates.timestep)) or not np.isfinite(
             float(self.state.ledger.kinetic_tensor.value.sum())
@@ -147,6 +146,12 @@ class Particles:
         brought = float((np.asarray(ledger.work.total) + np.asarray(ledger.heating.total))[outside].sum())
         kept = energy["kinetic"] + energy["internal"] + energy["static"] - brought
         return Figures(kept, largest, ledger_closure(self.problem, self.state), densest, limits)
+
+    def _longest(self) -> float:
+        """The longest step, or base step, that the density allows."""
+        if self.free_fall_factor is None:
+            return math.inf
+        return self.free_fall_factor / math.sqrt(np.max(self.state.rates.fluid.density))
 
     def _limited_by(self) -> str:
         limit = timestep_limit(self.problem, self.state)

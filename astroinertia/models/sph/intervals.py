@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.errors import NumericalError
+from astroinertia.models.sph.limits import FEW
 
 Array = Any
 DEEPEST = 40  # rungs below the base step: far more than SMALLEST_STEP of a run allows
@@ -22,7 +23,6 @@ CHANGED = 1.5  # how often nested sets are summed over for an interval, as some 
 BASE = 0.5  # what a base step costs beside its evaluation: sorting, agreeing on limits, and opening by itself
 MARGIN = 0.95  # of its limit is the most that an interval begins with: few rungs then change as limits shrink a little
 FEWER = 0.4  # of a nested set: so few particles more do not make another one
-FEW = 4  # base steps to a given time, or fewer, are made equally long
 
 
 @dataclass(frozen=True)

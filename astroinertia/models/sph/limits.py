@@ -6,6 +6,7 @@ in the order of their leaves are taken in groups there, each a sphere that moves
 another.
 """
 
+import math
 from collections.abc import Iterable, Mapping
 from functools import reduce
 from typing import Any
@@ -20,6 +21,7 @@ from astroinertia.sph.kernels import KERNELS
 Array = Any
 DEPTH = 0.5  # smoothing lengths that matter may go into other matter in one step
 GROUPS = 256  # spheres: their pairs cost less than a thousandth of a step of many particles
+FEW = 4  # steps to a time that is to be met, or fewer, are made equally long
 NONE = 1e-100  # rates below this, in code units, are no limit; dividing by its square does not overflow
 
 
@@ -85,6 +87,16 @@ def limiting(limits: Mapping[str, Array]) -> tuple[str, int | None]:
     name = min(limits, key=lambda criterion: float(np.min(np.asarray(limits[criterion]))))
     limit = np.asarray(limits[name])
     return name, int(np.argmin(limit)) if limit.ndim else None
+
+
+def towards(remaining: float, longest: float) -> float:
+    """The next step to a time that is to be met: as long as is allowed, or an equal part of what little remains.
+
+    So many steps are needed in any case; made equally long, none is a small remainder.
+    """
+    if not remaining < FEW * longest:
+        return longest
+    return remaining / max(1, math.ceil(remaining / longest * (1.0 - 1e-12)))
 
 
 def root(xp: Any, square: Array) -> Array:

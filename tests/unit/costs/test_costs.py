@@ -153,7 +153,7 @@ def test_parts_add_up_and_each_effect_has_its_own():
 @pytest.mark.parametrize("steps", ["global", "individual"])
 @pytest.mark.parametrize("precision", ["mixed", "float64"])
 def test_more_particles_cost_more_of_everything(steps, precision):
-    given = f'numerics.timesteps="{steps}"', f'numerics.precision="{precision}"'
+    given = f'numerics.timesteps="{steps}"', f'numerics.precision="{precision}"', "output.series_every=2.0"
     costs = [predicted(f"body.particles={count}", *given) for count in (500, 2000, 8000, 100_000, 1_000_000)]
     for name in ("wall_time", "memory", "files", "steps"):
         values = [getattr(each, name) for each in costs]
@@ -254,6 +254,28 @@ def test_evaluations_of_individual_steps_are_those_of_the_pilot():
     assert (found.steps, found.evaluations, found.ends) == pytest.approx((8.0, 24.0, 8.0))
     cut = found.at_most(4.0)
     assert (cut.steps, cut.evaluations, cut.ends) == pytest.approx((4.0, 12.0, 4.0))
+
+
+def test_steps_are_rounded_up_to_the_times_of_outputs():
+    """Half a step more from one time to the next; where steps are longer than that, one each."""
+    own = pilot({"pressure": [1.0] * 100}).counts(100)
+    assert own.meeting(50.0).steps == pytest.approx(125.0)
+    assert own.meeting(1000.0).steps == pytest.approx(1000.0)
+    uneven = pilot({"pressure": [50.0] + [0.5] * 100}).counts(100).meeting(10.0)  # 5 times in one step, 5 in 100
+    assert uneven.steps == pytest.approx(101.0 + 4.0 + 2.5, rel=0.02)
+    assert uneven.done[len(uneven.done) // 2] == pytest.approx(5.0 / 107.5, abs=0.03)
+
+
+def test_a_plan_says_where_outputs_multiply_the_steps():
+    free, usual = predicted("output.align=false"), predicted("output.series_every=0.1")
+    assert free.for_outputs == 1.0 and free.steps < usual.steps < 1.5 * free.steps
+    assert usual.for_outputs == pytest.approx(usual.steps / free.steps)
+    dense = predicted(f"output.series_every={4.0 / (5.0 * free.steps)}")
+    assert dense.steps == pytest.approx(5.0 * free.steps, rel=0.03)  # and the snapshots
+    scene = load.loads(STAR)
+    assert "outputs" not in [line.name for line in plan_lines.lines(scene, usual)]
+    (line,) = [line for line in plan_lines.lines(scene, dense) if line.name == "outputs"]
+    assert line.value.startswith("5.1 times the work of the steps") and "align = false" in line.why
 
 
 def test_a_pilot_is_kept_for_every_number_of_particles_and_a_broken_one_is_none():

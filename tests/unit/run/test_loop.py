@@ -1,16 +1,60 @@
-"""A run that takes far more steps than were planned says so while it goes."""
+"""Runs record at the times that their scenes name, and say so while they go where they leave their plan."""
 
 import io
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rich.console import Console
 
+import astroinertia
 from astroinertia.run import loop
 from astroinertia.run.meter import Meter
 from astroinertia.scene.load import load_file
 from tests.sims import SIMS
+
+EVERY, SNAPSHOTS, END = 0.07, 0.11, 0.5  # none of them a multiple of a step, the end of neither cadence
+PARTICLES = ["body.particles=100", "body.placement=random", "numerics.precision=float64"]
+ONE_OF_EACH = {
+    "global steps": ("evrard", PARTICLES),
+    "individual steps": ("evrard", [*PARTICLES, "numerics.timesteps=individual"]),
+    "ellipsoid": ("riemann_ellipsoid", []),
+    "rigid": ("tennis_racket", []),
+    "scaling": ("core_to_pulsar_scaling", []),
+}
+
+
+def cadence(scene: str) -> list[str]:
+    unit = "" if scene in ("evrard", "riemann_ellipsoid") else " s"
+    values = {"output.series_every": EVERY, "output.snapshot_every": SNAPSHOTS, "time.end": END}
+    return [f'{key}="{value}{unit}"' if unit else f"{key}={value}" for key, value in values.items()]
+
+
+def times_of(every: float, end: float) -> np.ndarray:
+    return np.append(np.arange(0.0, end * (1.0 - 1e-9), every), end)
+
+
+@pytest.mark.parametrize("name", ONE_OF_EACH)
+def test_records_and_snapshots_are_of_the_times_asked_for(name: str, tmp_path: Path) -> None:
+    scene, settings = ONE_OF_EACH[name]
+    tree = astroinertia.open_tree(
+        astroinertia.run_scene(load_file(SIMS / f"{scene}.toml", [*settings, *cadence(scene)]), tmp_path / "run")
+    )
+    np.testing.assert_allclose(tree["time"], times_of(EVERY, END), rtol=1e-12, atol=0.0)
+    if "steps" in name:
+        np.testing.assert_allclose(tree["snapshots"]["snapshot_time"], times_of(SNAPSHOTS, END), rtol=1e-12, atol=0.0)
+
+
+def test_without_align_steps_are_as_long_as_they_may_be(tmp_path: Path) -> None:
+    """The first step past each time is recorded, none is shortened but the last."""
+    chosen = [*PARTICLES, *cadence("evrard"), "output.align=false"]
+    free = astroinertia.open(astroinertia.run_scene(load_file(SIMS / "evrard.toml", chosen), tmp_path / "free"))
+    none = ["output.series_every=0.5", "output.snapshot_every=0.5"]
+    alone = load_file(SIMS / "evrard.toml", [*PARTICLES, f"time.end={END}", *none])
+    assert free["step"].values[-1] == astroinertia.open(astroinertia.run_scene(alone, tmp_path / "alone"))["step"][-1]
+    late = free["time"].values[1:-1] / EVERY
+    assert (late >= np.arange(1, len(late) + 1)).all() and (late % 1.0 > 1e-6).any()
 
 
 @pytest.mark.slow

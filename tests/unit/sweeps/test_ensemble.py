@@ -359,16 +359,80 @@ def test_a_member_waits_for_a_worker_that_still_holds_it(tmp_path, monkeypatch):
     assert folder.finished(tmp_path, 0) and folder.failure(tmp_path, 0) is None
 
 
-def test_records_at_other_times_stand_side_by_side(tmp_path):
+def test_a_member_that_ends_before_others_is_nan_from_there_on(tmp_path):
     text = 'members = [{"time.end" = "0.2 s", "body.mass" = "1 Msun"}, {"time.end" = "0.4 s", "body.mass" = "2 Msun"}]'
     ensemble.run_sweep(made(text), tmp_path / "run")
     found = astroinertia.open(tmp_path / "run")
-    assert found["mass"].dims == ("member", "output") and found["time"].dims == ("member", "output")
-    np.testing.assert_allclose(found["time"], [[0, 0.1, 0.2, np.nan, np.nan], [0, 0.1, 0.2, 0.3, 0.4]], atol=1e-15)
+    assert found["mass"].dims == ("member", "time") and "interpolated" not in found.attrs
+    np.testing.assert_allclose(found["time"], [0, 0.1, 0.2, 0.3, 0.4], atol=1e-15)
     assert found["time_end"].values.tolist() == [0.2, 0.4] and found["time_end"].dims == ("member",)
     assert np.isnan(found["mass"][0, 3:]).all() and np.isfinite(found["mass"][1]).all()
     end = combined.at_end(found)["mass"]
     np.testing.assert_allclose(end, [SOLAR_MASS, 2 * SOLAR_MASS], rtol=1e-12)
+    np.testing.assert_allclose(end["time"], [0.2, 0.4], rtol=1e-12)
+    for number in range(2):
+        alone = astroinertia.open(folder.finished(tmp_path / "run", number))
+        one = found.isel(member=number, time=slice(0, alone.sizes["time"]))
+        np.testing.assert_array_equal(one["inertia_tensor"], alone["inertia_tensor"])
+        np.testing.assert_array_equal(found.isel(member=number).inertia.spin_rate(), alone.inertia.spin_rate())
+
+
+def test_members_of_other_cadences_are_on_common_times_and_the_file_says_so(tmp_path):
+    text = '"output.series_every" = ["0.05 s", "0.1 s"]'
+    ensemble.run_sweep(made(text, ["body.change.times=['0.15 s']"]), tmp_path / "run")
+    found = astroinertia.open(tmp_path / "run")
+    np.testing.assert_allclose(found["time"], [0, 0.05, 0.1, 0.15, 0.2], atol=1e-15)
+    assert found.attrs["interpolated"].startswith("recorded at other times: members 1; ")
+    fine, coarse = (astroinertia.open(folder.finished(tmp_path / "run", number)) for number in range(2))
+    np.testing.assert_array_equal(found["inertia_tensor"][0], fine["inertia_tensor"])
+    own = coarse["inertia_tensor"].values
+    np.testing.assert_array_equal(found["inertia_tensor"][1, ::2], own)
+    np.testing.assert_allclose(found["inertia_tensor"][1, 1::2], 0.5 * (own[1:] + own[:-1]), rtol=1e-14)
+
+
+def test_the_lines_of_the_readme_work_on_a_sweep(grid):
+    ds = astroinertia.open(grid[0])
+    dims = ("body_mass", "body_rotation_period", "time")
+    assert ds.inertia_tensor_evolved.sel(i="z", j="z").dims == dims
+    ds.inertia_tensor_evolved.sel(i="z", j="z").isel(body_mass=0).plot()
+    assert ds.inertia.acceleration_shares().dims == (*dims, "share", "i", "j")
+    assert ds.inertia.spin_scaling("radius").dims == dims
+    assert ds.rotational_to_gravitational.isel(time=-1).round(4).to_pandas().shape == (2, 2)
+    assert ds.isel(body_mass=1, body_rotation_period=0).inertia.plot_spin() is not None
+
+
+def test_commands_on_a_sweep_take_a_member_or_say_how_to_name_one(grid, tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "300")
+    place = str(tmp_path / "sweep")
+    shutil.copytree(grid[0], place)
+    for command in ("movie", "report", "view"):
+        for result in (place, f"{place}/core.nc"):
+            assert main([command, result]) == 2
+            said = capsys.readouterr().err
+            assert f"holds a sweep of 4 members, of which `{command}` takes one: add --member N (0 to 3)" in said
+            assert f"such as {place}/member-0000" in said
+        assert main([command, place, "--member", "4"]) == 2
+        assert "--member must be the number of a member" in capsys.readouterr().err
+        assert main([command, f"{place}/member-0001", "--member", "1"]) == 2
+        assert "--member is for the result of a sweep" in capsys.readouterr().err
+    assert main(["report", place, "--member", "2"]) == 0
+    assert (tmp_path / "sweep" / "member-0002" / "report.html").exists()
+    assert main(["show", f"{place}/core.nc"]) == 0
+    assert "member-0003" in capsys.readouterr().out
+    assert main(["show", place, "--member", "3", "--output", str(tmp_path)]) == 0
+    assert "moment of inertia" in capsys.readouterr().out and list(tmp_path.glob("*.png"))
+    alone = shutil.copy(f"{place}/core.nc", tmp_path / "alone.nc")
+    assert main(["view", str(alone)]) == 2
+    assert "is of a sweep" in capsys.readouterr().err
+
+
+def test_members_of_a_sweep_are_compared_with_each_other(grid, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["compare", str(grid[0]), "--quantity", "mean_spin"]) == 0
+    printed = capsys.readouterr().out
+    assert all(f"member-000{number}" in printed for number in range(4)) and (tmp_path / "compare.png").exists()
+    assert main(["compare", str(grid[0]), str(grid[0])]) == 2
+    assert "takes two to 7 runs, and these are 8: of a sweep name some members' folders" in capsys.readouterr().err
 
 
 def test_models_with_other_effects_are_lined_up_by_name(tmp_path):

@@ -1,5 +1,6 @@
 """Limits of the step: by matter that is still apart, against pairs of bodies; by energy, for as long as it lasts."""
 
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -8,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.models.sph.limits import DEPTH, GROUPS, contact_limit, energy_limit
+from astroinertia.models.sph.limits import DEPTH, GROUPS, contact_limit, energy_limit, towards
 
 SUPPORT = 2.0
 
@@ -68,3 +69,14 @@ def test_matter_without_energy_does_not_limit_the_step(xp: Any) -> None:
     fluid: Any = SimpleNamespace(internal_energy=energy, smoothing_length=xp.asarray(np.full(5, 0.5)))
     found = np.asarray(energy_limit(xp, fluid, heating, pull, 0.25))
     assert np.allclose(found, [1.0, 0.25 * (2.0 + 1.5) / 0.5, np.inf, np.inf, 0.25 * (1.5 - 1e-5) / 0.5], rtol=1e-6)
+
+
+def test_steps_to_a_time_are_no_more_than_needed_and_none_is_a_small_remainder() -> None:
+    for way in (1e-3, 0.4, 1.0, 1.01, 2.0 + 1e-14, 3.3, 7.2):
+        left, steps = way, []
+        while left > 1e-12:
+            steps.append(towards(left, 1.0))
+            left -= steps[-1]
+        assert len(steps) == math.ceil(way * (1.0 - 1e-12)) and sum(steps) == pytest.approx(way, rel=1e-14)
+        assert max(steps) <= 1.0 + 1e-12 and min(steps) > min(way, 0.5) * (1.0 - 1e-12)
+    assert towards(math.inf, 0.3) == 0.3 and towards(0.3, math.inf) == 0.3

@@ -1,0 +1,78 @@
+"""What a method of `ds.inertia` says of a run, said of every member of a sweep at once.
+
+Tests: tests/unit/dataset/test_by_member.py.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import wraps
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+_OF_A_RUN = {"time", "i", "j"}
+
+
+def swept(dataset: xr.Dataset) -> tuple[str, ...]:
+    """The dimensions that members of a sweep are along; none of a single run."""
+    return tuple(str(dim) for dim in dataset["inertia_tensor"].dims if dim not in _OF_A_RUN)
+
+
+def reached(dataset: xr.Dataset) -> xr.Dataset:
+    """A run up to its own end, without the times that only other members of its sweep reached."""
+    recorded = np.flatnonzero(np.isfinite(dataset["mass"].values))
+    end = recorded[-1] + 1 if len(recorded) else 0
+    return dataset if end in (0, dataset.sizes["time"]) else dataset.isel(time=slice(0, end))
+
+
+def of_each_member(method: Callable[..., Any]) -> Callable[..., Any]:
+    """A method of the accessor that answers for each member of a sweep by itself, along the sweep's dimensions.
+
+    Arguments that are DataArrays may differ from member to member. Members without records, and times after a member's
+    end, are NaN. ValueError where no member has records.
+    """
+
+    @wraps(method)
+    def answered(accessor: Any, *arguments: Any, **options: Any) -> Any:
+        data, dims = accessor.dataset, swept(accessor.dataset)
+        if not dims:
+            return method(accessor, *arguments, **options)
+        recorded = data["mass"].notnull().transpose(*dims, "time").values
+        answers = {}
+        for place in zip(*np.nonzero(recorded.any(axis=-1)), strict=True):
+            at = dict(zip(dims, place, strict=True))
+            one = type(accessor)(data.isel(at))
+            own = at | {"time": slice(0, one.dataset.sizes["time"])}
+            values = [_selected(value, own) for value in arguments]
+            answers[place] = method(one, *values, **{name: _selected(value, own) for name, value in options.items()})
+        if not answers:
+            raise ValueError("no member of this sweep has records")
+        first = next(iter(answers.values()))
+        if isinstance(first, xr.DataArray):
+            return _together(data, dims, answers)
+        series = {name: {place: answer[name] for place, answer in answers.items()} for name in first.data_vars}
+        return xr.Dataset({name: _together(data, dims, parts) for name, parts in series.items()}, attrs=first.attrs)
+
+    return answered
+
+
+def _selected(value: Any, at: Mapping[str, Any]) -> Any:
+    if not isinstance(value, xr.DataArray):
+        return value
+    return value.isel({dim: place for dim, place in at.items() if dim in value.dims}, drop=True)
+
+
+def _together(data: xr.Dataset, dims: tuple[str, ...], parts: Mapping[tuple[int, ...], xr.DataArray]) -> xr.DataArray:
+    first = next(iter(parts.values()))
+    sizes = {**{dim: data.sizes[dim] for dim in dims}, **first.sizes}
+    if "time" in first.dims:
+        sizes["time"] = data.sizes["time"]
+    values = np.full(tuple(sizes.values()), np.nan)
+    for place, part in parts.items():
+        values[(*place, *(slice(0, length) for length in part.shape))] = part.values
+    coords = {
+        name: labels.variable
+        for name, labels in {**first.coords, **data.coords}.items()
+        if set(labels.dims) <= set(sizes) and all(labels.sizes[dim] == sizes[dim] for dim in labels.dims)
+    }
+    return xr.DataArray(values, coords, tuple(sizes), first.name, first.attrs)

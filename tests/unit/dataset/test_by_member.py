@@ -1,0 +1,79 @@
+"""`ds.inertia` on a sweep: for each member what it says of that member alone, NaN where there is none."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import astroinertia
+from astroinertia.scene.load import load_file
+from tests.sims import SIMS
+
+SETTINGS = ["time.end='2 s'", "output.series_every='0.5 s'"]
+ANSWERS = {
+    "about_axis": lambda inertia: inertia.about_axis([1.0, 2.0, 2.0]),
+    "about_spin": lambda inertia: inertia.about_axis("spin"),
+    "radius_of_gyration": lambda inertia: inertia.radius_of_gyration(),
+    "moment_ratio": lambda inertia: inertia.moment_ratio(2.0),
+    "quadrupole": lambda inertia: inertia.quadrupole,
+    "acceleration_shares": lambda inertia: inertia.acceleration_shares(),
+    "virial_shares": lambda inertia: inertia.virial_shares(),
+    "torque_shares": lambda inertia: inertia.torque_shares("x"),
+    "spin_rate": lambda inertia: inertia.spin_rate(),
+    "spin_scaling": lambda inertia: inertia.spin_scaling(),
+    "strain": lambda inertia: inertia.strain(0.3, 0.2).plus,
+}
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Three tops that turn differently, the second of which ends early; then one that failed."""
+    place = tmp_path_factory.mktemp("tops")
+    ends = {"0": "2 s", "1": "1 s", "2": "2 s"}
+    return [
+        astroinertia.open(
+            astroinertia.run_scene(
+                load_file(SIMS / "tennis_racket.toml", [*SETTINGS, f"time.end='{end}'", f"name='top{number}'"]),
+                place / number,
+            )
+        )
+        for number, end in ends.items()
+    ]
+
+
+@pytest.fixture(scope="module")
+def sweep(runs):
+    series = ["inertia_tensor", "second_moment", "kinetic_tensor", "virial_tensor", "torque", "mass", "spin_axis"]
+    series += ["angular_momentum", "principal_moments", "mean_radius"]
+    parts = [run[series] for run in runs]
+    parts.append(xr.full_like(parts[0], np.nan))
+    return xr.concat(parts, "member", join="outer", coords="minimal", compat="override").assign_coords(
+        member=range(4), body_mass=("member", [1.0, 2.0, 3.0, 4.0])
+    )
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+def test_every_member_has_its_own_answer(name, runs, sweep):
+    found = ANSWERS[name](sweep.inertia)
+    assert found.dims[:2] == ("member", "time") and found["body_mass"].dims == ("member",)
+    for number, run in enumerate(runs):
+        alone = ANSWERS[name](run.inertia)
+        of_member = found.isel(member=number)
+        np.testing.assert_array_equal(of_member.isel(time=slice(0, run.sizes["time"])), alone)
+        assert np.isnan(of_member.isel(time=slice(run.sizes["time"], None))).all()
+    assert np.isnan(found.isel(member=3)).all()
+    assert found.attrs == ANSWERS[name](runs[0].inertia).attrs
+
+
+def test_arguments_may_differ_from_member_to_member(runs, sweep):
+    ratio = sweep.inertia.moment_ratio(xr.DataArray([1.0, 2.0, 3.0, 4.0], dims="member"))
+    np.testing.assert_array_equal(ratio.isel(member=2), runs[2].inertia.moment_ratio(3.0))
+    along = sweep.inertia.about_axis(sweep["spin_axis"])
+    np.testing.assert_array_equal(along.isel(member=0), runs[0].inertia.about_axis("spin"))
+
+
+def test_pictures_are_of_one_member(sweep):
+    with pytest.raises(ValueError, match=r"of one member of a sweep: take one, such as ds.isel\(member=0\).inertia"):
+        sweep.inertia.plot_inertia()
+    assert sweep.inertia.snapshots is None
+    with pytest.raises(ValueError, match="no member of this sweep has records"):
+        sweep.isel(member=[3]).inertia.spin_rate()
