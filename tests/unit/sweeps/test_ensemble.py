@@ -428,7 +428,7 @@ def test_commands_on_a_sweep_take_a_member_or_say_how_to_name_one(grid, tmp_path
 
 def test_members_of_a_sweep_are_compared_with_each_other(grid, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert main(["compare", str(grid[0]), "--quantity", "mean_spin"]) == 0
+    assert main(["compare", str(grid[0]), "--quantity", "mean_angular_velocity"]) == 0
     printed = capsys.readouterr().out
     assert all(f"member-000{number}" in printed for number in range(4)) and (tmp_path / "compare.png").exists()
     assert main(["compare", str(grid[0]), str(grid[0])]) == 2
