@@ -393,8 +393,8 @@ def test_members_of_other_cadences_are_on_common_times_and_the_file_says_so(tmp_
 def test_the_lines_of_the_readme_work_on_a_sweep(grid):
     ds = astroinertia.open(grid[0])
     dims = ("body_mass", "body_rotation_period", "time")
-    assert ds.inertia_tensor_evolved.sel(i="z", j="z").dims == dims
-    ds.inertia_tensor_evolved.sel(i="z", j="z").isel(body_mass=0).plot()
+    moment = ds.inertia_tensor.sel(i="z", j="z")  # of a model that has no other
+    assert moment.dims == dims and moment.isel(body_mass=0).plot() is not None
     assert ds.inertia.acceleration_shares().dims == (*dims, "share", "i", "j")
     assert ds.inertia.spin_scaling("radius").dims == dims
     assert ds.rotational_to_gravitational.isel(time=-1).round(4).to_pandas().shape == (2, 2)
