@@ -10,12 +10,15 @@ from typing import Any
 import numpy as np
 
 COARSEST = 0.5  # smoothing length over the smallest semi-axis
+APART = 10.0  # times as far out as at the start: half of the mass of a body that does not come back
 
 
 def resolution_warnings(series: Mapping[str, np.ndarray], neighbours: float | None) -> list[str]:
     """Sentences about records in any units; neighbours: the mean number of a particle's, None where there are none."""
     if neighbours is None or not {"core_particles", "jeans_ratio", "smoothing_to_thickness"} <= set(series):
         return []
+    if apart := _flown_apart(series):
+        return [apart]
     warnings = []
     core, jeans, coarse = (series[name] for name in ("core_particles", "jeans_ratio", "smoothing_to_thickness"))
     least, fewest = float(np.nanmin(core)), 2.0 * neighbours
@@ -38,6 +41,20 @@ def resolution_warnings(series: Mapping[str, np.ndarray], neighbours: float | No
             "neighbours."
         )
     return warnings
+
+
+def _flown_apart(series: Mapping[str, np.ndarray]) -> str:
+    """What is gone of a body that gravity did not hold; empty where it did, or where there is none."""
+    if not {"half_mass_radius", "total_energy", "gravitational_energy"} <= set(series):
+        return ""
+    half, most = (series[name] / series[name][0] for name in ("half_mass_radius", "radius_enclosing_99"))
+    if not (half[-1] > APART and series["total_energy"][-1] > 0.0 and np.isfinite(series["gravitational_energy"][-1])):
+        return ""
+    return (
+        f"the body flew apart: at the end half of its mass is {half[-1]:.3g} times as far from its centre as at the "
+        f"start, 99 % of it within {most[-1]:.3g} times as far, and gravity does not hold it; its shape, spin and "
+        "moment ratio are those of the debris. Less heat or slower rotation at the start would be right."
+    )
 
 
 def resolution_message(attributes: Mapping[Any, Any]) -> str:

@@ -32,6 +32,7 @@ from astroinertia.sph.rotation import law_of, rotation_velocity
 from astroinertia.storage import cache
 
 APART = 10.0  # times its size at the start: a body that is larger does not come back
+FAR = 3.0
 _COURANT = 0.8  # of h/(c + sqrt(h |a|)); twice as much is unstable
 _COURANT_OF_FOURTH_ORDER = 0.55  # with densities of fourth order, which are stiffer: 0.65 is stable, 0.8 is not
 _MOST_INERTIA = 0.9  # share of a move that is kept for the next
@@ -63,7 +64,8 @@ class Report:
     residual: rms net acceleration over rms gravity; density_error: rms relative difference from the target density over
     the inner half of the mass (NaN without a target); centre_shift: of the centre of mass, over the rms radius; virial:
     |2T + W + 3 sum m P/rho + k sum m r^2| / |W|; rate: the rotation rate on the axis; growth: of the rms radius since
-    the start; pressure: the factor f of the entropies of a collapse.
+    the start; pressure: the factor f of the entropies of a collapse; gone: share of the mass that is farther from the
+    centre than FAR times as far as any was at the start, once the body has flown apart.
     """
 
     steps: int
@@ -74,6 +76,7 @@ class Report:
     rate: float
     growth: float = 1.0
     pressure: float = 1.0
+    gone: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -153,9 +156,12 @@ def relax(
 def verdict(report: Report, tolerances: Tolerances, count: int, rotational_share: float = 0.0) -> str:
     """Return what is wrong with a relaxed body of `count` particles, in a few words, or "" if nothing is."""
     if not report.growth < APART:
+        gone = f"{100 * report.gone:.0f} % of its mass went farther than {FAR:g} times its size at the start"
         if rotational_share > 0.0:
-            return "it sheds mass: it turns too fast for gravity to hold it, and slower rotation would be right"
-        return "it flies apart: gravity does not hold it against its pressure, and less pressure would be right"
+            return (
+                f"it flies apart: {gone}; it turns too fast for gravity to hold it, and slower rotation would be right"
+            )
+        return f"it flies apart: {gone}; gravity does not hold it against its pressure, and less would be right"
     density = 0.25 * (1000 / count) ** 0.4 if tolerances.density_error is None else tolerances.density_error
     density += tolerances.rotation_allowance * rotational_share
     limits = {
@@ -175,7 +181,7 @@ def _descend(
 ) -> Relaxed:  # fmt: skip
     order = np.asarray(state.identity)
     centre = _centre(state)
-    size = _size(state)
+    size, reach = _size(state), float(np.linalg.norm(np.asarray(state.position) - centre, axis=1).max())
     move, since = np.zeros_like(state.position), 0
     report = None
     for step in range(max_steps + 1):
@@ -204,6 +210,9 @@ def _descend(
             move = move[back[order]]
         state = evaluated(problem, arrangement, state, np.float64(0.0))
     assert report is not None
+    if not report.growth < APART:
+        gone = np.linalg.norm(np.asarray(state.position) - centre, axis=1) > FAR * reach
+        report = replace(report, gone=float(state.mass[gone].sum() / state.mass.sum()))
     positions, velocities = np.empty_like(state.position), np.empty_like(state.position)
     positions[order] = state.position
     velocities[order] = forces.velocity

@@ -133,3 +133,22 @@ def test_a_body_that_is_as_cold_as_can_be_is_reported(jeans):
     series = {name: np.array([1.0]) for name in ("core_particles", "jeans_ratio", "smoothing_to_thickness")}
     found = resolution_warnings({**series, "jeans_ratio": np.array([1.0, jeans])}, 50.0)
     assert any("raise body.particles manifold" in sentence for sentence in found)
+
+
+def test_a_body_that_flies_apart_is_called_that_and_does_so_the_same_each_time(tmp_path):
+    """With as much heat as a hundred times what holds it; what happens then is the same to the last bit."""
+    hot = SCENE.replace("relax = false", "relax = false\nspecific_internal_energy = 100.0")
+    scene = load.loads(hot.replace("end = 0.02", "end = 4.0").replace("series_every = 0.01", "series_every = 1.0"))
+    one, other = (dataset.open(run_scene(scene, tmp_path / name)) for name in ("one", "other"))
+    for name in one.data_vars:
+        if name != "wall_time":
+            np.testing.assert_array_equal(one[name], other[name], err_msg=str(name))
+    (sentence,) = resolution_message(one.attrs).splitlines()
+    assert sentence.startswith("warning: the body flew apart: at the end half of its mass is ")
+    grown = float(one["half_mass_radius"][-1] / one["half_mass_radius"][0])
+    assert f"{grown:.3g} times" in sentence and grown > 10.0
+    # One that comes together again, or is not held by gravity to begin with, is not called so.
+    kept = {name: one[name].values for name in one.data_vars}
+    assert not any("flew" in text for text in resolution_warnings({**kept, "total_energy": -kept["total_energy"]}, 50))
+    free = {**kept, "gravitational_energy": np.full(one.sizes["time"], np.nan)}
+    assert not any("flew" in text for text in resolution_warnings(free, 50))
