@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from astroinertia.run.state import RunState
     from astroinertia.scene.schema import Scene
 
+    Function = Callable[[Any], Any]
+
 __getattr__ = exported(__name__, {"astroinertia.scene.schema": ("Scene",)})
 __all__ = ["Scene", "load", "open", "open_sweep", "open_tree", "resume", "run_scene"]
 
@@ -55,7 +57,7 @@ def run_scene(
     listener: "Listener | None" = None,
     workers: int = 1,
     cluster: str | None = None,
-    effects: "Sequence[Effect | type[Effect]]" = (),
+    effects: "Sequence[Effect | type[Effect] | Function]" = (),
     matter: "Matter | type[Matter] | None" = None,
     observables: "Sequence[Observable | type[Observable]]" = (),
     body: "Body | type[Body] | None" = None,
@@ -71,10 +73,12 @@ def run_scene(
 
     effects: of your own (astroinertia.effects), which act besides those that the scene lists; their numbers are in SI,
     or in code units where the scene is, or text with a unit. The class of one stands for what the scene lists by its
-    kind. SceneError says where one is not as it must be. matter: an equation of state of your own (astroinertia.matter)
-    in place of the scene's, or the class of the one that the scene names by its kind. observables: of your own
-    (astroinertia.observables), recorded besides, likewise. body: an initial body of your own (astroinertia.initial),
-    likewise; of the scene's [body] stays what does not depend on its kind.
+    kind. A plain function serves, too: of a state in SI (FluidState or RigidState of astroinertia.effects) to the
+    accelerations (N, 3) of particles, or to the torque (3,) on a rigid body. SceneError says where one is not as it
+    must be. matter: an equation of state of your own (astroinertia.matter) in place of the scene's, or the class of the
+    one that the scene names by its kind. observables: of your own (astroinertia.observables), recorded besides,
+    likewise. body: an initial body of your own (astroinertia.initial), likewise; of the scene's [body] stays what does
+    not depend on its kind.
 
     callback: a function that is called with the state (run.state.RunState: time, positions, inertia_tensor,
     ledger_closure and so on, in SI with units) at the start, at the end, and at each record of the series, or `every`
@@ -127,7 +131,7 @@ def run_scene(
 
 def resume(
     folder: str | PathLike[str], listener: "Listener | None" = None, workers: int = 1, cluster: str | None = None,
-    effects: "Sequence[Effect | type[Effect]]" = (), matter: "Matter | type[Matter] | None" = None,
+    effects: "Sequence[Effect | type[Effect] | Function]" = (), matter: "Matter | type[Matter] | None" = None,
     observables: "Sequence[Observable | type[Observable]]" = (), body: "Body | type[Body] | None" = None,
     callback: "Callable[[RunState], Any] | None" = None, every: Any = None, progress: bool | None = None,
 ) -> Path:  # fmt: skip

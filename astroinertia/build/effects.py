@@ -27,7 +27,7 @@ def effects_of(scene: Scene, units: CodeUnits, particles: int | None = None) -> 
             if options.get("method") == "auto" and particles is not None:
                 options["method"] = gravity_method(scene, particles)
             try:
-                built.append(catalogue.build(kind, options, scene.entries))
+                built.append(catalogue.build(kind, options, scene.entries).in_units(units))
             except ValueError as error:
                 raise SceneError(f"[effects.{kind}] {error}") from None
     return tuple(built)

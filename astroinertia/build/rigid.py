@@ -42,6 +42,12 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
     if pivots and (deformable or scene.companions):
         other = "companions" if scene.companions else deformable[0].kind
         raise SceneError(f"[effects.pivot] holds a point of the body at rest, so there can be no {other} with it.")
+    for effect in effects:
+        if deformable and hasattr(effect, "function"):
+            raise SceneError(
+                f"[effects.{effect.kind}] is a function, whose change with time the effect {deformable[0].kind} would "
+                "need to know: write it as the class of an effect."
+            )
     arm = None
     tensor = np.diag(moments)  # in the scene's axes of the body
     if pivots:

@@ -11,6 +11,7 @@ from astroinertia.process.lazy import exported
 
 if TYPE_CHECKING:
     from astroinertia.effects.affine_parts import AffineParts
+    from astroinertia.effects.by_function import FluidState, RigidState
     from astroinertia.effects.effect import Effect
     from astroinertia.effects.measure import Measure
     from astroinertia.effects.particle_parts import ParticleParts
@@ -20,14 +21,15 @@ if TYPE_CHECKING:
     from astroinertia.units import REQUIRED, Dimension, Option, not_negative, positive
 
 __all__ = [
-    "REQUIRED", "AffineParts", "Dimension", "Effect", "Measure", "Option", "Output", "PairTerm", "ParticleParts",
-    "RigidParts", "not_negative", "positive", "pytree",
+    "REQUIRED", "AffineParts", "Dimension", "Effect", "FluidState", "Measure", "Option", "Output", "PairTerm",
+    "ParticleParts", "RigidParts", "RigidState", "not_negative", "positive", "pytree",
 ]  # fmt: skip
 
 _MODULES = {
     "astroinertia.effects.effect": ("Effect",),
     "astroinertia.effects.particle_parts": ("ParticleParts",),
     "astroinertia.effects.affine_parts": ("AffineParts",),
+    "astroinertia.effects.by_function": ("FluidState", "RigidState"),
     "astroinertia.effects.rigid_parts": ("RigidParts",),
     "astroinertia.units": ("REQUIRED", "Dimension", "Option", "not_negative", "positive"),
     "astroinertia.effects.measure": ("Measure",),

@@ -15,7 +15,7 @@ from astroinertia.effects.affine_parts import AffineParts
 from astroinertia.effects.measure import Measure
 from astroinertia.effects.particle_parts import ParticleParts
 from astroinertia.effects.rigid_parts import RigidParts
-from astroinertia.units import Option
+from astroinertia.units import CodeUnits, Option
 
 PARTS = tuple(
     name
@@ -76,6 +76,10 @@ class Effect(ParticleParts, AffineParts, RigidParts):
     def from_options(cls, options: dict[str, Any]) -> Self:
         """The effect from its options in code units; raises ValueError, in one sentence, where they contradict."""
         return cls(**options)
+
+    def in_units(self, units: CodeUnits) -> Self:
+        """The effect in a scene with those code units: itself, where its numbers are all that has a unit."""
+        return self
 
     @property
     def potential_moves(self) -> bool:

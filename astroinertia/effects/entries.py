@@ -49,7 +49,8 @@ class Entry:
         """Where it comes from, in words; empty for an effect of this package."""
         if self.made is None:
             return ""
-        return self.package or f"the class {self.made.__qualname__} of {self.module}, given from Python"
+        thing = "function" if hasattr(self.made, "function") else "class"
+        return self.package or f"the {thing} {self.made.__qualname__} of {self.module}, given from Python"
 
 
 AXIS = (0.0, 0.0, 1.0)

@@ -9,13 +9,14 @@ A scene names a kind and never code (effects.doors). The class says of itself wh
 effects (effects.effect.Effect). Tests: tests/unit/test_effects_door.py.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import Door, made_of
 from astroinertia.effects.entries import Cost, Entry
-from astroinertia.errors import SceneError
+from astroinertia.errors import AstroinertiaError, SceneError
 from astroinertia.units import ALL_MODELS
 
 TAKEN = ("common", "motion", "rigidity")  # names of what belongs to no effect, in audits, ledgers and figures
@@ -23,6 +24,23 @@ EFFECTS = Door(
     "astroinertia.effects", "effect", "astroinertia.effects.Effect", "@dataclass(frozen=True, eq=False)",
     (*CATALOGUE, *TAKEN),
 )  # fmt: skip
+
+FAILURES: list[AstroinertiaError] = []
+"""What functions did wrong in compiled programs, out of which no error comes as it is (effects.by_function)."""
+
+
+@contextmanager
+def failures_said() -> Iterator[None]:
+    """Raise what a function did wrong in a compiled program, in place of what came of it."""
+    try:
+        yield
+    except AstroinertiaError:
+        if not FAILURES:
+            raise
+    if FAILURES:
+        first = FAILURES[0]
+        FAILURES.clear()
+        raise first from None
 
 
 def entry_of(made: Any, package: str = "") -> Entry:
@@ -55,6 +73,21 @@ def _gradients(made: Any, plain: Any) -> Callable[[Mapping[str, Any]], bool] | N
 
 def _has(made: Any, plain: Any, *names: str) -> bool:
     return any(getattr(made, name) is not getattr(plain, name) for name in names)
+
+
+def with_functions(effects: Sequence[Any]) -> tuple[Any, ...]:
+    """Effects, with those that functions serve for in the place of the functions."""
+    return tuple(_of_function(effect) if _is_function(effect) else effect for effect in effects)
+
+
+def _is_function(effect: Any) -> bool:
+    return callable(effect) and not isinstance(effect, type) and not hasattr(effect, "kind")
+
+
+def _of_function(function: Any) -> Any:
+    from astroinertia.effects.by_function import of_function  # with JAX
+
+    return of_function(function)
 
 
 def classes(effects: Sequence[Any]) -> dict[str, Entry]:

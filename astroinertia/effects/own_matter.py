@@ -66,8 +66,12 @@ def entries_of(own_things: Sequence[Any]) -> tuple[dict[str, Entry], Entry | Non
 
 
 def with_matter(effects: Sequence[Any], matter: Any) -> tuple[Any, ...]:
-    """Effects with an equation of state, or its class, beside them; SceneError where it is none, None where absent."""
+    """Effects, or functions that serve for them, with an equation of state, or its class, beside them.
+
+    SceneError where it is none, None where absent.
+    """
+    effects = own.with_functions(effects)
     if matter is None:
-        return tuple(effects)
+        return effects
     entry_of(made_of(matter))
     return (*effects, matter)

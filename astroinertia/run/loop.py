@@ -25,6 +25,7 @@ from astroinertia.build.assemble import (
 )
 from astroinertia.costs import experience, machine
 from astroinertia.costs.prediction import predict
+from astroinertia.effects.own import failures_said
 from astroinertia.engines import hosts
 from astroinertia.engines.devices import shared_out
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
@@ -97,7 +98,7 @@ def run_scene(
     begun = clock.monotonic() if begun is None else begun
     refuse_before(scene, folder)
     described = metadata(scene) | _predicted(scene)
-    with jax.enable_x64(True), shared_out(scene.numerics.devices):
+    with jax.enable_x64(True), shared_out(scene.numerics.devices), failures_said():
         # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
         finished = run_prepared(described, prepare(scene), folder, listener, begun, completed, deadline, callback)
     if hosts.is_first():
@@ -158,7 +159,7 @@ def resume(
     begun = clock.monotonic()
     opened = hosts.first_then_others(lambda: Archive.open(folder), lambda: Archive.view(folder))
     scene = scene_of(opened, effects)
-    with jax.enable_x64(True), opened, shared_out(scene.numerics.devices):
+    with jax.enable_x64(True), opened, shared_out(scene.numerics.devices), failures_said():
         if hosts.is_first():
             note_versions(opened, scene)
         archive = opened if hosts.is_first() else Unwritten(folder, opened.metadata)
@@ -284,10 +285,14 @@ class _Run:
     @contextmanager
     def _said_in_si(self) -> Iterator[None]:
         try:
-            yield
+            with failures_said():
+                yield
         except NumericalError as error:
             self._keep_what_there_is()
             raise self._in_si(error) from None
+        except SceneError:  # of a function of the user's own
+            self._keep_what_there_is()
+            raise
 
     def _until(self) -> float:
         """The next time to be met: that of a record or a snapshot, or the end."""

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 from astroinertia.effects import own_matter
 from astroinertia.effects.catalogue import ALL_MODELS, CATALOGUE, Entry
 from astroinertia.effects.doors import as_written, made_of
-from astroinertia.effects.own import own_entries
+from astroinertia.effects.own import own_entries, with_functions
 from astroinertia.errors import SceneError
 from astroinertia.initial import own as own_bodies
 from astroinertia.observables import own as own_observables
@@ -89,10 +89,11 @@ def loads(
 
     origin: the folder that file names in it are relative to. name: what messages call the text; numbered: whether its
     lines are those that its author wrote, so that messages name them. effects: of the user's own; a class stands for
-    what the text names, an effect is listed besides, as if by overrides. An equation of state may be among them, and
-    takes the place of [equation_of_state]; an initial body, of what is of its kind in [body]; and observables, which
-    are listed likewise.
+    what the text names, an effect, or a function that serves for one, is listed besides, as if by overrides. An
+    equation of state may be among them, and takes the place of [equation_of_state]; an initial body, of what is of its
+    kind in [body]; and observables, which are listed likewise.
     """
+    effects = with_functions(effects)
     observed, others = own_observables.apart(effects)
     kinds, fluid, body = own_bodies.entries(others)
     tables = override(parse(text, name), overrides)
