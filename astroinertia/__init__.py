@@ -3,7 +3,8 @@
     astroinertia.Scene(body=..., effects=[...], time=...)  a scene from Python, validated as a file is
     astroinertia.run_scene(scene, folder, effects=[...])  run a Scene, a scene file or a dict, with effects of your own
                                            (and matter=..., observables=[...] and an initial body, body=...)
-    astroinertia.resume(folder)            go on with an interrupted run
+    astroinertia.resume(folder)            go on with an interrupted run, or with one that is to go further
+    astroinertia.branch(run, folder, at)   start a run from a state of another one, with other effects or settings
     astroinertia.load(path, settings)      a scene from a TOML file, validated
     astroinertia.open(path)                the headline series of a run, an xarray Dataset with the accessor `.inertia`
     astroinertia.open_tree(path)           the same with the snapshots, an xarray DataTree
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     Function = Callable[[Any], Any]
 
 __getattr__ = exported(__name__, {"astroinertia.scene.schema": ("Scene",)})
-__all__ = ["Scene", "load", "open", "open_sweep", "open_tree", "resume", "run_scene"]
+__all__ = ["Scene", "branch", "load", "open", "open_sweep", "open_tree", "resume", "run_scene"]
 
 
 def load(path: str | PathLike[str], settings: Sequence[str] = ()) -> "Scene":
@@ -134,11 +135,14 @@ def resume(
     effects: "Sequence[Effect | type[Effect] | Function]" = (), matter: "Matter | type[Matter] | None" = None,
     observables: "Sequence[Observable | type[Observable]]" = (), body: "Body | type[Body] | None" = None,
     callback: "Callable[[RunState], Any] | None" = None, every: Any = None, progress: bool | None = None,
+    settings: Sequence[str] = (),
 ) -> Path:  # fmt: skip
     """Go on with an interrupted run or sweep; returns its netCDF file.
 
     effects, matter, observables, body: those that the run was given, or their classes; ArchiveError names what is
-    missing. callback, every, progress: as of run_scene, and no part of the run: other ones will do, or none.
+    missing. callback, every, progress: as of run_scene, and no part of the run: other ones will do, or none. settings:
+    "key.path=value" texts with which a run goes on, also one that has ended: a later end, other outputs. SceneError
+    names what else there is.
 
     >>> print(resume("runs/star").name)  # finished: it has nothing to do, and tells where the result is
     one_star_three_models.nc
@@ -162,13 +166,57 @@ def resume(
         if effects or matter is not None or observables or body is not None:
             raise SceneError("a sweep takes what is built in or installed, and nothing of your own from Python.")
         _refuse_of_one_run(callback, every)
+        if settings:
+            raise SceneError("a sweep goes on as it began: settings are for a run.")
         with watched(progress, listener, "members are at work") as meter:
             return go_on_with_members(place, workers, cluster, listener=meter and meter.tell_members).file
     own = with_body(with_observables(with_matter(effects, matter), observables), body)
     with watched(progress, listener, "the run is read") as meter:
         return running.unless_stopped(
             place,
-            lambda: running.resume(place, _both(listener, meter), effects=own, callback=callback, every=every),
+            lambda: running.resume(
+                place, _both(listener, meter), effects=own, callback=callback, every=every, settings=settings
+            ),
+        )
+
+
+def branch(
+    run: str | PathLike[str], folder: str | PathLike[str], at: Any = None, settings: Sequence[str] = (),
+    listener: "Listener | None" = None, effects: "Sequence[Effect | type[Effect] | Function]" = (),
+    matter: "Matter | type[Matter] | None" = None, observables: "Sequence[Observable | type[Observable]]" = (),
+    body: "Body | type[Body] | None" = None, callback: "Callable[[RunState], Any] | None" = None, every: Any = None,
+    progress: bool | None = None,
+) -> Path:  # fmt: skip
+    """Start a run from a state of another one in a new folder, with settings changed; returns its netCDF file.
+
+    at: when it begins: text with a unit, a quantity, or a number in SI, in code units where the scene is; without it,
+    at the last state that the run has. settings: "key.path=value" texts. effects, observables: new ones, and those that
+    the run was given, as matter and body. callback, every, progress: as of run_scene. `history` and `branched_from` of
+    the dataset say where it comes from. SceneError says what cannot be changed.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ds = open(branch("runs/star", folder + "/branch", "12 min", ["time.end='15 min'"]))
+    >>> print(ds.attrs["history"].split(" and ")[-1])
+    on from there, with time.end='15 min'
+    """
+    from astroinertia.process import kept_programs, requirements
+
+    requirements.check()
+    kept_programs.keep_apart()
+    from astroinertia.accuracy import running
+    from astroinertia.effects.own_matter import with_matter
+    from astroinertia.initial.own import with_body
+    from astroinertia.observables.own import with_observables
+    from astroinertia.run.branch import branch as start
+    from astroinertia.run.meter import watched
+
+    source, place = _folder(run), _folder(folder)
+    own = with_body(with_observables(with_matter(effects, matter), observables), body)
+    with watched(progress, listener) as meter:
+        hears = _both(listener, meter)
+        return running.unless_stopped(
+            place, lambda: start(source, place, at, settings, own, hears, callback=callback, every=every)
         )
 
 

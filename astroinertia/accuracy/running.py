@@ -73,21 +73,24 @@ def resume(
     effects: Sequence[Any] = (),
     callback: Any = None,
     every: Any = None,
+    settings: Sequence[str] = (),
 ) -> Path:
     """Go on with an interrupted run or its companion runs, bit for bit, and return the netCDF file.
 
     effects: those of the user's own that it was given from Python, or their classes, and its equation of state; a
-    finished run needs none. callback, every: as for run.callback.callback_of; companion runs call none.
+    finished run needs none. callback, every: as for run.callback.callback_of; companion runs call none. settings:
+    with which it goes on, also where it is finished (run.resume).
 
     >>> print(resume(Path("runs/star")).name)  # finished: it has nothing to do
     one_star_three_models.nc
     """
     archive = Archive.view(folder)
-    if archive.finished is not None and missing(archive, effects):
+    if archive.finished is not None and not settings and missing(archive, effects):
         return archive.finished  # nothing is left for them to do
     scene = scene_of(archive, effects)
     called = callback_of(callback, every, scene)
-    return loop.resume(folder, listener, _completion(scene, folder, listener, deadline), deadline, effects, called)
+    completed = _completion(scene, folder, listener, deadline)
+    return loop.resume(folder, listener, completed, deadline, effects, called, settings)
 
 
 def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline: float) -> Completion | None:

@@ -3,11 +3,13 @@
 import importlib
 import platform
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from astroinertia.build.effects import effects_of
@@ -18,7 +20,7 @@ from astroinertia.effects import own_matter
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import made_of
 from astroinertia.effects.own import EFFECTS
-from astroinertia.errors import ArchiveError, ArchiveWarning
+from astroinertia.errors import ArchiveError, ArchiveWarning, SceneError
 from astroinertia.initial import own as own_bodies
 from astroinertia.models.protocol import Evolution
 from astroinertia.observables import own as own_observables
@@ -40,6 +42,7 @@ OUTSIDE = {
     "own_observables": ("observable", "observables=[...]"),
 }
 """What a run's description has of what is not of this package: its name, and how it is given from Python."""
+BRANCH = "branched_from"  # of a run's description: which run it is a branch of, and where it begins
 _Count = Annotated[int, Field(ge=0, lt=2**53)]
 _Seconds = Annotated[float, Field(ge=0.0, le=1e12)]
 
@@ -126,17 +129,51 @@ def missing(archive: Archive, effects: Sequence[Any] = ()) -> list[tuple[str, st
 def restore(archive: Archive, scene: Scene) -> Prepared:
     """A run of that scene at its last checkpoint."""
     stored = archive.read_checkpoint()
+    if stored is None and BRANCH in archive.metadata:
+        raise ArchiveError(f"{archive.folder} ended before the state that it begins with was saved: branch it again.")
     if stored is None:
         return prepare(scene)
     units = code_units(scene)
     arrays, counters = stored
-    try:
+    with _of_this_scene(archive):
         if wrong := complaint(Counters, counters):
             raise ValueError(wrong)
         body = _model(scene).resumed(scene, units, arrays)
-    except ValueError as error:
-        raise ArchiveError(f"{archive.folder} has a checkpoint of another scene: {plain_text(error)}.") from error
     return Prepared(body, outputs_of(scene, units), units, _plain(Counters(**counters)))
+
+
+def body_of(archive: Archive, scene: Scene, arrays: Mapping[str, np.ndarray], snapshot: bool = False) -> Evolution:
+    """The body of a scene in a state that its run has saved; ArchiveError where it is another's."""
+    model, units = _model(scene), code_units(scene)
+    with _of_this_scene(archive):
+        return (model.of_snapshot if snapshot else model.resumed)(scene, units, arrays)
+
+
+def branched(scene: Scene, parent: Evolution) -> Prepared:
+    """A scene that begins where the body of another run is."""
+    units = code_units(scene)
+    return Prepared(_model(scene).branched(scene, units, parent), outputs_of(scene, units), units, _plain(Counters()))
+
+
+def refuse_branch(run: Scene, branch: Scene) -> None:
+    """SceneError where a run of one scene can have no branch of the other."""
+    model = _model(run)
+    if not hasattr(model, "branched"):
+        raise SceneError(f"the model {run.model} has no states to branch from: run its scene with other settings.")
+    model.refuse_branch(run, branch)
+
+
+def has_snapshots(scene: Scene) -> bool:
+    """Whether the model can begin with a snapshot."""
+    return hasattr(_model(scene), "of_snapshot")
+
+
+@contextmanager
+def _of_this_scene(archive: Archive) -> Iterator[None]:
+    try:
+        yield
+    except ValueError as error:
+        raise ArchiveError(f"{archive.folder} has a state of another scene: {plain_text(error)}.") from error
 
 
 def _plain(counters: Counters) -> dict[str, Any]:

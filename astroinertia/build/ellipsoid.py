@@ -75,6 +75,19 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     return body
 
 
+def refuse_branch(run: Scene, branch: Scene) -> None:
+    """SceneError where one of a run and its branch knows nothing of heat."""
+    if (PRESSURE in run.effects) != (PRESSURE in branch.effects):
+        raise SceneError("[effects.pressure] of an ellipsoid is listed by a run and its branch, or by neither.")
+
+
+def branched(scene: Scene, units: CodeUnits, parent: Ellipsoid) -> Ellipsoid:
+    """The body of another run where it is, in this scene."""
+    body = evolution(scene, units)
+    body.begin(parent)
+    return body
+
+
 def shells(profile: Profile, step: float = _SHELL_STEP) -> tuple[np.ndarray, np.ndarray]:
     """Share of the mass (K,) and radius s (K,) of shells, by which sums over shells are integrals over the mass.
 

@@ -103,6 +103,22 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     return body
 
 
+def refuse_branch(run: Scene, branch: Scene) -> None:
+    """SceneError where companions have a state of their own, or a branch would be of another shape."""
+    if run.orbits.back_reaction or branch.orbits.back_reaction:
+        raise SceneError("[orbits] back_reaction: companions have a state of their own, which no branch takes over.")
+    for kind in ("pivot", "rotational_deformation"):
+        if run.effects.get(kind) != branch.effects.get(kind):
+            raise SceneError(f"[effects.{kind}] belongs to the shape of the body, and stays as it is in a branch.")
+
+
+def branched(scene: Scene, units: CodeUnits, parent: RigidBody) -> RigidBody:
+    """The body of another run where it is, in this scene."""
+    body = evolution(scene, units)
+    body.begin(parent)
+    return body
+
+
 def _refuse_what_flows(scene: Scene) -> None:
     body = scene.body
     if body.velocity_gradient is not None:

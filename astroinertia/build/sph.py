@@ -47,10 +47,60 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
     )
     regions = _regions(scene, units, problem)
     state = state if regions is None else regions.opened(state)
-    base_step, between = base_step_of(scene), sinks.between(problem)
-    return Particles(
-        problem, state, arrangement, _end(scene, units), base_step, regions, between, scene.numerics.free_fall_factor
-    )
+    return _under_way(scene, units, problem, state, arrangement, regions)
+
+
+def refuse_branch(run: Scene, branch: Scene) -> None:
+    """SceneError where a run has what is beside its particles, or its branch would have."""
+    for scene in (run, branch):
+        for kind in ("companions", "sinks"):
+            if kind in scene.effects:
+                raise SceneError(
+                    f"[effects.{kind}] has bodies beside the particles, which a branch does not take over: no run with "
+                    "them has branches, and no branch has them."
+                )
+
+
+def branched(scene: Scene, units: CodeUnits, parent: Particles) -> Particles:
+    """The particles of another run where they are, in this scene, with a ledger that begins there."""
+    state = parent.state
+    order = np.argsort(np.asarray(state.identity))
+    arrays = {name: np.asarray(getattr(state, name))[order] for name in ("mass", "position", "velocity", "entropy")}
+    if state.material is not None:
+        arrays["material"] = np.asarray(state.material)[order]
+    memory = {name: np.asarray(array)[order] for name, array in state.memory.items()}
+    return _begun(scene, units, arrays, parent.time, memory)
+
+
+def of_snapshot(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Particles:
+    """The particles of a snapshot; what effects have evolved for themselves is not in it, and begins again.
+
+    ValueError, in a sentence, where the arrays are no snapshot of this scene's.
+    """
+    count = checkpoint.length(arrays, "mass")
+    if not 0 < count <= MAX_PARTICLES:
+        raise ValueError("it has no particles, or too many")
+    several = len(getattr(problem_of(scene, units, count)[0].equation_of_state, "names", ()))
+    shapes = {"mass": (count,), "position": (count, 3), "velocity": (count, 3), "entropy": (count,), "time": ()}
+    kinds: dict[str, Any] = {name: (np.dtype(np.float64), shape) for name, shape in shapes.items()}
+    if several > 1:
+        kinds["material"] = (arrays["material"].dtype if "material" in arrays else np.dtype(int), (count,))
+    limits = {"mass": checkpoint.POSITIVE, "time": checkpoint.SIZE, "material": (0, several - 1)}
+    checkpoint.check(arrays, kinds, limits)
+    return _begun(scene, units, {name: arrays[name] for name in kinds}, float(arrays["time"]), {})
+
+
+def _begun(
+    scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray], time: float, memory: Mapping[str, np.ndarray]
+) -> Particles:
+    problem, _ = problem_of(scene, units, len(arrays["mass"]))
+    state, arrangement = initial_state(
+        problem, arrays["mass"], arrays["position"], arrays["velocity"], arrays["entropy"],
+        material=arrays.get("material"), time=time, memory=memory,
+    )  # fmt: skip
+    regions = _regions(scene, units, problem)
+    state = state if regions is None else regions.opened(state)
+    return _under_way(scene, units, problem, state, arrangement, regions)
 
 
 def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Particles:
@@ -76,7 +126,12 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     _check(arrays, like, scene, problem, _end(scene, units))
     state = checkpoint.unflattened(like, arrays, problem.engine.xp)
     pairs = problem.engine.arrange(state.position, state.smoothing_length)[1]
-    arrangement = arranged(problem, pairs, state)
+    return _under_way(scene, units, problem, state, arranged(problem, pairs, state), regions)
+
+
+def _under_way(
+    scene: Scene, units: CodeUnits, problem: Problem, state: State, arrangement: Any, regions: Any
+) -> Particles:
     base_step, between = base_step_of(scene), sinks.between(problem)
     return Particles(
         problem, state, arrangement, _end(scene, units), base_step, regions, between, scene.numerics.free_fall_factor

@@ -16,6 +16,7 @@ from rich.text import Text
 
 from astroinertia.cli import (
     audit,
+    branch as cli_branch,
     calibrate as cli_calibrate,
     choice,
     compare,
@@ -35,7 +36,7 @@ from astroinertia.cli import (
     tradeoff as cli_tradeoff,
     verify as cli_verify,
 )
-from astroinertia.cli.parser import Add, Command, Options, add_scene, parser_of
+from astroinertia.cli.parser import Add, Command, Options, add_scene, add_settings, parser_of
 from astroinertia.cli.screen import visible
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 from astroinertia.process import interrupts, kept_programs, requirements
@@ -133,8 +134,10 @@ def _commands() -> dict[str, Command]:
                         (add_scene, audit.add_arguments, cli_calibrate.add_plan_arguments, choice.add_arguments)),
         "run": Command(_run, "run a scene", f"star.toml --set body.particles=5000 --output runs/coarse. "
                        f"{stop.EXIT_CODES}", (add_scene, _add_run, choice.add_arguments, *running)),
-        "resume": Command(_resume, "go on with an interrupted run", f"runs/coarse. {stop.EXIT_CODES}",
-                          (_add_resume, *running)),
+        "resume": Command(_resume, "go on with an interrupted run, or with one that has ended and is to go further",
+                          f'runs/coarse --set "time.end=4 s". {stop.EXIT_CODES}', (_add_resume, *running)),
+        "branch": Command(_branch, "start a run from a state of another one, with other effects or settings",
+                          cli_branch.HELP, (cli_branch.add_arguments, stop.add_arguments)),
         "show": Command(_show, "print a summary of a result and draw its pictures", "runs/coarse", (_add_show,)),
         "movie": Command(_movie, "film a run", movie.HELP, (movie.add_arguments,)),
         "report": Command(_printing("report", reports.report), "tell all of a run in one HTML file: scene, pictures, "
@@ -171,6 +174,8 @@ def _add_run(add: Add) -> None:
 
 def _add_resume(add: Add) -> None:
     add("run", metavar="RUN", type=Path, help="folder of the run")
+    add_settings(add, 'go on with another end, such as "time.end=4 s" or time.max_steps=5000, or with other outputs, '
+        'such as "output.series_every=1 ms"; may be repeated')  # fmt: skip
 
 
 def _add_show(add: Add) -> None:
@@ -291,11 +296,29 @@ def _resume(options: Options) -> int:
     if cli_sweep.is_folder(options.run):
         from astroinertia.sweeps.folder import read
 
+        if options.overrides:
+            raise SceneError("a sweep goes on as it began: --set is for a run.")
+
         return _sweep(read(options.run), options.run, options, limit)
     cli_sweep.refuse_options(options)
     with Meter(_Console(highlight=False)) as meter:
-        result = resume(options.run, meter.tell, limit)
+        result = resume(options.run, meter.tell, limit, settings=options.overrides)
     return _finished(result, options.run)
+
+
+def _branch(options: Options) -> int:
+    begun = time.monotonic()
+    limit = stop.deadline(options, begun)
+    from astroinertia.run.branch import branch
+
+    if cli_sweep.is_folder(options.run):
+        raise SceneError(f"{options.run} is a sweep; branch one of its members, which are runs in members/.")
+    with Meter(_Console(highlight=False)) as meter:
+        result = branch(
+            options.run, options.output, options.at, options.overrides,
+            listener=meter.tell, begun=begun, deadline=limit,
+        )  # fmt: skip
+    return _finished(result, options.output)
 
 
 def _sweep(sweep: "Sweep", folder: Path, options: Options, deadline: float) -> int:

@@ -31,6 +31,8 @@ more:
   astroinertia verify --hard                 eighty hard cases of particles, and what stable means for each
   astroinertia run grid.toml --workers 4     a scene with [sweep]: many runs, and one dataset of all
   astroinertia resume runs/coarse            go on after Ctrl-C, a crash or a power cut
+  astroinertia resume runs/coarse --set "time.end=4 s"  and further than it was to go
+  astroinertia branch runs/coarse --at "1 s" --set ...  another run from a state of this one, with other effects
   astroinertia completion bash               what a shell needs to complete commands with the Tab key
   python -c "import xarray; print(xarray.open_dataset('runs/coarse/<name>.nc'))"
 """
@@ -87,5 +89,10 @@ def parser_of(commands: Mapping[str, Command], version: type[argparse.Action]) -
 def add_scene(add: Add) -> None:
     """Add the scene that a command is about, and changes of its keys."""
     add("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
+    add_settings(add, 'set a key of the scene, such as body.particles=5000 or "time.end=2 s"; may be repeated')
+
+
+def add_settings(add: Add, text: str) -> None:
+    """Add changes of a scene's keys, and what they are for."""
     add("--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE",
-        help='set a key of the scene, such as body.particles=5000 or "time.end=2 s"; may be repeated')  # fmt: skip
+        help=text)  # fmt: skip

@@ -83,11 +83,17 @@ def physics(scene: Scene) -> dict[str, Any]:
 def reference(dataset: xr.Dataset) -> Reference | None:
     """The converged answer of the problem that a run solves; None where there is none, or the run keeps no scene.
 
+    None of a branch either, whose first part was another run's.
+
     >>> print(reference(ds))  # of a small star that falls together
     None
     """
     text = dataset.attrs.get("scene")
-    if not isinstance(text, str) or not any(f'"{kind}"' in text for kind in _kinds()):
+    if (
+        not isinstance(text, str)
+        or "branched_from" in dataset.attrs
+        or not any(f'"{kind}"' in text for kind in _kinds())
+    ):
         return None  # without a look at files that other scenes name
     try:
         solved = physics(load.loads(text))

@@ -41,6 +41,7 @@ from astroinertia.units import DIMENSIONLESS, CodeUnits, display_unit
 
 _OBSERVERS = ((0.0, 0.0), (np.pi / 2, 0.0))  # polar angle and azimuth of the schema's observers
 _INERTIAL = "inertial"
+COMPUTED = "computed by astroinertia from the scene in `scene`, with the versions in `versions`"
 NO_VALUE = "the observable has no value for this body"
 NOT_OF_A_RUN = "does not hold the records of a run"
 Chunks = Mapping[str, int] | None
@@ -225,7 +226,7 @@ def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str)
     """What the file says of where it came from: enough to repeat the run. Lists and tables are JSON text."""
     elsewhere = (
         "effects", "companions", "regions", "skipped_effects", "absent", "code_units", "dimensionless", "observables",
-        "structure",
+        "structure", "history",
     )  # fmt: skip
     described = {name: value for name, value in metadata.items() if name not in elsewhere}
     plain = {
@@ -239,7 +240,7 @@ def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str)
         "Conventions": CONVENTIONS,
         "title": f"{metadata['name']}: inertia tensor and ledger of forces",
         "source": f"astroinertia, model {model}, engine {engine}, precision {precision}",
-        "history": "computed by astroinertia from the scene in `scene`, with the versions in `versions`",
+        "history": "\n".join([COMPUTED, *metadata.get("history", [])]),
         "astroinertia_format": FORMAT,
         **plain,
         "frame": frame,

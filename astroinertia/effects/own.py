@@ -31,12 +31,16 @@ FAILURES: list[AstroinertiaError] = []
 
 @contextmanager
 def failures_said() -> Iterator[None]:
-    """Raise what a function did wrong in a compiled program, in place of what came of it."""
+    """Raise what a function did wrong in a compiled program in place of the error that came of it."""
     try:
         yield
     except AstroinertiaError:
-        if not FAILURES:
-            raise
+        raise_failure()
+        raise
+
+
+def raise_failure() -> None:
+    """Raise what a function did wrong in a compiled program first, if any did."""
     if FAILURES:
         first = FAILURES[0]
         FAILURES.clear()

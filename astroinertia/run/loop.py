@@ -25,7 +25,7 @@ from astroinertia.build.assemble import (
 )
 from astroinertia.costs import experience, machine
 from astroinertia.costs.prediction import predict
-from astroinertia.effects.own import failures_said
+from astroinertia.effects.own import failures_said, raise_failure
 from astroinertia.engines import hosts
 from astroinertia.engines.devices import shared_out
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
@@ -34,11 +34,14 @@ from astroinertia.observables.own import recorded
 from astroinertia.process import interrupts
 from astroinertia.process.interrupts import LIMIT
 from astroinertia.run.callback import STOPPED, Callback
+from astroinertia.run.extend import go_on_with
 from astroinertia.run.state import RunState
+from astroinertia.scene.changed import going_on
+from astroinertia.scene.plan import cadence
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import Archive, final_name, refuse_if_taken
 from astroinertia.storage.outputs import Unwritten
-from astroinertia.units import DIMENSIONLESS
+from astroinertia.units import DIMENSIONLESS, CodeUnits
 
 OUTPUTS_AT_ONCE = 256  # that a model is asked for in one call, if it can do so
 CAUSES = (None, LIMIT, STOPPED, interrupts.CTRL_C, *(number.name for number in interrupts.SIGNALS[1:]))
@@ -97,7 +100,7 @@ def run_scene(
     """
     begun = clock.monotonic() if begun is None else begun
     refuse_before(scene, folder)
-    described = metadata(scene) | _predicted(scene)
+    described = metadata(scene) | predicted(scene)
     with jax.enable_x64(True), shared_out(scene.numerics.devices), failures_said():
         # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
         finished = run_prepared(described, prepare(scene), folder, listener, begun, completed, deadline, callback)
@@ -124,7 +127,7 @@ def run_prepared(
         return _Run(prepared, archive, listener, begun, deadline, callback).finish(completed)
 
 
-def _predicted(scene: Scene) -> dict[str, Any]:
+def predicted(scene: Scene) -> dict[str, Any]:
     """What the run is expected to take, for its file: seconds, those of them after its preparation, bytes, steps.
 
     And the share of its work that is done after equal parts of its time (costs.evaluations.SHARES).
@@ -150,20 +153,28 @@ def resume(
     deadline: float = math.inf,
     effects: Sequence[Any] = (),
     callback: Callback | None = None,
+    settings: Sequence[str] = (),
 ) -> Path:
     """Go on with an interrupted run, bit for bit as if it had never stopped, and return its netCDF file.
 
-    effects: those of the user's own that it was given from Python, or their classes. Where a disk has damaged files of
-    the run: Archive.open. Otherwise as run_scene. Tests: tests/crash.
+    effects: those of the user's own that it was given from Python, or their classes. settings: "key.path=value" with
+    which it goes on from now on, a later end or other outputs (scene.changed); one that has ended does so, too. Where a
+    disk has damaged files of the run: Archive.open. Otherwise as run_scene. Tests: tests/crash,
+    tests/unit/run/test_extend.py.
     """
     begun = clock.monotonic()
     opened = hosts.first_then_others(lambda: Archive.open(folder), lambda: Archive.view(folder))
-    scene = scene_of(opened, effects)
-    with jax.enable_x64(True), opened, shared_out(scene.numerics.devices), failures_said():
-        if hosts.is_first():
-            note_versions(opened, scene)
-        archive = opened if hosts.is_first() else Unwritten(folder, opened.metadata)
-        return _Run(restore(opened, scene), archive, listener, begun, deadline, callback).finish(completed)
+    with opened:
+        scene = scene_of(opened, effects)
+        if settings:
+            hosts.must_be_alone("to go on with other settings")
+            before, scene = cadence(scene), going_on(scene, settings)
+            go_on_with(opened, scene, settings, predicted(scene), before)
+        with jax.enable_x64(True), shared_out(scene.numerics.devices), failures_said():
+            if hosts.is_first():
+                note_versions(opened, scene)
+            archive = opened if hosts.is_first() else Unwritten(folder, opened.metadata)
+            return _Run(restore(opened, scene), archive, listener, begun, deadline, callback).finish(completed)
 
 
 class _Run:
@@ -187,6 +198,9 @@ class _Run:
         self.several, self.callback = hosts.several(), callback
         if callback is not None and self.counters["series"]:
             callback.begin(self.body.time, self.body.steps)
+        for kind in ("series", "snapshot"):
+            if self.counters[kind]:
+                self._count(kind)  # a run that goes on may have other outputs than when it was saved
 
     def finish(self, completed: Completion | None) -> Path:
         with interrupts.under_way(self._stopped):
@@ -199,9 +213,12 @@ class _Run:
     def _evolve(self) -> None:
         """Take steps to the end, all of it saved; RunInterrupted where it is to stop, which is saved, too."""
         body, output = self.body, self.output
+        raise_failure()  # in the first evaluation
         if not self.counters["series"]:
             self._record(force=True)
             self._checkpoint()
+        if not self._ended():
+            self.counters.pop("measured", None)
         while not self._ended():
             if body.resumable:
                 due = clock.monotonic() - self.saved >= output.checkpoint_seconds
@@ -214,6 +231,7 @@ class _Run:
                 self._advance()
                 self._record(force=self._ended())
             self.paced = self.paced or (clock.monotonic(), self._done())
+        raise_failure()  # in the last record
         if "measured" not in self.counters:  # a run that is resumed after its end leaves the same file
             taken = self.counters["wall_time"] + clock.monotonic() - self.begun
             self.counters["measured"] = {
@@ -261,6 +279,7 @@ class _Run:
     def _advance(self) -> None:
         with self._said_in_si():
             self.body.advance(self._until())
+            raise_failure()
 
     def _through(self) -> bool:
         """Go through the next outputs in one call, where the model offers it; whether that came on."""
@@ -276,6 +295,8 @@ class _Run:
         for record in records:
             self._keep(record)
             self._call_back(record, self._ended())
+        with self._said_in_si():
+            raise_failure()
         self._count("series")
         if self._ended() and not (records and records[-1]["time"] == body.time):
             self._record(force=True)
@@ -289,7 +310,7 @@ class _Run:
                 yield
         except NumericalError as error:
             self._keep_what_there_is()
-            raise self._in_si(error) from None
+            raise in_si(error, self.units) from None
         except SceneError:  # of a function of the user's own
             self._keep_what_there_is()
             raise
@@ -306,12 +327,6 @@ class _Run:
         # What was recorded before a body left the numbers is what its user wants to look at.
         self.archive.write_segment(self.records, self.snapshots)
         self.records, self.snapshots = [], []
-
-    def _in_si(self, error: NumericalError) -> NumericalError:
-        if error.time is None or self.units == DIMENSIONLESS:
-            return error
-        time = self.units.to_si(error.time, "time")
-        return NumericalError(error.message, error.effect, time, error.particle, "s")
 
     def _next(self, kind: str) -> float:
         every = getattr(self.output, f"{kind}_every")
@@ -421,6 +436,13 @@ class _Run:
         return seconds_left(
             done - first, self.reported_at - begun, 1.0 - done, math.nan if self._off_plan() else predicted
         )
+
+
+def in_si(error: NumericalError, units: CodeUnits) -> NumericalError:
+    """The error with its time, which is in code units, in seconds; as it is where the scene is dimensionless."""
+    if error.time is None or units == DIMENSIONLESS:
+        return error
+    return NumericalError(error.message, error.effect, units.to_si(error.time, "time"), error.particle, "s")
 
 
 def seconds_left(worked: float, seconds: float, left: float, predicted: float) -> float:

@@ -115,6 +115,26 @@ class Archive:
         self.must_be_writable()
         self._commit({**self._manifest, "metadata": {**self.metadata, **further}})
 
+    def change(self, further: Mapping[str, Any], back: bool = False) -> None:
+        """Add plain data to the description and, where `back`, return to the checkpoint before the last, at once.
+
+        Outputs after that checkpoint are dropped; where there is none, the last stays. The final file stays until the
+        next one is whole.
+        """
+        self.must_be_writable()
+        checkpoints, segments = self._manifest["checkpoints"], self._manifest["segments"]
+        checkpoints = checkpoints[:-1] if back and len(checkpoints) > 1 else checkpoints
+        self._commit({
+            **self._manifest, "metadata": {**self.metadata, **further}, "checkpoints": checkpoints,
+            "segments": segments[: _segments(checkpoints[-1])], "final": None,
+        })  # fmt: skip
+        self._sweep()
+
+    @property
+    def digest(self) -> str:
+        """The sha256 of the manifest, which has that of every file."""
+        return manifests.digest(self._manifest)
+
     @property
     def segments(self) -> int:
         """Number of saved files of output."""
@@ -177,6 +197,13 @@ class Archive:
         """Arrays and scalars of the last checkpoint, None before the first; ArchiveError if it is damaged."""
         entry = self._manifest["checkpoints"][-1]
         return None if entry is None else read_arrays(self.folder / entry["file"], entry["sha256"])
+
+    def checkpoints(self) -> Iterator[tuple[str, dict[str, np.ndarray]]]:
+        """File and arrays of each checkpoint that is whole, the last one first."""
+        damaged = self.damaged()
+        for entry in filter(None, reversed(self._manifest["checkpoints"])):
+            if entry["file"] not in damaged:
+                yield entry["file"], read_arrays(self.folder / entry["file"], entry["sha256"])[0]
 
     def read_series(self, damaged: str = "raise") -> Iterator[dict[str, np.ndarray]]:
         """Headline records of each segment in turn, the output number leading; checked against the hashes.

@@ -86,6 +86,7 @@ class _Metadata(_Plain):
     predicted_evolution_time: float = math.nan
     predicted_steps: float = math.inf
     predicted_course: list[float] = [0.0, 1.0]
+    history: list[str] = []
 
 
 class _Segment(_Plain):
@@ -155,7 +156,7 @@ def empty(metadata: dict[str, Any]) -> dict[str, Any]:
 
 def write(folder: Path, manifest: Mapping[str, Any]) -> None:
     """Replace both copies, each as a whole; ArchiveError if the system refuses."""
-    content = {**manifest, "sha256": _digest(manifest)}
+    content = {**manifest, "sha256": digest(manifest)}
     for name in (COPY, MANIFEST):
         write_json(folder / name, content)
 
@@ -191,7 +192,7 @@ def read_file(path: Path) -> dict[str, Any]:
         raise ArchiveError(
             f"{path.parent} was written in format {version} of a newer version; this one reads up to {VERSION}."
         )
-    if recorded != _digest(manifest) and not (version == 1 and recorded is None):
+    if recorded != digest(manifest) and not (version == 1 and recorded is None):
         raise ArchiveError(f"{path} is damaged: its sha256 is not the one that was recorded when it was written.")
     manifest = _current(manifest)
     if wrong := complaint(_Manifest, manifest):
@@ -218,5 +219,6 @@ def complaint(schema: type[BaseModel], content: Any) -> str:
     return ""
 
 
-def _digest(manifest: Mapping[str, Any]) -> str:
+def digest(manifest: Mapping[str, Any]) -> str:
+    """The sha256 that both copies of a manifest have with them."""
     return hashlib.sha256(json.dumps(manifest).encode()).hexdigest()

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import jax
 import jax.numpy as jnp
@@ -103,6 +103,19 @@ class Ellipsoid:
         self.opening = {name: float(arrays[f"opening {name}"]) for name in self.opening}
         self.time, self.steps = float(arrays["time"]), int(arrays["steps"])
         self.timestep, self.largest_inertia = float(arrays["timestep"]), float(arrays["largest"])
+
+    def begin(self, other: Self) -> None:
+        """Be where another body of the same matter is, with a ledger that begins there."""
+        moment, there = float(self.problem.second_moment), other.state
+        with jax.enable_x64(True):
+            self.state = self.state._replace(
+                second_moment=moment * there.deformation @ there.deformation.T,
+                mixed_moment=moment * there.deformation @ there.rate.T,
+                **{name: getattr(there, name) for name in ("deformation", "rate", "centre", "velocity", "heat")},
+            )
+        self.time, self.timestep = other.time, other.timestep
+        self.opening, self.largest_inertia = energies(self._seen()), 0.0
+        self._note_inertia()
 
     def figures(self) -> Figures:
         """What the progress line shows."""

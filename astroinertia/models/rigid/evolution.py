@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import jax
 import jax.numpy as jnp
@@ -31,6 +31,7 @@ _FAR_TOO_MANY = (
     "record more often, take the integrator splitting, or the model scaling if only the rate counts"
 )
 _UNIT = 1e-6  # from 1, the length of a quaternion that is an attitude but for round-off
+_ATTITUDE = slice(1, 5)  # of what a branch began with: time, attitude, L in the principal axes
 _BY_SIZE = 2  # sums that a change of size needs: the energy at size 1, and its own work
 
 
@@ -58,12 +59,27 @@ class RigidBody:
     def __init__(self, body: Rigid, quaternion: Array, momentum: Array, settings: Settings) -> None:
         self.body, self.settings = body, settings
         self.effects = (*(effect.kind for effect in body.effects), RIGIDITY)
+        self._begun: np.ndarray | None = None  # of a branch, the time, attitude and L that it began with
+        self._start(0.0, quaternion, momentum)
+        self._units = self._units_of_errors()
+
+    def begin(self, other: Self) -> None:
+        """Be where another body of the same shape is; what effects do is counted from there."""
+        self._start_at(np.concatenate([[other.time], np.asarray(other.state.turning.total)]))
+
+    def _start_at(self, begun: np.ndarray) -> None:
+        self._begun = begun
+        self._start(float(begun[0]), begun[1:5], begun[5:])
+
+    def _start(self, time: float, quaternion: Array, momentum: Array) -> None:
+        body = self.body
         sized = _BY_SIZE if body.change is not None else 0
         self.state = rigid_splitting.rotor(quaternion, momentum, np.zeros(sized + len(body.effects)))
-        self._time, self._steps, self._timestep, self._pace = 0.0, 0, 0.0, 0.0
+        self._time, self._steps, self._timestep, self._pace = time, 0, 0.0, 0.0
         self._way, self._refusal = adaptive.Way(), None
         if sized:
-            energy = rigid.rotational_energy(body, jnp.zeros(()), self.state.momentum_in_body)
+            at, m = jnp.asarray(time), self.state.momentum_in_body
+            energy = rigid.rotational_energy(body, at, m) * rigid.size(body, at)
             self.state = replace(self.state, sums=filled(self.state.sums.value.at[0].set(energy)))
         opening = self._ledgers(self._present())
         kinetic, potential = self._energies(opening)
@@ -74,7 +90,6 @@ class RigidBody:
             "potentials": opening.potential[0],
             "velocity": opening.moments.velocity[0],
         }
-        self._units = self._units_of_errors()
 
     @property
     def time(self) -> float:
@@ -127,6 +142,7 @@ class RigidBody:
         return {
             **{f"state_{number}": np.asarray(leaf) for number, leaf in enumerate(leaves)},
             **{name: np.asarray(value) for name, value in numbers.items()},
+            **({} if self._begun is None else {"begun": self._begun}),
         }
 
     def resume(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -134,10 +150,13 @@ class RigidBody:
 
         Tests: tests/unit/models/test_checkpoint.py.
         """
+        if "begun" in arrays:
+            checkpoint.check(arrays, {"begun": (np.dtype(float), (_ATTITUDE.stop + 3,))}, {})
+            _check_attitude(arrays, "begun", _ATTITUDE)
+            self._start_at(arrays["begun"])
         limits = dict.fromkeys(("time", "timestep", "pace"), checkpoint.SIZE) | {"steps": checkpoint.COUNT}
         checkpoint.check(arrays, checkpoint.described(RigidBody.arrays(self)), limits)
-        if abs(np.linalg.norm(arrays["state_0"][:4]) - 1.0) > _UNIT:
-            raise ValueError("'state_0' has an attitude that is no rotation")
+        _check_attitude(arrays, "state_0", slice(0, 4))
         leaves, structure = jax.tree.flatten(self.state)
         self.state = jax.tree.unflatten(structure, [jnp.asarray(arrays[f"state_{k}"]) for k in range(len(leaves))])
         self._time, self._steps = float(arrays["time"]), int(arrays["steps"])
@@ -285,6 +304,11 @@ class RigidBody:
             momentum = moment * (pace or 1.0)
         shares = np.where(self.body.moments > 0.0, self.body.moments / moment, 1.0)
         return momentum, momentum * shares, momentum**2 / moment
+
+
+def _check_attitude(arrays: Mapping[str, np.ndarray], name: str, place: slice) -> None:
+    if abs(np.linalg.norm(arrays[name][place]) - 1.0) > _UNIT:
+        raise ValueError(f"{name!r} has an attitude that is no rotation")
 
 
 def too_fast(steps: float, time: float) -> NumericalError:

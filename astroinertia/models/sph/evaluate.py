@@ -100,9 +100,11 @@ def densities(problem: Problem, pairs: Any, state: State, targets: Array | None 
 
 
 def with_first_memories(problem: Problem, fluid: Fluid) -> Fluid:
-    """The fluid with what effects evolve for themselves, before the first evaluation."""
+    """The fluid with what effects evolve for themselves, before the first evaluation: as it has it, or as it begins."""
+    before, fluid = fluid.memory, replace(fluid, memory={})
     for effect in problem.effects:
-        fluid = replace(fluid, memory={**fluid.memory, **effect.initial_memory(problem.engine.xp, fluid)})
+        begun = effect.initial_memory(problem.engine.xp, fluid)
+        fluid = replace(fluid, memory=fluid.memory | {name: before.get(name, begun[name]) for name in begun})
     return fluid
 
 

@@ -1,5 +1,6 @@
-"""The first state of particles: their smoothing lengths, entropies and rates at time 0."""
+"""The first state of particles: their smoothing lengths, entropies and rates at time 0, or where a branch begins."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -27,11 +28,14 @@ def initial_state(
     internal_energy: Array | None = None,
     points: dict[str, Any] | None = None,
     material: Array | None = None,
+    time: float = 0.0,
+    memory: Mapping[str, Array] | None = None,
 ) -> tuple[State, Any]:
-    """The state at time 0 with its rates, and the arrangement of its particles (N,), (N, 3), (N, 3), (N,).
+    """The state at a time with its rates, and the arrangement of its particles (N,), (N, 3), (N, 3), (N,).
 
     Entropies are given, or follow from specific internal energies and the densities found. points: those beside it.
-    material: (N,), where the equation of state has several.
+    material: (N,), where the equation of state has several. memory: of particles that are on their way, what effects
+    have evolved for themselves, (N,); what these effects do not have is left out, and what there is not, begins.
     NumericalError where some particle cannot have a smoothing length, or the energy that it is given.
     """
     xp = problem.engine.xp
@@ -43,7 +47,7 @@ def initial_state(
     guess = xp.full(count, problem.eta * 2.0 * spread / count ** (1 / 3))
     nothing = (None,) * len(problem.effects)
     state = State(
-        time=xp.zeros(()),
+        time=xp.asarray(float(time)),
         step=xp.zeros((), dtype=int),
         identity=xp.arange(count),
         mass=mass,
@@ -52,7 +56,7 @@ def initial_state(
         velocity=velocity,
         entropy=xp.asarray(internal_energy if entropy is None else entropy),
         smoothing_length=guess,
-        memory={},
+        memory={name: xp.asarray(array) for name, array in (memory or {}).items()},
         ledger=open_ledger(xp, mass, position, velocity, len(problem.effects)),
         rates=Rates(nothing, nothing, nothing, xp.zeros(count), xp.zeros(()), None),  # type: ignore[arg-type]
         points=opened(xp, problem.effects, points),

@@ -62,7 +62,7 @@ def test_without_align_steps_are_as_long_as_they_may_be(tmp_path: Path) -> None:
 def test_a_run_that_leaves_its_plan_by_a_factor_of_ten_says_so(
     planned: float, says: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(loop, "_predicted", lambda _: {"predicted_steps": planned, "predicted_evolution_time": 1e6})
+    monkeypatch.setattr(loop, "predicted", lambda _: {"predicted_steps": planned, "predicted_evolution_time": 1e6})
     seen: list[loop.Progress] = []
     loop.run_scene(load_file(SIMS / "tennis_racket.toml"), tmp_path / "run", seen.append)
     assert any(math.isfinite(each.planned_steps) for each in seen) == says

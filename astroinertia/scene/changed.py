@@ -1,0 +1,99 @@
+"""What may change of a run that goes on, and in a run that starts from one of its states: settings of its scene.
+
+Tests: tests/unit/run/test_extend.py, tests/unit/run/test_branch.py.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+from astroinertia.effects.doors import as_written, made_of
+from astroinertia.errors import SceneError
+from astroinertia.scene.load import loads, refuse_other_options, resolved_text
+from astroinertia.scene.plan import cadence
+from astroinertia.scene.schema import Scene
+from astroinertia.scene.text import toml_value
+from astroinertia.units import shown
+
+OF_A_RUN = (
+    "time.end", "time.max_steps", "output.series_every", "output.series_steps", "output.snapshot_every",
+    "output.align", "output.checkpoint_seconds",
+)  # fmt: skip
+OF_A_BRANCH = ("name", "description", "effects", "numerics", "time", "output", "regions", "observables")
+_NOT_PHYSICS = {"time", "output", "source", "overrides", "origin", "reasons", "choice"}
+
+
+def going_on(scene: Scene, settings: Sequence[str]) -> Scene:
+    """The scene of a run with "key.path=value" settings put in, with which the run goes on.
+
+    Where it says nothing of how often outputs are written, that stays as it was. SceneError names what must stay.
+    """
+    for setting in settings:
+        if (key := key_of(setting)) not in OF_A_RUN:
+            raise SceneError(
+                f"--set {shown(setting)}: {shown(key)} stays as it is in a run that goes on, which may change "
+                f"{', '.join(OF_A_RUN)}; `astroinertia branch` starts another run from one of its states."
+            )
+    if scene.output.error_bars:
+        raise SceneError(
+            "a run with error bars goes on with no other settings, for its companion runs end where it does: run its "
+            "scene again, or branch it."
+        )
+    changed = with_settings(scene, [*_as_often(scene, settings), *settings])
+    if changed.model_dump(exclude=_NOT_PHYSICS) != scene.model_dump(exclude=_NOT_PHYSICS):
+        raise SceneError('effects = "auto" chooses other effects with these settings: branch the run, and name them.')
+    return changed
+
+
+def branch_of(scene: Scene, settings: Sequence[str], things: Sequence[Any] = ()) -> Scene:
+    """The scene of a branch of a run, with settings put in and effects or observables of the user's own besides.
+
+    things: those, and what of them the run was given; effects that it was given may have other options now. SceneError
+    names what must stay.
+    """
+    for setting in settings:
+        if (key := key_of(setting)).partition(".")[0] not in OF_A_BRANCH:
+            raise SceneError(
+                f"--set {shown(setting)}: {shown(key)} stays as it is in a branch, whose body is that of the run; it "
+                f"may change what is in {', '.join(OF_A_BRANCH)}."
+            )
+    again = [own for own in things if made_of(own) in scene.own_classes and not isinstance(own, type)]
+    for own in again:
+        if made_of(own) not in (entry.made for entry in scene.own.values()):
+            refuse_other_options(scene, own)
+    listed = [
+        f"effects.{own.kind}={toml_value(as_written(own, scene.dimensionless))}"
+        for own in again
+        if own.kind in scene.own
+    ]
+    fresh = [own for own in things if made_of(own) not in scene.own_classes]
+    changed = with_settings(scene, [*settings, *listed], fresh)
+    if changed.output.error_bars:
+        raise SceneError(
+            "a branch has no error bars, for companion runs begin at the start: set output.error_bars=false."
+        )
+    return changed
+
+
+def with_settings(scene: Scene, settings: Sequence[str], effects: Sequence[Any] = ()) -> Scene:
+    """The scene with settings put in, and effects of the user's own besides."""
+    return loads(resolved_text(scene), settings, scene.origin, effects=(*scene.own_classes, *effects))
+
+
+def key_of(setting: str) -> str:
+    """The key of a "key.path=value"."""
+    return setting.partition("=")[0].strip()
+
+
+def _as_often(scene: Scene, settings: Sequence[str]) -> list[str]:
+    """Settings by which outputs are as far apart as before, where that has followed from the end."""
+    said, when, unit = set(map(key_of, settings)), cadence(scene), "" if scene.dimensionless else " s"
+    kept = []
+    if scene.output.series_every is None and when.series_every is not None and "output.series_steps" not in said:
+        kept.append(f"output.series_every={_quoted(f'{when.series_every!r}{unit}')}")
+    if scene.output.snapshot_every is None:
+        kept.append(f"output.snapshot_every={_quoted(f'{when.snapshot_every!r}{unit}')}")
+    return kept
+
+
+def _quoted(text: str) -> str:
+    return f'"{text}"' if " " in text else text
