@@ -1,7 +1,7 @@
 """Units, at the two ends of the program only: quantity strings to SI, SI to code units with G = 1, and what an option
 of an effect, an equation of state, a body or an observable is: its dimension, default and limits.
 
-The only importer of astropy.units and astropy.constants.
+The only importer of astropy.units.
 """
 
 import math
@@ -14,26 +14,21 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from astropy import constants, units as astropy_units
-
 from astroinertia.errors import SceneError
 
-
-def _constant(name: str) -> float:
-    return float(getattr(constants, name).si.value)
-
-
-GRAVITATIONAL_CONSTANT = _constant("G")  # m3 kg-1 s-2, CODATA 2018
-SPEED_OF_LIGHT = _constant("c")  # m s-1, exact
-SOLAR_MASS = _constant("M_sun")  # kg, IAU 2015 nominal GM over CODATA 2018 G
-SOLAR_RADIUS = _constant("R_sun")  # m, IAU 2015 nominal
-VACUUM_PERMEABILITY = _constant("mu0")  # N A-2, CODATA 2018
-PARSEC = _constant("pc")  # m
-ELECTRON_MASS = _constant("m_e")  # kg, CODATA 2018
-ATOMIC_MASS = _constant("u")  # kg, CODATA 2018
-REDUCED_PLANCK_CONSTANT = _constant("hbar")  # J s, exact
-BOLTZMANN_CONSTANT = _constant("k_B")  # J K-1, exact
-STEFAN_BOLTZMANN_CONSTANT = _constant("sigma_sb")  # W m-2 K-4, exact
+# As astropy.constants has them (tests/unit/test_units.py); written out, so that no command waits for astropy that reads
+# no unit, and no result depends on its version.
+GRAVITATIONAL_CONSTANT = 6.6743e-11  # m3 kg-1 s-2, CODATA 2022
+SPEED_OF_LIGHT = 299792458.0  # m s-1, exact
+SOLAR_MASS = 1.988409870698051e30  # kg, IAU 2015 nominal GM over CODATA 2022 G
+SOLAR_RADIUS = 695700000.0  # m, IAU 2015 nominal
+VACUUM_PERMEABILITY = 1.25663706127e-06  # N A-2, CODATA 2022
+PARSEC = 3.085677581491367e16  # m
+ELECTRON_MASS = 9.1093837139e-31  # kg, CODATA 2022
+ATOMIC_MASS = 1.66053906892e-27  # kg, CODATA 2022
+REDUCED_PLANCK_CONSTANT = 1.0545718176461565e-34  # J s, exact
+BOLTZMANN_CONSTANT = 1.380649e-23  # J K-1, exact
+STEFAN_BOLTZMANN_CONSTANT = 5.6703744191844314e-08  # W m-2 K-4, exact
 
 LONGEST_QUANTITY = 80  # characters; no honest quantity is longer, and the unit parser need not see more
 LONGEST_UNIT = 40  # characters, in such a text
@@ -252,6 +247,8 @@ def astropy_quantity(values: Any, unit: str) -> Any:
     >>> print(astropy_quantity(3600.0, "s").to("h"))
     1.0 h
     """
+    from astropy import units as astropy_units  # only here and below: most commands read no unit
+
     return astropy_units.Quantity(values, "" if unit == "1" else unit)
 
 
@@ -306,6 +303,8 @@ def written_quantity(value: Any) -> Any:
 @lru_cache(maxsize=512)
 def _unit(text: str) -> tuple[float, Dimension, float]:
     """SI scale, dimension and power of the radian of a unit."""
+    from astropy import units as astropy_units
+
     powers = [int(digits) for digits in re.findall(r"(?:\*\*|\^|[A-Za-z)])\s*\(?\s*[+-]?(\d+)", text)]
     if any(power > LARGEST_EXPONENT for power in powers):
         raise SceneError(f"the unit '{shown(text)}' has an exponent beyond {LARGEST_EXPONENT}.")

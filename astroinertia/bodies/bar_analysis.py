@@ -16,8 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from astroinertia.bodies import jacobi
-from astroinertia.bodies.ellipsoid_gravity import gravitational_energy
 from astroinertia.inertia.growth import growth
 from astroinertia.inertia.tensor import axial_vector, twice_symmetric
 
@@ -66,6 +64,9 @@ def bar_history(
     >>> print(f"{abs(seen.pattern_speed):.6f} {seen.internal_rate / figure.internal_angular_velocity:.6f}")  # it stands
     0.000000 1.000000
     """
+    from astroinertia.bodies import jacobi  # only here: who opens a file has no need of ellipsoids
+    from astroinertia.bodies.ellipsoid_gravity import gravitational_energy
+
     matrix, rate = np.asarray(deformation, float), np.asarray(deformation_rate, float)
     if matrix.shape[-2:] != (3, 3) or rate.shape != matrix.shape:
         raise ValueError(f"F and dF/dt are (..., 3, 3) each, not {matrix.shape} and {rate.shape}")

@@ -15,7 +15,7 @@ from types import MappingProxyType
 
 from astroinertia.bodies import moment_ratios
 from astroinertia.storage.data_tables import data_path
-from astroinertia.units import GRAVITATIONAL_CONSTANT, quantity
+from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 STATUSES = ("measured", "hydrostatic", "model", "convention", "assumed")
 OWN = "own"  # status of a number that is not of the table
@@ -235,5 +235,4 @@ def _scale(unit: str) -> tuple[float, str]:
         return _TURN_PER_DAY / 360.0, "rad s-1"
     if unit == "km3/s2":
         return 1e9, "m3 s-2"
-    kind, si = {"km": ("length", "m"), "kg/m3": ("density", "kg m-3")}[unit]
-    return quantity(f"1 {unit}", kind), si
+    return {"km": (1e3, "m"), "kg/m3": (1.0, "kg m-3")}[unit]

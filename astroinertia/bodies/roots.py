@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import brentq
 
 _TOLERANCE = np.float64(1e-15)  # scipy allows no less than four times round-off
 
@@ -14,4 +13,6 @@ def root_between(function: Callable[[float], float], low: float, high: float) ->
     ValueError unless the function has different signs there. Source: Brent 1973, Algorithms for Minimization without
     Derivatives, ch. 4. Test: tests/unit/bodies/test_ellipsoids.py (every figure found from a quantity).
     """
+    from scipy.optimize import brentq  # only here: who opens a file need not wait for it
+
     return float(brentq(function, low, high, xtol=_TOLERANCE, rtol=_TOLERANCE))  # pyright: ignore[reportArgumentType]

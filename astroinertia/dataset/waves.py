@@ -12,7 +12,6 @@ tests/unit/dataset/test_waves.py.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.units import SPEED_OF_LIGHT
@@ -49,6 +48,8 @@ def waves(time: np.ndarray, acceleration: np.ndarray, gravitational_constant: fl
         frequency = np.zeros(1)
         return Waves(nothing, nothing, np.full((count, 3), np.nan), frequency, np.full(1, np.nan), np.full(1, np.nan))
     traceless = acceleration - np.trace(acceleration, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
+    from scipy.interpolate import CubicSpline  # only here: who opens a file need not wait for it
+
     spline = CubicSpline(time, traceless)
     rate = spline(time, 1)
     scale = gravitational_constant / (5.0 * SPEED_OF_LIGHT**5)

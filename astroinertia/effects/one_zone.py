@@ -11,7 +11,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 SMALLEST, LARGEST = 1e-3, 1e3  # of the size at first: what is smaller has fallen together, what is larger is gone
 LONGEST = 15.0  # 1/frequency: what is slower than that is followed by what it does until then
@@ -68,6 +67,8 @@ def motion(zone: Zone, end: float) -> Motion:
         return state[0] - LARGEST
 
     small.terminal = large.terminal = True  # type: ignore[attr-defined]
+    from scipy.integrate import solve_ivp  # only here: the table of effects need not wait for it
+
     solution = solve_ivp(
         slope,
         (0.0, rate * end),

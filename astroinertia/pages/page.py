@@ -3,7 +3,6 @@
 import base64
 import hashlib
 import json
-import re
 from html import escape
 from pathlib import Path
 from string import Template
@@ -15,8 +14,6 @@ from astroinertia.storage import overwriting
 from astroinertia.storage.atomic import write_whole
 
 HERE = Path(__file__).parent
-_SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-_POWER = re.compile(r"\b(kg|rad|Pa|m|s|K|J|N)(-?\d)\b|\^(-?\d+)")
 
 
 def filled(template: str, **parts: str) -> str:
@@ -37,11 +34,6 @@ def write_page(path: Path, markup: str) -> None:
 def text(value: Any) -> str:
     """Text of anybody's as markup that shows it, and does nothing else."""
     return escape(str(value), quote=True)
-
-
-def raised(words: str) -> str:
-    """Text with powers of units raised: "10^41 kg m2" as "10⁴¹ kg m²"."""
-    return _POWER.sub(lambda match: (match[1] or "") + (match[2] or match[3]).translate(_SUPERSCRIPTS), words)
 
 
 def data_block(value: Any) -> str:

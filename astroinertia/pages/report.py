@@ -19,9 +19,10 @@ from matplotlib.figure import Figure
 from astroinertia import plots
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.resolution import resolution_message
-from astroinertia.pages.page import filled, name_of, policy, raised, text, write_page
+from astroinertia.pages.page import filled, name_of, policy, text, write_page
 from astroinertia.plots import style
-from astroinertia.plots.summary import Table, heading, tables
+from astroinertia.plots.in_words import Table, heading, tables
+from astroinertia.plots.shown_units import raised
 
 CAPTIONS = {
     "inertia": "The moment of inertia by its own evolution equation, and summed over the body",

@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.colors import to_hex
 
 from astroinertia.dataset.absent import with_absent
-from astroinertia.pages.page import HERE, data_block, filled, name_of, policy, raised, text, write_page
+from astroinertia.pages.page import HERE, data_block, filled, name_of, policy, text, write_page
 from astroinertia.plots import film, style
 from astroinertia.plots.axis_scales import angular_momentum_scale
 from astroinertia.plots.matter import Triad, matter, reach, triads, triads_of_series
@@ -114,7 +114,7 @@ def _captions(dataset: xr.Dataset, snapshots: xr.Dataset | None, numbers: np.nda
     for name, series, values in shown:
         factor, unit = style.scale_of(style.unit_of(series), series.values)
         sampled = np.interp(times, time, series.values) if values is None else values
-        columns.append([raised(f"{name} {value / factor:.4g} {unit}".removesuffix(" 1")) for value in sampled])
+        columns.append([style.raised(f"{name} {value / factor:.4g} {unit}".removesuffix(" 1")) for value in sampled])
     return ("\n".join(lines) for lines in zip(*columns, strict=True))
 
 
@@ -123,7 +123,7 @@ def _legend(snapshots: xr.Dataset | None, colours: list[str]) -> str:
         return "drawn as the homogeneous ellipsoid<br>that has its inertia tensor"
     low, high = _densities(snapshots, np.arange(snapshots.sizes["snapshot_time"]))
     unit = style.unit_of(snapshots["density"])
-    named = raised(f"density {_power(low)} to {_power(high)} {unit}".removesuffix(" 1"))
+    named = style.raised(f"density {_power(low)} to {_power(high)} {unit}".removesuffix(" 1"))
     count = snapshots.sizes["particle"]
     kept = f"<br>{MOST_PARTICLES} of {count} particles" if count > MOST_PARTICLES else ""
     return f'{text(named)}<div style="background:linear-gradient(90deg,{",".join(colours[::9])})"></div>{kept}'

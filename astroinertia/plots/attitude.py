@@ -304,5 +304,6 @@ def _errors(axes, dataset: xr.Dataset) -> None:
             axes.semilogy(times, np.where(values > 0, values, np.nan), color=colour, linewidth=1.3, label=text)
     low, high = style.robust_limits(np.concatenate(drawn), 1e-18)
     axes.set_ylim(max(low, 1e-18), max(high, 30 * low))
+    style.plain_log(axes.yaxis, *axes.get_ylim())
     axes.set_ylabel("relative size")
     axes.legend(loc="best")

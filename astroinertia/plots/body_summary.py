@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from astroinertia.plots.style import unit_of
+from astroinertia.plots.shown_units import unit_of
 
 _WIDTH, _COLUMN = 30, 15
 

@@ -129,6 +129,7 @@ def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, sliced: bo
     density = snapshot["density"]
     named = ("density", style.unit_of(density)) if sliced else ("column density", column_unit(density))
     bar.set_label(style.label(*named))
+    style.plain_log(bar.ax.xaxis, norm.vmin, norm.vmax)  # type: ignore[arg-type]
     bar.outline.set_visible(False)  # type: ignore[operator]
 
 
@@ -136,7 +137,7 @@ def _moment(time: xr.DataArray) -> str:
     if float(time) == 0.0:
         return ""
     factor, unit = style.scale_of(style.unit_of(time), time.values)
-    return f", {float(time) / factor:.4g} {style.pretty(unit)}" if unit != "1" else f", time {float(time):.4g}"
+    return f", {float(time) / factor:.4g} {style.raised(unit)}" if unit != "1" else f", time {float(time):.4g}"
 
 
 def _arrows(panels, particles: Matter, half_width: float, length_scale: float) -> None:

@@ -73,7 +73,7 @@ def _body(panel, dataset: xr.Dataset, axes, defined, view, points) -> None:
     draw_axes(panel, thick, axes, defined, view)
     heading(panel, "Homogeneous ellipsoid with this tensor")
     axis_lengths = [f"{value / scale:.4g}" for value in lengths]
-    _note(panel, "semi-axes " + ", ".join(axis_lengths) + ("" if unit == "1" else f" {style.pretty(unit)}"))
+    _note(panel, "semi-axes " + ", ".join(axis_lengths) + ("" if unit == "1" else f" {style.raised(unit)}"))
 
 
 def _inertia(panel, moments, axes, defined, view) -> None:
@@ -203,5 +203,5 @@ def _caption(dataset: xr.Dataset) -> str:
     scale, unit = style.scale_of(style.unit_of(moments), moments.values)
     values = "   ".join(f"$I_{k + 1}$ = {value / scale:.5g}" for k, value in enumerate(moments.values))
     undefined = [str(k + 1) for k in range(3) if not bool(dataset["axis_defined"].values[k])]
-    text = f"{values}" + ("" if unit == "1" else f"  {style.pretty(unit)}")
+    text = f"{values}" + ("" if unit == "1" else f"  {style.raised(unit)}")
     return text + (f"     axes {', '.join(undefined)}: undefined, the moments are equal" if undefined else "")

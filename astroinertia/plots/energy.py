@@ -103,6 +103,7 @@ def _errors(axes, dataset: xr.Dataset) -> None:
         return
     low, high = style.robust_limits(np.concatenate(drawn), 1e-18)
     axes.set_ylim(max(low, 1e-17), high)
+    style.plain_log(axes.yaxis, *axes.get_ylim())
     axes.set_ylabel("relative size")
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     style.mark_compression(axes, dataset, factor)

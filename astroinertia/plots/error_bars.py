@@ -67,6 +67,7 @@ def error_bars_figure(dataset: xr.Dataset) -> Figure:
             return figure
         axes.set_yscale("log")
         axes.set_ylim(_LEAST_DRAWN * greatest, 3.0 * greatest)  # first: bars may be the same at all times
+        style.plain_log(axes.yaxis, *axes.get_ylim())
         for name, bar in bars.items():
             if not np.nanmax(bar) > _LEAST_DRAWN * greatest:
                 continue  # of what is kept to rounding

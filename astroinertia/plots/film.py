@@ -85,7 +85,7 @@ def frames(
                 subject.paint(panel, k, plane, widths[k], length)
                 name_view(panel, name)
                 _draw_and_forget(panel)
-            stamp.set_text(f"t = {shown[k]} {style.pretty(unit)}".removesuffix(" 1"))
+            stamp.set_text(f"t = {shown[k]} {style.raised(unit)}".removesuffix(" 1"))
             figure.draw_artist(stamp)
             for mark in marks:
                 mark(subject.times[k] / factor)

@@ -240,7 +240,7 @@ def _overlaid(axes, one: Compared, names: list[str], factor: float) -> None:
         style.plain_log(axes.yaxis, finite.min(), finite.max())
     axes.set_title(f"{one.long_name[:1].upper()}{one.long_name[1:]}")
     if unit != "1":
-        axes.set_ylabel(style.pretty(unit))
+        axes.set_ylabel(style.raised(unit))
 
 
 def _differences(axes, one: Compared, names: list[str], factor: float, finest: int) -> None:
@@ -260,6 +260,7 @@ def _differences(axes, one: Compared, names: list[str], factor: float, finest: i
     everything = np.concatenate(drawn)
     low, high = style.robust_limits(everything, 1e-17)
     axes.set_ylim(max(low, float(np.nanmax(everything)) * 1e-6), high)
+    style.plain_log(axes.yaxis, *axes.get_ylim())
     axes.set_ylabel("over the largest")
 
 

@@ -103,6 +103,7 @@ def _angular_momentum(axes, dataset: xr.Dataset, impulse: np.ndarray) -> None:
         axes.semilogy(times, values, color=_colour(name, names), linewidth=1.4)
     low, high = style.robust_limits(sizes, 1e-20)
     axes.set_ylim(min(max(low, 1e-18), 1e-17), max(high, 1e-11))
+    style.plain_log(axes.yaxis, *axes.get_ylim())
     style.level(axes, float(np.finfo(float).eps), "round-off", style.GREY)
     axes.set_ylabel(r"$|\Delta L_e|\,/\,|L|$" if turning else r"$|\Delta L_e|$ / largest possible")
     style.mark_compression(axes, dataset, factor)

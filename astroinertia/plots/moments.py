@@ -60,7 +60,7 @@ def _moments(axes, dataset: xr.Dataset) -> None:
     shade(axes, times, bands)
     if nearly_constant:
         axes.axhline(0, color=style.GREY, linewidth=0.8)
-        axes.set_ylabel("change since the start" + (f" ({style.pretty(unit)})" if unit != "1" else ""))
+        axes.set_ylabel("change since the start" + (f" ({style.raised(unit)})" if unit != "1" else ""))
     else:
         axes.set_ylabel(style.label("moment of inertia", unit))
         if np.nanmax(diagonal) > 20 * np.nanmin(diagonal) > 0:
@@ -109,5 +109,6 @@ def _closure(axes, dataset: xr.Dataset) -> None:
     style.level(axes, CLOSURE_BAR, "bar of tests", style.VERMILLION)
     low, high = style.robust_limits(closure, 1e-18)
     axes.set_ylim(min(low, 5e-17), max(high, 1e-11))
+    style.plain_log(axes.yaxis, *axes.get_ylim())
     axes.set_ylabel("closure")
     style.mark_compression(axes, dataset, factor)

@@ -96,10 +96,13 @@ def _add_slice(u, v, w, size, mass, support, centres, image):
     count, width = centres.size, centres[1] - centres[0]
     for k in range(u.size):
         h, radius = size[k], support * size[k]
-        left, right = _covered(u[k] - radius, u[k] + radius, centres[0], width)
         low, high = _covered(v[k] - radius, v[k] + radius, centres[0], width)
         for row in range(max(low, 0), min(high, count - 1) + 1):
             beside = (centres[row] - v[k]) ** 2 + w[k] ** 2
+            if beside >= radius**2:
+                continue
+            chord = np.sqrt(radius**2 - beside)
+            left, right = _covered(u[k] - chord, u[k] + chord, centres[0], width)
             for column in range(max(left, 0), min(right, count - 1) + 1):
                 q = np.sqrt((centres[column] - u[k]) ** 2 + beside) / h
                 image[row, column] += mass[k] / h**3 * _kernel(np, q)

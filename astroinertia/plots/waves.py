@@ -67,6 +67,8 @@ def _spectrum(axes: Any, dataset: xr.Dataset) -> None:
     axes.plot(frequency / frequencies, size / scale, color=style.BLUE, linewidth=1.3)
     least, top = float(size[size > 0].min()) / scale, float(size.max()) / scale
     axes.set(xscale="log", yscale="log", ylim=(max(1e-4 * top, 0.5 * least), 3.0 * top))
+    style.plain_log(axes.xaxis, *axes.get_xlim())
+    style.plain_log(axes.yaxis, *axes.get_ylim())
     axes.set_xlabel(style.label("frequency", hertz))
     axes.set_ylabel(style.label(r"$h_{char} \times$ distance", unit))
     axes.set_title("Characteristic strain of the whole run")

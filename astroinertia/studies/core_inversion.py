@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from astroinertia.bodies.inversion import ThreeLayers, TwoLayers
 from astroinertia.bodies.planets import Published, SolarSystemBody
 from astroinertia.studies.two_layers import love_numbers, three_layers, two_layers
 
@@ -35,12 +36,17 @@ class CoreInversion:
     core_density_deviation: float
     mantle_density: float
     mantle_density_deviation: float
-    love_number: float
     possible_share: float
     assumed: str
+    layers: TwoLayers | ThreeLayers | None = None
+
+    @property
+    def love_number(self) -> float:
+        """Return the fluid k2 of the layers, computed when it is read; NaN where there are none."""
+        return np.nan if self.layers is None else float(love_numbers(self.layers))
 
 
-NOTHING = CoreInversion(*[np.nan] * 9, assumed="")
+NOTHING = CoreInversion(*[np.nan] * 8, assumed="")
 
 
 def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS) -> CoreInversion:
@@ -86,9 +92,9 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
         core_density_deviation=_deviation(layers.core_density),
         mantle_density=float(central.mantle_density),
         mantle_density_deviation=_deviation(layers.mantle_density),
-        love_number=float(love_numbers(central)),
         possible_share=float(good.mean()),
         assumed=_layer_text(name, density) + ("" if crust is None else "; " + _crust_text(*crust)),
+        layers=central,
     )
 
 

@@ -19,6 +19,7 @@ from astroinertia.bodies.moment_ratios import UNIFORM
 from astroinertia.bodies.planets import OWN, MomentRatio, Published, SolarSystemBody, body, solar_system
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.errors import SceneError
+from astroinertia.storage import cache
 from astroinertia.studies.core_inversion import core_inversion
 from astroinertia.studies.core_model_error import model_error_of
 from astroinertia.studies.sweeps import Model, sweep
@@ -30,6 +31,7 @@ _INDICES = np.linspace(0.0, 4.5, 46)
 _RADAU_DARWIN_LEAST = 0.75  # fluid k2 of the polytrope n = 0.67
 _ROUND_OFF = 1e-14  # of a ratio that was computed as 0.4
 _CONDENSED = tuple(np.linspace(0.6, 3.5, 6))  # indices between which that of a fluid k2 is found, the ratio to 2e-5
+_VERSION = 1  # part of the cache key: raise it when the solutions of polytropes change
 
 TWO_LAYERS = Model(
     lambda mass, radius, **parameters: _two_layer_outputs(mass, radius, **parameters),
@@ -128,11 +130,25 @@ def polytropes(indices: Iterable[float] = _INDICES) -> xr.Dataset:
 @lru_cache(maxsize=1)
 def _splines() -> tuple[CubicSpline, CubicSpline, CubicSpline]:
     """Index by moment ratio, logarithm of the central condensation by index, and moment ratio by index."""
-    sequence = polytropes()
-    ratio = sequence["moment_ratio"].values
+    sequence = _sequence()
+    ratio = sequence["moment_ratio"]
     by_ratio = CubicSpline(ratio[::-1], _INDICES[::-1])
     by_index = CubicSpline(_INDICES, ratio)
-    return by_ratio, CubicSpline(_INDICES, np.log(sequence["central_condensation"].values)), by_index
+    return by_ratio, CubicSpline(_INDICES, np.log(sequence["central_condensation"])), by_index
+
+
+@lru_cache(maxsize=1)
+def _sequence() -> dict[str, np.ndarray]:
+    """Moment ratio and central condensation along _INDICES, k2 along _CONDENSED; kept in the user's cache."""
+    key = cache.content_key(indices=_INDICES, condensed=_CONDENSED, version=_VERSION)
+    lengths = {"moment_ratio": len(_INDICES), "central_condensation": len(_INDICES), "love_number": len(_CONDENSED)}
+    stored = cache.load("polytropes", key)
+    if stored is not None and {name: array.size for name, array in stored.items()} == lengths:
+        return stored
+    sequence = {name: variable.values for name, variable in polytropes().data_vars.items()}
+    computed = sequence | {"love_number": np.array([apsidal.love_number(index) for index in _CONDENSED])}
+    cache.save("polytropes", key, computed)
+    return computed
 
 
 def polytropic_index(ratio) -> np.ndarray:
@@ -142,7 +158,7 @@ def polytropic_index(ratio) -> np.ndarray:
     1.500
     """
     ratio = np.asarray(ratio, dtype=float)
-    possible = (ratio <= UNIFORM * (1 + _ROUND_OFF)) & (ratio >= lane_emden(float(_INDICES[-1])).moment_ratio)
+    possible = (ratio <= UNIFORM * (1 + _ROUND_OFF)) & (ratio >= _sequence()["moment_ratio"][-1])
     return np.where(possible, _splines()[0](np.where(possible, np.minimum(ratio, UNIFORM), UNIFORM)), np.nan)
 
 
@@ -178,7 +194,7 @@ def hydrostatic_moment_ratio(love_number: float) -> float:
     """
     if love_number >= _RADAU_DARWIN_LEAST:
         return float(radau_darwin_moment_ratio(np.float64(love_number)))
-    if not love_number >= apsidal.love_number(_CONDENSED[-1]):
+    if not love_number >= _sequence()["love_number"][-1]:
         return math.nan
     index = _index_by_love_number()(math.log(love_number))
     return float(_splines()[2](index))
@@ -186,7 +202,7 @@ def hydrostatic_moment_ratio(love_number: float) -> float:
 
 @lru_cache(maxsize=1)
 def _index_by_love_number() -> CubicSpline:
-    logs = np.log([apsidal.love_number(index) for index in _CONDENSED])
+    logs = np.log(_sequence()["love_number"])
     return CubicSpline(logs[::-1], np.array(_CONDENSED)[::-1])
 
 

@@ -10,9 +10,6 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from astroinertia import dataset
-from astroinertia.dataset.derived import PARTICLE_GAP_TOLERANCE
-from astroinertia.dataset.files import archive_errors, loaded
 from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.inertia import tensor
 from astroinertia.inertia.body import Body
@@ -170,6 +167,10 @@ def _moment_unit(units: tuple[str, str]) -> str:
 
 def _run_matter(path: Path, units: tuple[str, str], snapshot: int) -> Matter | None:
     """A snapshot of a run; None for a netCDF file without any."""
+    from astroinertia import dataset  # only here: a table need not wait for it
+    from astroinertia.dataset.derived import PARTICLE_GAP_TOLERANCE
+    from astroinertia.dataset.files import archive_errors, loaded
+
     snapshots = dataset.open_snapshots(path)
     if snapshots is None:
         if path.is_dir():

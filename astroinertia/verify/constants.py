@@ -1,4 +1,4 @@
-"""Constants and units: what the package takes from astropy, and its own tables beside astropy's."""
+"""Constants and units: those of the package beside what is published, and its own tables beside astropy's."""
 
 import math
 

@@ -76,6 +76,7 @@ INSIDES = {
         "plots.polhodes",
         "plots.render",
         "plots.axis_scales",
+        "plots.shown_units",
         "plots.style",
     ),
     *("plots.density.column_unit", "plots.density.draw_density", "plots.density.frame_view"),  # what figures share

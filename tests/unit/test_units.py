@@ -167,3 +167,16 @@ def test_units_of_steep_pressures_are_found_where_their_factors_are_beyond_all_n
     assert code.unit(steep) == pytest.approx(float(expected), rel=1e-12)
     assert CodeUnits(1.85e21, 7.851e20).unit(steep) == math.inf
     assert CodeUnits(1.85e45, 7.851e-10).unit(steep) == 0.0
+
+
+def test_constants_are_those_of_codata_and_the_iau_to_the_last_bit():
+    names = {
+        "GRAVITATIONAL_CONSTANT": "G", "SPEED_OF_LIGHT": "c", "SOLAR_MASS": "M_sun", "SOLAR_RADIUS": "R_sun",
+        "VACUUM_PERMEABILITY": "mu0", "PARSEC": "pc", "ELECTRON_MASS": "m_e", "ATOMIC_MASS": "u",
+        "REDUCED_PLANCK_CONSTANT": "hbar", "BOLTZMANN_CONSTANT": "k_B", "STEFAN_BOLTZMANN_CONSTANT": "sigma_sb",
+    }  # fmt: skip
+    written = {name for name in vars(units) if name.endswith(("_CONSTANT", "_MASS", "PARSEC", "_RADIUS", "_LIGHT"))}
+    assert written | {"VACUUM_PERMEABILITY"} == set(names)
+    assert {name: getattr(units, name) for name in names} == {
+        name: float(getattr(constants, symbol).si.value) for name, symbol in names.items()
+    }

@@ -142,9 +142,9 @@ def test_a_closed_pipe_is_no_error(elsewhere):
 def test_a_scene_runs_resumes_and_shows(elsewhere, capsys, monkeypatch):
     import xarray
 
-    from astroinertia import plots
+    from astroinertia.plots import pictures
 
-    monkeypatch.setattr(plots, "FIGURES", {"inertia": plots.FIGURES["inertia"]})  # all are drawn in test_plots.py
+    monkeypatch.setattr(pictures, "FIGURES", {"inertia": pictures.FIGURES["inertia"]})  # all are drawn in test_plots.py
     settings = ["body.particles=64", "body.relax=false", "body.placement=lattice", "time.max_steps=3"]
     main(["new", "star.toml"])
     overrides = [part for setting in settings for part in ("--set", setting)]
@@ -162,6 +162,28 @@ def test_a_scene_runs_resumes_and_shows(elsewhere, capsys, monkeypatch):
     assert main(["show", "runs/rotating_star", "--output", "pictures"]) == 0
     assert "rotating_star" in capsys.readouterr().out
     assert list((elsewhere / "pictures").glob("*.png"))
+
+
+HEAVY = {"astropy", "diffrax", "jax", "matplotlib", "netCDF4", "numba", "scipy.integrate", "scipy.optimize"}
+LOADED = {
+    "moments": ("main(['moments', 'table.csv'])", set()),
+    "ratios": ("main(['ratios', '--body', 'Mars'])", {"jax", "scipy.integrate", "scipy.optimize"}),
+    "show": ("from astroinertia import dataset, plots; plots.summary, plots.write_all, dataset.open",
+             {"matplotlib", "netCDF4", "numba", "scipy.integrate", "scipy.optimize"}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("command", LOADED)
+def test_a_command_imports_only_what_it_uses(command, tmp_path):
+    statement, needed = LOADED[command]
+    (tmp_path / "table.csv").write_text("mass,x,y,z\n1,0,0,0\n1,1,0,0\n")
+    program = (
+        f"import sys; from astroinertia.cli.main import main; {statement};"
+        f"open('loaded', 'w').write(' '.join({HEAVY} & set(sys.modules)))"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    subprocess.run([sys.executable, "-c", program], capture_output=True, check=True, cwd=tmp_path, env=environment)
+    assert set((tmp_path / "loaded").read_text().split()) <= needed
 
 
 def test_a_wheel_holds_the_package(tmp_path):

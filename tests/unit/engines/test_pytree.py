@@ -1,6 +1,8 @@
 """Pytrees know their class: the cache of a compiled function can never take one for another."""
 
 import ast
+import subprocess
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -38,3 +40,13 @@ def test_no_class_is_registered_another_way():
     for file in Path(astroinertia.__file__).parent.rglob("*.py"):
         names = {node.attr for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Attribute)}
         assert "register_dataclass" not in names, file
+
+
+def test_what_is_made_before_jax_is_imported_is_a_pytree_all_the_same():
+    program = (
+        "import sys; from astroinertia.inertia.shapes import disc; one = disc(4.0, 2.0);"
+        "assert 'jax' not in sys.modules;"
+        "import jax; print(len(jax.tree.leaves(one)), float(jax.jit(lambda body: body + body)(one).mass))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["3", "8.0"]

@@ -7,17 +7,16 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from astroinertia import plots
 from astroinertia.pages import page
 from astroinertia.pages.report import CAPTIONS, write_report
 from astroinertia.pages.view import MOST_PARTICLES, write_view
-from astroinertia.plots import style
-from astroinertia.plots.summary import tables
+from astroinertia.plots import pictures, style
+from astroinertia.plots.in_words import tables
 from tests.browser import Browser
 from tests.unit.affine_body import affine_run
 from tests.unit.affine_datasets import headline, particles
 
-ALL_FIGURES = tuple(plots.FIGURES)
+ALL_FIGURES = tuple(pictures.FIGURES)
 EVIL = "</pre></script><script>document.title = 'owned'</script><img src=x onerror=\"document.title='owned'\">&amp;'"
 SCENE = f"name = 'star' # {EVIL}\n[body]\n"
 HOSTILE = {"name": f"star {EVIL}", "description": EVIL, "scene": SCENE, "plan": f"plan: {EVIL}", "model": EVIL,
@@ -37,7 +36,7 @@ def snapshots():
 
 @pytest.fixture
 def few_figures(monkeypatch):
-    monkeypatch.setattr(plots, "FIGURES", {"shape": lambda dataset: style.begin(dataset, "shape", (4.0, 3.0))})
+    monkeypatch.setattr(pictures, "FIGURES", {"shape": lambda dataset: style.begin(dataset, "shape", (4.0, 3.0))})
 
 
 class Parts(HTMLParser):
@@ -155,9 +154,9 @@ def test_a_view_shows_what_strangers_wrote_and_runs_one_script(series, tmp_path)
 
 
 def test_powers_of_units_are_raised():
-    assert page.raised("moment (10^41 kg m2)") == "moment (10⁴¹ kg m²)"
+    assert style.raised("moment (10^41 kg m2)") == "moment (10⁴¹ kg m²)"
     assert (
-        page.raised("mean angular velocity (rad s-1), 1/R^2, m 2, sum2")
+        style.raised("mean angular velocity (rad s-1), 1/R^2, m 2, sum2")
         == "mean angular velocity (rad s⁻¹), 1/R², m 2, sum2"
     )
 

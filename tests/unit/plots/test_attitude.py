@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from astroinertia import plots
+from astroinertia.plots import pictures
 from astroinertia.plots.attitude import attitude_figure, has_attitude, motion, nutation_and_precession
 from tests.unit.affine_body import METADATA, affine_run
 from tests.unit.affine_datasets import headline
@@ -120,7 +121,7 @@ def test_what_a_model_lacks_is_left_out_and_no_panel_is_empty(name, tmp_path, mo
     records, metadata, expected = variants()[name]
     series = headline(records, metadata)
     figures = {}  # as they would be saved: to lay them out takes long
-    monkeypatch.setattr(plots, "save", lambda figure, path: figures.setdefault(path.stem, figure) and path)
+    monkeypatch.setattr(pictures, "save", lambda figure, path: figures.setdefault(path.stem, figure) and path)
     assert [path.stem for path in plots.write_all(series, tmp_path)] == expected
     for figure, drawn in figures.items():
         if figure not in ("inertia", "spin", "attitude", "shape"):  # elsewhere the same

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from astroinertia import plots
 from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError
-from astroinertia.plots import film, movie
+from astroinertia.plots import film, movie, pictures
 from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, draw_triad, triads, triads_of_series
 from tests.unit.affine_body import METADATA, affine_run, particle_sphere
 from tests.unit.affine_datasets import headline, particles
@@ -188,7 +187,7 @@ def test_without_ffmpeg_a_film_is_a_gif(series, snapshots, tmp_path, monkeypatch
 
 def test_the_commands_write_beside_the_result(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(movie, "ffmpeg", lambda: None)
-    monkeypatch.setattr(plots, "FIGURES", {"shape": plots.FIGURES["shape"]})
+    monkeypatch.setattr(pictures, "FIGURES", {"shape": pictures.FIGURES["shape"]})
     headline(affine_run()[0][::40]).to_netcdf(tmp_path / "star.nc")
     for command, name in (("movie", "film.gif"), ("view", "view.html"), ("report", "report.html")):
         assert main([command, str(tmp_path / "star.nc")]) == 0
