@@ -31,6 +31,8 @@ function draw() {
   if (frame.points) drawParticles(frame, seen, scale, width, height);
   if (byId("shell").checked || !frame.points) drawShell(frame, place, seen);
   if (byId("axes").checked) drawAxes(frame, place);
+  drawScale(scale, height - byId("bar").offsetHeight - 14);
+  drawDirections(seen, width - 52, height - byId("bar").offsetHeight - 46);
   byId("now").textContent = frame.caption;
   byId("time").value = now;
 }
@@ -87,6 +89,45 @@ function drawAxes(frame, place) {
     pen.setLineDash([]);
     const [dx, dy] = [to[0] - from[0], to[1] - from[1]], length = Math.hypot(dx, dy) || 1;
     pen.fillText(String(k + 1), to[0] + (13 * dx) / length, to[1] + (13 * dy) / length);
+  });
+}
+
+// A length of 1, 2 or 5 times a power of ten, with a tick at each of its parts.
+function drawScale(scale, bottom) {
+  const most = 150 / scale;
+  const [size, name] = data.lengths.reduce((best, unit) => (unit[0] <= most ? unit : best), data.lengths[0]);
+  const tens = 10 ** Math.floor(Math.log10(most / size)), times = [5, 2, 1].find((k) => k * tens <= most / size);
+  const long = times * tens * size * scale, parts = times === 2 ? 4 : 5, left = 20;
+  pen.strokeStyle = pen.fillStyle = "#d8d8e2";
+  pen.lineWidth = 1.5;
+  pen.beginPath();
+  pen.moveTo(left, bottom);
+  pen.lineTo(left + long, bottom);
+  for (let k = 0; k <= parts; k++) {
+    const x = left + (k * long) / parts;
+    pen.moveTo(x, bottom);
+    pen.lineTo(x, bottom - (k % parts === 0 ? 9 : 5));
+  }
+  pen.stroke();
+  pen.font = "13px system-ui, sans-serif";
+  pen.textAlign = "left";
+  pen.textBaseline = "bottom";
+  pen.fillText(`${Number((times * tens).toPrecision(1))} ${name}`, left, bottom - 12);
+}
+
+function drawDirections(seen, x, y) {
+  pen.font = "italic 13px system-ui, sans-serif";
+  pen.textAlign = "center";
+  pen.textBaseline = "middle";
+  ["x", "y", "z"].forEach((name, k) => {
+    const [dx, dy] = [26 * seen[0][k], -26 * seen[1][k]];
+    pen.strokeStyle = pen.fillStyle = seen[2][k] < -0.01 ? "#85858f" : "#d8d8e2";
+    pen.lineWidth = 1.5;
+    pen.beginPath();
+    pen.moveTo(x, y);
+    pen.lineTo(x + dx, y + dy);
+    pen.stroke();
+    if (Math.hypot(dx, dy) > 5) pen.fillText(name, x + 1.45 * dx, y + 1.45 * dy);
   });
 }
 

@@ -43,6 +43,7 @@ def write_view(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) ->
         "map": [to_hex(colour) for colour in colours],
         "dot": _DOT * frames[0]["width"] / shown**0.5,
         "pause": min(_LASTS / len(frames), _LONGEST),
+        "lengths": _length_units(dataset, [frame["width"] for frame in frames]),
     }
     script = (HERE / "view.js").read_text(encoding="utf-8")
     page = filled(
@@ -116,6 +117,14 @@ def _captions(dataset: xr.Dataset, snapshots: xr.Dataset | None, numbers: np.nda
         sampled = np.interp(times, time, series.values) if values is None else values
         columns.append([style.raised(f"{name} {value / factor:.4g} {unit}".removesuffix(" 1")) for value in sampled])
     return ("\n".join(lines) for lines in zip(*columns, strict=True))
+
+
+def _length_units(dataset: xr.Dataset, widths: list[float]) -> list[tuple[float, str]]:
+    """Sizes and names of the units that a scale may be in, the smallest first."""
+    own = style.unit_of(dataset["mean_radius"])
+    tried = np.geomspace(1e-3 * min(widths), 10.0 * max(widths), 200)
+    units = dict.fromkeys(style.readable(own, width) or (1.0, "" if own == "1" else own) for width in tried)
+    return [(factor, style.raised(name)) for factor, name in sorted(units)]
 
 
 def _legend(snapshots: xr.Dataset | None, colours: list[str]) -> str:

@@ -118,18 +118,21 @@ def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, sliced: bo
     for axes, image, plane in zip(panels, images, PLANES, strict=True):
         draw_density(axes, image, norm, half_width / length_scale)
         frame_view(axes, plane, length_unit)
+        axes.set(xlim=np.array([-1, 1]) * half_width / length_scale, ylim=np.array([-1, 1]) * half_width / length_scale)
         if not sliced:
             draw_triad(axes, frame, plane, length_scale, half_width)
     if sliced:
         _arrows(panels, particles, half_width, length_scale)
     panels[0].set_title(title + _moment(snapshot["snapshot_time"]))
-    bar = figure.colorbar(
-        ScalarMappable(norm, style.DENSITY_MAP), ax=list(panels), location="bottom", shrink=0.9, aspect=26, pad=0.015
-    )
     density = snapshot["density"]
-    named = ("density", style.unit_of(density)) if sliced else ("column density", column_unit(density))
-    bar.set_label(style.label(*named))
-    style.plain_log(bar.ax.xaxis, norm.vmin, norm.vmax)  # type: ignore[arg-type]
+    name, own = ("density", style.unit_of(density)) if sliced else ("column density", column_unit(density))
+    scale, unit = style.scale_of(own, norm.vmax)
+    scaled = LogNorm(norm.vmin / scale, norm.vmax / scale)  # type: ignore[operator]
+    bar = figure.colorbar(
+        ScalarMappable(scaled, style.DENSITY_MAP), ax=list(panels), location="bottom", shrink=0.9, aspect=26, pad=0.015
+    )
+    bar.set_label(style.label(name, unit))
+    style.plain_log(bar.ax.xaxis, scaled.vmin, scaled.vmax)  # type: ignore[arg-type]
     bar.outline.set_visible(False)  # type: ignore[operator]
 
 

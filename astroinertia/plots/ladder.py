@@ -172,7 +172,24 @@ def ladder_table(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared],
             shown = [values[0], values.min(), values.max(), values[-1]]
             cells = "".join(f"{value / factor:>{_COLUMN}.5g}" for value in shown)
             lines.append(f"{names[number]:{width}}{cells}{_difference_cells(one, line, number == finest)}")
-    return "\n".join([*lines, "", f"differences are from '{names[finest]}', over its largest value"])
+    lines += ["", f"differences are from '{names[finest]}', over its largest value"]
+    return "\n".join(
+        [*lines, *(f"'{names[number]}' is the same to the last bit" for number in _same(quantities, finest))]
+    )
+
+
+def _same(quantities: Sequence[Compared], finest: int) -> list[int]:
+    """Numbers of the runs that nothing compared tells from the finest."""
+    others = sorted({number for one in quantities for number in one.lines} - {finest})
+    return [number for number in others if all(_identical(one, number, finest) for one in quantities)]
+
+
+def _identical(one: Compared, number: int, finest: int) -> bool:
+    line, reference = one.lines.get(number), one.lines[finest]
+    return line is not None and all(
+        np.array_equal(mine, theirs, equal_nan=True)
+        for mine, theirs in ((line.times, reference.times), (line.values, reference.values))
+    )
 
 
 def _difference_cells(one: Compared, line: Line, itself: bool) -> str:
@@ -221,6 +238,8 @@ def _short(long_name: str) -> str:
 
 def _at(reference: xr.DataArray, times: np.ndarray) -> np.ndarray:
     """The reference at other times, by a cubic spline; NaN beyond its own."""
+    if np.array_equal(times, reference["time"].values):
+        return reference.values
     finite = reference.dropna("time")
     if finite.sizes["time"] < 4:
         return np.interp(times, finite["time"].values, finite.values, left=np.nan, right=np.nan)

@@ -16,6 +16,8 @@ SIDE_ON, POLE_ON = (0, 2), (0, 1)  # what is to the right and upwards in a pictu
 AXES = ("#8fe3ff", "#8dffb0", "#ffffff")  # of the least, the intermediate and the greatest moment, on dark ground
 UNDEFINED = "#b8b8b8"
 SHARE_SHOWN = 0.9  # of the mass, which the width of a picture follows
+CORE = 3.0  # radii of half the mass, which the width follows where matter is so condensed that its core would be a dot
+_EDGE = 0.93  # of the half width, where an axis that reaches out of the picture has its number
 _SHORTEST = 0.05  # of the picture's half width: an axis that is seen more end on than this has no number
 
 
@@ -54,11 +56,16 @@ def matter(snapshot: xr.Dataset, densest: bool = False) -> Matter:
 
 
 def reach(particles: Matter) -> float:
-    """Half the width of a picture that shows nearly all of the mass and a margin."""
+    """Half the width of a picture that shows nearly all of the mass and a margin, or the core of condensed matter."""
     radius = np.linalg.norm(particles.position, axis=1)
     order = np.argsort(radius)
-    inside = np.searchsorted(np.cumsum(particles.mass[order]), SHARE_SHOWN * particles.mass.sum())
-    return float(min(1.3 * radius[order[min(inside, len(order) - 1)]], 1.25 * radius.max()))
+    mass = np.cumsum(particles.mass[order])
+    inside = np.minimum(np.searchsorted(mass, np.array([0.5, SHARE_SHOWN]) * mass[-1]), len(order) - 1)
+    half, most = radius[order[inside]]
+    widest = min(1.3 * most, 1.25 * radius.max())
+    return float(
+        min(widest, np.sqrt(CORE * half * widest)) if half > 0.0 else widest
+    )  # the middle of core and envelope
 
 
 def triads(states: Iterable[Matter]) -> list[Triad]:
@@ -108,7 +115,8 @@ def draw_triad(panel: Any, triad: Triad, plane: tuple[int, int], scale: float, h
         size = np.linalg.norm(end)
         if size < _SHORTEST * half_width:
             continue
-        beyond = (middle + end * (1.0 + 0.075 * half_width / size)) / scale
+        room = (_EDGE * half_width - np.sign(end) * middle) / np.maximum(abs(end), 1e-9 * half_width)
+        beyond = (middle + end * min(1.0 + 0.075 * half_width / size, float(room.min()))) / scale
         panel.text(
             *beyond, f"{k + 1}", color=colour, fontsize=9, fontweight="bold", ha="center", va="center", zorder=5,
             clip_on=True, path_effects=[withStroke(linewidth=2.4, foreground="black")],

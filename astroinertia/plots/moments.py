@@ -50,9 +50,12 @@ def _moments(axes, dataset: xr.Dataset) -> None:
     scale, unit = style.scale_of(
         "1" if nearly_constant else style.unit_of(direct), *(shown(direct, name) for name in "xyz")
     )
-    for name, colour in zip("xyz", style.COMPONENTS, strict=True):
-        for tensor, width, alpha in tensors:
-            axes.plot(times, shown(tensor, name) / scale, color=colour, linewidth=width, alpha=alpha)
+    for tensor, width, alpha in tensors:
+        for name, colour, dashes in zip("xyz", style.COMPONENTS, style.DASHES, strict=True):
+            axes.plot(
+                times, shown(tensor, name) / scale, color=colour, linewidth=width, alpha=alpha,
+                linestyle="-" if alpha < 1.0 else dashes,
+            )  # fmt: skip
     bands = []
     for k, (name, colour) in enumerate(zip("xyz", style.COMPONENTS, strict=True)):
         size = scale * (diagonal[0, k] if nearly_constant else 1.0)
@@ -74,13 +77,14 @@ def _moments(axes, dataset: xr.Dataset) -> None:
 
 
 def _legend(axes, evolved: bool) -> None:
-    handles = [Line2D([], [], color=colour, linewidth=2.5) for colour in style.COMPONENTS]
+    looks = zip(style.COMPONENTS, style.DASHES, strict=True)
+    handles = [Line2D([], [], color=colour, linestyle=dashes, linewidth=1.7) for colour, dashes in looks]
     names = ["$I_{xx}$", "$I_{yy}$", "$I_{zz}$"]
     if evolved:
         handles.append(Line2D([], [], color=style.GREY, linewidth=1.5))
         handles.append(Line2D([], [], color=style.GREY, linewidth=5, alpha=0.4))
         names += ["evolved", "direct"]
-    axes.legend(handles, names, ncols=5, loc="lower left", columnspacing=1.4)
+    axes.legend(handles, names, ncols=5, loc="lower left", columnspacing=1.4, handlelength=3.0)
     low, high = axes.get_ylim()  # room for it below the curves
     axes.set_ylim(low / 2.2 if axes.get_yscale() == "log" else low - (0.12 * (high - low) if low != 0 else 0), high)
 
@@ -89,8 +93,8 @@ def _rate(axes, dataset: xr.Dataset) -> None:
     times, factor, _ = style.shown_times(dataset)
     rate = dataset["inertia_rate"]
     scale, unit = style.scale_of(style.unit_of(rate), rate.values)
-    for name, colour in zip("xyz", style.COMPONENTS, strict=True):
-        axes.plot(times, rate.sel(i=name, j=name) / scale, color=colour)
+    for name, colour, dashes in zip("xyz", style.COMPONENTS, style.DASHES, strict=True):
+        axes.plot(times, rate.sel(i=name, j=name) / scale, color=colour, linestyle=dashes)
     axes.axhline(0, color=style.GREY, linewidth=0.8)
     axes.set_ylabel(style.label("d$I$/d$t$", unit))
     axes.set_title("Its rate, from the mixed moment")
@@ -106,7 +110,7 @@ def _closure(axes, dataset: xr.Dataset) -> None:
         return
     axes.semilogy(times, np.where(closure > 0, closure, np.nan), color=style.INK, linewidth=1.2)
     style.level(axes, float(np.finfo(float).eps), "round-off", style.GREEN)
-    style.level(axes, CLOSURE_BAR, "bar of tests", style.VERMILLION)
+    style.level(axes, CLOSURE_BAR, "limit of the tests", style.VERMILLION)
     low, high = style.robust_limits(closure, 1e-18)
     axes.set_ylim(min(low, 5e-17), max(high, 1e-11))
     style.plain_log(axes.yaxis, *axes.get_ylim())

@@ -101,11 +101,17 @@ def _counted(
 
 def _write_gif(pictures: Iterator[np.ndarray], rate: float, path: Path) -> None:
     # Each picture has a palette of its own: one for all would show bands in what is dark.
-    reduced = (Image.fromarray(picture).quantize(_COLOURS) for picture in pictures)
+    reduced = map(_reduced, pictures)
     first = next(reduced)
     duration = max(round(1000.0 / rate), SHORTEST)
     with path.open("wb") as stream:  # a stream of our own is closed whatever happens
         first.save(stream, format="GIF", save_all=True, append_images=reduced, duration=duration, loop=0)
+
+
+def _reduced(picture: np.ndarray) -> Image.Image:
+    """The picture in the colours that suit it best, its gradients dithered: without that they would show bands."""
+    image = Image.fromarray(picture)
+    return image.quantize(palette=image.quantize(_COLOURS), dither=Image.Dither.FLOYDSTEINBERG)
 
 
 def _write_mp4(pictures: Iterator[np.ndarray], rate: float, path: Path, program: str) -> None:

@@ -6,7 +6,6 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
-from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`, which the figures use
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.waves import FAINTEST
 from astroinertia.plots.attitude import attitude_figure, has_attitude

@@ -44,8 +44,9 @@ def _semi_axes(left, right, dataset: xr.Dataset) -> None:
     scale, unit = style.scale_of(style.unit_of(dataset["mean_radius"]), lengths)
     # The longest first, whatever their numbers; where two are equal, which is which means nothing.
     lengths = -np.sort(-lengths, axis=1)
-    for k, (name, colour) in enumerate(zip(_NAMES, (style.VERMILLION, style.ORANGE, style.BLUE), strict=True)):
-        left.plot(times, lengths[:, k] / scale, color=colour, label=name)
+    colours = (style.VERMILLION, style.ORANGE, style.BLUE)
+    for k, (name, colour, dashes) in enumerate(zip(_NAMES, colours, style.DASHES, strict=True)):
+        left.plot(times, lengths[:, k] / scale, color=colour, linestyle=dashes, label=name)
     if np.nanmax(lengths) > 20 * np.nanmin(lengths) > 0:
         left.set_yscale("log")
         style.plain_log(left.yaxis, np.nanmin(lengths) / scale, np.nanmax(lengths) / scale)
@@ -55,7 +56,8 @@ def _semi_axes(left, right, dataset: xr.Dataset) -> None:
     left.set_title("Semi-axes of the equivalent ellipsoid")
     left.legend(loc="best")
     for k, name, colour in ((1, "b/a", style.ORANGE), (2, "c/a", style.BLUE)):
-        right.plot(times, lengths[:, k] / lengths[:, 0], color=colour, label=f"${name}$")
+        ratio = lengths[:, k] / lengths[:, 0]
+        right.plot(times, ratio, color=colour, linestyle=style.DASHES[k], label=f"${name}$")
     right.axhline(1, color=style.GREY, linewidth=0.8)
     low, high = right.get_ylim()
     right.set_ylim(min(low, 0.9), max(high, 1.05))

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imsave
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`, which the figures use
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.plots.shown_units import (
     LARGEST_PLAIN,
@@ -24,7 +25,7 @@ from astroinertia.plots.shown_units import (
 )
 from astroinertia.storage import overwriting
 from astroinertia.storage.atomic import write_whole
-from astroinertia.units import quantity
+from astroinertia.units import quantity, readable as readable
 
 # Okabe & Ito's palette, distinct in all common kinds of colour blindness (jfly.uni-koeln.de/color).
 BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, YELLOW = (
@@ -32,6 +33,8 @@ BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, YELLOW = (
 )  # fmt: skip
 INK, GREY, PALE = "#1c1c1c", "#707070", "#d9d9d9"
 COMPONENTS = (SKY, ORANGE, BLUE)
+# Of three curves that may lie on each other: dashes of the second and third fall into each other's gaps.
+DASHES: tuple[Any, ...] = ("-", (0, (5, 7)), (6, (5, 7)))
 PALETTE = {
     "blue": BLUE, "vermillion": VERMILLION, "green": GREEN, "orange": ORANGE, "purple": PURPLE, "sky": SKY,
     "yellow": YELLOW,

@@ -1,5 +1,6 @@
 """Gravitational waves of the quadrupole formula: strain, and spectrum."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,10 @@ from matplotlib.figure import Figure
 
 from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
+from astroinertia.units import PARSEC
 
-_TEN_KILOPARSECS = 10 * 3.0856775814913673e19  # m, the usual distance of a galactic supernova
+_TEN_KILOPARSECS = 1e4 * PARSEC  # the usual distance of a galactic supernova
+COARSE = 0.2  # of the largest strain: records between which it changes by more do not resolve it
 
 
 @with_absent
@@ -48,8 +51,27 @@ def waves_figure(dataset: xr.Dataset) -> Figure:
             style.time_axis(axes, dataset, last=axes is panels[-1])
             axes.set_xlim(left=_onset(times, (plus, cross)))
             _at_least(axes, np.array([strain.values for strain in pair]) / scale)
+            if undersampled(pair):
+                _mark_records(axes)
         _spectrum(spectrum, dataset)
         return figure
+
+
+def undersampled(strains: Iterable[xr.DataArray]) -> bool:
+    """Whether the strain changes by more between two records than a curve through them can tell of."""
+    series = [strain.values for strain in strains]
+    largest = max(float(np.nanmax(abs(values))) for values in series)
+    steps = [float(np.nanmax(abs(np.diff(values)), initial=0.0)) for values in series]
+    return max(steps) > COARSE * largest
+
+
+def _mark_records(axes: Any) -> None:
+    for line in axes.lines[:2]:
+        line.set(marker="o", markersize=3.5)
+    axes.annotate(
+        "too few records (dots) to resolve this: a shorter output.series_every has more", (0, 0),
+        xycoords="axes fraction", xytext=(4, 4), textcoords="offset points", fontsize=8.5, color=style.VERMILLION,
+    )  # fmt: skip
 
 
 def _spectrum(axes: Any, dataset: xr.Dataset) -> None:
