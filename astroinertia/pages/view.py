@@ -108,13 +108,14 @@ def _captions(dataset: xr.Dataset, snapshots: xr.Dataset | None, numbers: np.nda
     """What is said at each time: the time, the moment of inertia and the spin."""
     time = dataset["time"].values
     times = time[numbers] if snapshots is None else snapshots["snapshot_time"].values[numbers]
-    shown = [("time", dataset["time"], times), ("I_zz", dataset.inertia.about_axis("z"), None)]
+    shown = [("time", dataset["time"], times), ("moment about z", dataset.inertia.about_axis("z"), None)]
     if angular_momentum_scale(dataset)[1]:
         shown.append(("mean angular velocity", dataset.inertia.spin_rate(), None))
     columns = []
     for name, series, values in shown:
         factor, unit = style.scale_of(style.unit_of(series), series.values)
         sampled = np.interp(times, time, series.values) if values is None else values
+        unit = f"× {unit}" if unit.startswith("10^") else unit
         columns.append([style.raised(f"{name} {value / factor:.4g} {unit}".removesuffix(" 1")) for value in sampled])
     return ("\n".join(lines) for lines in zip(*columns, strict=True))
 

@@ -210,7 +210,7 @@ def _converged(dataset: xr.Dataset) -> Table | None:
         name = row.name if unit == "1" else f"{row.name} ({unit})"
         numbers = (f"{row.converged / factor:.4g}", f"{row.run / factor:.4g}", f"{100.0 * row.distance:+.2f} %")
         lines.append((name, *numbers, f"{100.0 * row.error:.2g} %"))
-    head = ("distance to the converged answer", "converged", "this run", "distance", "known to")
+    head = ("distance to the converged answer", "converged", "this run", "distance", "uncertainty")
     return Table("Distance to the converged answer", head, tuple(lines), (_WIDTH, 14, 14, 14, 14), answer.source)
 
 
@@ -230,7 +230,9 @@ def _effects(dataset: xr.Dataset) -> Table | None:
     }
     columns = {title: values for title, values in columns.items() if np.isfinite(values).any()}
     rows = tuple((name, *(_cell(values[k]) for values in columns.values())) for k, name in enumerate(names))
-    return Table("The ledger of effects", ("effect", *columns), rows, (20, *(18 for _ in columns)))
+    scale = "its angular momentum" if turning else "the largest it could have"
+    below = f"E: largest energy of the run; dL: angular momentum that an effect has given, over {scale}"
+    return Table("The ledger of effects", ("effect", *columns), rows, (20, *(18 for _ in columns)), below)
 
 
 def _cell(value: float) -> str:

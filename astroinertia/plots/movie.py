@@ -109,9 +109,13 @@ def _write_gif(pictures: Iterator[np.ndarray], rate: float, path: Path) -> None:
 
 
 def _reduced(picture: np.ndarray) -> Image.Image:
-    """The picture in the colours that suit it best, its gradients dithered: without that they would show bands."""
+    """The picture in few colours, its gradients dithered: without that they would show bands.
+
+    Of the ways to choose colours, the median cut leaves out those of small areas, such as a bright core.
+    """
     image = Image.fromarray(picture)
-    return image.quantize(palette=image.quantize(_COLOURS), dither=Image.Dither.FLOYDSTEINBERG)
+    palette = image.quantize(_COLOURS, method=Image.Quantize.MAXCOVERAGE)
+    return image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
 
 
 def _write_mp4(pictures: Iterator[np.ndarray], rate: float, path: Path, program: str) -> None:

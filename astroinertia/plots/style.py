@@ -33,8 +33,8 @@ BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, YELLOW = (
 )  # fmt: skip
 INK, GREY, PALE = "#1c1c1c", "#707070", "#d9d9d9"
 COMPONENTS = (SKY, ORANGE, BLUE)
-# Of three curves that may lie on each other: dashes of the second and third fall into each other's gaps.
-DASHES: tuple[Any, ...] = ("-", (0, (5, 7)), (6, (5, 7)))
+# Of three curves that may lie on each other: each shows through the gaps of those that are drawn after it.
+DASHES: tuple[Any, ...] = ("-", (0, (6, 4)), (0, (1.6, 2.4)))
 PALETTE = {
     "blue": BLUE, "vermillion": VERMILLION, "green": GREEN, "orange": ORANGE, "purple": PURPLE, "sky": SKY,
     "yellow": YELLOW,

@@ -213,6 +213,17 @@ def test_a_browser_turns_the_body_without_a_request_or_a_complaint(series, snaps
     browser.value("look(0, 0)")
     browser.drag((300, 300), (480, 300))  # 180 pixels are one radian
     assert browser.value("yaw") == pytest.approx(-1.0)
+    text, long = browser.value(
+        "(() => { const texts = [], ends = [], [write, to] = [pen.fillText, pen.lineTo];"
+        "pen.fillText = (text) => texts.push(text); pen.lineTo = (x) => ends.push(x);"
+        "drawScale(1 / (0.02 * data.lengths[0][0]), 100); [pen.fillText, pen.lineTo] = [write, to];"
+        "return [texts[0], ends[0] - 20]; })()"
+    )
+    assert 0 < long <= 150  # pixels
+    number, _, unit = text.partition(" ")
+    assert float(number) * {name: size for size, name in browser.value("data.lengths")}[unit] == pytest.approx(
+        long * 0.02 * browser.value("data.lengths[0][0]")
+    )
     before = browser.value("byId('now').textContent")
     browser.value("show(2); draw()")
     assert browser.value("byId('now').textContent") != before

@@ -4,13 +4,14 @@ import os
 import subprocess
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pytest
 from PIL import Image
 
 from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError
-from astroinertia.plots import film, movie, pictures
+from astroinertia.plots import film, matter as matter_module, movie, pictures
 from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, draw_triad, triads, triads_of_series
 from tests.unit.affine_body import METADATA, affine_run, particle_sphere
 from tests.unit.affine_datasets import headline, particles
@@ -74,6 +75,16 @@ def test_axes_of_a_rigid_body_are_fixed_in_it_though_moments_are_equal():
         assert np.all(each.defined)
 
 
+def test_a_picture_of_condensed_matter_is_framed_between_core_and_envelope():
+    """Half of the mass in a core of 0.01, the rest out to 1: neither is it 1.25 wide, nor 0.03."""
+    uniform = particle_sphere(2000)
+    condensed = np.concatenate([0.01 * uniform, uniform])
+    widths = [matter_module.reach(Matter(points, 0 * points, np.ones(len(points)), np.ones(len(points))))
+              for points in (uniform, condensed)]  # fmt: skip
+    assert widths[0] == pytest.approx(1.25, rel=0.02)
+    assert 0.1 < widths[1] < 0.3
+
+
 def test_the_camera_stands_still_unless_the_body_changes_by_much():
     assert film.camera(np.array([1.0, 2.0, 3.9])).tolist() == [3.9, 3.9, 3.9]
     shrinking = np.geomspace(1.0, 0.01, 60)
@@ -131,6 +142,17 @@ def test_a_gif_holds_every_picture_at_its_rate(series, snapshots, tmp_path):
 
 def coder():
     return movie.ffmpeg() or pytest.skip("films in MP4 need ffmpeg or imageio-ffmpeg, which is an extra")
+
+
+def test_gradients_of_a_gif_show_no_bands_and_a_small_bright_core_keeps_its_colour():
+    across, up = np.meshgrid(np.linspace(-1, 1, 320), np.linspace(-1, 1, 240))
+    share = np.log1p(100 / (0.01 + 300 * (across**2 + up**2))) / np.log1p(1e4)
+    maps = [matplotlib.colormaps[name](share)[..., :3] for name in ("inferno", "viridis", "Blues")]
+    picture = (255 * np.concatenate(maps)).round().astype(np.uint8)
+    kept = np.asarray(movie._reduced(picture).convert("RGB"), dtype=float)
+    seen = (kept - picture).reshape(-1, 4, 80, 4, 3).mean((1, 3))  # by eyes that do not tell neighbouring pixels apart
+    assert np.sqrt((seen**2).mean()) < 1.5
+    assert abs(seen).max() < 16
 
 
 def test_an_mp4_shows_the_pictures(series, snapshots, tmp_path):

@@ -100,6 +100,16 @@ def test_the_picture_is_legible_and_the_table_tells_the_numbers(fine, particles)
     assert "differences are from 'sph, 5000 particles'" in text
 
 
+def test_a_run_that_is_the_same_is_said_to_be(fine, particles):
+    runs = [fine, fine.copy(deep=True), particles]
+    text = ladder.ladder_table(runs, ladder.compared(runs, finest=0), 0)
+    assert [line for line in text.splitlines() if "to the last bit" in line] == [
+        "'ellipsoid [2]' is the same to the last bit"
+    ]
+    almost = runs[1].assign(mean_radius=runs[1]["mean_radius"] * (1 + 1e-15))
+    assert "to the last bit" not in ladder.ladder_table([fine, almost], ladder.compared([fine, almost], finest=0), 0)
+
+
 def test_the_command(fine, particles, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     fine.to_netcdf("fine.nc", engine="netcdf4")

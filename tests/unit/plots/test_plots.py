@@ -3,12 +3,13 @@
 import matplotlib
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from astroinertia import plots
 from astroinertia.observables.quantities import RECORDED
-from astroinertia.plots import pictures, style
+from astroinertia.plots import pictures, style, waves
 from tests.sims import SIMS
 from tests.unit.affine_body import METADATA, affine_run
 from tests.unit.affine_datasets import headline, particles
@@ -171,6 +172,27 @@ def test_the_summary_tells_the_numbers(series):
 )
 def test_units_are_those_that_readers_think_in(unit, largest, factor, shown):
     assert style.scale_of(unit, np.array([0.0, -largest])) == (pytest.approx(factor), shown)
+
+
+def test_curves_that_lie_on_each_other_are_told_apart(series):
+    same = series["inertia_rate"].sel(i="x", j="x")
+    figure = pictures.FIGURES["inertia"](series.assign(inertia_rate=same.drop_vars(["i", "j"]).expand_dims(i=3, j=3)
+                                         .transpose("time", "i", "j").assign_coords(i=list("xyz"), j=list("xyz"))
+                                         .assign_attrs(series["inertia_rate"].attrs)))  # fmt: skip
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    box = figure.axes[1].bbox
+    image = np.asarray(canvas.buffer_rgba())[::-1, :, :3][int(box.y0) : int(box.y1), int(box.x0) : int(box.x1)]
+    for colour in style.COMPONENTS:
+        wanted = 255 * np.array(matplotlib.colors.to_rgb(colour))
+        assert (abs(image - wanted).max(axis=-1) < 12).sum() > 60, colour
+
+
+@pytest.mark.parametrize(("records", "few"), [(9, True), (200, False)])
+def test_waves_of_too_few_records_are_marked(records, few, series):
+    phase = np.linspace(0.0, 6 * np.pi, records)
+    strain = xr.DataArray(np.sin(phase), dims="time")
+    assert waves.undersampled([strain, 0.1 * strain]) is few
 
 
 def test_units_are_set_with_superscripts():
