@@ -6,6 +6,7 @@ The only importer of astropy.units.
 
 import math
 import re
+import sys
 import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -257,12 +258,14 @@ def with_unit(value: Any) -> Any:
 
     SceneError for what has a unit that is none of astropy's, so that none is ever left out.
 
+    >>> from astropy import units as astropy_units
     >>> print(with_unit(astropy_units.Quantity(3.0, "km")), with_unit(3.0))
     3.0 km None
     """
-    if isinstance(value, astropy_units.Quantity):
+    astropy_units = sys.modules.get("astropy.units")  # whoever has a quantity of astropy has imported it
+    if astropy_units is not None and isinstance(value, astropy_units.Quantity):
         return value
-    if isinstance(value, astropy_units.UnitBase):
+    if astropy_units is not None and isinstance(value, astropy_units.UnitBase):
         return 1.0 * value
     if callable(getattr(value, "to_astropy", None)):
         return value.to_astropy()
@@ -280,9 +283,12 @@ def with_unit(value: Any) -> Any:
 def written_quantity(value: Any) -> Any:
     """An astropy Quantity as a scene has it: "1.4 solMass", or lists of such; plain numbers without dimension.
 
+    >>> from astropy import units as astropy_units
     >>> print(written_quantity(astropy_units.Quantity([3.0, 4.0], "km")))
     ['3.0 km', '4.0 km']
     """
+    from astropy import units as astropy_units
+
     if not value.unit.decompose().bases:
         return value.to_value("").tolist()
     text = value.unit.to_string()

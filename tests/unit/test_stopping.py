@@ -269,7 +269,7 @@ def test_the_limit_of_wall_time_holds_while_a_run_is_prepared(tmp_path):
 
 DRAWING = """
 import os, signal, sys, time
-from astroinertia import plots
+from astroinertia.plots import pictures
 from astroinertia.cli.main import main
 from astroinertia.plots import style
 
@@ -278,7 +278,7 @@ def stopped_in_the_middle(figure, aside, **options):
     os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(600.0)
 
-plots.FIGURES = {"spin": plots.FIGURES["spin"]}
+pictures.FIGURES = {"spin": pictures.FIGURES["spin"]}
 style.Figure.savefig = stopped_in_the_middle
 sys.exit(main(["show", sys.argv[1]]))
 """

@@ -18,7 +18,7 @@ from astroinertia.dataset.radii import RATIOS
 from astroinertia.dataset.schema import SNAPSHOT, SNAPSHOT_TIME, TIME_QUANTITY
 from astroinertia.errors import ArchiveError
 from astroinertia.observables.quantities import DERIVED, RECORDED
-from astroinertia.plots.summary import summary
+from astroinertia.plots.in_words import summary
 from astroinertia.storage.archive import Archive
 from tests.unit.affine_body import EFFECTS, METADATA, SOLAR_MASS, AffineBody, G, affine_run
 
