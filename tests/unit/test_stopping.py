@@ -273,13 +273,13 @@ from astroinertia.plots import pictures
 from astroinertia.cli.main import main
 from astroinertia.plots import style
 
-def stopped_in_the_middle(figure, aside, **options):
+def stopped_in_the_middle(aside, pixels, **options):
     aside.write_bytes(b"half a picture")
     os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(600.0)
 
 pictures.FIGURES = {"spin": pictures.FIGURES["spin"]}
-style.Figure.savefig = stopped_in_the_middle
+style.imsave = stopped_in_the_middle
 sys.exit(main(["show", sys.argv[1]]))
 """
 
