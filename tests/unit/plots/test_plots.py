@@ -174,7 +174,7 @@ def test_units_are_those_that_readers_think_in(unit, largest, factor, shown):
     assert style.scale_of(unit, np.array([0.0, -largest])) == (pytest.approx(factor), shown)
 
 
-def test_curves_that_lie_on_each_other_are_told_apart(series):
+def test_curves_that_lie_on_each_other_are_all_seen(series):
     same = series["inertia_rate"].sel(i="x", j="x")
     figure = pictures.FIGURES["inertia"](series.assign(inertia_rate=same.drop_vars(["i", "j"]).expand_dims(i=3, j=3)
                                          .transpose("time", "i", "j").assign_coords(i=list("xyz"), j=list("xyz"))
