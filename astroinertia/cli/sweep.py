@@ -160,7 +160,9 @@ def summary(folder: Path) -> list[str]:
         "I_zz (kg m2)": end["inertia_tensor"].sel(i="z", j="z"),
         "mean angular velocity (rad s-1)": spin,
         "T/|W|": end["rotational_to_gravitational"],
-        "I/(M R^2)": end["moment_ratio"],
+        f"I/(M R^2), {end['moment_ratio'].attrs.get('radius', 'reference_radius').replace('_', ' ')}": end[
+            "moment_ratio"
+        ],
     }
     rows = [("member", *sweep.keys, *columns)]
     values = [column.values.ravel() for column in columns.values()]  # members of a grid are in the order of its axes

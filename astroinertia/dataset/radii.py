@@ -52,10 +52,9 @@ def surface(series: Series, second: np.ndarray, axis: np.ndarray, structure: Str
         share = structure.get("enclosing_99", 1.0)
         shape = series["enclosing_ellipsoid"] / share**2
         along, across = _along_and_across(shape, axis)
-        known = np.isfinite(shape).all(axis=(1, 2))
-        mean = np.where(
-            known, np.maximum(np.linalg.det(np.where(known[:, None, None], shape, 0.0)), 0.0) ** (1 / 6), np.nan
-        )
+        known = np.asarray(np.isfinite(shape).all(axis=(1, 2)))
+        volume = np.linalg.det(np.where(known[:, None, None], shape, 0.0))
+        mean = np.where(known, np.maximum(volume, 0.0) ** (1 / 6), np.nan)
         return Surface(mean, np.sqrt(0.5 * across), np.sqrt(along))
     if "equatorial_second_moment" in structure:
         wide, high = structure["equatorial_second_moment"], structure["polar_second_moment"]
