@@ -318,6 +318,9 @@ def _branch(options: Options) -> int:
             options.run, options.output, options.at, options.overrides,
             listener=meter.tell, begun=begun, deadline=limit,
         )  # fmt: skip
+    from astroinertia import dataset
+
+    _say(dataset.open(result).attrs["history"].splitlines()[-1].partition(": ")[2])
     return _finished(result, options.output)
 
 

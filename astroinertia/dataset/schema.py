@@ -21,6 +21,8 @@ from astroinertia.observables.quantities import (
 from astroinertia.units import DIMENSIONLESS, CodeUnits
 
 FORMAT = 1
+COMPUTED = "computed by astroinertia from the scene in `scene`, with the versions in `versions`"
+"""The first line of a history; a line follows for each time that a run went on otherwise, or was branched."""
 CONVENTIONS = "CF-1.11"
 _S = ("snapshot_time", "particle")
 _ENTROPY = "A in P = P_cold(rho) + A rho^gamma; in code units, since its dimension depends on gamma"

@@ -18,6 +18,7 @@ from astroinertia.dataset.derived import PARTICLE_GAP_TOLERANCE, derived_quantit
 from astroinertia.dataset.regions import QUANTITIES as REGIONAL, regional_quantities
 from astroinertia.dataset.resolution import resolution_warnings
 from astroinertia.dataset.schema import (
+    COMPUTED,
     CONVENTIONS,
     FORMAT,
     TIME_QUANTITY,
@@ -41,7 +42,6 @@ from astroinertia.units import DIMENSIONLESS, CodeUnits, display_unit
 
 _OBSERVERS = ((0.0, 0.0), (np.pi / 2, 0.0))  # polar angle and azimuth of the schema's observers
 _INERTIAL = "inertial"
-COMPUTED = "computed by astroinertia from the scene in `scene`, with the versions in `versions`"
 NO_VALUE = "the observable has no value for this body"
 NOT_OF_A_RUN = "does not hold the records of a run"
 Chunks = Mapping[str, int] | None

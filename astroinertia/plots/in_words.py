@@ -10,6 +10,7 @@ from astroinertia.dataset import converged
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.radii import RATIOS
 from astroinertia.dataset.resolution import resolution_message
+from astroinertia.dataset.schema import COMPUTED
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.ledger import bounds
 from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale, known_effects
@@ -74,7 +75,7 @@ def tables(dataset: xr.Dataset) -> list[Table]:
 
 
 def heading(dataset: xr.Dataset) -> str:
-    """The run's name and description; model, engine, precision, and how long it took.
+    """The run's name and description; model, engine, precision, how long it took, and where it comes from.
 
     >>> print(heading(ds).splitlines()[1].split(";")[0])
     sph, numba_cpu, float64
@@ -88,7 +89,8 @@ def heading(dataset: xr.Dataset) -> str:
     wall = float(dataset["wall_time"][-1])
     took = f", computed in {wall:.0f} s" if np.isfinite(wall) else ""
     lines.append(f"{how}; {_value(time[-1])} in {counted}{dataset.sizes['time']} outputs{took}")
-    return "\n".join(lines)
+    computed, *events = str(attrs.get("history", "")).splitlines() or [""]
+    return "\n".join([*lines, *(events if computed == COMPUTED else ())])
 
 
 def _body(dataset: xr.Dataset) -> Table:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.build.assemble import metadata
+from astroinertia.build.assemble import BRANCH, metadata
 from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.scene.plan import Cadence, cadence, code_units
 from astroinertia.scene.schema import Scene
@@ -34,6 +34,8 @@ def go_on_with(
     if scene.time.max_steps is not None and steps >= scene.time.max_steps:
         raise SceneError(f"the run has taken {steps} steps: time.max_steps must be more.")
     described, reached = metadata(scene), shown_time(scene, units.to_si(time, "time"))
+    if BRANCH in archive.metadata:  # that of its whole scene is none of a branch
+        predicted = {name: figure for name, figure in predicted.items() if name != "predicted_wall_time"}
     archive.change(
         {name: described[name] for name in _NEW}
         | dict(predicted)

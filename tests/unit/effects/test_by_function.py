@@ -200,8 +200,8 @@ WRONG = [
 
 CASES = [
     *((SCENE, [], *wrong) for wrong in WRONG),
-    (SCENE, ['numerics.engine="xla"'], *WRONG[2]),
-    (RIGID, ["output.series_every='0.1 s'"], *WRONG[1]),
+    pytest.param(SCENE, ['numerics.engine="xla"'], *WRONG[2], marks=pytest.mark.slow),
+    (RIGID, ["output.series_every='0.1 s'"], *WRONG[2]),
 ]
 
 

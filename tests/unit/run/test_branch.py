@@ -11,6 +11,7 @@ import astroinertia
 from astroinertia.build import sph
 from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
+from astroinertia.plots.in_words import heading
 from astroinertia.scene.load import load_file, loads
 from astroinertia.scene.plan import code_units
 from astroinertia.storage.archive import Archive
@@ -220,10 +221,16 @@ def test_a_snapshot_from_a_stranger_is_no_state_unless_it_is_one(star) -> None:
 
 def test_the_commands_extend_and_branch(wheel, tmp_path, capsys) -> None:
     assert main(["branch", str(wheel), "--at", "1.5 s", "--set", "time.end=3 s", "--output", str(tmp_path / "b")]) == 0
-    assert f"wrote {tmp_path / 'b' / 'wheel.nc'}" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "branched from the run 'wheel' at time 1.5 s, by the checkpoint" in said
+    assert "at time 0 s, and on from there, with time.end=3 s" in said
+    assert f"wrote {tmp_path / 'b' / 'wheel.nc'}" in said
     assert main(["resume", str(tmp_path / "b"), "--set", "time.end=4 s"]) == 0
     ds = astroinertia.open(tmp_path / "b")
     assert ds.time.values[[0, -1]] == pytest.approx([1.5, 4.0], rel=1e-14)
+    assert "predicted_wall_time" not in ds.attrs  # of the whole scene, which a branch is not
+    first, second = heading(ds).splitlines()[-2:]
+    assert "branched from the run 'wheel' at time 1.5 s" in first and second.endswith("from time 3 s with time.end=4 s")
     assert (
         main(["branch", str(wheel), "--at", "1.5 s", "--set", "body.mass=1 kg", "--output", str(tmp_path / "c")]) == 2
     )
