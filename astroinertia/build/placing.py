@@ -3,7 +3,6 @@
 import importlib
 import math
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -217,12 +216,9 @@ def of_table(scene: Scene, units: CodeUnits, initial: None, problem: Problem) ->
     """The user's own particles."""
     body: Any = scene.body
     fluid = problem.equation_of_state
-    table = read_body(Path(scene.origin or ".") / body.file, scene.dimensionless)
-    mass = units.to_code(table.mass, "mass")
-    position = units.to_code(table.position, "length")
-    velocity = units.to_code(table.velocity, "velocity") + initial_velocity(scene, units, None, mass, position)
-    energy = None if table.internal_energy is None else units.to_code(table.internal_energy, "specific_energy")
-    return _at_its_temperature(scene, units, fluid, mass, position, velocity, energy)
+    table = read_body(body.path(scene), units, body.velocity_unit)
+    velocity = table.velocity + initial_velocity(scene, units, None, table.mass, table.position)
+    return _at_its_temperature(scene, units, fluid, table.mass, table.position, velocity, table.internal_energy)
 
 
 def of_class(scene: Scene, units: CodeUnits, initial: None, problem: Problem) -> Particles:

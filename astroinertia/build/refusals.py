@@ -4,7 +4,6 @@ Imports no engine, so that plans refuse them at once. Tests: tests/unit/build/te
 """
 
 import math
-from pathlib import Path
 from typing import Any
 
 from astroinertia.build.spheres import sphere
@@ -86,8 +85,9 @@ def _limit(index: float | None, measure: int, value: float) -> tuple[float, str]
 
 def _refuse_without_heat(scene: Scene) -> None:
     """Of a table, which is read: its other columns and numbers are checked, too."""
-    body, fluid = scene.body, scene.equation_of_state
-    table = read_body(Path(scene.origin or ".") / body.file, scene.dimensionless)  # type: ignore[union-attr]
+    body: Any = scene.body
+    fluid = scene.equation_of_state
+    table = read_body(body.path(scene), code_units(scene), body.velocity_unit)
     assert fluid is not None  # the schema asks for it
     warm = fluid.thermal_gamma is not None and fluid.kind not in ("materials", "own")
     if warm and table.internal_energy is None and body.specific_internal_energy is None and body.entropy is None:

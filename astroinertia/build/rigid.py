@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -153,9 +152,8 @@ def of_sphere(scene: Scene, units: CodeUnits) -> Moments:
 def of_table(scene: Scene, units: CodeUnits) -> Moments:
     """Those of the user's own particles."""
     body: Any = scene.body
-    table = read_body(Path(scene.origin or ".") / body.file, scene.dimensionless)
-    mass, place = units.to_code(table.mass, "mass"), units.to_code(table.position, "length")
-    return _of_particles(scene, mass, place, units.to_code(table.velocity, "velocity"))
+    table = read_body(body.path(scene), units, body.velocity_unit)
+    return _of_particles(scene, table.mass, table.position, table.velocity)
 
 
 def of_class(scene: Scene, units: CodeUnits) -> Moments:

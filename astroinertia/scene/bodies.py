@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
 import numpy as np
@@ -20,6 +21,7 @@ from astroinertia.scene.dimensional import (
     PositiveNumber,
     Real,
     SpecificEnergy,
+    Speed,
 )
 from astroinertia.scene.fluids import Part, as_tuple
 from astroinertia.scene.initial_body import (
@@ -523,17 +525,31 @@ class TableBody(_Unknown, Body):
         description="particle table (.csv .npz .nc .h5), relative to the scene: mass x y z and, if wanted, vx vy vz u; "
         "or a snapshot of GADGET or SWIFT (.hdf5), or a dump of Phantom"
     )
+    velocity_unit: Speed | None = Field(
+        default=None,
+        description="unit of the velocities of a snapshot that states no units: its masses and lengths are in those of "
+        "[units], and so are velocities, with G = 1, without it",
+    )
     relax: bool = Field(default=False, description="settle the particles to equilibrium before the start")
 
+    def path(self, scene: Any) -> Path:
+        """Where its file is."""
+        return Path(scene.origin or ".") / self.file
+
     def check(self, scene: Any) -> None:
-        """Its file sets no units."""
+        """A file that states no units has them in the scene; `load` takes those of one that does."""
         super().check(scene)
         if scene.units is None:
-            raise ValueError('[units] with mass and length (or units = "code") is needed for a body of kind table.')
+            raise ValueError(
+                '[units] with mass and length (or units = "code") is needed for a body of kind table, whose file '
+                "states no units."
+            )
 
     def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
-        """Its file."""
-        return [("particles", f"from the table {self.file}")]
+        """What is in its file."""
+        from astroinertia.scene.plan_table import table_lines  # only where there is a file to open
+
+        return table_lines(self, scene, shown)
 
 
 class ProfileBody(_Unknown, _Stretched):

@@ -99,6 +99,8 @@ def loads(
     tables = override(parse(text, name), overrides)
     overrides = (*overrides, *_listing(tables, effects, kinds, observed))
     tables = override(tables, overrides)
+    overrides = (*overrides, *_units_of_file(tables, origin))
+    tables = override(tables, overrides)
     if overrides:
         parse(with_overrides(text, overrides), name)  # what a run folder keeps must be readable when it is resumed
     try:
@@ -165,6 +167,20 @@ def _listing(
             raise SceneError(f"the {thing} '{kind}' is listed in the scene and given besides; give its class alone.")
         overrides.append(f"{table}.{kind}={toml_value(written)}")
     return overrides
+
+
+def _units_of_file(tables: dict[str, Any], origin: str | None) -> list[str]:
+    """Overrides that give a scene without units those of the particle table that is its body, where that states any."""
+    body = tables.get("body")
+    if "units" in tables or not isinstance(body, dict) or body.get("kind") != "table":
+        return []
+    file = body.get("file")
+    if not isinstance(file, str) or not file:
+        return []
+    from astroinertia.sph.table import file_units  # only where there is a file to open
+
+    own = file_units(Path(origin or ".") / file)
+    return [] if own is None or own.all_one else [f'units={{mass="{own.mass!r} kg", length="{own.length!r} m"}}']
 
 
 def _in_place(tables: Mapping[str, Any], written: dict[str, Any]) -> dict[str, Any]:

@@ -1,12 +1,13 @@
 """A user's own particles: columns mass, x, y, z and, if wanted, vx, vy, vz and u, or the last snapshot of a run.
 
-u is the specific internal energy, and may be called specific_internal_energy. An nc file is the result of an earlier
-run, or has the columns as variables; of csv, npz, h5 and hdf5 files, columns.py tells, of snapshots of other codes
-table_gadget.py and table_phantom.py. Density, smoothing_length and pressure may be columns, too, and are passed over.
-Tests: tests/unit/sph/test_initial_particles.py, tests/unit/storage/test_table_hdf5.py,
-tests/unit/sph/test_table_of_snapshots.py, tests/unit/sph/test_table_phantom.py.
+u is the specific internal energy, and may be called internal_energy or specific_internal_energy; mass m or masses. An
+nc file is the result of an earlier run, or has the columns as variables; of csv, npz, h5 and hdf5 files, columns.py
+tells, of snapshots of other codes table_gadget.py and table_phantom.py. Density (rho), smoothing_length (h, hsml) and
+pressure may be columns, too, and are passed over. Tests: tests/unit/sph/test_initial_particles.py,
+tests/unit/storage/test_table_hdf5.py, tests/unit/sph/test_table_of_snapshots.py, tests/unit/sph/test_table_phantom.py.
 """
 
+import math
 import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,26 +15,33 @@ from pathlib import Path
 import numpy as np
 
 from astroinertia.errors import SceneError, SceneWarning
-from astroinertia.sph.table_gadget import SI, UNKNOWN, snapshot_columns
+from astroinertia.sph.table_gadget import FileUnits, snapshot_columns, snapshot_units
 from astroinertia.sph.table_netcdf import netcdf_columns
 from astroinertia.sph.table_phantom import is_dump, read_dump
 from astroinertia.storage.columns import Columns, check_file, check_numbers, check_size, csv_columns, hdf5, npz_columns
 from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, split_vectors
+from astroinertia.units import DIMENSIONLESS, CodeUnits
 
 REQUIRED = ("mass", "x", "y", "z")
 OPTIONAL = ("vx", "vy", "vz", "u")
 PASSED_OVER = ("density", "smoothing_length", "pressure")  # what exported tables have besides
 MAX_PARTICLES = 10_000_000
 FEWEST_PARTICLES = 4  # that have a volume
-COLUMNS = Columns("particle table", REQUIRED, OPTIONAL + PASSED_OVER, MAX_PARTICLES, {"specific_internal_energy": "u"})
+_ALIASES = {
+    "m": "mass", "masses": "mass", "specific_internal_energy": "u", "internal_energy": "u", "rho": "density",
+    "h": "smoothing_length", "hsml": "smoothing_length",
+}  # fmt: skip
+COLUMNS = Columns("particle table", REQUIRED, OPTIONAL + PASSED_OVER, MAX_PARTICLES, _ALIASES)
+SI, UNKNOWN = "SI", "unknown"
 
 
 @dataclass(frozen=True)
 class Table:
     """mass (N,), position (N, 3), velocity (N, 3) (zero where not given), internal_energy (N,) or None.
 
-    units: SI or UNKNOWN of a snapshot of another code; None where they are those of whoever made the table. note: what
-    of the file is among the particles or left out; unfit: what it has that a scene's body cannot; both may be empty.
+    units: SI or UNKNOWN of a snapshot of another code; None where they are those of whoever made the table. own: those
+    that it states. note: what of the file is among the particles or left out; unfit: what it has that a scene's body
+    cannot; both may be empty. columns: those of the file that are taken.
     """
 
     mass: np.ndarray
@@ -41,40 +49,74 @@ class Table:
     velocity: np.ndarray
     internal_energy: np.ndarray | None
     units: str | None = None
+    own: FileUnits | None = None
     note: str = ""
     unfit: str = ""
+    columns: tuple[str, ...] = ()
 
 
 def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES) -> Table:
-    """Particles of a file, `fewest` or more, in the file's own units; SceneError that says what is wrong with it."""
+    """Particles of a file, `fewest` or more, in SI where it states its units; SceneError that says what is wrong."""
     path = Path(path)
     if is_dump(path):
         check_size(path, COLUMNS.what)
         dump = read_dump(path, MAX_PARTICLES, COLUMNS.what)
-        return replace(_checked(path, dump.columns, fewest, dump.units), note=dump.note, unfit=dump.unfit)
+        return replace(_checked(path, dump.columns, fewest, dump.units, True), note=dump.note, unfit=dump.unfit)
     check_file(path, COLUMNS.what, tuple(_READERS))
     suffix = path.suffix.lower()
     snapshot = snapshot_columns(path, MAX_PARTICLES, COLUMNS.what) if suffix in HDF5_SUFFIXES else None
     columns, units = (_READERS[suffix](path, COLUMNS), None) if snapshot is None else snapshot
-    return _checked(path, columns, fewest, units)
+    return _checked(path, columns, fewest, units, snapshot is not None)
 
 
-def read_body(path: str | Path, dimensionless: bool) -> Table:
-    """Particles of a file for a scene, in SI or in the code units of a dimensionless one.
+def read_body(path: str | Path, units: CodeUnits, velocity_unit: float | None = None) -> Table:
+    """Particles of a file for a scene of those code units, in them (see `in_code_units`).
 
-    SceneError also for a snapshot of another code whose units are not those of the scene, or that is no fluid; a
-    SceneWarning tells what is left out.
+    SceneError also for what is no fluid; a SceneWarning tells what is left out.
     """
     table = read_table(path)
     if table.unfit:
         raise SceneError(f"particle table {path} has {table.unfit}, so it cannot be a body; `moments` takes it")
     if table.note:
         warnings.warn(f"particle table {path}: {table.note}.", SceneWarning, stacklevel=2)
-    if table.units == UNKNOWN and not dimensionless:
-        raise SceneError(f'particle table {path} does not tell its units: it can be a body where units = "code"')
-    if table.units == SI and dimensionless:
-        raise SceneError(f'particle table {path} has units, so it cannot be a body where units = "code"')
-    return table
+    return in_code_units(table, path, units, velocity_unit)
+
+
+def in_code_units(table: Table, path: str | Path, units: CodeUnits, velocity_unit: float | None = None) -> Table:
+    """The table in the code units of a scene.
+
+    Numbers of a file that states no units are such already, but for velocities where their unit (m/s) is said. Where
+    the scene is dimensionless, what has units is in its own of mass and length, and of time with G = 1, which changes
+    velocities if G is not 1 in the file's. SceneError for a velocity_unit of a file or a scene that has no use for it.
+    """
+    dimensionless = units == DIMENSIONLESS
+    if velocity_unit is not None and (table.units != UNKNOWN or dimensionless):
+        why = 'units = "code"' if dimensionless else "its file has units"
+        raise SceneError(f"[body] has a velocity_unit, but {why}; leave it out")
+    if table.units == UNKNOWN:
+        fast = 1.0 if velocity_unit is None else velocity_unit / units.unit("velocity")
+        return _scaled(table, 1.0, 1.0, fast)
+    if dimensionless and table.own is not None:
+        own = table.own
+        return _scaled(table, 1.0 / own.mass, 1.0 / own.length, 1.0 / own.velocity / math.sqrt(own.in_itself))
+    return _scaled(table, *(1.0 / units.unit(name) for name in ("mass", "length", "velocity")))
+
+
+def _scaled(table: Table, mass: float, length: float, velocity: float) -> Table:
+    energy = table.internal_energy
+    return replace(
+        table, mass=table.mass * mass, position=table.position * length, velocity=table.velocity * velocity,
+        internal_energy=None if energy is None else energy * velocity**2,
+    )  # fmt: skip
+
+
+def file_units(path: Path) -> FileUnits | None:
+    """The units that a file states, if it does; SceneError for what cannot be read."""
+    if is_dump(path):
+        check_size(path, COLUMNS.what)
+        return read_dump(path, MAX_PARTICLES, COLUMNS.what).units
+    check_file(path, COLUMNS.what, tuple(_READERS))
+    return snapshot_units(path, COLUMNS.what) if path.suffix.lower() in HDF5_SUFFIXES else None
 
 
 def _netcdf(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
@@ -87,7 +129,7 @@ def _netcdf(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
 _READERS = {".csv": csv_columns, ".npz": npz_columns, ".nc": _netcdf} | dict.fromkeys(HDF5_SUFFIXES, hdf5)
 
 
-def _checked(path: Path, columns: dict[str, np.ndarray], fewest: int, units: str | None) -> Table:
+def _checked(path: Path, columns: dict[str, np.ndarray], fewest: int, units: FileUnits | None, snapshot: bool) -> Table:
     count = columns["mass"].size
     check_numbers(path, COLUMNS.what, columns, "particle")
     if not fewest <= count <= MAX_PARTICLES:
@@ -102,5 +144,7 @@ def _checked(path: Path, columns: dict[str, np.ndarray], fewest: int, units: str
         position=np.stack([columns[name] for name in "xyz"], axis=1),
         velocity=np.stack([columns.get(name, nothing) for name in ("vx", "vy", "vz")], axis=1),
         internal_energy=columns.get("u"),
-        units=units,
+        units=(UNKNOWN if units is None else SI) if snapshot else None,
+        own=units,
+        columns=tuple(name for name in REQUIRED + OPTIONAL if name in columns),
     )

@@ -6,6 +6,7 @@ comoving coordinates. Tests: tests/unit/interop/test_export.py, tests/unit/sph/t
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,13 @@ import numpy as np
 
 from astroinertia.errors import SceneError
 from astroinertia.storage.table_hdf5 import group_names, members, numbers, opened, split_vectors
+from astroinertia.units import GRAVITATIONAL_CONSTANT
 
-SI, UNKNOWN = "SI", "unknown"
 _HEADER, _TYPE = "Header", "PartType"
 _LONGEST_ATTRIBUTE = 1000  # numbers
+_LONGEST_NUMBER = 64  # bytes of one that is text
+_SAME_CONSTANT = 2e-3  # relative: how far values of G differ that codes have had
+_CONSTANT = "PhysicalConstants:G"  # of SWIFT, where its parameter file sets it
 _FIELDS = {
     "position": ("Coordinates",),
     "velocity": ("Velocities", "Velocity"),
@@ -30,8 +34,44 @@ _TIME = ("Unit time in cgs (U_t)",)
 CM, GRAM = 100.0, 1000.0  # a metre in cm, a kilogram in g: these divide exactly, where 0.01 and 0.001 would not
 
 
-def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.ndarray], str] | None:
-    """Columns of the particles (mass, x, y, z and, if there, vx, vy, vz, u), and whether in SI or UNKNOWN units.
+@dataclass(frozen=True)
+class FileUnits:
+    """The units of length, mass and velocity that a file states, in SI, and G in them where it was set by hand."""
+
+    length: float
+    mass: float
+    velocity: float
+    constant: float | None = None
+
+    @property
+    def all_one(self) -> bool:
+        """Whether they are those of cgs, as files have them whose numbers have none."""
+        return (CM * self.length, GRAM * self.mass, CM * self.velocity) == (1.0, 1.0, 1.0)
+
+    @property
+    def in_itself(self) -> float:
+        """G in these units: that set by hand; 1 where they are all 1; else as it is."""
+        if self.constant is not None:
+            return self.constant
+        if self.all_one:
+            return 1.0
+        own = GRAVITATIONAL_CONSTANT * self.mass / self.length / self.velocity**2
+        return 1.0 if abs(own - 1.0) < _SAME_CONSTANT else own
+
+
+def snapshot_units(path: Path, what: str) -> FileUnits | None:
+    """What a snapshot states of its units; None where it states none, and for a file that is no snapshot."""
+    name = f"{what} {path}"
+    with opened(path, name) as (h5py, file):
+        groups = group_names(h5py, name, file)
+        types = [group for group in groups if group.startswith(_TYPE)]
+        if _HEADER not in groups or not types:
+            return None
+        return _units(name, {group: _Attributes(name, file[group]) for group in groups if group not in types})
+
+
+def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.ndarray], FileUnits | None] | None:
+    """Columns of the particles (mass, x, y, z and, if there, vx, vy, vz, u), in SI where the units are stated.
 
     None for a file that is no snapshot of this kind. SceneError for one that is, and cannot be a body.
     """
@@ -57,11 +97,15 @@ def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.nda
             columns["mass"] = _mass_of_all(name, attributes[_HEADER], peopled[0], len(columns["position"]))
         units = _units(name, attributes)
     if units is not None:
-        length, mass, velocity = units
-        in_si = {"position": length, "mass": mass, "velocity": velocity, "u": velocity * velocity}
+        in_si = {
+            "position": units.length,
+            "mass": units.mass,
+            "velocity": units.velocity,
+            "u": units.velocity * units.velocity,
+        }
         with np.errstate(over="ignore", invalid="ignore"):  # what is too large is found as not finite
             columns = {key: column * in_si[key] for key, column in columns.items()}
-    return split_vectors(name, columns), UNKNOWN if units is None else SI
+    return split_vectors(name, columns), units
 
 
 _ALL_FIELDS = tuple(alias for aliases in _FIELDS.values() for alias in aliases)
@@ -86,6 +130,22 @@ class _Attributes:
                     raise SceneError(f"{self.file_name}: the attribute {name} is not finite")
                 return values
         return None
+
+    def text_number(self, name: str) -> float | None:
+        """A positive number that is written as text, as SWIFT does with parameters; SceneError if it is none."""
+        if name not in self.attrs:
+            return None
+        kept = self.attrs.get_id(name)
+        try:
+            if kept.shape != () or kept.dtype.itemsize > _LONGEST_NUMBER:
+                raise ValueError
+            value = self.attrs[name]
+            number = float(value.decode("ascii") if isinstance(value, bytes) else value)
+        except (TypeError, ValueError):
+            raise SceneError(f"{self.file_name}: the attribute {name} is not a number") from None
+        if not 0.0 < number < np.inf:
+            raise SceneError(f"{self.file_name}: the attribute {name} is not positive")
+        return number
 
     def number(self, *names: str) -> float | None:
         """The same where it is one number, or a list of one."""
@@ -112,8 +172,8 @@ def _mass_of_all(name: str, header: _Attributes, group: str, count: int) -> np.n
     return np.full(count, table[int(number)])
 
 
-def _units(name: str, attributes: Mapping[str, _Attributes]) -> tuple[float, float, float] | None:
-    """The file's units of length, mass and velocity in SI, if it tells them and they are such."""
+def _units(name: str, attributes: Mapping[str, _Attributes]) -> FileUnits | None:
+    """The file's units, if it tells them and they are such."""
     own = attributes.get("Astroinertia")
     if own is not None and str(own.attrs.get("units_system", "SI")) != "SI":
         return None
@@ -132,7 +192,8 @@ def _units(name: str, attributes: Mapping[str, _Attributes]) -> tuple[float, flo
         raise SceneError(f"{name} has a unit that is not positive")
     if any(group.number("HubbleParam") not in (None, 0.0, 1.0) for group in attributes.values()):
         raise SceneError(f"{name} has a HubbleParam, so that lengths and masses may be over h; write them without it")
-    return length / CM, mass / GRAM, velocity / CM
+    constant = attributes["Parameters"].text_number(_CONSTANT) if "Parameters" in attributes else None
+    return FileUnits(length / CM, mass / GRAM, velocity / CM, constant)
 
 
 def _rows(dataset: Any) -> int:

@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from astroinertia.errors import SceneError
-from astroinertia.sph.table_gadget import CM, GRAM, SI, UNKNOWN
+from astroinertia.sph.table_gadget import CM, GRAM, FileUnits
 from astroinertia.units import shown
 
 NEEDS = "pip install 'astroinertia[phantom]'"
@@ -31,13 +31,13 @@ _COLUMNS = ("x", "y", "z", "vx", "vy", "vz", "u")
 
 @dataclass(frozen=True)
 class Dump:
-    """Columns mass, x, y, z and, if there, vx, vy, vz, u; units: SI or UNKNOWN.
+    """Columns mass, x, y, z and, if there, vx, vy, vz, u; in SI where the units are stated.
 
     note: what is among the particles or left out; unfit: what they have that a scene's body cannot; both may be empty.
     """
 
     columns: dict[str, np.ndarray]
-    units: str
+    units: FileUnits | None
     note: str
     unfit: str
 
@@ -134,10 +134,12 @@ def _sinks(name: str, sinks: Any, columns: dict[str, np.ndarray]) -> dict[str, n
     return {"mass": there["m"].to_numpy(dtype=float), "u": np.zeros(len(there)), **points}
 
 
-def _in_si(name: str, header: dict[str, Any], columns: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], str]:
+def _in_si(
+    name: str, header: dict[str, Any], columns: dict[str, np.ndarray]
+) -> tuple[dict[str, np.ndarray], FileUnits | None]:
     scales = [float(header[key]) for key in ("umass", "udist", "utime") if key in header]
     if len(scales) < 3 or scales == [1.0, 1.0, 1.0]:  # Phantom's units where a setup has none
-        return columns, UNKNOWN
+        return columns, None
     mass, length, time = scales
     if not (min(mass, length, time) > 0.0 and np.isfinite([mass, length, time]).all()):
         raise SceneError(f"{name} has a unit that is not positive")
@@ -145,7 +147,8 @@ def _in_si(name: str, header: dict[str, Any], columns: dict[str, np.ndarray]) ->
     units = {"mass": mass, "u": (length / time) ** 2}
     units |= dict.fromkeys("xyz", length) | dict.fromkeys(("vx", "vy", "vz"), length / time)
     with np.errstate(over="ignore", invalid="ignore"):  # what is too large is found as not finite
-        return {key: column * units[key] for key, column in columns.items()}, SI
+        in_si = {key: column * units[key] for key, column in columns.items()}
+    return in_si, FileUnits(length, mass, length / time)
 
 
 def _refuse_damaged(path: Path) -> None:

@@ -145,9 +145,8 @@ def npz_columns(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
 def hdf5(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
     """The columns of an HDF5 file by name."""
     columns = hdf5_columns(path, (*wanted.required, *wanted.optional, *wanted.aliases), wanted.most, wanted.what)
-    columns = {wanted.named(name): column for name, column in columns.items()}
-    wanted.check(path, list(columns))
-    return columns
+    wanted.check(path, [wanted.named(name) for name in columns])
+    return {wanted.named(name): column for name, column in columns.items()}
 
 
 READERS = {".csv": csv_columns, ".npz": npz_columns} | dict.fromkeys(HDF5_SUFFIXES, hdf5)

@@ -63,7 +63,7 @@ def split_vectors(file: str, columns: Mapping[str, np.ndarray]) -> dict[str, np.
     split = {}
     for name, column in columns.items():
         if name not in VECTORS:
-            split[name] = column
+            split[name] = column[:, 0] if column.ndim == 2 and column.shape[1] == 1 else column
         elif column.ndim != 2 or column.shape[1] != 3:
             raise SceneError(f"{file}: {name} is not three numbers a particle")
         else:

@@ -15,8 +15,7 @@ from astroinertia.inertia import tensor
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mesh import FORMATS, mesh_body, read_mesh
 from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_frame, principal_gap, undefined_axes
-from astroinertia.sph.table import MAX_PARTICLES, read_table
-from astroinertia.sph.table_gadget import SI
+from astroinertia.sph.table import MAX_PARTICLES, SI, read_table
 from astroinertia.sph.table_netcdf import fill_value
 from astroinertia.storage.columns import check_there
 from astroinertia.storage.hdf5_structure import is_hdf5

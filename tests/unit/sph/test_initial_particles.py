@@ -1,5 +1,6 @@
 """Placement, rotation laws and particle tables."""
 
+import h5py
 import netCDF4
 import numpy as np
 import pytest
@@ -209,6 +210,36 @@ def test_table_round_trip(tmp_path):
     assert table.internal_energy is None
     assert (table.velocity == 0).all()
     assert (table.mass == 4).all()
+
+
+@pytest.mark.parametrize("names", ["m,x,y,z,vx,vy,vz,internal_energy", "masses,x,y,z,vx,vy,vz,u,rho,hsml",
+                                   "mass,x,y,z,vx,vy,vz,specific_internal_energy,density,h"])  # fmt: skip
+def test_columns_have_the_names_that_other_codes_give_them(tmp_path, names):
+    columns = dict(zip(names.split(","), np.random.default_rng(4).random((10, 6)), strict=False))
+    rows = [",".join(map(repr, row)) for row in np.array(list(columns.values())).T.tolist()]
+    (tmp_path / "p.csv").write_text("\n".join([names, *rows]))
+    np.savez(tmp_path / "p.npz", **columns)
+    with h5py.File(tmp_path / "p.h5", "w") as file:
+        for name, column in columns.items():
+            file[name] = column
+    with netCDF4.Dataset(tmp_path / "p.nc", "w") as file:
+        file.createDimension("particle", 6)
+        for name, column in columns.items():
+            file.createVariable(name, "f8", ("particle",))[:] = column
+    first, *_, energy = list(columns)[:8]
+    for file in ("p.csv", "p.npz", "p.h5", "p.nc"):
+        table = read_table(tmp_path / file)
+        np.testing.assert_array_equal(table.mass, columns[first])
+        np.testing.assert_array_equal(table.internal_energy, columns[energy])
+        np.testing.assert_array_equal(table.velocity[:, 2], columns["vz"])
+
+
+def test_a_column_under_two_names_is_refused(tmp_path):
+    with h5py.File(tmp_path / "p.h5", "w") as file:
+        for name in ("m", "mass", "x", "y", "z"):
+            file[name] = np.ones(6)
+    with pytest.raises(SceneError, match="columns more than once, namely mass"):
+        read_table(tmp_path / "p.h5")
 
 
 BAD = {

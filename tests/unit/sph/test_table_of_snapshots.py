@@ -4,12 +4,17 @@ import h5py
 import numpy as np
 import pytest
 
+import astroinertia
 from astroinertia.errors import SceneError
+from astroinertia.run.loop import run_scene
+from astroinertia.scene.load import loads, resolved_text
+from astroinertia.scene.plan import code_units, plan
 from astroinertia.sph.table import read_body, read_table
 from astroinertia.studies.moments import read_matter
-from astroinertia.units import PARSEC, SOLAR_MASS
+from astroinertia.units import DIMENSIONLESS, PARSEC, SOLAR_MASS, CodeUnits
 
 COUNT = 6
+GALACTIC = CodeUnits(1e10 * SOLAR_MASS, 1e3 * PARSEC)
 SINGLE = np.random.default_rng(8).random((COUNT, 8)).astype(np.float32)  # most codes write single precision
 VALUES = SINGLE.astype(float)
 GADGET_UNITS = {"UnitLength_in_cm": 3.085678e21, "UnitMass_in_g": 1.989e43, "UnitVelocity_in_cm_per_s": 1e5}
@@ -62,23 +67,149 @@ def test_units_of_each_code_become_si(tmp_path, write):
     np.testing.assert_allclose(table.internal_energy, VALUES[:, 7] * 1e6, rtol=1e-7)
 
 
-def test_without_units_the_numbers_are_the_files_and_no_body_of_a_scene_in_si(tmp_path):
+def test_without_units_the_numbers_are_in_those_of_the_scene(tmp_path):
     path = written(tmp_path / "snap.hdf5", fill)
-    table = read_body(path, dimensionless=True)
-    assert table.units == "unknown"
-    np.testing.assert_array_equal(table.mass, VALUES[:, 0])
-    with pytest.raises(SceneError, match="does not tell its units"):
-        read_body(path, dimensionless=False)
+    for units in (DIMENSIONLESS, GALACTIC):
+        table = read_body(path, units)
+        assert table.units == "unknown"
+        np.testing.assert_array_equal(table.mass, VALUES[:, 0])
+        np.testing.assert_array_equal(table.velocity, VALUES[:, 4:7])
+    fast = read_body(path, GALACTIC, velocity_unit=1e3)
+    np.testing.assert_allclose(fast.velocity, VALUES[:, 4:7] * 1e3 / GALACTIC.unit("velocity"), rtol=1e-14)
+    np.testing.assert_allclose(fast.internal_energy, VALUES[:, 7] * 1e6 / GALACTIC.unit("specific_energy"), rtol=1e-14)
+    with pytest.raises(SceneError, match='velocity_unit, but units = "code"'):
+        read_body(path, DIMENSIONLESS, velocity_unit=1e3)
     assert read_matter(path, ("Msun", "kpc")).units == ("kg", "m")
 
 
-def test_with_units_it_is_no_body_of_a_dimensionless_scene_and_needs_no_other_units(tmp_path):
+def test_with_units_it_needs_no_others(tmp_path):
     path = written(tmp_path / "snap.hdf5", gadget4)
-    with pytest.raises(SceneError, match="has units, so it cannot be a body"):
-        read_body(path, dimensionless=True)
+    np.testing.assert_allclose(read_body(path, GALACTIC).velocity, VALUES[:, 4:7] * 1e3 / GALACTIC.unit("velocity"))
+    with pytest.raises(SceneError, match="velocity_unit, but its file has units"):
+        read_body(path, GALACTIC, velocity_unit=1e3)
     with pytest.raises(SceneError, match="says which units it is in; leave --units out"):
         read_matter(path, ("Msun", "kpc"))
     assert read_matter(path).units == ("kg", "m")
+
+
+def test_columns_of_one_number_a_row_may_have_two_dimensions(tmp_path):
+    def upright(file):
+        for name in ("Masses", "InternalEnergy"):
+            del file[f"PartType0/{name}"]
+        file["PartType0/Masses"], file["PartType0/InternalEnergy"] = SINGLE[:, :1], SINGLE[:, 7:]
+
+    table = read_table(written(tmp_path / "snap.hdf5", fill, upright))
+    np.testing.assert_array_equal(table.mass, VALUES[:, 0])
+    np.testing.assert_array_equal(table.internal_energy, VALUES[:, 7])
+
+
+def test_a_dimensionless_scene_has_it_in_its_own_units_with_g_of_one(tmp_path):
+    """In kpc, 10^10 solar masses and km/s G is 43007: there velocities are over its root, and energies over it."""
+    own = read_body(written(tmp_path / "snap.hdf5", gadget4), DIMENSIONLESS)
+    np.testing.assert_allclose(own.position, VALUES[:, 1:4], rtol=1e-14)
+    np.testing.assert_allclose(own.mass, VALUES[:, 0], rtol=1e-14)
+    np.testing.assert_allclose(own.velocity**2 * 43007.1, VALUES[:, 4:7] ** 2, rtol=1e-3)
+    np.testing.assert_allclose(own.internal_energy * 43007.1, VALUES[:, 7], rtol=1e-3)
+
+
+def evrard(file):
+    """As the initial conditions of SWIFT's example: a box far larger than the sphere, and units of 1."""
+    fill(file)
+    file["Header"].attrs.update({"BoxSize": [100.0] * 3, "Flag_Entropy_ICs": 0, "Dimension": 3, "Time": 0.0})
+    file["PartType0/SmoothingLength"] = file["PartType0/Density"] = SINGLE[:, 0]
+    file["PartType0/MaterialIDs"] = np.zeros(COUNT, np.uint64)
+    names = ("length in cgs (U_L)", "mass in cgs (U_M)", "time in cgs (U_t)", "current in cgs (U_I)",
+             "temperature in cgs (U_T)")  # fmt: skip
+    file.create_group("Units").attrs.update({f"Unit {name}": 1.0 for name in names})
+
+
+def test_units_of_one_are_none_where_the_scene_has_none(tmp_path):
+    path = written(tmp_path / "evrard.hdf5", evrard)
+    own = read_body(path, DIMENSIONLESS)
+    np.testing.assert_allclose(own.velocity, VALUES[:, 4:7], rtol=1e-14)
+    np.testing.assert_allclose(own.internal_energy, VALUES[:, 7], rtol=1e-14)
+    np.testing.assert_allclose(read_table(path).position, VALUES[:, 1:4] / 100, rtol=1e-14)  # else they are cgs
+    with pytest.raises(SceneError, match="whose file states no units"):
+        loads(SCENE.format(units="", body="", end='"1 s"').replace("snap", "evrard"), origin=str(tmp_path))
+    # a snapshot of a run has the G of its parameter file, as text
+    for constant, over in ((b"1.0", 1.0), (b"4.0", 2.0)):
+        snapshot = written(
+            tmp_path / "snap.hdf5", evrard, attribute("Parameters", "PhysicalConstants:G", np.bytes_(constant))
+        )
+        np.testing.assert_allclose(read_body(snapshot, DIMENSIONLESS).velocity, VALUES[:, 4:7] / over, rtol=1e-14)
+
+
+SCENE = """
+name = "own"
+model = "sph"
+{units}
+[body]
+kind = "table"
+file = "snap.hdf5"
+{body}
+[equation_of_state]
+kind = "ideal"
+[effects.gravity]
+[effects.pressure]
+[time]
+end = {end}
+"""
+
+
+def scene_of(folder, units="", body="", end='"1 Gyr"'):
+    return loads(SCENE.format(units=units, body=body, end=end), origin=str(folder))
+
+
+def test_a_scene_without_units_has_those_that_its_file_states(tmp_path):
+    written(tmp_path / "snap.hdf5", gadget4)
+    scene = scene_of(tmp_path)
+    assert code_units(scene).mass == pytest.approx(1e10 * SOLAR_MASS, rel=1e-3)
+    assert code_units(scene).length == pytest.approx(1e3 * PARSEC, rel=1e-6)
+    (tmp_path / "snap.hdf5").unlink()  # what a run keeps of its scene needs the file no more
+    assert code_units(loads(resolved_text(scene))) == code_units(scene)
+    written(tmp_path / "snap.hdf5", fill)
+    with pytest.raises(SceneError, match="is needed for a body of kind table, whose file states no units"):
+        scene_of(tmp_path)
+    (tmp_path / "snap.hdf5").unlink()
+    with pytest.raises(SceneError, match=r"snap\.hdf5 is not there"):
+        scene_of(tmp_path)
+
+
+def test_the_plan_says_what_is_in_the_table(tmp_path):
+    written(tmp_path / "snap.hdf5", gadget4)
+    text = plan(scene_of(tmp_path)).text()
+    mass, fast = VALUES[:, 0].sum() * 1.989e40, VALUES[:, 4:7]
+    about = np.linalg.norm(fast - VALUES[:, 0] @ fast / VALUES[:, 0].sum(), axis=1).max() * 1e3
+    for words in (f"particles: {COUNT} (from the table snap.hdf5", "columns: mass x y z vx vy vz u", "as it states",
+                  f"mass: {mass:.6g} kg", f"velocities: up to {about:.6g} m s-1", "internal energies: "):  # fmt: skip
+        assert words in text
+    written(tmp_path / "snap.hdf5", fill, without("PartType0/Velocities"), without("PartType0/InternalEnergy"))
+    text = plan(scene_of(tmp_path, 'units = "code"', "specific_internal_energy = 1.0", "1.0")).text()
+    for words in ("velocities: none (at rest)", "internal energies: none", "none stated"):
+        assert words in text
+
+
+def test_the_example_of_swift_runs_as_it_stands(tmp_path):
+    """Evrard's sphere in the middle of SWIFT's box of 100: energies are those of the problem, for G is 1."""
+    count = 100
+    random = np.random.default_rng(5)
+    along = random.normal(size=(count, 3))
+    place = along / np.linalg.norm(along, axis=1)[:, None] * np.sqrt((np.arange(count) + 0.5) / count)[:, None]
+
+    def sphere(file):
+        evrard(file)
+        del file["PartType0"]
+        file["PartType0/Coordinates"], file["PartType0/Velocities"] = place + 50.0, np.zeros((count, 3))
+        file["PartType0/Masses"], file["PartType0/InternalEnergy"] = np.full(count, 0.01), np.full(count, 0.05)
+
+    written(tmp_path / "snap.hdf5", sphere)
+    scene = scene_of(tmp_path, 'units = "code"', end="0.01")
+    series = astroinertia.open(run_scene(scene, tmp_path / "run"))
+    first = series.isel(time=0)
+    assert float(first["internal_energy"]) == pytest.approx(0.05, rel=1e-12)
+    assert float(first["gravitational_energy"]) == pytest.approx(-2 / 3, rel=0.15)  # softened, of 100 particles
+    np.testing.assert_allclose(first["centre_of_mass"], 50.0 + place.mean(axis=0), rtol=1e-12)
+    assert float(series["kinetic_energy"][-1]) > 0
 
 
 def test_masses_may_stand_in_the_header_and_particles_be_of_another_type(tmp_path):
@@ -149,6 +280,11 @@ BAD = {
     "no unit": ([gadget4, attribute("Parameters", "UnitMass_in_g", 0.0)], "a unit that is not positive"),
     "NaN": ([gadget4, attribute("Parameters", "UnitMass_in_g", np.nan)], "UnitMass_in_g is not finite"),
     "a long attribute": ([gadget4, attribute("Header", "Redshift", np.zeros(5000))], "Redshift is not a number"),
+    "words for G": ([evrard, attribute("Parameters", "PhysicalConstants:G", np.bytes_(b"one"))], "G is not a number"),
+    "a negative G": ([evrard, attribute("Parameters", "PhysicalConstants:G", np.bytes_(b"-1"))], "G is not positive"),
+    "many G": ([evrard, attribute("Parameters", "PhysicalConstants:G", np.zeros(9))], "G is not a number"),
+    "a book for G": ([evrard, attribute("Parameters", "PhysicalConstants:G", np.bytes_(b"1" * 5000))],
+                     "G is not a number"),
     "overflow": ([gadget4, attribute("Parameters", "UnitLength_in_cm", 1e308),
                   attribute("Parameters", "UnitVelocity_in_cm_per_s", 1e200)], "is not finite"),
 }  # fmt: skip

@@ -14,6 +14,7 @@ from astroinertia.run.loop import run_scene
 from astroinertia.scene.load import loads
 from astroinertia.sph.table import read_body, read_table
 from astroinertia.studies.moments import moments, read_matter
+from astroinertia.units import DIMENSIONLESS, SOLAR_MASS, CodeUnits
 from tests.phantom_dump import COUNT, MASS, PARTICLES, SMOOTHING, UNITS, dump, gas, header, record
 
 
@@ -76,9 +77,9 @@ def test_masses_are_those_of_the_types_and_of_a_type_that_is_alone(tmp_path):
     assert read_table(mixed).mass.tolist() == [masses[kind - 1] for kind in kinds]
     assert "of the types 1, 7" in read_matter(mixed).text
     with pytest.raises(SceneError, match="has particles of 2 types, so it cannot be a body"):
-        read_body(mixed, dimensionless=True)
+        read_body(mixed, DIMENSIONLESS)
     alone = written(tmp_path / "dust_00000", dump(header(masses, {}), gas([7] * COUNT), {}))
-    assert read_body(alone, dimensionless=True).mass.tolist() == [0.25] * COUNT
+    assert read_body(alone, DIMENSIONLESS).mass.tolist() == [0.25] * COUNT
     unknown = written(tmp_path / "odd_00000", dump(header(), gas([9] * COUNT), {}))
     with pytest.raises(SceneError, match="does not tell the mass of particles of type 9"):
         read_table(unknown)
@@ -98,7 +99,7 @@ def test_accreted_and_dead_particles_are_left_out_and_reported(tmp_path):
     path = written(tmp_path / "disc_00100", dump(header(units={}), gas(smoothing=smoothing), {}))
     alive = smoothing > 0
     with pytest.warns(SceneWarning, match="disc_00100: 3 accreted or dead ones left out."):
-        table = read_body(path, dimensionless=True)
+        table = read_body(path, DIMENSIONLESS)
     np.testing.assert_array_equal(table.position[:, 0], PARTICLES["x"][alive])
     assert read_matter(path).text == "4 particles, 3 accreted or dead ones left out"
     nobody = written(tmp_path / "gone_00000", dump(header(), gas(smoothing=-SMOOTHING), {}))
@@ -119,7 +120,7 @@ def test_sinks_are_points_of_moments_and_no_body_of_a_scene(tmp_path):
     )
     assert found.attrs["title"] == "inertia of 9 particles, 2 sinks among them as points"
     with pytest.raises(SceneError, match="has 2 sinks, so it cannot be a body"):
-        read_body(path, dimensionless=True)
+        read_body(path, DIMENSIONLESS)
     nowhere = written(tmp_path / "odd_00000", dump(header(), gas(), {5: {"m": [1.0]}}))
     with pytest.raises(SceneError, match="sinks without a mass, a position or a velocity"):
         read_table(nowhere)
@@ -138,10 +139,17 @@ def test_units_decide_which_scenes_may_have_it(tmp_path):
     needs_sarracen()
     in_units = written(tmp_path / "a_00000", dump(header(), gas(), {}))
     plain = written(tmp_path / "b_00000", dump(header(units=dict.fromkeys(UNITS, 1.0)), gas(), {}))
-    assert read_body(in_units, dimensionless=False).units == "SI"
-    assert read_body(plain, dimensionless=True).units == "unknown"
-    with pytest.raises(SceneError, match="does not tell its units"):
-        read_body(plain, dimensionless=False)
+    solar = CodeUnits(SOLAR_MASS, 6.957e8)
+    body = read_body(in_units, solar)
+    assert body.units == "SI"
+    np.testing.assert_allclose(body.position[:, 0], PARTICLES["x"], rtol=1e-12)  # in the units of the scene: Rsun
+    for units in (DIMENSIONLESS, solar):  # numbers without units are those of the scene
+        assert read_body(plain, units).units == "unknown"
+        np.testing.assert_allclose(read_body(plain, units).velocity[:, 1], PARTICLES["vy"], rtol=1e-15)
+    # in a dimensionless scene a dump is in its own units, in which G is 1
+    own = read_body(in_units, DIMENSIONLESS)
+    for values, name in ((own.position[:, 2], "z"), (own.velocity[:, 0], "vx"), (own.internal_energy, "u")):
+        np.testing.assert_allclose(values, PARTICLES[name], rtol=1e-12)
     nonsense = written(tmp_path / "c_00000", dump(header(units=UNITS | {"utime": -1.0}), gas(), {}))
     with pytest.raises(SceneError, match="a unit that is not positive"):
         read_table(nonsense)
@@ -153,7 +161,7 @@ def test_a_small_dump_has_moments_and_is_no_body(tmp_path):
     path = written(tmp_path / "small_00001", dump(header(units={}), gas(particles=places), {}, real="f4"))
     assert read_matter(path).text == "7 particles"
     with pytest.raises(SceneError, match="has no velocities, as a small dump, so it cannot be a body"):
-        read_body(path, dimensionless=True)
+        read_body(path, DIMENSIONLESS)
 
 
 def test_the_command_moments_takes_a_dump(tmp_path, capsys):
