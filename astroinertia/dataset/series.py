@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.dataset import files as dataset_files, radii
+from astroinertia.dataset.attitude import attitude_attributes, attitude_quantities
 from astroinertia.dataset.derived import PARTICLE_GAP_TOLERANCE, derived_quantities
 from astroinertia.dataset.regions import QUANTITIES as REGIONAL, regional_quantities
 from astroinertia.dataset.resolution import resolution_warnings
@@ -35,7 +36,7 @@ from astroinertia.inertia.evolution import gravitational_wave_strain, second_mom
 from astroinertia.inertia.principal import ROUND_OFF_GAP
 from astroinertia.ledger.bounds import ledger_warnings
 from astroinertia.models.protocol import TIMESTEP_CRITERIA
-from astroinertia.observables.quantities import DERIVED, LABELS, OF_EFFECTS, RECORDED, Quantity
+from astroinertia.observables.quantities import DERIVED, LABELS, OF_ATTITUDE, OF_EFFECTS, RECORDED, Quantity
 from astroinertia.storage import trailer
 from astroinertia.storage.archive import MANIFEST, SWEEP, Archive, file_of_sweep
 from astroinertia.units import DIMENSIONLESS, CodeUnits, display_unit
@@ -143,6 +144,9 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     values = {name: np.asarray(array) for name, array in series.items()}
     unclosed = ledger_warnings(values, effects)
     values |= derived_quantities(values, tolerance, radius, metadata.get("structure", {}))
+    attitude = metadata.get("model") == "rigid" and {"attitude", "torque"} <= set(values)
+    if attitude:
+        values |= attitude_quantities(values, "pivot" in effects, "rotational_deformation" in effects)
     regions = metadata.get("regions", {})
     if regions:
         values |= regional_quantities(values, tolerance)
@@ -181,7 +185,7 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     for name, origin in metadata.get("own_observables", {}).items():
         if name in own:
             variables[name][2]["origin"] = origin
-    for name, quantity in OF_EFFECTS.items():
+    for name, quantity in (OF_EFFECTS | OF_ATTITUDE).items():
         if name in values:
             variables[name] = (
                 quantity.dims,
@@ -196,6 +200,11 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
             {"long_name": name.replace("_", " "), "comment": "not in the schema; code units"},
         )
     _annotate(variables, tolerance, metadata)
+    if attitude:
+        names = ("angular_momentum", "inertia_tensor", "attitude", *OF_ATTITUDE)
+        whole = {name: variables[name][1] for name in names if name in variables} | {"time": time * units.unit("time")}
+        for name, found in attitude_attributes(whole).items():
+            variables[name][2].update(found)
     # No standard_name: CF's "time" is a date, in units "since" an epoch, and this is not.
     seconds = time * units.unit("time")
     shown = {} if dimensionless else {"display_unit": display_unit("s", seconds)}

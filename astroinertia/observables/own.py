@@ -18,7 +18,16 @@ from astroinertia.effects.doors import Door, made_of
 from astroinertia.effects.entries import Entry
 from astroinertia.errors import SceneError
 from astroinertia.observables.observable import Observable
-from astroinertia.observables.quantities import DERIVED, LABELS, OF_EFFECTS, RECORDED, SAID, BodyState, Quantity
+from astroinertia.observables.quantities import (
+    DERIVED,
+    LABELS,
+    OF_ATTITUDE,
+    OF_EFFECTS,
+    RECORDED,
+    SAID,
+    BodyState,
+    Quantity,
+)
 from astroinertia.units import ALL_MODELS, DIMENSIONS, Dimension, shown, si_unit
 
 SIZES = {name: len(LABELS[name][0]) for name in ("i", "j", "principal", "mode")}
@@ -26,7 +35,7 @@ PARTICLES = ("sph",)  # models of an observable that is given the particles
 _COORDINATES = (*LABELS, "time", "effect", "radius_bin", "frequency", "sink", "companion", "region")
 OBSERVABLES = Door(
     "astroinertia.observables", "observable", "astroinertia.observables.Observable", "@dataclass(frozen=True)",
-    (*RECORDED, *DERIVED, *OF_EFFECTS, *_COORDINATES), traced=False,
+    (*RECORDED, *DERIVED, *OF_EFFECTS, *OF_ATTITUDE, *_COORDINATES), traced=False,
 )  # fmt: skip
 
 

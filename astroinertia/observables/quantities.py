@@ -447,6 +447,33 @@ OF_EFFECTS: dict[str, Quantity] = {
 }  # fmt: skip
 """What only scenes with certain effects have, and only then; recorded in code units, under the same names."""
 
+OF_ATTITUDE: dict[str, Quantity] = {
+    "obliquity": Quantity(
+        _T, NUMBER, "rad", "obliquity", "angle of the angular momentum from z, the pole of the x-y plane"
+    ),
+    "precession_rate": Quantity(
+        _T, PER_TIME, "rad s-1", "precession rate, of torques",
+        "rate at which they turn the angular momentum about z, (L_x tau_y - L_y tau_x)/(L_x^2 + L_y^2); negative where "
+        "it goes back; NaN where L is along z",
+    ),
+    "wobble_angle": Quantity(
+        _T, NUMBER, "rad", "wobble",
+        "angle between the angular momentum and the axis of the largest moment, whichever end of it is nearer",
+    ),
+    "wobble_period": Quantity(
+        _T, TIME, "s", "wobble period",
+        "time in which the angular momentum goes round an axis in the body, were it free from now on: 4 K(k)/rate of "
+        "Jacobi's functions (Landau & Lifshitz, Mechanics, section 37); of a body that its rotation deforms, as its "
+        "attitude has it",
+    ),
+    "free_precession_rate": Quantity(
+        _T, PER_TIME, "rad s-1", "free precession rate",
+        "rate at which the axis of the largest moment goes round the angular momentum, "
+        "L (m_1^2/I_1 + m_2^2/I_2)/(m_1^2 + m_2^2) with m the angular momentum along the principal axes (Euler)",
+    ),
+}  # fmt: skip
+"""What follows from the attitude of a rigid body, and only of one: dataset.attitude."""
+
 LABELS: dict[str, tuple[list, str]] = {
     "i": (["x", "y", "z"], "Cartesian component"),
     "j": (["x", "y", "z"], "Cartesian component"),

@@ -13,6 +13,7 @@ from astroinertia.dataset.resolution import resolution_message
 from astroinertia.dataset.schema import COMPUTED
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.ledger import bounds
+from astroinertia.observables.quantities import OF_ATTITUDE
 from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale, known_effects
 from astroinertia.plots.error_bars import known_bars
 from astroinertia.plots.style import scale_of, unit_of, words
@@ -69,8 +70,8 @@ def tables(dataset: xr.Dataset) -> list[Table]:
     >>> print([table.title for table in tables(ds)])
     ['The body', 'Accuracy and conservation', 'The ledger of effects']
     """
-    drawn = [_body(dataset), _own(dataset), _regions(dataset), _accuracy(dataset), _bars(dataset), _converged(dataset),
-             _effects(dataset)]  # fmt: skip
+    kinds = (_body, _attitude, _own, _regions, _accuracy, _bars, _converged, _effects)
+    drawn = [kind(dataset) for kind in kinds]
     return [table for table in drawn if table is not None and table.rows]
 
 
@@ -111,6 +112,44 @@ def _body(dataset: xr.Dataset) -> Table:
             ("T/|W|", dataset["rotational_to_gravitational"]),
         ]
     return _course("The body", [(name, unit_of(series), series.values) for name, series in rows])
+
+
+def _attitude(dataset: xr.Dataset) -> Table | None:
+    """How a rigid body stands and turns: obliquity, precession and wobble."""
+    names = [name for name in OF_ATTITUDE if name in dataset]
+    if not names:
+        return None
+    # A free body's angular momentum stays where it is.
+    quiet = [name for name in names if name == "precession_rate" and not np.nan_to_num(dataset[name].values).any()]
+    rows = [
+        (words(name), "deg", np.degrees(series.values)) if unit_of(series) == "rad"
+        else (words(name), unit_of(series), series.values)
+        for name, series in ((name, dataset[name]) for name in names if name not in quiet)
+    ]  # fmt: skip
+    table = _course("How it stands and turns", rows)
+    numbers = [
+        (text, dataset[name].attrs[key], unit)
+        for name, key, text, unit in (
+            ("precession_rate", "mean", "mean precession rate", "rad s-1"),
+            ("obliquity", "nutation_amplitude", "nutation amplitude", "rad"),
+            ("obliquity", "nutation_period", "nutation period", "s"),
+            ("wobble_angle", "settling_time", "settling time", "s"),
+        )
+        if name in dataset and key in dataset[name].attrs
+    ]
+    below = []
+    for text, value, unit in numbers:
+        factor, readable = (np.pi / 180.0, "deg") if unit == "rad" else scale_of(unit, np.array([value]))
+        below.append(f"{text} {value / factor:.6g} {readable}{_more(value, unit)}")
+    return Table(table.title, table.head, table.rows, table.widths, "\n".join(below))
+
+
+def _more(value: float, unit: str) -> str:
+    """The same in the units of astronomers, where it is small enough for them."""
+    seconds, year = float(np.degrees(value)) * 3600.0, 365.25 * 86400.0
+    if unit == "rad" and abs(value) < 1e-3:
+        return f" ({seconds:.5g} arcsec)"
+    return f" ({seconds * year:.6g} arcsec/yr)" if unit == "rad s-1" and abs(value) < 1e-7 else ""
 
 
 def _ratio_text(series: xr.DataArray) -> str:

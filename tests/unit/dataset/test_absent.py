@@ -11,7 +11,7 @@ from astroinertia import dataset, plots
 from astroinertia.dataset.absent import whole, without_absent
 from astroinertia.dataset.waves import FAINTEST, too_faint
 from astroinertia.interop.tables import write_series
-from astroinertia.observables.quantities import DERIVED, RECORDED
+from astroinertia.observables.quantities import DERIVED, OF_ATTITUDE, RECORDED
 
 MOMENTS = ["1 kg m2", "2 kg m2", "3 kg m2"]
 TOP = {
@@ -36,7 +36,9 @@ def test_a_rigid_body_has_nothing_of_particles_and_no_waves(file: Path) -> None:
     assert not [name for name in ds if str(name).startswith(("gw_", "mode_", "density", "timestep_limit"))]
     assert set(ds.dims) == set(ds.coords) and not {"radius_bin", "mode", "observer", "frequency"} & set(ds.dims)
     absent = ds.inertia.absent
-    assert set(ds.data_vars) | set(absent) == {*RECORDED, *DERIVED} and not set(ds.data_vars) & set(absent)
+    assert set(ds.data_vars) | set(absent) == {*RECORDED, *DERIVED, *OF_ATTITUDE} and not set(ds.data_vars) & set(
+        absent
+    )
     assert absent["core_particles"] == "there are no particles"
     assert absent["gw_energy"] == f"the waves are too faint: their strain times distance stays below {FAINTEST:g} m"
     tree = astroinertia.open_tree(file)

@@ -1,0 +1,169 @@
+"""What follows from the attitude and the angular momentum of a rigid body: obliquity, precession, wobble, settling.
+
+Series are in the units of their ingredients; what is one number of a run is an attribute of a series, in SI, with its
+meaning beside it. Tests: tests/unit/dataset/test_attitude.py.
+"""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.special import ellipk
+
+Series = Mapping[str, np.ndarray]
+
+_ALONG = 1e-9  # below this sine of the angle from z, L goes round nothing
+_FEW = 16  # records from which a course and an oscillation about it follow
+_SMALL = 0.1  # rad: the wobble up to which it dies away by a factor e in one time
+_GONE = 1e-14  # of the energy: round-off
+_SEARCHED = np.linspace(0.5, 2.5, 81)  # periods in the run, besides those near the largest of the spectrum
+_ROUND_OFF = 1e-12  # of the sine of an angle: a nutation smaller than that is none
+
+
+class Course(NamedTuple):
+    """A steady rate and, about it, the oscillation that explains most: its amplitude and period."""
+
+    rate: float
+    amplitude: float
+    period: float
+
+
+def attitude_quantities(series: Series, held: bool, deforms: bool) -> dict[str, np.ndarray]:
+    """Series (T,) by name, of `observables.quantities.OF_ATTITUDE`.
+
+    held: at a pivot, so that it has no free motion. deforms: by its rotation, so that its wobble is as its attitude has
+    it, where records are close enough. The last row of torque is that of the internal forces.
+    """
+    momentum = series["angular_momentum"]
+    size = np.linalg.norm(momentum, axis=-1)
+    level = np.hypot(momentum[:, 0], momentum[:, 1])
+    pull = series["torque"][:, :-1].sum(axis=1)
+    tilted = level > _ALONG * size
+    around = momentum[:, 0] * pull[:, 1] - momentum[:, 1] * pull[:, 0]
+    moments, along = _in_body(series)
+    inverse = np.where(moments > 0.0, 1.0 / np.where(moments > 0.0, moments, 1.0), 0.0)
+    across = along[:, 0] ** 2 + along[:, 1] ** 2
+    turning = (along[:, :2] ** 2 * inverse[:, :2]).sum(axis=-1)
+    free = {}
+    if deforms and not held:
+        period = _period_of_motion(series["time"], along)
+        free = {} if period is None else {"wobble_period": period}
+    elif not held:
+        around_momentum = _over(size * turning, across, across > (_ALONG * size) ** 2)
+        free = {"wobble_period": _wobble_period(moments, along), "free_precession_rate": around_momentum}
+    all_of_them = {
+        "obliquity": np.where(size > 0.0, np.arctan2(level, momentum[:, 2]), np.nan),
+        "precession_rate": _over(around, level**2, tilted),
+        "wobble_angle": np.where(size > 0.0, np.arctan2(np.sqrt(across), abs(along[:, 2])), np.nan),
+        **free,
+    }
+    return {name: values for name, values in all_of_them.items() if not np.isnan(values).all()}
+
+
+def attitude_attributes(series: Series) -> dict[str, dict[str, Any]]:
+    """What is one number of the run, by the series that it is an attribute of; all in SI.
+
+    series: time, angular_momentum, inertia_tensor, attitude and what `attitude_quantities` gives.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    time, momentum = series["time"], series["angular_momentum"]
+    rate = series.get("precession_rate", np.zeros(1))
+    if np.isfinite(rate).all() and rate.any() and len(time) >= _FEW:
+        tilt = series["obliquity"]
+        turned = np.unwrap(np.arctan2(momentum[:, 1], momentum[:, 0]))
+        longitude, nodding = course(time, turned), course(time, tilt)
+        if longitude is not None and abs(np.diff(turned)).max() < 0.5 * np.pi:
+            found["precession_rate"] = {
+                "mean": longitude.rate,
+                "mean_comment": "steady rate of the longitude of L (rad s-1), but for its largest oscillation",
+            }
+        if nodding is not None and nodding.amplitude > _ROUND_OFF:
+            found["obliquity"] = {
+                "nutation_amplitude": nodding.amplitude,
+                "nutation_period": nodding.period,
+                "nutation_comment": "amplitude (rad) and period (s) of the largest oscillation of the obliquity",
+            }
+    settling = _settling_time(series) if "wobble_angle" in series else None
+    if settling is not None:
+        found["wobble_angle"] = {
+            "settling_time": settling,
+            "settling_time_comment": "time (s) in which a small wobble falls by a factor e, from the energy above "
+            "that of rotation about the largest moment (Burns & Safronov 1973, MNRAS 165, 403)",
+        }
+    return found
+
+
+def course(time: np.ndarray, values: np.ndarray) -> Course | None:
+    """A line and one sine through values (T,) at times (T,) by least squares; None where records are too sparse.
+
+    Its frequency is looked for near the largest of the spectrum and among a few turns in the whole run.
+    """
+    span = time[-1] - time[0]
+    shift = (time - time[0]) / span - 0.5
+
+    def fit(turns: float) -> tuple[float, np.ndarray]:
+        phase = 2.0 * np.pi * turns * shift
+        columns = np.stack([np.ones_like(shift), shift, np.sin(phase), np.cos(phase)], axis=1)
+        numbers = np.linalg.lstsq(columns, values - values.mean(), rcond=None)[0]
+        left = values - values.mean() - columns @ numbers
+        return float(left @ left), numbers
+
+    line = np.polyfit(shift, values, 1)
+    flat = (values - np.polyval(line, shift)) * np.hanning(len(values))
+    peak = int(np.argmax(abs(np.fft.rfft(flat))[1:])) + 1
+    if peak > 0.4 * len(values):
+        return None
+    turns = min((*_SEARCHED, *np.linspace(max(peak - 1.0, 0.5), peak + 1.0, 81)), key=lambda turns: fit(turns)[0])
+    for width in (0.02, 0.002, 0.0002):
+        turns = min(turns + width * np.linspace(-1.0, 1.0, 21), key=lambda turns: fit(turns)[0])
+    numbers = fit(turns)[1]
+    return Course(float(numbers[1] / span), float(np.hypot(*numbers[2:])), float(span / turns))
+
+
+def _in_body(series: Series) -> tuple[np.ndarray, np.ndarray]:
+    """Moments (T, 3) about the body's axes, ascending at the start, and L along them (T, 3)."""
+    rows = series["attitude"]
+    moments = np.einsum("tki,tij,tkj->tk", rows, series["inertia_tensor"], rows)
+    order = np.argsort(moments[0], kind="stable")
+    return moments[:, order], np.einsum("tki,ti->tk", rows, series["angular_momentum"])[:, order]
+
+
+def _wobble_period(moments: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """4 K(k) over the rate of the elliptic functions: Landau & Lifshitz, Mechanics, section 37."""
+    low, middle, high = moments.T
+    square = along**2
+    positive = low > 0.0
+    # L^2 - 2 T I_1 and 2 T I_3 - L^2, in which no digits cancel.
+    above = (square * (1.0 - low[:, None] / np.where(moments > 0.0, moments, 1.0))).sum(axis=-1)
+    below = (square * (high[:, None] / np.where(moments > 0.0, moments, 1.0) - 1.0)).sum(axis=-1)
+    about_high = (high - middle) * above >= (middle - low) * below
+    fast = np.where(about_high, (high - middle) * above, (middle - low) * below)
+    slow = np.where(about_high, (middle - low) * below, (high - middle) * above)
+    turns = positive & (fast > 0.0)
+    rate = np.sqrt(_over(fast, low * middle * high, turns))
+    return 4.0 * ellipk(_over(slow, fast, turns)) / rate
+
+
+def _period_of_motion(time: np.ndarray, along: np.ndarray) -> np.ndarray | None:
+    """That of L about the axis of the largest moment; None where it turns too far from one record to the next."""
+    phase = np.unwrap(np.arctan2(along[:, 1], along[:, 0]))
+    if len(phase) < 3 or not 0.0 < abs(np.diff(phase)).max() < 0.5 * np.pi:
+        return None
+    return 2.0 * np.pi / np.maximum(abs(np.gradient(phase, time)), 1e-300)
+
+
+def _settling_time(series: Series) -> float | None:
+    """From the slope of the logarithm of the energy above the least, where the wobble is small and dies away."""
+    moments, along = _in_body(series)
+    if not (moments > 0.0).all():
+        return None
+    above = 0.5 * (along**2 / moments * (1.0 - moments / moments[:, 2:])).sum(axis=-1)
+    energy = 0.5 * (along**2 / moments).sum(axis=-1)
+    small = (series["wobble_angle"] < _SMALL) & (above > _GONE * energy)
+    if small.sum() < _FEW or not (np.diff(above[small]) < 0.0).all():
+        return None
+    return float(-2.0 / np.polyfit(series["time"][small], np.log(above[small]), 1)[0])
+
+
+def _over(numerator: np.ndarray, denominator: np.ndarray, where: np.ndarray) -> np.ndarray:
+    return np.where(where, numerator / np.where(where, denominator, 1.0), np.nan)

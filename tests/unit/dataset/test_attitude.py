@@ -1,0 +1,129 @@
+"""Obliquity, precession, wobble and settling time of rigid bodies: against closed forms and published rates."""
+
+import numpy as np
+import pytest
+
+import astroinertia
+from astroinertia.dataset.attitude import course
+from astroinertia.plots.in_words import summary
+from astroinertia.rotation import free_top, heavy_top
+from astroinertia.rotation.precession import ARCSECOND, ARCSECOND_PER_YEAR, luni_solar_precession
+from astroinertia.scene import load
+from tests.sims import SIMS
+
+DAY = 86400.0
+TOP = """
+name = "top"
+model = "rigid"
+units = "code"
+[body]
+kind = "rigid"
+mass = 1.0
+moments = MOMENTS
+rotation = { rate = 1.0, wobble = WOBBLE, obliquity = 0.4 }
+[effects]
+[numerics]
+integrator = "splitting"
+[time]
+end = 10.0
+[output]
+series_every = 0.5
+"""
+
+
+def ran(folder, path, *settings):
+    return astroinertia.open(astroinertia.run_scene(astroinertia.load(path, settings), folder / "run"))
+
+
+def top(folder, moments, wobble):
+    text = TOP.replace("MOMENTS", str(moments)).replace("WOBBLE", str(wobble))
+    return astroinertia.open(astroinertia.run_scene(load.loads(text), folder / "run"))
+
+
+def test_a_line_with_an_oscillation_gives_its_rate_also_where_turns_are_not_whole():
+    time = np.linspace(0.0, 10.0, 500)
+    for turns in (1.0, 1.37, 3.6, 40.2):
+        found = course(time, 0.7 * time + 0.3 * np.sin(2.0 * np.pi * turns * time / 10.0 + 0.4))
+        assert found is not None
+        assert found.rate == pytest.approx(0.7, rel=1e-4)
+        assert found.amplitude == pytest.approx(0.3, rel=1e-3)
+        assert found.period == pytest.approx(10.0 / turns, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_free_symmetric_top_wobbles_and_precesses_as_euler_says(tmp_path):
+    ds = top(tmp_path, [1.0, 1.0, 1.5], 0.3)
+    inertia, momentum = ds.inertia_tensor.values[0], ds.angular_momentum.values[0]
+    size = np.linalg.norm(momentum)
+    assert np.linalg.norm(np.linalg.solve(inertia, momentum)) == pytest.approx(1.0)
+    assert ds.wobble_angle.values == pytest.approx(0.3, abs=1e-12)
+    assert ds.obliquity.values == pytest.approx(0.4, abs=1e-12)
+    spin = size * np.cos(0.3) / 1.5  # about its own axis
+    assert ds.wobble_period.values == pytest.approx(2.0 * np.pi / ((1.5 - 1.0) / 1.0 * spin), rel=1e-12)
+    assert ds.free_precession_rate.values == pytest.approx(size / 1.0, rel=1e-12)
+    # The axis itself, from one record to the next, goes round L by that rate.
+    axis = ds.attitude.values[:, 2]
+    across = axis - np.outer(axis @ momentum, momentum) / size**2
+    turned = np.arctan2(np.cross(across[:-1], across[1:]) @ momentum / size, (across[:-1] * across[1:]).sum(axis=1))
+    assert turned == pytest.approx(0.5 * size, rel=1e-10)
+    assert not ds.precession_rate.values.any() and "mean" not in ds.precession_rate.attrs
+    assert "wobble period" in summary(ds) and "precession rate, of torques" not in summary(ds)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wobble", [0.2, 1.4])  # about the largest moment, and about the least
+def test_the_wobble_period_of_three_moments_is_that_of_the_elliptic_functions(tmp_path, wobble):
+    ds = top(tmp_path, [1.0, 2.0, 2.5], wobble)
+    spin = ds.attitude.values[0] @ ds.angular_momentum.values[0] / [1.0, 2.0, 2.5]
+    expected = free_top.period(free_top.free_top((1.0, 2.0, 2.5), [float(rate) for rate in spin]))
+    assert ds.wobble_period.values == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_gyroscope_precesses_and_nods_as_the_heavy_top(tmp_path):
+    ds = ran(tmp_path, SIMS / "gyroscope.toml", "time.end=2 s", "output.series_every=4 ms")
+    transverse, weight = 4e-5 + 0.1 * 0.04**2, 0.1 * 9.81 * 0.04
+    exact = heavy_top.heavy_top(transverse, 7e-5, weight, np.pi / 3.0, [0.0, 0.0, 200.0])
+    assert ds.precession_rate.attrs["mean"] == pytest.approx(heavy_top.precession_rate(exact), rel=1e-3)
+    assert ds.obliquity.attrs["nutation_period"] == pytest.approx(heavy_top.nutation_period(exact), rel=1e-3)
+    assert "wobble_period" not in ds  # it is not free
+    text = summary(ds)
+    assert "mean precession rate 2.85" in text and "nutation amplitude" in text
+
+
+@pytest.mark.slow
+def test_a_fast_gyroscope_precesses_by_the_torque_over_its_spin(tmp_path):
+    settings = ("body.rotation.rate=4000 rad/s", "time.end=0.5 s", "output.series_every=1 ms")
+    rate = ran(tmp_path, SIMS / "gyroscope.toml", *settings).precession_rate.attrs["mean"]
+    assert rate == pytest.approx(0.1 * 9.81 * 0.04 / (7e-5 * 4000.0), rel=5e-4)
+
+
+@pytest.mark.slow
+def test_the_earth_precesses_and_nods_as_the_formulae_of_sun_and_moon_say(tmp_path):
+    """As `verify` has it; the run is one turn of the node, and two sines of the year are left in the rate."""
+    ds = ran(tmp_path, SIMS / "earth_precession.toml")
+    published = luni_solar_precession()
+    assert ds.precession_rate.attrs["mean"] == pytest.approx(-published.total, rel=2e-3)
+    assert ds.obliquity.attrs["nutation_amplitude"] / ARCSECOND == pytest.approx(
+        published.nutation_obliquity / ARCSECOND, rel=0.01
+    )
+    assert ds.obliquity.attrs["nutation_period"] / DAY / 365.25 == pytest.approx(18.6, rel=0.01)
+    text = summary(ds)
+    assert f"{ds.precession_rate.attrs['mean'] / ARCSECOND_PER_YEAR:.6g} arcsec/yr" in text
+
+
+@pytest.mark.slow
+def test_a_small_wobble_settles_in_the_time_that_the_scene_says(tmp_path):
+    settings = (
+        "body.rotation.axis=[0, 0, 1]", "body.rotation.wobble=1 deg", "time.end=350 d", "output.series_every=1 d",
+    )  # fmt: skip
+    ds = ran(tmp_path, SIMS / "asteroid_settles.toml", *settings)
+    assert ds.wobble_angle.attrs["settling_time"] == pytest.approx(100.0 * DAY, rel=3e-3)
+    assert ds.wobble_angle.values[0] == pytest.approx(np.radians(1.0), rel=1e-9)
+    assert "settling time 100" in summary(ds)
+
+
+@pytest.mark.slow
+def test_the_elastic_earth_wobbles_in_the_time_that_its_attitude_shows(tmp_path):
+    ds = ran(tmp_path, SIMS / "chandler_wobble.toml", "time.end=300 d")
+    assert ds.wobble_period.values[1:-1] / DAY == pytest.approx(445.39, abs=0.3)
