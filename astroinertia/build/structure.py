@@ -3,12 +3,14 @@
 Tests: tests/unit/dataset/test_radii.py.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from astroinertia.build.spheres import Star
 from astroinertia.build.spin import rigid_moments
+from astroinertia.models.protocol import Evolution
 from astroinertia.observables.quantities import ENCLOSED
 from astroinertia.scene.schema import Scene
 from astroinertia.units import CodeUnits
@@ -19,11 +21,15 @@ def structure(scene: Scene, units: CodeUnits, initial: Any) -> dict[str, float]:
 
     equatorial_second_moment and polar_second_moment: sum m x^2 along an axis over M and the square of the semi-axis of
     the surface; mean_second_moment: tr Q/3 over M R^2, where only one radius is known. half_mass and enclosing_99: the
-    mean radius of what encloses so much of the mass, over that of the surface.
+    mean radius of what encloses so much of the mass, over that of the surface; mean_radius: of the surface, in code
+    units. Several bodies together have none.
     """
+    if scene.bodies:
+        return {}
     if isinstance(initial, Star):
         star = initial.star
         shares = {
+            "mean_radius": star.mean_radius,
             "half_mass": star.mean_radius_enclosing(0.5) / star.mean_radius,
             "enclosing_99": star.mean_radius_enclosing(ENCLOSED) / star.mean_radius,
         }
@@ -42,9 +48,27 @@ def structure(scene: Scene, units: CodeUnits, initial: Any) -> dict[str, float]:
         return {
             "equatorial_second_moment": moment, "polar_second_moment": moment,
             "half_mass": half, "enclosing_99": most,
+            "mean_radius": initial.radius * float(np.prod(getattr(scene.body, "axes", (1.0,)))) ** (1 / 3),
         }  # fmt: skip
     body: Any = scene.body
     if not body.solid or body.radius is None:
         return {}
     size = units.to_code(body.mass, "mass") * units.to_code(body.radius, "length") ** 2
     return {"mean_second_moment": float(np.sum(rigid_moments(scene, units)[0])) / 6 / size}
+
+
+def as_begun(structure: Mapping[str, float], evolution: Evolution) -> dict[str, float]:
+    """The structure with enclosing_99 as the body has it that begins: particles at the surface are a layer within it.
+
+    So the surface of particles at the start is that of the body which they stand for, however many they are.
+    """
+    snapshot = evolution.snapshot() if "mean_radius" in structure else None
+    if snapshot is None:
+        return dict(structure)
+    from astroinertia.models.sph.extent import extent  # only where there are particles
+
+    mass, position = snapshot["mass"], snapshot["position"]
+    ellipsoid = extent(mass, position - mass @ position / mass.sum())["enclosing_ellipsoid"]
+    if not np.isfinite(ellipsoid).all():
+        return dict(structure)
+    return {**structure, "enclosing_99": float(np.linalg.det(ellipsoid) ** (1 / 6)) / structure["mean_radius"]}

@@ -1,8 +1,8 @@
 """Radii of a body as it is now, and what refers to one of them: moment ratios, J2 and the coefficients of degree 2.
 
 A model that keeps the profile of a body has its surface in the second moments; of particles it is the ellipsoid that
-encloses 99 % of the mass, enlarged by the share of the radius that this was in the body at the start. Pure functions of
-arrays with time leading, in consistent units. Tests: tests/unit/dataset/test_radii.py.
+encloses 99 % of the mass, enlarged so that it has the radius of the initial body at the start. Pure functions of arrays
+with time leading, in consistent units. Tests: tests/unit/dataset/test_radii.py.
 """
 
 from collections.abc import Mapping
@@ -18,8 +18,8 @@ Structure = Mapping[str, float]
 
 KEPT = "the profile of the start is kept, so that the surface follows from the second moments"
 ENCLOSING = (
-    "of the ellipsoid that encloses 99 % of the mass now, shaped as the outermost tenth is, enlarged by the "
-    "share of the radius that this was in the body at the start"
+    "of the ellipsoid that encloses 99 % of the mass now, shaped as the outermost tenth is, over that at the start, "
+    "times the mean radius of the initial body"
 )
 WITHOUT_SURFACE = "of the ellipsoid that encloses 99 % of the mass now, shaped as the outermost tenth is"
 OF_SCENE = "radius that the scene gives, changed as the body changes its size"

@@ -153,6 +153,7 @@ def _origin(
     if not math.isclose(begins, seconds, rel_tol=1e-12):
         event += f" at {shown_time(scene, begins)}, and on from there"
     return {
+        "structure": archive.metadata.get("structure", {}),
         BRANCH: {
             "run": name, "folder": str(archive.folder), "manifest_sha256": archive.digest, "time": seconds,
             "state": stored.place, "state_time": begins, "changed": changed,

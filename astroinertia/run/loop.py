@@ -23,6 +23,7 @@ from astroinertia.build.assemble import (
     restore,
     scene_of,
 )
+from astroinertia.build.structure import as_begun
 from astroinertia.costs import experience, machine
 from astroinertia.costs.prediction import predict
 from astroinertia.effects.own import failures_said, raise_failure
@@ -103,7 +104,9 @@ def run_scene(
     described = metadata(scene) | predicted(scene)
     with jax.enable_x64(True), shared_out(scene.numerics.devices), failures_said():
         # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
-        finished = run_prepared(described, prepare(scene), folder, listener, begun, completed, deadline, callback)
+        prepared = prepare(scene)
+        described["structure"] = as_begun(described["structure"], prepared.evolution)
+        finished = run_prepared(described, prepared, folder, listener, begun, completed, deadline, callback)
     if hosts.is_first():
         experience.note(scene)
     return finished
