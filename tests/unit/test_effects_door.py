@@ -121,7 +121,7 @@ def test_it_acts_the_same_in_the_other_engine_and_with_individual_steps(drag, tm
 
 def test_halving_the_step_takes_a_fourth_of_the_error(drag, tmp_path) -> None:
     errors = []
-    for step in (0.04, 0.02):
+    for step in (0.05, 0.025):  # outputs are met by whole numbers of them
         scene = loads(SCENE, [f"numerics.max_timestep={step}"])
         found = astroinertia.open(astroinertia.run_scene(scene, tmp_path / str(step), effects=[drag(k=K)]))
         errors.append(abs(float(found.momentum.sel(i="x")[-1]) - exact_speed(END)))
