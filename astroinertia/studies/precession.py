@@ -62,7 +62,9 @@ def precession(name: str = "Earth", years: float | None = None, steps_per_day: i
     Checked by tests/physics/test_precession.py.
     """
     if name not in _PLANETS:
-        raise SceneError(f"the precession of {name} is not known here; take {' or '.join(_PLANETS)}")
+        raise SceneError(
+            f"the precession of {name} is not known here; take {' or '.join(_PLANETS)}, or own_precession.precession_of"
+        )
     planet = _PLANETS[name]()
     span, least = planet.span if years is None else years * JULIAN_YEAR, _SHORTEST * planet.span
     if not least <= span < np.inf or steps_per_day < 1:
