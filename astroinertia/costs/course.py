@@ -1,8 +1,9 @@
 """How many time steps particles will take, from the body as a sphere that stays similar to itself.
 
 Its size a(t), 1 at the start, follows a'' = -W/a^2 + H/a^(3 gamma - 2) + S/a^3 (gravity, pressure, spin), with what the
-profile says of W, H and S; its steps are those of the densest particles. That is exact of neither shocks nor shapes:
-a pilot run (costs.pilot) counts instead. Tests: tests/unit/costs/test_costs.py.
+profile says of W, H and S; its steps are those of the densest particles. What falls together against pressure is
+followed as shells instead (costs.shells), to its bounce and beyond. That is exact of neither shocks nor shapes: a pilot
+run (costs.pilot) counts. Tests: tests/unit/costs/test_costs.py.
 """
 
 import math
@@ -13,6 +14,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from astroinertia.build.spin import breakup_rate
+from astroinertia.costs import shells
 from astroinertia.costs.evaluations import SHARES
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.errors import AstroinertiaError
@@ -21,6 +23,7 @@ from astroinertia.scene.plan import code_units, smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.profiles import Profile
+from astroinertia.units import pressure_constant_dimension
 
 MOMENTS = 4000  # in which the sphere is followed
 STIRRED = 2.0  # signals over the speed of sound behind shocks, where neighbours move at random
@@ -80,10 +83,15 @@ def _steps_of(scene: Scene) -> np.ndarray | None:
     except AstroinertiaError:
         return None
     times, sizes = course(sphere, end)
-    if sphere.pressure > 0.0 and sphere.gamma < STABLE and sizes[-1] <= SHAKEN and not sphere.smooth:
-        return None  # no shock stops such a collapse: where it ends is not in this picture
-    rates = np.abs(np.gradient(sizes, times)) / sizes
-    step = np.minimum(longest, _steps_at(scene, sphere, sizes, rates))
+    falls = sizes.min() <= SHAKEN or (sphere.gamma < STABLE and sizes[-1] < 1.0)
+    if sphere.pressure > 0.0 and falls and not sphere.smooth:
+        times, step = _steps_of_shells(scene, sphere, end)
+        if times[-1] < end:
+            return None  # what it becomes is not in this picture
+    else:
+        rates = np.abs(np.gradient(sizes, times)) / sizes
+        step = _steps_at(scene, sphere, sizes, rates)
+    step = np.minimum(longest, step)
     step = np.minimum(step, _limit_by_options(scene, times))
     done = cumulative_trapezoid(1.0 / step, times, initial=0.0)
     return np.interp(shares * end, times, done + times / end)  # and the last, which the end cuts short
@@ -96,6 +104,9 @@ def sphere_of(scene: Scene) -> Sphere:
     profile = body.profile()
     mass = float(units.to_code(body.mass, "mass"))
     size = float(units.to_code(body.radius, "length")) * body.volume_ratio ** (1.0 / 3.0)
+    if getattr(body, "quickly_known", False):  # its outer parts are thin: a sphere that is as dense in the middle
+        greatest = float(body.equilibrium(units.gravitational_constant).max_density)
+        size = (float(profile.density(np.array(0.0))) * mass / float(units.to_code(greatest, "density"))) ** (1.0 / 3.0)
     square = 3.0 * profile.second_moment * size**2  # mean of r^2
     seen = 0.5 * min(1.0, smoothing(scene)[1] / body.particles)  # of the mass: what the innermost kernel is full of
     densest = float(profile.density(profile.radius(np.array(seen)))) * mass / size**3
@@ -114,16 +125,72 @@ def sphere_of(scene: Scene) -> Sphere:
     elif body.specific_internal_energy is not None:
         energy = float(units.to_code(body.specific_internal_energy, "specific_energy"))
         heat, sound = 3.0 * (gamma - 1.0) * energy / square, math.sqrt(gamma * (gamma - 1.0) * energy)
-    elif body.entropy is not None and body.isentropic:
+    elif (constant := _stated_constant(scene, gamma)) is not None:
         central = float(profile.density(np.array(0.0))) * mass / size**3
-        sound = math.sqrt(gamma * body.entropy * central ** (gamma - 1.0))
-        heat = 3.0 * body.entropy * _mean_power(profile, mass / size**3, gamma - 1.0) / square
+        sound = math.sqrt(gamma * constant * central ** (gamma - 1.0))
+        heat = 3.0 * constant * _mean_power(profile, mass / size**3, gamma - 1.0) / square
     else:
         fraction = body.pressure_fraction or 1.0
         heat = fraction * body.support * (weight - spin) if has_gravity else fraction * weight
         sound = math.sqrt(fraction * _central_sound(profile, mass / size, gamma))
     return Sphere(weight if has_gravity else 0.0, max(heat, 0.0), spin, gamma, densest, sound,
                   mass / body.particles, size, body.expansion(mass, size), body.homologous)  # fmt: skip
+
+
+def _steps_of_shells(scene: Scene, sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times (K,), and the shortest limit of the steps then, of a body that falls together as shells."""
+    numerics = scene.numerics
+    eta = smoothing(scene)[0]
+    moments = shells.followed(_shells(scene, sphere), end)
+    limits = []
+    for moment in moments:
+        length = eta * (sphere.particle_mass / moment.density) ** (1.0 / 3.0)
+        support = KERNELS[numerics.kernel].support
+        signal = np.where(moment.shocked, STIRRED * moment.sound, moment.sound + moment.rate * support * length)
+        at_once = [
+            numerics.courant * length / signal,
+            numerics.courant * FREE_FALL_PART * np.sqrt(3.0 * math.pi / (32.0 * moment.density)),
+            numerics.acceleration_factor * np.sqrt(length / np.maximum(moment.acceleration, shells.LEAST)),
+        ]
+        if numerics.free_fall_factor is not None:
+            at_once.append(numerics.free_fall_factor / np.sqrt(moment.density))
+        limits.append(float(np.min(at_once)))
+    return np.array([moment.time for moment in moments]), np.array(limits)
+
+
+def _shells(scene: Scene, sphere: Sphere) -> shells.Shells:
+    units = code_units(scene)
+    body: Any = scene.body
+    fluid: Any = scene.equation_of_state
+    count = shells.SHELLS
+    radius = sphere.size * body.profile().radius(np.arange(1, count + 1) / count)
+    mass = sphere.particle_mass * body.particles / count
+    density = mass / (4.0 / 3.0 * math.pi * np.diff(radius**3, prepend=0.0))
+    constant = _stated_constant(scene, sphere.gamma)
+    if constant is None and getattr(fluid, "constant", None) is not None:  # the one that the body's centre has
+        central = float(body.profile().density(np.array(0.0))) * mass * count / sphere.size**3
+        constant = sphere.sound**2 / (sphere.gamma * central ** (sphere.gamma - 1.0))
+    if body.specific_internal_energy is not None:
+        energy = float(units.to_code(body.specific_internal_energy, "specific_energy"))
+        pressure = (sphere.gamma - 1.0) * energy * density
+    elif constant is not None:
+        pressure = constant * density**sphere.gamma
+    else:
+        pressure = (body.pressure_fraction or 1.0) * body.support * shells.in_balance(mass, radius)
+    stiff = None
+    if fluid is not None and fluid.kind == "hybrid":
+        stiff = (float(units.to_code(fluid.nuclear_density, "density")), fluid.gamma_2)
+    thermal = MONATOMIC if fluid is None else fluid.thermal_gamma
+    return shells.Shells(mass, radius, pressure, sphere.gamma, stiff, thermal, sphere.spin * radius**4)
+
+
+def _stated_constant(scene: Scene, gamma: float) -> float | None:
+    """K of P = K rho^gamma in code units, where the matter or the body of one entropy states it; None elsewhere."""
+    body: Any = scene.body
+    stated = getattr(scene.equation_of_state, "constant", None)
+    if isinstance(stated, float):
+        return float(code_units(scene).to_code(stated, pressure_constant_dimension(gamma)))
+    return float(body.entropy) if body.entropy is not None and body.isentropic else None
 
 
 def _spin(scene: Scene) -> float:
