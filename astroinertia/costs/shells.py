@@ -16,7 +16,7 @@ EVERY = 10  # steps, after which the shells are noted
 COURANT = 0.3
 PULLED = 0.05  # of the time in which an edge would be pulled to the centre
 LEAST = 1e-300  # of what something is divided by
-QUADRATIC, LINEAR = 2.0, 0.3  # viscosity, in squares of what a shell is crossed by, and in sound
+QUADRATIC, LINEAR = 1.0, 0.3  # viscosity, in squares of what a shell is crossed by, and in sound
 
 
 @dataclass(frozen=True)
