@@ -174,54 +174,80 @@ def _the_assumed(*values: Any) -> tuple[str, Any]:
 
 @double_precision("name")
 def _solved(mean_density: Array, moment_ratio: Array, assumed: Array, name: str) -> TwoLayers:
+    return inverted(jnp, mean_density, moment_ratio, assumed, name)
+
+
+@double_precision("name")
+def _family(mean_density: Array, moment_ratio: Array, shell_density: Array, boundary: Array, assumed: Array, name: str):
+    return inverted_below(jnp, mean_density, moment_ratio, shell_density, boundary, assumed, name)
+
+
+def inverted(xp: Any, mean_density: Array, moment_ratio: Array, assumed: Array, name: str) -> TwoLayers:
+    """What `two_layers` solves, over a namespace xp, numpy (arrays in, arrays out) or jax.numpy; nothing is refused.
+
+    name: which of mantle_density, core_density and core_radius_ratio is assumed. Checked by
+    tests/unit/bodies/test_inversion.py.
+
+    >>> print(f"{inverted(np, 3933.0, 0.3637, 3500.0, 'mantle_density').core_radius_ratio:.5f}")
+    0.41917
+    """
     moment_density = moment_ratio / _HOMOGENEOUS * mean_density  # mean density that the moment would tell
     if name == "mantle_density":
-        x = jnp.sqrt((moment_density - assumed) / (mean_density - assumed))
-        return TwoLayers(x, assumed + (mean_density - assumed) / x**3, jnp.asarray(assumed, dtype=float))
+        x = xp.sqrt((moment_density - assumed) / (mean_density - assumed))
+        return TwoLayers(x, assumed + (mean_density - assumed) / x**3, xp.asarray(assumed, dtype=float))
     if name == "core_density":
-        x = _core_radius((mean_density - moment_density) / (assumed - mean_density))
+        x = _core_radius(xp, (mean_density - moment_density) / (assumed - mean_density))
         mantle = (mean_density - assumed * x**3) / (1 - x**3)
-        return TwoLayers(x, jnp.asarray(assumed, dtype=float), mantle)
+        return TwoLayers(x, xp.asarray(assumed, dtype=float), mantle)
     excess = (mean_density - moment_density) / (assumed**3 * (1 - assumed**2))
     mantle = mean_density - excess * assumed**3
-    return TwoLayers(jnp.asarray(assumed, dtype=float), mantle + excess, mantle)
+    return TwoLayers(xp.asarray(assumed, dtype=float), mantle + excess, mantle)
 
 
-def _core_radius(share: Array) -> Array:
+def inverted_below(
+    xp: Any, mean_density: Array, moment_ratio: Array, shell_density: Array, boundary: Array, assumed: Array, name: str
+) -> ThreeLayers:
+    """What `three_layer_family` solves, as `inverted` does; NaN where there is no such body."""
+    boundary = xp.asarray(boundary, dtype=float)
+    inner_density = (mean_density - shell_density * (1 - boundary**3)) / boundary**3
+    moment_density = moment_ratio / _HOMOGENEOUS * mean_density
+    inner_moment = (moment_density - shell_density * (1 - boundary**5)) / boundary**5
+    within = assumed / boundary if name == "core_radius_ratio" else assumed
+    inner = inverted(xp, inner_density, _HOMOGENEOUS * inner_moment / inner_density, within, name)
+    exists = (inner.core_radius_ratio > 0) & (inner.core_radius_ratio < 1) & (boundary <= 1) & (boundary > 0)
+    exists = exists & (inner.core_density > 0) & (inner.mantle_density > 0) & (shell_density > 0)
+    values = (inner.core_radius_ratio * boundary, boundary, inner.core_density, inner.mantle_density, shell_density)
+    return ThreeLayers(*(xp.where(exists, value, xp.nan) for value in values))
+
+
+def _core_radius(xp: Any, share: Array) -> Array:
     """The x of x^3 (1 + x)/(1 + x + x^2) = share, unique from 0 at 0 to 1 at 2/3; NaN beyond.
 
     What follows for x when the mantle's density is eliminated.
     """
     inside = (share >= 0) & (share <= 2 / 3)
-    wanted = jnp.where(inside, share, 0.1)
+    wanted = xp.where(inside, share, 0.1)
 
     def excess(x: Array) -> Array:
         return x**3 * (1 + x) / (1 + x + x**2) - wanted
 
-    def solve(function: Any, guess: Array) -> Array:
-        def improve(_: int, x: Array) -> Array:
-            value, slope = jax.jvp(function, (x,), (jnp.ones_like(x),))
-            return jnp.clip(x - value / jnp.where(slope > 0, slope, 1.0), 0.0, 1.0)
+    def improve(_: int, x: Array) -> Array:
+        slope = x**2 * (3 + 6 * x + 4 * x**2 + 2 * x**3) / (1 + x + x**2) ** 2
+        return xp.clip(x - excess(x) / xp.where(slope > 0, slope, 1.0), 0.0, 1.0)
 
-        return jax.lax.fori_loop(0, _NEWTON_STEPS, improve, guess)
-
-    guess = jax.lax.stop_gradient(jnp.minimum(jnp.cbrt(wanted * 1.5), 1.0))
-    x = jax.lax.custom_root(excess, guess, solve, lambda linear, y: y / linear(jnp.ones_like(y)))
+    guess = xp.minimum(xp.cbrt(wanted * 1.5), 1.0)
+    if xp is np:
+        x = guess
+        for step in range(_NEWTON_STEPS):
+            x, before = improve(step, x), x
+            if np.array_equal(x, before):
+                break
+        return np.where(inside, x, np.nan)
+    x = jax.lax.custom_root(
+        excess, jax.lax.stop_gradient(guess), lambda _, start: jax.lax.fori_loop(0, _NEWTON_STEPS, improve, start),
+        lambda linear, y: y / linear(jnp.ones_like(y)),
+    )  # fmt: skip
     return jnp.where(inside, x, jnp.nan)
-
-
-@double_precision("name")
-def _family(mean_density: Array, moment_ratio: Array, shell_density: Array, boundary: Array, assumed: Array, name: str):
-    boundary = jnp.asarray(boundary, dtype=float)
-    inner_density = (mean_density - shell_density * (1 - boundary**3)) / boundary**3
-    moment_density = moment_ratio / _HOMOGENEOUS * mean_density
-    inner_moment = (moment_density - shell_density * (1 - boundary**5)) / boundary**5
-    within = assumed / boundary if name == "core_radius_ratio" else assumed
-    inner = _solved(inner_density, _HOMOGENEOUS * inner_moment / inner_density, within, name)
-    exists = (inner.core_radius_ratio > 0) & (inner.core_radius_ratio < 1) & (boundary <= 1) & (boundary > 0)
-    exists = exists & (inner.core_density > 0) & (inner.mantle_density > 0) & (shell_density > 0)
-    values = (inner.core_radius_ratio * boundary, boundary, inner.core_density, inner.mantle_density, shell_density)
-    return ThreeLayers(*(jnp.where(exists, value, jnp.nan) for value in values))
 
 
 def _refuse_the_impossible(s: float, k: float, name: str, assumed: float, body: TwoLayers) -> None:

@@ -5,6 +5,7 @@ Tests: tests/unit/studies/test_two_layers.py.
 """
 
 from collections.abc import Callable
+from dataclasses import fields
 from functools import lru_cache
 
 import jax
@@ -35,10 +36,11 @@ def two_layers(mean_density, **parameters) -> TwoLayers:
             f"two layers follow from two of {', '.join(PARAMETERS)}, not from {', '.join(parameters) or 'none'}"
         )
     mean, *values = _same(mean_density, *(parameters[name] for name in names))
-    if names[0] == "moment_ratio":
-        ratio, core, mantle = _batch(_inverted(names[1]), mean, *values)
-    else:
-        with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"):  # NaN where there is none
+        if names[0] == "moment_ratio":
+            layers = inversion.inverted(np, mean, values[0], values[1], names[1])
+            ratio, core, mantle = layers.core_radius_ratio, layers.core_density, layers.mantle_density
+        else:
             ratio, core, mantle = _forward(mean, **dict(zip(names, values, strict=True)))
     possible = (ratio > 0) & (ratio < 1) & (mantle > 0) & (core > mantle)
     return TwoLayers(*(np.where(possible, quantity, np.nan)[()] for quantity in (ratio, core, mantle)))
@@ -55,9 +57,12 @@ def three_layers(mean_density, moment_ratio, crust_share, crust_density, **param
     0.5884
     """
     ((name, value),) = parameter.items()
-    arrays = _same(mean_density, moment_ratio, crust_density, 1 - np.asarray(crust_share), value)
-    layers = _batch(_peeled(name), *arrays)
-    core_ratio, boundary, core, mantle, crust = layers
+    mean, ratio, shell, inner, assumed = _same(
+        mean_density, moment_ratio, crust_density, 1 - np.asarray(crust_share), value
+    )
+    with np.errstate(all="ignore"):
+        bodies = inversion.inverted_below(np, mean, ratio, shell, inner, assumed, name)
+    core_ratio, boundary, core, mantle, crust = layers = [getattr(bodies, each.name) for each in fields(bodies)]
     possible = (core_ratio > 0) & (core_ratio < boundary) & (boundary < 1) & (core > mantle) & (mantle > crust)
     return ThreeLayers(*(np.where(possible, quantity, np.nan)[()] for quantity in layers))
 
@@ -138,22 +143,6 @@ def _batch(function: Callable, *arrays: np.ndarray) -> list[np.ndarray]:
     with jax.enable_x64(True):
         outputs = function(*(array.ravel() for array in arrays))
     return [np.asarray(array).reshape(arrays[0].shape) for array in jax.tree.leaves(outputs)]
-
-
-@lru_cache(maxsize=8)
-def _inverted(name: str) -> Callable:
-    return jax.jit(jax.vmap(lambda mean, ratio, parameter: inversion.two_layers(mean, ratio, **{name: parameter})))
-
-
-@lru_cache(maxsize=8)
-def _peeled(name: str) -> Callable:
-    return jax.jit(
-        jax.vmap(
-            lambda mean, ratio, crust, boundary, parameter: inversion.three_layer_family(
-                mean, ratio, crust, boundary, **{name: parameter}
-            )
-        )
-    )
 
 
 @lru_cache(maxsize=8)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies.clairaut import love_number
-from astroinertia.bodies.inversion import three_layer_family, two_layers, two_layers_with_errors
+from astroinertia.bodies.inversion import inverted, three_layer_family, two_layers, two_layers_with_errors
 from astroinertia.bodies.layered import constant_layers
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "layered.json").read_text())
@@ -42,6 +42,19 @@ def test_every_body_is_found_again_from_each_of_its_numbers(core, densities):
         assert again.mass == pytest.approx(8 * float(body.mass), rel=1e-12)
         share = densities[0] * core**3 / mean
         assert found.core_mass_fraction == pytest.approx(share, rel=tolerance)
+
+
+@pytest.mark.parametrize("name", GIVEN)
+def test_arrays_of_numpy_have_the_bodies_of_jax_one_by_one(name):
+    """Newton's method runs until nothing changes in the one, and in a fixed number of steps in the other."""
+    mean, ratio = np.full(200, 5515.0), np.linspace(0.25, 0.399, 200)
+    assumed = {"mantle_density": 2000.0, "core_density": 12000.0, "core_radius_ratio": 0.5}[name]
+    with jax.enable_x64(True), np.errstate(all="ignore"):
+        batch = inverted(np, mean, ratio, np.full(200, assumed), name)
+        single = jax.vmap(lambda s, k: inverted(jax.numpy, s, k, assumed, name))(mean, ratio)
+    for ours, theirs in zip(jax.tree.leaves(batch), jax.tree.leaves(single), strict=True):
+        np.testing.assert_allclose(ours, np.broadcast_to(theirs, ours.shape), rtol=1e-12)
+    assert np.isfinite(batch.core_radius_ratio).sum() > 100
 
 
 @pytest.mark.parametrize("name", GIVEN)
