@@ -30,6 +30,7 @@ STIRRED = 2.0  # signals over the speed of sound behind shocks, where neighbours
 SMALLEST = 0.02  # of its size, at which a sphere that nothing holds up has become something else
 SCATTERED = 1e6  # of its size, from which on a sphere that expands coasts
 STABLE = 4.0 / 3.0  # exponent, below which pressure does not hold what collapses
+NO_LIMIT = 1e6  # a factor of the step that leaves another limit to be the shortest
 FARTHEST = 1e30  # the largest size, whose powers are still numbers
 SHAKEN = 0.35  # of the size: to which a sphere that collapses settles after its shocks, at least (virial: a half)
 
@@ -64,6 +65,15 @@ def steps(scene: Scene) -> np.ndarray | None:
     if len(estimates) < len(counts):
         return None
     return max(estimates, key=lambda count: count[-1])
+
+
+def base_steps(scene: Scene) -> float:
+    """How many base steps are done at least where particles have steps of their own; 0 where nothing limits them."""
+    if scene.numerics.free_fall_factor is None:
+        return 0.0
+    numerics = scene.numerics.model_copy(update={"courant": NO_LIMIT, "acceleration_factor": NO_LIMIT})
+    done = steps(scene.model_copy(update={"numerics": numerics}))
+    return 0.0 if done is None else float(done[-1])
 
 
 def _steps_of(scene: Scene) -> np.ndarray | None:

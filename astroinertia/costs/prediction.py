@@ -124,7 +124,8 @@ def counted(scene: Scene) -> Counts | None:
     steps = float(course_of_steps[-1])
     done = tuple(map(float, course_of_steps / steps))
     if scene.numerics.timesteps == "individual":
-        return Counts(steps / STEPS_IN_A_BASE_STEP, steps * ACTIVE, steps, "an estimate", done)
+        base = max(steps / STEPS_IN_A_BASE_STEP, course.base_steps(scene))
+        return Counts(base, steps * ACTIVE, steps, "an estimate", done)
     return Counts(steps, steps, steps, "an estimate", done)
 
 

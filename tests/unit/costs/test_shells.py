@@ -63,3 +63,13 @@ def test_the_demo_takes_as_many_steps_as_are_predicted():
 def test_what_takes_too_many_steps_has_no_end(monkeypatch):
     monkeypatch.setattr(shells, "MOST_STEPS", 30)
     assert course.steps(load.load_file(SIMS / "pulsar_collapse.toml")) is None
+
+
+def test_base_steps_of_individual_steps_are_those_of_free_fall():
+    def base(*settings):
+        return course.base_steps(load.load_file(SIMS / "core_collapse.toml", settings))
+
+    whole = base()
+    assert base("numerics.free_fall_factor=0.2") == pytest.approx(0.5 * whole, rel=1e-2)
+    assert base("body.particles=8000") == pytest.approx(whole, rel=1e-2)
+    assert whole > 100
