@@ -207,7 +207,12 @@ def inverted(xp: Any, mean_density: Array, moment_ratio: Array, assumed: Array, 
 def inverted_below(
     xp: Any, mean_density: Array, moment_ratio: Array, shell_density: Array, boundary: Array, assumed: Array, name: str
 ) -> ThreeLayers:
-    """What `three_layer_family` solves, as `inverted` does; NaN where there is no such body."""
+    """What `three_layer_family` solves, as `inverted` does; NaN where there is no such body.
+
+    >>> mars = inverted_below(np, 3933.0, 0.3637, 2900.0, 0.985, 6000.0, "core_density")
+    >>> print(f"{mars.core_radius_ratio:.4f}")
+    0.5884
+    """
     boundary = xp.asarray(boundary, dtype=float)
     inner_density = (mean_density - shell_density * (1 - boundary**3)) / boundary**3
     moment_density = moment_ratio / _HOMOGENEOUS * mean_density

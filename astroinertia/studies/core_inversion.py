@@ -99,7 +99,13 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
 
 
 def assumed_layers(one: SolarSystemBody) -> tuple[str, Published, tuple[Published, Published] | None] | None:
-    """Return which density the table assumes for a body, that density, and thickness and density of a crust, if any."""
+    """Return which density the table assumes for a body, that density, and thickness and density of a crust, if any.
+
+    >>> from astroinertia.bodies.planets import body
+    >>> name, density, crust = assumed_layers(body("Earth"))
+    >>> print(name, density.value, crust)
+    core_density 10990.0 None
+    """
     for name in _ASSUMABLE:
         if one.has(name) and one.adopted(name).status == "assumed":
             crust = (one.adopted("crust_thickness"), one.adopted("crust_density")) if one.has("crust_density") else None

@@ -109,7 +109,11 @@ def model_error_of(one: SolarSystemBody, ratio_row: int = 0) -> CoreModelError:
 
 
 def matter_as_dense(mean_density: float) -> tuple[str, BirchMurnaghan]:
-    """Return what a layer of a mean density is taken for, with its name: liquid iron, forsterite or ice VII."""
+    """Return what a layer of a mean density is taken for, with its name: liquid iron, forsterite or ice VII.
+
+    >>> print(matter_as_dense(3300.0)[0])
+    forsterite
+    """
     return next((name, matter) for least, name, matter in _MATTER if mean_density > least)
 
 
