@@ -280,6 +280,43 @@ def with_unit(value: Any) -> Any:
     return None
 
 
+def in_si(value: Any, dimension: str | Dimension | None) -> Any:
+    """The numbers of a Quantity in SI, of any shape; SceneError where it has another dimension (None: any unit).
+
+    >>> from astropy import units as astropy_units
+    >>> print(in_si(astropy_units.Quantity([1.0, 2.0], "km"), "length"))
+    [1000. 2000.]
+    """
+    text = f"{value:.6g}" if value.isscalar else f"an array in {value.unit}"
+    plain = dimension is None or dimension_of(dimension) == Dimension(0, 0, 0)
+    if plain and not value.unit.decompose().bases:  # a share, a percentage
+        return value.to_value("")
+    if dimension is None:
+        raise SceneError(f"must be a plain number, not {shown(text)}.")
+    written = value.unit.to_string()
+    try:
+        scale = quantity(f"1 {written}", dimension)
+    except SceneError:
+        raise SceneError(f"must be {_phrase(dimension)}, not {shown(text)}{_hint(dimension)}.") from None
+    return value.value * scale
+
+
+def in_unit(value: Any, unit: str | None) -> Any:
+    """The numbers of a Quantity in a unit; SceneError where they have none in it (None: where a plain number is meant).
+
+    >>> from astropy import units as astropy_units
+    >>> print(f"{in_unit(astropy_units.Quantity(1.9884e30, 'kg'), 'Msun'):.3f}")
+    1.000
+    """
+    from astropy import units as astropy_units
+
+    try:
+        return value.to_value("" if unit is None else unit)
+    except astropy_units.UnitConversionError:
+        wanted = "a plain number" if unit is None else f"in {unit}, or in units of that kind"
+        raise SceneError(f"must be {wanted}, not {shown(f'{value}')}.") from None
+
+
 def written_quantity(value: Any) -> Any:
     """An astropy Quantity as a scene has it: "1.4 solMass", or lists of such; plain numbers without dimension.
 

@@ -18,6 +18,7 @@ import jax.numpy as jnp
 
 from astroinertia.bodies.affine import cofactor, gravity_force, volume_ratio
 from astroinertia.inertia.double_precision import double_precision
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 Acceleration = Callable[[Array, Array], Array]
@@ -37,6 +38,7 @@ def velocity_gradient(deformation: Array, rate: Array) -> Array:
     return rate @ cofactor(deformation).T / volume_ratio(deformation)
 
 
+@with_quantities()
 @double_precision()
 def circulation(deformation: Array, rate: Array, second_moment: Array) -> Array:
     """Return the antisymmetric part of q F^T dF/dt as a vector (3,): what no force of gravity or pressure changes.
@@ -62,6 +64,7 @@ def pressure_force(deformation: Array, slope: Array) -> Array:
     return -slope * cofactor(deformation)
 
 
+@with_quantities()
 @double_precision()
 def constraint_slope(
     deformation: Array, rate: Array, force: Array, second_moment: Array, restoring: Array = 0.0, volume: Array = 1.0
@@ -84,6 +87,7 @@ def constraint_slope(
     return (jnp.sum(cofactors * force) + second_moment * (growth - wanted)) / jnp.sum(cofactors**2)
 
 
+@with_quantities()
 @double_precision()
 def incompressible_acceleration(
     deformation: Array, rate: Array, sphere_energy: Array, second_moment: Array, others: Array = 0.0
@@ -129,6 +133,7 @@ def shear_force(deformation: Array, rate: Array, strength: Array) -> Array:
     return tensor @ cofactor(deformation) / volume_ratio(deformation)
 
 
+@with_quantities()
 def second_moment_derivatives(
     deformation: Array, rate: Array, second_moment: Array, acceleration: Acceleration
 ) -> tuple[Array, ...]:

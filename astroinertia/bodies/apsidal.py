@@ -20,6 +20,7 @@ from scipy.integrate import solve_ivp
 
 from astroinertia.bodies.polytrope import central_series, lane_emden
 from astroinertia.errors import NumericalError
+from astroinertia.process.quantities import with_quantities
 
 DEGREES = (2, 3, 4, 5, 6, 7, 8)
 CORE_START = 1e-3  # xi up to which two terms of the series at the centre are exact to round-off of the totals
@@ -130,6 +131,7 @@ def _surface(index: float, degrees: tuple[int, ...]) -> np.ndarray:
     return core_zone(index, 0.0, 2, degrees).delta[:, -1]
 
 
+@with_quantities()
 def love_number(index: float, degree: int = 2) -> float:
     """Return the fluid Love number k_l of the polytrope of `index`, 3/(2 l - 2) for n = 0.
 

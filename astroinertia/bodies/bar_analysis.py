@@ -18,6 +18,7 @@ import numpy as np
 
 from astroinertia.inertia.growth import growth
 from astroinertia.inertia.tensor import axial_vector, twice_symmetric
+from astroinertia.process.quantities import with_quantities
 
 _FEWEST = 3  # points that a growth rate is fitted to
 
@@ -45,6 +46,7 @@ class BarHistory(NamedTuple):
     past_pear: np.ndarray
 
 
+@with_quantities()
 def bar_history(
     deformation,
     deformation_rate,
@@ -97,6 +99,7 @@ def bar_history(
     )
 
 
+@with_quantities()
 def bar(second_moment, mixed_moment, axis=(0.0, 0.0, 1.0)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return strength eta, phase and pattern speed (...,) of the bar of any body, from its Q and P = sum m x (x) v.
 
@@ -121,6 +124,7 @@ def bar(second_moment, mixed_moment, axis=(0.0, 0.0, 1.0)) -> tuple[np.ndarray, 
     return strength, np.arctan2(cross, plus) / 2, pattern
 
 
+@with_quantities()
 def circulation_of_moments(second_moment, mixed_moment, kinetic_tensor) -> np.ndarray:
     """Return the size (...,) of the circulation vector of `bar_history` from Q, P and K (..., 3, 3) of an ellipsoid.
 
@@ -136,6 +140,7 @@ def circulation_of_moments(second_moment, mixed_moment, kinetic_tensor) -> np.nd
     return np.sqrt(np.maximum(square, 0.0))
 
 
+@with_quantities()
 def growth_rate(times, strength, low: float, high: float) -> float:
     """Return the rate of exponential growth of a bar while its strength (T,) at times (T,) rises from low to high.
 

@@ -29,6 +29,7 @@ from astroinertia.bodies.collocation import collocation
 from astroinertia.bodies.layered import LayeredBody, layer_bounds
 from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.double_precision import double_precision
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -115,6 +116,7 @@ class HydrostaticFigure:
     layer_flattenings: Array
 
 
+@with_quantities()
 @double_precision("steps")
 def hydrostatic_figure(body: LayeredBody, angular_velocity: Array, steps: int = DEFAULT_STEPS) -> HydrostaticFigure:
     """Flattening, J2 and moments of a layered body that rotates rigidly at `angular_velocity` (a scalar), first order.

@@ -23,6 +23,7 @@ from scipy.special import hyp2f1
 
 from astroinertia.bodies.roots import root_between
 from astroinertia.errors import NumericalError
+from astroinertia.process.quantities import with_quantities
 
 _ROUND = 0.5  # |c/a - 1| below which the closed forms of the symbols lose digits and series are used
 _RELATIVE = 3e-14  # error allowed in a step
@@ -208,6 +209,7 @@ def _symbols(y: float) -> tuple[float, float]:
     return alpha, 2 * (1 - q * angle) / between - alpha
 
 
+@with_quantities()
 def sphere_free_fall_time(radius: float, mass: float = 1.0, gravitational_constant: float = 1.0) -> float:
     """Return (pi/2) (R^3/(2 G M))^(1/2), in which a cold sphere at rest collapses to a point.
 
@@ -219,6 +221,7 @@ def sphere_free_fall_time(radius: float, mass: float = 1.0, gravitational_consta
     return math.pi / 2 * math.sqrt(radius**3 / (2 * gravitational_constant * mass))
 
 
+@with_quantities()
 def sphere_radius(time, radius: float = 1.0, mass: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
     """Return the radius (...,) of a cold sphere let go at rest, at times (...,) from 0 to its free fall.
 

@@ -27,6 +27,7 @@ from astroinertia.bodies.apsidal import (
 )
 from astroinertia.bodies.polytrope import central_series, hermite
 from astroinertia.errors import NumericalError
+from astroinertia.process.quantities import with_quantities
 
 _NODES = 513  # in each zone, for the profiles
 _SCAN = 33  # places of the interface tried before one is refined
@@ -183,6 +184,7 @@ def _zones(
     return core, integrate_zone(indices[1], density, enthalpy, core.end, above, degrees, tolerance)
 
 
+@with_quantities()
 def composite_polytrope(
     core_index: float,
     envelope_index: float,

@@ -11,6 +11,7 @@ import numpy as np
 
 from astroinertia.bodies.figures import NODES, RotatingFigure, figure_of_layered_body
 from astroinertia.bodies.layered import LayeredBody, polynomial_layers
+from astroinertia.process.quantities import with_quantities
 from astroinertia.storage.data_tables import data_path
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
@@ -32,6 +33,7 @@ def prem_layer_names() -> tuple[str, ...]:
     return tuple(row["name"] for row in _rows())
 
 
+@with_quantities()
 def prem(gravitational_constant: float = GRAVITATIONAL_CONSTANT) -> LayeredBody:
     """PREM's density with its jumps, in SI: 13 layers of cubic polynomials in r/R, mean radius R = 6371 km.
 
@@ -45,6 +47,7 @@ def prem(gravitational_constant: float = GRAVITATIONAL_CONSTANT) -> LayeredBody:
     return polynomial_layers(radii, coefficients, gravitational_constant)
 
 
+@with_quantities()
 def prem_figure(
     angular_velocity: float = EARTH_ROTATION_RATE,
     gravitational_constant: float = GRAVITATIONAL_CONSTANT,

@@ -15,6 +15,8 @@ import math
 import numpy as np
 from scipy.special import elliprd, elliprf
 
+from astroinertia.process.quantities import with_quantities
+
 _LOG_STEP = 0.375  # of ln u: the error of the sum is about 100 exp(-2 pi pi/step) = 1e-21
 _LOG_TAIL = 38.0  # ln u below the smallest squared axis at which exp(ln u) is beneath round-off
 
@@ -56,6 +58,7 @@ def index_integral(squares, indices: tuple[int, ...], power: int):
     return _LOG_STEP * (terms * u**power).sum()
 
 
+@with_quantities()
 def potential(axes, points, density: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
     """Return the potential (negative) of the homogeneous ellipsoid at points (..., 3), inside and outside.
 
@@ -71,6 +74,7 @@ def potential(axes, points, density: float = 1.0, gravitational_constant: float 
     return -math.pi * gravitational_constant * density * (whole - (symbols * points**2).sum(-1))
 
 
+@with_quantities()
 def acceleration(axes, points, density: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
     """Return the gravity (..., 3) of the homogeneous ellipsoid at points (..., 3), inside and outside.
 
@@ -84,6 +88,7 @@ def acceleration(axes, points, density: float = 1.0, gravitational_constant: flo
     return -2 * math.pi * gravitational_constant * density * _shifted_symbols(axes, squares) * points
 
 
+@with_quantities()
 def gravitational_energy(axes, mass: float = 1.0, gravitational_constant: float = 1.0) -> float:
     """Return W = -(3/5) G M^2 R_F(a^2, b^2, c^2) of the homogeneous ellipsoid.
 
@@ -97,6 +102,7 @@ def gravitational_energy(axes, mass: float = 1.0, gravitational_constant: float 
     return -0.6 * gravitational_constant * mass**2 * float(elliprf(*(axes**2 / scale2))) / math.sqrt(scale2)
 
 
+@with_quantities()
 def potential_energy_tensor(axes, mass: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
     """Return the diagonal of Chandrasekhar's potential-energy tensor (3,), of sum W.
 

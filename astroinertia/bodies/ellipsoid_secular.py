@@ -37,6 +37,7 @@ from astroinertia.bodies.maclaurin import MaclaurinSpheroid
 from astroinertia.bodies.riemann import TURN
 from astroinertia.bodies.roots import root_between
 from astroinertia.errors import NumericalError
+from astroinertia.process.quantities import with_quantities
 
 _MOST_STEPS, _SETTLED, _RUNAWAY = 200, 2e-15, 1e3  # of the iteration for the bars with radiation
 _AT_REST = 1e-12  # of the rates, in (pi G rho)^(1/2): below it a figure turns rigidly, or does not turn
@@ -53,6 +54,7 @@ class FrictionalModes(NamedTuple):
     changes: np.ndarray
 
 
+@with_quantities()
 def viscous_modes(body: HomogeneousEllipsoid, kinematic_viscosity: float) -> FrictionalModes:
     """Return the modes of a rigidly turning figure and how a small kinematic viscosity changes their rates.
 
@@ -81,6 +83,7 @@ def viscous_modes(body: HomogeneousEllipsoid, kinematic_viscosity: float) -> Fri
     return FrictionalModes(frame.time * np.array(rates, complex), frame.time * np.array(changes, complex))
 
 
+@with_quantities()
 def radiative_modes(body: HomogeneousEllipsoid, speed_of_light: float) -> FrictionalModes:
     """Return the modes of a figure at rest in space and how gravitational radiation reaction changes their rates.
 
@@ -105,6 +108,7 @@ def radiative_modes(body: HomogeneousEllipsoid, speed_of_light: float) -> Fricti
     return FrictionalModes(frame.time * np.array(rates, complex), frame.time * np.array(changes, complex))
 
 
+@with_quantities()
 def bar_rates(
     spheroid: MaclaurinSpheroid, kinematic_viscosity: float = 0.0, speed_of_light: float = math.inf
 ) -> tuple[complex, complex]:
@@ -152,6 +156,7 @@ def bar_rates(
     return frame.time * complex(fast), frame.time * complex(slow)
 
 
+@with_quantities()
 def secular_growth_rate(
     body: HomogeneousEllipsoid, kinematic_viscosity: float = 0.0, speed_of_light: float = math.inf
 ) -> float:
@@ -174,6 +179,7 @@ def secular_growth_rate(
     return float((parts[0].rates + sum(part.changes for part in parts)).real.max())
 
 
+@with_quantities()
 def secular_onset(
     figure: Callable[[float], HomogeneousEllipsoid],
     low: float,

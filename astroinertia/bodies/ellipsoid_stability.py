@@ -29,6 +29,7 @@ from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
 from astroinertia.bodies.riemann import TURN, RiemannEllipsoid
 from astroinertia.bodies.roche import RocheEllipsoid
 from astroinertia.bodies.roots import root_between
+from astroinertia.process.quantities import with_quantities
 
 _SPHERE_ENERGY = -4.0  # W/(M R^2/5) of the sphere for pi G rho = 1
 _BALANCED = 1e-9  # share of the forces that may be left over in a figure that counts as steady
@@ -276,6 +277,7 @@ def _at_rest(frame: SteadyFrame) -> tuple[np.ndarray, np.ndarray, float]:
     return np.append(stretches, shears[0]), np.array(shears[1:]), -float(max(*stretches, *shears))
 
 
+@with_quantities()
 def onset(figure: Callable[[float], HomogeneousEllipsoid], low: float, high: float) -> float:
     """Return the parameter between `low` and `high` at which figure(parameter) begins to be unstable without friction.
 

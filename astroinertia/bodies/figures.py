@@ -38,6 +38,7 @@ from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.bodies.rotating_figure import RotatingFigure, figure_of_solution
 from astroinertia.errors import NumericalError
 from astroinertia.matter.barotropes import BarotropicLaw, PolytropicLaw
+from astroinertia.process.quantities import with_quantities
 
 if TYPE_CHECKING:  # it brings JAX along, which figures do not need
     from astroinertia.bodies.layered import LayeredBody
@@ -149,6 +150,7 @@ def _radius_of_sphere(edges, powers, laws, mass: float, gravitational_constant: 
     )
 
 
+@with_quantities()
 def figure_of_density(
     outer_radii: Sequence[float],
     densities: Sequence[float | Callable],
@@ -205,6 +207,7 @@ def figure_of_density(
     return figure_of_solution(solution, mass, mean_radius, gravitational_constant, accuracy)
 
 
+@with_quantities()
 def figure_of_layered_body(
     body: "LayeredBody",
     *,
@@ -240,6 +243,7 @@ def _polynomial(coefficients: np.ndarray, scale: float, r: np.ndarray) -> np.nda
     return np.polynomial.polynomial.polyval(r / scale, coefficients)
 
 
+@with_quantities()
 def figure_of_barotropes(
     outer_fractions: Sequence[float],
     laws: Sequence[BarotropicLaw],
@@ -283,6 +287,7 @@ def figure_of_barotropes(
     return figure_of_solution(solution, mass, reference * solution.scale, gravitational_constant, accuracy)
 
 
+@with_quantities()
 def figure_of_polytrope(
     index: float,
     *,

@@ -20,6 +20,7 @@ from astroinertia.bodies import planets
 from astroinertia.bodies.figures import RotatingFigure, figure_of_barotropes
 from astroinertia.errors import NumericalError
 from astroinertia.matter.barotropes import PolytropicLaw
+from astroinertia.process.quantities import with_quantities
 from astroinertia.storage.data_tables import data_path
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
@@ -85,6 +86,7 @@ def measured_field(name: str) -> GravityField:
     )
 
 
+@with_quantities()
 def giant_planet(field: GravityField, core_fraction: float = CORE_FRACTION) -> GiantPlanet:
     """Return the composite polytrope with the mass, equatorial radius, rotation, J2 and J4 of `field`.
 

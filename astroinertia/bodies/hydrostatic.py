@@ -33,6 +33,7 @@ from astroinertia.errors import NumericalError
 from astroinertia.inertia.double_precision import double_precision
 from astroinertia.inertia.tensor import is_known
 from astroinertia.matter.planetary import Material
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -118,6 +119,7 @@ class HydrostaticPlanet:
         return LayeredBody(high * self.mean_radius, coefficients, self.gravitational_constant)
 
 
+@with_quantities()
 def planet_from_masses(
     layer_masses: Array,
     materials: Sequence[Material],
@@ -142,6 +144,7 @@ def planet_from_masses(
     return _planet(layer_masses, materials, surface_pressure, gravitational_constant, steps, "mass")
 
 
+@with_quantities()
 def planet_from_radii(
     outer_radii: Array,
     materials: Sequence[Material],

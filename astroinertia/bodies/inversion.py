@@ -20,6 +20,7 @@ from astroinertia.bodies.layered import LayeredBody, constant_layers
 from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.double_precision import double_precision
 from astroinertia.inertia.tensor import is_known
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -80,6 +81,7 @@ class ThreeLayers:
     shell_density: Array
 
 
+@with_quantities()
 def two_layers(
     mean_density: Array,
     moment_ratio: Array,
@@ -105,6 +107,7 @@ def two_layers(
     return structure
 
 
+@with_quantities()
 def two_layers_with_errors(
     mean_density: float,
     moment_ratio: float,
@@ -138,6 +141,7 @@ def two_layers_with_errors(
     return TwoLayersWithErrors(structure, jacobian @ covariance @ jacobian.T)
 
 
+@with_quantities()
 def three_layer_family(
     mean_density: float,
     moment_ratio: float,
@@ -182,6 +186,7 @@ def _family(mean_density: Array, moment_ratio: Array, shell_density: Array, boun
     return inverted_below(jnp, mean_density, moment_ratio, shell_density, boundary, assumed, name)
 
 
+@with_quantities()
 def inverted(xp: Any, mean_density: Array, moment_ratio: Array, assumed: Array, name: str) -> TwoLayers:
     """What `two_layers` solves, over a namespace xp, numpy (arrays in, arrays out) or jax.numpy; nothing is refused.
 
@@ -204,6 +209,7 @@ def inverted(xp: Any, mean_density: Array, moment_ratio: Array, assumed: Array, 
     return TwoLayers(xp.asarray(assumed, dtype=float), mantle + excess, mantle)
 
 
+@with_quantities()
 def inverted_below(
     xp: Any, mean_density: Array, moment_ratio: Array, shell_density: Array, boundary: Array, assumed: Array, name: str
 ) -> ThreeLayers:

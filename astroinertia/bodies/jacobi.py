@@ -15,10 +15,12 @@ from functools import lru_cache
 from astroinertia.bodies.ellipsoid_gravity import index_integral, index_symbols
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
 from astroinertia.bodies.roots import root_between
+from astroinertia.process.quantities import with_quantities
 
 _LOG_THINNEST = math.log(1e-12)  # ln(b/a) of the needle up to which figures are looked for
 
 
+@with_quantities()
 def from_axis_ratio(b_over_a: float, **scale: float) -> HomogeneousEllipsoid:
     """Return the ellipsoid of given b/a, 0 < b/a <= 1; `scale`: mass, mean_radius, gravitational_constant.
 
@@ -70,6 +72,7 @@ def pear_bifurcation() -> HomogeneousEllipsoid:
     return _unit(root_between(difference, 0.3, 0.6))
 
 
+@with_quantities()
 def from_angular_velocity(angular_velocity: float, **scale: float) -> HomogeneousEllipsoid:
     """Return the ellipsoid of given Omega (in the units of `scale`), 0 < Omega^2 <= 0.374230 pi G rho.
 
@@ -83,6 +86,7 @@ def from_angular_velocity(angular_velocity: float, **scale: float) -> Homogeneou
     return _with("Omega/sqrt(pi G rho)", lambda body: math.sqrt(body.omega2), target, scale)
 
 
+@with_quantities()
 def from_angular_momentum(angular_momentum: float, **scale: float) -> HomogeneousEllipsoid:
     """Return the ellipsoid of given L >= 0.303751 sqrt(G M^3 R_mean) (in the units of `scale`); ValueError below.
 

@@ -19,6 +19,7 @@ import numpy as np
 from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.double_precision import double_precision
 from astroinertia.inertia.tensor import is_known
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -228,6 +229,7 @@ def _stacked(concrete: bool, columns: Sequence[Array]) -> Array:
     return (np if concrete else jnp).stack(columns, axis=-1)
 
 
+@with_quantities()
 def constant_layers(outer_radii: Array, densities: Array, gravitational_constant: Array = 1.0) -> LayeredBody:
     """The body of layers of constant density: outer radii (layers,) from the centre outwards, densities (layers,).
 
@@ -239,6 +241,7 @@ def constant_layers(outer_radii: Array, densities: Array, gravitational_constant
     return _checked(outer_radii, _stacked(is_known(densities), [densities]), gravitational_constant)
 
 
+@with_quantities()
 def linear_layers(
     outer_radii: Array, inner_densities: Array, outer_densities: Array, gravitational_constant: Array = 1.0
 ) -> LayeredBody:
@@ -260,6 +263,7 @@ def linear_layers(
     return _checked(radii, _stacked(concrete, [inner - slope * x_in, slope]), gravitational_constant)
 
 
+@with_quantities()
 def polynomial_layers(
     outer_radii: Array, coefficients: Sequence[Array], gravitational_constant: Array = 1.0
 ) -> LayeredBody:
@@ -277,6 +281,7 @@ def polynomial_layers(
     return _checked(outer_radii, xp.stack(rows), gravitational_constant)
 
 
+@with_quantities()
 def tabulated_layers(radii: Array, densities: Array, gravitational_constant: Array = 1.0) -> LayeredBody:
     """The body of a table, linear between its rows: radii (rows,) ascending up to the surface, densities (rows,).
 

@@ -18,6 +18,7 @@ from typing import Literal
 from astroinertia.bodies.ellipsoid_gravity import index_integral, index_symbols
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
 from astroinertia.bodies.roots import root_between
+from astroinertia.process.quantities import with_quantities
 
 _LOG_LEAST, _LOG_MOST = -300.0, 60.0  # ln l of the roots that are looked for: T/|W| of 1e-261, and 1/2 - 1e-26
 
@@ -112,6 +113,7 @@ def from_axis_ratio(c_over_a: float, **scale: float) -> MaclaurinSpheroid:
     return from_second_eccentricity(math.sqrt((1 - c_over_a) * (1 + c_over_a)) / c_over_a, **scale)
 
 
+@with_quantities()
 def from_angular_velocity(
     angular_velocity: float, branch: Literal["slow", "fast"] = "slow", **scale: float
 ) -> MaclaurinSpheroid:
@@ -142,6 +144,7 @@ def from_angular_velocity(
     return _with(lambda body: body.omega2, target, ends, scale)
 
 
+@with_quantities()
 def from_angular_momentum(angular_momentum: float, **scale: float) -> MaclaurinSpheroid:
     """Return the spheroid of given L >= 0 (in the units of `scale`): there is one for each; ValueError for L < 0.
 

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from astroinertia.matter.compact_stars import SOLAR_LENGTH
+from astroinertia.process.quantities import with_quantities
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 # Neutron stars of realistic equations of state, taken here as the range of the fits by compactness.
@@ -50,6 +51,7 @@ def _within(name: str, value, bounds: tuple[float, float], check_range: bool) ->
     return value
 
 
+@with_quantities(mass="Msun", radius_km="km")
 def lattimer_schutz(mass, radius_km, check_range: bool = True) -> np.ndarray:
     """I/(M R^2) of a neutron star of `mass` (solar masses) and `radius_km`, to about 3%.
 
@@ -142,6 +144,7 @@ def roche_shedding_period(mass, radius, gravitational_constant: float = GRAVITAT
     return 1.5**1.5 * kepler_period(mass, radius, gravitational_constant)
 
 
+@with_quantities(mass="Msun", radius_km="km")
 def shedding_frequency(mass, radius_km, source: str = "haensel_2009") -> np.ndarray:
     """Fastest rigid rotation in Hz of a relativistic star, from M (solar masses) and R of its non-rotating fellow.
 

@@ -20,6 +20,7 @@ from astroinertia.bodies.slow_rotation import Equations, SlowRotation, slow_rota
 from astroinertia.bodies.tov import TOLERANCE, Structure, structure
 from astroinertia.errors import NumericalError
 from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope
+from astroinertia.process.quantities import with_quantities
 from astroinertia.units import SOLAR_MASS
 
 _SCAN_TOLERANCE = 1e-7
@@ -251,6 +252,7 @@ def maximum_mass(equation_of_state: Barotrope, relativistic: bool = True, tolera
     return star(equation_of_state, central_enthalpy=branch.highest, relativistic=relativistic, tolerance=tolerance)
 
 
+@with_quantities(mass="Msun")
 def star_of_mass(
     equation_of_state: Barotrope, mass: float, relativistic: bool = True, tolerance: float = TOLERANCE
 ) -> NeutronStar:

@@ -26,6 +26,7 @@ from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.bodies.polytrope_elements import BUOYANT, Basis, Elements, polytrope_elements
 from astroinertia.errors import NumericalError
 from astroinertia.process.blas import one_thread
+from astroinertia.process.quantities import with_quantities
 
 RESOLUTIONS = (20, 28, 40, 56, 80)  # polynomials an element: tried in turn until two neighbours agree
 _LIMITS = (np.inf, 1e4, 1e2, 1.0, 1e-2, 1e-4, 1e-6)  # of omega^2: each Rayleigh-Ritz works among slower modes
@@ -281,6 +282,7 @@ def radial_modes(index: float, gamma: float, count: int = 3) -> tuple[Mode, ...]
     raise NumericalError(f"{count} radial modes of the polytrope n = {n:g} do not converge to {_TOLERANCE:g}")
 
 
+@with_quantities()
 def nonradial_modes(
     index: float, gamma: float, degree: int = 2, pressure_modes: int = 4, gravity_modes: int = 4
 ) -> tuple[Mode, ...]:

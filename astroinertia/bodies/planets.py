@@ -14,6 +14,7 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from astroinertia.bodies import moment_ratios
+from astroinertia.process.quantities import with_quantities
 from astroinertia.storage.data_tables import data_path
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
@@ -156,6 +157,7 @@ class SolarSystemBody:
         return MomentRatio(value, uncertainty, kind, radius, row.status, row.source)
 
 
+@with_quantities()
 def own_body(name: str, mass: float, mean_radius: float, **quantities: float) -> SolarSystemBody:
     """Return a body that is not in the table, from its mass (kg), mean radius (m) and other quantities of the table.
 

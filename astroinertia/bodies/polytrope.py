@@ -15,6 +15,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from astroinertia.errors import NumericalError
+from astroinertia.process.quantities import with_quantities
 
 _SERIES_END = 0.04  # xi up to which six terms of the series at the centre are exact to round-off
 HANDOVER = 1.0  # xi at which theta takes over as the independent variable (theta is 0.83 to 0.86 there)
@@ -164,6 +165,7 @@ def hermite(nodes: np.ndarray, values: np.ndarray, slopes: np.ndarray, at: np.nd
     return (1 - s) ** 2 * ((1 + 2 * s) * left + s * d_left) + s**2 * ((3 - 2 * s) * right + (s - 1) * d_right)
 
 
+@with_quantities()
 @dataclass(frozen=True)
 class Polytrope:
     """The polytrope of index n with a given mass and radius, in units with the given G."""
@@ -266,6 +268,7 @@ class Polytrope:
         return self.pressure(r) / self.density(r) ** gamma
 
 
+@with_quantities()
 def polytrope_radius(index: float, mass: float, constant: float, gravitational_constant: float = 1.0) -> float:
     """Return the radius of the polytrope of given mass and K; ValueError for n = 0, 1e-9-near 3 and n outside (0, 5).
 

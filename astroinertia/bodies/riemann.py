@@ -25,6 +25,7 @@ from astroinertia.bodies import maclaurin
 from astroinertia.bodies.ellipsoid_gravity import index_integral, index_symbols
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
 from astroinertia.bodies.roots import root_between
+from astroinertia.process.quantities import with_quantities
 
 _THINNEST = 1e-8  # b/a and c/a of the needles up to which figures are looked for
 _FLATTEST = 0.1  # (c/a)/(b/a), which is at least 0.303, from which on figures are looked for
@@ -211,6 +212,7 @@ def from_axis_ratios(
     return (body if branch == "direct" else body.adjoint).rescaled(**scale)
 
 
+@with_quantities()
 def from_invariants(angular_momentum: float, circulation: float, **scale: float) -> RiemannEllipsoid:
     """Return the ellipsoid of given L and circulation pi a b (2 Omega + zeta), both kept by frictionless motion.
 
@@ -269,6 +271,7 @@ def dedekind(b_over_a: float, **scale: float) -> RiemannEllipsoid:
     return from_rate_ratio(b_over_a, math.inf, **scale)
 
 
+@with_quantities()
 def irrotational(b_over_a: float, **scale: float) -> RiemannEllipsoid:
     """Return the ellipsoid without vorticity in space, f = -2, of given b/a; with a = b the sphere, at rest.
 

@@ -24,6 +24,7 @@ from scipy.special import sph_legendre_p
 
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.errors import NumericalError
+from astroinertia.process.quantities import with_quantities
 
 _DEGREES = 16  # largest degree of the expansion
 _RADII = 192
@@ -116,6 +117,7 @@ def _at(mesh: _Mesh, parts: np.ndarray, radius: float, theta: float) -> float:
     return float(value)
 
 
+@with_quantities()
 def roche_polytrope(index: float, c_over_a: float, radii: int = _RADII, degrees: int = _DEGREES) -> RochePolytrope:
     """The figure of that index, 0 < n < 3, with the polar over the longest semi-axis c/a < 1.
 
@@ -166,6 +168,7 @@ def _figure(mesh, n, c, a, mu, largest, density, parts) -> RochePolytrope:
     )
 
 
+@with_quantities()
 @lru_cache(maxsize=16)
 def roche_limit(index: float, radii: int = _RADII, degrees: int = _DEGREES) -> RochePolytrope:
     """The figure with the largest tide, 0.2 <= n <= 1.5: no synchronous polytrope stands nearer to the companion.

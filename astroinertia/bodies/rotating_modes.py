@@ -32,6 +32,7 @@ import numpy as np
 from astroinertia.bodies.rotating_star import RotatingStar
 from astroinertia.errors import NumericalError
 from astroinertia.process.blas import one_thread
+from astroinertia.process.quantities import with_quantities
 
 _DEGREES = (4, 6)  # in w^2 and z^2 of the trial displacements: the second for the answer, both for its error
 _LIKE_A_BAR = 0.5  # share of a linear displacement in a mode, over the largest such share, that makes it a bar
@@ -60,6 +61,7 @@ class _Trial(NamedTuple):
     slopes: dict[str, np.ndarray]
 
 
+@with_quantities()
 def bar_mode(
     star: RotatingStar, gamma: float, kinematic_viscosity: float = 0.0, bulk_over_shear: float = 0.0
 ) -> BarMode:
@@ -89,6 +91,7 @@ def _bar(star: RotatingStar, gamma: float, degree: int, viscosity: float, bulk: 
     return complex(np.real(bars).max())
 
 
+@with_quantities()
 @one_thread
 def spectrum(
     star: RotatingStar, gamma: float, mode: int, degree: int, kinematic_viscosity: float = 0.0,

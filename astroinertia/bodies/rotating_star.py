@@ -20,6 +20,7 @@ from astroinertia.bodies.scf import Field, Resolution, check_field, solve_field
 from astroinertia.bodies.scf_mesh import even_legendre
 from astroinertia.errors import NumericalError
 from astroinertia.matter.barotropes import ScaledLaw
+from astroinertia.process.quantities import with_quantities
 
 RESOLUTIONS = (Resolution(8, 48, 48), Resolution(24, 96, 96))  # the second where the first does not do
 _STEP = 0.1  # of the axis ratio from member to member of a sequence
@@ -224,6 +225,7 @@ class RotatingStar(EquilibriumFigure):
         return float(field.mesh.volume_weight @ shells) * self.max_density * self.equatorial_radius**5
 
 
+@with_quantities()
 def rotating_star(
     matter: ScaledLaw,
     axis_ratio: float,
@@ -276,6 +278,7 @@ def end_of_sequence(
     return _march(lambda star: -1.0, matter, law, resolution, units)[0]
 
 
+@with_quantities()
 def rotating_star_with(
     quantity: str, value: float, matter: ScaledLaw, law: Law = RIGID, resolution: Resolution | None = None,
     **units: float,

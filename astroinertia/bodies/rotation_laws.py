@@ -14,6 +14,8 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 
+from astroinertia.process.quantities import with_quantities
+
 LAWS = ("rigid", "j_constant", "v_constant")
 
 
@@ -60,6 +62,7 @@ class FollowingLaw(Law, Protocol):
         ...
 
 
+@with_quantities(scale="m")
 @dataclass(frozen=True)
 class RotationLaw:
     """A law by its kind and scale A (any unit of length; None for rigid); ValueError where these contradict.

@@ -22,6 +22,7 @@ from astroinertia.bodies.null_field import QUANTITIES, Trial, find_surface, newt
 from astroinertia.bodies.scale import positive_scale
 from astroinertia.bodies.spheroidal_basis import legendre_polynomials
 from astroinertia.errors import NumericalError
+from astroinertia.process.quantities import with_quantities
 
 _DEGREES = (12, 18, 26, 38, 56, 80)  # tried in turn until two agree
 _MARCH_DEGREE = 18
@@ -273,6 +274,7 @@ def mass_shedding(tolerance: float = 1e-5) -> RotatingPolytrope:
     return _converged("saddle", 0.0, _milestones()[-1], _DEGREES, tolerance)
 
 
+@with_quantities()
 def rotating_polytrope(
     rotation_parameter: float | None = None,
     *,

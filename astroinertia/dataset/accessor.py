@@ -3,6 +3,10 @@
 Importing this module registers the accessor for xarray's Dataset and DataTree.
 """
 
+import difflib
+import functools
+import html
+import inspect
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,14 +18,53 @@ from astroinertia.dataset import open_snapshots
 from astroinertia.dataset.absent import reasons, whole
 from astroinertia.dataset.by_member import of_each_member, reached, swept
 from astroinertia.dataset.derived import SPINLESS
-from astroinertia.errors import ArchiveError
+from astroinertia.errors import AbsentError, ArchiveError, SceneError
 from astroinertia.inertia import growth, tensor
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
+from astroinertia.process.quantities import InputError, with_quantities
 from astroinertia.storage.atomic import own_folder
-from astroinertia.units import astropy_quantity
+from astroinertia.units import astropy_quantity, in_si, quantity as quantity_of, shown, with_unit
 
 _THINNEST = 1e-12  # I_1 + I_2 - I_3 over I_3, which is the square of a thickness: round-off
 MOTION = "motion"  # the share that is not an effect's: the kinetic tensor's
+
+
+OPTIONS = {
+    "start": "time from which on it is drawn: a quantity, text such as '2 min', or a number in the dataset's unit",
+    "end": "time up to which it is drawn, likewise",
+    "size": "width and height in inches",
+    "path": "a file to write the picture to as well; its ending says how (.png, .pdf, .svg)",
+}
+"""What every plot takes, by keyword."""
+OF_PARTICLES = {"snapshots": "the particles, where they are not those of the dataset's file"}
+
+
+def _drawn(plot: Any) -> Any:
+    """A method that draws: what it takes is in its docstring, and anything else is refused."""
+    options = OPTIONS | (OF_PARTICLES if plot.__name__ == "plot_density" else {})
+
+    @functools.wraps(plot)
+    def drawn(self: Any, **keywords: Any) -> Any:
+        for name in keywords:
+            if name not in options:
+                raise SceneError(f"{plot.__name__} has no option {name!r}; it has {', '.join(options)}.")
+        return plot(self, **keywords)
+
+    listed = "\n".join(f"{name}: {text}." for name, text in options.items())
+    drawn.__doc__ = (
+        f"{inspect.cleandoc(plot.__doc__)}\n\nReturns the matplotlib Figure. Options, by keyword:\n\n{listed}\n"
+    )
+    return drawn
+
+
+def _size(size: Any) -> tuple[float, float]:
+    try:
+        width, height = (float(length) for length in size)
+    except (TypeError, ValueError):
+        raise SceneError(f"size must be width and height in inches, not {size!r:.60}.") from None
+    if not (0.0 < width < 1000.0 and 0.0 < height < 1000.0):
+        raise SceneError(f"size must be width and height in inches, not {size!r:.60}.")
+    return width, height
 
 
 @xr.register_dataset_accessor("inertia")
@@ -46,6 +89,33 @@ class InertiaAccessor:
         if "inertia_tensor" not in dataset:
             raise ValueError("this dataset has no inertia_tensor; the accessor is for datasets of astroinertia")
         self.dataset = dataset if swept(dataset) or "mass" not in dataset else reached(dataset)
+
+    def __repr__(self) -> str:
+        width = max(len(name) for name, _ in self._parts())
+        lines = [f"  .{name:<{width}}  {text}" for name, text in self._parts()]
+        return "\n".join([f"{self._title()}, and what follows from it:", *lines])
+
+    def _repr_html_(self) -> str:
+        rows = (
+            f"<tr><td><code>.{html.escape(name)}</code></td><td style='text-align: left'>{html.escape(text)}</td></tr>"
+            for name, text in self._parts()
+        )
+        return f"<p>{html.escape(self._title())}, and what follows from it:</p><table>{''.join(rows)}</table>"
+
+    def _title(self) -> str:
+        attrs = self.dataset.attrs
+        return f"The inertia tensor of {attrs.get('name', 'a body')} (model {attrs.get('model', 'unknown')})"
+
+    @classmethod
+    def _parts(cls) -> list[tuple[str, str]]:
+        """What it can do, each with the first sentence of what is said of it."""
+        parts = []
+        for name, part in vars(cls).items():
+            if not name.startswith("_"):
+                text = inspect.getdoc(part) or ""
+                brackets = "" if isinstance(part, property) else "()"
+                parts.append((f"{name}{brackets}", text.split("\n")[0]))
+        return parts
 
     @property
     def absent(self) -> dict[str, str]:
@@ -91,9 +161,12 @@ class InertiaAccessor:
         >>> print(f"{ds.inertia.quantity('mass')[0].to('Msun'):.3f}")
         1.000 solMass
         """
+        if isinstance(series, str) and series not in self.dataset.variables:
+            raise AbsentError(f"this dataset has no {shown(series)!r}; {_nearest(series, self.dataset.data_vars)}.")
         values = self.dataset[series] if isinstance(series, str) else series
         return astropy_quantity(values.values, str(values.attrs.get("units", "1")))
 
+    @with_quantities()
     @of_each_member
     def about_axis(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
         """Moment of inertia n.I.n about an axis: "x", "y", "z", a vector (3,), or one for each time, (time, i).
@@ -106,6 +179,7 @@ class InertiaAccessor:
         moment = tensor.moment_about(inertia.transpose("time", "i", "j").values, direction)
         return self._series(moment, f"moment of inertia about {_axis_text(axis)}", inertia.attrs["units"], "n.I.n")
 
+    @with_quantities()
     @of_each_member
     def radius_of_gyration(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
         """sqrt(n.I.n / M) about an axis.
@@ -116,6 +190,7 @@ class InertiaAccessor:
         radius = np.sqrt(self.about_axis(axis).values / self.dataset["mass"].values)
         return self._series(radius, f"radius of gyration about {_axis_text(axis)}", self._unit("m"), "sqrt(n.I.n / M)")
 
+    @with_quantities()
     @of_each_member
     def moment_ratio(
         self, radius: float | xr.DataArray, axis: str | Sequence[float] | xr.DataArray = "spin"
@@ -143,6 +218,7 @@ class InertiaAccessor:
         attrs = {"units": second.attrs["units"], "long_name": "reduced quadrupole", "comment": "Q - tr(Q) 1 / 3"}
         return second.transpose("time", "i", "j").copy(data=reduced).rename("quadrupole").assign_attrs(attrs)
 
+    @with_quantities()
     @of_each_member
     def acceleration_shares(self, axis: str | Sequence[float] | xr.DataArray | None = None) -> xr.DataArray:
         """What motion and each effect contribute to d2I/dt2, (time, share[, i, j]); the shares add up to the whole.
@@ -178,6 +254,7 @@ class InertiaAccessor:
         shares = np.concatenate([motion, effects], axis=1)
         return self._shares(shares, ("time", "share"), "share in the scalar virial", "J")
 
+    @with_quantities()
     @of_each_member
     def torque_shares(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
         """The torque of each effect along an axis, (time, effect).
@@ -203,6 +280,7 @@ class InertiaAccessor:
         rate = momentum / self.about_axis(axis.tolist()).values
         return self._series(rate, "spin about the axis of the angular momentum", self._unit("rad s-1"), "L.n / n.I.n")
 
+    @with_quantities()
     @of_each_member
     def spin_scaling(self, law: str = "inertia") -> xr.DataArray:
         """The spin that a scaling law predicts from the first output on.
@@ -227,6 +305,7 @@ class InertiaAccessor:
         text = {"inertia": "spin if the angular momentum stays", "radius": "spin if the body also keeps its shape"}[law]
         return self._series(opening * size[0] / size, text, self._unit("rad s-1"), f"scaling with {law}")
 
+    @with_quantities()
     @of_each_member
     def rotation_limits(self, shedding: str = "roche") -> xr.Dataset:
         """Period, radius, periods of an orbit at the equator and of mass shedding, and flags of break-up, along time.
@@ -237,13 +316,15 @@ class InertiaAccessor:
         for another. The last two flags say whether T/|W| lets friction make a bar, and whether it makes one by itself.
 
         >>> print(f"{float(ds.inertia.rotation_limits().kepler_fraction[0]):.2f}")  # of the rate of an orbit
-        0.16
+        0.09
         """
         from astroinertia.rotation.break_up import DYNAMICAL, SECULAR, break_up  # brings figures of stars along
 
         data = self.dataset
         size, spin = data["mean_radius"].values, np.linalg.norm(data["angular_velocity"].transpose("time", "i"), axis=1)
-        radius = float(data["moment_ratio"].attrs.get("reference_radius", size[0])) * size / size[0]
+        convention = data["moment_ratio"].attrs
+        at_start = data[convention["radius"]].values[0] if convention.get("radius") in data.data_vars else size[0]
+        radius = float(convention.get("reference_radius", at_start)) * size / size[0]
         if "surface_mean_radius" in data and data["surface_mean_radius"].notnull().all():
             radius = data["surface_mean_radius"].values
         period = np.divide(2 * np.pi, spin, out=np.full_like(spin, np.inf), where=spin > 0)
@@ -264,6 +345,7 @@ class InertiaAccessor:
             {name: self._series(values, text, self._unit(unit), "") for name, (values, unit, text) in series.items()}
         )
 
+    @with_quantities()
     @of_each_member
     def strain(self, polar_angle: float, azimuth: float = 0.0) -> xr.Dataset:
         """Gravitational-wave strain times distance for an observer at (theta, phi) in radians; variables plus, cross.
@@ -284,6 +366,7 @@ class InertiaAccessor:
         text = "gravitational-wave strain times distance"
         return xr.Dataset({name: self._series(values, f"{text}, {name}", "m", "") for name, values in names.items()})
 
+    @with_quantities(start="s", end="s")
     @of_each_member
     def growth_rate(
         self, series: str | xr.DataArray = "bar_strength", start: float | None = None, end: float | None = None
@@ -300,6 +383,7 @@ class InertiaAccessor:
         fitted = growth.growth(values["time"].values, values.values)
         return self._line(fitted, "growth rate", "s-1")
 
+    @with_quantities(start="s", end="s")
     @of_each_member
     def pattern_speed(self, mode: int = 2, start: float | None = None, end: float | None = None) -> xr.Dataset:
         """The mean rate at which an azimuthal mode turns between two times, the slope of its phase: rate and error.
@@ -313,62 +397,99 @@ class InertiaAccessor:
         fitted = growth.turning(phase["time"].values, phase.values, mode)
         return self._line(fitted, f"pattern speed of mode {mode}", "rad s-1")
 
+    @_drawn
     def plot_inertia(self, **options: Any) -> Any:
-        """I(t) evolved against direct, with the closure. Returns the matplotlib Figure, as all plots do."""
+        """I(t) evolved against direct, with the closure."""
         return self._plot("moments", "inertia_figure", **options)
 
+    @_drawn
     def plot_spin(self, **options: Any) -> Any:
         """Spin against the scalings with 1/I and R^-2, and the rotation profile."""
         return self._plot("spin", "spin_figure", **options)
 
+    @_drawn
     def plot_attitude(self, **options: Any) -> Any:
         """Rates about the body's own axes, Euler angles and the polhode, of a rigid body."""
         return self._plot("attitude", "attitude_figure", **options)
 
+    @_drawn
     def plot_ledger(self, **options: Any) -> Any:
         """Each effect's share in d2I/dt2, the virial and the torque."""
         return self._plot("ledger", "ledger_figure", **options)
 
+    @_drawn
     def plot_shape(self, **options: Any) -> Any:
         """Axis ratios and the inertia ellipsoid."""
         return self._plot("shape", "shape_figure", **options)
 
+    @_drawn
     def plot_energy(self, **options: Any) -> Any:
         """Energies, each effect's work and heating, and the errors."""
         return self._plot("energy", "energy_figure", **options)
 
+    @_drawn
     def plot_error_bars(self, **options: Any) -> Any:
         """Error bars over the values that they belong to, of a run that has them."""
         return self._plot("error_bars", "error_bars_figure", **options)
 
+    @_drawn
     def plot_waves(self, **options: Any) -> Any:
         """Gravitational-wave strain times distance."""
         return self._plot("waves", "waves_figure", **options)
 
+    @_drawn
     def plot_density(self, **options: Any) -> Any:
         """Slices of the density at the start, at maximum compression and at the end, from the snapshots."""
         snapshots = options.pop("snapshots", None)
-        snapshots = self.snapshots if snapshots is None else snapshots
-        if snapshots is None:
-            raise ValueError("this dataset has no snapshots to draw")
-        return self._plot("density", "density_figure", snapshots=snapshots, **options)
+        options["snapshots"] = self.snapshots if snapshots is None else snapshots
+        if options["snapshots"] is None:
+            raise AbsentError("this dataset has no snapshots to draw.")
+        return self._plot("density", "density_figure", **options)
 
+    @_drawn
     def plot_profiles(self, **options: Any) -> Any:
         """Density, rotation and specific angular momentum against radius, at several times."""
         return self._plot("profiles", "profiles_figure", **options)
 
-    def _plot(self, module: str, function: str, **options: Any) -> Any:
-        if dims := swept(self.dataset):
-            one = ", ".join(f"{dim}=0" for dim in dims)
-            raise ValueError(f"a picture is of one member of a sweep: take one, such as ds.isel({one}).inertia")
+    def _plot(
+        self, module: str, function: str, start: Any = None, end: Any = None, size: Any = None, path: Any = None,
+        **others: Any,
+    ) -> Any:  # fmt: skip
         from importlib import import_module  # matplotlib is only loaded by who draws
 
-        return getattr(import_module(f"astroinertia.plots.{module}"), function)(self.dataset, **options)
+        if dims := swept(self.dataset):
+            one = ", ".join(f"{dim}=0" for dim in dims)
+            raise InputError(f"a picture is of one member of a sweep: take one, such as ds.isel({one}).inertia")
+        low, high = self._time("start", start), self._time("end", end)
+        dataset = self._between(self.dataset, low, high)
+        if "snapshots" in others:
+            others["snapshots"] = self._between(others["snapshots"], low, high, "snapshot_time")
+        figure = getattr(import_module(f"astroinertia.plots.{module}"), function)(dataset, **others)
+        if size is not None:
+            figure.set_size_inches(*_size(size))
+        if path is not None:
+            figure.savefig(path)
+        return figure
 
-    def _between(self, series: xr.DataArray, start: float | None, end: float | None) -> xr.DataArray:
-        time = series["time"]
+    def _time(self, name: str, value: Any) -> float | None:
+        """A time in the unit of the dataset, from a number, a quantity or text with a unit."""
+        if value is None or isinstance(value, int | float):
+            return value
+        try:
+            quantity = with_unit(value)
+            return quantity_of(value, "time") if isinstance(value, str) else float(in_si(quantity, "time"))
+        except SceneError as error:
+            raise SceneError(f"{name}: {error}") from None
+        except (AttributeError, TypeError):
+            raise SceneError(f"{name} must be a time, not something of the type {type(value).__name__}.") from None
+
+    def _between(self, series: Any, start: float | None, end: float | None, along: str = "time") -> Any:
+        time = series[along]
         low, high = -np.inf if start is None else start, np.inf if end is None else end
-        return series.isel(time=np.flatnonzero((time >= low) & (time <= high)))
+        inside = np.flatnonzero((time >= low) & (time <= high))
+        if not len(inside):
+            raise SceneError(f"nothing is recorded from start = {low:g} to end = {high:g} in the dataset's {along}.")
+        return series if len(inside) == time.size else series.isel({along: inside})
 
     def _line(self, fitted: growth.Line, text: str, unit: str) -> xr.Dataset:
         values = {"rate": (fitted.slope, text), "error": (fitted.error, f"standard error of the {text}")}
@@ -414,6 +535,11 @@ class InertiaAccessor:
         names = np.array([MOTION, *self.dataset["effect"].values.tolist()], dtype=str)
         coords: dict[str, Any] = {"share": names} | self._coordinates(*dims)
         return xr.DataArray(values, coords, dims, attrs={"units": self._unit(unit), "long_name": long_name})
+
+
+def _nearest(name: str, names: Any) -> str:
+    close = difflib.get_close_matches(name, list(map(str, names)), n=1)
+    return f"did you mean {close[0]!r}" if close else "its data_vars are what it has"
 
 
 def _axis_text(axis: Any) -> str:

@@ -18,6 +18,7 @@ from scipy.spatial import KDTree
 
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.tensor import namespace
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -50,6 +51,7 @@ def unbalance_of_body(body: Body) -> tuple[Array, Array]:
     return body.mass[..., None] * body.centre[..., :2], -inertia[..., :2, 2]
 
 
+@with_quantities()
 def unbalance_of_measurements(unbalance: Array, planes: Array) -> tuple[Array, Array]:
     """U and D, (2,) each, from vectors m r (n, 2) measured in planes at z (n,).
 
@@ -61,6 +63,7 @@ def unbalance_of_measurements(unbalance: Array, planes: Array) -> tuple[Array, A
     return unbalance.sum(0), planes @ unbalance
 
 
+@with_quantities()
 def phasors(size: Array, angle: Array) -> Array:
     """Vectors (..., 2) of length `size` at `angle` from x towards y, in radians.
 
@@ -71,6 +74,7 @@ def phasors(size: Array, angle: Array) -> Array:
     return xp.asarray(size)[..., None] * xp.stack([xp.cos(angle), xp.sin(angle)], axis=-1)
 
 
+@with_quantities()
 def two_plane_equivalent(static: Array, dynamic: Array, planes: Sequence[float]) -> Array:
     """The vectors m r in two planes that are the same unbalance, (..., 2 planes, 2).
 
@@ -88,6 +92,7 @@ def two_plane_equivalent(static: Array, dynamic: Array, planes: Sequence[float])
     return xp.stack([static - share, share], axis=-2)
 
 
+@with_quantities()
 def two_plane_correction(static: Array, dynamic: Array, planes: Sequence[float]) -> Array:
     """Vectors m r to be added in two planes to balance a rotor, (..., 2 planes, 2): minus its equivalent there.
 
@@ -97,6 +102,7 @@ def two_plane_correction(static: Array, dynamic: Array, planes: Sequence[float])
     return -two_plane_equivalent(static, dynamic, planes)
 
 
+@with_quantities()
 def correction_masses(correction: Array, radii: Array, remove: bool = False) -> tuple[Array, Array]:
     """Masses (..., 2) and angles (..., 2) in radians, from x towards y, of corrections m r (..., 2, 2) at two radii.
 
@@ -132,6 +138,7 @@ def bearing_forces(static: Array, dynamic: Array, rate: Array, bearings: Sequenc
     return rate[..., None, None] ** 2 * forces
 
 
+@with_quantities()
 def best_holes(
     static: Array,
     dynamic: Array,

@@ -5,6 +5,7 @@ from typing import Any
 
 from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.tensor import about_point, is_known, moment_about, namespace, point_inertia, rotated
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -31,11 +32,13 @@ class Body:
     centre: Array
     inertia: Array
 
+    @with_quantities(point="m")
     def about(self, point: Array) -> Array:
         """Inertia tensor about a point (..., 3), by the parallel-axis theorem: (..., 3, 3)."""
         point = namespace(self.centre, point).asarray(point)
         return about_point(self.inertia, self.mass, self.centre - point)
 
+    @with_quantities(point="m")
     def moment(self, axis: Array, point: Array | None = None) -> Array:
         """Moment of inertia (...,) about the line along axis (..., 3), of any length, through point (..., 3).
 
@@ -44,6 +47,7 @@ class Body:
         inertia = self.inertia if point is None else self.about(point)
         return moment_about(inertia, namespace(inertia, axis).asarray(axis))
 
+    @with_quantities(by="m")
     def translated(self, by: Array) -> "Body":
         """The body moved by a vector (..., 3)."""
         return Body(self.mass, self.centre + namespace(self.centre, by).asarray(by), self.inertia)

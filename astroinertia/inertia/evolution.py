@@ -18,10 +18,12 @@ from astroinertia.inertia.tensor import (
     namespace,
     twice_symmetric,
 )
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
 
+@with_quantities()
 def second_moment_acceleration(kinetic_tensor: Array, virial_tensor: Array) -> Array:
     """d2Q/dt2 = 2 K + V + V^T, (..., 3, 3): the tensor virial theorem, with the sum of all effects' virial tensors.
 
@@ -31,6 +33,7 @@ def second_moment_acceleration(kinetic_tensor: Array, virial_tensor: Array) -> A
     return 2.0 * kinetic_tensor + twice_symmetric(virial_tensor)
 
 
+@with_quantities()
 def inertia_rate(
     mass: Array, position: Array, velocity: Array, origin: Array | None = None, weights: Array | None = None
 ) -> Array:
@@ -44,6 +47,7 @@ def inertia_rate(
     return inertia_from_second_moment(twice_symmetric(mixed))
 
 
+@with_quantities()
 def inertia_acceleration(
     mass: Array,
     position: Array,
@@ -63,6 +67,7 @@ def inertia_acceleration(
     return inertia_from_second_moment(second_moment_acceleration(kinetic, virial))
 
 
+@with_quantities()
 def virial_tensor(
     mass: Array, position: Array, acceleration: Array, origin: Array | None = None, weights: Array | None = None
 ) -> Array:
@@ -75,6 +80,7 @@ def virial_tensor(
     return mixed_moment(mass, position, acceleration, origin, _at_rest(origin), weights)
 
 
+@with_quantities()
 def torque(virial_tensor: Array) -> Array:
     """The torque of a force, (..., 3), from its virial tensor V (..., 3, 3) about the same point: eps_ijk V_jk.
 
@@ -84,6 +90,7 @@ def torque(virial_tensor: Array) -> Array:
     return axial_vector(virial_tensor)
 
 
+@with_quantities()
 def shape_share(virial_tensor: Array) -> Array:
     """The share of a force in d2I/dt2, (..., 3, 3), from its virial tensor: tr(S) 1 - S with S = V + V^T.
 
@@ -93,6 +100,7 @@ def shape_share(virial_tensor: Array) -> Array:
     return inertia_from_second_moment(twice_symmetric(virial_tensor))
 
 
+@with_quantities()
 def gravitational_wave_strain(
     second_moment_acceleration: Array,
     polar_angle: Array,

@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from astroinertia.process.quantities import with_quantities
+
 
 class Line(NamedTuple):
     """A straight line by least squares: slope and its standard error, value at time 0, and rms of what is left.
@@ -21,6 +23,7 @@ class Line(NamedTuple):
     residual: float
 
 
+@with_quantities()
 def line(time, values) -> Line:
     """Return the line through values (T,) at times (T,), those that are finite; ValueError for fewer than three.
 
@@ -40,6 +43,7 @@ def line(time, values) -> Line:
     return Line(float(slope), float(error), float(y.mean() - slope * middle), float(np.sqrt((left**2).mean())))
 
 
+@with_quantities()
 def growth(time, amplitude) -> Line:
     """Return the line through ln A: its slope is the growth rate of A ~ exp(slope t). Zero amplitudes are left out.
 
@@ -50,6 +54,7 @@ def growth(time, amplitude) -> Line:
     return line(time, np.log(size, out=np.full(size.shape, np.nan), where=size > 0.0))
 
 
+@with_quantities()
 def turning(time, phase, fold: int) -> Line:
     """Return the line through the angle of a pattern of `fold`-fold symmetry: its slope is the pattern speed.
 

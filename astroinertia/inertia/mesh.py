@@ -16,6 +16,7 @@ from astroinertia.errors import ArchiveError
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mean_squares import checked_points
 from astroinertia.inertia.tensor import inertia_from_second_moment, is_known
+from astroinertia.process.quantities import with_quantities
 from astroinertia.storage.atomic import regular
 from astroinertia.storage.bounded import plain_text
 
@@ -26,6 +27,7 @@ MAX_BYTES = 2**28  # of a file: 5 million triangles
 _ROUNDINGS = 8.0  # roundings of the box around a mesh that its volume must exceed to differ from 0
 
 
+@with_quantities()
 def mesh_body(vertices: Array, faces: Array, mass: Array | None = None, density: Array | None = None) -> Body:
     """The homogeneous Body inside a closed mesh, of a given mass (...,) or density (...,), in the vertices' frame.
 
@@ -56,6 +58,7 @@ def mesh_body(vertices: Array, faces: Array, mass: Array | None = None, density:
     return Body(total, centre, total[..., None, None] * inertia_from_second_moment(own))
 
 
+@with_quantities()
 def mesh_volume(vertices: Array, faces: Array) -> Array:
     """The volume (...,) inside a closed mesh; errors as for `mesh_body`. Checked by tests/unit/inertia/test_mesh.py.
 
@@ -65,6 +68,7 @@ def mesh_volume(vertices: Array, faces: Array) -> Array:
     return mesh_body(vertices, faces, density=1.0).mass
 
 
+@with_quantities()
 def check_closed(faces: Array, vertices: int) -> np.ndarray:
     """The faces (F, 3) as an array of numbers, or a ValueError with one sentence on why they enclose no volume.
 
@@ -103,6 +107,7 @@ def check_closed(faces: Array, vertices: int) -> np.ndarray:
     return faces
 
 
+@with_quantities()
 def icosphere(subdivisions: int, radius: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (V, 3) on a sphere about the origin and faces (F, 3): an icosahedron, each face cut in 4 so many times.
 

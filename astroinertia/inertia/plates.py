@@ -5,10 +5,12 @@ from typing import Any
 
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mean_squares import body_of, body_of_simplices, checked, checked_points, refuse
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
 
+@with_quantities()
 def point(mass: Array, position: Array = (0.0, 0.0, 0.0)) -> Body:
     """A point mass (...,) at a position (..., 3): no inertia about itself, m (|x|^2 1 - x x) about the origin.
 
@@ -23,6 +25,7 @@ def point(mass: Array, position: Array = (0.0, 0.0, 0.0)) -> Body:
     return body_of(xp, mass, none, none, none).translated(place)
 
 
+@with_quantities()
 def rod(mass: Array, length: Array) -> Body:
     """A thin rod along z: <z^2> = l^2/12; its ends are at z = -l/2 and l/2, and I about an end is m l^2/3.
 
@@ -36,6 +39,7 @@ def rod(mass: Array, length: Array) -> Body:
     return body_of(xp, mass, none, none, length**2 / 12)
 
 
+@with_quantities()
 def hoop(mass: Array, radius: Array) -> Body:
     """A thin ring in the plane z = 0: <x^2> = <y^2> = r^2/2; I_zz = m r^2, and 2 m r^2 about an axis through its edge.
 
@@ -48,6 +52,7 @@ def hoop(mass: Array, radius: Array) -> Body:
     return body_of(xp, mass, radius**2 / 2, radius**2 / 2, xp.zeros_like(mass))
 
 
+@with_quantities()
 def disc(mass: Array, radius: Array) -> Body:
     """A thin disc in the plane z = 0: <x^2> = <y^2> = r^2/4; its edge is at x = r.
 
@@ -59,6 +64,7 @@ def disc(mass: Array, radius: Array) -> Body:
     return annulus(mass, outer_radius=radius, inner_radius=0.0)
 
 
+@with_quantities()
 def annulus(mass: Array, outer_radius: Array, inner_radius: Array) -> Body:
     """A thin disc in the plane z = 0 with a central hole: <x^2> = <y^2> = (R^2 + r^2)/4; the hole may fill it (a hoop).
 
@@ -73,6 +79,7 @@ def annulus(mass: Array, outer_radius: Array, inner_radius: Array) -> Body:
     return body_of(xp, mass, square, square, xp.zeros_like(mass))
 
 
+@with_quantities()
 def elliptic_disc(mass: Array, semi_axis_x: Array, semi_axis_y: Array) -> Body:
     """A thin elliptic plate in the plane z = 0: <x^2> = a^2/4, <y^2> = b^2/4.
 
@@ -85,6 +92,7 @@ def elliptic_disc(mass: Array, semi_axis_x: Array, semi_axis_y: Array) -> Body:
     return body_of(xp, mass, a**2 / 4, b**2 / 4, xp.zeros_like(mass))
 
 
+@with_quantities()
 def rectangular_plate(mass: Array, length: Array, width: Array) -> Body:
     """A thin plate in the plane z = 0, length along x and width along y: <x^2> = l^2/12, <y^2> = w^2/12.
 
@@ -97,6 +105,7 @@ def rectangular_plate(mass: Array, length: Array, width: Array) -> Body:
     return body_of(xp, mass, length**2 / 12, width**2 / 12, xp.zeros_like(mass))
 
 
+@with_quantities()
 def regular_polygon_plate(mass: Array, radius: Array, corners: int) -> Body:
     """A thin regular polygon in the plane z = 0, radius R from centre to corner.
 
@@ -113,6 +122,7 @@ def regular_polygon_plate(mass: Array, radius: Array, corners: int) -> Body:
     return body_of(xp, mass, square, square, xp.zeros_like(mass))
 
 
+@with_quantities()
 def triangle_plate(mass: Array, vertices: Array) -> Body:
     """A thin triangle with its corners (..., 3, 3) anywhere in space, row by row; it stays where they are.
 
@@ -126,6 +136,7 @@ def triangle_plate(mass: Array, vertices: Array) -> Body:
     return body_of_simplices(mass, corners[..., None, :, :])
 
 
+@with_quantities()
 def polygon_plate(mass: Array, vertices: Array) -> Body:
     """A thin simple polygon in the plane z = 0 with corners (..., n, 2) in order, either way round; it stays in place.
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from astroinertia.inertia.eigen import refined_eigh
 from astroinertia.inertia.tensor import namespace, twice_symmetric
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -26,6 +27,7 @@ _ROUNDINGS = 16  # roundings within which the moments of a rotated tensor may di
 _PERMUTATIONS = tuple(itertools.permutations(range(3)))
 
 
+@with_quantities()
 def principal_moments(inertia: Array, tolerance: float | None = None) -> Array:
     """Moments about the principal axes, ascending, (..., 3); NaN where the tensor (..., 3, 3) is not finite.
 
@@ -37,6 +39,7 @@ def principal_moments(inertia: Array, tolerance: float | None = None) -> Array:
     return principal_frame(inertia, tolerance)[0]
 
 
+@with_quantities()
 def principal_gap(moments: Array) -> Array:
     """How far each moment is from the nearest other, as a share of the largest, (..., 3): 0 where an axis is undefined.
 
@@ -53,6 +56,7 @@ def principal_gap(moments: Array) -> Array:
     return near / xp.where(largest > 0, largest, 1.0)
 
 
+@with_quantities()
 def undefined_axes(moments: Array, tolerance: float | None = None) -> Array:
     """Whether each principal axis is undefined, (..., 3), as a moment (..., 3) equals another within the tolerance.
 
@@ -64,6 +68,7 @@ def undefined_axes(moments: Array, tolerance: float | None = None) -> Array:
     return principal_gap(moments) <= _gap_tolerance(moments, tolerance)
 
 
+@with_quantities()
 def principal_frame(inertia: Array, tolerance: float | None = None) -> tuple[Array, Array]:
     """Moments, ascending (..., 3), and a right-handed set of principal axes (..., 3, 3), row k for moment k.
 
@@ -86,6 +91,7 @@ def principal_frame(inertia: Array, tolerance: float | None = None) -> tuple[Arr
     return _jax_frame(tolerance)(inertia)[:2]
 
 
+@with_quantities()
 def figure_rotation(moments: Array, axes: Array, inertia_rate: Array, tolerance: float = ROUND_OFF_GAP) -> Array:
     """Rate at which the principal axes turn about each of themselves, (..., 3); NaN where it is undefined.
 
@@ -107,6 +113,7 @@ def figure_rotation(moments: Array, axes: Array, inertia_rate: Array, tolerance:
     return xp.stack(rates, axis=-1)
 
 
+@with_quantities()
 def tracked_frame(inertia: np.ndarray, tolerance: float = ROUND_OFF_GAP) -> tuple[np.ndarray, np.ndarray]:
     """Moments (T, 3) and right-handed axes (T, 3, 3) of a series of tensors, continuous in order and in sign.
 

@@ -14,6 +14,7 @@ from scipy.optimize import brentq, least_squares
 
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import inertia_from_second_moment, require_plausible, second_moment_from_inertia
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -53,6 +54,7 @@ class LayeredEllipsoid:
         return 4.0 / 3.0 * np.pi * steps * self.semi_axes.prod(1)
 
 
+@with_quantities()
 def point_masses(inertia: Array, mass: float | None = None, radius: float | None = None) -> tuple[Array, Array]:
     """The fewest point masses with this tensor: mass (n,) and position (n, 3) about their centre, all equally far off.
 
@@ -94,6 +96,7 @@ def point_masses(inertia: Array, mass: float | None = None, radius: float | None
     return np.append(masses, mass - outer), np.concatenate([places, np.zeros((1, 3))])
 
 
+@with_quantities()
 def homogeneous_ellipsoid(inertia: Array, mass: float | None = None, density: float | None = None) -> LayeredEllipsoid:
     """The homogeneous ellipsoid with this tensor and this mass, or this density; longest semi-axis first.
 
@@ -112,6 +115,7 @@ def homogeneous_ellipsoid(inertia: Array, mass: float | None = None, density: fl
     return LayeredEllipsoid(semi_axes[None], np.array([mass / (4.0 / 3.0 * np.pi * semi_axes.prod())]), axes)
 
 
+@with_quantities()
 def layered_ellipsoid(
     inertia: Array, mass: float, densities: Sequence[float], boundaries: Sequence[float] | None = None
 ) -> LayeredEllipsoid:
@@ -170,6 +174,7 @@ def layered_ellipsoid(
     return LayeredEllipsoid(np.append(x * proportions, 1.0)[:, None] * outer, values, plain.axes)
 
 
+@with_quantities()
 def two_layer_ellipsoid(inertia: Array, mass: float, mean_density: float, outer_density: float) -> LayeredEllipsoid:
     """The ellipsoid of two layers with this tensor, mass, mean density and density of the outer layer.
 
@@ -215,6 +220,7 @@ class Fit:
     evaluations: int
 
 
+@with_quantities()
 def fit_to_tensor(
     inertia_of: Callable[[Any], Array], start: Any, inertia: Array, bounds: tuple[Any, Any] | None = None
 ) -> Fit:

@@ -10,6 +10,7 @@ from typing import Any
 
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.tensor import namespace
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -30,6 +31,7 @@ class Finish:
     speed: float
 
 
+@with_quantities()
 def rolling_coefficient(body: Body, radius: Array, axis: Array = (0.0, 0.0, 1.0)) -> Array:
     """I/(m R^2) about the axis (..., 3) through the centre of mass, for a body that rolls on the radius R (...,).
 
@@ -44,6 +46,7 @@ def rolling_coefficient(body: Body, radius: Array, axis: Array = (0.0, 0.0, 1.0)
     return body.moment(axis) / (body.mass * radius**2)
 
 
+@with_quantities()
 def rolling_acceleration(coefficient: Array, incline: Array, gravity: Array = STANDARD_GRAVITY) -> Array:
     """g sin(incline) / (1 + k), along the incline, for a body that starts to roll; neither mass nor size matter.
 
@@ -56,6 +59,7 @@ def rolling_acceleration(coefficient: Array, incline: Array, gravity: Array = ST
     return gravity * xp.sin(incline) / (1 + xp.asarray(coefficient))
 
 
+@with_quantities()
 def rolling_time(coefficient: Array, distance: Array, incline: Array, gravity: Array = STANDARD_GRAVITY) -> Array:
     """sqrt(2 d / a): the time to roll a distance down the incline from rest.
 
@@ -66,6 +70,7 @@ def rolling_time(coefficient: Array, distance: Array, incline: Array, gravity: A
     return namespace(acceleration, distance).sqrt(2 * distance / acceleration)
 
 
+@with_quantities()
 def least_friction(coefficient: Array, incline: Array) -> Array:
     """tan(incline) k / (1 + k): the coefficient of static friction below which the body slips.
 
@@ -79,6 +84,7 @@ def least_friction(coefficient: Array, incline: Array) -> Array:
     return xp.tan(incline) * coefficient / (1 + coefficient)
 
 
+@with_quantities()
 def rolling_race(
     coefficients: Mapping[str, float], distance: float, incline: float, gravity: float = STANDARD_GRAVITY
 ) -> list[Finish]:
@@ -108,6 +114,7 @@ def flywheel_energy(body: Body, rate: Array, axis: Array = (0.0, 0.0, 1.0)) -> A
     return 0.5 * body.moment(axis) * namespace(rate, body.inertia).asarray(rate) ** 2
 
 
+@with_quantities()
 def spinning_disc_stress(density: Array, radius: Array, rate: Array, poisson_ratio: Array = 0.3) -> Array:
     """(3 + nu)/8 rho w^2 R^2: the greatest stress in a flat disc without a hole, at its centre, hoop and radial alike.
 
@@ -120,6 +127,7 @@ def spinning_disc_stress(density: Array, radius: Array, rate: Array, poisson_rat
     return (3 + poisson_ratio) / 8 * density * (rate * radius) ** 2
 
 
+@with_quantities()
 def bursting_rate(strength: Array, density: Array, radius: Array, poisson_ratio: Array = 0.3) -> Array:
     """The rate w at which `spinning_disc_stress` reaches the strength of the material: no disc of it stores more.
 

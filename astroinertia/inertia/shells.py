@@ -8,10 +8,12 @@ from typing import Any
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mean_squares import body_of, checked, checked_points, refuse
 from astroinertia.inertia.solids import thick_cylinder, thick_spherical_layer
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
 
+@with_quantities()
 def spherical_shell(mass: Array, radius: Array) -> Body:
     """A thin sphere: <x^2> = r^2/3, so I = 2 m r^2/3 about every diameter.
 
@@ -23,6 +25,7 @@ def spherical_shell(mass: Array, radius: Array) -> Body:
     return thick_spherical_layer(mass, outer_radius=radius, inner_radius=radius)
 
 
+@with_quantities()
 def homoeoid_shell(mass: Array, semi_axes: Array) -> Body:
     """The thin layer between two similar ellipsoids, semi-axes (..., 3) along x, y, z: <x^2> = a^2/3 and so on.
 
@@ -37,6 +40,7 @@ def homoeoid_shell(mass: Array, semi_axes: Array) -> Body:
     return body_of(xp, mass, a**2 / 3, b**2 / 3, c**2 / 3)
 
 
+@with_quantities()
 def thin_tube(mass: Array, radius: Array, height: Array) -> Body:
     """A thin cylinder along z with open ends: <x^2> = r^2/2, <z^2> = h^2/12; its ends are at z = -h/2 and h/2.
 
@@ -48,6 +52,7 @@ def thin_tube(mass: Array, radius: Array, height: Array) -> Body:
     return thick_cylinder(mass, outer_radius=radius, inner_radius=radius, height=height)
 
 
+@with_quantities()
 def closed_can(mass: Array, radius: Array, height: Array) -> Body:
     """A thin cylinder along z with both ends closed: <x^2> = r^2 (2h + r)/(4(h + r)), <z^2> = h^2 (h + 3r)/(12(h + r)).
 
@@ -61,6 +66,7 @@ def closed_can(mass: Array, radius: Array, height: Array) -> Body:
     return body_of(xp, mass, across, across, h**2 * (h + 3 * r) / (12 * (h + r)))
 
 
+@with_quantities()
 def cone_shell(mass: Array, radius: Array, height: Array) -> Body:
     """A thin cone without its base: <x^2> = r^2/4, <z^2> = h^2/18; rim at z = -h/3, apex at z = 2h/3.
 
@@ -72,6 +78,7 @@ def cone_shell(mass: Array, radius: Array, height: Array) -> Body:
     return frustum_shell(mass, base_radius=radius, top_radius=0.0, height=height)
 
 
+@with_quantities()
 def frustum_shell(mass: Array, base_radius: Array, top_radius: Array, height: Array) -> Body:
     """A thin cone cut off parallel to its rim, open at both ends, radii R below and r above.
 
@@ -88,6 +95,7 @@ def frustum_shell(mass: Array, base_radius: Array, top_radius: Array, height: Ar
     return body_of(xp, mass, across, across, height**2 * (r**2 + 4 * r * t + t**2) / (18 * (r + t) ** 2))
 
 
+@with_quantities()
 def torus_shell(mass: Array, ring_radius: Array, tube_radius: Array) -> Body:
     """A thin ring-shaped tube, R to the middle of the tube, a of the tube: <x^2> = R^2/2 + 3a^2/4, <z^2> = a^2/2.
 
@@ -102,6 +110,7 @@ def torus_shell(mass: Array, ring_radius: Array, tube_radius: Array) -> Body:
     return body_of(xp, mass, across, across, tube**2 / 2)
 
 
+@with_quantities()
 def hemispherical_shell(mass: Array, radius: Array) -> Body:
     """Half of a thin sphere without a floor: <x^2> = r^2/3, <z^2> = r^2/12; rim at z = -r/2.
 
@@ -113,6 +122,7 @@ def hemispherical_shell(mass: Array, radius: Array) -> Body:
     return spherical_cap_shell(mass, radius, height=radius)
 
 
+@with_quantities()
 def spherical_cap_shell(mass: Array, radius: Array, height: Array) -> Body:
     """The part of a thin sphere on one side of a plane, h from rim to top, at most 2r: rim at z = -h/2.
 

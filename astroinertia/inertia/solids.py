@@ -6,6 +6,7 @@ from typing import Any
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mean_squares import body_of, body_of_simplices, checked, checked_points, refuse
 from astroinertia.inertia.plates import polygon_plate
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -15,6 +16,7 @@ GOLDEN_RATIO = (1 + math.sqrt(5)) / 2
 _REGULAR_SOLIDS = {4: 1 / 40, 6: 1 / 12, 8: 1 / 20, 12: (39 * GOLDEN_RATIO + 28) / 300, 20: GOLDEN_RATIO**2 / 20}
 
 
+@with_quantities()
 def box(mass: Array, length: Array, width: Array, height: Array) -> Body:
     """A cuboid, length along x, width along y, height along z: <x^2> = l^2/12 and so on; faces at x = -l/2 and l/2.
 
@@ -27,6 +29,7 @@ def box(mass: Array, length: Array, width: Array, height: Array) -> Body:
     return body_of(xp, mass, x**2 / 12, y**2 / 12, z**2 / 12)
 
 
+@with_quantities()
 def hollow_box(mass: Array, length: Array, width: Array, height: Array, wall: Array) -> Body:
     """A closed box with walls of one thickness, outer sizes as for `box`; a wall of 0 is the limit of a thin shell.
 
@@ -52,6 +55,7 @@ def hollow_box(mass: Array, length: Array, width: Array, height: Array, wall: Ar
     return body_of(xp, mass, *squares)
 
 
+@with_quantities()
 def solid_sphere(mass: Array, radius: Array) -> Body:
     """A solid sphere: <x^2> = r^2/5, so I = 2 m r^2/5 about every diameter, and 7 m r^2/5 about a tangent, at x = r.
 
@@ -63,6 +67,7 @@ def solid_sphere(mass: Array, radius: Array) -> Body:
     return thick_spherical_layer(mass, outer_radius=radius, inner_radius=0.0)
 
 
+@with_quantities()
 def thick_spherical_layer(mass: Array, outer_radius: Array, inner_radius: Array) -> Body:
     """A sphere with a concentric hollow: <x^2> = (R^5 - r^5) / (5 (R^3 - r^3)); r = R is the thin shell.
 
@@ -78,6 +83,7 @@ def thick_spherical_layer(mass: Array, outer_radius: Array, inner_radius: Array)
     return body_of(xp, mass, square, square, square)
 
 
+@with_quantities()
 def layered_sphere(masses: Array, outer_radii: Array) -> Body:
     """Homogeneous concentric layers, from the middle out: masses (..., n) and outer radii (..., n).
 
@@ -96,6 +102,7 @@ def layered_sphere(masses: Array, outer_radii: Array) -> Body:
     return body_of(xp, total, square, square, square)
 
 
+@with_quantities()
 def ellipsoid(mass: Array, semi_axes: Array) -> Body:
     """A solid ellipsoid with semi-axes (..., 3) along x, y, z: <x^2> = a^2/5 and so on.
 
@@ -109,6 +116,7 @@ def ellipsoid(mass: Array, semi_axes: Array) -> Body:
     return body_of(xp, mass, a**2 / 5, b**2 / 5, c**2 / 5)
 
 
+@with_quantities()
 def cylinder(mass: Array, radius: Array, height: Array) -> Body:
     """A solid cylinder along z: <x^2> = r^2/4, <z^2> = h^2/12; its ends are at z = -h/2 and h/2.
 
@@ -120,6 +128,7 @@ def cylinder(mass: Array, radius: Array, height: Array) -> Body:
     return elliptic_cylinder(mass, radius, radius, height)
 
 
+@with_quantities()
 def thick_cylinder(mass: Array, outer_radius: Array, inner_radius: Array, height: Array) -> Body:
     """A tube with a thick wall and open ends, along z: <x^2> = (R^2 + r^2)/4, <z^2> = h^2/12; r = R is the thin tube.
 
@@ -136,6 +145,7 @@ def thick_cylinder(mass: Array, outer_radius: Array, inner_radius: Array, height
     return body_of(xp, mass, square, square, height**2 / 12)
 
 
+@with_quantities()
 def elliptic_cylinder(mass: Array, semi_axis_x: Array, semi_axis_y: Array, height: Array) -> Body:
     """A solid cylinder along z with an elliptic section: <x^2> = a^2/4, <y^2> = b^2/4, <z^2> = h^2/12.
 
@@ -148,6 +158,7 @@ def elliptic_cylinder(mass: Array, semi_axis_x: Array, semi_axis_y: Array, heigh
     return body_of(xp, mass, a**2 / 4, b**2 / 4, height**2 / 12)
 
 
+@with_quantities()
 def capsule(mass: Array, radius: Array, length: Array) -> Body:
     """A cylinder along z, length l (0 or more), with a hemisphere on each end; tips at z = -l/2 - r and l/2 + r.
 
@@ -164,6 +175,7 @@ def capsule(mass: Array, radius: Array, length: Array) -> Body:
     return body_of(xp, mass, across, across, along)
 
 
+@with_quantities()
 def cone(mass: Array, radius: Array, height: Array) -> Body:
     """A solid right circular cone: <x^2> = 3 r^2/20, <z^2> = 3 h^2/80; base at z = -h/4, apex at z = 3h/4.
 
@@ -176,6 +188,7 @@ def cone(mass: Array, radius: Array, height: Array) -> Body:
     return frustum(mass, base_radius=radius, top_radius=0.0, height=height)
 
 
+@with_quantities()
 def frustum(mass: Array, base_radius: Array, top_radius: Array, height: Array) -> Body:
     """A cone cut off parallel to its base, radii R below and r above; the base is at z = -h (R^2 + 2Rr + 3r^2)/(4 S).
 
@@ -195,6 +208,7 @@ def frustum(mass: Array, base_radius: Array, top_radius: Array, height: Array) -
     return body_of(xp, mass, across, across, along)
 
 
+@with_quantities()
 def rectangular_pyramid(mass: Array, length: Array, width: Array, height: Array) -> Body:
     """A right pyramid on a rectangle: <x^2> = l^2/20, <y^2> = w^2/20, <z^2> = 3 h^2/80; base at z = -h/4.
 
@@ -207,6 +221,7 @@ def rectangular_pyramid(mass: Array, length: Array, width: Array, height: Array)
     return body_of(xp, mass, length**2 / 20, width**2 / 20, 3 * height**2 / 80)
 
 
+@with_quantities()
 def paraboloid(mass: Array, radius: Array, height: Array) -> Body:
     """A solid of revolution under a parabola: <x^2> = r^2/6, <z^2> = h^2/18; flat base of radius r at z = -h/3.
 
@@ -219,6 +234,7 @@ def paraboloid(mass: Array, radius: Array, height: Array) -> Body:
     return body_of(xp, mass, radius**2 / 6, radius**2 / 6, height**2 / 18)
 
 
+@with_quantities()
 def torus(mass: Array, ring_radius: Array, tube_radius: Array) -> Body:
     """A solid ring, R from the axis to the middle of the tube, a of the tube: <x^2> = R^2/2 + 3a^2/8, <z^2> = a^2/4.
 
@@ -233,6 +249,7 @@ def torus(mass: Array, ring_radius: Array, tube_radius: Array) -> Body:
     return body_of(xp, mass, across, across, tube**2 / 4)
 
 
+@with_quantities()
 def hemisphere(mass: Array, radius: Array) -> Body:
     """Half of a solid sphere: <x^2> = r^2/5, <z^2> = 19 r^2/320; flat face at z = -3r/8.
 
@@ -244,6 +261,7 @@ def hemisphere(mass: Array, radius: Array) -> Body:
     return spherical_cap(mass, radius, height=radius)
 
 
+@with_quantities()
 def spherical_cap(mass: Array, radius: Array, height: Array) -> Body:
     """The part of a solid sphere on one side of a plane, h from the plane to the top, at most 2r; dome along +z.
 
@@ -261,6 +279,7 @@ def spherical_cap(mass: Array, radius: Array, height: Array) -> Body:
     return body_of(xp, mass, across, across, along)
 
 
+@with_quantities()
 def spherical_sector(mass: Array, radius: Array, height: Array) -> Body:
     """A cap of height h with the cone down to the centre of its sphere; h at most 2r, a whole sphere; dome along +z.
 
@@ -277,6 +296,7 @@ def spherical_sector(mass: Array, radius: Array, height: Array) -> Body:
     return body_of(xp, mass, across, across, r**2 * (19 - 26 * cosine + 19 * cosine**2) / 320)
 
 
+@with_quantities()
 def tetrahedron(mass: Array, vertices: Array) -> Body:
     """A solid tetrahedron with its vertices (..., 4, 3) anywhere in space, row by row; it stays where they are.
 
@@ -289,6 +309,7 @@ def tetrahedron(mass: Array, vertices: Array) -> Body:
     return body_of_simplices(mass, corners[..., None, :, :])
 
 
+@with_quantities()
 def regular_polyhedron(mass: Array, edge: Array, faces: int) -> Body:
     """A solid tetrahedron, cube, octahedron, dodecahedron or icosahedron (faces: 4, 6, 8, 12, 20): I is isotropic.
 
@@ -304,6 +325,7 @@ def regular_polyhedron(mass: Array, edge: Array, faces: int) -> Body:
     return body_of(xp, mass, square, square, square)
 
 
+@with_quantities()
 def prism(mass: Array, vertices: Array, height: Array) -> Body:
     """A right prism on a simple polygon with corners (..., n, 2) in x and y, from z = -h/2 to h/2; it stays in place.
 

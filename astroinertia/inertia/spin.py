@@ -15,12 +15,14 @@ from astroinertia.inertia.tensor import (
     mixed_moment,
     namespace,
 )
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
 _SINGULAR = 1e-14  # share of the largest moment below which the smallest counts as 0
 
 
+@with_quantities()
 def angular_momentum(
     mass: Array, position: Array, velocity: Array, origin: Array | None = None, weights: Array | None = None
 ) -> Array:
@@ -37,6 +39,7 @@ def angular_momentum(
     return axial_vector(mixed_moment(mass, position, velocity, origin, at_rest, weights))
 
 
+@with_quantities()
 def angular_velocity(inertia: Array, angular_momentum: Array) -> Array:
     """The Tisserand mean angular velocity I^-1 L, (..., 3), of inertia and angular momentum about the same point.
 
@@ -49,6 +52,7 @@ def angular_velocity(inertia: Array, angular_momentum: Array) -> Array:
     return _spin(inertia, angular_momentum)
 
 
+@with_quantities()
 def rotational_energy(
     inertia: Array | None = None, angular_velocity: Array | None = None, angular_momentum: Array | None = None
 ) -> Array:
@@ -67,6 +71,7 @@ def rotational_energy(
     return 0.5 * (rate * momentum).sum(-1)
 
 
+@with_quantities()
 def bearing_torque(inertia: Array, angular_velocity: Array) -> Array:
     """omega cross (I omega), (..., 3): the torque by which bearings hold a rigid body to a constant angular velocity.
 
@@ -80,6 +85,7 @@ def bearing_torque(inertia: Array, angular_velocity: Array) -> Array:
     return namespace(inertia, angular_velocity).cross(angular_velocity, _applied(inertia, angular_velocity))
 
 
+@with_quantities()
 def residual_flow(mass: Array, position: Array, velocity: Array, weights: Array | None = None) -> Array:
     """Velocities (..., N, 3) left when the motion of the centre of mass and the mean angular velocity are taken out.
 

@@ -26,6 +26,7 @@ from typing import Any
 
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import namespace
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -44,6 +45,7 @@ def target_tensor(squares: Array, axes: Array | None = None) -> Array:
     return xp.einsum("k,ki,kj->ij", squares, axes, axes)
 
 
+@with_quantities()
 def target_energy(
     second_moment: Array,
     target: Array,
@@ -69,6 +71,7 @@ def target_energy(
     return trace * (0.5 * stiffness * _square(share - aligned) + orientation_stiffness * turned)
 
 
+@with_quantities()
 def target_energy_parts(
     second_moment: Array, target: Array, free_size: bool = False, normal: Array | None = None
 ) -> Array:
@@ -90,6 +93,7 @@ def target_energy_parts(
     return xp.stack([size, elongation, trace * _contracted(share, aligned - wanted)], axis=-1)
 
 
+@with_quantities()
 def target_matrix(
     second_moment: Array,
     target: Array,
@@ -116,6 +120,7 @@ def target_matrix(
     return matrix
 
 
+@with_quantities()
 def target_energy_gradient(mass: Array, position: Array, target: Array, stiffness: Array, **options: Any) -> Array:
     """dE/dx of every particle, (N, 3), exactly: -m A (x - c), for masses (N,) at positions (N, 3).
 

@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.process.quantities import with_quantities
+
 Array = Any
 
 _ROUND_OFF = 1e-12  # share of the largest moment by which sums over many points may miss an equality
@@ -30,6 +32,7 @@ def is_known(array: Array) -> bool:
     return "jax" not in sys.modules or not isinstance(array, sys.modules["jax"].core.Tracer)
 
 
+@with_quantities()
 def inertia_from_second_moment(second_moment: Array) -> Array:
     """I = tr(Q) 1 - Q; linear, so it also turns dQ/dt into dI/dt and d2Q/dt2 into d2I/dt2.
 
@@ -43,6 +46,7 @@ def inertia_from_second_moment(second_moment: Array) -> Array:
     return xp.where(xp.eye(3, dtype=bool), diagonal[..., None, :], -second_moment)
 
 
+@with_quantities()
 def second_moment_from_inertia(inertia: Array) -> Array:
     """Q = tr(I)/2 1 - I, the inverse of `inertia_from_second_moment`.
 
@@ -55,6 +59,7 @@ def second_moment_from_inertia(inertia: Array) -> Array:
     return xp.where(xp.eye(3, dtype=bool), diagonal[..., None, :], -inertia)
 
 
+@with_quantities()
 def point_inertia(mass: Array, position: Array) -> Array:
     """m (|x|^2 1 - x (x) x), (..., 3, 3): the inertia tensor about the origin of point masses.
 
@@ -68,6 +73,7 @@ def point_inertia(mass: Array, position: Array) -> Array:
     return xp.asarray(mass)[..., None, None] * inertia_from_second_moment(x[..., :, None] * x[..., None, :])
 
 
+@with_quantities()
 def centre_of_mass(mass: Array, position: Array, weights: Array | None = None) -> Array:
     """Centre of mass (..., 3) of particles: mass (..., N), position (..., N, 3), weights (..., N) that multiply mass.
 
@@ -81,6 +87,7 @@ def centre_of_mass(mass: Array, position: Array, weights: Array | None = None) -
     return xp.stack(centre, axis=-1)
 
 
+@with_quantities()
 def second_moment(mass: Array, position: Array, origin: Array | None = None, weights: Array | None = None) -> Array:
     """Q = sum m x (x) x, (..., 3, 3), of particles about a point.
 
@@ -93,6 +100,7 @@ def second_moment(mass: Array, position: Array, origin: Array | None = None, wei
     return mixed_moment(mass, position, position, origin, origin, weights)
 
 
+@with_quantities()
 def mixed_moment(
     mass: Array,
     left: Array,
@@ -121,6 +129,7 @@ def mixed_moment(
     return xp.stack([xp.stack(row, axis=-1) for row in full], axis=-2)
 
 
+@with_quantities()
 def inertia_tensor(mass: Array, position: Array, origin: Array | None = None, weights: Array | None = None) -> Array:
     """I = sum m (|x|^2 1 - x (x) x), (..., 3, 3), of particles about a point.
 
@@ -133,6 +142,7 @@ def inertia_tensor(mass: Array, position: Array, origin: Array | None = None, we
     return inertia_from_second_moment(second_moment(mass, position, origin, weights))
 
 
+@with_quantities()
 def grid_inertia(density: Any, coordinates: Sequence[str] = ("x", "y", "z"), origin: Any = None) -> Any:
     """Mass, centre of mass and inertia tensor of a density on a rectangular grid: xarray in, xarray out.
 
@@ -190,6 +200,7 @@ def grid_inertia(density: Any, coordinates: Sequence[str] = ("x", "y", "z"), ori
     return body
 
 
+@with_quantities()
 def radial_profile_inertia(radius: Array, density: Array) -> tuple[Array, Array]:
     """Mass (...,) and inertia tensor (..., 3, 3) about its centre of a sphere with a radial density profile.
 
@@ -218,6 +229,7 @@ def radial_profile_inertia(radius: Array, density: Array) -> tuple[Array, Array]
     return mass, moment[..., None, None] * xp.eye(3, dtype=moment.dtype)
 
 
+@with_quantities()
 def about_point(inertia: Array, mass: Array, offset: Array) -> Array:
     """From the tensor (..., 3, 3) about the centre of mass to that about a point at `offset` (..., 3) from it.
 
@@ -229,6 +241,7 @@ def about_point(inertia: Array, mass: Array, offset: Array) -> Array:
     return inertia + point_inertia(mass, offset)
 
 
+@with_quantities()
 def about_centre(inertia: Array, mass: Array, offset: Array) -> Array:
     """From the tensor (..., 3, 3) about a point to that about the centre of mass, at `offset` (..., 3) from it.
 
@@ -241,6 +254,7 @@ def about_centre(inertia: Array, mass: Array, offset: Array) -> Array:
     return inertia - point_inertia(mass, offset)
 
 
+@with_quantities()
 def rotated(inertia: Array, matrix: Array) -> Array:
     """R I R^T, (..., 3, 3): the tensor of the body turned by R (..., 3, 3) about the point that I is about.
 
@@ -273,6 +287,7 @@ def axial_vector(tensor: Array) -> Array:
     return namespace(tensor).stack([*differences, tensor[..., 0, 1] - tensor[..., 1, 0]], axis=-1)
 
 
+@with_quantities()
 def moment_about(inertia: Array, axis: Array) -> Array:
     """n.I.n about the axis n (..., 3), which need not be a unit vector, through the point that I is about.
 
@@ -283,6 +298,7 @@ def moment_about(inertia: Array, axis: Array) -> Array:
     return xp.einsum("...i,...ij,...j->...", axis, inertia, axis) / (axis**2).sum(-1)
 
 
+@with_quantities()
 def invariants(inertia: Array) -> Array:
     """Trace, sum of principal minors and determinant, (..., 3): the same in all axes.
 
@@ -295,6 +311,7 @@ def invariants(inertia: Array) -> Array:
     return namespace(inertia).stack([xx + yy + zz, minors[0] + minors[1] + minors[2], determinant], axis=-1)
 
 
+@with_quantities()
 def require_plausible(inertia: Array) -> None:
     """Refuse a tensor (..., 3, 3) that no body of positive mass has; ValueError that names what fails.
 
@@ -324,6 +341,7 @@ def require_plausible(inertia: Array) -> None:
             )
 
 
+@with_quantities()
 def radius_of_gyration(moment: Array, mass: Array) -> Array:
     """sqrt(I / M), (...,): the distance from the axis at which the mass has the moment (...,) about it.
 
@@ -334,6 +352,7 @@ def radius_of_gyration(moment: Array, mass: Array) -> Array:
     return xp.sqrt(xp.asarray(moment) / mass)
 
 
+@with_quantities()
 def equivalent_ring(inertia: Array, mass: Array, axis: Array) -> tuple[Array, Array]:
     """Radius (...,) and tensor (..., 3, 3) about its centre of the thin ring with this mass and this moment about axis.
 
@@ -351,6 +370,7 @@ def equivalent_ring(inertia: Array, mass: Array, axis: Array) -> tuple[Array, Ar
     return radius_of_gyration(moment, mass), ring
 
 
+@with_quantities()
 def equivalent_semi_axes(mass: Array, moments: Array) -> Array:
     """Semi-axes (..., 3) of the homogeneous ellipsoid with this mass and these principal moments, in their order.
 

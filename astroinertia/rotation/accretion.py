@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.pulsars import (
     CANONICAL_MOMENT,
     CANONICAL_RADIUS,
@@ -24,6 +25,7 @@ DISC_COEFFICIENT = 0.52
 ELECTRON_OPACITY = 0.03976  # m2 kg-1 of ionised hydrogen, Thomson cross section over proton mass
 
 
+@with_quantities()
 def magnetospheric_radius(
     field: Array,
     accretion_rate: Array,
@@ -43,6 +45,7 @@ def magnetospheric_radius(
     return coefficient * (squared**2 / flow) ** (1 / 7)
 
 
+@with_quantities()
 def corotation_radius(period: Array, mass: Array = MASS) -> Array:
     """Radius in m of the orbit with the star's period; a disc held off farther out is flung away (propeller).
 
@@ -54,6 +57,7 @@ def corotation_radius(period: Array, mass: Array = MASS) -> Array:
     )
 
 
+@with_quantities()
 def equilibrium_period(
     field: Array,
     accretion_rate: Array,
@@ -75,6 +79,7 @@ def equilibrium_period(
     return 2 * math.pi * np.sqrt(edge**3 / (GRAVITATIONAL_CONSTANT * np.asarray(mass))) / fastness
 
 
+@with_quantities()
 def accretion_torque(
     field: Array,
     accretion_rate: Array,
@@ -91,6 +96,7 @@ def accretion_torque(
     return np.asarray(accretion_rate) * np.sqrt(GRAVITATIONAL_CONSTANT * np.asarray(mass) * edge)
 
 
+@with_quantities()
 def spun_up_rate(
     time: Array,
     angular_velocity: Array,
@@ -116,6 +122,7 @@ def spun_up_rate(
     return end + (np.asarray(angular_velocity) - end) * np.exp(-np.asarray(time, dtype=float) / scale)
 
 
+@with_quantities()
 def mass_to_spin_up(
     period: Array,
     field: Array,
@@ -137,6 +144,7 @@ def mass_to_spin_up(
     return np.asarray(moment_of_inertia) * rate * accretion_rate / torque
 
 
+@with_quantities()
 def eddington_rate(radius: Array = CANONICAL_RADIUS) -> Array:
     """4 pi c R/kappa in kg/s, at which the light of accreting hydrogen holds it off. It does not depend on the mass.
 
@@ -146,6 +154,7 @@ def eddington_rate(radius: Array = CANONICAL_RADIUS) -> Array:
     return 4 * math.pi * SPEED_OF_LIGHT * np.asarray(radius, dtype=float) / ELECTRON_OPACITY
 
 
+@with_quantities()
 def spin_up_line(
     period: Array,
     accretion_rate: Array | None = None,

@@ -14,6 +14,7 @@ from numpy.polynomial.legendre import leggauss
 from scipy.integrate import solve_ivp
 
 from astroinertia.errors import NumericalError
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -101,6 +102,7 @@ def shares_of_index(braking_index: Array, lower: float = 1.0, upper: float = 3.0
     return 1 - share, share
 
 
+@with_quantities()
 def decaying_field_period(time: Array, period: Array, period_derivative: Array, decay_time: Array) -> Array:
     """P(t) of a dipole whose field decays as exp(-t/tau): P^2 = P_0^2 + tau P_0 P_0' (1 - exp(-2 t/tau)).
 
@@ -114,6 +116,7 @@ def decaying_field_period(time: Array, period: Array, period_derivative: Array, 
     return np.sqrt(period**2 + np.asarray(decay_time) * period * period_derivative * grown)
 
 
+@with_quantities()
 def decaying_field_index(period: Array, period_derivative: Array, decay_time: Array) -> Array:
     """n = 3 + 2 P/(P' tau), which a decaying dipole has: more than 3, and very much more for old pulsars.
 

@@ -20,6 +20,7 @@ from astroinertia.bodies.polytrope import lane_emden, polytrope_radius
 from astroinertia.bodies.rotating_star import RotatingStar, end_of_sequence, rotating_star, rotating_star_with
 from astroinertia.errors import NumericalError
 from astroinertia.matter.barotropes import polytropic_matter
+from astroinertia.process.quantities import with_quantities
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS
 
 Array = Any
@@ -60,6 +61,7 @@ class BreakUp:
         return np.asarray(self.rotational_to_gravitational) > DYNAMICAL
 
 
+@with_quantities()
 def break_up(
     mass: Array,
     radius: Array,
@@ -177,6 +179,7 @@ def polytrope_moment_ratio(index: float) -> float:
     return lane_emden(float(index)).moment_ratio
 
 
+@with_quantities()
 def spun_up_polytrope(
     index: float,
     mass: float,

@@ -17,6 +17,7 @@ import numpy as np
 
 from astroinertia.bodies.roots import root_between
 from astroinertia.errors import NumericalError
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -64,6 +65,7 @@ def hansen_coefficient(eccentricity: float, p: float) -> float:
     raise NumericalError(f"the strength of the resonance is not found at an eccentricity of {eccentricity}")
 
 
+@with_quantities()
 def critical_node_rate(precession_constant: float, inclination: float) -> float:
     """|node rate| above which states 1 and 4 are gone, alpha/(sin^(2/3) i + cos^(2/3) i)^(3/2), rad s-1.
 
@@ -76,6 +78,7 @@ def critical_node_rate(precession_constant: float, inclination: float) -> float:
     return precession_constant / (abs(np.sin(inclination)) ** (2 / 3) + abs(np.cos(inclination)) ** (2 / 3)) ** 1.5
 
 
+@with_quantities()
 def cassini_states(precession_constant: float, node_rate: float, inclination: float) -> tuple[CassiniState, ...]:
     """The two or four Cassini states of a free spin, by their numbers; rates in rad s-1, inclination to k in rad.
 
@@ -108,6 +111,7 @@ def cassini_states(precession_constant: float, node_rate: float, inclination: fl
     return tuple(sorted(states))
 
 
+@with_quantities()
 def resonant_obliquity(
     moment_ratio: float, j2: float, c22: float, mean_motion: float, node_rate: float, inclination: float,
     eccentricity: float = 0.0, p: float = 1.0, primary_share: float = 1.0,
@@ -141,6 +145,7 @@ def resonant_obliquity(
     return float(min(prograde, key=abs))
 
 
+@with_quantities()
 def moment_ratio_from_obliquity(
     obliquity: float, j2: float, c22: float, mean_motion: float, node_rate: float, inclination: float,
     eccentricity: float = 0.0, p: float = 1.0, primary_share: float = 1.0,

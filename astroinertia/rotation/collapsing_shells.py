@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.spin_scaling import centrifugal_radius
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
@@ -134,6 +135,7 @@ class Shells:
         return self.spectrum(np.sqrt(self.gravitational_constant * total * np.asarray(radius, dtype=float)))
 
 
+@with_quantities()
 def shells_of(
     body: MassProfile,
     angular_velocity: Array,
@@ -159,6 +161,7 @@ def shells_of(
     return Shells(weight * body.mass, share * body.mass, radius, rates, gravitational_constant)
 
 
+@with_quantities()
 def shells_from_table(
     enclosed_mass: Array,
     radius: Array,
@@ -211,6 +214,7 @@ def _root_integral(highest: np.ndarray, j: np.ndarray) -> np.ndarray:
     return np.sqrt(h * excess) - 0.5 * j * logarithm
 
 
+@with_quantities()
 def isothermal_disc_radius(
     mass: Array, angular_velocity: Array, sound_speed: Array, gravitational_constant: float = GRAVITATIONAL_CONSTANT
 ) -> Array:

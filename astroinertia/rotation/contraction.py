@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.process.quantities import with_quantities
 from astroinertia.units import GRAVITATIONAL_CONSTANT, STEFAN_BOLTZMANN_CONSTANT
 
 Array = Any
@@ -27,6 +28,7 @@ def binding_factor(index: Array, gamma: Array = 5 / 3) -> Array:
     return (3 * gamma - 4) / ((gamma - 1) * (5 - np.asarray(index, dtype=float)))
 
 
+@with_quantities()
 def kelvin_helmholtz_time(
     mass: Array,
     radius: Array,
@@ -44,6 +46,7 @@ def kelvin_helmholtz_time(
     return energy / (np.asarray(radius, dtype=float) * luminosity)
 
 
+@with_quantities()
 def radius_at_luminosity(
     time: Array,
     mass: Array,
@@ -62,6 +65,7 @@ def radius_at_luminosity(
     return np.asarray(radius, dtype=float) / (1 + np.asarray(time, dtype=float) / scale)
 
 
+@with_quantities()
 def radius_at_temperature(
     time: Array, mass: Array, radius: Array, effective_temperature: Array, index: Array = 1.5, gamma: Array = 5 / 3
 ) -> Array:
@@ -78,6 +82,7 @@ def radius_at_temperature(
     return radius / np.cbrt(1 + 3 * np.asarray(time, dtype=float) / scale)
 
 
+@with_quantities()
 def contracted_period(period: Array, radius: Array, radius_after: Array, locked_until: Array = math.inf) -> Array:
     """The period of a body that shrinks homologously: (R_after/R)^2 times it.
 

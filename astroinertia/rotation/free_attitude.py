@@ -20,6 +20,7 @@ import numpy as np
 
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import require_plausible, rotated
+from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.attitude import angle_between, rotation
 from astroinertia.rotation.elliptic import PI, Clock, complete_integral, decimal, digits, hyperbolic, jacobi, unit
 from astroinertia.rotation.free_top import FreeTop, angular_velocity as body_rates, checked_times, clock, free_top
@@ -30,6 +31,7 @@ Array = Any
 _THIN = 16 * np.finfo(float).eps  # share of the greatest moment below which the least is round-off of a tensor
 
 
+@with_quantities()
 def attitude(top: FreeTop, times: Array, start: Array | None = None) -> np.ndarray:
     """The attitude (..., 3, 3) at times (...,): rows are the body's axes in inertial axes, as in attitude.py.
 
@@ -66,6 +68,7 @@ class FreeMotion(NamedTuple):
     axes: np.ndarray
 
 
+@with_quantities()
 def free_motion(inertia: Array, angular_velocity: Array, times: Array) -> FreeMotion:
     """The free motion of a body of any inertia tensor, at times (...,), in inertial axes.
 
@@ -126,6 +129,7 @@ def precession_per_period(top: FreeTop) -> float:
         return float((turns - turns.to_integral_value()) * 2 * PI)
 
 
+@with_quantities()
 def uncertainty(top: FreeTop, times: Array, relative: float = 2.0**-53) -> tuple[np.ndarray, np.ndarray]:
     """How well the motion is known at times (...,) when moments and angular velocity are known to `relative` only.
 

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.elliptic import (
     PI,
     Clock,
@@ -59,6 +60,7 @@ class FreeTop:
     modulus: Modulus | None  # of periodic motion
 
 
+@with_quantities()
 def free_top(moments: Sequence[Number], angular_velocity: Sequence[Number]) -> FreeTop:
     """Solve the free rotation of a rigid body.
 
@@ -130,6 +132,7 @@ def free_top(moments: Sequence[Number], angular_velocity: Sequence[Number]) -> F
                        argument_rate=argument_rate, argument_start=start, modulus=modulus, **common)  # fmt: skip
 
 
+@with_quantities()
 def angular_velocity(top: FreeTop, times: Array) -> np.ndarray:
     """The angular velocity (..., 3) in body axes at times (...,), before or after time 0.
 

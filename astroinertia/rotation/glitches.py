@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from astroinertia.process.quantities import with_quantities
+
 Array = Any
 
 
@@ -17,6 +19,7 @@ class TwoComponents(NamedTuple):
     superfluid: np.ndarray
 
 
+@with_quantities()
 def glitch_size(superfluid_share: Array, lag_lost: Array, angular_velocity: Array) -> Array:
     """Delta Omega/Omega of the crust when the superfluid, a share of the whole moment, gives up some of its lag.
 
@@ -29,6 +32,7 @@ def glitch_size(superfluid_share: Array, lag_lost: Array, angular_velocity: Arra
     return np.asarray(superfluid_share, dtype=float) * lag_lost / angular_velocity
 
 
+@with_quantities()
 def coupled_history(
     times: Array,
     crust_rate: float,
@@ -66,6 +70,7 @@ def healing_parameter(superfluid_share: Array) -> Array:
     return np.asarray(superfluid_share, dtype=float)
 
 
+@with_quantities()
 def recovery(times: Array, jump: Array, healing: Array, relaxation_time: Array, lasting_rate: Array = 0.0) -> Array:
     """Delta Omega(t) after a glitch: jump (1 - Q + Q exp(-t/tau)) plus a lasting change of the derivative times t.
 
@@ -88,6 +93,7 @@ def starquake_moment_change(relative_jump: Array) -> Array:
     return -jump / (1 + jump)
 
 
+@with_quantities()
 def glitch_activity(relative_jumps: Array, time_span: float) -> float:
     """A = (1/t) sum Delta Omega/Omega, in one over the unit of the time span.
 
@@ -97,6 +103,7 @@ def glitch_activity(relative_jumps: Array, time_span: float) -> float:
     return float(np.sum(np.asarray(relative_jumps, dtype=float)) / time_span)
 
 
+@with_quantities()
 def least_superfluid_share(activity: Array, characteristic_age: Array) -> Array:
     """I_s/I_c that the reservoir of the glitches must have at least: G = 2 tau_c A, tau_c = P/(2 P').
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from astroinertia.errors import NumericalError
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -33,6 +34,7 @@ class HarmonicFit(NamedTuple):
         return self.offset + t * (self.rate + 0.5 * self.acceleration * t)
 
 
+@with_quantities()
 def harmonic_fit(times: Array, values: Array, frequencies: Array = (), phases: Array | None = None) -> HarmonicFit:
     """Least squares of values (N,) at times (N,) by terms of frequencies f (J,) and phases p (J,), 0 unless given.
 

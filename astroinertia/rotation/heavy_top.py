@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.elliptic import (
     PI,
     Clock,
@@ -65,6 +66,7 @@ class HeavyTop:
     modulus: Modulus | None  # None where the top takes for ever to rise to the vertical
 
 
+@with_quantities()
 def heavy_top(
     transverse_moment: Number, axial_moment: Number, torque: Number, tilt: Number, angular_velocity: Sequence[Number]
 ) -> HeavyTop:
@@ -117,6 +119,7 @@ def heavy_top(
         return HeavyTop(argument_start=start, modulus=modulus, **common)
 
 
+@with_quantities()
 def attitude(top: HeavyTop, times: Array, precession: float = 0.0, spin: float = 0.0) -> np.ndarray:
     """The attitude (..., 3, 3) at times (...,): rows are the body's axes, the third its own, z is upwards.
 
@@ -143,6 +146,7 @@ def attitude(top: HeavyTop, times: Array, precession: float = 0.0, spin: float =
     return np.stack(rows, axis=-2)
 
 
+@with_quantities()
 def tilt(top: HeavyTop, times: Array) -> np.ndarray:
     """The tilt theta (...,), 0 to pi, at times (...,), to round-off of itself near the vertical.
 
@@ -155,6 +159,7 @@ def tilt(top: HeavyTop, times: Array) -> np.ndarray:
     return 2.0 * np.arctan2(abs(sine), abs(cosine))
 
 
+@with_quantities()
 def body_angular_velocity(top: HeavyTop, times: Array, spin: float = 0.0) -> np.ndarray:
     """The angular velocity (..., 3) in body axes at times (...,), with psi = spin at time 0.
 
@@ -218,6 +223,7 @@ def precession_rate(top: HeavyTop) -> float:
         return float(_mean_rates(top)[0])
 
 
+@with_quantities()
 def steady_precession_rates(
     transverse_moment: float, axial_moment: float, torque: float, tilt: float, spin: float
 ) -> tuple[float, float]:
@@ -242,6 +248,7 @@ def steady_precession_rates(
     return torque / large, large / along if along else math.copysign(math.inf, large)
 
 
+@with_quantities()
 def least_sleeping_spin(transverse_moment: float, axial_moment: float, torque: float) -> float:
     """The least w_3, 2 sqrt(A M)/C, at which an upright top sleeps; a slower one falls at the least touch.
 

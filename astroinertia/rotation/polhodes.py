@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.elliptic import Number, decimal, digits, exact
 from astroinertia.rotation.free_attitude import attitude
 from astroinertia.rotation.free_top import FreeTop, angular_velocity, checked_times
@@ -30,6 +31,7 @@ class Stability(NamedTuple):
     growth_rate: np.ndarray
 
 
+@with_quantities()
 def stability(moments: Sequence[Number], rate: float) -> Stability:
     """How a small wobble about each principal axis (3,) goes on, of rotation about it at `rate`.
 
@@ -51,6 +53,7 @@ def stability(moments: Sequence[Number], rate: float) -> Stability:
     return Stability(np.sqrt(np.maximum(growth, 0.0)), np.sqrt(np.maximum(-growth, 0.0)))
 
 
+@with_quantities()
 def polhode(top: FreeTop, points: int = 241) -> np.ndarray:
     """The curve of the angular velocity in the body, (points, 3) in body axes, once around.
 
@@ -74,6 +77,7 @@ def polhode(top: FreeTop, points: int = 241) -> np.ndarray:
     return (np.stack([cosine, sine, third], axis=-1) * top.amplitudes) @ top.frame
 
 
+@with_quantities()
 def herpolhode(top: FreeTop, times: Array, start: Array | None = None) -> np.ndarray:
     """The angular velocity (..., 3) in inertial axes at times (...,); start (3, 3) is the attitude at time 0.
 
@@ -115,6 +119,7 @@ def herpolhode_radii(top: FreeTop) -> tuple[float, float]:
     return min(radii), max(radii)
 
 
+@with_quantities()
 def separatrix_angle(top: FreeTop, times: Array = 0.0) -> np.ndarray:
     """The angle (...,) in the body from L to the nearer of the two separatrices, at times (...,), with all digits.
 
@@ -187,6 +192,7 @@ def flip_times(top: FreeTop, end: float) -> np.ndarray:
     return np.array(times)
 
 
+@with_quantities()
 def dwell(top: FreeTop, angle: float) -> float:
     """The time, between one flip and the next, for which L stays within `angle` of the body's intermediate axis.
 

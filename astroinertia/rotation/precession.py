@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from astroinertia.bodies.planets import body
+from astroinertia.process.quantities import with_quantities
 from astroinertia.units import SPEED_OF_LIGHT
 
 Array = Any
@@ -45,6 +46,7 @@ class LuniSolar(NamedTuple):
     nutation_obliquity: float
 
 
+@with_quantities()
 def precession_constant(
     dynamical_ellipticity: Array, spin_rate: Array, gravitational_parameter: Array, semi_major_axis: Array,
     eccentricity: Array = 0.0,
@@ -62,6 +64,7 @@ def precession_constant(
     return 1.5 * np.asarray(dynamical_ellipticity) / np.asarray(spin_rate) * strength
 
 
+@with_quantities()
 def precession_rate(
     dynamical_ellipticity: Array, spin_rate: Array, obliquity: Array, gravitational_parameter: Array,
     semi_major_axis: Array, eccentricity: Array = 0.0, inclination: Array = 0.0,
@@ -81,6 +84,7 @@ def precession_rate(
     return alpha * np.cos(obliquity) * (1 - 1.5 * np.sin(inclination) ** 2)
 
 
+@with_quantities()
 def node_nutation(
     dynamical_ellipticity: Array, spin_rate: Array, obliquity: Array, gravitational_parameter: Array,
     semi_major_axis: Array, eccentricity: Array, inclination: Array, node_rate: Array,
@@ -104,6 +108,7 @@ def node_nutation(
     return size * np.cos(2 * np.asarray(obliquity)) / np.sin(obliquity), size * np.cos(obliquity)
 
 
+@with_quantities()
 def luni_solar_precession(
     dynamical_ellipticity: float | None = None, spin_rate: float | None = None, obliquity: float | None = None,
 ) -> LuniSolar:  # fmt: skip
@@ -128,6 +133,7 @@ def luni_solar_precession(
     return LuniSolar(solar, lunar, total, 2 * np.pi / total, float(longitude), float(oblique))
 
 
+@with_quantities()
 def geodesic_precession(
     gravitational_parameter: Array, semi_major_axis: Array, eccentricity: Array = 0.0,
     speed_of_light: float = SPEED_OF_LIGHT,
@@ -148,6 +154,7 @@ def geodesic_precession(
     return 1.5 * mean_motion**3 * a**2 / (speed_of_light**2 * (1 - np.asarray(eccentricity) ** 2))
 
 
+@with_quantities()
 def geodetic_precession_of_binary(
     orbital_period: Array, gravitational_parameter: Array, companion_parameter: Array, eccentricity: Array = 0.0,
     speed_of_light: float = SPEED_OF_LIGHT,
@@ -171,6 +178,7 @@ def geodetic_precession_of_binary(
     return n ** (5 / 3) * shape / (speed_of_light**2 * (1 - np.asarray(eccentricity) ** 2))
 
 
+@with_quantities()
 def general_precession(luni_solar_rate: Array, obliquity: Array, pole_rate: Array) -> Array:
     """The rate of the equinox along the moving ecliptic, rad s-1: psi - chi cos(obliquity), chi = P/sin(obliquity).
 
@@ -184,6 +192,7 @@ def general_precession(luni_solar_rate: Array, obliquity: Array, pole_rate: Arra
     return np.asarray(luni_solar_rate) - np.asarray(pole_rate) * np.cos(obliquity) / np.sin(obliquity)
 
 
+@with_quantities()
 def rate_from_moment_ratio(
     moment_ratio: Array, j2: Array, spin_rate: Array, obliquity: Array, gravitational_parameter: Array,
     semi_major_axis: Array, eccentricity: Array = 0.0,
@@ -201,6 +210,7 @@ def rate_from_moment_ratio(
     return precession_rate(ellipticity, spin_rate, obliquity, gravitational_parameter, semi_major_axis, eccentricity)
 
 
+@with_quantities()
 def moment_ratio_from_rate(
     rate: Array, j2: Array, spin_rate: Array, obliquity: Array, gravitational_parameter: Array, semi_major_axis: Array,
     eccentricity: Array = 0.0,
@@ -220,6 +230,7 @@ def moment_ratio_from_rate(
     return unit / np.asarray(rate)
 
 
+@with_quantities()
 def moons_of_the_equator(
     parameter: float, radius: float, spin_rate: float, moon_parameters: Array, moon_axes: Array
 ) -> tuple[float, float]:
@@ -242,6 +253,7 @@ def moons_of_the_equator(
     return float(0.5 * shares.sum()), float((shares * motions).sum() / spin_rate)
 
 
+@with_quantities()
 def rotational_j2(love_number: Array, spin_rate: Array, radius: Array, gravitational_parameter: Array) -> Array:
     """J2 that its spin gives a star or a fluid planet, (k2/3) omega^2 R^3/(GM), to first order in the flattening.
 
@@ -255,6 +267,7 @@ def rotational_j2(love_number: Array, spin_rate: Array, radius: Array, gravitati
     return np.asarray(love_number) / 3 * np.asarray(spin_rate) ** 2 * np.asarray(radius) ** 3 / gravitational_parameter
 
 
+@with_quantities()
 def nodal_precession(
     j2: Array, radius: Array, gravitational_parameter: Array, semi_major_axis: Array, eccentricity: Array = 0.0,
     inclination: Array = 0.0,
@@ -271,6 +284,7 @@ def nodal_precession(
     return -1.5 * _oblateness(j2, radius, gravitational_parameter, semi_major_axis, eccentricity) * np.cos(inclination)
 
 
+@with_quantities()
 def apsidal_precession(
     j2: Array, radius: Array, gravitational_parameter: Array, semi_major_axis: Array, eccentricity: Array = 0.0,
     inclination: Array = 0.0,
@@ -288,6 +302,7 @@ def apsidal_precession(
     return 0.75 * size * (5 * np.cos(inclination) ** 2 - 1)
 
 
+@with_quantities()
 def mutual_precession_rate(node_rate: Array, orbital_angular_momentum: Array, spin_angular_momentum: Array,
                            inclination: Array) -> Array:  # fmt: skip
     """The rate at which orbit and spin both go round their sum, rad s-1, where neither is much the larger.

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.process.quantities import with_quantities
 from astroinertia.units import SPEED_OF_LIGHT
 
 Array = Any
@@ -30,6 +31,7 @@ _POWER = {
 _PLACES = {"equator": 1.0, "pole": 2.0}  # field of a dipole over that at its equator
 
 
+@with_quantities()
 def rotational_energy(period: Array, moment_of_inertia: Array = CANONICAL_MOMENT) -> Array:
     """2 pi^2 I/P^2 in J.
 
@@ -39,6 +41,7 @@ def rotational_energy(period: Array, moment_of_inertia: Array = CANONICAL_MOMENT
     return 2 * math.pi**2 * np.asarray(moment_of_inertia) / np.asarray(period, dtype=float) ** 2
 
 
+@with_quantities()
 def spin_down_luminosity(period: Array, period_derivative: Array, moment_of_inertia: Array = CANONICAL_MOMENT) -> Array:
     """4 pi^2 I P'/P^3 in W: the rate at which the energy of rotation is lost, negative where the star spins up.
 
@@ -49,6 +52,7 @@ def spin_down_luminosity(period: Array, period_derivative: Array, moment_of_iner
     return 4 * math.pi**2 * np.asarray(moment_of_inertia) * period_derivative / period**3
 
 
+@with_quantities()
 def dipole_field(
     period: Array,
     period_derivative: Array,
@@ -74,6 +78,7 @@ def dipole_field(
         return np.sqrt(squared * np.asarray(period, dtype=float) * period_derivative)
 
 
+@with_quantities()
 def dipole_period_derivative(
     period: Array,
     field: Array,
@@ -106,6 +111,7 @@ def _field_factor(moment: Array, radius: Array, place: str, inclination: Array, 
     return _PLACES[place] ** 2 * MAGNETIC_CONSTANT * SPEED_OF_LIGHT**3 * moment / (4 * math.pi**2 * power * radius**6)
 
 
+@with_quantities()
 def light_cylinder_radius(period: Array) -> Array:
     """c P/(2 pi) in m: where a field line that turns along would move as fast as light.
 
@@ -115,6 +121,7 @@ def light_cylinder_radius(period: Array) -> Array:
     return SPEED_OF_LIGHT * np.asarray(period, dtype=float) / (2 * math.pi)
 
 
+@with_quantities()
 def light_cylinder_field(field: Array, period: Array, radius: Array = CANONICAL_RADIUS) -> Array:
     """The field in T at the light cylinder, B (R/R_lc)^3 of a dipole.
 
@@ -124,6 +131,7 @@ def light_cylinder_field(field: Array, period: Array, radius: Array = CANONICAL_
     return np.asarray(field, dtype=float) * (np.asarray(radius) / light_cylinder_radius(period)) ** 3
 
 
+@with_quantities()
 def characteristic_age(period: Array, period_derivative: Array, braking_index: Array = 3.0) -> Array:
     """P/((n - 1) P') in s: the age of a star that was born spinning much faster; infinite for n = 1.
 
@@ -135,6 +143,7 @@ def characteristic_age(period: Array, period_derivative: Array, braking_index: A
         return np.asarray(period, dtype=float) / ((np.asarray(braking_index) - 1) * period_derivative)
 
 
+@with_quantities()
 def true_age(period: Array, period_derivative: Array, period_at_birth: Array, braking_index: Array = 3.0) -> Array:
     """The age in s of a star of one braking index that was born with a period: P/((n-1) P') (1 - (P_0/P)^(n-1)).
 
@@ -149,6 +158,7 @@ def true_age(period: Array, period_derivative: Array, period_at_birth: Array, br
     return period / period_derivative * spread * _relative_expm1(-(np.asarray(braking_index) - 1) * spread)
 
 
+@with_quantities()
 def period_at_birth(period: Array, period_derivative: Array, age: Array, braking_index: Array = 3.0) -> Array:
     """The period in s a star had so long ago, NaN where its law says that it was infinitely fast since then.
 
@@ -159,6 +169,7 @@ def period_at_birth(period: Array, period_derivative: Array, age: Array, braking
     return period_history(-np.asarray(age, dtype=float), period, period_derivative, braking_index)
 
 
+@with_quantities()
 def period_history(time: Array, period: Array, period_derivative: Array, braking_index: Array = 3.0) -> Array:
     """The period in s a time after (or, negative, before) it was `period`: P (1 + (n - 1) P' t/P)^(1/(n - 1)).
 
@@ -177,6 +188,7 @@ def period_history(time: Array, period: Array, period_derivative: Array, braking
         return period * np.exp(change * _relative_log1p(inside))
 
 
+@with_quantities()
 def period_derivative_history(
     time: Array, period: Array, period_derivative: Array, braking_index: Array = 3.0
 ) -> Array:
@@ -190,6 +202,7 @@ def period_derivative_history(
     return period_derivative * (later / period) ** (2 - np.asarray(braking_index))
 
 
+@with_quantities()
 def braking_index(period: Array, period_derivative: Array, period_second_derivative: Array) -> Array:
     """n = Omega Omega''/Omega'^2 = 2 - P P''/P'^2, as it is measured.
 
@@ -199,6 +212,7 @@ def braking_index(period: Array, period_derivative: Array, period_second_derivat
     return 2 - np.asarray(period, dtype=float) * period_second_derivative / np.asarray(period_derivative) ** 2
 
 
+@with_quantities()
 def frequency_braking_index(frequency: Array, first_derivative: Array, second_derivative: Array) -> Array:
     """n = nu nu''/nu'^2.
 
@@ -208,6 +222,7 @@ def frequency_braking_index(frequency: Array, first_derivative: Array, second_de
     return np.asarray(frequency, dtype=float) * second_derivative / np.asarray(first_derivative) ** 2
 
 
+@with_quantities()
 def second_braking_index(frequency: Array, first_derivative: Array, third_derivative: Array) -> Array:
     """m = nu^2 nu'''/nu'^3, which is n (2 n - 1) where n is constant. Source: Kaspi et al. 1994, ApJ 422, L83.
 
@@ -217,6 +232,7 @@ def second_braking_index(frequency: Array, first_derivative: Array, third_deriva
     return np.asarray(frequency, dtype=float) ** 2 * third_derivative / np.asarray(first_derivative) ** 3
 
 
+@with_quantities()
 def braking_index_between(
     time: Array, frequency: Array, first_derivative: Array, later_frequency: Array, later_first_derivative: Array
 ) -> Array:

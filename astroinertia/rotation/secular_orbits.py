@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from astroinertia.errors import NumericalError
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -46,6 +47,7 @@ def laplace_coefficient(s: float, j: int, ratio: float) -> float:
     raise NumericalError(f"orbits whose semi-major axes are as {ratio} to 1 are too near each other")
 
 
+@with_quantities()
 def node_modes(
     central: float, parameters: Array, semi_major_axes: Array, inclinations: Array, nodes: Array
 ) -> NodeModes:

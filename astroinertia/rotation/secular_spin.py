@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
+from astroinertia.process.quantities import with_quantities
+
 Array = Any
 
 _WEIGHT = 1 / (4 - 4 ** (1 / 3))  # Suzuki 1990: s, s, 1 - 4 s, s, s raise order 2 to 4
@@ -31,6 +33,7 @@ class SpinHistory(NamedTuple):
     steps: int
 
 
+@with_quantities()
 def orbit_normal(times: Array, amplitudes: Array, rates: Array, phases: Array) -> np.ndarray:
     """Normals (..., 3) of an orbit whose sin(I/2) exp(i node) is a sum of terms (J,): rad, rad s-1, rad.
 
@@ -47,6 +50,7 @@ def orbit_normal(times: Array, amplitudes: Array, rates: Array, phases: Array) -
     return np.stack([2 * y * root, -2 * x * root, 1 - 2 * (x**2 + y**2)], -1)
 
 
+@with_quantities()
 def spin_history(
     times: Array, axis: Array, precession_constant: float, amplitudes: Array, rates: Array, phases: Array,
     growth_rate: float = 0.0, steps_per_radian: int = _STEPS,

@@ -24,6 +24,8 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.process.quantities import with_quantities
+
 Array = Any
 
 SHAPE_FACTOR_ROUND, SHAPE_FACTOR_ELONGATED = 0.01, 0.1  # K_3^2 of Burns & Safronov (1973)
@@ -31,6 +33,7 @@ HARRIS_CONSTANT, HARRIS_SPREAD = 17.0, 2.5  # of period/(diameter^(2/3) time^(1/
 _HOUR, _KILOMETRE, _GIGAYEAR = 3600.0, 1000.0, 1e9 * 365.25 * 86400.0  # Julian years
 
 
+@with_quantities()
 def energy_to_lose(moments: Array, angular_velocity: Array) -> np.ndarray:
     """The energy (...,) that a free body loses until it rotates about its axis of greatest moment, exactly.
 
@@ -46,6 +49,7 @@ def energy_to_lose(moments: Array, angular_velocity: Array) -> np.ndarray:
     return 0.5 * (sizes * rates**2 * ((largest - sizes) / largest)).sum(-1)
 
 
+@with_quantities()
 def energy_above_separatrix(moments: Array, angular_velocity: Array) -> np.ndarray:
     """The energy (...,) that a free body loses until it passes the separatrix; negative once it has.
 
@@ -61,6 +65,7 @@ def energy_above_separatrix(moments: Array, angular_velocity: Array) -> np.ndarr
     return 0.5 * (sizes * rates**2 * ((middle - sizes) / middle)).sum(-1)
 
 
+@with_quantities()
 def settled_rate(moments: Array, angular_velocity: Array) -> np.ndarray:
     """The rate of rotation (...,) of the settled body, L/I_max: slower than before, as L stays.
 
@@ -74,6 +79,7 @@ def settled_rate(moments: Array, angular_velocity: Array) -> np.ndarray:
     return np.linalg.norm(momentum, axis=-1) / sizes.max(-1)
 
 
+@with_quantities()
 def settling_time(
     rigidity: float,
     quality_factor: float,
@@ -97,6 +103,7 @@ def settling_time(
     return rigidity * quality_factor / (density * shape_factor * radius**2 * rate**3)
 
 
+@with_quantities()
 def harris_settling_time(period: float, diameter: float) -> tuple[float, float, float]:
     """The settling time in s of an asteroid by Harris's rule, and the least and the greatest by his spread.
 
@@ -118,6 +125,7 @@ def harris_settling_time(period: float, diameter: float) -> tuple[float, float, 
     return middle, least, greatest
 
 
+@with_quantities()
 def settling_power(excess_energy: Array, time: float) -> np.ndarray:
     """The power (...,) that is turned to heat while an energy (...,) above the least is left: 2 energy/time.
 
@@ -130,6 +138,7 @@ def settling_power(excess_energy: Array, time: float) -> np.ndarray:
     return 2.0 * np.asarray(excess_energy, dtype=float) / time
 
 
+@with_quantities()
 def excess_energy(moments: Array, angular_velocity: Array, times: Array, time: float) -> np.ndarray:
     """The energy (...,) above the least, at times (...,), of a body whose wobble dies away at a constant rate.
 
@@ -142,6 +151,7 @@ def excess_energy(moments: Array, angular_velocity: Array, times: Array, time: f
     return energy_to_lose(moments, angular_velocity) * np.exp(-2.0 * np.asarray(times, dtype=float) / time)
 
 
+@with_quantities()
 def time_of_separatrix(moments: Array, angular_velocity: Array, time: float) -> float:
     """When a body that settles as in `excess_energy` passes the separatrix; 0 if it has passed, infinite if it cannot.
 

@@ -17,6 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.orbits.kepler import eccentric_anomaly
+from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.cassini import hansen_coefficient
 
 Array = Any
@@ -35,6 +36,7 @@ class Section(NamedTuple):
     rate: np.ndarray
 
 
+@with_quantities()
 def asphericity(moments: Array) -> Array:
     """omega_0 = (3 (B - A)/C)^(1/2) of principal moments (..., 3) in any order; ValueError where one is not above 0.
 
@@ -88,6 +90,7 @@ def tidal_equilibrium_rate(eccentricity: float) -> float:
     return (1 + 7.5 * s + 5.625 * s**2 + 0.3125 * s**3) / ((1 + 3 * s + 0.375 * s**2) * (1 - s) ** 1.5)
 
 
+@with_quantities()
 def capture_probability(
     p: float, eccentricity: float, asphericity: float, equilibrium_rate: float | None = None
 ) -> float:
@@ -108,6 +111,7 @@ def capture_probability(
     return 0.0 if width < _NO_WIDTH else float(min(1.0, 2 / (1 + np.pi * away / (2 * width))))
 
 
+@with_quantities()
 def surface_of_section(
     eccentricity: float, asphericity: float, angle: Array, rate: Array, orbits: int, steps: int = _STEPS,
     damping: float = 0.0, equilibrium_rate: float = 1.0,

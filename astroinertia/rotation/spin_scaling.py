@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.bodies.neutron_star_fits import kepler_period, roche_shedding_period
+from astroinertia.process.quantities import with_quantities
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 Array = Any
@@ -63,6 +64,7 @@ class SpinUp:
         return np.abs(self.period) < self.shedding_period
 
 
+@with_quantities()
 def spin_up(
     moment_ratio_before: Array,
     mass_before: Array,
@@ -106,6 +108,7 @@ def spin_up(
     )
 
 
+@with_quantities()
 def moment_of_inertia(moment_ratio: Array, mass: Array, radius: Array) -> Array:
     """k M R^2.
 
@@ -115,6 +118,7 @@ def moment_of_inertia(moment_ratio: Array, mass: Array, radius: Array) -> Array:
     return np.asarray(moment_ratio, dtype=float) * mass * np.asarray(radius, dtype=float) ** 2
 
 
+@with_quantities()
 def centrifugal_radius(
     specific_angular_momentum: Array, mass: Array, gravitational_constant: float = GRAVITATIONAL_CONSTANT
 ) -> Array:
@@ -129,6 +133,7 @@ def centrifugal_radius(
     return np.asarray(specific_angular_momentum, dtype=float) ** 2 / (gravitational_constant * np.asarray(mass))
 
 
+@with_quantities()
 def radius_of_period(moment_ratio: Array, mass: Array, angular_momentum: Array, period: Array) -> Array:
     """The radius at which a body of that angular momentum has a period: where its P(R) curve crosses a line.
 

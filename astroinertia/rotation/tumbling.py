@@ -15,6 +15,7 @@ import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.integrate import adaptive
+from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.attitude import attitude_of_quaternion, quaternion, quaternion_product
 
 Array = Any
@@ -38,6 +39,7 @@ class Divergence(NamedTuple):
     attitude: np.ndarray
 
 
+@with_quantities()
 def divergence(
     moments: Array, eccentricity: float, attitude: Array, angular_velocity: Array, mean_motion: float = 1.0,
     orbits: int = 200, true_anomaly: float = 0.0,

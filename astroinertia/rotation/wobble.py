@@ -21,6 +21,7 @@ from astroinertia.bodies.earth import prem, prem_layer_names
 from astroinertia.bodies.layered import shell_integrals
 from astroinertia.bodies.planets import body
 from astroinertia.errors import NumericalError
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -62,6 +63,7 @@ class Chandler(NamedTuple):
     secular_love_number: float
 
 
+@with_quantities()
 def euler_frequency(dynamical_ellipticity: Array, spin_rate: Array) -> Array:
     """The rate at which the pole of a rigid body goes round, omega (C - A)/A, rad s-1, from H = (C - A)/C.
 
@@ -78,6 +80,7 @@ def euler_frequency(dynamical_ellipticity: Array, spin_rate: Array) -> Array:
     return np.asarray(spin_rate) * ellipticity / (1 - ellipticity)
 
 
+@with_quantities()
 def secular_love_number(j2: Array, gravitational_parameter: Array, radius: Array, spin_rate: Array) -> Array:
     """k_s = 3 J2 GM/(omega^2 a^3): the k2 of a fluid that this spin gives this J2 (radius a is that of J2).
 
@@ -89,6 +92,7 @@ def secular_love_number(j2: Array, gravitational_parameter: Array, radius: Array
     return 3 * np.asarray(j2) * np.asarray(gravitational_parameter) / (np.asarray(spin_rate) ** 2 * radius**3)
 
 
+@with_quantities()
 def chandler_frequency(
     dynamical_ellipticity: Array, spin_rate: Array, love_number: Array = 0.0, secular: Array = 1.0,
     mantle_share: Array = 1.0,
@@ -112,6 +116,7 @@ def chandler_frequency(
     return euler_frequency(dynamical_ellipticity, spin_rate) * (1 - np.asarray(love_number) / secular) / share
 
 
+@with_quantities()
 def quality(frequency: Array) -> Array:
     """Q = Re sigma/(2 Im sigma) of a complex frequency: the amplitude falls by e in Q/pi periods; inf without damping.
 
@@ -142,6 +147,7 @@ def ocean_love_number(love_number: float = ELASTIC_LOVE_NUMBER) -> float:
     return _OCEAN_SHARE * load * tide * (1 + _LOAD_POTENTIAL) / yielding
 
 
+@with_quantities()
 def anelastic_love_number(period: Array) -> Array:
     """What the mantle's anelasticity adds to k2 at a period (s): complex, 0.0125 - 0.0036 i at the Chandler period.
 
@@ -220,6 +226,7 @@ def _anelastic(frequency) -> complex:
     raise NumericalError("the period of the wobble and the anelasticity at that period do not settle")
 
 
+@with_quantities()
 def wobble(times: Array, frequency: complex, start: complex = 0.0, excitation: Array | None = None) -> np.ndarray:
     """The pole m (complex, radians) at increasing times (N,), s, of (i/sigma) dm/dt + m = chi, beginning at `start`.
 
@@ -252,6 +259,7 @@ def wobble(times: Array, frequency: complex, start: complex = 0.0, excitation: A
     return offset + chi
 
 
+@with_quantities()
 def forced_wobble(frequency: complex, forcing_rate: Array, excitation: Array) -> Array:
     """The pole's amplitude (complex, rad) under chi = excitation exp(i forcing_rate t), prograde for a rate above 0.
 

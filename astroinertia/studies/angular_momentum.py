@@ -8,7 +8,10 @@ Test: tests/unit/studies/test_angular_momentum.py.
 import numpy as np
 import xarray as xr
 
+from astroinertia.process.quantities import with_quantities
 
+
+@with_quantities()
 def angular_momentum_spectrum(snapshots: xr.Dataset, points: int = 50) -> xr.DataArray:
     """Return j (snapshot_time, mass_share): the specific angular momentum about z that a share of the mass is below.
 

@@ -14,6 +14,7 @@ from astroinertia.bodies.ellipsoid_stability import spectrum
 from astroinertia.bodies.rotating_star import RotatingStar
 from astroinertia.dataset.absent import with_absent
 from astroinertia.inertia import growth
+from astroinertia.process.quantities import with_quantities
 
 
 class BarGrowth(NamedTuple):
@@ -25,6 +26,7 @@ class BarGrowth(NamedTuple):
     end: float
 
 
+@with_quantities()
 @with_absent
 def bar_growth(dataset: xr.Dataset, low: float = 0.05, high: float = 0.15) -> BarGrowth:
     """Return how fast the bar_strength of a run grew from low to high, and its phase advanced, by straight lines.

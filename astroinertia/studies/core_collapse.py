@@ -30,6 +30,7 @@ from astroinertia.dataset.absent import with_absent
 from astroinertia.errors import SceneError
 from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.matter.cold_matter import CORE_COLLAPSE
+from astroinertia.process.quantities import with_quantities
 from astroinertia.scene import load
 from astroinertia.storage import cache
 from astroinertia.units import GRAVITATIONAL_CONSTANT
@@ -173,6 +174,7 @@ snapshot_every = "5 ms"
 """
 
 
+@with_quantities(end="s")
 def core_collapse(
     name: str,
     particles: int = 3000,

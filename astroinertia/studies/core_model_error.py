@@ -23,6 +23,7 @@ from astroinertia.bodies.inversion import ThreeLayers
 from astroinertia.bodies.moment_ratios import UNIFORM
 from astroinertia.bodies.planets import SolarSystemBody
 from astroinertia.matter.planetary import FORSTERITE, ICE_VII, IRON_LIQUID, BirchMurnaghan
+from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.core_inversion import assumed_layers
 from astroinertia.studies.two_layers import three_layers, two_layers
 from astroinertia.units import GRAVITATIONAL_CONSTANT
@@ -56,6 +57,7 @@ class CoreModelError:
 NO_MODEL_ERROR = CoreModelError(np.nan, np.nan, np.nan)
 
 
+@with_quantities()
 def core_model_error(
     mean_density: float,
     mean_radius: float,
@@ -108,6 +110,7 @@ def model_error_of(one: SolarSystemBody, ratio_row: int = 0) -> CoreModelError:
     return core_model_error(one.mean_density, one.mean_radius, ratio, layer, **{name: density.value})
 
 
+@with_quantities()
 def matter_as_dense(mean_density: float) -> tuple[str, BirchMurnaghan]:
     """Return what a layer of a mean density is taken for, with its name: liquid iron, forsterite or ice VII.
 

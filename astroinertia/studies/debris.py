@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from astroinertia.effects.tide import Tide
+from astroinertia.process.quantities import with_quantities
 
 _MOST_ROUNDS = 50
 
@@ -22,6 +23,7 @@ class _Moment:
         self.time = time
 
 
+@with_quantities()
 def orbital_energies(tide: Tide, time: float, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Specific energies (N,) about the perturber, |v - V|^2/2 - M/|x - X|, in the tide's falling frame."""
     with jax.enable_x64(True):
@@ -30,6 +32,7 @@ def orbital_energies(tide: Tide, time: float, position: np.ndarray, velocity: np
     return 0.5 * (relative**2).sum(axis=1) - tide.mass / np.linalg.norm(apart, axis=1)
 
 
+@with_quantities()
 def bound_to_itself(
     mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, density: np.ndarray, internal_energy: np.ndarray
 ) -> np.ndarray:

@@ -17,6 +17,7 @@ from astroinertia.bodies.figures import RotatingFigure, figure_of_density, figur
 from astroinertia.bodies.layered import constant_layers
 from astroinertia.bodies.planets import SolarSystemBody, body, solar_system
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.core_inversion import core_inversion
 from astroinertia.studies.moment_ratio import SYNCHRONOUS, polytropic_index
 from astroinertia.studies.sweeps import Model
@@ -46,6 +47,7 @@ def _members(small_m: np.ndarray, index: np.ndarray | float) -> dict[str, np.nda
     return dict(zip(_QUANTITIES, np.array(rows).reshape(-1, len(_QUANTITIES)).T, strict=True))
 
 
+@with_quantities()
 def rotating_sequence(
     small_m: Iterable[float],
     index: float | None = None,

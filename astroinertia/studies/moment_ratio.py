@@ -19,6 +19,7 @@ from astroinertia.bodies.moment_ratios import UNIFORM
 from astroinertia.bodies.planets import OWN, MomentRatio, Published, SolarSystemBody, body, solar_system
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.errors import SceneError
+from astroinertia.process.quantities import with_quantities
 from astroinertia.storage import cache
 from astroinertia.studies.core_inversion import core_inversion
 from astroinertia.studies.core_model_error import model_error_of
@@ -72,6 +73,7 @@ def _two_layer_outputs(mass, radius, **parameters):
     }
 
 
+@with_quantities()
 def two_layer_sweep(
     name: str | SolarSystemBody, values: dict, fixed: dict | None = None, dask: bool = False
 ) -> xr.Dataset:

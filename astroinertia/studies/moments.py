@@ -15,6 +15,7 @@ from astroinertia.inertia import tensor
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mesh import FORMATS, mesh_body, read_mesh
 from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_frame, principal_gap, undefined_axes
+from astroinertia.process.quantities import with_quantities
 from astroinertia.sph.table import MAX_PARTICLES, SI, read_table
 from astroinertia.sph.table_netcdf import fill_value
 from astroinertia.storage.columns import check_there
@@ -44,6 +45,7 @@ class Matter:
     file_length: float = 1.0  # the file's unit of length, in that of this record
 
 
+@with_quantities()
 def read_matter(
     path: str | Path, units: tuple[str, str] = PLAIN, snapshot: int | None = None, density: float | None = None
 ) -> Matter:
@@ -78,6 +80,7 @@ def read_matter(
     return replace(matter, units=("kg", "m")) if table.units == SI else matter
 
 
+@with_quantities()
 def moments(
     matter: Matter,
     about: Sequence[float] | None = None,

@@ -10,6 +10,7 @@ import xarray as xr
 from astroinertia.bodies import j2000
 from astroinertia.bodies.planets import body
 from astroinertia.errors import SceneError
+from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation import precession
 from astroinertia.rotation.precession import JULIAN_YEAR
 from astroinertia.rotation.secular_orbits import NodeModes, node_modes
@@ -35,6 +36,7 @@ def planetary_planes() -> tuple[tuple[str, ...], NodeModes]:
     return tuple(planets), node_modes(sun, parameters, axes, leans, nodes)
 
 
+@with_quantities(years="yr")
 def obliquity_history(
     name: str = "Mars", years: float = 1e9, precession_constant: float | None = None, samples: int = _SAMPLES
 ) -> xr.Dataset:

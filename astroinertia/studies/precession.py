@@ -14,6 +14,7 @@ import xarray as xr
 
 from astroinertia.bodies.planets import body
 from astroinertia.errors import SceneError
+from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation import precession as formulae, wobble
 from astroinertia.rotation.ephemeris import Ephemeris
 from astroinertia.rotation.harmonic_fit import HarmonicFit, harmonic_fit
@@ -46,6 +47,7 @@ _MARS_RATE, _MARS_RATE_ERROR, _MARS_RATIO, _MARS_RATIO_ERROR = 7608.3, 2.1, 0.36
 _MARS_MOONS = ((7.087e5, 9375e3), (9.62e4, 23458e3))
 
 
+@with_quantities(years="yr")
 def precession(name: str = "Earth", years: float | None = None, steps_per_day: int = _STEPS_PER_DAY) -> xr.Dataset:
     """Return the integrated precession and nutation of "Earth" or "Mars", with formulae, corrections and differences.
 
@@ -84,6 +86,7 @@ def precession(name: str = "Earth", years: float | None = None, steps_per_day: i
         return (_of_the_earth if name == "Earth" else _of_mars)(dataset, planet, orbits, motion, tilt)
 
 
+@with_quantities()
 def chandler_wobble(love_number: float = wobble.ELASTIC_LOVE_NUMBER) -> xr.Dataset:
     """Return the Earth's free wobble by causes: along `cause`, `period` with it and all before it, and its `change`.
 

@@ -11,6 +11,7 @@ import xarray as xr
 from astroinertia.bodies import maclaurin
 from astroinertia.bodies.rotating_sequence import rotating_sequence
 from astroinertia.errors import SceneError
+from astroinertia.process.quantities import with_quantities
 
 RATES = tuple(np.linspace(0.2, 0.9, 8))
 _TEXTS = {
@@ -30,6 +31,7 @@ _TEXTS = {
 }
 
 
+@with_quantities()
 def along_sequence(dataset: xr.Dataset, index: float, rates: Sequence[float] = RATES) -> xr.Dataset:
     """Return what a polytrope that is spun up about z was when it first turned at these shares of the shedding rate.
 

@@ -13,6 +13,7 @@ import xarray as xr
 from astroinertia.bodies.neutron_star_fits import kepler_period, roche_shedding_period
 from astroinertia.bodies.polytrope import Polytrope, lane_emden
 from astroinertia.errors import SceneError
+from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation import pulsars
 from astroinertia.rotation.braking import Braking
 from astroinertia.rotation.collapsing_shells import shells_of
@@ -25,6 +26,7 @@ _TIMES = 200
 _RADII = 200
 
 
+@with_quantities()
 def pulsar_history(
     period: Quantity = "33.3924123 ms",
     period_derivative: float = 4.20972e-13,
@@ -72,6 +74,7 @@ def pulsar_history(
     return _along("time", times, "s", "time from now on", columns, "a pulsar that brakes")
 
 
+@with_quantities()
 def contraction_history(
     mass: Quantity = "1.898e27 kg",
     radius: Quantity = "140000 km",
@@ -118,6 +121,7 @@ def contraction_history(
     return _along("time", times, "s", "time", columns, "a body that contracts")
 
 
+@with_quantities()
 def cloud_to_disc(
     mass: Quantity = "1 Msun", radius: Quantity = "0.05 pc", period: Quantity = "2e7 yr", index: float = 0.0
 ) -> xr.Dataset:

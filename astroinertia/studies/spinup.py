@@ -26,6 +26,7 @@ from astroinertia.dataset.absent import with_absent
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope, read2009
 from astroinertia.matter.degenerate import degenerate_electrons
+from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.break_up import shedding_share, spun_up_polytrope
 from astroinertia.rotation.collapsing_shells import shells_of
 from astroinertia.rotation.spin_scaling import SpinUp, radius_of_period, spin_up as whole
@@ -154,6 +155,7 @@ def period_against_radius(chosen: Iterable[Case] | None = None) -> xr.Dataset:
     )  # fmt: skip
 
 
+@with_quantities()
 def core_to_neutron_star(
     core_mass: Quantity = "1.4 Msun",
     core_radius: Quantity | None = "1500 km",
@@ -287,6 +289,7 @@ def _white_dwarf(mass: float) -> tuple[float, float]:
     return 1e3 * dwarf.radius_km, dwarf.moment_ratio
 
 
+@with_quantities(rest_mass="Msun")
 def star_of_baryons(equation_of_state: Barotrope, rest_mass: float) -> NeutronStar:
     """Return the stable neutron star of a rest mass (solar masses), to 1e-10; ValueError where there is none."""
     branch = stable_branch(equation_of_state)
@@ -306,6 +309,7 @@ def star_of_baryons(equation_of_state: Barotrope, rest_mass: float) -> NeutronSt
     return star(equation_of_state, central_enthalpy=math.exp(solution.root))
 
 
+@with_quantities()
 def shell_collapse(
     mass: Quantity = "1.4 Msun",
     radius: Quantity = "1500 km",
@@ -368,6 +372,7 @@ def shell_collapse(
     )
 
 
+@with_quantities()
 def crossing_radius(dataset: xr.Dataset, case: str, period: Quantity) -> float:
     """The radius in m at which a case of `period_against_radius` has a period, with its last moment ratio.
 

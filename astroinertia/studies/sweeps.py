@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.errors import SceneError
+from astroinertia.process.quantities import with_quantities
 
 CHUNK = 65536  # members of a chunk: some megabytes of intermediate results
 LARGEST = 50_000_000  # members; more than that in memory at once is a mistake more often than a wish
@@ -30,6 +31,7 @@ class Model:
     outputs: Mapping[str, tuple[str, str]]
 
 
+@with_quantities()
 def sweep(
     model: Model,
     values: Mapping[str, Sequence[float] | np.ndarray],

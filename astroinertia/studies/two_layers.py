@@ -16,10 +16,12 @@ from astroinertia.bodies.clairaut import love_number
 from astroinertia.bodies.inversion import ThreeLayers, TwoLayers
 from astroinertia.bodies.layered import constant_layers
 from astroinertia.bodies.moment_ratios import UNIFORM
+from astroinertia.process.quantities import with_quantities
 
 PARAMETERS = ("moment_ratio", "mantle_density", "core_density", "core_radius_ratio")
 
 
+@with_quantities()
 def two_layers(mean_density, **parameters) -> TwoLayers:
     """Return the bodies with two of moment_ratio, mantle_density, core_density and core_radius_ratio as given.
 
@@ -46,6 +48,7 @@ def two_layers(mean_density, **parameters) -> TwoLayers:
     return TwoLayers(*(np.where(possible, quantity, np.nan)[()] for quantity in (ratio, core, mantle)))
 
 
+@with_quantities()
 def three_layers(mean_density, moment_ratio, crust_share, crust_density, **parameter) -> ThreeLayers:
     """Return the bodies below a crust (thickness over R, density) with core_density or mantle_density as given.
 
@@ -67,6 +70,7 @@ def three_layers(mean_density, moment_ratio, crust_share, crust_density, **param
     return ThreeLayers(*(np.where(possible, quantity, np.nan)[()] for quantity in layers))
 
 
+@with_quantities()
 def moment_ratio_of(mean_density, layers: TwoLayers):
     """Return I/(M R^2), of the mean moment and the mean radius.
 
@@ -95,6 +99,7 @@ def love_numbers(layers: TwoLayers | ThreeLayers):
     return np.where(good, _batch(_love_number(len(radii)), *filled)[0], np.nan)[()]
 
 
+@with_quantities()
 def impossible(mean_density: float, **parameters: float) -> str | None:
     """Return why no body of two layers has these two numbers, with the inequality broken; None if one does.
 

@@ -1,0 +1,218 @@
+"""What functions of the library do with arguments that have units, and with wrong ones: one decorator.
+
+An argument is known by its name, and the names are the same everywhere. Results are numbers: in SI where what was given
+had units. Tests: tests/unit/process/test_quantities.py.
+"""
+
+import functools
+import inspect
+import sys
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from types import NoneType, UnionType
+from typing import Any, TypeVar, get_args
+
+from astroinertia.errors import AstroinertiaError, SceneError
+
+_NAMES = {
+    "mass": "mass masses mass_before mass_after core_mass layer_masses enclosed_mass",
+    "length": "radius radii mean_radius equatorial_radius outer_radii outer_radius inner_radius base_radius top_radius "
+    "ring_radius tube_radius core_radius radius_before radius_after remnant_radius radius_at_rest diameter height "
+    "width length semi_major_axis semi_major_axes semi_axes semi_axis_x semi_axis_y distance position positions "
+    "vertices points origin offset edge wall planes softening",
+    "density": "density densities mean_density mantle_density core_density outer_density shell_density crust_density "
+    "inner_densities outer_densities",
+    "time": "period time times relaxation_time decay_time orbital_period core_period period_before period_at_birth age "
+    "characteristic_age time_span locked_until disc_until",
+    "angular_velocity": "angular_velocity spin_rate node_rate equilibrium_rate crust_rate superfluid_rate forcing_rate "
+    "mean_motion",
+    "moment_of_inertia": "inertia moments moment_of_inertia transverse_moment axial_moment second_moment moment",
+    "angular_momentum": "angular_momentum orbital_angular_momentum spin_angular_momentum mixed_moment",
+    "energy": "kinetic_tensor virial_tensor second_moment_acceleration excess_energy gravitational_energy",
+    "velocity": "velocity velocities sound_speed speed_of_light",
+    "acceleration": "acceleration gravity",
+    "pressure": "pressure surface_pressure rigidity",
+    "rate": "frequency frequencies later_frequency growth_rate",
+    "power": "luminosity",
+    "torque": "torque",
+    "viscosity": "kinematic_viscosity",
+    "specific_angular_momentum": "specific_angular_momentum",
+    "angle": "inclination inclinations obliquity incline tilt polar_angle azimuth mean_anomaly true_anomaly angle",
+}
+DIMENSIONS: dict[str, Any] = {name: dimension for dimension, names in _NAMES.items() for name in names.split()}
+"""The dimension that an argument of a name has in SI, by its name in units.DIMENSIONS or by exponents."""
+EXPONENTS = {
+    "gravitational_constant": (-1, 3, -2),
+    "gravitational_parameter": (0, 3, -2),
+    "accretion_rate": (1, 0, -1),
+}
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+class InputError(SceneError, ValueError):
+    """An argument of a function of the library has a value that it cannot have."""
+
+
+class InputTypeError(SceneError, TypeError):
+    """An argument of a function of the library is missing, unknown, or of a wrong type."""
+
+
+def with_quantities(**in_units: str | None) -> Callable[[_F], _F]:
+    """Decorates a function of the library, or a class, that takes numbers in SI, or in any units that go together.
+
+    Quantities of astropy, and text such as "3 km", become numbers in SI by the names of arguments (DIMENSIONS), also in
+    tables and lists; a quantity of another dimension, or where a plain number is meant, is refused by the argument's
+    name. in_units: arguments that are in other units than SI, each with it ("Msun"), or None for one that takes plain
+    numbers alone. A default gravitational constant of 1 becomes that of SI where anything had a unit. What is wrong
+    with arguments is an InputError or InputTypeError, which are ValueError and TypeError, too.
+    """
+
+    def decorated(function: Any) -> Any:
+        if inspect.isclass(function):
+            function.__init__ = decorated(function.__init__)  # type: ignore[misc]
+            return function
+        taken: list[_Arguments] = []
+
+        @functools.wraps(function)
+        def called(*args: Any, **options: Any) -> Any:
+            if any(map(_may_have_unit, args)) or any(map(_may_have_unit, options.values())):
+                taken[:] = taken or [_Arguments(function, in_units)]
+                args, options = taken[0].in_si(args, options)
+            try:
+                return function(*args, **options)
+            except (TypeError, ValueError, AttributeError) as error:
+                if isinstance(error, AstroinertiaError) and not isinstance(error, InputTypeError):
+                    raise
+                refusal = _refusal(function, args, options, error)
+                if refusal is None:
+                    raise
+                raise refusal from error
+
+        return called
+
+    return decorated
+
+
+class _Arguments:
+    """The arguments of a function, with the dimensions that they have."""
+
+    def __init__(self, function: Any, in_units: Mapping[str, str | None]) -> None:
+        self.signature, self.in_units = inspect.signature(function), in_units
+        parameters = self.signature.parameters.items()
+        self.texts = {name for name, parameter in parameters if "str" in str(parameter.annotation)}
+
+    def in_si(self, args: Any, options: Any) -> tuple[Any, Any]:
+        """The arguments as numbers; SceneError names one that cannot be."""
+        try:
+            bound = self.signature.bind(*args, **options)
+        except TypeError:
+            return args, options  # which the call itself says
+        units = import_module("astroinertia.units")  # which stands above this room, and is loaded by who needs it
+        before = dict(bound.arguments)
+        for name, value in before.items():
+            bound.arguments[name] = self._number(name, value, units)
+        changed = any(bound.arguments[name] is not value for name, value in before.items())
+        gravity = self.signature.parameters.get("gravitational_constant")
+        if changed and gravity is not None and gravity.default == 1.0 and gravity.name not in before:
+            bound.arguments[gravity.name] = units.GRAVITATIONAL_CONSTANT
+        return bound.args, bound.kwargs
+
+    def _number(self, name: str, value: Any, units: Any) -> Any:
+        if isinstance(value, Mapping) and any(map(_may_have_unit, value.values())):
+            table = {key: self._number(str(key), item, units) for key, item in value.items()}
+            return value if all(table[key] is item for key, item in value.items()) else table
+        if isinstance(value, list | tuple) and any(map(_may_have_unit, value)):
+            numbers = [self._number(name, item, units) for item in value]
+            return value if all(one is other for one, other in zip(numbers, value, strict=True)) else numbers
+        if not _may_have_unit(value) or isinstance(value, Mapping | list | tuple):
+            return value
+        dimension = DIMENSIONS.get(name) or (units.Dimension(*EXPONENTS[name]) if name in EXPONENTS else None)
+        if isinstance(value, str):
+            if name in self.texts or name in self.in_units or dimension is None or _is_number(value):
+                return value
+            return self._said(name, lambda: units.quantity(value, dimension))
+        quantity = self._said(name, lambda: units.with_unit(value))
+        if name in self.in_units:
+            return self._said(name, lambda: units.in_unit(quantity, self.in_units[name]))
+        return self._said(name, lambda: units.in_si(quantity, dimension))
+
+    @staticmethod
+    def _said(name: str, convert: Callable[[], Any]) -> Any:
+        try:
+            return convert()
+        except SceneError as error:
+            raise InputError(f"{name}: {error}") from None
+
+
+def _is_number(text: str) -> bool:
+    """Whether text is a plain number, which some functions take for the sake of its digits."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _may_have_unit(value: Any) -> bool:
+    """Whether it has a unit, or is text or holds other values, so that a closer look is needed; quick for numbers."""
+    made = type(value)
+    if made is float or made is int:
+        return False
+    if isinstance(value, list | tuple):
+        return len(value) < 1000 and any(map(_may_have_unit, value))
+    return (
+        made is str or made is dict or hasattr(made, "to_astropy") or hasattr(made, "magnitude") or _is_quantity(made)
+    )
+
+
+def _is_quantity(made: type) -> bool:
+    units = sys.modules.get("astropy.units")  # where it is not imported, nothing is of it
+    return units is not None and issubclass(made, (units.Quantity, units.UnitBase))
+
+
+def _refusal(function: Any, args: Any, options: Any, error: Exception) -> SceneError | None:
+    """The error to raise for one that a call ended with, where its arguments are to blame."""
+    name = function.__qualname__.removesuffix(".__init__")
+    if type(error) is ValueError:
+        return InputError(str(error))
+    if isinstance(error, ValueError):
+        return None
+    signature = inspect.signature(function)
+    try:
+        bound = signature.bind(*args, **options)
+    except TypeError as wrong:
+        return InputTypeError(f"{name}: {wrong}.")
+    if any(f"unexpected keyword argument '{key}'" in str(error) for key in options):  # passed on by the function
+        return InputTypeError(f"{name}: {str(error).partition('() ')[2]}.")
+    for key, value in bound.arguments.items():
+        if (wanted := _wanted(signature.parameters[key], value)) is not None:
+            return InputTypeError(f"{key} of {name} must be {wanted}, not {_kind(value)}.")
+    return None
+
+
+def _wanted(parameter: inspect.Parameter, value: Any) -> str | None:
+    """What an argument must be that is clearly of a wrong type; None where it is not."""
+    if value is parameter.default or parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
+        return None
+    made = parameter.annotation
+    kinds = get_args(made) if isinstance(made, UnionType) else (made,)
+    named = all(isinstance(kind, type) and kind not in (Any, object, parameter.empty) for kind in kinds)
+    physical = parameter.name in DIMENSIONS or parameter.name in EXPONENTS
+    if (named and isinstance(value, kinds)) or not (named or physical):
+        return None
+    numeric = physical or float in kinds or int in kinds
+    if numeric and _is_numeric(value):
+        return None
+    words = {float: "a number", int: "a whole number", str: "text", bool: "True or False", NoneType: "None"}
+    return " or ".join(words.get(kind, f"a {kind.__name__}") for kind in kinds) if named else "a number or an array"
+
+
+def _is_numeric(value: Any) -> bool:
+    if isinstance(value, list | tuple):
+        return all(map(_is_numeric, value))
+    dtype = getattr(value, "dtype", None)
+    return not isinstance(value, complex) and (hasattr(value, "__float__") if dtype is None else dtype.kind in "fiub")
+
+
+def _kind(value: Any) -> str:
+    return "None" if value is None else f"something of the type {type(value).__name__}"

@@ -1,0 +1,92 @@
+"""`ds.inertia` lists what it can do; its plots say what they take, and refuse the rest in one sentence."""
+
+import inspect
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray as xr
+from astropy import units as u
+
+from astroinertia import dataset
+from astroinertia.dataset.accessor import OPTIONS, InertiaAccessor
+from astroinertia.errors import AbsentError, AstroinertiaError, SceneError
+from tests.unit.affine_body import METADATA, affine_run
+
+PUBLIC = [name for name in vars(InertiaAccessor) if not name.startswith("_")]
+PLOTS = [name for name in PUBLIC if name.startswith("plot_")]
+
+
+@pytest.fixture(scope="module")
+def ds() -> xr.Dataset:
+    records, _ = affine_run(outputs=24, particles=64)
+    return dataset.headline({name: np.stack([r[name] for r in records]) for name in records[0]}, METADATA)
+
+
+def test_a_repr_lists_all_that_it_can_do_in_a_line_each(ds: xr.Dataset) -> None:
+    title, *lines = repr(ds.inertia).splitlines()
+    assert title == f"The inertia tensor of {ds.attrs['name']} (model {ds.attrs['model']}), and what follows from it:"
+    assert [line.split()[0].strip(".()") for line in lines] == PUBLIC and len(PUBLIC) > 20
+    assert all(len(line.split(maxsplit=1)[1]) > 10 for line in lines)
+    page = ds.inertia._repr_html_()
+    assert page.count("<tr>") == len(PUBLIC) and "n.I.n about an axis: &quot;x&quot;" in page
+
+
+@pytest.mark.parametrize("name", PLOTS)
+def test_what_a_plot_takes_is_in_its_docstring(name: str, ds: xr.Dataset) -> None:
+    text = inspect.getdoc(getattr(InertiaAccessor, name)) or ""
+    assert all(f"\n{option}: " in text for option in OPTIONS)
+    with pytest.raises(SceneError, match=f"{name} has no option 'colour'; it has start, end, size, path"):
+        getattr(ds.inertia, name)(colour="red")
+
+
+def latest(figure: Any) -> float:
+    """The last time that a curve of a figure reaches."""
+    curves = [line.get_xdata() for axes in figure.axes for line in axes.lines]
+    return max(float(np.max(times)) for times in curves if len(times) > 2)
+
+
+def test_times_size_and_path_do_what_they_say(ds: xr.Dataset, tmp_path: Path) -> None:
+    times, middle = ds.time.values, float(ds.time[12])
+    for start in (middle, middle * u.s, f"{middle!r} s", 1e3 * middle * u.ms):
+        assert (
+            ds.inertia._between(ds, ds.inertia._time("start", start), None).time.values.tolist() == times[12:].tolist()
+        )
+    figure = ds.inertia.plot_inertia(end=middle * u.s, size=(6, 4), path=tmp_path / "inertia.svg")
+    assert figure.get_size_inches().tolist() == [6.0, 4.0]
+    assert "<svg" in (tmp_path / "inertia.svg").read_text()
+    share = latest(figure) / latest(ds.inertia.plot_inertia())
+    assert share == pytest.approx(middle / times[-1], rel=1e-6)
+    plt.close("all")
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "sentence"),
+    [
+        (lambda i: i.plot_spin(start="x"), SceneError, "start: 'x' is not a number and a unit"),
+        (lambda i: i.plot_spin(start=3 * u.m), SceneError, "start: must be a time, not 3 m"),
+        (lambda i: i.plot_spin(end=object()), SceneError, "end must be a time, not something of the type object."),
+        (lambda i: i.plot_spin(start=1e9), SceneError, "nothing is recorded from start = 1e+09 to end = inf in the"),
+        (lambda i: i.plot_spin(size=3), SceneError, "size must be width and height in inches, not 3."),
+        (lambda i: i.plot_spin(size=(3, -1)), SceneError, "size must be width and height in inches, not (3, -1)."),
+        (lambda i: i.plot_density(), AbsentError, "this dataset has no snapshots to draw."),
+        (lambda i: i.quantity("mas"), AbsentError, "this dataset has no 'mas'; did you mean 'mass'."),
+        (lambda i: i.about_axis("q"), SceneError, 'an axis is "x", "y", "z", "spin" or a vector, not \'q\''),
+        (lambda i: i.spin_scaling("mass"), SceneError, 'the scaling laws are "inertia" and "radius", not \'mass\''),
+        (lambda i: i.moment_ratio(3 * u.s), SceneError, "radius: must be a length, not 3 s"),
+        (lambda i: i.moment_ratio(), SceneError, "InertiaAccessor.moment_ratio: missing a required argument: 'radius'"),
+        (lambda i: i.strain("up"), SceneError, "polar_angle: 'up' is not a number and a unit"),
+        (lambda i: i.growth_rate("density_max", start=3 * u.kg), SceneError, "start: must be in s, or in units"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_one_sentence(call: Any, kind: type, sentence: str, ds: xr.Dataset) -> None:
+    with pytest.raises(AstroinertiaError) as caught:
+        call(ds.inertia)
+    assert isinstance(caught.value, kind) and str(caught.value).startswith(sentence) and "\n" not in str(caught.value)
+
+
+def test_quantities_are_numbers_in_the_unit_of_the_dataset(ds: xr.Dataset) -> None:
+    np.testing.assert_allclose(ds.inertia.moment_ratio(7e5 * u.km), ds.inertia.moment_ratio(7e8), rtol=1e-14)
+    xr.testing.assert_allclose(ds.inertia.strain(90 * u.deg, "0 deg"), ds.inertia.strain(np.pi / 2, 0.0), rtol=1e-14)

@@ -1,0 +1,221 @@
+"""Functions of the library take quantities and text with units, or refuse them by the argument's name."""
+
+import ast
+import importlib
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from astropy import constants, units as u
+
+from astroinertia.errors import AstroinertiaError, SceneError
+from astroinertia.process.quantities import DIMENSIONS, EXPONENTS, InputError, InputTypeError, with_quantities
+from astroinertia.units import DIMENSIONS as KNOWN, GRAVITATIONAL_CONSTANT
+from tests.unit import test_examples as examples
+
+ROOMS = ["inertia", "rotation", "studies", *(room for room in examples.ROOMS if room.startswith("bodies"))]
+# In units with G = c = Msun = 1, where a mass is no mass in kg: their functions of masses say so themselves.
+GEOMETRIC = ("bodies.neutron_stars.", "bodies.neutron_star_fits.", "bodies.slow_rotation.")
+BY_ITSELF = ("studies.own_precession.",)  # reads text and quantities, with sentences of its own
+
+
+def functions() -> dict[str, Callable[..., Any]]:
+    """Every public function of the rooms, by its full name."""
+    listed = {}
+    for name in examples.modules(ROOMS):
+        module = importlib.import_module(f"astroinertia.{name}".removesuffix(".__init__"))
+        tree = ast.parse(examples.source(name).read_text())
+        names = [node.name for node in tree.body if isinstance(node, ast.FunctionDef) and not node.name.startswith("_")]
+        listed |= {
+            f"{name}.{each}": getattr(module, each) for each in names if f"{name}.{each}" not in examples.INSIDES
+        }
+    return listed
+
+
+def physical(function: Callable[..., Any]) -> list[str]:
+    names = inspect.signature(function).parameters
+    return [name for name in names if name in DIMENSIONS or name in EXPONENTS]
+
+
+def decorated(function: Any) -> bool:
+    while function is not None:
+        if getattr(getattr(function, "__code__", None), "co_filename", "").endswith("process/quantities.py"):
+            return True
+        function = getattr(function, "__wrapped__", None)
+    return False
+
+
+def test_the_dimensions_of_names_are_known() -> None:
+    assert set(DIMENSIONS.values()) <= set(KNOWN) and not set(DIMENSIONS) & set(EXPONENTS)
+
+
+def test_every_public_function_of_physical_numbers_takes_quantities() -> None:
+    others = (*GEOMETRIC, *BY_ITSELF)
+    listed = {name: function for name, function in functions().items() if not name.startswith(others)}
+    plain = [name for name, function in listed.items() if physical(function) and not decorated(function)]
+    assert plain == []
+
+
+@pytest.mark.parametrize("room", sorted({name.partition(".")[0] for name in functions()}))
+def test_no_argument_of_any_of_them_loses_its_unit(room: str) -> None:
+    """A temperature goes with none of them: each is refused by its name before anything is done."""
+    tried = 0
+    for name, function in functions().items():
+        if not name.startswith(f"{room}.") or not decorated(function):
+            continue
+        for argument, parameter in inspect.signature(function).parameters.items():
+            if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
+                continue
+            for wrong in (3.0 * u.K, [3.0 * u.K, 4.0 * u.K], np.ones(3) * u.K):
+                with pytest.raises(InputError, match=rf"^{argument}: must be [^\n]*\.$"):
+                    call(function, argument, wrong)
+            tried += 1
+    assert tried > 5
+
+
+def call(function: Callable[..., Any], argument: str, value: Any) -> Any:
+    """Call with that argument; the others are what no function could work with."""
+    parameters = inspect.signature(function).parameters.values()
+    single = [one for one in parameters if one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)]
+    taken = {one.name: value if one.name == argument else object() for one in single}
+    args = [taken[one.name] for one in single if one.kind is one.POSITIONAL_ONLY]
+    return function(*args, **{one.name: taken[one.name] for one in single if one.kind is not one.POSITIONAL_ONLY})
+
+
+def values(result: Any) -> Any:
+    """Numbers of a result, to be compared."""
+    if hasattr(result, "data_vars"):
+        return np.concatenate([np.ravel(v.values) for v in result.data_vars.values() if v.dtype.kind == "f"])
+    if isinstance(result, tuple):
+        return np.concatenate([np.ravel(np.asarray(part, dtype=float)) for part in result])
+    if isinstance(result, np.ndarray | float | np.floating) or hasattr(result, "__array__"):
+        return np.asarray(result, dtype=float)
+    fields = getattr(result, "__dataclass_fields__", None) or result._fields
+    parts = [getattr(result, name) for name in fields]
+    return np.concatenate([np.ravel(np.asarray(part, float)) for part in parts if np.asarray(part).dtype.kind in "fi"])
+
+
+CM3 = u.g / u.cm**3
+# Functions that the guide shows: their arguments in SI, and the same with units.
+SHOWN = {
+    "studies.moment_ratio.two_layer_sweep": (
+        ("Mars", {"core_density": [6000.0, 7000.0]}), ("Mars", {"core_density": [6.0, 7.0] * CM3}),
+    ),
+    "bodies.inversion.two_layers": (
+        (3933.5, 0.3634), {"mean_density": 3.9335 * CM3, "moment_ratio": 36.34 * u.percent},
+        {"mantle_density": 3500.0}, {"mantle_density": "3500 kg/m3"},
+    ),
+    "bodies.polytrope.Polytrope": ((3.0, 2e30, 7e8, GRAVITATIONAL_CONSTANT), (3.0, 2e27 * u.t, 700_000 * u.km)),
+    "bodies.rotation_laws.RotationLaw": (("j_constant", 1e6), ("j_constant", 1000 * u.km)),
+    "bodies.neutron_star_fits.lattimer_schutz": ((1.4, 12.0), (1.4 * u.Msun, 12_000 * u.m)),
+    "inertia.solids.cylinder": ((1000.0, 0.5, 1.0), (1 * u.t, 50 * u.cm, "1 m")),
+    "inertia.tensor.inertia_tensor": (
+        (np.array([1.0, 2.0]), np.eye(3)[:2] * 1e3), ([1.0, 2.0] * u.kg, np.eye(3)[:2] * u.km),
+    ),
+    "inertia.principal.principal_frame": ((np.diag([1.0, 2.0, 3.0]),), (np.diag([1e4, 2e4, 3e4]) * u.kg * u.cm**2,)),
+    "inertia.balancing.correction_masses": (
+        (np.array([[1.0, 0.0], [0.0, 2.0]]), [0.1, 0.1]), (np.array([[1.0, 0.0], [0.0, 2.0]]), [10, 10] * u.cm),
+    ),
+    "inertia.realise.point_masses": (
+        (np.diag([1.0, 2.0, 2.5]), 3.0), (np.diag([1.0, 2.0, 2.5]) * u.kg * u.m**2, 3e3 * u.g),
+    ),
+    "rotation.pulsars.characteristic_age": ((0.033, 4.2e-13), (33 * u.ms, 4.2e-13)),
+    "rotation.spin_scaling.centrifugal_radius": ((1e15, 2e30), (1e19 * u.cm**2 / u.s, 2e27 * u.t)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_units_change_nothing_but_how_numbers_are_written(name: str) -> None:
+    module, _, own = name.rpartition(".")
+    function = getattr(importlib.import_module(f"astroinertia.{module}"), own)
+    plain, with_units, *options = SHOWN[name]
+    first, second = options or ({}, {})
+    expected = function(*plain, **first)
+    actual = function(**with_units, **second) if isinstance(with_units, dict) else function(*with_units, **second)
+    np.testing.assert_allclose(values(actual), values(expected), rtol=1e-12)
+
+
+@with_quantities(years="yr", share=None)
+def sample(
+    mass: float,
+    radius: Any = 1.0,
+    *,
+    years: float = 1.0,
+    share: float = 0.5,
+    gravitational_constant: float = 1.0,
+    index: int = 3,
+    about: dict | None = None,
+) -> Any:
+    if index < 0:
+        raise ValueError("index must not be negative")
+    return mass + 0.0, radius, years, share, gravitational_constant, about
+
+
+def test_a_default_gravitational_constant_is_that_of_si_where_there_are_units() -> None:
+    assert sample(2.0, 3.0)[4] == 1.0
+    assert sample(2.0 * u.kg)[4] == GRAVITATIONAL_CONSTANT
+    assert sample(2.0 * u.kg, gravitational_constant=2.0)[4] == 2.0
+    assert sample(2.0, gravitational_constant=constants.G)[4] == constants.G.value
+
+
+def test_tables_lists_text_and_units_of_their_own() -> None:
+    texts = sample("3 t", [1 * u.km, 2.0], years=365.25 * u.day, share=50 * u.percent)
+    assert texts[:4] == (3000.0, [1000.0, 2.0], 1.0, 0.5)
+    assert sample(1.0, about={"mass": 3 * u.t, "other": 2})[5] == {"mass": 3000.0, "other": 2}
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "sentence"),
+    [
+        (lambda: sample(3 * u.km), InputError, "mass: must be a mass, not 3 km; write for example"),
+        (lambda: sample("3"), InputTypeError, "mass of sample must be a number, not something of the type str."),
+        (lambda: sample("3 stone"), InputError, "mass: 'stone' is not a unit that is known here."),
+        (lambda: sample("heavy"), InputError, "mass: 'heavy' is not a number and a unit"),
+        (lambda: sample(1.0, [1 * u.s, 2 * u.s]), InputError, "radius: must be a length, not 1 s"),
+        (lambda: sample(1.0, np.ones(2) * u.s), InputError, "radius: must be a length, not an array in s"),
+        (lambda: sample(1.0, years=3 * u.m), InputError, "years: must be in yr, or in units of that kind, not 3"),
+        (lambda: sample(1.0, share=3 * u.m), InputError, "share: must be a plain number, not 3.0 m."),
+        (lambda: sample(1.0, index=3 * u.m), InputError, "index: must be a plain number, not 3 m."),
+        (lambda: sample(1.0, about={"mass": 3 * u.m}), InputError, "mass: must be a mass, not 3 m"),
+        (lambda: sample(1.0, index=-1), InputError, "index must not be negative"),
+        (lambda: sample(), InputTypeError, "sample: missing a required argument: 'mass'."),
+        (lambda: sample(1.0, mas=1.0), InputTypeError, "sample: got an unexpected keyword argument 'mas'."),
+        (lambda: sample(None), InputTypeError, "mass of sample must be a number, not None."),
+        (lambda: sample({}, 2.0), InputTypeError, "mass of sample must be a number, not something of the type dict."),
+        (lambda: sample(1.0, index="x"), InputTypeError, "index of sample must be a whole number, not something of"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_said_in_one_sentence_that_names_the_argument(call: Any, kind: type, sentence: str) -> None:
+    with pytest.raises(AstroinertiaError) as caught:
+        call()
+    assert type(caught.value) is kind and isinstance(caught.value, SceneError)
+    assert str(caught.value).startswith(sentence) and "\n" not in str(caught.value)
+    assert isinstance(caught.value, ValueError if kind is InputError else TypeError)
+
+
+def test_errors_that_are_no_fault_of_arguments_stay_what_they_are() -> None:
+    @with_quantities()
+    def broken(mass: float) -> float:
+        return mass + [][0] + "text"  # pyright: ignore[reportOperatorIssue]
+
+    @with_quantities()
+    def confused(mass: float) -> float:
+        return "text" + mass  # type: ignore[operator]
+
+    with pytest.raises(IndexError):
+        broken(1.0)
+    with pytest.raises(TypeError, match="can only concatenate") as caught:
+        confused(1.0)
+    assert not isinstance(caught.value, AstroinertiaError)
+
+
+def test_a_unit_that_counts_turns_or_radians_is_refused() -> None:
+    @with_quantities()
+    def turning(angular_velocity: float) -> float:
+        return angular_velocity
+
+    assert turning(180 * u.deg / u.s) == pytest.approx(np.pi)
+    with pytest.raises(InputError, match="angular_velocity: must be an angular velocity, not 3 Hz"):
+        turning(3 * u.Hz)
