@@ -147,7 +147,7 @@ def _sequence() -> dict[str, np.ndarray]:
     stored = cache.load("polytropes", key)
     if stored is not None and {name: array.size for name, array in stored.items()} == lengths:
         return stored
-    sequence = {name: variable.values for name, variable in polytropes().data_vars.items()}
+    sequence = {str(name): variable.values for name, variable in polytropes().data_vars.items()}
     computed = sequence | {"love_number": np.array([apsidal.love_number(index) for index in _CONDENSED])}
     cache.save("polytropes", key, computed)
     return computed
